@@ -70,7 +70,7 @@ pub struct StudyFiles {
 }
 
 impl Study {
-    /// Reads and checks the study in `path`: a folder with a `study.toml`, or the file itself.
+    /// Reads and checks the study in `path`: a folder with a `study.toml`, or the file itself; `overrides` replace its settings.
     ///
     /// # Errors
     /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
@@ -81,41 +81,38 @@ impl Study {
         Self::from_toml(&text, &file.display().to_string(), folder, overrides)
     }
 
-    /// Checks a study given as TOML text. `origin` names it in errors; files that it names are sought relative to `folder`.
-    ///
-    /// # Errors
-    /// As [`Study::open`].
+    /// Checks a study given as TOML `text`, called `origin` in errors; its file names are relative to `folder`. `Err` as [`Study::open`].
     pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, overrides: &Overrides) -> Result<Study> {
         let (folder, check) = (folder.into().recording(), Check::collecting(origin));
         let spec: StudySpec = spec::parse(text, origin)?;
-        let (header, asked) = spec.split(&check)?;
-        let found = Self::resolved((text, origin), &folder, (&header, &asked), overrides, &check);
+        let (header, table) = spec.split(&check)?;
+        let study = Self::resolved((text, origin), &folder, (&header, &table), overrides, &check);
         let named = folder.recorded();
-        let found = check.with_misfits(found, &format!("machine {}", header.machine), |file| match file == origin {
+        let study = check.with_misfits(study, &format!("machine {}", header.machine), |file| match file == origin {
             true => Some(text),
             false => {
-                let own = named.iter().find(|(name, _)| folder.path(name).display().to_string() == file);
-                own.and_then(|(_, bytes)| std::str::from_utf8(bytes).ok())
+                let read = named.iter().find(|(name, _)| folder.path(name).display().to_string() == file);
+                read.and_then(|(_, bytes)| std::str::from_utf8(bytes).ok())
             }
         })?;
-        Ok(Study { files: StudyFiles { text: text.into(), named }, ..found })
+        Ok(Study { files: StudyFiles { text: text.into(), named }, ..study })
     }
 
-    /// Checks the keys `header` of a study and the table of the question `asked`; the study is returned without its files.
+    /// Checks the keys `header` that all studies have, and the `table` of the question; returns the study without its files.
     fn resolved(
         (text, origin): (&str, &str),
         folder: &Folder,
-        (header, asked): (&spec::Header, &QuestionTable),
+        (header, table): (&spec::Header, &QuestionTable),
         overrides: &Overrides,
         check: &Check,
     ) -> Result<Study> {
         let (machine, machine_text) = resolve::resolve_header(header, folder, overrides, check)?;
-        let set = overrides.branch.map_or_else(Inputs::default, |branch| Inputs::of("branch", branch.label()));
-        let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text)).and(set);
+        let branch_input = overrides.branch.map_or_else(Inputs::default, |branch| Inputs::of("branch", branch.label()));
+        let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text)).and(branch_input);
         #[cfg(not(target_family = "wasm"))]
-        let inputs =
-            inputs.and(overrides.redundancy.map_or_else(Inputs::default, |own| Inputs::of("redundancy", own.label())));
-        let given = StudyContext {
+        let inputs = inputs
+            .and(overrides.redundancy.map_or_else(Inputs::default, |choice| Inputs::of("redundancy", choice.label())));
+        let context = StudyContext {
             machine,
             folder,
             overrides,
@@ -126,7 +123,7 @@ impl Study {
             is_uncertainty_read: Cell::new(false),
             uncertainty_of_process: RefCell::default(),
         };
-        let (kind, settings) = asked.resolve(given)?;
+        let (kind, settings) = table.resolve(context)?;
         Ok(Study {
             name: resolve::folder_name(folder.root()),
             question: header.question.trim().to_string(),

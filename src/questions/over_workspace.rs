@@ -31,31 +31,31 @@ pub struct Shown {
     pub not_used: Vec<&'static str>,
 }
 
-/// Returns the scene of a workspace study, the process tables it does not use, and its input files. `Err` without a force in the tool frame.
-pub(super) fn scene(given: &StudyContext<'_>, own: SceneKeys) -> Result<(Scene, Vec<&'static str>, Inputs)> {
-    let process = given.process(None, &given.check)?;
+/// Returns the scene of a workspace study, process tables that it does not use, and its inputs. `Err` without a force in the tool frame.
+pub(super) fn scene(context: &StudyContext<'_>, keys: SceneKeys) -> Result<(Scene, Vec<&'static str>, Inputs)> {
+    let process = context.process(None, &context.check)?;
     let CuttingLaw::PathFrame(frame) = process.cutting else {
         let problem = format!(
             "{} has no path: expected a force that is constant in the frame of the tool, [force.path_frame]",
-            given.name
+            context.name
         );
-        return given.process_location(None).key("force").fail(problem);
+        return context.process_location(None).key("force").fail(problem);
     };
     let mut not_used = process.path_only_tables.clone();
     // What does not compensate has no error to hold against a tolerance either.
-    if !own.uses_target && process.target != Target::default() {
+    if !keys.uses_target && process.target != Target::default() {
         not_used.push("compensate");
     }
-    if !own.uses_target && process.tolerance_mm.is_some() {
+    if !keys.uses_target && process.tolerance_mm.is_some() {
         not_used.push("tolerance_mm");
     }
-    if let (Some(ProcessRef::Tables(_)), Some(table)) = (&given.header.process, not_used.first()) {
-        let problem = format!("{} has no use for it", given.name);
-        return given.check.root().key("process").key(table).fail(problem);
+    if let (Some(ProcessRef::Tables(_)), Some(table)) = (&context.header.process, not_used.first()) {
+        let problem = format!("{} has no use for it", context.name);
+        return context.check.root().key("process").key(table).fail(problem);
     }
     let scene = Scene {
         force: frame.force,
-        phis: tool_angles(own.phi_step_deg.unwrap_or(PHI_STEP_DEG), &given.check.key("phi_step_deg"))?,
+        phis: tool_angles(keys.phi_step_deg.unwrap_or(PHI_STEP_DEG), &context.check.key("phi_step_deg"))?,
         errors: process.errors,
         machine: process.machine,
         target: process.target,
@@ -90,19 +90,19 @@ pub(super) struct Region<'a> {
 }
 
 impl Region<'_> {
-    /// Returns the grid over the box (or over `default`) with at most `most` points, the heights of its slices in mm, and its size as an input.
+    /// Returns the grid over the box (or `default`) of at most `most`, the heights of its slices (O, mm), and its size as an input.
     pub fn checked_grid(
         self,
-        given: &StudyContext<'_>,
+        context: &StudyContext<'_>,
         default: [Vector3<f64>; 2],
         most: usize,
     ) -> Result<(Grid, Vec<f64>, Inputs)> {
-        let check = &given.check;
+        let check = &context.check;
         let corners = corners_or_default(self.min_mm, self.max_mm, default, check)?;
-        let grid = box_grid(corners, self.grid, given.overrides, (most, check))?;
+        let grid = box_grid(corners, self.grid, context.overrides, (most, check))?;
         let size = grid_input(grid.counts());
-        let is_machines = self.min_mm.is_none();
-        Ok((grid, slice_heights(self.slices_z_mm, corners, is_machines, check)?, size))
+        let is_default = self.min_mm.is_none();
+        Ok((grid, slice_heights(self.slices_z_mm, corners, is_default, check)?, size))
     }
 }
 
@@ -139,8 +139,8 @@ pub(super) fn box_grid(
     }
 }
 
-/// Returns the heights of the slices, O, mm. `Err` if there are none or more than 6, or one lies outside the box, which may be the machine's.
-fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], is_machines: bool, check: &Check) -> Result<Vec<f64>> {
+/// Returns the slice heights, checked, O, mm: 1 to 6 within the box; `is_default` if that is the machine's, so that a misfit is its fault.
+fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], is_default: bool, check: &Check) -> Result<Vec<f64>> {
     let check = check.key("slices_z_mm");
     if heights.is_empty() || heights.len() > 6 {
         return check.fail(format!("must name 1 to 6 heights, got {}", heights.len()));
@@ -152,7 +152,7 @@ fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], is_machines: bo
         return Ok(found);
     }
     let problem = format!("must be within the map's box, z {} to {} mm, got {}", min.z, max.z, outside.join(", "));
-    if is_machines { check.misfit(problem, found) } else { check.fail(problem) }
+    if is_default { check.misfit(problem, found) } else { check.fail(problem) }
 }
 
 /// Returns the grid between two corners, O, mm. `Err` if it has no points, more than `most`, or points that coincide.

@@ -35,11 +35,8 @@ pub trait Question: Sized {
     /// Names of its first tables: files in their places are refused before anything is computed.
     const TABLES: &[&str];
 
-    /// Checks the question's table and reads the files that it names.
-    ///
-    /// # Errors
-    /// Values that make no sense, and files that cannot be read.
-    fn resolve(spec: &Self::Spec, given: &StudyContext<'_>) -> Result<Resolved<Self>>;
+    /// Checks the question's table `spec` and reads the files that it names. `Err` for values that make no sense, or an unreadable file.
+    fn resolve(spec: &Self::Spec, context: &StudyContext<'_>) -> Result<Resolved<Self>>;
 
     /// Returns how many items the study computes, and the plural noun for them.
     fn items(&self) -> (usize, &'static str);
@@ -59,10 +56,7 @@ pub trait Question: Sized {
         false
     }
 
-    /// Computes the pieces and keeps them in `work`, without a report.
-    ///
-    /// # Errors
-    /// Of the work.
+    /// Computes the pieces and keeps them in `work`, without a report. `Err` if `work` was stopped or a piece could not be kept.
     fn compute(&self, _work: &Work) -> Result<()> {
         Ok(())
     }
@@ -71,10 +65,8 @@ pub trait Question: Sized {
 /// A question whose results are written to a folder as a report.
 #[cfg(feature = "report")]
 pub trait Answered: Question {
-    /// Computes the study and makes its report: tables, figures and page.
-    ///
-    /// # Errors
-    /// Of the work; files that cannot be written.
+    /// Computes the study and makes its report: tables, figures and page. `Err` if the work of `run` was stopped, or files of streamed
+    /// tables cannot be written.
     fn answer(&self, shown: &Self::Shown, run: &crate::answer::Run<'_>) -> Result<crate::answer::Output>;
 }
 
@@ -116,34 +108,25 @@ pub struct Overrides {
 }
 
 impl Overrides {
-    /// Refuses points along a path, which a study of the kind `name` does not have.
-    ///
-    /// # Errors
-    /// The override is given.
+    /// Refuses the override of points along a path: a study of the kind `name` has none. `Err` if it is given.
     pub fn refuse_points(&self, name: &str) -> Result<()> {
         self.refuse("points", format!("{name} has no points along a path, but a grid"))
     }
 
-    /// Refuses a grid, which a study of the kind `name` does not have.
-    ///
-    /// # Errors
-    /// The override is given.
+    /// Refuses the override of the grid: a study of the kind `name` has none. `Err` if it is given.
     pub fn refuse_grid(&self, name: &str) -> Result<()> {
         self.refuse("grid", format!("{name} has no grid, but points along a path"))
     }
 
-    /// Refuses points and grid for a study of the kind `name`, which has measurements instead.
-    ///
-    /// # Errors
-    /// One of them is given.
+    /// Refuses overrides of points and grid: a study of the kind `name` has measurements instead. `Err` if one is given.
     pub fn refuse_beside_measurements(&self, name: &str) -> Result<()> {
-        ["points", "grid"].iter().try_for_each(|own| self.refuse(own, format!("{name} has measurements, and no {own}")))
+        ["points", "grid"].iter().try_for_each(|key| self.refuse(key, format!("{name} has measurements, and no {key}")))
     }
 
-    /// Returns an error with `problem` if the override `own`, "points" or "grid", is given.
-    fn refuse(&self, own: &str, problem: String) -> Result<()> {
-        let is_given = if own == "grid" { self.grid.is_some() } else { self.points.is_some() };
-        if is_given { Self::location(own).fail(problem) } else { Ok(()) }
+    /// Returns an error with `problem` if the override called `name`, "points" or "grid", is given.
+    fn refuse(&self, name: &str, problem: String) -> Result<()> {
+        let is_given = if name == "grid" { self.grid.is_some() } else { self.points.is_some() };
+        if is_given { Self::location(name).fail(problem) } else { Ok(()) }
     }
 
     /// Word that stands for the overrides in errors, before their own name.
@@ -178,26 +161,24 @@ pub struct StudyContext<'a> {
 }
 
 impl StudyContext<'_> {
-    /// Returns the process of the study, or the process file `own`, which the key `process` of `check` names. Its inputs hold the files read.
-    ///
-    /// # Errors
-    /// No process, or one that makes no sense.
-    pub fn process(&self, own: Option<&str>, check: &Check) -> Result<Process> {
-        let process = self.process_with_gamma(own, check)?;
+    /// Returns the process in `file`, which the key `process` of `check` names, or without a file that of the study; its inputs hold the
+    /// files read. `Err` if there is none, it makes no sense, or it searches for γ.
+    pub fn process(&self, file: Option<&str>, check: &Check) -> Result<Process> {
+        let process = self.process_with_gamma(file, check)?;
         #[cfg(not(target_family = "wasm"))]
-        self.refuse_gamma_search(&process, own)?;
+        self.refuse_gamma_search(&process, file)?;
         Ok(process)
     }
 
-    /// Refuses a process that searches for the redundancy angle γ.
+    /// Refuses a process, from `file` or the study, that searches for the redundancy angle γ.
     #[cfg(not(target_family = "wasm"))]
-    fn refuse_gamma_search(&self, process: &Process, own: Option<&str>) -> Result<()> {
+    fn refuse_gamma_search(&self, process: &Process, file: Option<&str>) -> Result<()> {
         if !process.redundancy.is_sought() {
             return Ok(());
         }
         let place = match self.overrides.redundancy {
             Some(_) => Overrides::location("redundancy"),
-            None => self.process_location(own).key("redundancy.gamma"),
+            None => self.process_location(file).key("redundancy.gamma"),
         };
         place.fail(format!(
             "is {}: in {} the tool stands as programmed; only path studies and compensate seek γ",
@@ -207,9 +188,9 @@ impl StudyContext<'_> {
     }
 
     /// Returns the process as [`StudyContext::process`] does, for a question that can search for the redundancy angle γ.
-    pub(crate) fn process_with_gamma(&self, own: Option<&str>, check: &Check) -> Result<Process> {
+    pub(crate) fn process_with_gamma(&self, file: Option<&str>, check: &Check) -> Result<Process> {
         #[cfg_attr(target_family = "wasm", allow(unused_mut, reason = "the process of pages seeks no γ"))]
-        let mut process = self.process_as_written(own, check)?;
+        let mut process = self.process_as_written(file, check)?;
         #[cfg(not(target_family = "wasm"))]
         if let Some(redundancy) = self.overrides.redundancy {
             process.redundancy.gamma = redundancy;
@@ -217,11 +198,11 @@ impl StudyContext<'_> {
         Ok(process)
     }
 
-    /// Returns the process of the study, or of the file `own`, without the overrides. `Err` if there is none.
-    fn process_as_written(&self, own: Option<&str>, check: &Check) -> Result<Process> {
+    /// Returns the process in `own_file`, or else that of the study, without the overrides. `Err` if there is none.
+    fn process_as_written(&self, own_file: Option<&str>, check: &Check) -> Result<Process> {
         let top = self.check.root().key("process");
-        self.is_process_read.set(self.is_process_read.get() || own.is_none());
-        let process = match (own, &self.header.process) {
+        self.is_process_read.set(self.is_process_read.get() || own_file.is_none());
+        let process = match (own_file, &self.header.process) {
             (Some(file), _) => self.process_file(file, &check.key("process")),
             (None, Some(ProcessRef::File(file))) => self.process_file(file, &top),
             (None, Some(ProcessRef::Tables(spec))) => Process::from_tables(spec, &top, self.folder, &self.machine),
@@ -253,11 +234,8 @@ impl StudyContext<'_> {
         self.check.root().key("machine").misfit(problem, ())
     }
 
-    /// Returns what the study or the table `of_process` says is not known exactly, for `machine` with chain `errors` as its process has it, and the files
-    /// read for it; `None` if they say nothing, and on pages, which compute with nominal numbers.
-    ///
-    /// # Errors
-    /// A table that makes no sense for the machine, or a file that cannot be read.
+    /// Returns the uncertain inputs that the study or the table `of_process` gives, for `machine` with chain `errors` of its process, and
+    /// the files read for it; `None` if there are none, and on pages. `Err` if both give some, one does not fit, or a file cannot be read.
     pub(crate) fn uncertainty(
         &self,
         of_process: Option<&UncertaintyTable>,
@@ -269,29 +247,29 @@ impl StudyContext<'_> {
         if cfg!(target_family = "wasm") {
             return Ok((None, Inputs::default()));
         }
-        let own = self
+        let of_study = self
             .header
             .uncertainty
             .as_ref()
             .map(|spec| UncertaintyTable::read(spec, self.folder, check.clone()))
             .transpose()?;
-        let (own, read) = own.unzip();
-        let table = match (&own, of_process) {
+        let (of_study, read) = of_study.unzip();
+        let table = match (&of_study, of_process) {
             (Some(_), Some(of_process)) => {
                 let other = of_process.check.location();
                 return check.fail(format!("is also given by {other}: expected it in one of them"));
             }
-            (own, of_process) => own.as_ref().or(of_process),
+            (of_study, of_process) => of_study.as_ref().or(of_process),
         };
-        let found = table.map(|table| table.of(machine, errors)).transpose()?;
-        Ok((found, read.unwrap_or_default()))
+        let resolved = table.map(|table| table.of(machine, errors)).transpose()?;
+        Ok((resolved, read.unwrap_or_default()))
     }
 
-    /// Refuses a process and an uncertainty in the study file that the question never read.
+    /// Refuses a process, or a table `[uncertainty]` of study or process, that the question never read.
     pub(crate) fn refuse_unused(&self) -> Result<()> {
-        let own = self.header.uncertainty.as_ref().map(|_| self.check.root().key("uncertainty"));
+        let of_study = self.header.uncertainty.as_ref().map(|_| self.check.root().key("uncertainty"));
         let of_process = || self.uncertainty_of_process.borrow().as_ref().map(|table| table.check.clone());
-        if let (false, Some(check)) = (self.is_uncertainty_read.get(), own.or_else(of_process)) {
+        if let (false, Some(check)) = (self.is_uncertainty_read.get(), of_study.or_else(of_process)) {
             return uncertainty::refuse(&check, self.name);
         }
         if self.header.process.is_some() && !self.is_process_read.get() {
@@ -301,9 +279,9 @@ impl StudyContext<'_> {
         Ok(())
     }
 
-    /// Returns the location of the process that [`StudyContext::process`] returns for `own`, for error messages.
-    pub(crate) fn process_location(&self, own: Option<&str>) -> Check {
-        match (own, &self.header.process) {
+    /// Returns the location, for error messages, of the process in `own_file`, or else of that of the study.
+    pub(crate) fn process_location(&self, own_file: Option<&str>) -> Check {
+        match (own_file, &self.header.process) {
             (Some(file), _) => self.file_location(file),
             (None, Some(ProcessRef::File(file))) => self.file_location(file),
             (None, _) => self.check.root().key("process"),
@@ -356,10 +334,10 @@ macro_rules! questions {
                     process: self.process,
                     uncertainty: self.uncertainty,
                 };
-                let mut asked = Vec::new();
-                $($(#[$gate])* asked.extend(self.$key.map(|table| QuestionTable::$kind(Box::new(table))));)*
-                match asked.pop() {
-                    Some(one) if asked.is_empty() => Ok((header, one)),
+                let mut tables = Vec::new();
+                $($(#[$gate])* tables.extend(self.$key.map(|table| QuestionTable::$kind(Box::new(table))));)*
+                match tables.pop() {
+                    Some(table) if tables.is_empty() => Ok((header, table)),
                     _ => {
                         let keys = [$($(#[$gate])* stringify!($key)),*];
                         check.key(keys[0]).fail(format!("give exactly one of {}", keys.join(", ")))
@@ -375,13 +353,13 @@ macro_rules! questions {
 
         impl QuestionTable {
             /// Checks the table with the question it belongs to; returns the study and its inputs.
-            fn resolve(&self, given: question::StudyContext<'_>) -> Result<(StudyKind, Inputs)> {
+            fn resolve(&self, context: question::StudyContext<'_>) -> Result<(StudyKind, Inputs)> {
                 match self {
                     $($(#[$gate])* QuestionTable::$kind(table) => {
-                        let (check, name) = (given.check.key(stringify!($key)), <$folder::$study>::NAME);
-                        let given = StudyContext { check, name, ..given };
-                        let Resolved { study, shown, inputs } = <$folder::$study>::resolve(table, &given)?;
-                        given.refuse_unused()?;
+                        let (check, name) = (context.check.key(stringify!($key)), <$folder::$study>::NAME);
+                        let context = StudyContext { check, name, ..context };
+                        let Resolved { study, shown, inputs } = <$folder::$study>::resolve(table, &context)?;
+                        context.refuse_unused()?;
                         Ok((StudyKind::$kind(Box::new(study), shown), inputs))
                     })*
                 }
@@ -418,7 +396,7 @@ macro_rules! questions {
                 match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.compute(work),)* }
             }
 
-            /// Returns the names of its first tables.
+            /// Returns the file stems of the tables that the study writes in any case.
             pub fn tables(&self) -> &'static [&'static str] {
                 match self { $($(#[$gate])* StudyKind::$kind(..) => <$folder::$study>::TABLES,)* }
             }

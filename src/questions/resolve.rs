@@ -44,7 +44,7 @@ fn with_parameters(machine: Machine, overrides: &Overrides) -> Result<Machine> {
     }
 }
 
-/// Returns the machine with the drives locked that the study lists.
+/// Returns the machine with the drives locked that the study lists. `Err` for an unknown drive, or a position that it cannot take.
 fn with_locked_drives(machine: &Machine, header: &Header, check: &Check) -> Result<Machine> {
     let mut positions: Vec<(&String, f64)> = Vec::new();
     for (name, value) in &header.locked {
@@ -54,7 +54,7 @@ fn with_locked_drives(machine: &Machine, header: &Header, check: &Check) -> Resu
     machine.with_locked_drives(&positions).or_else(|error| argument_misfit(check, error, machine.clone()))
 }
 
-/// Returns what [`Check::misfit`] does for the argument of `error`, a key below `check`; other errors as they are.
+/// Returns [`Check::misfit`] at the key that a rejected argument names, with `instead` as the value to go on with; other errors unchanged.
 fn argument_misfit<T>(check: &Check, error: Error, instead: T) -> Result<T> {
     match error {
         Error::Argument { argument, problem } => check.key(&argument).misfit(problem, instead),
@@ -62,7 +62,7 @@ fn argument_misfit<T>(check: &Check, error: Error, instead: T) -> Result<T> {
     }
 }
 
-/// Returns the machine on the branch of inverse kinematics that the override, or else the study (`word`), names; unchanged without either.
+/// Returns the machine on the branch of inverse kinematics of the override, or else of the study (`word`); unchanged without either.
 fn on_branch(machine: Machine, word: Option<&str>, overrides: &Overrides, check: &Check) -> Result<Machine> {
     let (place, chosen) = match (overrides.branch, word) {
         (Some(branch), _) => (Overrides::location("branch"), Ok(branch)),
@@ -93,11 +93,11 @@ fn load_machine(name: &str, folder: &Folder, check: &Check) -> Result<(Machine, 
 
 /// Returns the name of the study's folder, "study" if it has none.
 pub(super) fn folder_name(folder: &Path) -> String {
-    let whole = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let named = match whole.file_name() {
-        Some(_) => whole.to_path_buf(),
+    let path = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let named = match path.file_name() {
+        Some(_) => path.to_path_buf(),
         // Such as `.` and `..`.
-        None => whole.canonicalize().unwrap_or_default(),
+        None => path.canonicalize().unwrap_or_default(),
     };
     named.file_name().map_or_else(|| "study".into(), |name| name.to_string_lossy().into_owned())
 }

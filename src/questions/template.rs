@@ -48,10 +48,8 @@ const MACHINE_FILE: &str = "machine.toml";
 const STUDY_FILE: &str = "study.toml";
 
 impl StudyMachine {
-    /// The built-in machine called `name`, or else the machine of the file at this path, which is copied into the study's folder.
-    ///
-    /// # Errors
-    /// There is neither, or the file is no machine.
+    /// Reads the built-in machine called `name`, or else the machine file at this path, which is copied into the study's folder. `Err` if
+    /// there is neither, or the file is no machine.
     pub fn named_or_file(name: &str) -> Result<Self> {
         let machine = Machine::named_or_file(name)?;
         if catalogue::find(name).is_some() {
@@ -68,11 +66,8 @@ impl StudyMachine {
 }
 
 impl Template {
-    /// Returns the files of a study folder, by names: for the template's own machine, or for `own`.
-    ///
-    /// # Errors
-    /// The question cannot be asked of this machine.
-    pub fn filled(&self, own: Option<&StudyMachine>) -> Result<Vec<(String, String)>> {
+    /// Returns names and texts of a study folder's files, for `machine` or the template's own. `Err` if this machine does not fit it.
+    pub fn filled(&self, machine: Option<&StudyMachine>) -> Result<Vec<(String, String)>> {
         let mut environment = Environment::new();
         let fault = |name: &str, fault: &minijinja::Error| Error::Page {
             template: format!("{} of {}", name, self.name),
@@ -80,11 +75,11 @@ impl Template {
         };
         let syntax = SyntaxConfig::builder().trim_blocks(true).keep_trailing_newline(true).build();
         environment.set_syntax(syntax.map_err(|error| fault("syntax", &error))?);
-        environment.set_undefined_behavior(match own {
+        environment.set_undefined_behavior(match machine {
             Some(_) => UndefinedBehavior::SemiStrict,
             None => UndefinedBehavior::Chainable,
         });
-        let Some(own) = own else {
+        let Some(machine) = machine else {
             let filled = |(name, text): &(&str, &str)| {
                 let filled = environment.render_named_str(name, text, context! {});
                 Ok((name.to_string(), filled.map_err(|error| fault(name, &error))?))
@@ -92,23 +87,23 @@ impl Template {
             return self.files.iter().map(filled).collect();
         };
         let refuse = |problem: String| {
-            Error::argument("--machine", format!("{} is no machine for {}: {problem}", own.called, self.name))
+            Error::argument("--machine", format!("{} is no machine for {}: {problem}", machine.called, self.name))
         };
-        let values = MachineValues::of(own);
+        let values = MachineValues::of(machine);
         // Arrays as lists, not as tuples.
         let lists = serde_json::to_value(&values)
             .map_err(|error| Error::Page { template: self.name.into(), problem: error.to_string() })?;
         let mut files: Vec<(String, String)> = Vec::new();
         for (name, text) in self.files {
             let filled = match name.ends_with(".csv") {
-                true => measurements(&own.machine, &values.stiffness).map_err(refuse)?,
+                true => measurements(&machine.machine, &values.stiffness).map_err(refuse)?,
                 false => environment
                     .render_named_str(name, text, Value::from(Serde(&lists)))
                     .map_err(|error| fault(name, &error))?,
             };
             files.push((name.to_string(), filled));
         }
-        files.extend(own.text.iter().map(|text| (own.called.clone(), text.clone())));
+        files.extend(machine.text.iter().map(|text| (machine.called.clone(), text.clone())));
         let in_memory = files.iter().map(|(name, text)| (name.clone(), text.clone().into_bytes()));
         let study = files.iter().find(|(name, _)| name == STUDY_FILE).map_or("", |(_, text)| text);
         match Study::from_toml(study, STUDY_FILE, Folder::in_memory(in_memory), &Overrides::default()) {
@@ -238,12 +233,13 @@ const TILT_DEG: f64 = 30.0;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl MachineValues {
-    fn of(own: &StudyMachine) -> Self {
-        let machine = &own.machine;
+    /// Returns what templates take from the machine, with rounded lengths.
+    fn of(study_machine: &StudyMachine) -> Self {
+        let machine = &study_machine.machine;
         let (min, max) = (machine.workspace.min, machine.workspace.max);
         let (size, middle, home) = (max - min, 0.5 * (min + max), machine.home.pose);
         let is_wide = |axis: usize| size[axis] > 0.0;
-        let counts = |wanted: [usize; 3]| [0, 1, 2].map(|axis| if is_wide(axis) { wanted[axis] } else { 1 });
+        let counts = |full: [usize; 3]| [0, 1, 2].map(|axis| if is_wide(axis) { full[axis] } else { 1 });
         let lever = home.rotation * machine.tool_tip;
         let by_distance = |sign: f64| {
             let distance = |at: Vector3<f64>| sign * (at - home.translation).norm();
@@ -266,7 +262,7 @@ impl MachineValues {
         let on_workpiece = rounded(to_workpiece(centre), 0.1);
         let radius = Vector3::new(0.5 * diameter_mm, 0.0, 0.0);
         Self {
-            machine: toml_text(own.called.as_str()),
+            machine: toml_text(study_machine.called.as_str()),
             errors: chain_errors(machine),
             grid: Grids { fine: counts([7; 3]), coarse: counts([5; 3]), flat: counts([7, 7, 3]) },
             inner_box: [middle - 0.25 * size, middle + 0.25 * size].map(|corner| rounded(corner, 0.1).into()),
@@ -286,7 +282,7 @@ impl MachineValues {
 }
 
 impl SiteValues {
-    /// The places of a workpiece around the `middle`, such that a circle of `diameter_mm` stays in a box of `size`; `today` is one of them.
+    /// Chooses places of a workpiece around the `middle` so that a circle of `diameter_mm` stays in a box of `size`, `today` being one; mm.
     fn of(middle: Vector3<f64>, today: Vector3<f64>, size: Vector3<f64>, diameter_mm: f64) -> Self {
         let today = rounded(today, 0.1);
         let clamp_low = [today.x - 2.0 * diameter_mm, today.y - diameter_mm, today.z];
@@ -316,29 +312,29 @@ impl SiteValues {
 }
 
 impl StiffnessValues {
-    /// The stiffnesses of the drives, or else all others, or else those of materials; none of a rigid machine.
+    /// Chooses the stiffnesses of the drives, or else all others, or else elastic moduli; none of a rigid machine.
     fn of(machine: &Machine) -> Self {
         let all = machine.parameters();
         let drives: Vec<String> = machine.drives().map(|(_, drive)| format!(".{}.stiffness", drive.name)).collect();
         let chosen = |is_chosen: &dyn Fn(&str) -> bool| -> Vec<&Parameter> {
-            all.iter().filter(|own| own.value.is_some_and(|value| value > 0.0) && is_chosen(&own.name)).collect()
+            all.iter().filter(|one| one.value.is_some_and(|value| value > 0.0) && is_chosen(&one.name)).collect()
         };
         let kinds: [&dyn Fn(&str) -> bool; 3] = [
             &|name| drives.iter().any(|ending| name.ends_with(ending)),
             &|name| name.ends_with(".stiffness"),
             &|name| name.ends_with(".youngs_modulus"),
         ];
-        let found = kinds.into_iter().map(chosen).find(|found| !found.is_empty()).unwrap_or_default();
-        let names: Vec<String> = found.iter().map(|own| own.name.clone()).collect();
+        let stiffnesses = kinds.into_iter().map(chosen).find(|stiffnesses| !stiffnesses.is_empty()).unwrap_or_default();
+        let names: Vec<String> = stiffnesses.iter().map(|one| one.name.clone()).collect();
         let pattern = pattern_of(&names).filter(|pattern| {
-            all.iter().filter(|own| is_pattern_of(pattern, &own.name)).map(|own| &own.name).eq(names.iter())
+            all.iter().filter(|one| is_pattern_of(pattern, &one.name)).map(|one| &one.name).eq(names.iter())
         });
-        let last = found.last();
-        let value = last.and_then(|own| own.value).unwrap_or(1.0);
+        let last = stiffnesses.last();
+        let value = last.and_then(|one| one.value).unwrap_or(1.0);
         let force = yielding_force(machine);
         Self {
             some: (names.len() > 1).then(|| toml_text(names[..names.len().div_ceil(2)].to_vec())),
-            last: toml_text(last.map_or("", |own| own.name.as_str())),
+            last: toml_text(last.map_or("", |one| one.name.as_str())),
             value,
             std: 0.2 * value,
             unknowns: pattern.map_or(names, |pattern| vec![pattern]),
@@ -347,7 +343,7 @@ impl StiffnessValues {
     }
 }
 
-/// Returns names that differ in one part, shortened by `*`; `None` for one name, and if they differ otherwise.
+/// Returns a pattern `head*tail` for names that differ in one part; `None` for fewer than two, or if no name has both ends.
 fn pattern_of(names: &[String]) -> Option<String> {
     let [first, rest @ ..] = names else { return None };
     let common = |same: fn(&str, &str) -> usize| rest.iter().map(|other| same(first, other)).min();
@@ -382,12 +378,12 @@ fn round_down(value: f64) -> f64 {
     if power < 0.0 { digit / libm::pow(10.0, -power) } else { digit * libm::pow(10.0, power) }
 }
 
-/// Returns `at` with components rounded to multiples of `step`, a power of ten below 1.
+/// Returns `at`, mm or without unit, with components rounded to multiples of `step`, a power of ten below 1.
 fn rounded(at: Vector3<f64>, step: f64) -> Vector3<f64> {
     at.map(|value| (value / step).round() / (1.0 / step).round() + 0.0)
 }
 
-/// Returns a round height near `z` and within the ends.
+/// Returns the height within the ends, a multiple of a round step, nearest to `z`, mm.
 fn height_near(z: f64, [low, high]: [f64; 2]) -> f64 {
     if high <= low {
         return low;
@@ -396,7 +392,7 @@ fn height_near(z: f64, [low, high]: [f64; 2]) -> f64 {
     ((z / step).round() * step).clamp(low, high) + 0.0
 }
 
-/// Returns heights low, in the middle and high between the ends; one where these are the same.
+/// Returns three round heights between the ends, low, in the middle and high, mm; one where these are the same.
 fn slices(ends: [f64; 2]) -> Vec<f64> {
     let [low, high] = ends;
     let mut heights = [0.125, 0.5, 0.875].map(|share| height_near(low + share * (high - low), ends)).to_vec();
@@ -404,7 +400,7 @@ fn slices(ends: [f64; 2]) -> Vec<f64> {
     heights
 }
 
-/// Returns the direction from the tip to the spindle at home, and the same tilted towards the base.
+/// Returns the unit direction (O) from the tip to the spindle at home, and one tilted by [`TILT_DEG`] towards the base.
 fn tool_axes(machine: &Machine, middle: Vector3<f64>) -> [[f64; 3]; 2] {
     let along = -(machine.home.pose.rotation * machine.tool_axes.column(2));
     let to_base = Vector3::new(-middle.x, -middle.y, 0.0).try_normalize(1.0).unwrap_or(-Vector3::x());
@@ -439,8 +435,8 @@ fn measurements(machine: &Machine, stiffness: &StiffnessValues) -> std::result::
     if stiffness.unknowns.is_empty() {
         return Err("its file has no stiffness to identify".into());
     }
-    let found: Vec<Unknown> = unknowns(machine, &stiffness.unknowns, &Check::new("unknowns")).map_err(words)?;
-    let values: Vec<(&str, f64)> = found
+    let sought: Vec<Unknown> = unknowns(machine, &stiffness.unknowns, &Check::new("unknowns")).map_err(words)?;
+    let values: Vec<(&str, f64)> = sought
         .iter()
         .zip(FACTORS.into_iter().cycle())
         .map(|(unknown, factor)| (unknown.name.as_str(), factor * unknown.start))
@@ -460,9 +456,9 @@ fn measurements(machine: &Machine, stiffness: &StiffnessValues) -> std::result::
     let mut count = 0;
     for at in poses(machine, &anywhere, 2 * MEASURED) {
         // As a person types them.
-        let shown: Vec<f64> = shown_positions(machine, &at.drives).into_iter().map(thousandths).collect();
+        let typed: Vec<f64> = shown_positions(machine, &at.drives).into_iter().map(thousandths).collect();
         let drives: Vec<f64> =
-            machine.drives().zip(&shown).map(|((_, drive), shown)| drive.motion.from_shown(*shown)).collect();
+            machine.drives().zip(&typed).map(|((_, drive), typed)| drive.motion.from_shown(*typed)).collect();
         let Ok(at) = machine.forward_kinematics(&drives) else { continue };
         let force = Vector3::from_fn(|_, _| thousandths(largest_force * component.sample(&mut random)));
         let planned = plan_measurements(&[at], &[force], &readings);
@@ -473,7 +469,7 @@ fn measurements(machine: &Machine, stiffness: &StiffnessValues) -> std::result::
             thousandths(value + NOISE_MM * noise)
         });
         let cells: Vec<String> =
-            shown.iter().copied().chain(force.iter().copied()).chain(read).map(|cell| cell.to_string()).collect();
+            typed.iter().copied().chain(force.iter().copied()).chain(read).map(|cell| cell.to_string()).collect();
         text += &format!("{count},{}\n", cells.join(","));
         if count == MEASURED {
             return Ok(text);

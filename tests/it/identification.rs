@@ -195,7 +195,7 @@ fn numbers_that_were_put_in_are_found_again() {
         let names: Vec<&str> = sought.iter().map(|(name, _)| *name).collect();
         let found = identified(name, &unknowns(&names), &csv(&machine, &places, &displacements));
         assert!(found.fit.is_converged, "{name}");
-        for (own, (parameter, value)) in found.found.iter().zip(&truth) {
+        for (own, (parameter, value)) in found.estimates.iter().zip(&truth) {
             let off = (own.value - value).abs() / value.abs();
             assert!(off < 1e-4, "{name}: {parameter} {} instead of {value}: {:?}", own.value, own.open);
         }
@@ -319,7 +319,7 @@ fn what_only_the_profile_leaves_open_is_not_identified() {
     let names: Vec<&str> = sought.1.iter().map(|(name, _)| *name).collect();
     let of = |profile: bool| {
         let keys = unknowns(&names) + &format!("folds = 2\nprofile = {profile}\n");
-        identified(sought.0, &keys, &noisy.data(13)).found.swap_remove(0)
+        identified(sought.0, &keys, &noisy.data(13)).estimates.swap_remove(0)
     };
     let (linear, profiled) = (of(false), of(true));
     assert!(linear.open.is_none() && linear.interval[1] < noisy.truth[0].1, "{linear:?}");
@@ -339,7 +339,7 @@ fn coverage((name, sought): (&str, &[(&str, f64)]), repetitions: u64) -> f64 {
             let is_known = own.open.is_none();
             [is_known, is_known && (own.interval[0]..own.interval[1]).contains(value)].map(usize::from)
         };
-        found.found.iter().zip(truth).map(holds).collect()
+        found.estimates.iter().zip(truth).map(holds).collect()
     };
     let each: Vec<Vec<[usize; 2]>> = (0..repetitions).into_par_iter().map(held).collect();
     let sums = (0..truth.len()).map(|k| each.iter().fold([0, 0], |sum, own| [sum[0] + own[k][0], sum[1] + own[k][1]]));
@@ -384,7 +384,7 @@ fn what_was_not_told_is_open_and_said_so() {
     let keys = "unknowns = [\"arm.J*.stiffness\"]\nstd_mm = 0.01\n";
     let found = identified("fanuc_r2000ic", keys, &csv(&machine, &places, &read));
     let open: Vec<&str> =
-        found.found.iter().filter(|own| own.open.is_some()).map(|own| own.unknown.name.as_str()).collect();
+        found.estimates.iter().filter(|own| own.open.is_some()).map(|own| own.unknown.name.as_str()).collect();
     assert!(open.contains(&"arm.J1.stiffness"), "{open:?}");
     assert!(!found.open.is_empty());
     let advice = found.advice.expect("a force would tell");
@@ -420,7 +420,7 @@ fn gross_outliers_do_not_move_robust_estimates_beyond_their_intervals() {
     let data = csv(&machine, &places, &read);
     for loss in ["huber", "cauchy"] {
         let found = identified(name, &format!("{}loss = \"{loss}\"\n", unknowns(&names)), &data);
-        for (own, (parameter, value)) in found.found.iter().zip(&truth) {
+        for (own, (parameter, value)) in found.estimates.iter().zip(&truth) {
             let [low, high] = own.interval;
             assert!((low..high).contains(value), "{loss}: {parameter}: {value} is not from {low} to {high}");
             assert!(own.half_width < 0.2, "{loss}: {parameter}: {}", own.half_width);
@@ -428,7 +428,7 @@ fn gross_outliers_do_not_move_robust_estimates_beyond_their_intervals() {
     }
     let plain = identified(name, &unknowns(&names), &data);
     let robust = identified(name, &format!("{}loss = \"huber\"\n", unknowns(&names)), &data);
-    assert!(plain.found[0].half_width > 3.0 * robust.found[0].half_width);
+    assert!(plain.estimates[0].half_width > 3.0 * robust.estimates[0].half_width);
 }
 
 /// Backlash that the drives press to one side is told by loads of both senses, and stands in the machine file.
@@ -473,7 +473,7 @@ fn backlash_that_was_put_in_is_found_again() {
     let keys = unknowns(&["arm.J1.stiffness", "arm.J1.backlash"]) + "std_mm = 0.001\n";
     let study = open_beside("loose.toml", &keys, &data, &[("loose.toml", &with(0.001))]).unwrap();
     let found = run(&study, &Work::default()).unwrap().unwrap();
-    let [stiffness, backlash] = [&found.found[0], &found.found[1]];
+    let [stiffness, backlash] = [&found.estimates[0], &found.estimates[1]];
     // To first order in the turn of the joint.
     assert!((stiffness.value / 8.0e8 - 1.0).abs() < 1e-3, "{stiffness:?}");
     assert!((backlash.value / 0.004 - 1.0).abs() < 0.02 && backlash.open.is_none(), "{backlash:?}");
@@ -488,7 +488,7 @@ fn profiles_agree_with_linear_intervals_where_these_are_narrow_and_not_where_the
     let ends = |std: f64, noise: f64| {
         let data = csv(&machine, &places, &read_with_noise(&machine, &places, noise, 12));
         let found = identified("fanuc_r2000ic", &format!("{}std_mm = {std}\n", unknowns(&names)), &data);
-        found.found.into_iter().map(|own| (own.interval, own.profile.unwrap())).collect::<Vec<_>>()
+        found.estimates.into_iter().map(|own| (own.interval, own.profile.unwrap())).collect::<Vec<_>>()
     };
     for (linear, profile) in ends(0.002, 0.002) {
         for side in 0..2 {
@@ -547,11 +547,11 @@ fn slips_of_the_pen_are_named_and_identify_nothing() {
     let mut read = read_with_noise(&machine, &places, 0.01, 42);
     let keys = "unknowns = [\"arm.J1.stiffness\", \"arm.J2.stiffness\", \"arm.J3.stiffness\"]\nprofile = false\n";
     let good = identified("fanuc_r2000ic", keys, &csv(&machine, &places, &read));
-    assert!(good.outliers.is_empty() && good.found.iter().all(|own| own.open.is_none()), "{:?}", good.outliers);
+    assert!(good.outliers.is_empty() && good.estimates.iter().all(|own| own.open.is_none()), "{:?}", good.outliers);
     let thousandth = |place: &Place| Place { force: place.force * 1e-3, ..place.clone() };
     let in_kilonewtons: Vec<Place> = places.iter().map(thousandth).collect();
     let found = identified("fanuc_r2000ic", keys, &csv(&machine, &in_kilonewtons, &read));
-    assert!(found.found.iter().all(|own| own.open.is_some()), "{:?}", found.found);
+    assert!(found.estimates.iter().all(|own| own.open.is_some()), "{:?}", found.estimates);
     read[5].y *= 10.0;
     let found = identified("fanuc_r2000ic", keys, &csv(&machine, &places, &read));
     let [first, ..] = &found.outliers[..] else { panic!("none is far off") };
@@ -587,7 +587,7 @@ fn lengths_are_found_far_from_where_the_file_has_them() {
         writeln!(rows, "{:?},{:?},{:?},0,{:?},{:?},{:?}", p.x, p.y, p.z, tip.x, tip.y, tip.z).unwrap();
     }
     let found = identified("orthoglide", "unknowns = [\"platform.tool_tip.z\"]\nstd_mm = 0.01\n", &rows);
-    let own = &found.found[0];
+    let own = &found.estimates[0];
     assert!((own.value - real.tool_tip.z).abs() < 1e-6 && own.open.is_none(), "{own:?}");
 }
 
@@ -599,7 +599,7 @@ fn a_prior_holds_what_the_measurements_leave_open() {
     let keys = "unknowns = [\"arm.J1.stiffness\", \"arm.J2.stiffness\"]\nstd_mm = 0.001\n\
         [[identification.prior]]\nparameter = \"arm.J1.stiffness\"\nvalue = 1.0e9\nstd = 1.0e8\n";
     let found = identified("fanuc_r2000ic", keys, &csv(&machine, &places, &read));
-    let own = &found.found[0];
+    let own = &found.estimates[0];
     assert!((own.value / 1.0e9 - 1.0).abs() < 1e-3 && own.open.is_none(), "{own:?}");
     assert!((own.half_width - 0.196).abs() < 0.005, "{}", own.half_width);
 }
@@ -724,7 +724,7 @@ fn joints_of_a_measured_robot_have_intervals_that_hold_the_least_squares_values(
     let found = identified("fanuc_r2000ic", "unknowns = [\"arm.J*.stiffness\"]\n", &data);
     // Compliances fitted linearly to all 43 published poses (data README), N·mm/rad.
     let fitted = [8.61e8, 2.72e9, 1.96e9, 2.71e8, 4.25e8, 2.1e8];
-    for (own, fitted) in found.found.iter().zip(fitted) {
+    for (own, fitted) in found.estimates.iter().zip(fitted) {
         let [low, high] = own.interval;
         println!("{} {:.3e} ({low:.3e} to {high:.3e}) {:?}", own.unknown.name, own.value, own.open);
         assert!((low..high).contains(&fitted), "{}: {fitted:e} is not from {low:e} to {high:e}", own.unknown.name);
@@ -769,7 +769,7 @@ fn measurements_of_the_template_are_computed_from_other_joints() {
     assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
     let keys = "unknowns = [\"arm.J*.stiffness\"]\n";
     let found = identified("fanuc_r2000ic", keys, &text);
-    for (own, truth) in found.found.iter().zip(stiffnesses) {
+    for (own, truth) in found.estimates.iter().zip(stiffnesses) {
         let [low, high] = own.interval;
         assert!(
             low * 0.9 < truth && truth < high * 1.1,
@@ -863,11 +863,11 @@ fn one_joint_at_its_end_opens_no_other_and_a_mixed_file_says_its_cost() {
     let keys = "unknowns = [\"arm.J*.stiffness\"]\nfolds = 2\n";
     let study = open_beside("own.toml", keys, &sheet, &[("own.toml", &text)]).unwrap();
     let found = run(&study, &Work::default()).unwrap().unwrap();
-    for own in &found.found {
+    for own in &found.estimates {
         println!("{} {:e} {:?} {:?} {:?}", own.unknown.name, own.value, own.interval, own.profile, own.open);
     }
     let open: Vec<&str> =
-        found.found.iter().filter(|own| own.open.is_some()).map(|own| own.unknown.name.as_str()).collect();
+        found.estimates.iter().filter(|own| own.open.is_some()).map(|own| own.unknown.name.as_str()).collect();
     assert_eq!(open, ["arm.J4.stiffness"]);
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
@@ -913,8 +913,8 @@ fn more_than_the_noise_that_was_given_identifies_nothing() {
     let (.., data) = with_tilting_elbow(51, 0.01);
     let keys = "unknowns = [\"arm.J*.stiffness\"]\nfolds = 2\nstd_mm = 0.01\n";
     let found = identified("fanuc_r2000ic", keys, &data);
-    assert!(found.fit.is_beyond_noise && found.found.iter().all(|own| own.open.is_some()), "{}", found.fit.scale);
-    assert!(found.found[0].open.as_deref().unwrap().contains("times the noise that was given"));
+    assert!(found.fit.is_beyond_noise && found.estimates.iter().all(|own| own.open.is_some()), "{}", found.fit.scale);
+    assert!(found.estimates[0].open.as_deref().unwrap().contains("times the noise that was given"));
     // Right to the noise, what is sought is identified in nearly all cases.
     let noisy = Noisy::new(SOUGHT[1]);
     let names: Vec<&str> = SOUGHT[1].1.iter().map(|(name, _)| *name).collect();
@@ -928,7 +928,7 @@ fn more_than_the_noise_that_was_given_identifies_nothing() {
     // Noise that is given too small makes no interval narrower.
     let widths = [0.9, 0.8].map(|share| {
         let found = identified(SOUGHT[1].0, &with_noise(share), &noisy.data(3));
-        (found.fit.scale, found.found[0].half_width)
+        (found.fit.scale, found.estimates[0].half_width)
     });
     println!("{widths:?}");
     if widths[0].0 > 1.0 {

@@ -129,7 +129,7 @@ fn what_is_promised_is_kept() {
     let found =
         identification("fanuc_r2000ic", "unknowns = [\"arm.J*.stiffness\"]\nstd_mm = 0.01\nfolds = 2\n", &filled);
     let found = identification::run(&found, &Work::default()).unwrap().unwrap();
-    for (own, promised) in found.found.iter().zip(&plan.widths.last().unwrap().each) {
+    for (own, promised) in found.estimates.iter().zip(&plan.widths.last().unwrap().each) {
         let off = (own.half_width / promised - 1.0).abs();
         assert!(off < 1e-3, "{}: {} instead of {promised}", own.unknown.name, own.half_width);
     }

@@ -36,18 +36,19 @@ const LEAST_PART: f64 = 0.2;
 /// Smallest information of an identifiable direction, as a share of the largest.
 const NOTHING: f64 = 1e-13;
 
-/// Returns the standard deviation along a direction with this information; infinite where that is nothing beside `most`.
-fn std_along(information: f64, most: f64) -> f64 {
-    if information > NOTHING * most && information > 0.0 { information.sqrt().recip() } else { f64::INFINITY }
+/// Returns the standard deviation along an eigenvector with the eigenvalue `information`; infinite below [`NOTHING`] of the `largest`.
+fn std_along(information: f64, largest: f64) -> f64 {
+    if information > NOTHING * largest && information > 0.0 { information.sqrt().recip() } else { f64::INFINITY }
 }
 
-/// Returns the combinations of unknowns that are not identified well enough, the one with the largest standard deviation first.
+/// Returns the combinations of unknowns with a standard deviation above [`OPEN`], eigenvectors of the information matrix; the largest
+/// first.
 pub fn open_combinations(fit: &Fit) -> Vec<OpenCombination> {
     let eigen = SymmetricEigen::new(fit.information.clone());
-    let most = eigen.eigenvalues.amax();
-    let all = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
-    let mut open: Vec<OpenCombination> = all
-        .filter(|(value, _)| std_along(**value, most) > OPEN)
+    let largest = eigen.eigenvalues.amax();
+    let eigenpairs = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
+    let mut open: Vec<OpenCombination> = eigenpairs
+        .filter(|(value, _)| std_along(**value, largest) > OPEN)
         .map(|(value, vector)| {
             let mut parts: Vec<(usize, f64)> = vector.iter().copied().enumerate().collect();
             parts.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
@@ -56,7 +57,7 @@ pub fn open_combinations(fit: &Fit) -> Vec<OpenCombination> {
             parts.retain(|(_, part)| part.abs() >= LEAST_PART);
             OpenCombination {
                 parts: parts.into_iter().map(|(k, part)| (k, part * sign)).collect(),
-                std: std_along(*value, most),
+                std: std_along(*value, largest),
             }
         })
         .collect();
@@ -66,35 +67,35 @@ pub fn open_combinations(fit: &Fit) -> Vec<OpenCombination> {
 
 /// Chooses the measurement that raises the smallest eigenvalue of the information most: at a pose measured before, with the largest force
 /// applied so far along an axis of O; `None` where none does, `Err` if the work was stopped or the fit makes no valid machine.
-pub fn advice(search: &Search<'_>, fit: &Fit, measurements: &[Measurement], work: &Work) -> Result<Option<Advice>> {
+pub fn advise(search: &Search<'_>, fit: &Fit, measurements: &[Measurement], work: &Work) -> Result<Option<Advice>> {
     let largest = measurements.iter().map(|m| m.load.force.norm()).fold(0.0, f64::max);
     if largest == 0.0 {
         return Ok(None);
     }
     let std = typical_std(fit, measurements);
-    let least = |information: &DMatrix<f64>| {
+    let weakest = |information: &DMatrix<f64>| {
         let eigen = SymmetricEigen::new(information.clone());
-        let at = eigen.eigenvalues.imin();
-        (eigen.eigenvalues[at], eigen.eigenvalues.amax(), eigen.eigenvectors.column(at).into_owned())
+        let index = eigen.eigenvalues.imin();
+        (eigen.eigenvalues[index], eigen.eigenvalues.amax(), eigen.eigenvectors.column(index).into_owned())
     };
-    let (before, most, direction) = least(&fit.information);
+    let (before, most, direction) = weakest(&fit.information);
     let loads = (0..3).map(|axis| AppliedLoad { force: Vector3::ith(axis, largest), moment: Vector3::zeros() });
     let loads: Vec<AppliedLoad> = loads.collect();
     let displacements = Reading::planned_displacements();
     let candidates: Vec<(usize, Measurement)> = (measurements.iter().enumerate())
-        .flat_map(|(i, own)| loads.iter().map(move |load| (i, own, *load)))
-        .map(|(i, own, load)| (i, own.planned_under(load, &displacements)))
+        .flat_map(|(i, row)| loads.iter().map(move |load| (i, row, *load)))
+        .map(|(i, row, load)| (i, row.planned_under(load, &displacements)))
         .collect();
-    let asked: Vec<&Measurement> = candidates.iter().map(|(_, candidate)| candidate).collect();
+    let plans: Vec<&Measurement> = candidates.iter().map(|(_, candidate)| candidate).collect();
     work.check()?;
     let model = LoadedModel::new(search.machine, search.unknowns, &fit.x, search.unknowns)?;
     let mut best: Option<(f64, Advice)> = None;
-    for ((measurement, candidate), predicted) in candidates.iter().zip(model.each(&asked)) {
+    for ((measurement, candidate), predicted) in candidates.iter().zip(model.each(&plans)) {
         let Ok(Predicted { slopes, .. }) = predicted else { continue };
         let slopes = slopes / std;
         // What it tells of the least known combination decides where the least of all is one of several that are equal.
         let gain = (&slopes * &direction).norm_squared();
-        let (after, most, _) = least(&(&fit.information + slopes.transpose() * &slopes));
+        let (after, most, _) = weakest(&(&fit.information + slopes.transpose() * &slopes));
         let score = after.max(0.0) + 1e-9 * gain;
         if gain > NOTHING * most && best.as_ref().is_none_or(|(found, _)| score > *found) {
             let (measurement, force) = (*measurement, candidate.load.force);

@@ -101,35 +101,35 @@ pub(super) fn measured_values(measurements: &[&Measurement]) -> DVector<f64> {
 }
 
 impl Search<'_> {
-    /// Fits the unknowns to `measurements`, starting at coordinates `start`.
+    /// Fits the unknowns to `measurements` from coordinates `start`; at the limit of its search an unknown stops.
     ///
     /// # Errors
-    /// At the start, the machine has no equilibrium at a measurement (its index, and why), or makes no valid machine (`None`).
+    /// At `start`, no equilibrium at a measurement (its index in `measurements`, and why), or no valid machine (`None`, and why).
     pub fn fit(
         &self,
         measurements: &[&Measurement],
         start: &DVector<f64>,
     ) -> std::result::Result<Fit, (Option<usize>, Failure)> {
-        let given = DVector::from_iterator(
+        let noise_stds = DVector::from_iterator(
             measurements.iter().map(|m| m.readings.len()).sum(),
             measurements.iter().flat_map(|m| m.readings.iter().map(|reading| self.noise.of(reading))),
         );
         let values = measured_values(measurements);
         let mut x = start.clone();
         let mut predicted = predict(self.machine, self.unknowns, &x, measurements)?;
-        let mut scale = self.scale(&((&values - &predicted.values).component_div(&given)));
+        let mut scale = self.noise_scale(&((&values - &predicted.values).component_div(&noise_stds)));
         let (mut steps, mut is_converged, mut damping) = (0, false, 1e-6);
         while steps < STEPS {
-            let r = (&values - &predicted.values).component_div(&given) / scale;
-            let (mut information, mut gradient) = self.normal_equations(&predicted, &r, &given, scale, &x);
+            let r = (&values - &predicted.values).component_div(&noise_stds) / scale;
+            let (mut information, mut gradient) = self.normal_equations(&predicted, &r, &noise_stds, scale, &x);
             // At the end of where it is sought, an unknown that would go farther stays.
             let mut fixed = vec![false; x.len()];
-            let (mut eigen, mut whole);
+            let (mut eigen, mut full_step);
             loop {
                 eigen = SymmetricEigen::new(information.clone());
-                whole = damped_step(&eigen, &gradient, 0.0);
+                full_step = damped_step(&eigen, &gradient, 0.0);
                 let goes_out = |k: &usize| {
-                    let is_outward = whole[*k] * x[*k] > 0.0 || gradient[*k] * x[*k] > 0.0;
+                    let is_outward = full_step[*k] * x[*k] > 0.0 || gradient[*k] * x[*k] > 0.0;
                     !fixed[*k] && self.unknowns[*k].is_at_limit(x[*k]) && is_outward
                 };
                 let next: Vec<usize> = (0..x.len()).filter(goes_out).collect();
@@ -144,50 +144,51 @@ impl Search<'_> {
                 }
             }
             let cost = self.cost(&r, &x);
-            let gain = whole.dot(&gradient);
-            if gain <= FOUND * (1.0 + cost) || whole.amax() <= LEAST_STEP {
+            let gain = full_step.dot(&gradient);
+            if gain <= FOUND * (1.0 + cost) || full_step.amax() <= LEAST_STEP {
                 is_converged = true;
                 break;
             }
             let mut better = None;
             for _ in 0..TRIES {
                 let mut step = damped_step(&eigen, &gradient, damping);
-                let steps = step.iter().zip(self.unknowns).map(|(step, own)| step.abs() / own.longest_step());
+                let steps = step.iter().zip(self.unknowns).map(|(step, unknown)| step.abs() / unknown.longest_step());
                 step /= steps.fold(1.0, f64::max);
                 let next = self.within_limits(&x + step);
-                let there = predict_values(self.machine, self.unknowns, &next, measurements).ok();
-                let is_better = there.is_some_and(|there| {
-                    let r = (&values - there).component_div(&given) / scale;
+                let trial = predict_values(self.machine, self.unknowns, &next, measurements).ok();
+                let is_better = trial.is_some_and(|trial| {
+                    let r = (&values - trial).component_div(&noise_stds) / scale;
                     self.cost(&r, &next) <= cost
                 });
                 if is_better {
-                    better = predict(self.machine, self.unknowns, &next, measurements).ok().map(|there| (next, there));
+                    better = predict(self.machine, self.unknowns, &next, measurements).ok().map(|trial| (next, trial));
                     break;
                 }
                 damping = (damping * 10.0).max(1e-9);
             }
-            let Some((next, there)) = better else {
+            let Some((next, trial)) = better else {
                 // Only rounding keeps the search from the place where nothing is left to gain.
                 is_converged = gain <= NEARLY_FOUND * (1.0 + cost);
                 break;
             };
-            (x, predicted) = (next, there);
+            (x, predicted) = (next, trial);
             damping = (damping * 0.1).max(1e-12);
             steps += 1;
             // The scatter is that of the values found so far.
-            scale = self.scale(&((&values - &predicted.values).component_div(&given)));
+            scale = self.noise_scale(&((&values - &predicted.values).component_div(&noise_stds)));
         }
-        Ok(self.fit_at(x, predicted, &values, &given, scale, (steps, is_converged)))
+        Ok(self.fit_at(x, predicted, &values, &noise_stds, scale, (steps, is_converged)))
     }
 
     /// Clamps coordinates `x` to the limits of the search.
     pub(super) fn within_limits(&self, mut x: DVector<f64>) -> DVector<f64> {
-        x.iter_mut().zip(self.unknowns).for_each(|(x, own)| *x = x.clamp(-own.search_limit(), own.search_limit()));
+        x.iter_mut().zip(self.unknowns).for_each(|(x, u)| *x = x.clamp(-u.search_limit(), u.search_limit()));
         x
     }
 
-    /// Returns the scatter of residuals `r` where the noise is estimated; 1 where it is given.
-    fn scale(&self, r: &DVector<f64>) -> f64 {
+    /// Returns the factor on standard deviations of readings: the scatter of residuals `r` where it is estimated, mm; 1 where noise is
+    /// given.
+    fn noise_scale(&self, r: &DVector<f64>) -> f64 {
         match self.noise.is_estimated {
             true => self.loss.scale(r, self.unknowns.len()).max(LEAST_SCATTER_MM),
             false => 1.0,
@@ -196,22 +197,22 @@ impl Search<'_> {
 
     /// Returns the cost to minimise: loss of the residuals `r` (in standard deviations) and of the priors at coordinates `x`.
     fn cost(&self, r: &DVector<f64>, x: &DVector<f64>) -> f64 {
-        let known: f64 = self.priors.iter().map(|&(k, at, std)| 0.5 * ((x[k] - at) / std).powi(2)).sum();
-        r.iter().map(|&r| self.loss.cost(r)).sum::<f64>() + known
+        let prior: f64 = self.priors.iter().map(|&(k, mean, std)| 0.5 * ((x[k] - mean) / std).powi(2)).sum();
+        r.iter().map(|&r| self.loss.cost(r)).sum::<f64>() + prior
     }
 
-    /// Returns the information matrix and the descent gradient at coordinates `x`, with priors; `r` are residuals over `given` and `scale`.
+    /// Returns information matrix and descent gradient at coordinates `x`, with priors; `r` are residuals over `noise_stds` times `scale`.
     fn normal_equations(
         &self,
         predicted: &Predicted,
         r: &DVector<f64>,
-        given: &DVector<f64>,
+        noise_stds: &DVector<f64>,
         scale: f64,
         x: &DVector<f64>,
     ) -> (DMatrix<f64>, DVector<f64>) {
         let weights = r.map(|r| self.loss.weight(r));
         let mut slopes = predicted.slopes.clone();
-        for (mut row, std) in slopes.row_iter_mut().zip(given.iter()) {
+        for (mut row, std) in slopes.row_iter_mut().zip(noise_stds.iter()) {
             row /= std * scale;
         }
         let mut weighted = slopes.clone();
@@ -219,42 +220,43 @@ impl Search<'_> {
             row *= *weight;
         }
         let (mut information, mut gradient) = (slopes.transpose() * &weighted, weighted.transpose() * r);
-        for &(k, at, std) in self.priors {
+        for &(k, expected, std) in self.priors {
             information[(k, k)] += 1.0 / (std * std);
-            gradient[k] += (at - x[k]) / (std * std);
+            gradient[k] += (expected - x[k]) / (std * std);
         }
         (information, gradient)
     }
 
-    /// Returns the result at coordinates `x`: residuals, covariance, null space and the test of the residual against the noise.
+    /// Returns the fit at coordinates `x` with the readings `predicted` there: residuals from measured `values`, covariance, null space,
+    /// noise test.
     fn fit_at(
         &self,
         x: DVector<f64>,
         predicted: Predicted,
         values: &DVector<f64>,
-        given: &DVector<f64>,
+        noise_stds: &DVector<f64>,
         scale: f64,
         (steps, is_converged): (usize, bool),
     ) -> Fit {
         let residuals = values - &predicted.values;
-        let r = residuals.component_div(given) / scale;
+        let r = residuals.component_div(noise_stds) / scale;
         let weights = r.map(|r| self.loss.weight(r));
         // Covariances of M-estimators are those of squares, inflated.
-        let plain = Search { loss: LossSpec::Squares, ..*self };
-        let (information, _) = plain.normal_equations(&predicted, &r, given, scale, &x);
+        let least_squares = Search { loss: LossSpec::Squares, ..*self };
+        let (information, _) = least_squares.normal_equations(&predicted, &r, noise_stds, scale, &x);
         let eigen = SymmetricEigen::new(information.clone());
-        let most = eigen.eigenvalues.amax();
+        let largest = eigen.eigenvalues.amax();
         let count = self.unknowns.len();
-        let is_identifiable = |value: f64| value > RANK * most && value > 0.0;
+        let is_identifiable = |value: f64| value > RANK * largest && value > 0.0;
         let identifiable_count = eigen.eigenvalues.iter().filter(|value| is_identifiable(**value)).count();
-        let free = (values.len() + self.priors.len()).saturating_sub(identifiable_count);
-        let of_priors: f64 = self.priors.iter().map(|&(k, at, std)| ((x[k] - at) / std).powi(2)).sum();
+        let degrees_of_freedom = (values.len() + self.priors.len()).saturating_sub(identifiable_count);
+        let of_priors: f64 = self.priors.iter().map(|&(k, expected, std)| ((x[k] - expected) / std).powi(2)).sum();
         let squares: f64 = r.iter().zip(weights.iter()).map(|(r, weight)| weight * r * r).sum::<f64>() + of_priors;
-        let mean_square = squares / free.max(1) as f64;
-        let is_given = !self.noise.is_estimated;
+        let mean_square = squares / degrees_of_freedom.max(1) as f64;
+        let is_noise_given = !self.noise.is_estimated;
         // Robust losses take the spread of what is left into account by themselves.
         let inflation = match self.loss {
-            LossSpec::Squares if is_given => mean_square.max(1.0),
+            LossSpec::Squares if is_noise_given => mean_square.max(1.0),
             loss => loss.inflation(&r, self.unknowns.len()),
         };
         let (mut covariance, mut null_space) = (DMatrix::zeros(count, count), Vec::new());
@@ -265,9 +267,9 @@ impl Search<'_> {
             }
         }
         Fit {
-            stds: given * if self.noise.is_estimated { scale } else { 1.0 },
-            scale: if is_given { mean_square.sqrt() } else { scale },
-            is_beyond_noise: is_given && mean_square > scatter::mean_square_limit(free),
+            stds: noise_stds * if self.noise.is_estimated { scale } else { 1.0 },
+            scale: if is_noise_given { mean_square.sqrt() } else { scale },
+            is_beyond_noise: is_noise_given && mean_square > scatter::mean_square_limit(degrees_of_freedom),
             x,
             predicted,
             residuals,
@@ -282,13 +284,13 @@ impl Search<'_> {
     }
 }
 
-/// Returns the Levenberg–Marquardt step with this damping, in the identifiable directions only.
+/// Returns the Levenberg–Marquardt step in the identifiable directions; `damping` is a share of the largest eigenvalue of `eigen`.
 fn damped_step(eigen: &SymmetricEigen<f64, nalgebra::Dyn>, gradient: &DVector<f64>, damping: f64) -> DVector<f64> {
-    let most = eigen.eigenvalues.amax();
+    let largest = eigen.eigenvalues.amax();
     let mut step = DVector::zeros(gradient.len());
     for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *value > RANK * most && *value > 0.0 {
-            step += vector * (vector.dot(gradient) / (value + damping * most));
+        if *value > RANK * largest && *value > 0.0 {
+            step += vector * (vector.dot(gradient) / (value + damping * largest));
         }
     }
     step
@@ -306,21 +308,21 @@ impl Fit {
 
     /// Returns the block of the hat matrix (leverages) of `count` readings from `first` on.
     pub(super) fn hat_matrix(&self, first: usize, count: usize) -> DMatrix<f64> {
-        let own = self.weighted_slopes(first, count);
-        &own * &self.covariance * own.transpose() / self.inflation
+        let slopes = self.weighted_slopes(first, count);
+        &slopes * &self.covariance * slopes.transpose() / self.inflation
     }
 
-    /// Returns the length of the part of an unknown in the null space: 0 if it is identifiable, at most 1.
+    /// Returns the length of the projection of the unknown (by index) onto the null space: 0 if it is identifiable, at most 1.
     pub fn null_space_part(&self, unknown: usize) -> f64 {
         self.null_space.iter().map(|direction| direction[unknown] * direction[unknown]).sum::<f64>().sqrt()
     }
 
-    /// Returns the standard deviation of an unknown's coordinate; infinite where it is not identifiable.
+    /// Returns the standard deviation of the coordinate of the unknown (by index); infinite where it is not identifiable.
     pub fn std(&self, unknown: usize) -> f64 {
         if self.null_space_part(unknown) > 1e-3 { f64::INFINITY } else { self.covariance[(unknown, unknown)].sqrt() }
     }
 
-    /// Returns the correlation of the coordinates of two unknowns; `None` where one is not identifiable.
+    /// Returns the correlation of the coordinates of unknowns `a` and `b` (by index), −1 to 1; `None` where one is not identifiable.
     pub fn correlation(&self, a: usize, b: usize) -> Option<f64> {
         let size = self.std(a) * self.std(b);
         (size.is_finite() && size > 0.0).then(|| (self.covariance[(a, b)] / size).clamp(-1.0, 1.0))

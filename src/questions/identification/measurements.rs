@@ -66,11 +66,11 @@ pub enum Quantity {
 }
 
 impl Measurement {
-    /// Plans a measurement in the same configuration under `load`, from no load, with these readings of the tool tip.
+    /// Returns a planned measurement in the same configuration under `load`, from no load, with these readings of the tool tip.
     pub fn planned_under(&self, load: AppliedLoad, readings: &[Reading]) -> Self {
-        let nothing = AppliedLoad { force: Vector3::zeros(), moment: Vector3::zeros() };
+        let no_load = AppliedLoad { force: Vector3::zeros(), moment: Vector3::zeros() };
         let (name, at) = (self.name.clone(), self.at.clone());
-        Self { name, line: self.line, at, load, reference: nothing, marker: None, readings: readings.to_vec() }
+        Self { name, line: self.line, at, load, reference: no_load, marker: None, readings: readings.to_vec() }
     }
 }
 
@@ -92,11 +92,11 @@ impl Reading {
 
     /// Returns a planned reading of this column; `None` if the column is no reading, or is a gauge, which needs a direction.
     fn planned(column: &'static str) -> Option<Self> {
-        let at = |columns: [&str; 3]| columns.iter().position(|other| *other == column);
-        let quantity = at(DISPLACEMENT)
+        let axis_in = |columns: [&str; 3]| columns.iter().position(|other| *other == column);
+        let quantity = axis_in(DISPLACEMENT)
             .map(|axis| Quantity::Displacement(Vector3::ith(axis, 1.0)))
-            .or_else(|| at(POSITION).map(Quantity::Position))
-            .or_else(|| at(ROTATION).map(Quantity::Rotation))?;
+            .or_else(|| axis_in(POSITION).map(Quantity::Position))
+            .or_else(|| axis_in(ROTATION).map(Quantity::Rotation))?;
         Some(Self { column, quantity, value: 0.0, std: None })
     }
 }
@@ -139,10 +139,10 @@ fn known_columns() -> impl Iterator<Item = &'static str> {
     vectors.into_iter().flatten().chain([GAUGE, NAME]).chain(STD)
 }
 
-/// Returns for each drive the names of the columns that may give its position, each with the factor to mm or rad.
+/// Returns for each drive the columns that may give its position: name, and factor from its unit to mm or rad.
 fn drive_columns(machine: &Machine) -> Vec<Vec<(String, f64)>> {
     let names: Vec<&str> = machine.drives().map(|(_, drive)| drive.name.as_str()).collect();
-    let of = |((_, drive), label): ((usize, &crate::machine::Drive), String)| {
+    let columns_of = |((_, drive), label): ((usize, &crate::machine::Drive), String)| {
         let is_only = names.iter().filter(|name| **name == drive.name).count() == 1;
         let words = [Some(label), is_only.then(|| drive.name.clone())].into_iter().flatten();
         let units: &[(&str, f64)] = match drive.motion {
@@ -151,7 +151,7 @@ fn drive_columns(machine: &Machine) -> Vec<Vec<(String, f64)>> {
         };
         words.flat_map(|word| units.iter().map(move |(unit, factor)| (format!("{word}_{unit}"), *factor))).collect()
     };
-    machine.drives().zip(machine.drive_labels()).map(of).collect()
+    machine.drives().zip(machine.drive_labels()).map(columns_of).collect()
 }
 
 /// Numbers of one row by column, without its empty cells, and where the row is.
@@ -165,9 +165,9 @@ struct RowCells<'a> {
 /// Smallest standard deviation of a reading, mm or degrees: a nanometre.
 const LEAST_STD: f64 = 1e-6;
 
-/// Checks a standard deviation as written, mm or degrees.
-pub(super) fn checked_std(given: f64, check: &Check) -> Result<f64> {
-    match check.positive(given)? {
+/// Returns the standard deviation `written` in a file, mm or degrees; `Err` if it is not positive or below [`LEAST_STD`].
+pub(super) fn checked_std(written: f64, check: &Check) -> Result<f64> {
+    match check.positive(written)? {
         std if std < LEAST_STD => check.fail(format!("must be at least {LEAST_STD:e}, got {std:e}")),
         std => Ok(std),
     }
@@ -181,28 +181,28 @@ impl RowCells<'_> {
 
     /// Returns the vector in three columns of the row; `None` if all are empty, `Err` if only some are.
     fn vector(&self, columns: [&str; 3]) -> Result<Option<Vector3<f64>>> {
-        let found = columns.map(|column| self.cell(column));
-        match found {
+        let cells = columns.map(|column| self.cell(column));
+        match cells {
             [Some(x), Some(y), Some(z)] => Ok(Some(Vector3::new(x, y, z))),
             [None, None, None] => Ok(None),
             _ => {
-                let missing = columns.iter().zip(found).find(|(_, value)| value.is_none()).map_or("", |(name, _)| name);
+                let missing = columns.iter().zip(cells).find(|(_, value)| value.is_none()).map_or("", |(name, _)| name);
                 self.check.key(missing).fail("missing beside the other two components".into())
             }
         }
     }
 
-    /// Returns the load in these columns of the row; missing columns are 0, and all of them where no cell is filled.
+    /// Returns the load in these columns, N and N·mm; 0 where they are missing or all empty, `Err` if only some of three are empty.
     fn load(&self, force: [&str; 3], moment: [&str; 3]) -> Result<AppliedLoad> {
-        let of = |columns: [&str; 3]| {
-            let is_empty = |column: &&str| self.cell(column).is_none() && self.columns.iter().any(|own| own == column);
+        let vector_of = |columns: [&str; 3]| {
+            let is_empty = |column: &&str| self.cell(column).is_none() && self.columns.iter().any(|c| c == column);
             let has_some = columns.iter().any(|column| self.cell(column).is_some());
             match columns.iter().find(|column| has_some && is_empty(column)) {
                 Some(column) => self.check.key(column).fail("empty beside other components: expected a number".into()),
                 None => Ok(Vector3::from(columns.map(|column| self.cell(column).unwrap_or(0.0)))),
             }
         };
-        Ok(AppliedLoad { force: of(force)?, moment: of(moment)? })
+        Ok(AppliedLoad { force: vector_of(force)?, moment: vector_of(moment)? })
     }
 }
 
@@ -217,7 +217,7 @@ pub enum RowUse {
     Predictions,
 }
 
-/// Reads the measurements of `machine` in the CSV text `source`, called `file` in messages.
+/// Reads the measurements of `machine` in the CSV text `source`, called `file` in messages; `purpose` says whether rows must have readings.
 ///
 /// # Errors
 /// A column that is unknown, repeated or missing; a cell that is no number; a pose that the machine cannot take.
@@ -241,8 +241,8 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Re
     };
     let unknown: Vec<&str> = names.iter().filter(|name| !is_known(name)).map(String::as_str).collect();
     if !unknown.is_empty() {
-        let own = drives.iter().filter_map(|columns| columns.first()).map(|(name, _)| name.clone());
-        let expected = own.chain(known_columns().map(String::from)).collect::<Vec<_>>().join(", ");
+        let drive_names = drives.iter().filter_map(|columns| columns.first()).map(|(name, _)| name.clone());
+        let expected = drive_names.chain(known_columns().map(String::from)).collect::<Vec<_>>().join(", ");
         if unknown.len() == names.len() {
             // What is no table of measurements may be anybody's file, which no message shows.
             let problem = format!("has no column of a table of measurements; expected any of {expected}");
@@ -257,8 +257,8 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Re
         }
     }
     for columns in &drives {
-        let mut given = columns.iter().map(|(name, _)| name).filter(|name| names.contains(name));
-        if let (Some(first), Some(second)) = (given.next(), given.next()) {
+        let mut used = columns.iter().map(|(name, _)| name).filter(|name| names.contains(name));
+        if let (Some(first), Some(second)) = (used.next(), used.next()) {
             return check
                 .key(second)
                 .fail(format!("says where the same drive stands as the column {first}: expected one"));
@@ -271,12 +271,12 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Re
             let problem = format!("has {} values; expected {}, as many as columns", row.fields.len(), names.len());
             return check.key("row").fail(problem);
         }
-        let (mut numbers, mut called) = (BTreeMap::new(), format!("{}", number + 1));
+        let (mut numbers, mut pose_name) = (BTreeMap::new(), format!("{}", number + 1));
         for (name, field) in names.iter().zip(&row.fields) {
             let text = String::from_utf8_lossy(field);
             match (name.as_str(), text.is_empty()) {
                 (_, true) => {}
-                (NAME, false) => called = text.into_owned(),
+                (NAME, false) => pose_name = text.into_owned(),
                 (name, false) => match text.parse::<f64>() {
                     Ok(value) if value.is_finite() => {
                         numbers.insert(name, check.key(name).finite_scalar(value)?);
@@ -287,7 +287,7 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Re
         }
         let line = line_number(source, row.span.start);
         let cells = RowCells { columns: &names, numbers, check, line };
-        measurements.push(row_measurement(called, &cells, &drives, machine, purpose)?);
+        measurements.push(row_measurement(pose_name, &cells, &drives, machine, purpose)?);
     }
     match measurements.is_empty() {
         true => at_line(source.len()).key("row").fail("missing: expected a row for each measurement".into()),
@@ -318,16 +318,16 @@ fn row_measurement(
     })
 }
 
-/// Returns the configuration at the drive positions or the command of P in a row.
+/// Returns the configuration of the unloaded machine at the drive positions, or the commanded position of P, in a row.
 ///
-/// Beyond the travel in the machine file is an error only if `purpose` is poses: where something was read, the drives did stand.
+/// A position beyond the travel is an error only for [`RowUse::Poses`]: at a pose where something was read, the drives did stand.
 fn configuration(
     cells: &RowCells<'_>,
     drives: &[Vec<(String, f64)>],
     machine: &Machine,
     purpose: RowUse,
 ) -> Result<Configuration> {
-    let given = |columns: &Vec<(String, f64)>| columns.iter().find_map(|(name, unit)| Some(cells.cell(name)? * unit));
+    let read = |columns: &Vec<(String, f64)>| columns.iter().find_map(|(name, unit)| Some(cells.cell(name)? * unit));
     // A column that is not there is called as those of other drives are.
     let form = |drive: usize| drives[drive].iter().position(|(name, _)| cells.columns.contains(name));
     let usual = (0..drives.len()).find_map(form).unwrap_or_default();
@@ -335,9 +335,9 @@ fn configuration(
         let (name, _) = drives[drive].get(form(drive).unwrap_or(usual)).unwrap_or(&drives[drive][0]);
         name.clone()
     };
-    let positions: Vec<Option<f64>> = drives.iter().map(given).collect();
+    let positions: Vec<Option<f64>> = drives.iter().map(read).collect();
     let command = cells.vector(COMMAND)?;
-    let found = match (positions.iter().any(Option::is_some), command) {
+    let reached = match (positions.iter().any(Option::is_some), command) {
         (false, Some(position)) => machine.command(position).map_err(|fault| (COMMAND[0].to_string(), fault)),
         (true, None) => {
             if let Some(missing) = positions.iter().position(Option::is_none) {
@@ -353,13 +353,13 @@ fn configuration(
             }
         }
         _ => {
-            let own: Vec<&str> = drives.iter().map(|columns| columns[0].0.as_str()).collect();
+            let all: Vec<&str> = drives.iter().map(|columns| columns[0].0.as_str()).collect();
             let problem =
-                format!("give either the positions of the drives ({}) or {} of P", own.join(", "), COMMAND.join(", "));
+                format!("give either the positions of the drives ({}) or {} of P", all.join(", "), COMMAND.join(", "));
             return cells.check.key(COMMAND[0]).fail(problem);
         }
     };
-    found.or_else(|(column, fault)| cells.check.key(&column).fail(fault.to_string()))
+    reached.or_else(|(column, fault)| cells.check.key(&column).fail(fault.to_string()))
 }
 
 /// Whether the row has at least one reading.
@@ -370,8 +370,8 @@ fn has_reading(cells: &RowCells<'_>) -> bool {
 /// Returns the readings of a row with their standard deviations; `Err` if there are none.
 fn row_readings(cells: &RowCells<'_>) -> Result<Vec<Reading>> {
     let mut readings = Vec::new();
-    let given = |column: &str| cells.cell(column).map(|own| checked_std(own, &cells.check.key(column))).transpose();
-    let (std_mm, std_rad) = (given(STD[0])?, given(STD[1])?.map(f64::to_radians));
+    let std_of = |column: &str| cells.cell(column).map(|std| checked_std(std, &cells.check.key(column))).transpose();
+    let (std_mm, std_rad) = (std_of(STD[0])?, std_of(STD[1])?.map(f64::to_radians));
     let mut add = |column: &'static str, quantity: Quantity, value: f64| {
         let (value, std) = if quantity.is_rotation() { (value.to_radians(), std_rad) } else { (value, std_mm) };
         readings.push(Reading { column, quantity, value, std });

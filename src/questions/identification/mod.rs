@@ -121,7 +121,7 @@ pub struct Identified {
     /// Least-squares or robust fit to all measurements.
     pub fit: Fit,
     /// Estimate of each unknown, in the order of the study.
-    pub found: Vec<Estimate>,
+    pub estimates: Vec<Estimate>,
     /// Combinations of unknowns that the measurements do not identify.
     pub open: Vec<OpenCombination>,
     /// Further measurement that would identify them best, if there are any and a force on the tool tip can.
@@ -144,10 +144,10 @@ pub struct Identified {
 const WIDE: f64 = 1.0;
 
 impl IdentificationStudy {
-    /// Returns the name of a measurement (by index) with its file and line, for messages.
+    /// Returns "pose NAME (FILE:LINE)" for the measurement with this index, for messages.
     pub fn measurement_words(&self, measurement: usize) -> String {
-        let own = &self.measurements[measurement];
-        format!("pose {} ({}:{})", own.name, self.data, own.line)
+        let row = &self.measurements[measurement];
+        format!("pose {} ({}:{})", row.name, self.data, row.line)
     }
 
     /// Returns the number of readings of all measurements.
@@ -161,17 +161,14 @@ impl IdentificationStudy {
     }
 }
 
-/// Fits the unknowns, computes intervals and checks the model; on the current rayon pool, with the same result for any number of threads.
-/// The inner `Err` says why the machine could not be solved.
-///
-/// # Errors
-/// The work was stopped.
+/// Fits the unknowns, computes intervals and checks the model, on the current rayon pool; results do not depend on the number of threads.
+/// `Err` if the work was stopped; the inner `Err` says at which measurement the machine has no equilibrium, and why.
 pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Result<Identified, Failure>> {
     work.check()?;
     let search = study.fitting_problem(&study.unknowns, &study.priors);
-    let all: Vec<&Measurement> = study.measurements.iter().collect();
+    let measurements: Vec<&Measurement> = study.measurements.iter().collect();
     let start = DVector::zeros(study.unknowns.len());
-    let fit = match search.fit(&all, &start) {
+    let fit = match search.fit(&measurements, &start) {
         Ok(fit) => fit,
         Err((at, failure)) => return Ok(Err(failure_at(study, at, failure))),
     };
@@ -179,62 +176,62 @@ pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Resu
     let open = advice::open_combinations(&fit);
     let advice = match open.is_empty() {
         true => None,
-        false => advice::advice(&search, &fit, &study.measurements, work)?,
+        false => advice::advise(&search, &fit, &study.measurements, work)?,
     };
     let mut models = vec![score_model(study, "the study", (&search, Some(&fit)), work)?];
     for (name, unknowns) in &study.alternatives {
         models.push(score_model(study, name, (&study.fitting_problem(unknowns, &[]), None), work)?);
     }
-    let mut found: Vec<Estimate> = (0..study.unknowns.len()).map(|k| estimate(study, &fit, k)).collect();
+    let mut estimates: Vec<Estimate> = (0..study.unknowns.len()).map(|k| estimate(study, &fit, k)).collect();
     work.check()?;
-    profiles(study, &search, (&fit, &all), &mut found, work)?;
-    let partial = partial_machine(study, &search, (&fit, &all), &found);
+    add_profile_intervals(study, &search, (&fit, &measurements), &mut estimates, work)?;
+    let partial = partial_machine(study, &search, (&fit, &measurements), &estimates);
     let unit_factor = unit_factor::unit_factor(study, &fit);
     let leave_one_out = validate::leave_one_out(&fit, &study.measurements);
     let patterns = patterns::patterns(&study.machine, &fit, &study.measurements);
     let outliers = validate::outliers(&fit, &study.measurements);
-    Ok(Ok(Identified { found, open, advice, leave_one_out, patterns, outliers, models, partial, unit_factor, fit }))
+    Ok(Ok(Identified { estimates, open, advice, leave_one_out, patterns, outliers, models, partial, unit_factor, fit }))
 }
 
-/// Returns the machine with the fitted values of the identified parameters only; `None` where all or none are identified.
+/// Returns the residual of the machine in which only the identified parameters have fitted values; `None` where all or none are identified.
 fn partial_machine(
     study: &IdentificationStudy,
     search: &Search<'_>,
-    (fit, all): (&Fit, &[&Measurement]),
-    found: &[Estimate],
+    (fit, measurements): (&Fit, &[&Measurement]),
+    estimates: &[Estimate],
 ) -> Option<PartialMachine> {
-    let unidentified: Vec<usize> = (0..found.len()).filter(|&k| found[k].open.is_some()).collect();
-    if unidentified.is_empty() || unidentified.len() == found.len() {
+    let unidentified: Vec<usize> = (0..estimates.len()).filter(|&k| estimates[k].open.is_some()).collect();
+    if unidentified.is_empty() || unidentified.len() == estimates.len() {
         return None;
     }
-    let x = DVector::from_fn(found.len(), |k, _| if unidentified.contains(&k) { 0.0 } else { fit.x[k] });
-    let there = predict_values(search.machine, search.unknowns, &x, all);
-    let residual_mm = match there {
-        Ok(there) => Ok(validate::rms_mm((measured_values(all) - there).as_slice(), &study.measurements)),
+    let x = DVector::from_fn(estimates.len(), |k, _| if unidentified.contains(&k) { 0.0 } else { fit.x[k] });
+    let read = predict_values(search.machine, search.unknowns, &x, measurements);
+    let residual_mm = match read {
+        Ok(read) => Ok(validate::rms_mm((measured_values(measurements) - read).as_slice(), &study.measurements)),
         Err((at, failure)) => Err(failure_at(study, at, failure)),
     };
     Some(PartialMachine { unidentified, residual_mm })
 }
 
 /// Adds profile-likelihood intervals to the identified parameters; one whose interval is too wide becomes not identified.
-fn profiles(
+fn add_profile_intervals(
     study: &IdentificationStudy,
     search: &Search<'_>,
-    (fit, all): (&Fit, &[&Measurement]),
-    found: &mut [Estimate],
+    (fit, measurements): (&Fit, &[&Measurement]),
+    estimates: &mut [Estimate],
     work: &Work,
 ) -> Result<()> {
     let quantile = scatter::half_width(degrees_of_freedom(study, fit));
-    let profile = if study.profile { Profile::new(*search, fit, all, quantile) } else { None };
+    let profile = if study.profile { Profile::new(*search, fit, measurements, quantile) } else { None };
     let Some(profile) = profile else { return Ok(()) };
-    let known: Vec<usize> = (0..found.len()).filter(|&k| found[k].open.is_none()).collect();
-    for (&k, ends) in known.iter().zip(profile.interval_ends(&known, work)?) {
+    let identified: Vec<usize> = (0..estimates.len()).filter(|&k| estimates[k].open.is_none()).collect();
+    for (&k, ends) in identified.iter().zip(profile.interval_ends(&identified, work)?) {
         let unknown = &study.unknowns[k];
         // Where the profile does not say an end, the linear interval does.
         let value = |side: usize| match ends[side] {
             IntervalEnd::At(x) => unknown.value(x),
             IntervalEnd::Unbounded => [f64::NEG_INFINITY, f64::INFINITY][side],
-            IntervalEnd::NotFound => found[k].interval[side],
+            IntervalEnd::NotFound => estimates[k].interval[side],
         };
         let values = [value(0), value(1)];
         let farthest = ends.iter().map(|end| match end {
@@ -244,15 +241,15 @@ fn profiles(
         });
         if farthest.fold(0.0, f64::max) > WIDE {
             let [low, high] = values;
-            found[k].open = Some(match (low.is_finite(), high.is_finite()) {
+            estimates[k].open = Some(match (low.is_finite(), high.is_finite()) {
                 (true, true) => format!("the value may be from {low:.3e} to {high:.3e} {}", unknown.unit),
                 (true, false) => format!("the value may be anything from {low:.3e} {} on", unknown.unit),
                 (false, true) => format!("the value may be anything up to {high:.3e} {}", unknown.unit),
                 (false, false) => "the value may be anything".into(),
             });
         }
-        found[k].has_no_profile = ends.contains(&IntervalEnd::NotFound);
-        found[k].profile = (!found[k].has_no_profile).then_some(values);
+        estimates[k].has_no_profile = ends.contains(&IntervalEnd::NotFound);
+        estimates[k].profile = (!estimates[k].has_no_profile).then_some(values);
     }
     Ok(())
 }
@@ -262,23 +259,23 @@ fn degrees_of_freedom(study: &IdentificationStudy, fit: &Fit) -> Option<usize> {
     study.noise.is_estimated.then(|| (study.reading_count() + study.priors.len()).saturating_sub(fit.x.len()))
 }
 
-/// Returns `failure` with the measurement at which it occurred (by index) before its reason.
+/// Returns `failure` with the name, file and line of the measurement with index `at` before its reason.
 fn failure_at(study: &IdentificationStudy, at: Option<usize>, failure: Failure) -> Failure {
     let place = at.map_or_else(String::new, |at| format!("{}: ", study.measurement_words(at)));
     Failure { reason: format!("{place}{}", failure.reason), ..failure }
 }
 
-/// Scores the unknowns of `search` by its fit (`fit`, or a new one) and by cross-validation; `Err` if the work was stopped.
+/// Scores the unknowns of `search`: by `fit`, or by a new fit without one, and in cross-validation; `Err` if the work was stopped.
 fn score_model(
     study: &IdentificationStudy,
     name: &str,
     (search, fit): (&Search<'_>, Option<&Fit>),
     work: &Work,
 ) -> Result<SetScore> {
-    let all: Vec<&Measurement> = study.measurements.iter().collect();
+    let measurements: Vec<&Measurement> = study.measurements.iter().collect();
     let start = DVector::zeros(search.unknowns.len());
-    let own = if fit.is_some() { None } else { search.fit(&all, &start).ok() };
-    let fit = fit.or(own.as_ref());
+    let refit = if fit.is_some() { None } else { search.fit(&measurements, &start).ok() };
+    let fit = fit.or(refit.as_ref());
     let rms = |residuals: &[f64]| validate::rms_mm(residuals, &study.measurements);
     let predicted_mm = match study.folds {
         // Nothing is left that could predict the only measurement.
@@ -342,7 +339,7 @@ fn why_not_identified(study: &IdentificationStudy, fit: &Fit, k: usize, half_wid
     }
     // One that is identifiable, and would go farther, holds the others where they do not fit best.
     let quantile = scatter::half_width(degrees_of_freedom(study, fit));
-    let is_stuck = |own: &usize| study.unknowns[*own].is_at_limit(fit.x[*own]) && quantile * fit.std(*own) <= WIDE;
+    let is_stuck = |j: &usize| study.unknowns[*j].is_at_limit(fit.x[*j]) && quantile * fit.std(*j) <= WIDE;
     if let Some(stuck) = (0..fit.x.len()).find(is_stuck) {
         return Some(format!("the fit would be better with {} outside its search range", study.unknowns[stuck].name));
     }

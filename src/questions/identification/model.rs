@@ -47,7 +47,7 @@ pub fn predict(
     predict_with_slopes(machine, unknowns, x, measurements, unknowns)
 }
 
-/// Predicts the readings of `measurements` with the unknowns at coordinates `x`, mm and rad, without derivatives; errors as [`predict`].
+/// Predicts the readings of `measurements` with `unknowns` at coordinates `x`, mm and rad, without derivatives; `Err` as of [`predict`].
 pub(super) fn predict_values(
     machine: &Machine,
     unknowns: &[Unknown],
@@ -57,7 +57,7 @@ pub(super) fn predict_values(
     predict_with_slopes(machine, unknowns, x, measurements, &[]).map(|predicted| predicted.values)
 }
 
-/// Predicts the readings of `measurements` with `unknowns` at coordinates `x`, and their derivatives by `by`, the first of these.
+/// Predicts the readings of `measurements` with `unknowns` at coordinates `x`; `by`, the first of them, are those to differentiate by.
 fn predict_with_slopes(
     machine: &Machine,
     unknowns: &[Unknown],
@@ -65,19 +65,19 @@ fn predict_with_slopes(
     measurements: &[&Measurement],
     by: &[Unknown],
 ) -> std::result::Result<Predicted, (Option<usize>, Failure)> {
-    let none =
+    let invalid_machine =
         |error: crate::input::error::Error| (None, Failure { status: "no_machine".into(), reason: error.to_string() });
-    let there = LoadedModel::new(machine, unknowns, x, by).map_err(none)?;
-    let each = there.each(measurements).into_iter().enumerate();
-    let each = each.map(|(i, own)| own.map_err(|failure| (Some(i), failure)));
+    let model = LoadedModel::new(machine, unknowns, x, by).map_err(invalid_machine)?;
+    let each = model.each(measurements).into_iter().enumerate();
+    let each = each.map(|(i, prediction)| prediction.map_err(|failure| (Some(i), failure)));
     let rows: Vec<Predicted> = each.collect::<std::result::Result<_, _>>()?;
-    let count = rows.iter().map(|own| own.values.len()).sum();
+    let count = rows.iter().map(|prediction| prediction.values.len()).sum();
     let mut all = Predicted { values: DVector::zeros(count), slopes: DMatrix::zeros(count, by.len()) };
     let mut first = 0;
-    for own in rows {
-        let count = own.values.len();
-        all.values.rows_mut(first, count).copy_from(&own.values);
-        all.slopes.rows_mut(first, count).copy_from(&own.slopes);
+    for prediction in rows {
+        let count = prediction.values.len();
+        all.values.rows_mut(first, count).copy_from(&prediction.values);
+        all.slopes.rows_mut(first, count).copy_from(&prediction.slopes);
         first += count;
     }
     Ok(all)
@@ -95,47 +95,45 @@ pub struct LoadedModel {
 }
 
 impl LoadedModel {
-    /// Prepares predictions of `machine` with `unknowns` at coordinates `x`, and their derivatives by `by`, the first of them.
-    ///
-    /// # Errors
-    /// These values make no valid machine.
+    /// Prepares predictions of `machine` with `unknowns` at coordinates `x`, with derivatives by `by`, the first of these. `Err` if these
+    /// values make no valid machine.
     pub fn new(machine: &Machine, unknowns: &[Unknown], x: &DVector<f64>, by: &[Unknown]) -> Result<Self> {
-        let own = machine_with(machine, unknowns, x)?;
+        let fitted = machine_with(machine, unknowns, x)?;
         let names: Vec<&str> = by.iter().map(|unknown| unknown.name.as_str()).collect();
-        let mut variations = own.variations(&names)?;
+        let mut variations = fitted.variations(&names)?;
         // What a number does to where the drives were zeroed is a part of what it does.
-        for beside in variations.iter_mut().flat_map(|variation| &mut variation.machines) {
-            *beside = Machines::actual_as_zeroed(beside)?;
+        for varied in variations.iter_mut().flat_map(|variation| &mut variation.machines) {
+            *varied = Machines::actual_as_zeroed(varied)?;
         }
-        let machine = Machines::actual_as_zeroed(&own)?;
+        let machine = Machines::actual_as_zeroed(&fitted)?;
         let sensitivities = Sensitivities::from_variations(&machine, variations);
-        let of = |variation: &Variation| {
+        let slopes_of = |variation: &Variation| {
             let mut slopes = vec![0.0; machine.drive_count()];
-            for (beside, weight) in variation.machines.iter().zip(variation.weights()) {
-                let backlashes = beside.drives().map(|(_, drive)| drive.backlash);
+            for (varied, weight) in variation.machines.iter().zip(variation.weights()) {
+                let backlashes = varied.drives().map(|(_, drive)| drive.backlash);
                 slopes.iter_mut().zip(backlashes).for_each(|(slope, backlash)| *slope += weight * backlash);
             }
             slopes
         };
         Ok(Self {
-            backlash_slopes: sensitivities.variations().map(of).collect(),
+            backlash_slopes: sensitivities.variations().map(slopes_of).collect(),
             scales: by.iter().zip(x.iter()).map(|(unknown, &x)| unknown.slope(x)).collect(),
             sensitivities,
             machine,
         })
     }
 
-    /// Predicts the readings of each measurement with their derivatives, or says why it cannot; on the current rayon pool.
+    /// Predicts the readings of each measurement and their derivatives by coordinates, or says why it cannot; on the current rayon pool.
     pub fn each(&self, measurements: &[&Measurement]) -> Vec<std::result::Result<Predicted, Failure>> {
         let storage = || (self.sensitivities.clone(), Workspace::new(&self.machine));
-        let of = |(sensitivities, workspace): &mut (Sensitivities, Workspace), own: &&Measurement| {
+        let predict_one = |(sensitivities, workspace): &mut (Sensitivities, Workspace), measurement: &&Measurement| {
             let mut solver = Solver { model: self, sensitivities, workspace };
-            let rows = solver.readings(own)?;
+            let rows = solver.readings(measurement)?;
             let values = DVector::from_iterator(rows.len(), rows.iter().map(|(value, _)| *value));
             let slopes = DMatrix::from_fn(rows.len(), self.scales.len(), |i, j| rows[i].1[j] * self.scales[j]);
             Ok(Predicted { values, slopes })
         };
-        measurements.par_iter().map_init(storage, of).collect()
+        measurements.par_iter().map_init(storage, predict_one).collect()
     }
 }
 
@@ -154,25 +152,25 @@ struct LoadedPose {
 
 impl Solver<'_> {
     /// Predicts each reading of a measurement, mm or rad, with its derivatives per unit of each parameter.
-    fn readings(&mut self, own: &Measurement) -> std::result::Result<Vec<(f64, Vec<f64>)>, Failure> {
-        let (reference, loaded) = (self.loaded_pose(own, own.reference)?, self.loaded_pose(own, own.load)?);
-        let (before, after) = (self.marker_motion(own, &reference), self.marker_motion(own, &loaded));
-        let turned = rotation_log(&(loaded.pose.rotation * reference.pose.rotation.transpose()));
+    fn readings(&mut self, row: &Measurement) -> std::result::Result<Vec<(f64, Vec<f64>)>, Failure> {
+        let (reference, loaded) = (self.loaded_pose(row, row.reference)?, self.loaded_pose(row, row.load)?);
+        let (before, after) = (self.marker_motion(row, &reference), self.marker_motion(row, &loaded));
+        let angles = rotation_log(&(loaded.pose.rotation * reference.pose.rotation.transpose()));
         let change = |k: usize| after.1[k] - before.1[k];
         let parameters = 0..after.1.len();
-        let of = |reading: &Reading| match reading.quantity {
+        let reading_of = |reading: &Reading| match reading.quantity {
             Quantity::Displacement(along) => {
                 let slope = |k: usize| along.dot(&change(k).fixed_rows::<3>(0));
                 (along.dot(&(after.0 - before.0)), parameters.clone().map(slope).collect())
             }
             // Rotations are small, so that they add up.
-            Quantity::Rotation(axis) => (turned[axis], parameters.clone().map(|k| change(k)[3 + axis]).collect()),
+            Quantity::Rotation(axis) => (angles[axis], parameters.clone().map(|k| change(k)[3 + axis]).collect()),
             Quantity::Position(axis) => (after.0[axis], after.1.iter().map(|twist| twist[axis]).collect()),
         };
-        Ok(own.readings.iter().map(of).collect())
+        Ok(row.readings.iter().map(reading_of).collect())
     }
 
-    /// Returns the position of the marker in O, mm, and its twist by each parameter.
+    /// Returns the position of the marker in O, mm, and for each parameter the twist (mm, rad, O axes) by which it moves per unit.
     fn marker_motion(&self, own: &Measurement, loaded_pose: &LoadedPose) -> (Vector3<f64>, Vec<Vector6<f64>>) {
         let marker = own.marker.unwrap_or(self.model.machine.tool_tip);
         let lever = loaded_pose.pose.rotation * marker;
@@ -188,16 +186,16 @@ impl Solver<'_> {
         (loaded_pose.pose.transform(marker), by.collect())
     }
 
-    /// Solves the equilibrium of a measurement's configuration under `load`, with backlash and derivatives; `Err` if there is no stable one.
-    fn loaded_pose(&mut self, own: &Measurement, load: AppliedLoad) -> std::result::Result<LoadedPose, Failure> {
-        let turned = own.at.pose.rotation;
+    /// Solves the pose of P under `load` with lost motion, and its derivatives by the parameters; `Err` if there is no stable equilibrium.
+    fn loaded_pose(&mut self, row: &Measurement, load: AppliedLoad) -> std::result::Result<LoadedPose, Failure> {
+        let unloaded_rotation = row.at.pose.rotation;
         let at_p = |machine: &Machine| Wrench {
             force: load.force,
-            moment: load.moment + (turned * machine.tool_tip).cross(&load.force),
+            moment: load.moment + (unloaded_rotation * machine.tool_tip).cross(&load.force),
         };
         let machine = &self.model.machine;
-        let mut state = State::rigid(machine, &own.at);
-        let drives = &own.at.drives;
+        let mut state = State::rigid(machine, &row.at);
+        let drives = &row.at.drives;
         let outcome = equilibrium(machine, drives, &at_p(machine), &mut state, self.workspace, &SETTINGS);
         let status = &outcome.status;
         if status.label() != crate::simulation::SOLVED {
@@ -214,14 +212,14 @@ impl Solver<'_> {
             let (linear, angular): (Vector3<f64>, Vector3<f64>) =
                 (lost.fixed_rows::<3>(0).into(), lost.fixed_rows::<3>(3).into());
             pose = Pose { rotation: rotation_exp(angular) * pose.rotation, translation: pose.translation + linear };
-            for (own, slopes) in by.iter_mut().zip(&self.model.backlash_slopes) {
-                own.twist += motions.iter().zip(slopes).map(|(motion, slope)| motion * *slope).sum::<Vector6<f64>>();
+            for (row, slopes) in by.iter_mut().zip(&self.model.backlash_slopes) {
+                row.twist += motions.iter().zip(slopes).map(|(motion, slope)| motion * *slope).sum::<Vector6<f64>>();
             }
         }
         Ok(LoadedPose { pose, by })
     }
 
-    /// Returns the motion of P per unit of each drive's backlash, under load; `None` where no drive has any.
+    /// Returns the twist of P (mm, rad, O axes) per unit of each drive's backlash, under load; `None` where no drive has backlash.
     fn lost_motions(&self, state: &State, outcome: &Outcome) -> Option<Vec<Vector6<f64>>> {
         let machine = &self.model.machine;
         let has_any = machine.drives().any(|(_, drive)| drive.backlash > 0.0);

@@ -45,16 +45,16 @@ struct LengthResidual {
 
 /// Returns the residual of the lengths of each measurement; `None` where it has no length.
 fn length_residuals(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<LengthResidual>> {
-    let mut at = 0;
-    let of = |own: &Measurement| {
+    let mut index = 0;
+    let residual_of = |measurement: &Measurement| {
         let (mut squares, mut along, mut has_any) = (0.0, [None; 3], false);
         let (mut product, mut predicted_squares) = (0.0, 0.0);
-        for reading in &own.readings {
-            let (r, predicted) = (fit.residuals[at] / fit.stds[at], fit.predicted.values[at]);
-            let left = fit.residuals[at];
-            at += 1;
+        for reading in &measurement.readings {
+            let (r, predicted) = (fit.residuals[index] / fit.stds[index], fit.predicted.values[index]);
+            let residual = fit.residuals[index];
+            index += 1;
             if let Quantity::Displacement(_) = reading.quantity {
-                product += left * predicted;
+                product += residual * predicted;
                 predicted_squares += predicted * predicted;
             }
             let axis = match reading.quantity {
@@ -71,18 +71,18 @@ fn length_residuals(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<Lengt
         let along_predicted = (predicted > 0.0).then(|| (predicted, product / predicted_squares));
         has_any.then_some(LengthResidual { size: squares.sqrt(), along, along_predicted })
     };
-    measurements.iter().map(of).collect()
+    measurements.iter().map(residual_of).collect()
 }
 
 /// Returns all rank correlations of the residuals for which there are enough measurements.
 pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> Vec<Pattern> {
     const ALONG: [&str; 3] = ["residual along x", "residual along y", "residual along z"];
     const SIZE: &str = "size of the residual";
-    let left = length_residuals(fit, measurements);
+    let residuals = length_residuals(fit, measurements);
     let mut patterns = Vec::new();
     const LOAD_SIGNED: &str = "lost motion, or a stiffness that changes with the load: the share is larger where the force is small (lost \
                                motion, a stiffness that grows) or where it is large (one that falls)";
-    if let Some((correlation, limit)) = load_correlation(&left, measurements) {
+    if let Some((correlation, limit)) = load_correlation(&residuals, measurements) {
         let (of, with) = ("residual along the predicted displacement", "size of the force, as a share of it".into());
         patterns.push(Pattern { of, with, hint: LOAD_SIGNED, correlation, limit });
     }
@@ -92,34 +92,34 @@ pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> V
         }
     };
     let sizes = |value: &dyn Fn(usize, &Measurement) -> f64| -> Vec<(f64, f64)> {
-        let rows = left.iter().zip(measurements).enumerate();
-        rows.filter_map(|(i, (left, own))| Some((value(i, own), left.as_ref()?.size))).collect()
+        let rows = residuals.iter().zip(measurements).enumerate();
+        rows.filter_map(|(i, (residuals, m))| Some((value(i, m), residuals.as_ref()?.size))).collect()
     };
     const DRIFT: &str = "drift: something changed while measuring";
     const LOAD: &str = "yielding that the model lacks; try play of the drives, bearings that tilt (an arm's elbow first), elastic links";
     const POSE: &str = "a stiffness or an error that changes with the pose: links, bearings, gravity springs";
     add(SIZE, "order of measuring".into(), DRIFT, sizes(&|i, _| i as f64));
-    add(SIZE, "size of the force".into(), LOAD, sizes(&|_, own| (own.load.force - own.reference.force).norm()));
+    add(SIZE, "size of the force".into(), LOAD, sizes(&|_, m| (m.load.force - m.reference.force).norm()));
     for (axis, word) in ["x", "y", "z"].into_iter().enumerate() {
-        let share = |own: &Measurement| {
-            let force = own.load.force - own.reference.force;
+        let share = |m: &Measurement| {
+            let force = m.load.force - m.reference.force;
             force.try_normalize(0.0).map_or(0.0, |unit| unit[axis].abs())
         };
         let hint = "yielding in a direction that the model lacks";
-        add(SIZE, format!("share of the force along {word}"), hint, sizes(&|_, own| share(own)));
+        add(SIZE, format!("share of the force along {word}"), hint, sizes(&|_, m| share(m)));
     }
-    let reach = |_: usize, own: &Measurement| own.at.pose.transform(machine.tool_tip).norm();
+    let reach = |_: usize, m: &Measurement| m.at.pose.transform(machine.tool_tip).norm();
     add(SIZE, "distance of the tool tip from O".into(), POSE, sizes(&reach));
     for (k, label) in machine.drive_labels().into_iter().enumerate() {
-        add(SIZE, format!("position of {label}"), POSE, sizes(&|_, own| own.at.drives[k]));
+        add(SIZE, format!("position of {label}"), POSE, sizes(&|_, m| m.at.drives[k]));
     }
     for axis in 0..3 {
         let along = |value: &dyn Fn(usize, &Measurement) -> f64| -> Vec<(f64, f64)> {
-            let rows = left.iter().zip(measurements).enumerate();
-            rows.filter_map(|(i, (left, own))| Some((value(i, own), left.as_ref()?.along[axis]?))).collect()
+            let rows = residuals.iter().zip(measurements).enumerate();
+            rows.filter_map(|(i, (residuals, m))| Some((value(i, m), residuals.as_ref()?.along[axis]?))).collect()
         };
         add(ALONG[axis], "order of measuring".into(), DRIFT, along(&|i, _| i as f64));
-        let force = |_: usize, own: &Measurement| own.load.force[axis] - own.reference.force[axis];
+        let force = |_: usize, m: &Measurement| m.load.force[axis] - m.reference.force[axis];
         add(
             ALONG[axis],
             format!("force along {}", ["x", "y", "z"][axis]),
@@ -130,23 +130,24 @@ pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> V
     patterns
 }
 
-/// Returns the rank correlation of the residual's share of the predicted displacement with the size of the force, and its limit. The displacement
-/// per force is partialled out, as missing compliance is the same share under any force: only nonlinear elasticity correlates.
-fn load_correlation(left: &[Option<LengthResidual>], measurements: &[Measurement]) -> Option<(f64, f64)> {
-    let rows = left.iter().zip(measurements).filter_map(|(left, own)| {
-        let (predicted, share) = left.as_ref()?.along_predicted?;
-        let force = (own.load.force - own.reference.force).norm();
+/// Returns the rank correlation of force with the missing share of the predicted displacement, and its limit. The displacement per force is
+/// partialled out, as missing compliance is the same share under any force: only nonlinear elasticity correlates.
+fn load_correlation(residuals: &[Option<LengthResidual>], measurements: &[Measurement]) -> Option<(f64, f64)> {
+    let rows = residuals.iter().zip(measurements).filter_map(|(residuals, m)| {
+        let (predicted, share) = residuals.as_ref()?.along_predicted?;
+        let force = (m.load.force - m.reference.force).norm();
         (force > 0.0).then(|| [share, force, predicted / force])
     });
     let rows: Vec<[f64; 3]> = rows.collect();
-    let of = |a: usize, b: usize| rank_correlation(&rows.iter().map(|row| (row[a], row[b])).collect::<Vec<_>>());
-    let ((share_force, _), (share_yield, _), (force_yield, _)) = (of(0, 1)?, of(0, 2)?, of(1, 2)?);
+    let rank = |a: usize, b: usize| rank_correlation(&rows.iter().map(|row| (row[a], row[b])).collect::<Vec<_>>());
+    let ((share_force, _), (share_yield, _), (force_yield, _)) = (rank(0, 1)?, rank(0, 2)?, rank(1, 2)?);
     let rest = ((1.0 - share_yield * share_yield) * (1.0 - force_yield * force_yield)).sqrt();
     let limit = libm::tanh(ONCE_IN_A_THOUSAND * (1.06 / (rows.len() as f64 - 4.0)).sqrt());
     (rest > 1e-6).then(|| (((share_force - share_yield * force_yield) / rest).clamp(-1.0, 1.0), limit))
 }
 
-/// Returns a rank correlation and its once-in-a-thousand limit (Fieller, Hartley and Pearson 1957); `None` for too few or constant values.
+/// Returns rank correlation and its once-in-a-thousand limit (Fieller, Hartley and Pearson 1957); `None` for under [`FEWEST`] or constant
+/// values.
 pub fn rank_correlation(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     if pairs.len() < FEWEST {
         return None;
@@ -159,7 +160,7 @@ pub fn rank_correlation(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     (size > 0.0).then(|| (product(&a, &b) / size, limit))
 }
 
-/// Returns the rank of each value from 0; equal values share their mean rank.
+/// Returns the rank of each of `values`, from 0 for the smallest; equal values share their mean rank.
 pub fn ranks(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let values: Vec<f64> = values.collect();
     let mut order: Vec<usize> = (0..values.len()).collect();

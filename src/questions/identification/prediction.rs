@@ -27,37 +27,31 @@ pub struct Prediction {
     pub measured: Option<f64>,
 }
 
-/// Predicts the readings of each pose and load with intervals: those that its row has, displacements of the tool tip where it has none. The
-/// inner `Err` says why a pose has none.
-///
-/// # Errors
-/// The fitted parameters make no valid machine.
+/// Predicts the readings of each pose and load with 95 % intervals: those that its row has, else displacements of the tool tip. The inner
+/// `Err` says why a pose has no equilibrium; the outer, why the fitted parameters make no valid machine.
 pub fn predict(
     study: &IdentificationStudy,
-    found: &Identified,
+    results: &Identified,
     poses: &[Measurement],
 ) -> Result<Vec<std::result::Result<Vec<Prediction>, Failure>>> {
-    let fit = &found.fit;
+    let fit = &results.fit;
     let model = LoadedModel::new(&study.machine, &study.unknowns, &fit.x, &study.unknowns)?;
     let null_space = DMatrix::from_fn(fit.x.len(), fit.null_space.len(), |i, j| fit.null_space[j][i]);
     let quantile = scatter::half_width(degrees_of_freedom(study, fit));
-    let left = [false, true].map(|is_rotation| ResidualScatter::of(study, fit, is_rotation));
+    let scatters = [false, true].map(|is_rotation| ResidualScatter::of(study, fit, is_rotation));
     let interval = |predicted: &Predicted, i: usize, reading: &Reading| {
         let slopes: DVector<f64> = predicted.slopes.row(i).transpose();
         let by_numbers = slopes.dot(&(&fit.covariance * &slopes)).max(0.0).sqrt();
         let is_unidentifiable = (null_space.transpose() * &slopes).amax() > UNIDENTIFIABLE * slopes.amax();
-        let [misfit, noise] = left[usize::from(reading.quantity.is_rotation())].reading_stds(study.noise, reading);
+        let [misfit, noise] = scatters[usize::from(reading.quantity.is_rotation())].reading_stds(study.noise, reading);
         let stds = [if is_unidentifiable { f64::INFINITY } else { by_numbers }, misfit, noise];
         (quantile * stds.iter().map(|std| std * std).sum::<f64>().sqrt(), stds)
     };
     Ok(predictions(&model, poses, interval))
 }
 
-/// Predicts the readings of each pose and load with `machine` as it is, without intervals: how far its parameters are known is not asked. The
-/// inner `Err` says why a pose has none.
-///
-/// # Errors
-/// `machine` makes no valid model.
+/// Predicts the readings of each pose and load with the parameters of `machine`, with infinite intervals, as their accuracy is unknown. The
+/// inner `Err` says why a pose has no equilibrium; the outer, why `machine` makes no valid model.
 pub fn predict_as_is(
     machine: &Machine,
     poses: &[Measurement],
@@ -66,36 +60,35 @@ pub fn predict_as_is(
     Ok(predictions(&model, poses, |_, _, _| (f64::INFINITY, [f64::INFINITY; 3])))
 }
 
-/// Predicts the readings of each pose and load by `model`; `interval` returns half the interval of a reading and the standard deviations that
-/// make it.
+/// Predicts the readings of each pose by `model`; `interval` returns half the 95 % interval of a reading and the standard deviations in it.
 fn predictions(
     model: &LoadedModel,
     poses: &[Measurement],
     interval: impl Fn(&Predicted, usize, &Reading) -> (f64, [f64; 3]),
 ) -> Vec<std::result::Result<Vec<Prediction>, Failure>> {
-    let asked = with_readings_to_predict(poses);
-    let of = |predicted: Predicted, own: &Measurement, pose: &Measurement| {
-        let each = own.readings.iter().enumerate().map(|(i, reading)| {
+    let planned = with_readings_to_predict(poses);
+    let of_pose = |predicted: Predicted, plan: &Measurement, pose: &Measurement| {
+        let each = plan.readings.iter().enumerate().map(|(i, reading)| {
             let (half_width, stds) = interval(&predicted, i, reading);
             let measured = pose.readings.get(i).map(|reading| reading.value);
             Prediction { column: reading.column, value: predicted.values[i], half_width, stds, measured }
         });
         each.collect()
     };
-    let predicted = model.each(&asked.iter().collect::<Vec<_>>()).into_iter().zip(asked.iter().zip(poses));
-    predicted.map(|(predicted, (own, pose))| predicted.map(|predicted| of(predicted, own, pose))).collect()
+    let predicted = model.each(&planned.iter().collect::<Vec<_>>()).into_iter().zip(planned.iter().zip(poses));
+    predicted.map(|(predicted, (plan, pose))| predicted.map(|predicted| of_pose(predicted, plan, pose))).collect()
 }
 
 /// Largest change along the null space, over the largest change by any unknown, of a reading that does not depend on it.
 const UNIDENTIFIABLE: f64 = 1e-6;
 
-/// Returns `poses` with the readings to predict: their own, or displacements of the tool tip.
+/// Returns `poses` with the readings to predict: those of the row, or displacements of the tool tip where it has none.
 fn with_readings_to_predict(poses: &[Measurement]) -> Vec<Measurement> {
     let readings = |pose: &Measurement| match pose.readings.is_empty() {
         true => Reading::planned_displacements(),
         false => pose.readings.clone(),
     };
-    poses.iter().map(|own| Measurement { readings: readings(own), ..own.clone() }).collect()
+    poses.iter().map(|row| Measurement { readings: readings(row), ..row.clone() }).collect()
 }
 
 /// Scatter of the residuals of lengths, or of rotations.
@@ -109,7 +102,7 @@ struct ResidualScatter {
 impl ResidualScatter {
     /// Returns the scatter of the residuals of the fitted rotations, or lengths.
     fn of(study: &IdentificationStudy, fit: &Fit, is_rotation: bool) -> Self {
-        let readings = study.measurements.iter().flat_map(|own| &own.readings).zip(&fit.stds);
+        let readings = study.measurements.iter().flat_map(|measurement| &measurement.readings).zip(&fit.stds);
         let squares: Vec<f64> = readings
             .filter(|(reading, _)| reading.quantity.is_rotation() == is_rotation)
             .map(|(_, std)| std * std)

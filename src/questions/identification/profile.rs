@@ -64,11 +64,11 @@ impl<'a> Profile<'a> {
     /// Returns lower and upper end of the profile-likelihood interval of each of `unknowns` (by index), on the current rayon pool; `Err` if
     /// the work was stopped.
     pub fn interval_ends(&self, unknowns: &[usize], work: &Work) -> Result<Vec<[IntervalEnd; 2]>> {
-        let of = |&k: &usize| {
+        let ends_of = |&k: &usize| {
             work.check()?;
             Ok([-1.0, 1.0].map(|side| self.find_end(k, side)))
         };
-        unknowns.par_iter().map(of).collect()
+        unknowns.par_iter().map(ends_of).collect()
     }
 
     /// Finds the end of the interval of unknown `k` on one side (−1 or 1): where the growth of the residual reaches the quantile.
@@ -76,10 +76,10 @@ impl<'a> Profile<'a> {
         let width = self.quantile * self.fit.std(k);
         let (mut inside, mut outside) = (0.0, None::<(f64, f64)>);
         let (mut rise_inside, mut is_unknown) = (0.0, false);
-        let mut at = width;
+        let mut distance = width;
         for _ in 0..PLACES {
-            let x = self.fit.x[k] + side * at;
-            if self.search.unknowns[k].is_at_limit(x) || at > FARTHER * width {
+            let x = self.fit.x[k] + side * distance;
+            if self.search.unknowns[k].is_at_limit(x) || distance > FARTHER * width {
                 return IntervalEnd::Unbounded;
             }
             // Where the machine does not settle any more, nothing fits.
@@ -90,14 +90,14 @@ impl<'a> Profile<'a> {
                 Growth::AtMost(_) => (f64::INFINITY, false),
             };
             if (rise - self.quantile).abs() < NEAR_ENOUGH * self.quantile {
-                return IntervalEnd::At(self.fit.x[k] + side * at * self.quantile / rise);
+                return IntervalEnd::At(self.fit.x[k] + side * distance * self.quantile / rise);
             }
             if rise < self.quantile {
-                (inside, rise_inside) = (at, rise)
+                (inside, rise_inside) = (distance, rise)
             } else {
-                (outside, is_unknown) = (Some((at, rise)), !is_known)
+                (outside, is_unknown) = (Some((distance, rise)), !is_known)
             }
-            at = match outside {
+            distance = match outside {
                 None => inside * (self.quantile / rise_inside.max(0.25 * self.quantile)).min(4.0),
                 Some((out, rise)) if rise.is_finite() => {
                     inside + (out - inside) * (self.quantile - rise_inside) / (rise - rise_inside)
@@ -108,34 +108,34 @@ impl<'a> Profile<'a> {
         match outside {
             None => IntervalEnd::Unbounded,
             Some(_) if is_unknown => IntervalEnd::NotFound,
-            Some(_) => IntervalEnd::At(self.fit.x[k] + side * at),
+            Some(_) => IntervalEnd::At(self.fit.x[k] + side * distance),
         }
     }
 
-    /// Refits the other unknowns with unknown `k` at coordinate `x`; returns the root of the growth of the sum of squares, in standard deviations.
+    /// Refits the others with unknown `k` at coordinate `x`; returns the root of the growth of the sum of squares, in standard deviations.
     fn residual_growth(&self, k: usize, x: f64) -> std::result::Result<Growth, Failure> {
         let Search { machine, unknowns, priors, noise, .. } = self.search;
         let fixed = [unknowns[k].clone()];
-        let none = |error: Error| Failure { status: "no_machine".into(), reason: error.to_string() };
-        let machine = machine_with(machine, &fixed, &DVector::from_element(1, x)).map_err(none)?;
+        let invalid_machine = |error: Error| Failure { status: "no_machine".into(), reason: error.to_string() };
+        let machine = machine_with(machine, &fixed, &DVector::from_element(1, x)).map_err(invalid_machine)?;
         let others: Vec<usize> = (0..unknowns.len()).filter(|&other| other != k).collect();
         let free: Vec<Unknown> = others.iter().map(|&other| unknowns[other].clone()).collect();
-        let place = |other: usize| others.iter().position(|&own| own == other);
-        let their_priors: Vec<(usize, f64, f64)> =
-            priors.iter().filter_map(|&(other, at, std)| Some((place(other)?, at, std))).collect();
+        let free_index = |other: usize| others.iter().position(|&index| index == other);
+        let free_priors: Vec<(usize, f64, f64)> =
+            priors.iter().filter_map(|&(other, at, std)| Some((free_index(other)?, at, std))).collect();
         // The noise is that of the fit: a likelihood of where it has been estimated.
         let length = if noise.is_estimated { Some(self.fit.scale) } else { noise.length };
         let noise = Noise { length, is_estimated: false, ..noise };
-        let search = Search { machine: &machine, unknowns: &free, priors: &their_priors, noise, ..self.search };
+        let search = Search { machine: &machine, unknowns: &free, priors: &free_priors, noise, ..self.search };
         let towards = self.fit.covariance.column(k) * ((x - self.fit.x[k]) / self.fit.covariance[(k, k)]);
         // One that fits best at the end of where it is sought stays there: how it moves with the others is not linear.
         let moved = |other: usize| if unknowns[other].is_at_limit(self.fit.x[other]) { 0.0 } else { towards[other] };
         let start = others.iter().map(|&other| self.fit.x[other] + moved(other));
         let start = search.within_limits(DVector::from_iterator(free.len(), start));
-        let (x_found, residuals, is_converged) = match free.is_empty() {
+        let (x_free, residuals, is_converged) = match free.is_empty() {
             false => {
-                let found = search.fit(self.measurements, &start).map_err(|(_, failure)| failure)?;
-                (found.x, found.residuals, found.is_converged)
+                let refit = search.fit(self.measurements, &start).map_err(|(_, failure)| failure)?;
+                (refit.x, refit.residuals, refit.is_converged)
             }
             true => {
                 let there =
@@ -144,13 +144,13 @@ impl<'a> Profile<'a> {
             }
         };
         let squares = |residuals: &DVector<f64>| residuals.component_div(&self.fit.stds).norm_squared();
-        let of_priors = |values: &dyn Fn(usize) -> f64| -> f64 {
+        let prior_squares = |values: &dyn Fn(usize) -> f64| -> f64 {
             priors.iter().map(|&(other, at, std)| ((values(other) - at) / std).powi(2)).sum()
         };
-        let there = |other: usize| place(other).map_or(x, |own| x_found[own]);
-        let rise = squares(&residuals) + of_priors(&there)
+        let there = |other: usize| free_index(other).map_or(x, |index| x_free[index]);
+        let rise = squares(&residuals) + prior_squares(&there)
             - squares(&self.fit.residuals)
-            - of_priors(&|other| self.fit.x[other]);
+            - prior_squares(&|other| self.fit.x[other]);
         // As intervals are, widened by what is left beyond the noise that was given.
         let rise = (rise.max(0.0) / self.fit.inflation).sqrt();
         Ok(if is_converged { Growth::By(rise) } else { Growth::AtMost(rise) })

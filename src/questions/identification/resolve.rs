@@ -32,18 +32,19 @@ impl Question for IdentificationStudy {
     };
     const TABLES: &[&str] = &["parameters", "residuals", "models", "open"];
 
-    fn resolve(spec: &IdentificationSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
-        given.overrides.refuse_beside_measurements(given.name)?;
-        let (check, machine) = (&given.check, &given.machine);
-        given.refuse_carrier("measurements at the tool cannot identify")?;
-        let (measured, inputs) = rows(given, &spec.data, "data", RowUse::Readings)?;
+    /// Checks the study and reads its measurements.
+    fn resolve(spec: &IdentificationSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
+        context.overrides.refuse_beside_measurements(context.name)?;
+        let (check, machine) = (&context.check, &context.machine);
+        context.refuse_carrier("measurements at the tool cannot identify")?;
+        let (measured, inputs) = rows(context, &spec.data, "data", RowUse::Readings)?;
         let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
         let priors = priors(&spec.prior, &found, &check.key("prior"))?;
-        let alternatives = alternatives(spec, given)?;
-        if measured.iter().all(|own| own.load == own.reference && own.readings.iter().all(Reading::is_change)) {
+        let alternatives = alternatives(spec, context)?;
+        if measured.iter().all(|row| row.load == row.reference && row.readings.iter().all(Reading::is_change)) {
             let problem = format!(
                 "{}: no measurement has a load other than its reference load, so that nothing moved",
-                given.folder.path(&spec.data).display()
+                context.folder.path(&spec.data).display()
             );
             return check.key("data").fail(problem);
         }
@@ -64,9 +65,9 @@ impl Question for IdentificationStudy {
             );
             return check.key("unknowns").fail(problem);
         }
-        let machine_text = match catalogue::find(&given.header.machine) {
+        let machine_text = match catalogue::find(&context.header.machine) {
             Some(entry) => entry.toml.to_string(),
-            None => given.folder.text(&given.header.machine)?,
+            None => context.folder.text(&context.header.machine)?,
         };
         let study = IdentificationStudy {
             machine: machine.clone(),
@@ -84,24 +85,25 @@ impl Question for IdentificationStudy {
         Ok(Resolved { study, shown: (), inputs })
     }
 
+    /// Returns the number of measurements.
     fn items(&self) -> (usize, &'static str) {
         (self.measurements.len(), "measurements")
     }
 }
 
 /// Reads the measurement rows of `file` in the study's folder, named by `key`; `Err` if it is missing or has a fault.
-pub fn rows(given: &StudyContext<'_>, file: &str, key: &str, purpose: RowUse) -> Result<(Vec<Measurement>, Inputs)> {
-    let path = given.folder.path(file).display().to_string();
-    if !given.folder.has_file(file) {
+pub fn rows(context: &StudyContext<'_>, file: &str, key: &str, purpose: RowUse) -> Result<(Vec<Measurement>, Inputs)> {
+    let path = context.folder.path(file).display().to_string();
+    if !context.folder.has_file(file) {
         let problem = format!("\"{file}\" is not a file in the study's folder: there is no {path}");
-        return given.check.key(key).fail(problem);
+        return context.check.key(key).fail(problem);
     }
-    let bytes = given.folder.bytes(file)?;
-    let rows = given.check.or_misfit(measurements::read(&bytes, &path, &given.machine, purpose), Vec::new())?;
+    let bytes = context.folder.bytes(file)?;
+    let rows = context.check.or_misfit(measurements::read(&bytes, &path, &context.machine, purpose), Vec::new())?;
     Ok((rows, Inputs::of(file, String::from_utf8_lossy(&bytes).into_owned())))
 }
 
-/// Returns the noise of the readings, checked: of lengths all given or all estimated, of rotations all given.
+/// Returns the noise of the readings. `Err` unless lengths all have a standard deviation or all are estimated, and rotations all have one.
 fn noise(spec: &IdentificationSpec, measured: &[Measurement], check: &Check) -> Result<Noise> {
     for (key, std) in [("std_mm", spec.std_mm), ("std_deg", spec.std_deg)] {
         std.map(|std| measurements::checked_std(std, &check.key(key))).transpose()?;
@@ -111,11 +113,11 @@ fn noise(spec: &IdentificationSpec, measured: &[Measurement], check: &Check) -> 
     let lacks = |is_rotation: bool| {
         readings().any(|reading| reading.quantity.is_rotation() == is_rotation && reading.std.is_none())
     };
-    let has_own = readings().any(|reading| reading.std.is_some());
-    let turns = readings().any(|reading| reading.quantity.is_rotation());
+    let has_std = readings().any(|reading| reading.std.is_some());
+    let has_rotations = readings().any(|reading| reading.quantity.is_rotation());
     let is_estimated = lacks(false) && length.is_none();
-    if is_estimated && (turns || has_own || rotation.is_some()) {
-        let because = match (turns, has_own) {
+    if is_estimated && (has_rotations || has_std || rotation.is_some()) {
+        let because = match (has_rotations, has_std) {
             (true, _) => "rotations were measured",
             (_, true) => "other readings have one",
             _ => "std_deg is given",
@@ -147,7 +149,7 @@ pub fn priors(specs: &[PriorSpec], unknowns: &[Unknown], check: &Check) -> Resul
         }
         let std = check.key("std").positive(*std)?;
         let value = check.key("value").finite_scalar(value.unwrap_or(unknowns[k].start))?;
-        let Some(x) = unknowns[k].at(value) else {
+        let Some(x) = unknowns[k].coordinate_at(value) else {
             return check.key("value").fail(format!("must be greater than 0, got {value}"));
         };
         let tightest = TIGHTEST * unknowns[k].slope(x).abs();
@@ -162,13 +164,13 @@ pub fn priors(specs: &[PriorSpec], unknowns: &[Unknown], check: &Check) -> Resul
 }
 
 /// Returns the other sets of unknowns with their names, checked.
-fn alternatives(spec: &IdentificationSpec, given: &StudyContext<'_>) -> Result<Vec<(String, Vec<Unknown>)>> {
+fn alternatives(spec: &IdentificationSpec, context: &StudyContext<'_>) -> Result<Vec<(String, Vec<Unknown>)>> {
     let mut all: Vec<(String, Vec<Unknown>)> = Vec::new();
     for (i, other) in spec.alternative.iter().enumerate() {
-        let check = given.check.key("alternative").item(i);
+        let check = context.check.key("alternative").item(i);
         check.key("name").readable(&other.name)?;
         check.key("name").unique(&other.name, all.iter().map(|(name, _)| name.as_str()))?;
-        all.push((other.name.clone(), unknowns(&given.machine, &other.unknowns, &check.key("unknowns"))?));
+        all.push((other.name.clone(), unknowns(&context.machine, &other.unknowns, &check.key("unknowns"))?));
     }
     Ok(all)
 }

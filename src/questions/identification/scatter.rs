@@ -70,11 +70,11 @@ impl LossSpec {
         if self == Self::Squares {
             return 1.0;
         }
-        let (count, sought) = (r.len() as f64, unknowns as f64);
+        let (count, fitted) = (r.len() as f64, unknowns as f64);
         let mean = r.iter().map(|&r| self.slope(r)).sum::<f64>() / count;
-        let spread = r.iter().map(|&r| (self.weight(r) * r).powi(2)).sum::<f64>() / (count - sought).max(1.0);
+        let spread = r.iter().map(|&r| (self.weight(r) * r).powi(2)).sum::<f64>() / (count - fitted).max(1.0);
         let variance = r.iter().map(|&r| (self.slope(r) - mean).powi(2)).sum::<f64>() / count;
-        let correction = 1.0 + sought / count * variance / (mean * mean);
+        let correction = 1.0 + fitted / count * variance / (mean * mean);
         correction * correction * spread / (mean * mean)
     }
 }
@@ -86,8 +86,8 @@ const NORMAL: f64 = 1.959_963_985;
 /// 99 % quantile of the normal distribution.
 const ONCE_IN_A_HUNDRED: f64 = 2.326_347_874;
 
-/// Returns half the width of a 95 % interval in standard deviations: of Student's distribution with `free` degrees of freedom, or of the normal one
-/// where the standard deviation is known (`None`).
+/// Returns half a 95 % interval in standard deviations: the 97.5 % quantile of Student's distribution with `free` degrees of freedom, or of
+/// the normal distribution where the standard deviation is known (`None`).
 pub fn half_width(free: Option<usize>) -> f64 {
     match free {
         None => NORMAL,

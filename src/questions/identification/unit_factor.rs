@@ -37,7 +37,7 @@ const MOST_SCATTER: f64 = 0.2;
 /// scatter of its own, so their mean is that of a random-effects model (DerSimonian and Laird 1986).
 pub fn unit_factor(study: &IdentificationStudy, fit: &Fit) -> Option<UnitFactor> {
     let stiffnesses: Vec<(f64, f64)> = (study.unknowns.iter().enumerate())
-        .filter(|(_, own)| own.coordinate == Coordinate::Logarithm && own.unit.is_stiffness())
+        .filter(|(_, unknown)| unknown.coordinate == Coordinate::Logarithm && unknown.unit.is_stiffness())
         .map(|(k, _)| (fit.x[k], fit.std(k).powi(2).max(f64::MIN_POSITIVE)))
         .filter(|(_, variance)| variance.is_finite())
         .collect();
@@ -48,9 +48,9 @@ pub fn unit_factor(study: &IdentificationStudy, fit: &Fit) -> Option<UnitFactor>
     };
     let (first, sum) = mean(0.0);
     let squares: f64 = stiffnesses.iter().map(|(_, variance)| variance.powi(-2)).sum();
-    let off: f64 = stiffnesses.iter().map(|(x, variance)| (x - first).powi(2) / variance).sum();
-    let more = off - (stiffnesses.len() as f64 - 1.0);
-    let scatter = if more > 0.0 && stiffnesses.len() > 1 { more / (sum - squares / sum) } else { 0.0 };
+    let chi_squared: f64 = stiffnesses.iter().map(|(x, variance)| (x - first).powi(2) / variance).sum();
+    let excess = chi_squared - (stiffnesses.len() as f64 - 1.0);
+    let scatter = if excess > 0.0 && stiffnesses.len() > 1 { excess / (sum - squares / sum) } else { 0.0 };
     let (log, sum) = mean(scatter);
     let width = scatter::half_width(degrees_of_freedom(study, fit)) / sum.sqrt();
     if !(fit.is_converged && stiffnesses.len() > 1 && width <= WIDEST && scatter.sqrt() <= MOST_SCATTER) {

@@ -75,7 +75,7 @@ impl Unknown {
     }
 
     /// Returns the coordinate at which the parameter has `value`; `None` where it cannot have it.
-    pub fn at(&self, value: f64) -> Option<f64> {
+    pub fn coordinate_at(&self, value: f64) -> Option<f64> {
         match self.coordinate {
             Coordinate::Logarithm => (value > 0.0).then(|| libm::log(value / self.start)),
             Coordinate::Linear(scale) => Some((value - self.start) / scale),
@@ -91,7 +91,7 @@ impl Unknown {
         }
     }
 
-    /// Returns the derivative of the value by the coordinate, at coordinate `x`.
+    /// Returns the derivative of the value by the coordinate at coordinate `x`, in the unit of the parameter.
     pub fn slope(&self, x: f64) -> f64 {
         match self.coordinate {
             Coordinate::Logarithm => self.value(x),
@@ -100,10 +100,10 @@ impl Unknown {
     }
 }
 
-/// Returns the parameters of `machine` that match `patterns`, each once, in that order; `Err` if there are none, too many, or unfit ones.
+/// Returns the parameters of `machine` that match `patterns`, each once, in that order. `Err` if there are none, too many, or unfit ones.
 pub(crate) fn unknowns(machine: &Machine, patterns: &[String], check: &Check) -> Result<Vec<Unknown>> {
     let all = machine.parameters();
-    let mut found: Vec<Unknown> = Vec::new();
+    let mut matched: Vec<Unknown> = Vec::new();
     for (i, pattern) in patterns.iter().enumerate() {
         let check = check.item(i);
         let named: Vec<&Parameter> = all.iter().filter(|parameter| is_pattern_of(pattern, &parameter.name)).collect();
@@ -113,17 +113,17 @@ pub(crate) fn unknowns(machine: &Machine, patterns: &[String], check: &Check) ->
             check.misfit(error, ())?;
         }
         for parameter in named {
-            if !found.iter().any(|other| other.name == parameter.name) {
-                found.push(Unknown::new(parameter.clone(), &check)?);
+            if !matched.iter().any(|other| other.name == parameter.name) {
+                matched.push(Unknown::new(parameter.clone(), &check)?);
             }
         }
     }
-    match found.len() {
+    match matched.len() {
         0 if patterns.is_empty() => check.fail("must name at least one parameter, got none".into()),
         0..=MOST => {
-            let names: Vec<&str> = found.iter().map(|unknown| unknown.name.as_str()).collect();
+            let names: Vec<&str> = matched.iter().map(|unknown| unknown.name.as_str()).collect();
             machine.variations(&names).or_else(|error| check.fail(error.to_string()))?;
-            Ok(found)
+            Ok(matched)
         }
         count => check.fail(format!("must name at most {MOST} parameters, got {count}")),
     }

@@ -24,20 +24,20 @@ pub fn leave_one_out(fit: &Fit, measurements: &[Measurement]) -> Vec<f64> {
             fit.residuals[first + i] * fit.weights[first + i].sqrt() / fit.stds[first + i]
         });
         // Where the others tell nothing of it, it predicts itself: the smallest part that is not its own is none.
-        let others = DMatrix::identity(count, count) - hat;
-        let is_identifiable = SymmetricEigen::new(others.clone()).eigenvalues.min() > OWN;
-        let left = if is_identifiable { others.lu().solve(&scaled) } else { None };
+        let complement = DMatrix::identity(count, count) - hat;
+        let is_identifiable = SymmetricEigen::new(complement.clone()).eigenvalues.min() > OWN;
+        let left_out = if is_identifiable { complement.lu().solve(&scaled) } else { None };
         for i in 0..count {
-            let back = fit.stds[first + i] / fit.weights[first + i].sqrt().max(1e-9);
-            residuals.push(left.as_ref().map_or(f64::INFINITY, |left| left[i] * back));
+            let unscale = fit.stds[first + i] / fit.weights[first + i].sqrt().max(1e-9);
+            residuals.push(left_out.as_ref().map_or(f64::INFINITY, |left_out| left_out[i] * unscale));
         }
         first += count;
     }
     residuals
 }
 
-/// Returns the residuals of all readings in k-fold cross-validation, mm and rad: each predicted by a fit to the other folds. `Err` if the
-/// work was stopped; the inner one if a fit or prediction failed.
+/// Returns the residuals of all readings in k-fold cross-validation, mm and rad, by fits to the other folds from coordinates `start`. `Err`
+/// if the work was stopped; the inner one if a fit or prediction failed.
 pub fn k_fold_residuals(
     search: &Search<'_>,
     start: &DVector<f64>,
@@ -48,22 +48,22 @@ pub fn k_fold_residuals(
     let mut residuals: Vec<Vec<f64>> = vec![Vec::new(); measurements.len()];
     for fold in 0..folds {
         work.check()?;
-        let is_out = |i: &usize| i % folds == fold;
-        let kept: Vec<&Measurement> =
-            (0..measurements.len()).filter(|i| !is_out(i)).map(|i| &measurements[i]).collect();
-        let out: Vec<usize> = (0..measurements.len()).filter(is_out).collect();
-        let asked: Vec<&Measurement> = out.iter().map(|&i| &measurements[i]).collect();
-        let found = search.fit(&kept, start);
-        let there = found.and_then(|fit| predict_values(search.machine, search.unknowns, &fit.x, &asked));
-        let predicted = match there {
+        let is_in_fold = |i: &usize| i % folds == fold;
+        let training: Vec<&Measurement> =
+            (0..measurements.len()).filter(|i| !is_in_fold(i)).map(|i| &measurements[i]).collect();
+        let fold_indices: Vec<usize> = (0..measurements.len()).filter(is_in_fold).collect();
+        let tested: Vec<&Measurement> = fold_indices.iter().map(|&i| &measurements[i]).collect();
+        let refit = search.fit(&training, start);
+        let prediction = refit.and_then(|fit| predict_values(search.machine, search.unknowns, &fit.x, &tested));
+        let predicted = match prediction {
             Ok(predicted) => predicted,
             Err((_, failure)) => return Ok(Err(failure)),
         };
         let mut first = 0;
-        for &i in &out {
+        for &i in &fold_indices {
             let readings = &measurements[i].readings;
-            let own = readings.iter().enumerate().map(|(k, reading)| reading.value - predicted[first + k]);
-            residuals[i] = own.collect();
+            let errors = readings.iter().enumerate().map(|(k, reading)| reading.value - predicted[first + k]);
+            residuals[i] = errors.collect();
             first += readings.len();
         }
     }
@@ -96,7 +96,7 @@ const FEWEST: usize = 8;
 /// Largest residual that is rounding of the solves, mm or rad.
 const ROUNDING: f64 = 1e-7;
 
-/// Returns the readings that are outliers, the farthest first: residuals many times their median, corrected for leverage.
+/// Returns the readings that are outliers, the farthest first: residuals, corrected for leverage, of over [`FAR`] typical ones.
 pub fn outliers(fit: &Fit, measurements: &[Measurement]) -> Vec<Outlier> {
     // A reading that tells an unknown alone leaves nothing.
     let size = |i: usize| {

@@ -35,41 +35,42 @@ const COMPONENTS: [(&str, usize); 5] = [("x", 0), ("y", 1), ("z", 2), ("min", 0)
 const ROWS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
 /// Writes the identified values and their provenance into the text of the study's machine file, and checks it by reading it back.
-pub(super) fn write_machine(study: &IdentificationStudy, found: &Identified) -> MachineFile {
+pub(super) fn write_machine(study: &IdentificationStudy, results: &Identified) -> MachineFile {
     let mut document = match study.machine_text.parse::<DocumentMut>() {
         Ok(document) => document,
         Err(fault) => {
-            let names = found.found.iter().map(|own| own.unknown.name.clone()).collect();
+            let names = results.estimates.iter().map(|estimate| estimate.unknown.name.clone()).collect();
             return MachineFile::unwritten(names, Some(fault.to_string()));
         }
     };
     provenance_as_tables(&mut document);
     let (mut written, mut left_out) = (Vec::new(), Vec::new());
-    for own in found.found.iter().filter(|own| own.open.is_none()) {
-        let name = &own.unknown.name;
+    for estimate in results.estimates.iter().filter(|estimate| estimate.open.is_none()) {
+        let name = &estimate.unknown.name;
         let key = study.machine.parameter(name).ok().and_then(|parameter| parameter.key);
         // What was written is read back below.
-        match key.is_some_and(|key| set_number(document.as_item_mut(), &key, name, own.value).is_some()) {
-            true => written.push(own),
+        match key.is_some_and(|key| set_number(document.as_item_mut(), &key, name, estimate.value).is_some()) {
+            true => written.push(estimate),
             false => left_out.push(name.clone()),
         }
     }
     if written.is_empty() {
         return MachineFile::unwritten(left_out, None);
     }
-    for own in &written {
-        remove_provenance(&mut document, &own.unknown.name);
-        add_provenance(&mut document, study, found, own);
+    for estimate in &written {
+        remove_provenance(&mut document, &estimate.unknown.name);
+        add_provenance(&mut document, study, results, estimate);
     }
     // Where the schema lies is true of the file that this one is made of.
     let text: String =
         document.to_string().split_inclusive('\n').filter(|line| !line.starts_with("#:schema")).collect();
     let read_back = Machine::from_toml(&text, "the machine file that was found");
-    let is_there = |own: &&&Estimate| {
-        let back = read_back.as_ref().ok().and_then(|machine| machine.parameter(&own.unknown.name).ok()?.value);
-        back == Some(own.value)
+    let is_kept = |estimate: &&&Estimate| {
+        let back = read_back.as_ref().ok().and_then(|machine| machine.parameter(&estimate.unknown.name).ok()?.value);
+        back == Some(estimate.value)
     };
-    let lost: Vec<String> = written.iter().filter(|own| !is_there(own)).map(|own| own.unknown.name.clone()).collect();
+    let lost: Vec<String> =
+        written.iter().filter(|estimate| !is_kept(estimate)).map(|estimate| estimate.unknown.name.clone()).collect();
     if lost.is_empty() {
         return MachineFile { text: Some(text), left_out, problem: None };
     }
@@ -77,7 +78,7 @@ pub(super) fn write_machine(study: &IdentificationStudy, found: &Identified) -> 
         Err(fault) => fault.to_string(),
         Ok(_) => format!("{} would not be read back as it was found", lost.join(", ")),
     };
-    let all = [left_out, written.iter().map(|own| own.unknown.name.clone()).collect()].concat();
+    let all = [left_out, written.iter().map(|estimate| estimate.unknown.name.clone()).collect()].concat();
     MachineFile::unwritten(all, Some(problem))
 }
 
@@ -133,7 +134,7 @@ fn remove_provenance(document: &mut DocumentMut, name: &str) {
     for (number, table) in tables.iter_mut().enumerate() {
         if let Some(names) = table.get_mut("parameters").and_then(Item::as_array_mut) {
             let before = names.len();
-            names.retain(|own| own.as_str() != Some(name));
+            names.retain(|listed| listed.as_str() != Some(name));
             if names.is_empty() && before > 0 {
                 emptied.push(number);
             }
@@ -145,61 +146,61 @@ fn remove_provenance(document: &mut DocumentMut, name: &str) {
 }
 
 /// Describes the residual of the fit in words: against the given noise, or against the measured lengths.
-fn misfit_words(study: &IdentificationStudy, found: &Identified) -> String {
-    let fit = &found.fit;
+fn misfit_words(study: &IdentificationStudy, results: &Identified) -> String {
+    let fit = &results.fit;
     if !study.noise.is_estimated {
         let widened = if fit.scale > 1.0 { ", and the interval is wider by it" } else { "" };
         return format!("the residual is {:.2} times the noise that was given{widened}", fit.scale);
     }
-    let left = rms_mm(fit.residuals.as_slice(), &study.measurements);
-    let left = left.map_or_else(|| "nothing".into(), |left| format!("{} RMS", millimetres(left, 4)));
+    let residual = rms_mm(fit.residuals.as_slice(), &study.measurements);
+    let residual = residual.map_or_else(|| "nothing".into(), |residual| format!("{} RMS", millimetres(residual, 4)));
     let share = residual_share(&fit.residuals, &study.measurements, &[]);
     let share = share.map_or_else(String::new, |share| format!(", {} of what was measured", percent(share)));
-    format!("the residual is {left}{share}, and is in the interval")
+    format!("the residual is {residual}{share}, and is in the interval")
 }
 
 /// Describes in a sentence the residual of a machine file with only some of the fitted parameters; `None` where it has all or none.
-pub(super) fn partial_words(study: &IdentificationStudy, found: &Identified) -> Option<String> {
-    let partial = found.partial.as_ref()?;
+pub(super) fn partial_words(study: &IdentificationStudy, results: &Identified) -> Option<String> {
+    let partial = results.partial.as_ref()?;
     let names: Vec<&str> = partial.unidentified.iter().map(|&k| &*study.unknowns[k].name).collect();
     let (are, they) = if names.len() == 1 { ("is", "it is") } else { ("are", "they are") };
-    let kept = format!("{} {are} not identified, and {they} in the file as before", join_words(&names));
-    let all = rms_mm(found.fit.residuals.as_slice(), &study.measurements);
-    Some(match (&partial.residual_mm, all) {
-        (Ok(Some(partial)), Some(all)) => {
+    let rest = format!("{} {are} not identified, and {they} in the file as before", join_words(&names));
+    let full = rms_mm(results.fit.residuals.as_slice(), &study.measurements);
+    Some(match (&partial.residual_mm, full) {
+        (Ok(Some(partial)), Some(full)) => {
             format!(
-                "{kept}: so the machine leaves {} RMS, with all parameters as fitted {}.",
+                "{rest}: so the machine leaves {} RMS, with all parameters as fitted {}.",
                 millimetres(*partial, 3),
-                millimetres(all, 3)
+                millimetres(full, 3)
             )
         }
-        (Ok(_), _) => format!("{kept}, with which what was identified was not fitted."),
-        (Err(failure), _) => format!("{kept}: so the machine is not solved: {}.", failure.reason.trim_end_matches('.')),
+        (Ok(_), _) => format!("{rest}, with which what was identified was not fitted."),
+        (Err(failure), _) => format!("{rest}: so the machine is not solved: {}.", failure.reason.trim_end_matches('.')),
     })
 }
 
-/// Appends a provenance table that says from what `own` was identified, with its interval and former value.
-fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, found: &Identified, own: &Estimate) {
+/// Appends a provenance table that says from what `estimate` was identified, with its interval and former value.
+fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, results: &Identified, estimate: &Estimate) {
     let mut table = Table::new();
-    let unit = own.unknown.unit;
-    table["what"] = value(own.unknown.name.as_str());
+    let unit = estimate.unknown.unit;
+    table["what"] = value(estimate.unknown.name.as_str());
     table["grade"] = value("identified");
     let measurements = counted(study.measurements.len(), "measurement");
-    let before = format!("{:e} {unit}", own.unknown.start);
+    let before = format!("{:e} {unit}", estimate.unknown.start);
     let partial =
-        partial_words(study, found).map_or_else(String::new, |words| format!("; {}", words.trim_end_matches('.')));
+        partial_words(study, results).map_or_else(String::new, |words| format!("; {}", words.trim_end_matches('.')));
     table["source"] = value(format!(
         "Identified from {measurements} in {}; {}{partial}; before: {}",
         study.data,
-        misfit_words(study, found),
+        misfit_words(study, results),
         before.trim_end()
     ));
     let mut names = toml_edit::Array::new();
-    names.push(own.unknown.name.as_str());
+    names.push(estimate.unknown.name.as_str());
     table["parameters"] = value(names);
-    table["interval"] = value(toml_edit::Array::from_iter(own.interval));
-    let all = document.entry("provenance").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
-    if let Some(tables) = all.as_array_of_tables_mut() {
+    table["interval"] = value(toml_edit::Array::from_iter(estimate.interval));
+    let provenance = document.entry("provenance").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+    if let Some(tables) = provenance.as_array_of_tables_mut() {
         tables.push(table);
     }
 }
@@ -212,23 +213,26 @@ struct ChainErrorTables {
 
 /// Writes a process file of the identified chain errors, which have no key in machine files, and returns its text and the names of the
 /// parameters in it; `None` if there are none, `Err` if the file is not valid, such as for an error that is too large.
-pub(super) fn write_errors(study: &IdentificationStudy, found: &Identified) -> Result<Option<(String, Vec<String>)>> {
+pub(super) fn write_errors(study: &IdentificationStudy, results: &Identified) -> Result<Option<(String, Vec<String>)>> {
     let mut text = format!(
         "# Errors of chains, identified from {}: a process file, or tables to copy into one.\nschema = 1\n",
         study.data
     );
     let mut written = Vec::new();
     for chain in &study.machine.chains {
-        let errors = chain_estimates(&study.machine, chain, found);
+        let errors = chain_estimates(&study.machine, chain, results);
         if errors.is_empty() {
             continue;
         }
         text += &format!("\n{}", chain_error_toml(chain, &errors));
-        for own in &errors {
-            let [low, high] = own.interval;
-            text += &format!("# {}: 95 % interval {low:.4e} to {high:.4e} {}\n", own.unknown.name, own.unknown.unit);
+        for estimate in &errors {
+            let [low, high] = estimate.interval;
+            text += &format!(
+                "# {}: 95 % interval {low:.4e} to {high:.4e} {}\n",
+                estimate.unknown.name, estimate.unknown.unit
+            );
         }
-        written.extend(errors.iter().map(|own| own.unknown.name.clone()));
+        written.extend(errors.iter().map(|estimate| estimate.unknown.name.clone()));
     }
     if written.is_empty() {
         return Ok(None);
@@ -238,18 +242,18 @@ pub(super) fn write_errors(study: &IdentificationStudy, found: &Identified) -> R
 }
 
 /// Returns the identified errors of `chain`: parameters that have no key in the machine file.
-fn chain_estimates<'a>(machine: &Machine, chain: &Chain, found: &'a Identified) -> Vec<&'a Estimate> {
-    let identified = found.found.iter().filter(|own| own.open.is_none());
+fn chain_estimates<'a>(machine: &Machine, chain: &Chain, results: &'a Identified) -> Vec<&'a Estimate> {
+    let identified = results.estimates.iter().filter(|estimate| estimate.open.is_none());
     let is_of_chain = |name: &str| name.strip_prefix(&chain.name).is_some_and(|behind| behind.starts_with('.'));
-    let has_no_key = |name: &str| machine.parameter(name).is_ok_and(|own| own.key.is_none());
-    identified.filter(|own| is_of_chain(&own.unknown.name) && has_no_key(&own.unknown.name)).collect()
+    let has_no_key = |name: &str| machine.parameter(name).is_ok_and(|parameter| parameter.key.is_none());
+    identified.filter(|estimate| is_of_chain(&estimate.unknown.name) && has_no_key(&estimate.unknown.name)).collect()
 }
 
-/// Returns the TOML table of these errors of a chain; components of their vectors that were not identified are 0.
+/// Returns the TOML table of the identified errors of a chain; components of vectors that were not identified are 0.
 fn chain_error_toml(chain: &Chain, errors: &[&Estimate]) -> String {
     let value = |behind: &str| {
         let name = format!("{}.{behind}", chain.name);
-        errors.iter().find(|own| own.unknown.name == name).map(|own| own.value)
+        errors.iter().find(|estimate| estimate.unknown.name == name).map(|estimate| estimate.value)
     };
     let vector = |behind: &str| {
         let components = ["x", "y", "z"].map(|axis| value(&format!("{behind}.{axis}")));

@@ -40,10 +40,10 @@ pub struct WorkspaceMapStudy {
 }
 
 impl WorkspaceMapStudy {
-    /// Returns the tool angle of the study nearest to `phi`, rad.
+    /// Returns the tool angle φ of the study nearest to `phi`, rad; `phi` itself if the study has none.
     pub(crate) fn nearest_phi(&self, phi: f64) -> f64 {
-        let off = |own: &f64| (own - phi).abs();
-        self.scene.phis.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(phi)
+        let difference = |candidate: &f64| (candidate - phi).abs();
+        self.scene.phis.iter().copied().min_by(|a, b| difference(a).total_cmp(&difference(b))).unwrap_or(phi)
     }
 }
 
@@ -111,10 +111,8 @@ pub struct WorkspaceMap {
     pub points: Vec<MapPoint>,
 }
 
-/// Computes all points in parallel on the current rayon pool; the results do not depend on the number of threads.
-///
-/// # Errors
-/// Of `work`.
+/// Computes all points in parallel on the current rayon pool; the results do not depend on the number of threads. `Err` if `work` was
+/// stopped or could not be kept, or an uncertain input makes no machine.
 pub fn run(study: &WorkspaceMapStudy, work: &Work) -> error::Result<WorkspaceMap> {
     let mut points = Vec::with_capacity(study.grid.len());
     run_in_blocks(study, work, |block| {
@@ -129,16 +127,14 @@ const MOST_POINTS: usize = 4096;
 /// Largest number of tool angles of all points of a block.
 const MOST_ANGLES: usize = 1 << 18;
 
-/// Returns the number of points of a block, a multiple of the number solved side by side.
+/// Returns the number of grid points of a block, a multiple of [`Batch::WIDTH`].
 fn block_size(study: &WorkspaceMapStudy) -> usize {
     let points = (MOST_ANGLES / study.scene.phis.len().max(1)).min(MOST_POINTS);
     (points / Batch::WIDTH).max(1) * Batch::WIDTH
 }
 
-/// Computes all points and hands them to `take` block by block in grid order, so that memory does not grow with the grid.
-///
-/// # Errors
-/// Of `work` and of `take`.
+/// Computes all points and hands them to `take` block by block in grid order, so that memory does not grow with the grid. `Err` as [`run`],
+/// and that of `take`.
 pub fn run_in_blocks(
     study: &WorkspaceMapStudy,
     work: &Work,
@@ -163,17 +159,15 @@ pub(super) fn block_count(study: &WorkspaceMapStudy) -> usize {
     study.grid.len().div_ceil(block_size(study))
 }
 
-/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid give no points.
-///
-/// # Errors
-/// Of `work`.
+/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid give none.
+/// `Err` as [`run`].
 pub fn run_range(study: &WorkspaceMapStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<MapPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
     let machines = study.scene.machines()?;
     run_block(study, &machines, drawn_machines(study, &machines)?.as_ref(), indices, work)
 }
 
-/// Returns the machines that uncertain inputs make of `machines`; `None` where inputs are exact.
+/// Returns the machines that draws of uncertain inputs make of `machines`; `None` where inputs are exact. `Err` if they make no machine.
 fn drawn_machines<'a>(
     study: &'a WorkspaceMapStudy,
     machines: &'a Machines,
@@ -181,7 +175,7 @@ fn drawn_machines<'a>(
     DrawnMachines::new(study.uncertainty.as_ref(), machines, &study.scene.errors)
 }
 
-/// Computes the grid points with these indices, in groups that are solved side by side.
+/// Computes the grid points with these `indices` in parallel, [`Batch::WIDTH`] solved side by side at a time. `Err` if `work` was stopped.
 fn run_block(
     study: &WorkspaceMapStudy,
     machines: &Machines,
@@ -233,27 +227,27 @@ impl SessionGroup {
         Self { sessions: vec![machines.session(source); Batch::WIDTH], batch: machines.batch(source) }
     }
 
-    /// Commands each session its entry of `at`, the machine undeflected.
+    /// Sets each session to the configuration at its index in `at`, undeflected.
     fn set_rigid(&mut self, at: &[&Configuration]) {
         for (session, at) in self.sessions.iter_mut().zip(at) {
             session.set_rigid(at);
         }
     }
 
-    /// Solves the tasks of the sessions with the indices `places` with `method`; failures name the tool angle `phi` (rad), if there is one.
+    /// Solves the tasks of the sessions with these `indices` by `method`, side by side; failures name the tool angle `phi` (rad).
     fn command(
         &mut self,
         machine: &Machine,
         phi: Option<f64>,
         method: Method,
-        places: &[usize],
+        indices: &[usize],
         task: impl Fn(usize) -> TaskPoint,
     ) -> Vec<Result<Compensation, Failure>> {
-        let tasks: Vec<TaskPoint> = places.iter().map(|&i| task(i)).collect();
-        let chosen = self.sessions.iter_mut().enumerate().filter(|(i, _)| places.contains(i));
+        let tasks: Vec<TaskPoint> = indices.iter().map(|&i| task(i)).collect();
+        let chosen = self.sessions.iter_mut().enumerate().filter(|(i, _)| indices.contains(i));
         let mut sessions: Vec<&mut Session> = chosen.map(|(_, session)| session).collect();
-        let answers = compensate_batch(&mut sessions, &tasks, method, &mut self.batch);
-        answers.into_iter().map(|answer| success_or_failure(machine, phi, answer)).collect()
+        let results = compensate_batch(&mut sessions, &tasks, method, &mut self.batch);
+        results.into_iter().map(|result| success_or_failure(machine, phi, result)).collect()
     }
 }
 
@@ -280,24 +274,24 @@ impl GroupSolver<'_> {
         let reached: Vec<_> = positions.iter().map(|position| machine.command(*position)).collect();
         let configurations: Vec<&Configuration> = reached.iter().flatten().collect();
         let phis: Vec<Option<f64>> = self.study.scene.phis.iter().copied().map(Some).collect();
-        let mut turns = BySource::of(machine, |source| {
+        let mut sweeps = BySource::of(machine, |source| {
             let group = &mut self.groups[source];
             group.plain.set_rigid(&configurations);
             let loads = if source.has_cutting_force() { &phis[..] } else { &[None] };
             sweep_phi(self.study, source, group, &configurations, loads).into_iter()
         });
         let spreads = self.spread.as_mut().map(|solver| {
-            let nominal = turns[Source::All].as_slice().iter().map(|turn| Some(&*turn.as_ref().ok()?.displacements));
+            let nominal = sweeps[Source::All].as_slice().iter().map(|sweep| Some(&*sweep.as_ref().ok()?.displacements));
             solver.solve(&configurations, nominal, work)
         });
         let mut spreads = spreads.transpose()?.unwrap_or_default().into_iter();
         let mut effects = configurations.iter().map(|_| {
-            let nothing = || Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
-            let own = BySource::of(machine, |source| turns[source].next().unwrap_or_else(nothing));
-            let superposition_error = superposition_error(machine, &own);
+            let no_load = || Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
+            let by_source = BySource::of(machine, |source| sweeps[source].next().unwrap_or_else(no_load));
+            let superposition_error = superposition_error(machine, &by_source);
             let mut spread = spreads.next().flatten();
-            own.map(|source, turn: Result<PhiSweep, Failure>| {
-                let mut effect = turn?.effect;
+            by_source.map(|source, sweep: Result<PhiSweep, Failure>| {
+                let mut effect = sweep?.effect;
                 if source == Source::All {
                     effect.superposition_error_vector_mm = superposition_error;
                     effect.spread = spread.take();
@@ -320,20 +314,20 @@ impl GroupSolver<'_> {
     }
 }
 
-/// Returns the summed displacements by single sources less that by all, O axes, mm, at its worst φ; `None` where one is missing.
-fn superposition_error(machine: &Machine, turns: &BySource<Result<PhiSweep, Failure>>) -> Option<[f64; 3]> {
-    let of = |source: Source| Some(&turns.get(source)?.as_ref().ok()?.displacements);
-    let all = of(Source::All)?;
+/// Returns the sum of the displacements by single sources less that by all, at its worst φ, O axes, mm; `None` where one is missing.
+fn superposition_error(machine: &Machine, sweeps: &BySource<Result<PhiSweep, Failure>>) -> Option<[f64; 3]> {
+    let displacements_by = |source: Source| Some(&sweeps.get(source)?.as_ref().ok()?.displacements);
+    let all = displacements_by(Source::All)?;
     let worst = index_of_largest(all);
     let mut superposed = Vector3::zeros();
     for part in Source::parts(machine) {
-        let displacements = of(*part)?;
+        let displacements = displacements_by(*part)?;
         superposed += displacements[if part.has_cutting_force() { worst } else { 0 }];
     }
     Some((superposed - all[worst]).into())
 }
 
-/// Solves the equilibria over `phis` at each of `configurations`, without and with compensation, each started from the one before.
+/// Solves each of `configurations` over `phis` (rad), without and with compensation, each angle from the one before; one result for each.
 fn sweep_phi(
     study: &WorkspaceMapStudy,
     source: Source,
@@ -347,14 +341,14 @@ fn sweep_phi(
     let task_at = |phi: Option<f64>, i: usize| source.task(&study.scene.task(configurations[i].pose, phi));
     for (index, &phi) in phis.iter().enumerate() {
         let task = |i: usize| task_at(phi, i);
-        let places = select(&tallies, |_| true);
-        let plain = group.plain.command(machine, phi, Method::None, &places, task);
-        for (i, answer) in places.into_iter().zip(plain) {
+        let indices = select(&tallies, |_| true);
+        let plain = group.plain.command(machine, phi, Method::None, &indices, task);
+        for (i, result) in indices.into_iter().zip(plain) {
             let state = group.plain.sessions[i].state();
-            if index == 0 && answer.is_ok() {
+            if index == 0 && result.is_ok() {
                 group.corrected.sessions[i].set_state(configurations[i], state);
             }
-            match (answer, &mut tallies[i]) {
+            match (result, &mut tallies[i]) {
                 (Ok(plain), Ok(tally)) => {
                     tally.add(machine, phi, plain, state);
                 }
@@ -364,9 +358,9 @@ fn sweep_phi(
         }
         let to_correct = select(&tallies, |tally| tally.delta_rho.is_ok());
         let corrected = group.corrected.command(machine, phi, Method::Direct, &to_correct, task);
-        for (i, answer) in to_correct.into_iter().zip(corrected) {
+        for (i, result) in to_correct.into_iter().zip(corrected) {
             if let Ok(tally) = &mut tallies[i] {
-                tally.add_correction(configurations[i], answer);
+                tally.add_correction(configurations[i], result);
             }
         }
     }
@@ -374,25 +368,25 @@ fn sweep_phi(
         let tally = tally?;
         let phi = tally.worst.as_ref().and_then(|worst| worst.phi);
         match group.plain.sessions[i].workpiece_compliance(&task_at(phi, i)) {
-            Ok(carried) => tally.conclude(&carried),
+            Ok(carrier_compliance) => tally.conclude(&carrier_compliance),
             Err(status) => Err(Failure { status: status.label().into(), reason: status.reason(machine) }),
         }
     };
     tallies.into_iter().enumerate().map(conclude).collect()
 }
 
-/// Returns the indices of the points without failure so far whose tally `is_wanted`.
+/// Returns the indices of the points that have no failure so far and whose tally `is_wanted`.
 fn select(tallies: &[Result<Tally, Failure>], is_wanted: impl Fn(&Tally) -> bool) -> Vec<usize> {
     (0..tallies.len()).filter(|&i| tallies[i].as_ref().is_ok_and(&is_wanted)).collect()
 }
 
-/// Returns the result of a command if it succeeded; else its failure, with the tool angle `phi` in rad.
-fn success_or_failure(machine: &Machine, phi: Option<f64>, answer: Compensation) -> Result<Compensation, Failure> {
-    if answer.status.is_success() {
-        return Ok(answer);
+/// Returns `result` if the command succeeded; else its failure, which names the tool angle `phi` (rad), if there is one.
+fn success_or_failure(machine: &Machine, phi: Option<f64>, result: Compensation) -> Result<Compensation, Failure> {
+    if result.status.is_success() {
+        return Ok(result);
     }
-    let at = phi.map_or_else(String::new, |phi| format!(" (tool angle {:.1}°)", phi.to_degrees()));
-    Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(machine) + &at })
+    let angle = phi.map_or_else(String::new, |phi| format!(" (tool angle {:.1}°)", phi.to_degrees()));
+    Err(Failure { status: result.status.label().into(), reason: result.status.reason(machine) + &angle })
 }
 
 /// Extremes over the loads of one point and source, so far.
@@ -430,15 +424,15 @@ impl Tally {
         }
     }
 
-    /// Adds one load: its result `plain` without compensation, which ended in `state`.
-    fn add(&mut self, machine: &Machine, phi: Option<f64>, plain: Compensation, state: &State) {
-        for (most, force) in self.drive_force.iter_mut().zip(&plain.drive_forces) {
-            *most = most.max(force.abs());
+    /// Adds one load at tool angle `phi` (rad): its result `nominal` without compensation, which ended in `state`.
+    fn add(&mut self, machine: &Machine, phi: Option<f64>, nominal: Compensation, state: &State) {
+        for (largest, force) in self.drive_force.iter_mut().zip(&nominal.drive_forces) {
+            *largest = largest.max(force.abs());
         }
-        let displacement = plain.tool_displacement;
+        let displacement = nominal.tool_displacement;
         if self.worst.as_ref().is_none_or(|worst| displacement.norm() > worst.displacement.norm()) {
             let lever = state.pose.rotation * machine.tool_tip;
-            self.worst = Some(Worst { displacement, phi, outcome: plain.outcome, lever });
+            self.worst = Some(Worst { displacement, phi, outcome: nominal.outcome, lever });
         }
         self.displacements.push(displacement);
     }
@@ -457,8 +451,8 @@ impl Tally {
         }
     }
 
-    /// Returns the effect of the source; `carried` is the compliance of the workpiece under the worst load, mm/N.
-    fn conclude(self, carried: &Matrix3<f64>) -> Result<PhiSweep, Failure> {
+    /// Returns displacements and effect of the source; `carrier_compliance` is that of the workpiece under the worst load, mm/N.
+    fn conclude(self, carrier_compliance: &Matrix3<f64>) -> Result<PhiSweep, Failure> {
         let Some(worst) = self.worst else {
             return Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
         };
@@ -469,7 +463,7 @@ impl Tally {
             delta_rho: self.delta_rho,
             residual_mm: self.residual_mm,
             drive_force: self.drive_force,
-            principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever, carried),
+            principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever, carrier_compliance),
             superposition_error_vector_mm: None,
             spread: None,
         };
@@ -477,7 +471,7 @@ impl Tally {
     }
 }
 
-/// Returns the index of the longest vector, the first of equal ones.
+/// Returns the index of the longest displacement, the first of equal ones; 0 if there are none.
 fn index_of_largest(displacements: &[Vector3<f64>]) -> usize {
     let mut largest = 0;
     for (index, displacement) in displacements.iter().enumerate() {
@@ -488,8 +482,9 @@ fn index_of_largest(displacements: &[Vector3<f64>]) -> usize {
     largest
 }
 
-/// Returns the principal stiffnesses between tool tip and workpiece, ascending, N/mm; 0 where the tip is free.
-fn tool_stiffnesses(outcome: Option<&Outcome>, lever: Vector3<f64>, carried: &Matrix3<f64>) -> [f64; 3] {
+/// Returns the principal stiffnesses of tool tip against workpiece, ascending, N/mm, 0 where it is free; `lever` is from P to the tip, O,
+/// mm.
+fn tool_stiffnesses(outcome: Option<&Outcome>, lever: Vector3<f64>, carrier_compliance: &Matrix3<f64>) -> [f64; 3] {
     let Some(compliance) = outcome.and_then(|outcome| outcome.compliance) else { return [0.0; 3] };
-    statics::principal_stiffnesses(&(tool_compliance(&compliance, lever) + carried))
+    statics::principal_stiffnesses(&(tool_compliance(&compliance, lever) + carrier_compliance))
 }

@@ -25,17 +25,17 @@ impl Question for WorkspaceMapStudy {
     const TABLES: &[&str] = &["map"];
 
     /// Checks the map's table and makes its scene and grid.
-    fn resolve(spec: &WorkspaceMapSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
-        given.overrides.refuse_points(given.name)?;
-        let own = SceneKeys { phi_step_deg: spec.phi_step_deg, uses_target: true };
-        let (scene, not_used, inputs) = scene(given, own)?;
+    fn resolve(spec: &WorkspaceMapSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
+        context.overrides.refuse_points(context.name)?;
+        let scene_keys = SceneKeys { phi_step_deg: spec.phi_step_deg, uses_target: true };
+        let (scene, not_used, inputs) = scene(context, scene_keys)?;
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
         let (grid, slices_z, size) =
-            region.checked_grid(given, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
+            region.checked_grid(context, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
         let shown = Shown { slices_z, not_used };
-        let table = given.uncertainty_of_process.borrow().clone();
-        let (uncertainty, read) = given.uncertainty(table.as_ref(), &scene.machine, &scene.errors)?;
+        let table = context.uncertainty_of_process.borrow().clone();
+        let (uncertainty, read) = context.uncertainty(table.as_ref(), &scene.machine, &scene.errors)?;
         let inputs = inputs.and(read).and(size);
         Ok(Resolved { study: WorkspaceMapStudy { scene, grid, uncertainty }, shown, inputs })
     }

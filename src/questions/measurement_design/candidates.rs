@@ -25,7 +25,7 @@ fn is_in_box([min, max]: &[Vector3<f64>; 2], p: &Vector3<f64>) -> bool {
 }
 
 impl Region {
-    /// Whether the tool tip, or P, of a pose is in the allowed box and outside the forbidden ones.
+    /// Returns whether the tool tip, or P if no box for the tip is given, at `pose` is in the allowed box and outside the forbidden ones.
     fn contains(&self, machine: &Machine, pose: &Pose) -> bool {
         let tip = pose.transform(machine.tool_tip);
         let is_inside = match &self.tip {
@@ -35,10 +35,10 @@ impl Region {
         is_inside && !self.forbidden.iter().any(|corners| is_in_box(corners, &tip))
     }
 
-    /// Whether a configuration is in the region and on an allowed branch.
-    fn allows(&self, machine: &Machine, at: &Configuration) -> bool {
-        let is_on_branch = || machine.branch_of(at).is_some_and(|branch| self.branches.contains(&branch));
-        self.contains(machine, &at.pose) && (self.branches.is_empty() || is_on_branch())
+    /// Returns whether a configuration is in the region and on an allowed branch.
+    fn allows(&self, machine: &Machine, configuration: &Configuration) -> bool {
+        let is_on_branch = || machine.branch_of(configuration).is_some_and(|branch| self.branches.contains(&branch));
+        self.contains(machine, &configuration.pose) && (self.branches.is_empty() || is_on_branch())
     }
 }
 
@@ -70,8 +70,8 @@ pub fn poses(machine: &Machine, region: &Region, count: usize) -> Vec<Configurat
                 drive.motion.from_shown((shown * DIGITS).round() / DIGITS)
             });
             let drives: Vec<f64> = drives.collect();
-            let is_wanted = end_of_arm(machine, &drives).is_none_or(|pose| region.contains(machine, &pose));
-            if is_wanted { machine.forward_kinematics(&drives).ok() } else { None }
+            let is_allowed = end_of_arm(machine, &drives).is_none_or(|pose| region.contains(machine, &pose));
+            if is_allowed { machine.forward_kinematics(&drives).ok() } else { None }
         }
         _ => {
             let share = Vector3::from_fn(|i, _| radical_inverse(index, PRIMES[i]));
@@ -85,15 +85,15 @@ pub fn poses(machine: &Machine, region: &Region, count: usize) -> Vec<Configurat
 
 /// Plans a measurement of each pose under each force on the tool tip (O, N), starting from no load.
 pub fn plan_measurements(poses: &[Configuration], forces: &[Vector3<f64>], readings: &[Reading]) -> Vec<Measurement> {
-    let nothing = AppliedLoad { force: Vector3::zeros(), moment: Vector3::zeros() };
-    let of = |(number, at): (usize, &Configuration)| {
+    let no_load = AppliedLoad { force: Vector3::zeros(), moment: Vector3::zeros() };
+    let under_each_force = |(number, at): (usize, &Configuration)| {
         let name = (number + 1).to_string();
         let readings = readings.to_vec();
         let place =
-            Measurement { name, line: 0, at: at.clone(), load: nothing, reference: nothing, marker: None, readings };
+            Measurement { name, line: 0, at: at.clone(), load: no_load, reference: no_load, marker: None, readings };
         let loaded =
-            move |force: &Vector3<f64>| Measurement { load: AppliedLoad { force: *force, ..nothing }, ..place.clone() };
+            move |force: &Vector3<f64>| Measurement { load: AppliedLoad { force: *force, ..no_load }, ..place.clone() };
         forces.iter().map(loaded).collect::<Vec<_>>()
     };
-    poses.iter().enumerate().flat_map(of).collect()
+    poses.iter().enumerate().flat_map(under_each_force).collect()
 }

@@ -32,13 +32,13 @@ pub struct DesignProblem<'a> {
     pub criterion: Criterion,
 }
 
-/// Returns the information matrix of readings with these Jacobian rows over standard deviations.
+/// Returns the information matrix `JᵀJ` of readings with these Jacobian rows over their standard deviations.
 fn information(rows: &DMatrix<f64>) -> DMatrix<f64> {
     rows.transpose() * rows
 }
 
 impl DesignProblem<'_> {
-    /// Returns the information matrix of what is known and of the chosen candidates.
+    /// Returns the information matrix of what is known beforehand and of the chosen candidates (indices).
     pub fn information(&self, chosen: &[usize]) -> DMatrix<f64> {
         chosen.iter().fold(self.known.clone(), |sum, &i| sum + information(&self.candidates[i]))
     }
@@ -52,7 +52,7 @@ impl DesignProblem<'_> {
         })
     }
 
-    /// Returns by how much each candidate raises the criterion; minus infinity for those in `taken`.
+    /// Returns by how much each candidate raises the criterion from this information matrix; minus infinity for those in `taken` (indices).
     pub fn gains(&self, information: &DMatrix<f64>, taken: &[usize]) -> Vec<f64> {
         let Some(factors) = Cholesky::new(information.clone()) else { return vec![0.0; self.candidates.len()] };
         let total = match &self.criterion {
@@ -83,12 +83,12 @@ impl DesignProblem<'_> {
     fn best_candidate(&self, information: &DMatrix<f64>, taken: &[usize]) -> Option<(usize, f64)> {
         let gains = self.gains(information, taken).into_iter().enumerate();
         gains.filter(|(_, gain)| gain.is_finite()).fold(None, |best: Option<(usize, f64)>, (i, gain)| match best {
-            Some((_, most)) if gain <= most => best,
+            Some((_, largest)) if gain <= largest => best,
             _ => Some((i, gain)),
         })
     }
 
-    /// Chooses up to `count` different candidates and orders them, the most informative first; `Err` if the work was stopped.
+    /// Returns the indices of up to `count` different candidates, the most informative first; `Err` if the work was stopped.
     pub fn choose(&self, count: usize, work: &Work) -> Result<Vec<usize>> {
         let mut chosen = Vec::new();
         let mut information = self.known.clone();
@@ -102,18 +102,18 @@ impl DesignProblem<'_> {
         self.ordered_by_gain(chosen, work)
     }
 
-    /// Exchanges chosen candidates for others as long as the criterion grows; `Err` if the work was stopped.
+    /// Exchanges chosen candidates for others while the criterion grows, at most [`ROUNDS`] rounds; `Err` if the work was stopped.
     fn exchange(&self, chosen: &mut [usize], work: &Work) -> Result<()> {
         for _ in 0..ROUNDS {
             let mut has_changed = false;
-            for place in 0..chosen.len() {
+            for position in 0..chosen.len() {
                 work.check()?;
-                let others: Vec<usize> = (0..chosen.len()).filter(|&k| k != place).map(|k| chosen[k]).collect();
+                let others: Vec<usize> = (0..chosen.len()).filter(|&k| k != position).map(|k| chosen[k]).collect();
                 let without = self.information(&others);
-                let own = self.gains(&without, &others)[chosen[place]];
+                let current_gain = self.gains(&without, &others)[chosen[position]];
                 let Some((next, gain)) = self.best_candidate(&without, chosen) else { continue };
-                if gain > own + LEAST_GAIN {
-                    chosen[place] = next;
+                if gain > current_gain + LEAST_GAIN {
+                    chosen[position] = next;
                     has_changed = true;
                 }
             }
@@ -124,7 +124,7 @@ impl DesignProblem<'_> {
         Ok(())
     }
 
-    /// Orders candidates so that each has the largest gain after those before it; `Err` if the work was stopped.
+    /// Orders candidates (indices) so that each has the largest gain after those before it; `Err` if the work was stopped.
     fn ordered_by_gain(&self, mut left: Vec<usize>, work: &Work) -> Result<Vec<usize>> {
         left.sort_unstable();
         let mut ordered_by_gain = Vec::with_capacity(left.len());
@@ -132,8 +132,8 @@ impl DesignProblem<'_> {
         while !left.is_empty() {
             work.check()?;
             let gains = self.gains(&information, &[]);
-            let most = (0..left.len()).fold(0, |best, k| if gains[left[k]] > gains[left[best]] { k } else { best });
-            let next = left.remove(most);
+            let largest = (0..left.len()).fold(0, |best, k| if gains[left[k]] > gains[left[best]] { k } else { best });
+            let next = left.remove(largest);
             information += self::information(&self.candidates[next]);
             ordered_by_gain.push(next);
         }
@@ -151,51 +151,51 @@ pub struct HalfWidths {
 }
 
 impl HalfWidths {
-    /// Returns the unknown with the widest interval, and its half width.
+    /// Returns the index of the unknown with the widest interval, and its half width; `None` without unknowns.
     pub fn widest(&self) -> Option<(usize, f64)> {
         self.each.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
 
-/// Returns the half widths with the chosen candidates; `None` where the information is not positive definite.
-fn widths_with(choice: &DesignProblem<'_>, chosen: &[usize]) -> Option<HalfWidths> {
-    let covariance = Cholesky::new(choice.information(chosen))?.inverse();
+/// Returns the half widths with the chosen candidates (indices); `None` where the information matrix is not positive definite.
+fn widths_with(problem: &DesignProblem<'_>, chosen: &[usize]) -> Option<HalfWidths> {
+    let covariance = Cholesky::new(problem.information(chosen))?.inverse();
     let each = covariance.diagonal().iter().map(|variance| half_width(None) * variance.sqrt()).collect();
-    let tested_mm = match &choice.criterion {
+    let tested_mm = match &problem.criterion {
         Criterion::AllNumbers => None,
         Criterion::Tested(tested) => Some((tested * &covariance).trace().max(0.0).sqrt()),
     };
     Some(HalfWidths { each, tested_mm })
 }
 
-/// Returns the half widths with the first 0, 1, 2, … of `chosen`.
-pub fn widths(choice: &DesignProblem<'_>, chosen: &[usize]) -> Vec<HalfWidths> {
-    (0..=chosen.len()).filter_map(|count| widths_with(choice, &chosen[..count])).collect()
+/// Returns the half widths with the first 0, 1, 2, … of the chosen candidates (indices), up to all.
+pub fn widths(problem: &DesignProblem<'_>, chosen: &[usize]) -> Vec<HalfWidths> {
+    (0..=chosen.len()).filter_map(|count| widths_with(problem, &chosen[..count])).collect()
 }
 
-/// Returns the half widths with 0 to `count` random candidates: the median of each over `draws`, from fixed seeds.
-pub(super) fn random_widths(choice: &DesignProblem<'_>, count: usize, draws: usize) -> Vec<HalfWidths> {
+/// Returns the half widths with 0 to `count` random candidates: the median of each over `draws`, from fixed seeds; none without draws.
+pub(super) fn random_widths(problem: &DesignProblem<'_>, count: usize, draws: usize) -> Vec<HalfWidths> {
     let draw = |seed: u64| {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let mut all: Vec<usize> = (0..choice.candidates.len()).collect();
+        let mut order: Vec<usize> = (0..problem.candidates.len()).collect();
         for k in 0..count {
-            all.swap(k, random.random_range(k..choice.candidates.len()));
+            order.swap(k, random.random_range(k..problem.candidates.len()));
         }
-        widths(choice, &all[..count])
+        widths(problem, &order[..count])
     };
     let drawn: Vec<Vec<HalfWidths>> = (0..draws as u64).into_par_iter().map(draw).collect();
-    let unknowns = choice.known.nrows();
-    let at = |count: usize| {
-        let of = |value: &dyn Fn(&HalfWidths) -> f64| {
-            let mut values: Vec<f64> = drawn.iter().filter_map(|all| all.get(count)).map(value).collect();
+    let unknowns = problem.known.nrows();
+    let medians_at = |count: usize| {
+        let median_of = |value: &dyn Fn(&HalfWidths) -> f64| {
+            let mut values: Vec<f64> = drawn.iter().filter_map(|order| order.get(count)).map(value).collect();
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
         };
-        let is_tested = matches!(choice.criterion, Criterion::Tested(_));
+        let is_tested = matches!(problem.criterion, Criterion::Tested(_));
         HalfWidths {
-            each: (0..unknowns).map(|k| of(&|own| own.each[k])).collect(),
-            tested_mm: is_tested.then(|| of(&|own| own.tested_mm.unwrap_or(f64::INFINITY))),
+            each: (0..unknowns).map(|k| median_of(&|widths_drawn| widths_drawn.each[k])).collect(),
+            tested_mm: is_tested.then(|| median_of(&|widths_drawn| widths_drawn.tested_mm.unwrap_or(f64::INFINITY))),
         }
     };
-    if draws == 0 { Vec::new() } else { (0..=count).map(at).collect() }
+    if draws == 0 { Vec::new() } else { (0..=count).map(medians_at).collect() }
 }

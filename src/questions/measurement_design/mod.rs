@@ -73,34 +73,31 @@ impl MeasurementDesignStudy {
     fn jacobians(&self, model: &LoadedModel, asked: &[Measurement]) -> Vec<std::result::Result<DMatrix<f64>, Failure>> {
         let asked: Vec<&Measurement> = asked.iter().collect();
         let predicted = model.each(&asked).into_iter().zip(&asked);
-        let in_deviations = |predicted: Predicted, own: &Measurement| {
+        let over_stds = |predicted: Predicted, one: &Measurement| {
             let mut slopes = predicted.slopes;
-            for (mut row, reading) in slopes.row_iter_mut().zip(&own.readings) {
+            for (mut row, reading) in slopes.row_iter_mut().zip(&one.readings) {
                 row /= self.noise.of(reading);
             }
             slopes
         };
-        predicted.map(|(found, own)| found.map(|predicted| in_deviations(predicted, own))).collect()
+        predicted.map(|(found, one)| found.map(|predicted| over_stds(predicted, one))).collect()
     }
 }
 
-/// Chooses the measurements; on the current rayon pool, with the same result for any number of threads. The inner `Err` says why the
-/// machine could not be solved.
-///
-/// # Errors
-/// The work was stopped, or the parameters cannot be varied.
+/// Chooses the measurements, on the current rayon pool; results do not depend on the number of threads. `Err` if the work was stopped or a
+/// parameter cannot be varied; the inner `Err` says where the machine has no equilibrium.
 pub fn run(study: &MeasurementDesignStudy, work: &Work) -> Result<std::result::Result<Plan, Failure>> {
     work.check()?;
     let start = DVector::zeros(study.unknowns.len());
     let model = LoadedModel::new(&study.machine, &study.unknowns, &start, &study.unknowns)?;
-    let (mut candidates, mut of, mut failures) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut candidates, mut candidate_of, mut failures) = (Vec::new(), Vec::new(), Vec::new());
     for (first, part) in study.candidates.chunks(PROGRESS).enumerate() {
         work.check()?;
         for (k, rows) in study.jacobians(&model, part).into_iter().enumerate() {
             match rows {
                 Ok(rows) => {
                     candidates.push(rows);
-                    of.push(first * PROGRESS + k);
+                    candidate_of.push(first * PROGRESS + k);
                 }
                 Err(failure) => failures.push((first * PROGRESS + k, failure)),
             }
@@ -118,16 +115,16 @@ pub fn run(study: &MeasurementDesignStudy, work: &Work) -> Result<std::result::R
             Err(failure) => return Ok(Err(failure)),
         },
     };
-    let choice = DesignProblem { candidates: &candidates, known, criterion };
+    let problem = DesignProblem { candidates: &candidates, known, criterion };
     work.check()?;
-    let chosen = choice.choose(study.count, work)?;
+    let chosen = problem.choose(study.count, work)?;
     work.check()?;
-    let most = |k: usize| candidates.iter().map(|rows| rows.column(k).norm()).fold(0.0, f64::max);
+    let largest_norm = |k: usize| candidates.iter().map(|rows| rows.column(k).norm()).fold(0.0, f64::max);
     Ok(Ok(Plan {
-        widths: widths(&choice, &chosen),
-        random: choose::random_widths(&choice, chosen.len(), study.draws),
-        most_information: (0..study.unknowns.len()).map(most).collect(),
-        chosen: chosen.into_iter().map(|i| of[i]).collect(),
+        widths: widths(&problem, &chosen),
+        random: choose::random_widths(&problem, chosen.len(), study.draws),
+        most_information: (0..study.unknowns.len()).map(largest_norm).collect(),
+        chosen: chosen.into_iter().map(|i| candidate_of[i]).collect(),
         failures,
     }))
 }
@@ -135,31 +132,32 @@ pub fn run(study: &MeasurementDesignStudy, work: &Work) -> Result<std::result::R
 /// Number of candidates between two reports of progress.
 const PROGRESS: usize = 64;
 
-/// Returns the information matrix of the priors and of the measurements made already.
+/// Returns the information matrix of the priors and of the measurements made already. `Err` if one of these has no equilibrium.
 fn base_information(study: &MeasurementDesignStudy, model: &LoadedModel) -> std::result::Result<DMatrix<f64>, Failure> {
     let count = study.unknowns.len();
-    let mut known = DMatrix::identity(count, count) * NOTHING_KNOWN;
+    let mut information = DMatrix::identity(count, count) * NOTHING_KNOWN;
     for &(k, _, std) in &study.priors {
-        known[(k, k)] += 1.0 / (std * std);
+        information[(k, k)] += 1.0 / (std * std);
     }
-    for (rows, own) in study.jacobians(model, &study.measured).into_iter().zip(&study.measured) {
+    for (rows, measurement) in study.jacobians(model, &study.measured).into_iter().zip(&study.measured) {
         let rows = rows.map_err(|failure| Failure {
-            reason: format!("measurement {} that was made: {}", own.name, failure.reason),
+            reason: format!("measurement {} that was made: {}", measurement.name, failure.reason),
             ..failure
         })?;
-        known += rows.transpose() * rows;
+        information += rows.transpose() * rows;
     }
-    Ok(known)
+    Ok(information)
 }
 
-/// Returns the mean of `JᵀJ` over the tested rows, J the Jacobian of the tool's displacement, mm² per square of coordinates.
+/// Returns the mean of `JᵀJ` over tested rows, J the Jacobian of the tool's displacement, mm² per square of coordinates. `Err` if one
+/// fails.
 fn weight_matrix(study: &MeasurementDesignStudy, model: &LoadedModel) -> std::result::Result<DMatrix<f64>, Failure> {
     let count = study.unknowns.len();
     let mut sum = DMatrix::zeros(count, count);
     let tested: Vec<&Measurement> = study.tested.iter().collect();
-    for (predicted, own) in model.each(&tested).into_iter().zip(&study.tested) {
+    for (predicted, row) in model.each(&tested).into_iter().zip(&study.tested) {
         let predicted = predicted
-            .map_err(|failure| Failure { reason: format!("tested row {}: {}", own.name, failure.reason), ..failure })?;
+            .map_err(|failure| Failure { reason: format!("tested row {}: {}", row.name, failure.reason), ..failure })?;
         sum += predicted.slopes.transpose() * predicted.slopes;
     }
     Ok(sum / study.tested.len() as f64)

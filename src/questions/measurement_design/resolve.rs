@@ -32,9 +32,10 @@ impl Question for MeasurementDesignStudy {
     };
     const TABLES: &[&str] = &["chosen", "widths", "candidates"];
 
-    fn resolve(spec: &MeasurementDesignSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
-        given.overrides.refuse_beside_measurements(given.name)?;
-        let (check, machine) = (&given.check, &given.machine);
+    /// Checks the study, and reads or generates its candidates.
+    fn resolve(spec: &MeasurementDesignSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
+        context.overrides.refuse_beside_measurements(context.name)?;
+        let (check, machine) = (&context.check, &context.machine);
         let unknowns = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
         let priors = priors(&spec.prior, &unknowns, &check.key("prior"))?;
         let noise = Noise {
@@ -43,11 +44,11 @@ impl Question for MeasurementDesignStudy {
             is_estimated: false,
         };
         let readings = readings(spec, noise, check)?;
-        let mut files = InputFiles { given, inputs: Inputs::default() };
+        let mut files = InputFiles { context, inputs: Inputs::default() };
         let candidates = candidates(spec, machine, &readings, &mut files)?;
         let measured = files.read_rows(spec.measured.as_ref(), "measured", RowUse::Readings)?.unwrap_or_default();
-        let has_no_std = |own: &Measurement| {
-            own.readings.iter().any(|reading| reading.quantity.is_rotation() && reading.std.is_none())
+        let has_no_std = |row: &Measurement| {
+            row.readings.iter().any(|reading| reading.quantity.is_rotation() && reading.std.is_none())
         };
         if noise.rotation.is_none() && measured.iter().any(has_no_std) {
             return check.key("std_deg").fail("missing: rotations were measured without a column std_deg".into());
@@ -63,17 +64,17 @@ impl Question for MeasurementDesignStudy {
             }
             (_, file) => files.read_rows(file.as_ref(), "tested", RowUse::Poses)?.unwrap_or_default(),
         };
-        if spec.tested.is_some() && tested.iter().all(|own| own.load == own.reference) {
+        if spec.tested.is_some() && tested.iter().all(|row| row.load == row.reference) {
             let problem = "no row has a load other than its reference load, so that there is nothing to predict".into();
             return check.key("tested").fail(problem);
         }
         let displacements = Reading::planned_displacements();
-        let tested = tested.into_iter().map(|own| Measurement { readings: displacements.clone(), ..own }).collect();
+        let tested = tested.into_iter().map(|row| Measurement { readings: displacements.clone(), ..row }).collect();
         let check_count = check.key("count");
         if !(1..=MOST_CHOSEN.min(candidates.len())).contains(&spec.count) {
-            let most = MOST_CHOSEN.min(candidates.len());
+            let max_count = MOST_CHOSEN.min(candidates.len());
             return check_count.fail(format!(
-                "must be from 1 to {most} ({} candidates, at most {MOST_CHOSEN} chosen), got {}",
+                "must be from 1 to {max_count} ({} candidates, at most {MOST_CHOSEN} chosen), got {}",
                 candidates.len(),
                 spec.count
             ));
@@ -98,6 +99,7 @@ impl Question for MeasurementDesignStudy {
         Ok(Resolved { study, shown: (), inputs: files.inputs })
     }
 
+    /// Returns the number of candidate measurements.
     fn items(&self) -> (usize, &'static str) {
         (self.candidates.len(), "candidates")
     }
@@ -105,32 +107,32 @@ impl Question for MeasurementDesignStudy {
 
 /// Reads the files that a study names, and collects them as its inputs.
 struct InputFiles<'a> {
-    given: &'a StudyContext<'a>,
+    context: &'a StudyContext<'a>,
     inputs: Inputs,
 }
 
 impl InputFiles<'_> {
-    /// Reads the rows of a file, which `key` names; `None` if the study names none.
+    /// Reads the rows of `file`, which the study names by `key`, for this purpose; `None` if it names none.
     fn read_rows(&mut self, file: Option<&String>, key: &str, purpose: RowUse) -> Result<Option<Vec<Measurement>>> {
         let Some(file) = file else { return Ok(None) };
-        let (rows, inputs) = rows(self.given, file, key, purpose)?;
+        let (rows, inputs) = rows(self.context, file, key, purpose)?;
         self.inputs = std::mem::take(&mut self.inputs).and(inputs);
         Ok(Some(rows))
     }
 }
 
-/// Returns the readings planned at each candidate.
+/// Returns the readings planned at each candidate, checked; displacements of the tool tip if the study names none.
 fn readings(spec: &MeasurementDesignSpec, noise: Noise, check: &Check) -> Result<Vec<Reading>> {
     let check = check.key("reads");
-    let all = Reading::all_planned();
-    let names = || all.iter().map(|reading| reading.column).collect::<Vec<_>>().join(", ");
+    let plannable = Reading::all_planned();
+    let names = || plannable.iter().map(|reading| reading.column).collect::<Vec<_>>().join(", ");
     let Some(columns) = &spec.reads else {
         return Ok(Reading::planned_displacements());
     };
     let mut readings: Vec<Reading> = Vec::new();
     for (i, column) in columns.iter().enumerate() {
         let check = check.item(i);
-        let Some(reading) = all.iter().find(|reading| reading.column == column) else {
+        let Some(reading) = plannable.iter().find(|reading| reading.column == column) else {
             return check.fail(format!("must be any of {}, got \"{column}\"", names()));
         };
         if readings.iter().any(|other| other.column == column) {
@@ -154,11 +156,11 @@ fn candidates(
     readings: &[Reading],
     files: &mut InputFiles<'_>,
 ) -> Result<Vec<Measurement>> {
-    let check = files.given.check.clone();
+    let check = files.context.check.clone();
     match (&spec.candidates, &spec.candidate) {
         (Some(_), None) => {
             let rows = files.read_rows(spec.candidates.as_ref(), "candidates", RowUse::Poses)?.unwrap_or_default();
-            Ok(rows.into_iter().map(|own| Measurement { readings: readings.to_vec(), ..own }).collect())
+            Ok(rows.into_iter().map(|row| Measurement { readings: readings.to_vec(), ..row }).collect())
         }
         (None, Some(spec)) => generate(spec, machine, readings, &check.key("candidate")),
         _ => check.key("candidates").fail("give either a file of candidates, or [measurement_design.candidate]".into()),
@@ -193,27 +195,27 @@ fn generate(spec: &CandidateSpec, machine: &Machine, readings: &[Reading], check
         (None, Some(_)) => return check.missing("min_mm"),
     };
     let mut forbidden = Vec::new();
-    for (i, own) in spec.forbidden.iter().enumerate() {
+    for (i, forbidden_box) in spec.forbidden.iter().enumerate() {
         let check = check.key("forbidden").item(i);
-        check.key("name").readable(&own.name)?;
-        forbidden.push(check.corners(own.min_mm, own.max_mm)?);
+        check.key("name").readable(&forbidden_box.name)?;
+        forbidden.push(check.corners(forbidden_box.min_mm, forbidden_box.max_mm)?);
     }
     let region = Region { tip, forbidden, branches: branches(spec, machine, check)? };
-    let found = poses(machine, &region, spec.poses);
-    if found.len() < spec.poses {
+    let reached = poses(machine, &region, spec.poses);
+    if reached.len() < spec.poses {
         let problem = format!(
             "{} of {} poses were found that the machine reaches, in the box, outside forbidden ones{}: expected a larger region, \
              or fewer poses",
-            found.len(),
+            reached.len(),
             spec.poses,
             if region.branches.is_empty() { "" } else { ", on these branches" }
         );
         check.key("poses").misfit(problem, ())?;
     }
-    Ok(plan_measurements(&found, &forces, readings))
+    Ok(plan_measurements(&reached, &forces, readings))
 }
 
-/// Returns the allowed branches; `Err` if one is misspelt or the machine has none.
+/// Returns the allowed branches of inverse kinematics, or none for any. `Err` if one is misspelt or the machine has none.
 fn branches(spec: &CandidateSpec, machine: &Machine, check: &Check) -> Result<Vec<Branch>> {
     let check = check.key("branches");
     let mut branches = Vec::new();

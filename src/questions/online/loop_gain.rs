@@ -29,7 +29,7 @@ impl LoopGain {
     /// Returns the loop gain for a tool compliance λ in mm/N, a model too soft by δ, above −1, and a cutting stiffness k in N/mm, if given.
     pub fn new(compliance: f64, softness: f64, stiffness: Option<f64>) -> Self {
         let gain = |k: f64| match 1.0 - k * compliance {
-            room if room > 0.0 => k * (1.0 + softness) * compliance / room,
+            denominator if denominator > 0.0 => k * (1.0 + softness) * compliance / denominator,
             _ => f64::INFINITY,
         };
         Self {

@@ -107,20 +107,18 @@ pub struct OnlineResults {
     pub loop_gain: Option<LoopGain>,
 }
 
-/// Runs the study on the current rayon pool.
-///
-/// # Errors
-/// Those of [`Work::check`], such as a stop; the machine has no equilibrium under its weight.
+/// Runs the study on the current rayon pool. `Err` if `work` was stopped, could not be kept, or another shard computes a trial; or if the
+/// machine has no equilibrium under its weight.
 pub fn run(study: &OnlineStudy, work: &Work) -> Result<OnlineResults> {
     let machines = Machines::new(&study.path.machine, &study.path.errors)?;
     let model = Machines::new(&study.path.machine, &study.known_errors)?;
     let cut = CutSimulation { study, machines: &machines, model: &model };
-    let plain = || {
+    let uncorrected = || {
         let results = cut.simulate(&machines, &study.path.tasks, &Commands::Method(Method::None));
         work.tell(Event::Computed(1));
         Ok(cut.residual(&results))
     };
-    let plain = if_this_shard(work.shard(0).piece(&"plain", |_| 1, plain))?;
+    let uncorrected = if_this_shard(work.shard(0).piece(&"plain", |_| 1, uncorrected))?;
     let offline = cut.commands(&study.path.tasks);
     let trials: Vec<(f64, usize)> =
         study.force_errors.iter().flat_map(|error| (0..study.seeds).map(|seed| (*error, seed))).collect();
@@ -135,8 +133,8 @@ pub fn run(study: &OnlineStudy, work: &Work) -> Result<OnlineResults> {
     };
     let trials = trials.par_iter().enumerate().filter_map(trial).collect::<Result<Vec<Trial>>>()?;
     work.barrier()?;
-    let plain = plain.ok_or(Error::OtherShard)?;
-    Ok(OnlineResults { plain, trials, loop_gain: cut.loop_gain() })
+    let uncorrected = uncorrected.ok_or(Error::OtherShard)?;
+    Ok(OnlineResults { plain: uncorrected, trials, loop_gain: cut.loop_gain() })
 }
 
 /// Simulates the real machine in the cut, and the controller's model of it.
@@ -147,13 +145,14 @@ struct CutSimulation<'a> {
 }
 
 impl CutSimulation<'_> {
-    /// Computes one trial: draws force and sensor errors; residuals with `offline` drive commands and with commands for the measured force.
+    /// Computes one trial: draws errors of force and sensor; residuals with the `offline` drive commands and with commands for measured
+    /// forces.
     fn trial(&self, force_error: f64, seed: usize, offline: &[Vec<f64>]) -> Trial {
         let study = self.study;
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed as u64);
-        let chance: f64 = StandardNormal.sample(&mut random);
+        let deviation: f64 = StandardNormal.sample(&mut random);
         // A force that changes its sign is no error of prediction.
-        let force_factor = (1.0 + force_error * chance).max(0.0);
+        let force_factor = (1.0 + force_error * deviation).max(0.0);
         let tasks: Vec<TaskPoint> = study.path.tasks.iter().map(|task| scale_load(task, force_factor)).collect();
         let forces: Vec<Vector3<f64>> = tasks.iter().map(|task| task.load.force).collect();
         let measured = study.sensor.measured(&study.times_s, &forces, &mut random);
@@ -163,30 +162,30 @@ impl CutSimulation<'_> {
         Trial { force_error, seed, force_factor, offline: residual(offline), online: residual(&self.commands(&read)) }
     }
 
-    /// Returns `task` with this measured force in place of the real one, and the moment at P that follows.
+    /// Returns `task` with the measured `force` in place of the real one, applied at the tool tip, and the moment about P that follows.
     fn measured(&self, task: &TaskPoint, force: Vector3<f64>) -> TaskPoint {
         let lever = task.pose.rotation * self.study.path.machine.tool_tip;
         let Wrench { force: real, moment } = task.load;
         TaskPoint { load: Wrench { force, moment: moment + lever.cross(&(force - real)) }, ..*task }
     }
 
-    /// Returns the drive commands of the model for `tasks`, within the limits; those of the rigid machine where it finds none.
+    /// Returns the drive positions that the model commands for `tasks`, corrected within the limits; rigid ones where it has no solution.
     fn commands(&self, tasks: &[TaskPoint]) -> Vec<Vec<f64>> {
         let softened: Vec<TaskPoint> = tasks.iter().map(|task| scale_load(task, 1.0 + self.study.softness)).collect();
         let results = self.simulate(self.model, &softened, &Commands::Method(Method::Direct));
         let limits = &self.study.limits;
         let mut before: Option<Vec<f64>> = None;
-        let command = |answer: &PathPointResult| {
-            if answer.nominal_drives.is_empty() {
+        let command = |result: &PathPointResult| {
+            if result.nominal_drives.is_empty() {
                 before = None;
                 return self.study.path.machine.home.drives.clone();
             }
-            let wanted = match answer.status.is_success() {
-                true => answer.delta_rho(),
-                false => vec![0.0; answer.nominal_drives.len()],
+            let full_correction = match result.status.is_success() {
+                true => result.delta_rho(),
+                false => vec![0.0; result.nominal_drives.len()],
             };
-            let correction = limited_correction(&wanted, before.as_deref(), limits);
-            let drives = answer.nominal_drives.iter().zip(&correction).map(|(rho, own)| rho + own).collect();
+            let correction = limited_correction(&full_correction, before.as_deref(), limits);
+            let drives = result.nominal_drives.iter().zip(&correction).map(|(rho, delta)| rho + delta).collect();
             before = Some(correction);
             drives
         };
@@ -204,12 +203,12 @@ impl CutSimulation<'_> {
         let cuts_nowhere = !stations.iter().any(|station| station.cutting);
         let counted = results.iter().zip(stations).filter(|(_, station)| station.cutting || cuts_nowhere);
         let mut sums = PathSums::default();
-        counted.for_each(|(answer, _)| sums.add(&PointResidual::of(answer, &self.study.path.machine)));
+        counted.for_each(|(result, _)| sums.add(&PointResidual::of(result, &self.study.path.machine)));
         let PathSummary { max_mm, rms_mm, solved, points, .. } = sums.summary();
         Residual { max_mm, rms_mm, solved, points }
     }
 
-    /// Returns the loop gain at the largest compliance of the tool along the path; `None` where there is none.
+    /// Returns the loop gain at the largest compliance of the tool along the path; `None` where the machine is rigid or has no equilibrium.
     fn loop_gain(&self) -> Option<LoopGain> {
         let machines = self.machines;
         let mut session = Session::new(machines.nominal(Source::All), machines.actual(Source::All), settings())
@@ -225,19 +224,19 @@ impl CutSimulation<'_> {
     }
 }
 
-/// Returns `task` with its load times `factor`.
+/// Returns `task` with force and moment times `factor`.
 fn scale_load(task: &TaskPoint, factor: f64) -> TaskPoint {
     let Wrench { force, moment } = task.load;
     TaskPoint { load: Wrench { force: force * factor, moment: moment * factor }, ..*task }
 }
 
-/// Clamps the correction `wanted`, drive by drive, to the limits on its size and on its change since the one `before`.
-fn limited_correction(wanted: &[f64], before: Option<&[f64]>, limits: &CorrectionLimits) -> Vec<f64> {
-    let most = limits.correction_mm.unwrap_or(f64::INFINITY);
+/// Clamps `correction` (Δρ of each drive, mm or rad) to the limits on its size and on its change since the one `before`, if there is one.
+fn limited_correction(correction: &[f64], before: Option<&[f64]>, limits: &CorrectionLimits) -> Vec<f64> {
+    let largest = limits.correction_mm.unwrap_or(f64::INFINITY);
     let change = limits.correction_change_mm.unwrap_or(f64::INFINITY);
-    let own = |(drive, wanted): (usize, &f64)| {
-        let sized = wanted.clamp(-most, most);
+    let clamped = |(drive, delta): (usize, &f64)| {
+        let sized = delta.clamp(-largest, largest);
         before.map_or(sized, |before| sized.clamp(before[drive] - change, before[drive] + change))
     };
-    wanted.iter().enumerate().map(own).collect()
+    correction.iter().enumerate().map(clamped).collect()
 }

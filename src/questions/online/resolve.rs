@@ -32,23 +32,24 @@ impl Question for OnlineStudy {
     };
     const TABLES: &[&str] = &["trials", "bands"];
 
-    fn resolve(spec: &OnlineSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
-        given.overrides.refuse_grid(given.name)?;
-        let check = &given.check;
-        let process = given.process(None, check)?;
-        let of_limits = given.process_location(None).key("limits");
+    /// Checks the study, and reads its path and process.
+    fn resolve(spec: &OnlineSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
+        context.overrides.refuse_grid(context.name)?;
+        let check = &context.check;
+        let process = context.process(None, check)?;
+        let limits_check = context.process_location(None).key("limits");
         within_limits::check_limits(&process.machine, &process.limits)
-            .or_else(|problem| of_limits.misfit(problem, ()))?;
+            .or_else(|problem| limits_check.misfit(problem, ()))?;
         if process.limits.force_N.is_some() {
-            return of_limits.key("force_limit_N").fail(format!("is not looked at by {}", given.name));
+            return limits_check.key("force_limit_N").fail(format!("is not looked at by {}", context.name));
         }
-        let of_path = PathSpec {
+        let path_spec = PathSpec {
             circle: spec.circle.clone(),
             line: spec.line.clone(),
             file: spec.file.clone(),
             methods: Some(Vec::new()),
         };
-        let (path, program) = path(&of_path, &process, given, check)?;
+        let (path, program) = path(&path_spec, &process, context, check)?;
         let feed_mm_per_min = check.key("feed_mm_per_min").positive(spec.feed)?;
         let times_s: Vec<f64> = path.stations.iter().map(|at| at.arc_length_mm * 60.0 / feed_mm_per_min).collect();
         let sensor = sensor(spec, check)?;
@@ -83,20 +84,23 @@ impl Question for OnlineStudy {
         Ok(Resolved { study, shown: (), inputs })
     }
 
+    /// Returns the number of trials, and one for the path without correction.
     fn items(&self) -> (usize, &'static str) {
         (1 + self.force_errors.len() * self.seeds, "trials")
     }
 
+    /// Returns the number of trials, and one for the path without correction.
     fn pieces(&self) -> usize {
         1 + self.force_errors.len() * self.seeds
     }
 
+    /// Computes all trials and keeps them in `work`.
     fn compute(&self, work: &Work) -> Result<()> {
         super::run(self, work).map(drop)
     }
 }
 
-/// Returns the force sensor, checked.
+/// Returns the force sensor of the study, checked: times positive or zero, in s; noise and bias not negative, N.
 fn sensor(spec: &OnlineSpec, check: &Check) -> Result<Sensor> {
     Ok(Sensor {
         cycle_s: check.key("cycle_ms").positive(spec.cycle_ms.unwrap_or(1.0))? / 1000.0,
@@ -107,13 +111,14 @@ fn sensor(spec: &OnlineSpec, check: &Check) -> Result<Sensor> {
     })
 }
 
-/// Returns the force errors as shares and the number of seeds, checked.
+/// Returns the force errors as shares, ascending, and the number of seeds. `Err` if they are out of range or give too many trials.
 fn trials(spec: &OnlineSpec, check: &Check) -> Result<(Vec<f64>, usize)> {
-    let of_errors = check.key("force_errors_percent");
-    let given = spec.force_errors_percent.as_deref().unwrap_or(&FORCE_ERRORS_PERCENT);
-    let errors = given.iter().map(|percent| share(*percent, 0.0, 100.0, &of_errors)).collect::<Result<Vec<f64>>>()?;
+    let errors_check = check.key("force_errors_percent");
+    let percents = spec.force_errors_percent.as_deref().unwrap_or(&FORCE_ERRORS_PERCENT);
+    let errors =
+        percents.iter().map(|percent| share(*percent, 0.0, 100.0, &errors_check)).collect::<Result<Vec<f64>>>()?;
     if errors.is_empty() || errors.windows(2).any(|pair| pair[0] >= pair[1]) {
-        return of_errors.fail("must be at least one, ascending".into());
+        return errors_check.fail("must be at least one, ascending".into());
     }
     let seeds = spec.seeds.unwrap_or(20);
     if seeds == 0 || seeds * errors.len() > MOST_TRIALS {

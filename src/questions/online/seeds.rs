@@ -18,12 +18,13 @@ pub struct Band {
 }
 
 impl Band {
-    /// Returns the band of each force error of `trials`, in their order, of the residuals that `pick` takes; `None` where no seed has one.
-    pub fn of(trials: &[Trial], pick: impl Fn(&Trial) -> Residual) -> Vec<Option<Band>> {
+    /// Returns the band of each force error of `trials`, in their order, of residuals that `residual_of` picks; `None` where there are
+    /// none.
+    pub fn of(trials: &[Trial], residual_of: impl Fn(&Trial) -> Residual) -> Vec<Option<Band>> {
         let by_error = trials.chunk_by(|a, b| a.force_error == b.force_error);
         by_error
             .map(|trials| {
-                let mut sizes: Vec<f64> = trials.iter().filter_map(|trial| pick(trial).rms_mm).collect();
+                let mut sizes: Vec<f64> = trials.iter().filter_map(|trial| residual_of(trial).rms_mm).collect();
                 sizes.sort_by(f64::total_cmp);
                 let force_error = trials[0].force_error;
                 let at = |share| quantile(&sizes, share);
@@ -33,11 +34,11 @@ impl Band {
     }
 }
 
-/// Returns the quantile of ascending `values` at `share`, linear between them; `None` if there are none.
+/// Returns the quantile of `share` (0 to 1) of ascending `values`, linear between them; `None` if there are none.
 fn quantile(values: &[f64], share: f64) -> Option<f64> {
-    let place = share * values.len().checked_sub(1)? as f64;
-    let (low, high) = (values[place.floor() as usize], values[place.ceil() as usize]);
-    Some(low + (high - low) * place.fract())
+    let rank = share * values.len().checked_sub(1)? as f64;
+    let (low, high) = (values[rank.floor() as usize], values[rank.ceil() as usize]);
+    Some(low + (high - low) * rank.fract())
 }
 
 /// Force error from which correction by measured forces has the smaller median residual than by predicted forces.
@@ -52,7 +53,7 @@ pub enum BreakEven {
 }
 
 impl BreakEven {
-    /// Compares the bands of both, one for each force error; `None` where there are none to compare.
+    /// Compares the medians of both ways to correct, a band for each force error; `None` if no force error has both.
     pub fn of(offline: &[Option<Band>], online: &[Option<Band>]) -> Option<BreakEven> {
         let gains = offline.iter().zip(online).filter_map(|(offline, online)| {
             let (offline, online) = ((*offline)?, (*online)?);

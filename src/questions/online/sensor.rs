@@ -36,7 +36,7 @@ pub(super) fn gaussians(random: &mut impl rand::Rng) -> Vector3<f64> {
 }
 
 impl Sensor {
-    /// Returns a, the share of its former value that the low-pass keeps in one cycle.
+    /// Returns the share of its former value that the low-pass keeps in one cycle; 0 without a low-pass.
     fn filter_factor(&self) -> f64 {
         self.low_pass_Hz.map_or(0.0, |corner| libm::exp(-TAU * corner * self.cycle_s))
     }
@@ -46,22 +46,22 @@ impl Sensor {
         (duration_s / self.cycle_s).ceil() + 1.0
     }
 
-    /// Returns the measured force behind the command in effect at each of `times_s` (ascending), where `forces` are the real ones, linear between.
+    /// Returns the measured force, N, behind the command in effect at each of `times_s` (ascending); `forces` are real, linear between.
     pub fn measured(&self, times_s: &[f64], forces: &[Vector3<f64>], random: &mut impl rand::Rng) -> Vec<Vector3<f64>> {
         let Some(first) = forces.first() else { return Vec::new() };
         let bias = gaussians(random) * self.bias_N;
         let filter_factor = self.filter_factor();
         let mut force = ForceHistory { times_s, forces, next: 0 };
-        let (mut value, mut cycle) = (first + bias, 0.0);
+        let (mut filtered, mut cycle) = (first + bias, 0.0);
         let mut measured = Vec::with_capacity(forces.len());
         for &time in times_s {
             // The last cycle whose command is in force.
             while (cycle + 1.0) * self.cycle_s <= time {
-                let read = force.at(cycle * self.cycle_s - self.delay_s) + bias + gaussians(random) * self.noise_N;
-                value += (read - value) * (1.0 - filter_factor);
+                let reading = force.at(cycle * self.cycle_s - self.delay_s) + bias + gaussians(random) * self.noise_N;
+                filtered += (reading - filtered) * (1.0 - filter_factor);
                 cycle += 1.0;
             }
-            measured.push(value);
+            measured.push(filtered);
         }
         measured
     }

@@ -84,7 +84,7 @@ pub struct Shown {
 }
 
 impl PathStudy {
-    /// Length of the path, mm.
+    /// Returns the length of the path, mm; 0 without points.
     pub fn length_mm(&self) -> f64 {
         self.stations.last().map_or(0.0, |station| station.arc_length_mm)
     }
@@ -94,12 +94,12 @@ impl PathStudy {
         self.tasks.iter().map(|task| task.pose.translation)
     }
 
-    /// The path as one whose spread is wanted.
+    /// Returns the path with the machines `drawn` from uncertain inputs, of which the spread of the distance is computed.
     fn spread_path<'a>(&self, machines: &'a Machines, drawn: &'a DrawnMachines<'a>) -> SpreadPath<'a> {
         SpreadPath { machines, drawn, tolerance_mm: self.tolerance_mm, margin_mm: 0.0, counts: &|_| true }
     }
 
-    /// The part of it with these points, along which the nominal machine is tracked.
+    /// Returns the stretch of the path with the indices `points`, along which `track` holds the configurations of the nominal machine.
     fn spread_part<'a>(&'a self, points: Range<usize>, track: &'a TrackBlocks<'a>) -> SpreadPart<'a> {
         SpreadPart { first: points.start, tasks: &self.tasks[points], track, written: None }
     }
@@ -148,7 +148,7 @@ impl PathPart {
         Self { first: 0, sources: BySource::of(machine, |_| Vec::new()) }
     }
 
-    /// Sets the distributions at its points.
+    /// Sets the distributions of the distance at the points, in their order, `None` where there is none.
     fn set_spread(&mut self, spreads: Vec<Option<PointSpread>>) {
         self.sources[Source::All].iter_mut().zip(spreads).for_each(|(effect, spread)| effect.spread = spread);
     }
@@ -158,18 +158,18 @@ impl PathPart {
         self.first..self.first + self.sources[Source::All].len()
     }
 
-    /// Returns the effect of a source at the point with this index in the whole path.
+    /// Returns the effect of `source` at the point with the index `point` in the whole path; panics outside the part.
     pub fn at(&self, source: Source, point: usize) -> &PointEffect {
         &self.sources[source][point - self.first]
     }
 
-    /// Returns the displacement by a source at a point, as [`PointEffect::displacement`] does.
+    /// Returns the displacement by `source` at a point (index in the whole path), O axes, mm; `None` where there is no equilibrium.
     pub fn displacement(&self, source: Source, point: usize) -> Option<Vector3<f64>> {
         self.at(source, point).displacement()
     }
 
-    /// Returns the shift of the commanded position of P that compensates all sources at a point, O axes, mm. `point` counts in the whole path;
-    /// `None` if compensation failed there.
+    /// Returns the shift of the commanded position of P that compensates all sources at `point` (index in the whole path), O axes, mm;
+    /// `None` if that failed.
     pub fn command_shift(&self, study: &PathStudy, point: usize) -> Option<Vector3<f64>> {
         let target = self.at(Source::All, point).compensated()?.target?;
         Some(target.translation - study.tasks[point].pose.translation)
@@ -208,13 +208,10 @@ pub struct PathResults {
     pub spread: Option<PathSpread>,
 }
 
-/// Runs the study on the current rayon pool, after the search for γ if there is one.
-///
-/// # Errors
-/// As [`PathStudy::with_gamma`].
+/// Runs the study on the current rayon pool, after the search for γ if there is one. `Err` as [`PathStudy::with_gamma`].
 pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
-    let turned = study.with_gamma(work)?;
-    let study = turned.as_ref();
+    let at_gamma = study.with_gamma(work)?;
+    let study = at_gamma.as_ref();
     let mut whole = PathPart::empty(&study.machine);
     let WholePath { methods, spread } = run_in_parts(study, work, |part| {
         part.sources.map(|source, next| whole.sources[source].extend(next));
@@ -224,9 +221,7 @@ pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
 }
 
 /// Runs a study returned by [`PathStudy::with_gamma`]; hands its points to `take` part by part, and returns what holds for all of them.
-///
-/// # Errors
-/// Of `work` and of `take`.
+/// `Err` if `work` was stopped or could not be kept, and that of `take`.
 pub fn run_in_parts(
     study: &PathStudy,
     work: &Work,
@@ -234,31 +229,31 @@ pub fn run_in_parts(
 ) -> Result<WholePath> {
     let machines = Machines::new(&study.machine, &study.errors)?;
     let drawn = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)?;
-    let uncertain = drawn.as_ref().map(|drawn| study.spread_path(&machines, drawn));
+    let spread_path = drawn.as_ref().map(|drawn| study.spread_path(&machines, drawn));
     let mut largest = LargestBoth::default();
     let mut methods = vec![PathSums::default(); study.methods.len()];
     let mut before: Option<Configuration> = None;
     let compute = |points: Range<usize>| {
         let track = TrackBlocks::new(&machines.nominal, before.as_ref(), &study.tasks[points.clone()]);
         before = track.last().or(before.take());
-        let (mut next, left) = compute_part(study, &machines, &track, points.clone(), work)?;
-        if let Some(uncertain) = &uncertain {
-            let own = study.spread_part(points, &track);
-            next.set_spread(uncertain.solve_part(&own, pass_count(study), work, &mut largest)?);
+        let (mut part, residuals) = compute_part(study, &machines, &track, points.clone(), work)?;
+        if let Some(spread_path) = &spread_path {
+            let stretch = study.spread_part(points, &track);
+            part.set_spread(spread_path.solve_part(&stretch, pass_count(study), work, &mut largest)?);
         }
-        let counted_before = usize::from(study.is_closed && next.first == 0);
-        for (sums, left) in methods.iter_mut().zip(left) {
-            left.iter().skip(counted_before).for_each(|left| sums.add(left));
+        let counted_before = usize::from(study.is_closed && part.first == 0);
+        for (sums, residuals) in methods.iter_mut().zip(residuals) {
+            residuals.iter().skip(counted_before).for_each(|residuals| sums.add(residuals));
         }
-        Ok(Some(next))
+        Ok(Some(part))
     };
     compute_overlapped(along_path::parts(study.tasks.len()), compute, take)?;
     work.barrier()?;
-    let along = |(&method, sums): (&Method, PathSums)| MethodAlongPath { method, summary: sums.summary() };
-    let methods = study.methods.iter().zip(methods).map(along).collect();
+    let of_method = |(&method, sums): (&Method, PathSums)| MethodAlongPath { method, summary: sums.summary() };
+    let methods = study.methods.iter().zip(methods).map(of_method).collect();
     let each_part = spread_along::parts_of(&machines.nominal, &study.tasks);
     let whole =
-        uncertain.as_ref().map(|path| spread_along::whole(&[(path, &*each_part)], &largest, work)).transpose()?;
+        spread_path.as_ref().map(|path| spread_along::whole(&[(path, &*each_part)], &largest, work)).transpose()?;
     Ok(WholePath { methods, spread: whole.flatten() })
 }
 
@@ -266,10 +261,8 @@ pub fn run_in_parts(
 type ResidualsByMethod = Vec<Vec<PointResidual>>;
 
 /// Computes the effects of the sources at the points with these indices, in parallel on the current rayon pool. Each point is solved from
-/// the one before: a range that does not begin at a multiple of 256 may differ by rounding from the same points of the whole path.
-///
-/// # Errors
-/// Of `work`.
+/// the one before: a range that does not begin at a multiple of 256 may differ by rounding from the whole path. `Err` if `work` was stopped
+/// or could not be kept.
 pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result<PathPart> {
     let points = points.start.min(study.tasks.len())..points.end.min(study.tasks.len());
     let machines = Machines::new(&study.machine, &study.errors)?;
@@ -277,9 +270,9 @@ pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result
     let track = TrackBlocks::new(&machines.nominal, passed.last().as_ref(), &study.tasks[points.clone()]);
     let mut part = compute_sources(study, &machines, &track, points.clone(), work)?;
     if let Some(drawn) = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)? {
-        let uncertain = study.spread_path(&machines, &drawn);
-        let (own, mut largest) = (study.spread_part(points, &track), LargestBoth::default());
-        part.set_spread(uncertain.solve_part(&own, pass_count(study), work, &mut largest)?);
+        let spread_path = study.spread_path(&machines, &drawn);
+        let (stretch, mut largest) = (study.spread_part(points, &track), LargestBoth::default());
+        part.set_spread(spread_path.solve_part(&stretch, pass_count(study), work, &mut largest)?);
     }
     work.barrier()?;
     Ok(part)
@@ -295,20 +288,20 @@ fn compute_part(
 ) -> Result<(PathPart, ResidualsByMethod)> {
     let first = points.start;
     let case = PathCase::new(machines, Source::All, &study.tasks[points.clone()]);
-    let left = |(index, &method): (usize, &Method)| {
+    let residuals = |(index, &method): (usize, &Method)| {
         let work = work.part(&format!("method {index}")).numbered_after(source_passes(study) + index);
         run_pieces(&case, track, (first, pass_count(study)), method, &work, |answer| {
             PointResidual::of(&answer, &study.machine)
         })
     };
-    let (part, left) = rayon::join(
+    let (part, residuals) = rayon::join(
         || compute_sources(study, machines, track, points, work),
-        || study.methods.par_iter().enumerate().map(left).collect::<Result<ResidualsByMethod>>(),
+        || study.methods.par_iter().enumerate().map(residuals).collect::<Result<ResidualsByMethod>>(),
     );
-    Ok((part?, left?))
+    Ok((part?, residuals?))
 }
 
-/// Computes the effects of the sources at a range of points, each at the nominal and at the compensated command.
+/// Computes the effects of the sources at a range of points, solved from `track`, each at the nominal and at the compensated command.
 fn compute_sources(
     study: &PathStudy,
     machines: &Machines,
@@ -322,7 +315,7 @@ fn compute_sources(
         let case = PathCase::new(machines, source, &tasks);
         let pass = |method, number: usize, command: &str| -> Result<Vec<PathPointResult>> {
             let work = work.part(source.label()).part(command).numbered_after(number);
-            run_pieces(&case, track, (first, pass_count(study)), method, &work, |answer| answer)
+            run_pieces(&case, track, (first, pass_count(study)), method, &work, |result| result)
         };
         let (plain, compensated) = rayon::join(
             || pass(Method::None, 2 * number, "plain"),
@@ -331,16 +324,16 @@ fn compute_sources(
         let effect = |(plain, answer)| PointEffect { plain, answer, spread: None };
         Ok(plain?.into_iter().zip(compensated?).map(effect).collect())
     };
-    let answers: Vec<Result<Vec<PointEffect>>> = Source::of(&study.machine).par_iter().enumerate().map(along).collect();
-    Ok(PathPart { first, sources: BySource::from_results(answers)? })
+    let effects: Vec<Result<Vec<PointEffect>>> = Source::of(&study.machine).par_iter().enumerate().map(along).collect();
+    Ok(PathPart { first, sources: BySource::from_results(effects)? })
 }
 
-/// Returns how often [`run`] goes along the path: twice for each source, once for each method, and once for what is uncertain.
+/// Returns how often [`run`] solves the path: twice for each source, once for each method, and once for uncertain inputs, if there are any.
 pub fn pass_count(study: &PathStudy) -> usize {
     source_passes(study) + study.methods.len() + usize::from(study.uncertainty.is_some())
 }
 
-/// Returns how often the path is solved for the sources alone.
+/// Returns how often the path is solved for the sources: without and with compensation each.
 fn source_passes(study: &PathStudy) -> usize {
     2 * Source::of(&study.machine).len()
 }

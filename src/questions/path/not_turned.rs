@@ -17,10 +17,7 @@ impl PathGammaSearch {
 }
 
 impl PathStudy {
-    /// Returns the study unchanged.
-    ///
-    /// # Errors
-    /// None.
+    /// Returns the study unchanged; never `Err`.
     pub fn with_gamma(&self, _work: &Work) -> Result<Cow<'_, Self>> {
         Ok(Cow::Borrowed(self))
     }

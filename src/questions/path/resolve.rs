@@ -39,15 +39,15 @@ impl Question for PathStudy {
     const TABLES: &[&str] = &["points", "methods"];
 
     /// Checks the path study and reads its program.
-    fn resolve(spec: &PathSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
-        given.overrides.refuse_grid(given.name)?;
-        let process = given.process_with_gamma(None, &given.check)?;
-        let (mut study, program) = path(spec, &process, given, &given.check)?;
-        let (uncertainty, read) = given.uncertainty(process.uncertainty.as_ref(), &study.machine, &study.errors)?;
+    fn resolve(spec: &PathSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
+        context.overrides.refuse_grid(context.name)?;
+        let process = context.process_with_gamma(None, &context.check)?;
+        let (mut study, program) = path(spec, &process, context, &context.check)?;
+        let (uncertainty, read) = context.uncertainty(process.uncertainty.as_ref(), &study.machine, &study.errors)?;
         study.uncertainty = uncertainty;
         if study.uncertainty.is_some() && study.gamma_search.is_some() {
             let problem = "is not computed where γ is sought: compensate with the γ found first, and give that program";
-            return given.check.root().key("uncertainty").fail(problem.into());
+            return context.check.root().key("uncertainty").fail(problem.into());
         }
         let points = Inputs::of("points of the path", study.stations.len().to_string());
         let inputs = process.inputs.and(read).and(program).and(points);
@@ -70,11 +70,11 @@ impl Question for PathStudy {
     }
 }
 
-/// Returns the checked path study at `check`, cut by `process`, and the program that it is read from as an input.
+/// Returns the path study that `spec` describes, checked at `check` and cut by `process`, and the program that it is read from as an input.
 pub(crate) fn path(
     spec: &PathSpec,
     process: &Process,
-    given: &StudyContext<'_>,
+    context: &StudyContext<'_>,
     check: &Check,
 ) -> Result<(PathStudy, Inputs)> {
     let (toolpath, program) = match &spec.line {
@@ -82,10 +82,10 @@ pub(crate) fn path(
             (self::line_toolpath(line, process, &check.key("line"))?, None)
         }
         Some(_) => return check.key("line").fail("give exactly one of circle, line and file".into()),
-        None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), process, given, check)?,
+        None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), process, context, check)?,
     };
     let origin =
-        spec.file.as_ref().map_or_else(|| check.location(), |file| given.folder.path(file).display().to_string());
+        spec.file.as_ref().map_or_else(|| check.location(), |file| context.folder.path(file).display().to_string());
     let toolpath = process.mark_cutting(toolpath, &origin)?;
     let process = &Process { machine: locked_along(&process.machine, &toolpath, &origin)?, ..process.clone() };
     let tasks = tasks(process, &toolpath, &origin)?;
@@ -116,18 +116,18 @@ pub(crate) fn toolpath(
     circle: Option<&CircleSpec>,
     file: Option<&str>,
     process: &Process,
-    given: &StudyContext<'_>,
+    context: &StudyContext<'_>,
     check: &Check,
 ) -> Result<(Toolpath, Option<ProgramFile>)> {
     match (circle, file) {
         (Some(circle), None) => {
-            Ok((self::circle_toolpath(circle, &given.machine, given.overrides, &check.key("circle"))?, None))
+            Ok((self::circle_toolpath(circle, &context.machine, context.overrides, &check.key("circle"))?, None))
         }
-        (None, Some(_)) if given.overrides.points.is_some() => {
+        (None, Some(_)) if context.overrides.points.is_some() => {
             Overrides::location("points").fail("the points of a path from a file are those of the file".into())
         }
         (None, Some(file)) => {
-            let program = ProgramFile::in_folder(given.folder, file, process)?;
+            let program = ProgramFile::in_folder(context.folder, file, process)?;
             let path = program.toolpath(process.sampling)?;
             if path.is_empty() {
                 let problem = format!("{file} moves nowhere: a program with at least one motion is expected");
@@ -147,7 +147,7 @@ pub(crate) fn check_total(points: usize, check: &Check) -> Result<()> {
     }
 }
 
-/// Returns the total number of points of the circles.
+/// Returns how many points the circles have together, with the number of the command line if it gives one.
 pub(crate) fn circle_points<'a>(circles: impl Iterator<Item = &'a CircleSpec>, overrides: &Overrides) -> usize {
     circles.map(|circle| overrides.points.unwrap_or(circle.points)).fold(0, usize::saturating_add)
 }
@@ -199,7 +199,7 @@ pub(crate) fn on_carrier_problem(machine: &Machine, name: &str) -> String {
     )
 }
 
-/// Returns the compensation methods that the study names, all of them if it names none.
+/// Returns the compensation methods that the study names, or all if it has no such key. `Err` if a name is unknown.
 fn named_methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
     let Some(names) = &spec.methods else { return Ok(Method::ALL.into()) };
     let method = |name: &String| match Method::named(name, 1.0) {

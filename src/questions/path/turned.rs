@@ -27,9 +27,9 @@ impl PathGammaSearch {
     /// Returns the search along `path`, which errors call `origin`; `None` if the process does not ask for one.
     #[must_use]
     pub(super) fn of(process: &Process, path: &Toolpath, origin: &str) -> Option<Self> {
-        let sought =
+        let search =
             || Self { process: process.clone().into(), path: path.clone(), origin: origin.into(), found: None };
-        process.redundancy.is_sought().then(sought)
+        process.redundancy.is_sought().then(search)
     }
 
     /// Returns the choice of γ that the process asks for.
@@ -46,10 +46,8 @@ impl PathGammaSearch {
 }
 
 impl PathStudy {
-    /// Returns the study with machine and tasks at the best γ found along the path; unchanged where none is sought or possible.
-    ///
-    /// # Errors
-    /// A machine that cannot rotate its tool about its axis, or stopped `work`.
+    /// Returns the study with machine and tasks at the best γ found along the path; unchanged where none is sought or possible. `Err` if
+    /// the machine cannot rotate its tool about its axis, or `work` was stopped.
     pub fn with_gamma(&self, work: &Work) -> Result<Cow<'_, Self>> {
         let Some(search) = self.gamma_search.as_ref().filter(|search| search.found.is_none()) else {
             return Ok(Cow::Borrowed(self));
@@ -57,7 +55,7 @@ impl PathStudy {
         let (process, path) = (&search.process, &search.path);
         let fault = |fault| Error::Argument { argument: search.origin.clone(), problem: format!("{fault}") };
         let loads = process.loads(path).map_err(fault)?;
-        let asked = GammaProblem {
+        let search_problem = GammaProblem {
             machine: &process.machine,
             errors: &process.errors,
             placement: &process.placement,
@@ -66,13 +64,13 @@ impl PathStudy {
             loads: &loads,
             settings: &process.redundancy,
         };
-        let found = search_gamma(asked, work)?;
+        let found = search_gamma(search_problem, work)?;
         let (items, of) = self.items();
         work.tell(Event::Stage(Stage { of, items }));
         let mut study = self.clone();
-        if let Some(Ok(turned)) = found.result_for(search.choice()) {
-            study.machine = turned.machine.clone();
-            study.tasks = tasks_under(&turned.machine, &process.placement, process.target, &turned.path, &loads);
+        if let Some(Ok(at_gamma)) = found.result_for(search.choice()) {
+            study.machine = at_gamma.machine.clone();
+            study.tasks = tasks_under(&at_gamma.machine, &process.placement, process.target, &at_gamma.path, &loads);
         }
         study.gamma_search = Some(PathGammaSearch { found: Some(Arc::new(found)), ..search.clone() });
         Ok(Cow::Owned(study))

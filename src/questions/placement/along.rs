@@ -57,37 +57,39 @@ pub struct PlacePoint {
 const MOST_REFUSALS: usize = 3;
 
 impl Evaluator {
-    /// Solves every point at which the tool cuts, or every `stride`-th and the last; ends a feature after `MOST_REFUSALS` infeasible points.
+    /// Solves the points at which the tool cuts, every `stride`-th and the last of a feature; ends a feature at its third infeasible point.
     pub fn solve_points(&self, site: &Site, stride: usize) -> PlaceResults {
-        let whole = stride <= 1;
-        let opened = self.open_anywhere(site);
-        let mut failure = opened.as_ref().err().cloned();
-        let mut partial = opened.unwrap_or_else(|_| self.without_points(site));
+        let is_whole = stride <= 1;
+        let started = self.open_anywhere(site);
+        let mut failure = started.as_ref().err().cloned();
+        let mut partial = started.unwrap_or_else(|_| self.without_points(site));
         let mut features = Vec::new();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
             let tasks = self.tasks(site, f);
             let mut walk = self.start_walk(f);
             let last = prepared.counted.len().saturating_sub(1);
-            let looked_at = prepared.counted.iter().enumerate().filter(|(i, _)| whole || i % stride == 0 || *i == last);
+            let visited =
+                prepared.counted.iter().enumerate().filter(|(i, _)| is_whole || i % stride == 0 || *i == last);
             let (mut points, mut refusals) = (Vec::new(), 0);
-            for (_, &k) in looked_at {
-                let seen = walk.visit(&tasks[k]);
-                let seen = seen.map(|seen| self.with_across_parts(seen, &partial.site, job, (k, &tasks[k]), &walk));
-                let refused = match &seen {
-                    Ok(seen) => {
-                        partial.tallies[f].add(seen, prepared.shares[k], job.feature.tolerance_mm);
+            for (_, &k) in visited {
+                let values = walk.visit(&tasks[k]);
+                let values =
+                    values.map(|values| self.with_across_parts(values, &partial.site, job, (k, &tasks[k]), &walk));
+                let refusal = match &values {
+                    Ok(values) => {
+                        partial.tallies[f].add(values, prepared.shares[k], job.feature.tolerance_mm);
                         None
                     }
                     Err(Refusal { failure, .. }) => Some(failure.clone()),
                 };
-                if let (Some(refused), None) = (&refused, &failure) {
+                if let (Some(refusal), None) = (&refusal, &failure) {
                     failure = Some(
                         self.first_unreachable(&partial.site, f, k)
-                            .unwrap_or_else(|| at_path_point(job, k, refused.clone())),
+                            .unwrap_or_else(|| at_path_point(job, k, refusal.clone())),
                     );
                 }
-                refusals += usize::from(refused.is_some());
-                points.push(point(k, &tasks[k], job.machine(), &walk.last, refused));
+                refusals += usize::from(refusal.is_some());
+                points.push(place_point(k, &tasks[k], job.machine(), &walk.last, refusal));
                 if refusals == MOST_REFUSALS {
                     break;
                 }
@@ -97,7 +99,7 @@ impl Evaluator {
         let known = self.best_possible(&partial);
         let outcome = match failure {
             Some(failure) => Err(failure),
-            None if whole => self.conclude_all(&partial, site),
+            None if is_whole => self.conclude_all(&partial, site),
             None => Ok(Evaluation {
                 metrics: known,
                 features: Vec::new(),
@@ -108,7 +110,8 @@ impl Evaluator {
         PlaceResults { features, outcome, known }
     }
 
-    /// Returns the evaluation of a place all of whose points are added, also where the path leaves the workspace box.
+    /// Returns the evaluation of a place whose points are all in `partial`, also outside the workspace box. `Err` if a point is not
+    /// reached.
     fn conclude_all(&self, partial: &super::evaluate::Partial, site: &Site) -> Result<Evaluation, Failure> {
         self.check_reach(partial, |f, k| !self.features[f].is_counted[k])?;
         Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(partial)? })
@@ -120,19 +123,19 @@ impl Evaluator {
     }
 }
 
-/// Returns the result at a point from its results without and with correction.
-fn point(
+/// Returns the result at the point with this `index` of its path, from the `solution` there without and with correction.
+fn place_point(
     index: usize,
     task: &TaskPoint,
     machine: &Machine,
-    answers: &Solution,
+    solution: &Solution,
     failure: Option<Failure>,
 ) -> PlacePoint {
-    let settled = |answer: &Option<Compensation>| answer.clone().filter(|answer| answer.outcome.is_some());
-    let plain = settled(&answers.plain);
-    let exact = settled(&answers.exact).filter(|exact| exact.status.is_success());
-    let error = |answer: &Option<Compensation>| answer.as_ref().map(|answer| answer.position_error);
-    let added = |exact: &Compensation, plain: &Compensation| {
+    let with_equilibrium = |result: &Option<Compensation>| result.clone().filter(|result| result.outcome.is_some());
+    let plain = with_equilibrium(&solution.plain);
+    let exact = with_equilibrium(&solution.exact).filter(|exact| exact.status.is_success());
+    let error = |result: &Option<Compensation>| result.as_ref().map(|result| result.position_error);
+    let correction = |exact: &Compensation, plain: &Compensation| {
         exact.drives.iter().zip(&plain.drives).map(|(exact, plain)| exact - plain).collect()
     };
     PlacePoint {
@@ -140,14 +143,14 @@ fn point(
         wanted_mm: task.pose.transform(task.offset(machine)),
         before_mm: error(&plain),
         after_mm: error(&exact),
-        corrections: exact.as_ref().zip(plain.as_ref()).map(|(exact, plain)| added(exact, plain)),
+        corrections: exact.as_ref().zip(plain.as_ref()).map(|(exact, plain)| correction(exact, plain)),
         drives: plain.map(|plain| plain.drives).unwrap_or_default(),
         drive_forces: exact.map(|exact| exact.drive_forces),
         failure,
     }
 }
 
-/// Returns the smallest stride at which about `most` points of all features are solved.
+/// Returns the stride at which about `most` points of all features together are solved.
 pub(crate) fn stride(features: &[FeatureJob], most: usize) -> usize {
     let points: usize = features.iter().map(|job| job.feature.path.len()).sum();
     points.div_ceil(most.max(1)).max(1)
@@ -180,8 +183,8 @@ pub(super) fn traces(
     entries: &[Entry],
     best: Option<&Best>,
 ) -> Vec<Trace> {
-    let examined = entries.iter().filter(|entry| entry.outcome.is_ok());
-    let poorest = examined.max_by(|a, b| a.value.total_cmp(&b.value));
+    let evaluated = entries.iter().filter(|entry| entry.outcome.is_ok());
+    let poorest = evaluated.max_by(|a, b| a.value.total_cmp(&b.value));
     let mut shown: Vec<&Entry> = best.map(|best| &entries[best.entry]).into_iter().chain(poorest).collect();
     shown.dedup_by(|a, b| a.name == b.name);
     let features = 0..study.features.len();
@@ -189,7 +192,7 @@ pub(super) fn traces(
     pairs.map(|(index, entry)| feature_trace(evaluators.of(entry.found), study, entry, index)).collect()
 }
 
-/// Returns the path of the feature `index` at the place of `entry`.
+/// Returns the path of the feature with this `index` at the place of `entry`, with its errors before and after correction.
 fn feature_trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, index: usize) -> Trace {
     let job = &study.features[index];
     let machine = job.machine();
@@ -198,8 +201,8 @@ fn feature_trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, i
     let case =
         PathCase { nominal: machine, real: evaluator.actual(index), unloaded: machine, before: None, tasks: &tasks };
     let errors = |method| {
-        let answers = run(&case, &Commands::Method(method), &|| {});
-        answers.iter().map(PathPointResult::solved_error).collect::<Vec<_>>()
+        let results = run(&case, &Commands::Method(method), &|| {});
+        results.iter().map(PathPointResult::solved_error).collect::<Vec<_>>()
     };
     let limited = job.limits.is_limited().then(|| evaluator.features[index].residuals(job, &tasks).ok()).flatten();
     Trace {

@@ -9,7 +9,7 @@ use super::{
 use crate::{compensation::TaskPoint, simulation::Failure, spatial::Pose};
 
 impl Evaluator {
-    /// Checks that the workpiece at `site` stands on the table and clear of the forbidden boxes.
+    /// Checks that the workpiece at `site` is on the table and clear of the forbidden boxes. `Err` says which it is not.
     pub(super) fn check_boxes(&self, site: &Site) -> Result<(), Failure> {
         let study = &self.study;
         let workpiece = study.workpiece_pose(site);
@@ -27,12 +27,12 @@ impl Evaluator {
         Err(Failure { status: "forbidden".into(), reason })
     }
 
-    /// Checks that P stays within the machine's workspace box on all paths.
+    /// Checks that P stays within the machine's workspace box on all paths at `site`. `Err` names the first point outside.
     pub(super) fn check_workspace(&self, site: &Site) -> Result<(), Failure> {
         (0..self.features.len()).try_for_each(|f| self.check_feature_workspace(f, &self.tasks(site, f)))
     }
 
-    /// Checks that P stays within the machine's workspace box on the path of feature `f`.
+    /// Checks that P stays within the machine's workspace box at `tasks`, the path of feature `f`. `Err` names the first point outside.
     pub(super) fn check_feature_workspace(&self, f: usize, tasks: &[TaskPoint]) -> Result<(), Failure> {
         let job = &self.study.features[f];
         let outside = |task: &TaskPoint| self.study.machine.outside_workspace(task.pose.translation);
@@ -59,8 +59,8 @@ impl Evaluator {
             let outside = machine.outside_workspace(task.pose.translation)?;
             Some(f64::max(outside.ends[0] - outside.value, outside.value - outside.ends[1]))
         });
-        let off = study.table.as_ref().map(|table| table.overhang(&workpiece).0);
-        inside.chain(outside).chain(off).fold(0.0, f64::max)
+        let overhang = study.table.as_ref().map(|table| table.overhang(&workpiece).0);
+        inside.chain(outside).chain(overhang).fold(0.0, f64::max)
     }
 
     /// Returns the positions of P on all paths, O, mm.
@@ -82,24 +82,25 @@ impl Evaluator {
         gap.max(0.0)
     }
 
-    /// Returns how far the workpiece can move along the unit vector `way`, of O or of the workpiece carrier, before it meets a box, mm.
-    pub(super) fn free_translation(&self, site: &Site, way: &Vector3<f64>) -> f64 {
+    /// Returns how far the workpiece can move along the unit `direction`, of O or of the workpiece carrier, before it meets a box, mm.
+    pub(super) fn free_translation(&self, site: &Site, direction: &Vector3<f64>) -> f64 {
         let study = &self.study;
         let workpiece = study.workpiece_pose(site);
         let boxes = study.forbidden.iter().map(|b| b.extent.expanded(study.clearance_mm));
-        let way = &study.machine.carrier.as_ref().map_or(*way, |carrier| carrier.home.pose.rotation * way);
-        let boxes = boxes.map(|b| study.extent.free_travel(&workpiece, way, &b));
+        let direction =
+            &study.machine.carrier.as_ref().map_or(*direction, |carrier| carrier.home.pose.rotation * direction);
+        let boxes = boxes.map(|b| study.extent.free_travel(&workpiece, direction, &b));
         let workspace = &study.machine.workspace;
-        let left = |p: &Vector3<f64>| {
-            let moves = |i: &usize| way[*i] != 0.0 && study.machine.controls_translation(*i);
+        let travel_of = |p: &Vector3<f64>| {
+            let moves = |i: &usize| direction[*i] != 0.0 && study.machine.controls_translation(*i);
             let along = (0..3).filter(moves).map(|i| {
-                let end = if way[i] > 0.0 { workspace.max[i] } else { workspace.min[i] };
-                (end - p[i]) / way[i]
+                let end = if direction[i] > 0.0 { workspace.max[i] } else { workspace.min[i] };
+                (end - p[i]) / direction[i]
             });
             along.fold(f64::INFINITY, f64::min).max(0.0)
         };
-        let edge = study.table.as_ref().map(|table| table.distance_to_edge(&workpiece, way));
-        boxes.chain(edge).chain(self.positions(site).iter().map(left)).fold(f64::INFINITY, f64::min)
+        let edge = study.table.as_ref().map(|table| table.distance_to_edge(&workpiece, direction));
+        boxes.chain(edge).chain(self.positions(site).iter().map(travel_of)).fold(f64::INFINITY, f64::min)
     }
 
     /// Returns the largest distance of a point of the workpiece or of its paths from the origin of W, mm.
@@ -148,19 +149,19 @@ impl Table {
     /// Returns by how much a workpiece at the pose `X_OW` is off the table, mm, and beyond which side; negative where it stands on it.
     pub fn overhang(&self, workpiece: &Pose) -> (f64, &'static str) {
         let half = 0.5 * self.size_mm;
-        let back = Rotation2::new(-self.yaw);
-        let mut most = (f64::NEG_INFINITY, "");
+        let to_table = Rotation2::new(-self.yaw);
+        let mut largest = (f64::NEG_INFINITY, "");
         for point in &self.footprint {
             let point = workpiece.transform(*point);
-            let own = back * (point.xy() - self.centre_mm);
+            let in_table = to_table * (point.xy() - self.centre_mm);
             for (side, name) in &SIDES {
-                let off = side.dot(&own) - side.abs().dot(&half) + self.margin_mm;
-                most = if off > most.0 { (off, name) } else { most };
+                let off = side.dot(&in_table) - side.abs().dot(&half) + self.margin_mm;
+                largest = if off > largest.0 { (off, name) } else { largest };
             }
             let behind = self.height_mm.map_or(f64::NEG_INFINITY, |height| (height - point.z) * self.up_sign());
-            most = if behind > most.0 { (behind, "") } else { most };
+            largest = if behind > largest.0 { (behind, "") } else { largest };
         }
-        most
+        largest
     }
 
     /// Returns 1 if the workpiece stands on the table, −1 if it hangs under it: the sign of z of O towards the workpiece.
@@ -189,22 +190,22 @@ impl Table {
         Err(Failure { status: "off_table".into(), reason })
     }
 
-    /// Returns how far a workpiece that stands on the table can move along `way`, a unit vector of O, mm.
+    /// Returns how far a workpiece at the pose `X_OW` on the table can move along the unit vector `way` of O before it leaves it, mm.
     pub(super) fn distance_to_edge(&self, workpiece: &Pose, way: &Vector3<f64>) -> f64 {
         let half = 0.5 * self.size_mm;
-        let back = Rotation2::new(-self.yaw);
-        let along = back * way.xy();
-        let left = |point: &Vector3<f64>| {
+        let to_table = Rotation2::new(-self.yaw);
+        let along = to_table * way.xy();
+        let travel_of = |point: &Vector3<f64>| {
             let point = workpiece.transform(*point);
-            let own = back * (point.xy() - self.centre_mm);
+            let in_table = to_table * (point.xy() - self.centre_mm);
             let to_side = SIDES
                 .iter()
                 .filter(|(side, _)| side.dot(&along) > 0.0)
-                .map(|(side, _)| (side.abs().dot(&half) - self.margin_mm - side.dot(&own)) / side.dot(&along));
+                .map(|(side, _)| (side.abs().dot(&half) - self.margin_mm - side.dot(&in_table)) / side.dot(&along));
             let down = self.height_mm.filter(|_| way.z * self.up_sign() < 0.0).map(|height| (height - point.z) / way.z);
             to_side.chain(down).fold(f64::INFINITY, f64::min)
         };
-        self.footprint.iter().map(left).fold(f64::INFINITY, f64::min).max(0.0)
+        self.footprint.iter().map(travel_of).fold(f64::INFINITY, f64::min).max(0.0)
     }
 
     /// Returns the corners of the table in order around it, O, mm.

@@ -130,13 +130,13 @@ impl Evaluator {
         }
     }
 
-    /// Starts an evaluation at `site`, without any point yet. `Err` says why the workpiece must not stand there.
+    /// Starts an evaluation at `site`, with no points added. `Err` says which of workspace box, table and forbidden boxes is violated.
     pub(super) fn open(&self, site: &Site) -> Result<Partial, Failure> {
         self.check_workspace(site)?;
         self.open_anywhere(site)
     }
 
-    /// Starts an evaluation at `site` as [`Evaluator::open`] does, whether or not the path stays within the workspace box.
+    /// Starts an evaluation at `site` also where the path leaves the workspace box. `Err` says why table, boxes or γ do not allow it.
     pub(super) fn open_anywhere(&self, site: &Site) -> Result<Partial, Failure> {
         self.check_boxes(site)?;
         #[cfg(not(target_family = "wasm"))]
@@ -153,7 +153,7 @@ impl Evaluator {
         Ok(partial)
     }
 
-    /// Returns an evaluation at `site` without points, whether or not the workpiece fits there.
+    /// Returns an evaluation at `site` with no points added; does not check whether the workpiece fits there.
     pub(super) fn without_points(&self, site: &Site) -> Partial {
         Partial { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 }
     }
@@ -161,8 +161,8 @@ impl Evaluator {
     /// Returns pose and load at each point of feature `f` with the workpiece at `site`; not kept, as a sweep has too many places.
     pub(super) fn tasks(&self, site: &Site, f: usize) -> Vec<TaskPoint> {
         #[cfg(not(target_family = "wasm"))]
-        if let Some(turned) = self.tasks_at_best_gamma(site, f) {
-            return turned;
+        if let Some(at_gamma) = self.tasks_at_best_gamma(site, f) {
+            return at_gamma;
         }
         let job = &self.study.features[f];
         let feature = &job.feature;
@@ -170,22 +170,23 @@ impl Evaluator {
         tasks_under(job.machine(), &placement, job.target, &feature.path, &feature.loads)
     }
 
-    /// Checks that the rigid machine reaches every point for which `asked` (feature, point) is true. `Err` names the first it does not.
+    /// Checks that the rigid machine reaches each point (feature, index) for which `asked` holds. `Err` names the first that it does not.
     pub(super) fn check_reach(&self, partial: &Partial, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
         self.track_features(partial, asked, |_| ())
     }
 
-    /// Checks as [`Evaluator::check_reach`] does, and hands the configuration at each of the points to `note`.
+    /// Moves the rigid machine to the points (feature, index) for which `is_visited` holds; calls `visit` at each. `Err` as
+    /// [`track_feature`].
     fn track_features(
         &self,
         partial: &Partial,
-        asked: impl Fn(usize, usize) -> bool,
-        mut note: impl FnMut(&Configuration),
+        is_visited: impl Fn(usize, usize) -> bool,
+        mut visit: impl FnMut(&Configuration),
     ) -> Result<(), Failure> {
         self.study.features.iter().enumerate().try_for_each(|(f, job)| {
-            let asked = |k| asked(f, k);
-            track_feature(job, &self.tasks(&partial.site, f), asked, |_, at| {
-                note(at);
+            let is_visited = |k| is_visited(f, k);
+            track_feature(job, &self.tasks(&partial.site, f), is_visited, |_, at| {
+                visit(at);
                 Ok(())
             })
         })
@@ -209,7 +210,7 @@ impl Evaluator {
 
     /// Returns by how much the rigid machine exceeds its limits on the path, mm or degrees.
     fn limit_violation(&self, site: &Site) -> f64 {
-        let mut most: f64 = 0.0;
+        let mut largest: f64 = 0.0;
         for (f, job) in self.study.features.iter().enumerate() {
             let machine = job.machine();
             let mut near = machine.home.clone();
@@ -217,33 +218,33 @@ impl Evaluator {
                 let reached = machine.unlimited_inverse_kinematics_from(&near, &task.pose);
                 match reached.or_else(|_| machine.unlimited_inverse_kinematics_from(&machine.home, &task.pose)) {
                     Ok(at) => {
-                        most = most.max(machine.limit_excess(&at));
+                        largest = largest.max(machine.limit_excess(&at));
                         near = at;
                     }
-                    Err(unreachable) => most = most.max(excess(&unreachable)),
+                    Err(unreachable) => largest = largest.max(excess(&unreachable)),
                 }
             }
         }
-        most
+        largest
     }
 
-    /// Returns by how much the corrected machine exceeds its limits on the path, mm, degrees or share of a force limit.
+    /// Returns by how much the loaded or corrected machine exceeds its limits on the path: mm, degrees or share of a force limit.
     fn loaded_violation(&self, site: &Site) -> f64 {
-        let mut most: f64 = 0.0;
+        let mut largest: f64 = 0.0;
         for f in 0..self.features.len() {
             let mut walk = self.start_walk(f);
             let tasks = self.tasks(site, f);
             for &k in &self.features[f].counted {
-                most = walk.visit(&tasks[k]).map_or_else(|refusal| most.max(refusal.excess), |_| most);
-                if most >= UNMEASURED {
-                    return most;
+                largest = walk.visit(&tasks[k]).map_or_else(|refusal| largest.max(refusal.excess), |_| largest);
+                if largest >= UNMEASURED {
+                    return largest;
                 }
             }
         }
-        most
+        largest
     }
 
-    /// Returns a walk along the path of feature `f`.
+    /// Returns a walk along the path of feature `f`, which starts at home.
     pub(super) fn start_walk(&self, f: usize) -> PathWalk<'_> {
         let prepared = &self.features[f];
         let limits = &prepared.force_limits;
@@ -260,11 +261,11 @@ impl Evaluator {
     fn add_level(&self, partial: &mut Partial) -> Result<(), Failure> {
         let level = partial.level;
         partial.level += 1;
-        self.visit(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice), &mut None)
+        self.add_points(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice), &mut None)
     }
 
-    /// Adds the points that `points` names, each solved from the one before; appends positions within limits to `shares`.
-    fn visit(
+    /// Solves the points that `points` selects of each feature, and adds them to `partial`; appends positions within limits to `shares`.
+    fn add_points(
         &self,
         partial: &mut Partial,
         points: impl Fn(&PreparedFeature) -> &[usize],
@@ -275,36 +276,36 @@ impl Evaluator {
             walk.shares = shares.take();
             let tasks = self.tasks(&partial.site, f);
             for &k in points(prepared) {
-                let seen = self.point_metrics(&partial.site, job, (k, &tasks[k]), &mut walk)?;
-                partial.tallies[f].add(&seen, prepared.shares[k], job.feature.tolerance_mm);
+                let values = self.solve_point(&partial.site, job, (k, &tasks[k]), &mut walk)?;
+                partial.tallies[f].add(&values, prepared.shares[k], job.feature.tolerance_mm);
             }
             *shares = walk.shares.take();
         }
         Ok(())
     }
 
-    /// Solves point `k` of a feature and returns its numbers. `Err` says why it cannot be cut.
-    pub(super) fn point_metrics(
+    /// Solves point `k` of the path of a feature with the workpiece at `site`, and returns its numbers. `Err` says why it cannot be cut.
+    pub(super) fn solve_point(
         &self,
         site: &Site,
         job: &FeatureJob,
         (k, task): (usize, &TaskPoint),
         walk: &mut PathWalk<'_>,
     ) -> Result<PointValues, Failure> {
-        let seen = walk.visit(task).map_err(|Refusal { failure, .. }| at_path_point(job, k, failure))?;
-        Ok(self.with_across_parts(seen, site, job, (k, task), walk))
+        let values = walk.visit(task).map_err(|Refusal { failure, .. }| at_path_point(job, k, failure))?;
+        Ok(self.with_across_parts(values, site, job, (k, task), walk))
     }
 
-    /// Returns `seen` at point `k` of a feature with the parts of its deflection across the direction of motion, if they are needed.
+    /// Returns `values` of point `k`, with the parts of its deflection across the direction of motion if they are needed.
     pub(super) fn with_across_parts(
         &self,
-        seen: PointValues,
+        values: PointValues,
         site: &Site,
         job: &FeatureJob,
         (k, task): (usize, &TaskPoint),
         walk: &PathWalk<'_>,
     ) -> PointValues {
-        let Some(plain) = walk.last.plain.as_ref().filter(|_| self.needs.across) else { return seen };
+        let Some(nominal) = walk.last.plain.as_ref().filter(|_| self.needs.across) else { return values };
         let machine = job.machine();
         let workpiece = match task.external {
             Some(axes) => {
@@ -314,11 +315,12 @@ impl Evaluator {
         };
         let along = workpiece.rotation * job.feature.path.points()[k].tangent;
         let axis = task.pose.rotation * machine.tool_axes.column(2);
-        let part = |part: RedundancyCost| part.deviation(&plain.position_error, along, axis);
-        PointValues { across: [part(RedundancyCost::AcrossPath), part(RedundancyCost::AcrossSurface)], ..seen }
+        let part = |part: RedundancyCost| part.of(&nominal.position_error, along, axis);
+        PointValues { across: [part(RedundancyCost::AcrossPath), part(RedundancyCost::AcrossSurface)], ..values }
     }
 
-    /// Returns the best values that the metrics can still have; exact once all levels are done, but for the correction within limits.
+    /// Returns the best that the metrics can be once all points are added; exact after the last level, but for the correction within
+    /// limits.
     pub(super) fn best_possible(&self, partial: &Partial) -> Metrics {
         let all = partial.tallies.iter().fold(Tally::default(), |sum, tally| sum.merged(tally));
         self.best_possible_of(&all, self.share)
@@ -345,8 +347,8 @@ impl Evaluator {
     /// Returns the evaluation once all points are added. `Err` where the objective asks for a correction within limits and there is none.
     pub(super) fn conclude(&self, partial: &Partial) -> Result<Evaluation, Failure> {
         let metrics = self.best_possible(partial);
-        let own = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
-        let features = partial.tallies.iter().zip(&self.features).map(own).collect();
+        let metrics_of = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
+        let features = partial.tallies.iter().zip(&self.features).map(metrics_of).collect();
         let mut evaluation = Evaluation { metrics, features, not_corrected: None, outside_workspace: None };
         if self.needs.bounded {
             self.correct_within_limits(partial, &mut evaluation);
@@ -357,23 +359,20 @@ impl Evaluator {
         }
     }
 
-    /// Returns the metrics at `site`, from all points in path order.
-    ///
-    /// # Errors
-    /// Why the workpiece cannot be cut there.
+    /// Returns the metrics at `site`, from all points in path order; `Err` says why the workpiece cannot be cut there.
     pub fn evaluate(&self, site: &Site) -> Result<Evaluation, Failure> {
-        self.evaluate_recording(site, &mut None)
+        self.evaluate_into(site, &mut None)
     }
 
     /// Evaluates `site`; returns also where each limited drive, joint and force lies at each point, −1 and 1 at its limits.
     pub(super) fn evaluate_with_shares(&self, site: &Site) -> Result<(Evaluation, Vec<f64>), Failure> {
         let mut shares = Some(Vec::new());
-        let evaluation = self.evaluate_recording(site, &mut shares)?;
+        let evaluation = self.evaluate_into(site, &mut shares)?;
         Ok((evaluation, shares.unwrap_or_default()))
     }
 
-    /// Evaluates `site`, and appends to `shares` where drives, joints and forces lie within their limits.
-    fn evaluate_recording(&self, site: &Site, shares: &mut Option<Vec<f64>>) -> Result<Evaluation, Failure> {
+    /// Evaluates `site`, and appends to `shares`, unless `None`, where drives, joints and forces lie within their limits, −1 to 1.
+    fn evaluate_into(&self, site: &Site, shares: &mut Option<Vec<f64>>) -> Result<Evaluation, Failure> {
         let mut partial = self.open(site)?;
         // Where the tool cuts, the loaded machine shows what it reaches.
         let is_not_cut = |f: usize, k: usize| !self.features[f].is_counted[k];
@@ -382,7 +381,7 @@ impl Evaluator {
                 self.study.machine.limit_fractions(at, shares);
             }
         })?;
-        self.visit(&mut partial, |prepared| &prepared.counted, shares)?;
+        self.add_points(&mut partial, |prepared| &prepared.counted, shares)?;
         self.conclude(&partial)
     }
 
@@ -391,7 +390,7 @@ impl Evaluator {
         work.part("evaluate").piece(&site.0, |_| 0, || Ok(self.evaluate(site))).unwrap_or_else(stopped_failure)
     }
 
-    /// Evaluates `site` as [`Evaluator::evaluate_below`] does, as a piece of `work`.
+    /// Evaluates `site` as [`Evaluator::evaluate_below`] does, as a piece of `work`; `None` too if that is stopped.
     pub(super) fn evaluate_below_in_work(
         &self,
         work: &Work,
@@ -421,25 +420,23 @@ impl Evaluator {
         work.part("examine").piece(&site.0, |_| 0, || Ok(self.examine(site))).unwrap_or_else(stopped_failure)
     }
 
-    /// Evaluates `site` also where the path leaves the workspace box; checks the reach first, so that the first unreachable point is named.
-    ///
-    /// # Errors
-    /// Why the workpiece cannot be cut there.
+    /// Evaluates `site` also where the path leaves the workspace box; checks the reach first, so that `Err` names the first unreachable
+    /// point.
     pub fn examine(&self, site: &Site) -> Result<Evaluation, Failure> {
         let mut partial = self.open_anywhere(site)?;
         self.check_reach(&partial, |_, _| true)?;
-        self.visit(&mut partial, |prepared| &prepared.counted, &mut None)?;
+        self.add_points(&mut partial, |prepared| &prepared.counted, &mut None)?;
         Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(&partial)? })
     }
 
-    /// Computes the correction within limits of each feature and writes its metrics, or why there is none.
+    /// Computes the correction within limits of each feature; writes its metrics, or the first reason why there is none, into `evaluation`.
     fn correct_within_limits(&self, partial: &Partial, evaluation: &mut Evaluation) {
-        let mut all = ResidualTally::default();
+        let mut total = ResidualTally::default();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
             match prepared.limited_residuals(job, &self.tasks(&partial.site, f)) {
                 Ok(corrected) => {
                     corrected.normalised(prepared.share).write_into(&mut evaluation.features[f]);
-                    all = all.merged(&corrected);
+                    total = total.merged(&corrected);
                 }
                 Err(reason) => {
                     evaluation.not_corrected.get_or_insert(reason);
@@ -447,7 +444,7 @@ impl Evaluator {
             }
         }
         match evaluation.not_corrected {
-            None => all.normalised(self.share).write_into(&mut evaluation.metrics),
+            None => total.normalised(self.share).write_into(&mut evaluation.metrics),
             Some(_) => ResidualTally::remove_from(&mut evaluation.metrics),
         }
     }
@@ -467,16 +464,16 @@ impl Evaluator {
 }
 
 impl PreparedFeature {
-    /// Returns the tally of the residual errors after the correction of the feature's path within its limits. `Err` if there is none.
+    /// Returns the tally of the residual errors after correcting the path within the feature's limits. `Err` if a point has no correction.
     pub(super) fn limited_residuals(&self, job: &FeatureJob, tasks: &[TaskPoint]) -> Result<ResidualTally, String> {
         let located = |reason: String| format!("feature {}: {reason}", job.feature.name);
         let errors = self.residuals(job, tasks).map_err(located)?;
-        let mut left = ResidualTally::default();
+        let mut tally = ResidualTally::default();
         for (k, (error, share)) in errors.iter().zip(&self.shares).enumerate().filter(|(_, (_, share))| **share > 0.0) {
-            let none = || located(format!("point {k} has no correction within the limits"));
-            left.add(error.ok_or_else(none)?.norm(), *share, job.feature.tolerance_mm);
+            let no_correction = || located(format!("point {k} has no correction within the limits"));
+            tally.add(error.ok_or_else(no_correction)?.norm(), *share, job.feature.tolerance_mm);
         }
-        Ok(left)
+        Ok(tally)
     }
 
     /// Returns the position error after the correction within limits at each point, O axes, mm; `None` at points left out.
@@ -487,28 +484,28 @@ impl PreparedFeature {
     }
 }
 
-/// Moves the rigid machine to the points for which `asked` is true, each from the one before, and calls `note`. `Err` names the first it
-/// does not reach.
+/// Moves the rigid machine from home to the points for which `is_visited` holds, each from the one before, and calls `visit` with index and
+/// configuration. `Err` names the first that it does not reach, or is that of `visit`.
 pub(super) fn track_feature(
     job: &FeatureJob,
     tasks: &[TaskPoint],
-    asked: impl Fn(usize) -> bool,
-    mut note: impl FnMut(usize, &Configuration) -> Result<(), Failure>,
+    is_visited: impl Fn(usize) -> bool,
+    mut visit: impl FnMut(usize, &Configuration) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let machine = job.machine();
     let mut near = machine.home.clone();
-    for (k, task) in tasks.iter().enumerate().filter(|(k, _)| asked(*k)) {
+    for (k, task) in tasks.iter().enumerate().filter(|(k, _)| is_visited(*k)) {
         let reached = machine.inverse_kinematics_from(&near, &task.pose);
         near = reached
             .or_else(|_| machine.inverse_kinematics(&task.pose))
             .and_then(|at| machine.check_tracked(&task.pose, &at).map(|()| at))
             .map_err(|unreachable| at_path_point(job, k, Failure::from(unreachable)))?;
-        note(k, &near)?;
+        visit(k, &near)?;
     }
     Ok(())
 }
 
-/// Returns the failure of an evaluation whose work was stopped.
+/// Returns, as an evaluation, the failure that its work was stopped by `error`.
 fn stopped_failure(error: Error) -> Result<Evaluation, Failure> {
     Err(Failure { status: "stopped".into(), reason: error.to_string() })
 }
@@ -538,7 +535,7 @@ fn point_lengths(job: &FeatureJob) -> Vec<f64> {
     (0..points.len()).map(|k| if counts(k) { 1.0 } else { 0.0 }).collect()
 }
 
-/// Computes the data of a feature that do not depend on its place; `total` is the length of all paths, mm.
+/// Computes what of a feature does not depend on its place; `lengths` are those that its points stand for, `total` that of all paths, mm.
 fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64) -> PreparedFeature {
     let shares: Vec<f64> = lengths.iter().map(|length| (length / total / GRAIN).round() * GRAIN).collect();
     let is_counted = counted_flags(job);
@@ -563,7 +560,7 @@ pub(super) fn counted_flags(job: &FeatureJob) -> Vec<bool> {
     points.iter().map(|point| point.cutting || never_cuts).collect()
 }
 
-/// Divides `points` into levels: every n-th point first, then those between.
+/// Divides indices of points into levels, coarse to fine: each adds every n-th that no level before has, n falling by [`REFINEMENT`].
 pub fn levels(points: &[usize]) -> Vec<Vec<usize>> {
     let mut stride = 1;
     while points.len() / (stride * REFINEMENT) >= FIRST_LEVEL {

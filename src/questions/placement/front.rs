@@ -33,7 +33,7 @@ pub(super) fn search_count(study: &PlacementStudy) -> usize {
     if metrics == 0 { 0 } else { metrics + POINTS }
 }
 
-/// Computes the Pareto front of the objective, sorted by its first metric.
+/// Computes the Pareto front of the objective, sorted by its first metric, and polishes places spread over it. `Err` only from `work`.
 pub(super) fn pareto_front(
     evaluator: &Evaluator,
     study: &PlacementStudy,
@@ -70,10 +70,10 @@ pub(super) fn pareto_front(
         })
         .collect();
     work.barrier()?;
-    let ends: Vec<(Site, Metrics)> = polished.iter().filter_map(|found| found.last().copied()).collect();
+    let ends: Vec<(Site, Metrics)> = polished.iter().filter_map(|places| places.last().copied()).collect();
     known.extend(polished.into_iter().flatten());
-    let best = undominated(&known, metrics);
-    let shown = ends.iter().map(|end| *best.iter().find(|other| dominates(&other.1, &end.1, metrics)).unwrap_or(end));
+    let front = undominated(&known, metrics);
+    let shown = ends.iter().map(|end| *front.iter().find(|other| dominates(&other.1, &end.1, metrics)).unwrap_or(end));
     Ok(undominated(&shown.collect::<Vec<_>>(), metrics))
 }
 
@@ -98,9 +98,9 @@ fn metric_costs(metrics: &[Metric], values: &Metrics) -> Vec<f64> {
 
 /// Returns the range of each metric over `front`; 1 where it has none.
 fn metric_ranges(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<f64> {
-    let all: Vec<Vec<f64>> = front.iter().map(|(_, values)| metric_costs(metrics, values)).collect();
+    let costs: Vec<Vec<f64>> = front.iter().map(|(_, values)| metric_costs(metrics, values)).collect();
     let range = |k: usize| {
-        let (low, high) = all.iter().fold((f64::MAX, f64::MIN), |(low, high), c| (low.min(c[k]), high.max(c[k])));
+        let (low, high) = costs.iter().fold((f64::MAX, f64::MIN), |(low, high), c| (low.min(c[k]), high.max(c[k])));
         if high > low { high - low } else { 1.0 }
     };
     (0..metrics.len()).map(range).collect()
@@ -115,16 +115,16 @@ fn spread_selection(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<usize>
     let scaled = |place: &(Site, Metrics)| -> Vec<f64> {
         metric_costs(metrics, &place.1).iter().zip(&ranges).map(|(cost, range)| cost / range).collect()
     };
-    let all: Vec<Vec<f64>> = front.iter().map(scaled).collect();
-    let distance = |a: usize, b: usize| all[a].iter().zip(&all[b]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    let least = |k: usize| (0..all.len()).min_by(|&a, &b| all[a][k].total_cmp(&all[b][k]));
-    let mut chosen: Vec<usize> = (0..metrics.len()).filter_map(least).collect();
+    let costs: Vec<Vec<f64>> = front.iter().map(scaled).collect();
+    let distance = |a: usize, b: usize| costs[a].iter().zip(&costs[b]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let best_in = |k: usize| (0..costs.len()).min_by(|&a, &b| costs[a][k].total_cmp(&costs[b][k]));
+    let mut chosen: Vec<usize> = (0..metrics.len()).filter_map(best_in).collect();
     chosen.sort_unstable();
     chosen.dedup();
     let mut nearest: Vec<f64> =
-        (0..all.len()).map(|i| chosen.iter().map(|&c| distance(i, c)).fold(f64::MAX, f64::min)).collect();
+        (0..costs.len()).map(|i| chosen.iter().map(|&c| distance(i, c)).fold(f64::MAX, f64::min)).collect();
     while chosen.len() < POINTS {
-        let Some(next) = (0..all.len()).max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]).then(b.cmp(&a))) else {
+        let Some(next) = (0..costs.len()).max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]).then(b.cmp(&a))) else {
             break;
         };
         if nearest[next] <= 0.0 {
@@ -146,26 +146,26 @@ fn polish_compromise(
     work: &Work,
 ) -> Vec<(Site, Metrics)> {
     let metrics = &study.objective.pareto;
-    let from = metric_costs(metrics, &start.1);
+    let start_costs = metric_costs(metrics, &start.1);
     let loss = |values: &Metrics| {
         let losses = metric_costs(metrics, values)
             .into_iter()
-            .zip(&from)
+            .zip(&start_costs)
             .zip(ranges)
-            .map(|((cost, from), range)| (cost - from) / range);
+            .map(|((cost, start_costs), range)| (cost - start_costs) / range);
         let losses: Vec<f64> = losses.collect();
         losses.iter().copied().fold(f64::NEG_INFINITY, f64::max) + SUM * losses.iter().sum::<f64>()
     };
-    let mut found = vec![*start];
+    let mut places = vec![*start];
     pattern_search(study, (start.0, 0.0), POLISH, f64::NEG_INFINITY, |site, below| {
         let Some(evaluation) = evaluator.evaluate_below_in_work(work, site, &loss, below) else { return f64::INFINITY };
         let value = loss(&evaluation.metrics);
         if value < below {
-            found.push((*site, evaluation.metrics));
+            places.push((*site, evaluation.metrics));
         }
         value
     });
-    found
+    places
 }
 
 /// Returns whether `a` is no worse than `b` in every one of `metrics` and better in one; false where a value is missing.

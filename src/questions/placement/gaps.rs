@@ -73,8 +73,8 @@ pub(super) fn find_gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[
     Ok(Gaps { sites, coarse })
 }
 
-/// Returns whether along coordinate `i` a free region is narrower than a step: between two neighbours that cannot be cut.
-fn is_coarse(study: &PlacementStudy, cells: &[Cell], found: &[Site], i: usize) -> bool {
+/// Returns whether along coordinate `i` a cell, or one of `sites`, lies between two infeasible neighbours: a region narrower than a step.
+fn is_coarse(study: &PlacementStudy, cells: &[Cell], sites: &[Site], i: usize) -> bool {
     let grid = &study.grid;
     let axis = &grid.axes[i];
     if axis.len() < 2 {
@@ -82,10 +82,10 @@ fn is_coarse(study: &PlacementStudy, cells: &[Cell], found: &[Site], i: usize) -
     }
     let stride: usize = grid.axes[..i].iter().map(Vec::len).product();
     let position = |index: usize| index / stride % axis.len();
-    let cannot = |index: usize| matches!(cells[index].verdict, Verdict::Infeasible(_));
-    let alone = |index: usize| {
+    let is_infeasible = |index: usize| matches!(cells[index].verdict, Verdict::Infeasible(_));
+    let is_isolated = |index: usize| {
         let (before, after) = (position(index) > 0, position(index) + 1 < axis.len());
-        !cannot(index) && before && after && cannot(index - stride) && cannot(index + stride)
+        !is_infeasible(index) && before && after && is_infeasible(index - stride) && is_infeasible(index + stride)
     };
     let nearest = |site: &Site| {
         let position = |k: usize| {
@@ -95,17 +95,17 @@ fn is_coarse(study: &PlacementStudy, cells: &[Cell], found: &[Site], i: usize) -
         };
         std::array::from_fn(position)
     };
-    let between = |site: &Site| {
+    let is_in_gap = |site: &Site| {
         let mut positions: [usize; 6] = nearest(site);
         let Some(next) = axis.iter().position(|value| *value > site.0[i]).filter(|next| *next > 0) else {
             return false;
         };
         [next - 1, next].into_iter().all(|position| {
             positions[i] = position;
-            cannot(grid.index(positions))
+            is_infeasible(grid.index(positions))
         })
     };
-    (0..cells.len()).any(alone) || found.iter().any(between)
+    (0..cells.len()).any(is_isolated) || sites.iter().any(is_in_gap)
 }
 
 /// Returns middles of intervals, for each orientation of the sweep, that hold no grid point and that boxes and table allow.
@@ -142,18 +142,18 @@ fn evenly_thinned(sites: Vec<Site>, most: usize) -> Vec<Site> {
     sites.into_iter().step_by(stride).collect()
 }
 
-/// Returns the middles of the intervals along `axis` for a workpiece oriented like `turned`, and whether each holds no grid point.
-fn midpoints(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: usize) -> Vec<(f64, bool)> {
+/// Returns the middles of the intervals along `axis` for a workpiece with this `orientation`, mm, and whether each holds no grid point.
+fn midpoints(evaluator: &Evaluator, study: &PlacementStudy, orientation: &Site, axis: usize) -> Vec<(f64, bool)> {
     let (low, high) = (study.bounds.low[axis], study.bounds.high[axis]);
     if high <= low {
         return vec![(low, false)];
     }
-    let pose = study.workpiece_pose(turned);
-    let own = |extent: &Extent| {
+    let pose = study.workpiece_pose(orientation);
+    let extent_along = |extent: &Extent| {
         let along = extent.corners().map(|corner| pose.transform(corner)[axis]);
         along.into_iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)))
     };
-    let (own_low, own_high) = own(&study.extent);
+    let (own_low, own_high) = extent_along(&study.extent);
     let mut ends = vec![low, high];
     for forbidden in &study.forbidden {
         let grown = forbidden.extent.expanded(study.clearance_mm);
@@ -166,7 +166,7 @@ fn midpoints(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis:
     }
     let workspace = &study.machine.workspace;
     for f in 0..study.features.len() {
-        let along = evaluator.tasks(turned, f).into_iter().map(|task| task.pose.translation[axis]);
+        let along = evaluator.tasks(orientation, f).into_iter().map(|task| task.pose.translation[axis]);
         let (path_low, path_high) = along.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
         ends.extend([workspace.min[axis] - path_low, workspace.max[axis] - path_high]);
     }
@@ -177,7 +177,7 @@ fn midpoints(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis:
     intervals.map(|pair| (0.5 * (pair[0] + pair[1]), is_new(pair))).collect()
 }
 
-/// Searches, from grid points that cannot be cut, for places that can, and returns those found.
+/// Searches from infeasible grid points, the least violation first, for feasible places; returns those found. `Err` only from `work`.
 fn search_within_limits(
     evaluator: &Evaluator,
     study: &PlacementStudy,
@@ -202,10 +202,10 @@ fn search_within_limits(
     }
     let search = |(number, &(violation, site)): (usize, &(f64, Site))| {
         let work = work.shard(number);
-        let (end, left) =
+        let (end, remaining) =
             pattern_search(study, (site, violation), STEPS, 0.0, |site, _| evaluator.violation(&work, site));
         work.tell(Event::Computed(1));
-        (left == 0.0).then_some(end)
+        (remaining == 0.0).then_some(end)
     };
     let found = starts.par_iter().enumerate().filter_map(search).collect();
     work.barrier()?;

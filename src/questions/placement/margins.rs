@@ -61,11 +61,11 @@ pub(super) fn margins(
     work: &Work,
     best: Option<(Site, f64)>,
 ) -> error::Result<Vec<Margin>> {
-    let ways: Vec<(usize, f64)> = study.bounds.free().into_iter().flat_map(|i| [(i, -1.0), (i, 1.0)]).collect();
-    work.tell(Event::Stage(Stage { of: "ways from the best place", items: ways.len() }));
+    let directions: Vec<(usize, f64)> = study.bounds.free().into_iter().flat_map(|i| [(i, -1.0), (i, 1.0)]).collect();
+    work.tell(Event::Stage(Stage { of: "ways from the best place", items: directions.len() }));
     let Some((best, value)) = best else { return Ok(Vec::new()) };
     let limit = value + WORSE * value.abs();
-    let room = |&(coordinate, direction): &(usize, f64)| {
+    let margin_of = |&(coordinate, direction): &(usize, f64)| {
         let is_full_turn = study.bounds.is_full_turn(coordinate);
         let reach = match (is_full_turn, direction > 0.0) {
             (true, _) => PI,
@@ -77,14 +77,14 @@ pub(super) fn margins(
         let free = match is_angle(coordinate) {
             true => free_rotation(evaluator, reach, &moved),
             false => {
-                let way = Vector3::from_fn(|i, _| if i == coordinate { direction } else { 0.0 });
-                evaluator.free_translation(&best, &way).min(reach)
+                let axis = Vector3::from_fn(|i, _| if i == coordinate { direction } else { 0.0 });
+                evaluator.free_translation(&best, &axis).min(reach)
             }
         };
         let probe = |distance: f64| {
-            let refused = |failure: Failure| End::Infeasible(failure.reason);
+            let infeasible = |failure: Failure| End::Infeasible(failure.reason);
             work.check().map_err(|error| End::Infeasible(error.to_string()))?;
-            let (evaluation, shares) = evaluator.evaluate_with_shares(&moved(distance)).map_err(refused)?;
+            let (evaluation, shares) = evaluator.evaluate_with_shares(&moved(distance)).map_err(infeasible)?;
             let is_good = study.objective.value(&evaluation.metrics) <= limit;
             if is_good { Ok(Probe { at: distance, shares }) } else { Err(End::Worse) }
         };
@@ -99,12 +99,12 @@ pub(super) fn margins(
         work.tell(Event::Computed(1));
         Ok(Margin { coordinate, direction, distance, end })
     };
-    let kept = |(number, way): (usize, &(usize, f64))| {
-        if_this_shard(work.part("room").shard(number).piece(&(best.0, way), |_| 1, || room(way))).transpose()
+    let in_shard = |(number, to): (usize, &(usize, f64))| {
+        if_this_shard(work.part("room").shard(number).piece(&(best.0, to), |_| 1, || margin_of(to))).transpose()
     };
-    let rooms = ways.par_iter().enumerate().filter_map(kept).collect::<error::Result<_>>()?;
+    let found = directions.par_iter().enumerate().filter_map(in_shard).collect::<error::Result<_>>()?;
     work.barrier()?;
-    Ok(rooms)
+    Ok(found)
 }
 
 /// Smaller gaps are closed, mm.
@@ -114,7 +114,7 @@ const PAST: f64 = 1e-5;
 /// Smallest number of steps over an angle's range, where a gap that stays closed gives no step.
 const LOOKS: f64 = 4096.0;
 
-/// Returns the angle by which the workpiece can be rotated before it meets a box, at most `reach`, rad.
+/// Returns by which angle up to `reach`, rad, the workpiece can rotate before it meets a box; `moved` returns its place after a rotation.
 fn free_rotation(evaluator: &Evaluator, reach: f64, moved: &impl Fn(f64) -> Site) -> f64 {
     let mut free = 0.0;
     while free < reach {
@@ -128,13 +128,13 @@ fn free_rotation(evaluator: &Evaluator, reach: f64, moved: &impl Fn(f64) -> Site
     reach
 }
 
-/// Finds by bisection the end, between `good` and `bad`, of where `holds` is true.
-fn bisect(mut good: f64, mut bad: f64, holds: impl Fn(f64) -> bool) -> f64 {
+/// Returns by bisection the last value from `inside`, where `holds` is true, towards `outside`, where it is not.
+fn bisect(mut inside: f64, mut outside: f64, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..32 {
-        let middle = 0.5 * (good + bad);
-        if holds(middle) { good = middle } else { bad = middle }
+        let middle = 0.5 * (inside + outside);
+        if holds(middle) { inside = middle } else { outside = middle }
     }
-    good
+    inside
 }
 
 /// Number of halvings of a step down to the resolution.
@@ -162,7 +162,7 @@ struct MarginSearch<F> {
     evaluate: F,
 }
 
-/// Returns the first distance at which `evaluate` finds an end, or a limit may be exceeded between probes; at most `reach`, mm or rad.
+/// Returns the first distance up to `reach` where `evaluate` finds an end or a limit may be exceeded between probes, mm or rad, and why.
 pub fn margin_along(reach: f64, step: f64, evaluate: impl Fn(f64) -> Result<Probe, End>) -> (f64, End) {
     match evaluate(0.0) {
         Ok(start) => MarginSearch { reach, step, evaluate }.end_beyond(None, start, None),
@@ -236,7 +236,7 @@ impl<F: Fn(f64) -> Result<Probe, End>> MarginSearch<F> {
     }
 }
 
-/// Returns whether no limit can be exceeded between `a` and `b` with the curvature of the probes around.
+/// Returns whether no limited quantity can exceed ±1 between `a` and `b`, if it bends no more than [`SAFETY`] times as around them.
 fn is_within_limits(before: Option<&Probe>, a: &Probe, b: &Probe, after: Option<&Probe>) -> bool {
     if before.is_none() && after.is_none() {
         return a.shares.is_empty();
@@ -249,11 +249,11 @@ fn is_within_limits(before: Option<&Probe>, a: &Probe, b: &Probe, after: Option<
             after.map(|after| second_derivative(value(a), value(b), value(after))),
         ];
         // A bend downwards carries it over the upper limit, one upwards over the lower.
-        let most = |sign: f64| {
+        let extreme = |sign: f64| {
             let bend = bends.iter().flatten().map(|bend| -sign * bend).fold(0.0, f64::max);
             bow_maximum(sign * a.shares[i], sign * b.shares[i], 0.5 * SAFETY * bend * step * step)
         };
-        most(1.0).max(most(-1.0)) <= 1.0 + ROUNDING
+        extreme(1.0).max(extreme(-1.0)) <= 1.0 + ROUNDING
     })
 }
 
@@ -262,7 +262,7 @@ fn second_derivative((x0, y0): (f64, f64), (x1, y1): (f64, f64), (x2, y2): (f64,
     2.0 * ((y2 - y1) / (x2 - x1) - (y1 - y0) / (x1 - x0)) / (x2 - x0)
 }
 
-/// Returns the largest value for t from 0 to 1 of `a + (b − a) t + bow t (1 − t)`.
+/// Returns the largest value, for t from 0 to 1, of the parabola `a + (b − a) t + bow t (1 − t)`; `bow` is not negative.
 fn bow_maximum(a: f64, b: f64, bow: f64) -> f64 {
     if (b - a).abs() >= bow {
         return a.max(b);

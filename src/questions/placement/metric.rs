@@ -81,27 +81,27 @@ impl Metric {
         self.names().0[0]
     }
 
-    /// Returns the metric called `name` in a study file.
+    /// Returns the metric called `name` in a study file; `None` if there is none.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|metric| metric.label() == name)
     }
 
-    /// Returns whether it is the largest drive force of a machine whose drives are all hinges: a torque.
+    /// Returns whether the metric is the largest drive force on a machine whose drives are all hinges: a torque.
     fn is_torque(self, machine: &Machine) -> bool {
         self == Self::WorstDriveForce && self.drives(machine) == Motion::Revolute
     }
 
-    /// Returns its name for sentences; the drive force is a torque where all drives are hinges.
+    /// Returns the name of the metric for sentences; the drive force is a torque where all drives are hinges.
     pub fn words(self, machine: &Machine) -> &'static str {
         if self.is_torque(machine) { "largest drive torque" } else { self.names().0[1] }
     }
 
-    /// Returns its name for the head of a narrow column.
+    /// Returns the name of the metric for the head of a narrow column.
     pub fn short_words(self, machine: &Machine) -> &'static str {
         if self.is_torque(machine) { "drive torque" } else { self.names().0[2] }
     }
 
-    /// Returns the kind of quantity that it measures.
+    /// Returns the kind of quantity that the metric measures.
     fn measure(self) -> Measure {
         self.names().1
     }
@@ -114,7 +114,7 @@ impl Metric {
         }
     }
 
-    /// Returns its unit on `machine` as in column names; empty for shares.
+    /// Returns the unit of the metric on `machine` as in column names, such as `N_per_mm`; empty for shares.
     pub fn unit(self, machine: &Machine) -> &'static str {
         match self.measure() {
             Measure::Length => "mm",
@@ -125,7 +125,7 @@ impl Metric {
         }
     }
 
-    /// Returns the name of its table column: label and unit.
+    /// Returns the name of the table column of the metric: label and unit.
     pub fn column(self, machine: &Machine) -> String {
         match (self, self.unit(machine)) {
             (_, "") => self.label().into(),
@@ -136,7 +136,7 @@ impl Metric {
         }
     }
 
-    /// Returns its unit for axes and pages; empty for shares.
+    /// Returns the unit of the metric for axes and pages, such as `N/mm`; empty for shares.
     pub fn shown_unit(self, machine: &Machine) -> &'static str {
         match self.measure() {
             Measure::Correction => self.drives(machine).shown_position_unit(),
@@ -146,7 +146,7 @@ impl Metric {
         }
     }
 
-    /// Formats a value with its unit for sentences.
+    /// Formats `value` of the metric with its unit for sentences.
     pub fn value_words(self, machine: &Machine, value: f64) -> String {
         match self.measure() {
             Measure::Correction => self.drives(machine).position_words(value),
@@ -166,7 +166,7 @@ impl Metric {
         matches!(self.measure(), Measure::Stiffness | Measure::Share)
     }
 
-    /// Returns the value with the sign that makes smaller better.
+    /// Returns `value` with the sign that makes smaller better: negative for margins and shares.
     pub fn cost(self, value: f64) -> f64 {
         if self.larger_is_better() { -value } else { value }
     }
@@ -224,19 +224,19 @@ impl Objective {
         self.weights.iter().map(term).sum()
     }
 
-    /// Returns the metrics it needs.
+    /// Returns the metrics that the objective is computed from: those with weights, then those of the Pareto front.
     pub fn metrics(&self) -> Vec<Metric> {
         let mut needed: Vec<Metric> = self.weights.iter().map(|(metric, _)| *metric).collect();
         needed.extend(&self.pareto);
         needed
     }
 
-    /// Returns whether a study with this objective computes `metric`.
+    /// Returns whether a study with this objective computes `metric`: parts across the motion only if the objective has one.
     pub fn has(&self, metric: Metric) -> bool {
-        !metric.is_across() || self.metrics().iter().any(|asked| asked.is_across())
+        !metric.is_across() || self.metrics().iter().any(|needed| needed.is_across())
     }
 
-    /// Returns the objective in words.
+    /// Returns the objective in words: the metric, or the weighted sum of several.
     pub fn words(&self, machine: &Machine) -> String {
         match self.weights.as_slice() {
             [(metric, _)] => metric.words(machine).into(),

@@ -93,7 +93,7 @@ impl FeatureJob {
         &self.machines.nominal
     }
 
-    /// Returns the feature without a search for γ.
+    /// Returns the feature without a search for γ: the tool keeps its programmed rotation about its axis.
     fn as_programmed(&self) -> Self {
         Self {
             #[cfg(not(target_family = "wasm"))]
@@ -161,10 +161,8 @@ pub struct PlacementStudy {
     pub candidates: Vec<Candidate>,
 }
 
-/// Runs the study on the current rayon pool. The grid points of the sweep are the items of `work`.
-///
-/// # Errors
-/// Of `work`.
+/// Runs the study on the current rayon pool; the items of `work` are the grid points of the sweep, then the searches. `Err` if it was
+/// stopped, its pieces could not be kept, or another shard computes them.
 pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let evaluator = Evaluator::new(study, &study.objective.metrics());
     let Found { cells, ranking, gaps, refinements, front } = search(&evaluator, study, work)?;
@@ -190,10 +188,7 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     })
 }
 
-/// Computes the pieces of [`run`], without its results, so that the last of them need little of the first.
-///
-/// # Errors
-/// Of `work`.
+/// Computes the pieces of [`run`], with summaries of finished stages, so that the last pieces need little of the first. `Err` as [`run`].
 fn compute(study: &PlacementStudy, work: &Work) -> Result<()> {
     let evaluator = Evaluator::new(study, &study.objective.metrics());
     let best = work.summary("best", || {
@@ -219,7 +214,7 @@ struct Found {
     front: Vec<(Site, Metrics)>,
 }
 
-/// Sweeps the grid and refines the best places. `Err` only from `work`.
+/// Sweeps the grid, looks between its points, refines the best places and computes the Pareto front. `Err` only from `work`.
 fn search(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) -> Result<Found> {
     let cells = sweep::sweep(evaluator, study, &work.part("sweep"))?;
     let ranking = sweep::ranking(study, &cells);
@@ -257,7 +252,7 @@ impl PlacementStudy {
         self.bounds.free().into_iter().all(is_same)
     }
 
-    /// Returns whether the γ of a feature is sought.
+    /// Returns whether γ, the rotation about the tool axis, of a feature is sought.
     pub(crate) fn seeks_gamma(&self) -> bool {
         #[cfg(not(target_family = "wasm"))]
         return self.features.iter().any(|job| job.gamma_search.is_some());
@@ -265,7 +260,7 @@ impl PlacementStudy {
         false
     }
 
-    /// Returns the study without searches for γ.
+    /// Returns the study without searches for γ: tools keep their programmed rotation about their axes.
     fn as_programmed(&self) -> Self {
         Self { features: self.features.iter().map(FeatureJob::as_programmed).collect(), ..self.clone() }
     }

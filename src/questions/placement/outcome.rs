@@ -116,7 +116,7 @@ const BEST_OF_SWEEP: &str = "best of the sweep";
 /// Name of the end of a refinement, before its number.
 const OPTIMISED: &str = "optimised ";
 
-/// Returns whether a found place has or could have this name, in capitals or small letters.
+/// Returns whether `name`, in capitals or small letters, is one that results give to places that the search finds.
 pub(super) fn is_name_of_found(name: &str) -> bool {
     let name = name.trim().to_lowercase();
     name == BEST_OF_SWEEP || name.strip_prefix(OPTIMISED).is_some_and(|number| number.trim().parse::<usize>().is_ok())
@@ -152,14 +152,14 @@ pub(super) fn best_entry(study: &PlacementStudy, entries: &[Entry]) -> Option<(u
     can_be_cut.find_map(|(index, entry)| Some((index, study.bounds.inside(&entry.site)?)))
 }
 
-/// Returns the best of `entries` that can be cut and lies within the bounds.
+/// Returns the best of `entries` that can be cut and lies within the bounds, with how each refinement agrees; `None` if there is none.
 pub(super) fn choose_best(study: &PlacementStudy, entries: &[Entry], refinements: &[Refinement]) -> Option<Best> {
     let (index, site) = best_entry(study, entries)?;
     let Entry { value, found, .. } = entries[index];
-    let agreement = |found: &Refinement| {
-        let more = found.value - value;
-        let is_close = more <= SAME_VALUE * value.abs() || study.is_zero(more);
-        match (is_close, study.is_same_place(&found.site, &site)) {
+    let agreement = |refinement: &Refinement| {
+        let excess = refinement.value - value;
+        let is_close = excess <= SAME_VALUE * value.abs() || study.is_zero(excess);
+        match (is_close, study.is_same_place(&refinement.site, &site)) {
             (true, true) => Agreement::Same,
             (true, false) => Agreement::Elsewhere,
             _ => Agreement::Worse,
@@ -168,7 +168,7 @@ pub(super) fn choose_best(study: &PlacementStudy, entries: &[Entry], refinements
     Some(Best { entry: index, site, value, found, agreement: refinements.iter().map(agreement).collect() })
 }
 
-/// Returns named places, the best of the sweep and the ends of the refinements, each once, with their names.
+/// Returns named places, the best of the sweep and the ends of the refinements, each once: name, origin, coordinates.
 pub(super) fn entry_places(
     study: &PlacementStudy,
     (cells, ranking, refinements): (&[Cell], &[usize], &[Refinement]),
@@ -200,7 +200,7 @@ impl EntryEvaluators {
     }
 }
 
-/// Evaluates `places`; best first.
+/// Evaluates `places` (name, origin, coordinates) with all metrics, and returns them as entries, feasible ones first, then by objective.
 pub(super) fn evaluate_entries(
     evaluators: &EntryEvaluators,
     study: &PlacementStudy,
@@ -217,8 +217,8 @@ pub(super) fn evaluate_entries(
     let mut entries: Vec<Entry> = places.into_par_iter().enumerate().map(entry).collect();
     // A stable sort: of equal ones, the named one first.
     entries.sort_by(|a, b| {
-        let cannot = |entry: &Entry| entry.feasible().is_none();
-        cannot(a).cmp(&cannot(b)).then(a.value.total_cmp(&b.value))
+        let is_infeasible = |entry: &Entry| entry.feasible().is_none();
+        is_infeasible(a).cmp(&is_infeasible(b)).then(a.value.total_cmp(&b.value))
     });
     entries
 }

@@ -24,8 +24,8 @@ pub(super) struct Steps {
 /// Largest number of places tried.
 const MOST: usize = 600;
 
-/// Minimises `cost` from `start` until it is at most `goal` or steps are small; returns the best place with its cost. `cost` gets the value
-/// below which a place is better, and may return infinity for any that is not.
+/// Minimises `cost` from `start` until it is at most `goal` or steps are small; returns the best place with its cost. `cost` gets a place
+/// and the cost below which it is better, and may return infinity for any that is not.
 pub(super) fn pattern_search(
     study: &PlacementStudy,
     start: (Site, f64),
@@ -35,26 +35,27 @@ pub(super) fn pattern_search(
 ) -> (Site, f64) {
     let free = study.bounds.free();
     let units: Vec<f64> = free.iter().map(|&i| study.grid.step(i, &study.bounds)).collect();
-    let (mut found, mut size, mut looked, mut fruitless) = (start, steps.first, 0, 0);
-    let mut last_way: Option<Vec<f64>> = None;
-    for turn in 0.. {
-        if size < steps.last || found.1 <= goal || looked >= MOST || free.is_empty() {
+    let (mut best, mut size, mut tries, mut fruitless) = (start, steps.first, 0, 0);
+    let mut last_direction: Option<Vec<f64>> = None;
+    for round in 0.. {
+        if size < steps.last || best.1 <= goal || tries >= MOST || free.is_empty() {
             break;
         }
-        let ways = last_way.take().into_iter().chain(basis(free.len(), turn).into_iter().flat_map(both_directions));
+        let directions =
+            last_direction.take().into_iter().chain(basis(free.len(), round).into_iter().flat_map(both_directions));
         let mut is_better = false;
-        for way in ways {
-            let site = moved(&study.bounds, &found.0, &free, &units, &way, size);
-            if site == found.0 {
+        for direction in directions {
+            let site = moved(&study.bounds, &best.0, &free, &units, &direction, size);
+            if site == best.0 {
                 continue;
             }
             // A gain that rounding could give is none.
-            let below = found.1 - GAIN * found.1.abs();
-            looked += 1;
+            let below = best.1 - GAIN * best.1.abs();
+            tries += 1;
             let value = cost(&site, below);
             if value < below {
-                found = (site, value);
-                last_way = Some(way);
+                best = (site, value);
+                last_direction = Some(direction);
                 is_better = true;
                 break;
             }
@@ -65,33 +66,33 @@ pub(super) fn pattern_search(
             size = steps.first;
         }
     }
-    found
+    best
 }
 
 /// Smallest gain, as a share of the value, that counts as one.
 const GAIN: f64 = 1e-7;
 
-/// Returns `from` moved by `size` steps along `way` in the free coordinates, within the bounds.
-fn moved(bounds: &Bounds, from: &Site, free: &[usize], units: &[f64], way: &[f64], size: f64) -> Site {
-    let parts = free.iter().zip(units).zip(way);
+/// Returns `from` moved by `size` steps along `direction` in the free coordinates, within the bounds.
+fn moved(bounds: &Bounds, from: &Site, free: &[usize], units: &[f64], direction: &[f64], size: f64) -> Site {
+    let parts = free.iter().zip(units).zip(direction);
     parts.fold(*from, |site, ((&i, unit), part)| bounds.moved(&site, i, part * unit * size))
 }
 
 /// Returns a direction and its opposite.
-fn both_directions(way: Vec<f64>) -> [Vec<f64>; 2] {
-    let back = way.iter().map(|part| -part).collect();
-    [way, back]
+fn both_directions(direction: Vec<f64>) -> [Vec<f64>; 2] {
+    let opposite = direction.iter().map(|part| -part).collect();
+    [direction, opposite]
 }
 
-/// Returns an orthonormal basis of `n` dimensions: the axes for `turn` 0, else their reflection along a low-discrepancy direction.
-pub fn basis(n: usize, turn: usize) -> Vec<Vec<f64>> {
+/// Returns an orthonormal basis of `n` dimensions: the axes in `round` 0, else their reflection along a low-discrepancy direction.
+pub fn basis(n: usize, round: usize) -> Vec<Vec<f64>> {
     const PRIMES: [usize; 6] = [2, 3, 5, 7, 11, 13];
-    let normal: Vec<f64> = PRIMES[..n].iter().map(|&prime| 2.0 * radical_inverse(turn, prime) - 1.0).collect();
+    let normal: Vec<f64> = PRIMES[..n].iter().map(|&prime| 2.0 * radical_inverse(round, prime) - 1.0).collect();
     let square: f64 = normal.iter().map(|part| part * part).sum();
     let column = |j: usize| {
         let entry = |i: usize| {
             let axis = if i == j { 1.0 } else { 0.0 };
-            if turn == 0 || square == 0.0 { axis } else { axis - 2.0 * normal[i] * normal[j] / square }
+            if round == 0 || square == 0.0 { axis } else { axis - 2.0 * normal[i] * normal[j] / square }
         };
         (0..n).map(entry).collect()
     };

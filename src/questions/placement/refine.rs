@@ -121,7 +121,7 @@ pub(super) fn refine(
     })
 }
 
-/// Returns the indices of the ends that may be, or be next to, the best place: no two of them the same.
+/// Returns the indices of the refinements that may end at or next to the best place, at most [`POLISHED`], no two at the same place.
 fn contenders(study: &PlacementStudy, refinements: &[Refinement]) -> Vec<usize> {
     let mut sorted: Vec<usize> = (0..refinements.len()).collect();
     sorted.sort_by(|&a, &b| refinements[a].value.total_cmp(&refinements[b].value).then(a.cmp(&b)));
@@ -146,40 +146,40 @@ struct RefinementSearch<'a> {
 }
 
 impl RefinementSearch<'_> {
-    /// Refines `start`; `None` if it cannot be cut.
+    /// Refines the place `start`, found as `from` says, by Nelder–Mead searches, restarted while they gain; `None` if it cannot be cut.
     fn run(&self, from: Start, start: Site) -> Option<Refinement> {
         let free = self.study.bounds.free();
         let settings = &self.study.search;
         let visited = Mutex::new(Vec::new());
         let history = Arc::new(Mutex::new(Vec::new()));
         let cost = Cost { search: self, free: &free, fixed: start, visited: &visited };
-        let mut found = (start, cost.record_value(&start));
-        let tolerance = settings.tolerance * found.1.abs().max(SMALLEST);
+        let mut best = (start, cost.record_value(&start));
+        let tolerance = settings.tolerance * best.1.abs().max(SMALLEST);
         let (mut size, mut rounds, mut continued) = (FIRST_SIZE, 0, 0);
         let mut is_converged = free.is_empty();
-        while !is_converged && found.1.is_finite() && rounds < ROUNDS && continued < CONTINUATIONS {
-            let before = found.1;
+        while !is_converged && best.1.is_finite() && rounds < ROUNDS && continued < CONTINUATIONS {
+            let before = best.1;
             let is_ended_by_count;
-            (found, is_ended_by_count) = cost.descend(found, size, (tolerance, settings.max_iterations), &history)?;
+            (best, is_ended_by_count) = cost.descend(best, size, (tolerance, settings.max_iterations), &history)?;
             if is_ended_by_count {
                 continued += 1;
                 continue;
             }
             rounds += 1;
             size *= SHRINK;
-            is_converged = before - found.1 <= tolerance;
+            is_converged = before - best.1 <= tolerance;
         }
         // So many searches that met the tolerance are enough, whatever the last one gained.
         is_converged |= rounds == ROUNDS;
         let history = history.lock().map(|history| history.clone()).unwrap_or_default();
         let visited = visited.into_inner().unwrap_or_default();
-        let metrics = visited.iter().find(|(site, _): &&(Site, Metrics)| *site == found.0)?.1;
+        let metrics = visited.iter().find(|(site, _): &&(Site, Metrics)| *site == best.0)?.1;
         let iterations = history.len();
-        let (site, value) = found;
+        let (site, value) = best;
         Some(Refinement { from, start, site, value, metrics, iterations, continued, is_converged, history, visited })
     }
 
-    /// Improves the end of a refinement by a pattern search.
+    /// Improves the end of `refinement` by a pattern search, and records the better places that it visits.
     fn polish(&self, refinement: &mut Refinement) {
         let start = (refinement.site, refinement.value);
         let mut best = None;
@@ -199,7 +199,7 @@ impl RefinementSearch<'_> {
         refinement.metrics = best.unwrap_or(refinement.metrics);
     }
 
-    /// Reports an event to `work`; best values only if they are of the study's own objective.
+    /// Reports `event` to `work`; best values only if they are of the study's own objective.
     fn tell(&self, event: Event) {
         if *self.objective == self.study.objective || matches!(event, Event::Computed(_)) {
             self.work.tell(event);
@@ -221,7 +221,7 @@ impl Cost<'_> {
         &self.search.study.bounds
     }
 
-    /// Returns the place with the free variables `u`.
+    /// Returns the place with the free variables `u`: an angle that may make a full turn, else `middle + half range · sin u`.
     fn site_at(&self, u: &[f64]) -> Site {
         let mut site = self.fixed;
         for (&i, u) in self.free.iter().zip(u) {
@@ -234,7 +234,7 @@ impl Cost<'_> {
         site
     }
 
-    /// Returns the free variables u of a place.
+    /// Returns the free variables u of a place, the inverse of [`Cost::site_at`].
     fn variables_at(&self, site: &Site) -> Vec<f64> {
         let variable = |&i: &usize| {
             if self.bounds().is_full_turn(i) {
@@ -266,9 +266,9 @@ impl Cost<'_> {
             let step = size * self.search.study.grid.step(i, self.bounds());
             let is_inside = self.bounds().is_full_turn(i) || start.0[i] + step <= self.bounds().high[i];
             let mut variables = self.variables_at(&self.bounds().moved(start, i, if is_inside { step } else { -step }));
-            if let Some(turned) = self.free.iter().position(|&other| other == i && self.bounds().is_full_turn(i)) {
+            if let Some(full_turn) = self.free.iter().position(|&other| other == i && self.bounds().is_full_turn(i)) {
                 // Not the way round: a simplex has no seam.
-                variables[turned] = start.0[i] + step;
+                variables[full_turn] = start.0[i] + step;
             }
             simplex.push(variables);
         }
@@ -284,9 +284,9 @@ impl Cost<'_> {
         history: &Arc<Mutex<Vec<f64>>>,
     ) -> Option<((Site, f64), bool)> {
         let solver = NelderMead::new(self.simplex(&start.0, size)).with_sd_tolerance(tolerance);
-        let is_told = *self.search.objective == self.search.study.objective;
+        let is_reported = *self.search.objective == self.search.study.objective;
         let observer =
-            Progress { history: Arc::clone(history), best: start.1, work: self.search.work.clone(), is_told };
+            Progress { history: Arc::clone(history), best: start.1, work: self.search.work.clone(), is_reported };
         let result = Executor::new(self, solver.ok()?)
             .configure(|state| state.max_iters(iterations as u64))
             .add_observer(observer, ObserverMode::Always)
@@ -317,7 +317,7 @@ struct Progress {
     best: f64,
     work: Work,
     /// Whether the value belongs to the study's objective and is reported.
-    is_told: bool,
+    is_reported: bool,
 }
 
 impl Observe<IterState<Vec<f64>, (), (), (), (), f64>> for Progress {
@@ -329,7 +329,7 @@ impl Observe<IterState<Vec<f64>, (), (), (), (), f64>> for Progress {
         }
         // Not the cost, whose errors the solver unwraps; to it stopped work looks infeasible everywhere.
         self.work.check()?;
-        if self.is_told {
+        if self.is_reported {
             self.work.tell(Event::Best(self.best));
         }
         Ok(())

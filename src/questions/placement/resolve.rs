@@ -64,9 +64,9 @@ impl Question for PlacementStudy {
     const TABLES: &[&str] = &["candidates", "sweep", "refinements", "pareto"];
 
     /// Checks the placement study and reads the programs of its features.
-    fn resolve(spec: &PlacementStudySpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
-        let (overrides, check) = (given.overrides, &given.check);
-        let (features, today, inputs) = all_features(&spec.feature, given)?;
+    fn resolve(spec: &PlacementStudySpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
+        let (overrides, check) = (context.overrides, &context.check);
+        let (features, today, inputs) = all_features(&spec.feature, context)?;
         // Places of the tool tip are told of the first feature's tool.
         let machine = features[0].machine();
         let reference = features[0].feature.reference;
@@ -94,7 +94,7 @@ impl Question for PlacementStudy {
             clearance_mm,
             grid: resolve_grid(&spec.search, &bounds, overrides, &check.key("search"))?,
             search: resolve_search(&spec.search, &check.key("search"))?,
-            objective: check_objective(&spec.objective, machine, &features, &check.key("objective"))?,
+            objective: resolve_objective(&spec.objective, machine, &features, &check.key("objective"))?,
             candidates: resolve_candidates(&spec.candidate, today, machine, reference, check)?,
             bounds,
             extent,
@@ -129,9 +129,9 @@ impl Question for PlacementStudy {
 /// Checks all features; returns them, the place that their process files give, and their inputs.
 fn all_features(
     specs: &[FeatureSpec],
-    given: &StudyContext<'_>,
+    context: &StudyContext<'_>,
 ) -> Result<(Vec<FeatureJob>, Option<Candidate>, Inputs)> {
-    let (overrides, check) = (given.overrides, &given.check);
+    let (overrides, check) = (context.overrides, &context.check);
     if specs.is_empty() {
         return check.key("feature").fail("expected at least one feature".into());
     }
@@ -144,7 +144,7 @@ fn all_features(
         check.key("name").readable(&spec.name)?;
         check.key("name").unique(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
         check.key("name").unique_file(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
-        let (job, place, process) = resolve_feature(spec, given, &check)?;
+        let (job, place, process) = resolve_feature(spec, context, &check)?;
         if let (Some(place), Some(before)) = (&place, &today)
             && place.site != before.site
         {
@@ -165,17 +165,17 @@ fn all_features(
     Ok((jobs, today, inputs))
 }
 
-/// Checks that the same numbers are uncertain for all features: draws are of one machine that cuts all of them.
+/// Checks that all features have the same uncertain numbers and draws, as one drawn machine cuts all of them.
 fn check_same_draws(jobs: &[FeatureJob], check: &Check) -> Result<()> {
     let is_same = |a: &Uncertainty, b: &Uncertainty| {
         (&a.parameters, a.force, a.model) == (&b.parameters, b.force, b.model)
             && (&a.draws.normal, &a.draws.force) == (&b.draws.normal, &b.draws.force)
     };
-    let differ = |pair: &&[FeatureJob]| match (&pair[0].uncertainty, &pair[1].uncertainty) {
+    let have_different_draws = |pair: &&[FeatureJob]| match (&pair[0].uncertainty, &pair[1].uncertainty) {
         (Some(a), Some(b)) => !is_same(a, b),
         (a, b) => a.is_some() != b.is_some(),
     };
-    match jobs.windows(2).find(differ) {
+    match jobs.windows(2).find(have_different_draws) {
         None => Ok(()),
         Some(pair) => check.fail(format!(
             "{} and {} have other uncertain numbers or draws: expected [uncertainty] in the study, and machines that have the numbers that it names",
@@ -187,12 +187,12 @@ fn check_same_draws(jobs: &[FeatureJob], check: &Check) -> Result<()> {
 /// Checks one feature and reads its path; returns it, the place that its process gives, and its inputs.
 fn resolve_feature(
     spec: &FeatureSpec,
-    given: &StudyContext<'_>,
+    context: &StudyContext<'_>,
     check: &Check,
 ) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
-    let folder = given.folder;
-    let process = with_constant_gamma(given.process_with_gamma(spec.process.as_deref(), check)?, given, spec)?;
-    let (path, program) = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, given, check)?;
+    let folder = context.folder;
+    let process = with_constant_gamma(context.process_with_gamma(spec.process.as_deref(), check)?, context, spec)?;
+    let (path, program) = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, context, check)?;
     let origin = spec.file.as_ref().map_or_else(|| check.location(), |file| folder.path(file).display().to_string());
     if let [first, ..] = path.external_axes() {
         let problem =
@@ -219,10 +219,10 @@ fn resolve_feature(
         },
     };
     within_limits::check_limits(&process.machine, &process.limits)
-        .or_else(|problem| given.process_location(spec.process.as_deref()).key("limits").misfit(problem, ()))?;
+        .or_else(|problem| context.process_location(spec.process.as_deref()).key("limits").misfit(problem, ()))?;
     let today = Candidate::from_process(&process);
     let cuts = process.cutting_rule;
-    let (uncertainty, read) = given.uncertainty(process.uncertainty.as_ref(), &process.machine, &process.errors)?;
+    let (uncertainty, read) = context.uncertainty(process.uncertainty.as_ref(), &process.machine, &process.errors)?;
     let machines = Machines::new(&process.machine, &process.errors)?;
     let job = FeatureJob {
         feature,
@@ -240,13 +240,13 @@ fn resolve_feature(
     Ok((job, today, inputs.and(read)))
 }
 
-/// Returns `process` with the machine on the branch of home, if it asks for one constant γ. `Err` if γ may vary along the path.
+/// Returns `process`, with the machine kept on the branch of home if it asks for one constant γ. `Err` if γ may vary along the path.
 #[cfg(not(target_family = "wasm"))]
-fn with_constant_gamma(process: Process, given: &StudyContext<'_>, spec: &FeatureSpec) -> Result<Process> {
+fn with_constant_gamma(process: Process, context: &StudyContext<'_>, spec: &FeatureSpec) -> Result<Process> {
     match process.redundancy.gamma {
         crate::process::GammaChoice::AsProgrammed => Ok(process),
         crate::process::GammaChoice::Best => {
-            let place = given.process_location(spec.process.as_deref()).key("redundancy.gamma");
+            let place = context.process_location(spec.process.as_deref()).key("redundancy.gamma");
             place.fail("is best: a place is judged at one γ for each feature, expected best_constant".into())
         }
         crate::process::GammaChoice::BestConstant => {
@@ -277,8 +277,8 @@ fn checked_box(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
     check.corners(min, max).map(|[min, max]| Extent { min, max })
 }
 
-/// Checks that the box of the workpiece holds every point to which the tool cuts; where the tool is beyond the side that it comes from, it is
-/// in air.
+/// Checks that the workpiece's box `extent` (W, mm) holds every point to which the tool cuts; beyond the side that the tool comes from, it
+/// cuts air.
 fn check_holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Result<()> {
     for job in features {
         let machine = job.machine();
@@ -314,7 +314,7 @@ fn check_holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) ->
     Ok(())
 }
 
-/// Returns the direction of the tool at a point of a path, from the spindle to the tip; that at home where the path gives none.
+/// Returns the unit direction from the spindle to the tip at a point of a path, in W; that at home where the path gives no orientation.
 fn spindle_to_tip(machine: &Machine, point: &PathPoint) -> Vector3<f64> {
     let in_platform = machine.tool_axes.column(2);
     match point.orientation {
@@ -324,7 +324,7 @@ fn spindle_to_tip(machine: &Machine, point: &PathPoint) -> Vector3<f64> {
     }
 }
 
-/// Returns whether the tool points up, on average over the points it cuts, so that the workpiece is above its tip.
+/// Returns whether the tool points up on average over the points it cuts, so that the workpiece hangs above its tip.
 fn tool_points_up(features: &[FeatureJob]) -> bool {
     let axes = features.iter().flat_map(|job| {
         let cutting = job.feature.path.points().iter().filter(|point| point.cutting);
@@ -334,7 +334,7 @@ fn tool_points_up(features: &[FeatureJob]) -> bool {
     sum.z > 0.5 * sum.norm()
 }
 
-/// Checks the table on which the workpiece stands.
+/// Returns the table on which the workpiece stands, checked; `footprint` are the points of the workpiece that must be on it, W, mm.
 fn resolve_table(spec: &TableSpec, footprint: Vec<Vector3<f64>>, is_overhead: bool, check: &Check) -> Result<Table> {
     let pair = |key: &str, [x, y]: [f64; 2]| -> Result<Vector2<f64>> {
         let check = check.key(key);
@@ -365,7 +365,7 @@ fn resolve_table(spec: &TableSpec, footprint: Vec<Vector3<f64>>, is_overhead: bo
     Ok(Table { centre_mm, size_mm, yaw, height_mm, is_overhead, margin_mm, footprint })
 }
 
-/// Checks the forbidden boxes.
+/// Returns the forbidden boxes, checked: readable, different names and corners in order.
 fn resolve_forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<ForbiddenBox>> {
     let mut boxes = Vec::new();
     for (i, spec) in specs.iter().enumerate() {
@@ -380,7 +380,7 @@ fn resolve_forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<Forbi
 /// Keys of a site's coordinates.
 const KEYS: [&str; 6] = ["x_mm", "y_mm", "z_mm", "yaw_deg", "pitch_deg", "roll_deg"];
 
-/// Checks the bounds of the coordinates; a fixed coordinate has equal ends.
+/// Returns the bounds of the coordinates, mm and rad, equal ends for `fixed` ones. `Err` for both or neither, or a tilt it cannot do.
 fn resolve_bounds(
     bounds: &OfCoordinates<[f64; 2]>,
     fixed: &OfCoordinates<f64>,
@@ -429,9 +429,9 @@ fn resolve_grid(spec: &SearchSpec, bounds: &Bounds, overrides: &Overrides, check
             return check.fail(format!("{} is fixed: expected 1, got {count}", COORDINATES[i]));
         }
     }
-    if let Some(given) = overrides.grid {
+    if let Some(requested) = overrides.grid {
         for i in (0..3).filter(|&i| is_free(i)) {
-            counts[i] = given[i];
+            counts[i] = requested[i];
         }
     }
     let total = counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
@@ -443,11 +443,11 @@ fn resolve_grid(spec: &SearchSpec, bounds: &Bounds, overrides: &Overrides, check
     Ok(SiteGrid::new(bounds, counts))
 }
 
-/// Checks the settings of the search.
+/// Returns the settings of the search, checked, with defaults where none are given.
 fn resolve_search(spec: &SearchSpec, check: &Check) -> Result<Search> {
-    let count = |key: &str, given: Option<usize>, default: usize, most: usize| match given.unwrap_or(default) {
-        n if (1..=most).contains(&n) => Ok(n),
-        n => check.key(key).fail(format!("must be from 1 to {most}, got {n}")),
+    let count = |key: &str, written: Option<usize>, default: usize, limit: usize| match written.unwrap_or(default) {
+        n if (1..=limit).contains(&n) => Ok(n),
+        n => check.key(key).fail(format!("must be from 1 to {limit}, got {n}")),
     };
     let tolerance = check.key("tolerance").positive(spec.tolerance.unwrap_or(1e-4))?;
     if tolerance >= 1.0 {
@@ -463,8 +463,8 @@ fn resolve_search(spec: &SearchSpec, check: &Check) -> Result<Search> {
     })
 }
 
-/// Checks weights and Pareto metrics of the objective.
-fn check_objective(
+/// Returns the objective, checked: at least one weight, all positive, and none, two or three different Pareto metrics.
+fn resolve_objective(
     spec: &ObjectiveSpec,
     machine: &Machine,
     features: &[FeatureJob],
@@ -514,7 +514,7 @@ fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check:
     Ok(metric)
 }
 
-/// Checks the named places; that of the process files, `today`, comes first.
+/// Returns the named places, checked; that of the process files, `today`, comes first. `reference` is the point whose positions paths give.
 fn resolve_candidates(
     specs: &[CandidateSpec],
     today: Option<Candidate>,
@@ -552,7 +552,7 @@ fn resolve_candidates(
     Ok(candidates)
 }
 
-/// Returns about which axes the workpiece is rotated at `site`.
+/// Returns which of the angles roll, pitch and yaw of `site` are not zero.
 fn rotated_axes(site: &Site) -> TiltAngles {
     let [.., yaw, pitch, roll] = site.0.map(|value| value != 0.0);
     TiltAngles { roll, pitch, yaw }
@@ -576,10 +576,8 @@ impl Candidate {
     }
 }
 
-/// Reads a place from text: a named point of `machine`, or the coordinates of the origin of W, mm and degrees. `origin` names it in errors.
-///
-/// # Errors
-/// Text that is neither.
+/// Reads a place from text: a named point of `machine`, or the coordinates of the origin of W, mm and degrees. `Err`, which names `origin`,
+/// if it is neither.
 pub fn parse_place(text: &str, origin: &str, machine: &Machine, reference: PathReference) -> Result<Candidate> {
     let numbers: std::result::Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
     let fault = |problem: String| Err(Error::Argument { argument: origin.into(), problem });

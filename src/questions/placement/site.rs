@@ -39,7 +39,7 @@ impl Site {
         std::array::from_fn(|i| if is_angle(i) { degrees(self.0[i]) } else { self.0[i] })
     }
 
-    /// Returns the placement here of a path whose positions are those of `reference`.
+    /// Returns the placement, at this place, of a path whose positions are those of `reference`, P or the tool tip.
     pub fn placement(&self, reference: PathReference) -> Placement {
         let [.., yaw, pitch, roll] = self.0;
         Placement { origin_mm: self.position_mm(), roll_pitch_yaw: Vector3::new(roll, pitch, yaw), reference }
@@ -97,7 +97,7 @@ impl Bounds {
         if self.is_full_turn(coordinate) { (distance - (distance / TAU).round() * TAU).abs() } else { distance }
     }
 
-    /// Returns `site` within the bounds, its angles shifted by full turns where needed; `None` if it lies outside.
+    /// Returns `site` within the bounds, clamped where it is off by rounding, its angles shifted by full turns; `None` if it lies outside.
     pub fn inside(&self, site: &Site) -> Option<Site> {
         let mut inside = *site;
         for (i, value) in inside.0.iter_mut().enumerate() {

@@ -98,7 +98,7 @@ pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) 
     Ok(sites.into_iter().zip(verdicts).map(|(site, verdict)| Cell { site, verdict }).collect())
 }
 
-/// Returns the states of all `sites` after the levels before `level`.
+/// Returns the states of all `sites` after the levels before `level`, pruned after each if the study says so. `Err` only from `work`.
 fn states_before_level(
     evaluator: &Evaluator,
     study: &PlacementStudy,
@@ -128,7 +128,7 @@ fn states_before_level(
     })
 }
 
-/// Applies `step` to each open state, in pieces of `work`; those of other shards stay as they are.
+/// Applies `step` to each open state, in pieces of `work`, those of other shards left as they are. `Err` only from `work`.
 fn step_open_states(states: &mut [State], work: &Work, step: impl Fn(&mut State) + Sync) -> error::Result<()> {
     states.par_chunks_mut(PIECE).enumerate().filter(|(_, states)| !states.iter().all(State::is_closed)).try_for_each(
         |(piece, states)| {
@@ -176,14 +176,14 @@ fn complete(evaluator: &Evaluator, state: &mut State, work: &Work) {
     }
 }
 
-/// Evaluates on all points the most promising open states, as many as [`start_pool`] gives.
+/// Evaluates on all points the [`start_pool`] open states of the best outlook, to prune the others by. `Err` only from `work`.
 fn complete_best(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     states: &mut [State],
     work: &Work,
 ) -> error::Result<()> {
-    let mut looks: Vec<(f64, usize)> = states
+    let mut outlooks: Vec<(f64, usize)> = states
         .iter()
         .enumerate()
         .filter_map(|(index, state)| match state {
@@ -191,9 +191,9 @@ fn complete_best(
             State::Closed(_) => None,
         })
         .collect();
-    looks.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    outlooks.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut ranks = vec![None; states.len()];
-    looks.iter().take(start_pool(study)).enumerate().for_each(|(rank, (_, index))| ranks[*index] = Some(rank));
+    outlooks.iter().take(start_pool(study)).enumerate().for_each(|(rank, (_, index))| ranks[*index] = Some(rank));
     let best = states.par_iter_mut().enumerate().filter_map(|(index, state)| Some((ranks[index]?, index, state)));
     best.try_for_each(|(rank, index, state)| {
         let completed = || {
@@ -247,7 +247,7 @@ pub(super) fn ranking(study: &PlacementStudy, cells: &[Cell]) -> Vec<usize> {
 /// Number of best places per start from which starts are chosen.
 const CHOICE: usize = 4;
 
-/// Returns the number of best places from which starts are chosen.
+/// Returns how many best places of the sweep the starts of refinements are chosen from.
 fn start_pool(study: &PlacementStudy) -> usize {
     CHOICE * study.search.starts
 }

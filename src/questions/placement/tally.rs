@@ -49,7 +49,7 @@ pub(super) struct Needs {
 impl Needs {
     /// Returns which numbers must be computed for `metrics`.
     pub fn of(metrics: &[Metric]) -> Self {
-        let any = |wanted: &[Metric]| metrics.iter().any(|metric| wanted.contains(metric));
+        let any = |group: &[Metric]| metrics.iter().any(|metric| group.contains(metric));
         Self {
             correction: any(&[
                 Metric::WorstCorrection,
@@ -78,7 +78,7 @@ pub(super) struct Tally {
     across_squares: [f64; 2],
 }
 
-/// Returns the smaller value, or the one that exists.
+/// Returns the smaller of two values; the other one where one is `None`.
 fn smaller_of(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.min(b)),
@@ -86,7 +86,7 @@ fn smaller_of(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-/// Returns the larger value of each component, or the pair that exists.
+/// Returns the larger value of each component; the other pair where one is `None`.
 fn larger_of(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
     match (a, b) {
         (Some(a), Some(b)) => Some([a[0].max(b[0]), a[1].max(b[1])]),
@@ -95,7 +95,7 @@ fn larger_of(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
 }
 
 impl PointValues {
-    /// Returns the worse of both, number by number.
+    /// Returns the worse of each number of both.
     fn worse_of(&self, other: &Self) -> Self {
         Self {
             deflection: self.deflection.max(other.deflection),
@@ -113,13 +113,13 @@ impl PointValues {
 }
 
 impl Tally {
-    /// Adds a point that makes up `share` of the length of all paths.
-    pub fn add(&mut self, seen: &PointValues, share: f64, tolerance_mm: f64) {
+    /// Adds the numbers of a `point` that makes up `share` of the length of all paths.
+    pub fn add(&mut self, point: &PointValues, share: f64, tolerance_mm: f64) {
         *self = self.merged(&Self {
-            worst: *seen,
-            squares: share * seen.deflection * seen.deflection,
-            outside: if seen.deflection > tolerance_mm { share } else { 0.0 },
-            across_squares: seen.across.map(|part| share * part * part),
+            worst: *point,
+            squares: share * point.deflection * point.deflection,
+            outside: if point.deflection > tolerance_mm { share } else { 0.0 },
+            across_squares: point.across.map(|part| share * part * part),
         });
     }
 
@@ -198,19 +198,19 @@ impl ResidualTally {
         }
     }
 
-    /// Returns the tally of paths that make up `share` of the length of all, with shares of these paths alone.
+    /// Returns the tally with its sums over `share`, the share of these paths in the length of all.
     pub fn normalised(&self, share: f64) -> Self {
         Self { worst: self.worst, squares: self.squares / share, within: self.within / share }
     }
 
-    /// Writes the metrics of the correction within limits.
+    /// Writes the metrics of the correction within limits into `metrics`; the tally must be normalised.
     pub fn write_into(&self, metrics: &mut Metrics) {
         metrics.set(Metric::WorstResidual, self.worst);
         metrics.set(Metric::RmsResidual, self.squares.sqrt());
         metrics.set(Metric::ShareWithinCorrected, self.within);
     }
 
-    /// Removes the metrics of the correction within limits.
+    /// Removes the metrics of the correction within limits from `metrics`.
     pub fn remove_from(metrics: &mut Metrics) {
         for metric in Metric::ALL.into_iter().filter(|metric| metric.is_bounded()) {
             metrics.clear(metric);

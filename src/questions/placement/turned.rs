@@ -59,7 +59,7 @@ impl FeatureJob {
         }
     }
 
-    /// Returns the values of γ, rad, possible at `site` at evenly chosen points of the path, those with the smallest residual error first.
+    /// Returns the values of γ, rad, feasible at [`TRIED`] points of the path, the smallest residual error first. `Err` if there are none.
     fn feasible_gammas(&self, settings: &RedundancySettings, site: &Site) -> Result<Vec<f64>, Failure> {
         let feature = &self.feature;
         let points = feature.path.points();
@@ -68,14 +68,14 @@ impl FeatureJob {
             true => (0..points.len()).filter(|k| cuts(&points[*k])).collect(),
             false => (0..points.len()).collect(),
         };
-        let tried = TRIED.min(counted.len());
+        let count = TRIED.min(counted.len());
         let chosen: Vec<usize> =
-            (0..tried).map(|k| counted[k * (counted.len() - 1) / tried.saturating_sub(1).max(1)]).collect();
+            (0..count).map(|k| counted[k * (counted.len() - 1) / count.saturating_sub(1).max(1)]).collect();
         let path = Toolpath::assemble(chosen.iter().map(|k| points[*k]).collect());
         let loads: Vec<_> = chosen.iter().map(|k| feature.loads[*k]).collect();
         let placement = site.placement(feature.reference);
-        let asked = GammaProblem { path: &path, loads: &loads, ..self.gamma_problem(settings, &placement) };
-        match gammas_by_cost(asked, &Work::default()) {
+        let problem = GammaProblem { path: &path, loads: &loads, ..self.gamma_problem(settings, &placement) };
+        match gammas_by_cost(problem, &Work::default()) {
             Ok(Ok(gammas)) => Ok(gammas),
             Ok(Err(dead_end)) => {
                 let infeasible = dead_end.infeasible.map_or("no γ before leads to one there", |h| h.words());
@@ -92,7 +92,7 @@ impl FeatureJob {
         let feature = &self.feature;
         let placement = site.placement(feature.reference);
         let path = match &self.gamma_search {
-            Some(asked) => &rotated_by(self.gamma_problem(asked, &placement), gamma)
+            Some(settings) => &rotated_by(self.gamma_problem(settings, &placement), gamma)
                 .map_err(|error| no_gamma(error.to_string()))?,
             None => &feature.path,
         };
@@ -100,7 +100,7 @@ impl FeatureJob {
     }
 }
 
-/// Returns the failure that no γ is possible.
+/// Returns the failure that no γ is possible, for this `reason`.
 fn no_gamma(reason: String) -> Failure {
     Failure { status: "no_turn".into(), reason }
 }
@@ -112,10 +112,8 @@ impl Evaluator {
         self.study.features[f].tasks_at_gamma(site, gamma).ok()
     }
 
-    /// Returns the best constant γ of feature `f` at `site`, rad: within the workspace box if possible. `None` if none is sought.
-    ///
-    /// # Errors
-    /// Why it can be cut at no γ.
+    /// Returns the best constant γ of feature `f` at `site`, rad, within the workspace box if possible; `None` if none is sought. The inner
+    /// `Err` says why it can be cut at no γ.
     pub fn gamma_at(&self, site: &Site, f: usize) -> Option<Result<f64, Failure>> {
         let job = &self.study.features[f];
         let settings = job.gamma_search.as_ref()?;
@@ -129,34 +127,34 @@ impl Evaluator {
         Some(found)
     }
 
-    /// Returns the best of the values `gammas` of γ, first of those that keep the path within the workspace box. `Err` if there is none.
+    /// Returns which of `gammas`, rad, has the least objective, first of those that keep the workspace box. `Err` if it can be cut at none.
     fn best_gamma(&self, gammas: &[f64], site: &Site, f: usize) -> Result<f64, Failure> {
         let job = &self.study.features[f];
         let tasks = |gamma: &f64| job.tasks_at_gamma(site, *gamma).map(|tasks| (*gamma, tasks));
-        let all: Vec<(f64, Vec<TaskPoint>)> = gammas.iter().map(tasks).collect::<Result<_, _>>()?;
+        let candidates: Vec<(f64, Vec<TaskPoint>)> = gammas.iter().map(tasks).collect::<Result<_, _>>()?;
         let (within, outside): (Vec<_>, Vec<_>) =
-            all.into_iter().partition(|(_, tasks)| self.check_feature_workspace(f, tasks).is_ok());
-        let mut refused = None;
+            candidates.into_iter().partition(|(_, tasks)| self.check_feature_workspace(f, tasks).is_ok());
+        let mut failed = None;
         for gammas in [within, outside] {
             let mut best: Option<(f64, f64)> = None;
             for (gamma, tasks) in gammas {
                 match self.value_at_gamma(site, f, &tasks, best.map_or(f64::INFINITY, |(value, _)| value + SAME)) {
                     Ok(Some(value)) => {
-                        let is_better = best.is_none_or(|(least, of)| match (value - least).abs() <= SAME {
-                            true => gamma.abs() < of.abs(),
+                        let is_better = best.is_none_or(|(least, least_gamma)| match (value - least).abs() <= SAME {
+                            true => gamma.abs() < least_gamma.abs(),
                             false => value < least,
                         });
                         best = if is_better { Some((value, gamma)) } else { best };
                     }
                     Ok(None) => {}
-                    Err(failure) => refused = refused.or(Some((gamma, failure))),
+                    Err(failure) => failed = failed.or(Some((gamma, failure))),
                 }
             }
             if let Some((_, gamma)) = best {
                 return Ok(gamma);
             }
         }
-        let (gamma, Failure { status, reason }) = refused.unwrap_or_else(|| (0.0, no_gamma("there is no γ".into())));
+        let (gamma, Failure { status, reason }) = failed.unwrap_or_else(|| (0.0, no_gamma("there is no γ".into())));
         let reason = format!("{reason} (at γ = {:.0}°; at no other γ can it be cut either)", gamma.to_degrees());
         Err(Failure { status, reason })
     }
@@ -169,8 +167,8 @@ impl Evaluator {
         for level in &prepared.levels {
             let mut walk = self.start_walk(f);
             for &k in level {
-                let seen = self.point_metrics(site, job, (k, &tasks[k]), &mut walk)?;
-                tally.add(&seen, prepared.shares[k], job.feature.tolerance_mm);
+                let values = self.solve_point(site, job, (k, &tasks[k]), &mut walk)?;
+                tally.add(&values, prepared.shares[k], job.feature.tolerance_mm);
                 if below.is_finite() && objective.value(&self.best_possible_of(&tally, prepared.share)) >= below {
                     return Ok(None);
                 }
@@ -194,8 +192,8 @@ impl Evaluator {
         // As a place is judged: in the order of the path.
         let (mut walk, mut tally) = (self.start_walk(f), Tally::default());
         for &k in &prepared.counted {
-            let seen = self.point_metrics(site, job, (k, &tasks[k]), &mut walk)?;
-            tally.add(&seen, prepared.shares[k], job.feature.tolerance_mm);
+            let values = self.solve_point(site, job, (k, &tasks[k]), &mut walk)?;
+            tally.add(&values, prepared.shares[k], job.feature.tolerance_mm);
         }
         let mut metrics = self.best_possible_of(&tally, prepared.share);
         if self.needs.bounded {

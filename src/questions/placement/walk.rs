@@ -99,54 +99,56 @@ impl<'a> PathWalk<'a> {
         }
     }
 
-    /// Solves one point and returns its numbers.
+    /// Solves one point from the one before, and returns its numbers. `Err` says why it cannot be cut.
     pub fn visit(&mut self, task: &TaskPoint) -> Result<PointValues, Refusal> {
         self.last.exact = None;
-        let plain = compensate(&mut self.all_sources, task, Method::None);
-        let seen = self.point_metrics(task, &plain);
-        self.last.plain = Some(plain);
-        seen
+        let nominal = compensate(&mut self.all_sources, task, Method::None);
+        let values = self.point_values(task, &nominal);
+        self.last.plain = Some(nominal);
+        values
     }
 
-    /// Returns the numbers of a point from its result `plain` at the nominal command, and solves what else is needed.
-    fn point_metrics(&mut self, task: &TaskPoint, plain: &Compensation) -> Result<PointValues, Refusal> {
-        if !plain.status.is_success() {
-            return Err(refusal(&plain.status, plain.status.reason(self.nominal)));
+    /// Returns the numbers of a point from its result `nominal` at the nominal command, and solves what other numbers need.
+    fn point_values(&mut self, task: &TaskPoint, nominal: &Compensation) -> Result<PointValues, Refusal> {
+        if !nominal.status.is_success() {
+            return Err(refusal(&nominal.status, nominal.status.reason(self.nominal)));
         }
         self.check_branch()?;
         self.record_limit_shares();
-        let mut seen = PointValues { deflection: plain.position_error.norm(), ..PointValues::default() };
+        let mut values = PointValues { deflection: nominal.position_error.norm(), ..PointValues::default() };
         if self.needs.stability {
-            seen.stability =
-                plain.outcome.as_ref().and_then(|outcome| outcome.least_stiffness(self.nominal.characteristic_length));
+            values.stability = nominal
+                .outcome
+                .as_ref()
+                .and_then(|outcome| outcome.least_stiffness(self.nominal.characteristic_length));
         }
         if !self.single_sources.is_empty() {
-            let mut superposition_error = -plain.position_error;
+            let mut superposition_error = -nominal.position_error;
             for (source, session) in &mut self.single_sources {
-                let alone = success_or_refusal(self.nominal, compensate(session, &source.task(task), Method::None))?;
-                superposition_error += alone.position_error;
+                let single = success_or_refusal(self.nominal, compensate(session, &source.task(task), Method::None))?;
+                superposition_error += single.position_error;
             }
-            seen.superposition_error = superposition_error.norm();
+            values.superposition_error = superposition_error.norm();
         }
         if self.exact != ExactMode::NotAsked {
-            self.correct(task, plain, &mut seen)?;
+            self.correct(task, nominal, &mut values)?;
         }
-        Ok(seen)
+        Ok(values)
     }
 
-    /// Checks that the machine is on the branch of inverse kinematics of the first point: no path leads to another one.
+    /// Checks that the machine is on the branch of inverse kinematics of the first point, as no path leads to another one.
     fn check_branch(&mut self) -> Result<(), Refusal> {
         if self.nominal.branch_of(&self.nominal.home).is_none() {
             return Ok(());
         }
-        let here = self.all_sources.command();
+        let current = self.all_sources.command();
         let Some(first) = &self.first else {
-            self.first = Some(here.clone());
+            self.first = Some(current.clone());
             return Ok(());
         };
-        match self.nominal.posture_change(first, here, true) {
+        match self.nominal.posture_change(first, current, true) {
             Some(change @ PostureChange::Branch { .. }) => {
-                let (before_mm, here_mm) = (first.pose.translation, here.pose.translation);
+                let (before_mm, here_mm) = (first.pose.translation, current.pose.translation);
                 let status = CompensationStatus::ChangesPosture { change, before_mm, here_mm };
                 Err(refusal(&status, status.reason(self.nominal)))
             }
@@ -154,19 +156,24 @@ impl<'a> PathWalk<'a> {
         }
     }
 
-    /// Solves the exact correction and adds its numbers to `seen`.
-    fn correct(&mut self, task: &TaskPoint, plain: &Compensation, seen: &mut PointValues) -> Result<(), Refusal> {
+    /// Solves the exact correction of a point and adds its numbers to `values`. `Err` as of [`PathWalk::add_exact`].
+    fn correct(&mut self, task: &TaskPoint, nominal: &Compensation, values: &mut PointValues) -> Result<(), Refusal> {
         let exact = compensate(&mut self.all_sources, task, Method::Direct);
-        let judged = self.add_exact(plain, &exact, seen);
+        let added = self.add_exact(nominal, &exact, values);
         self.last.exact = Some(exact);
-        judged
+        added
     }
 
-    /// Adds drive corrections and forces of the exact correction to `seen`. `Err` where it is required and missing, or exceeds a force
+    /// Adds drive corrections and forces of the correction `exact` to `values`. `Err` where it is required and missing, or exceeds a force
     /// limit.
-    fn add_exact(&mut self, plain: &Compensation, exact: &Compensation, seen: &mut PointValues) -> Result<(), Refusal> {
+    fn add_exact(
+        &mut self,
+        nominal: &Compensation,
+        exact: &Compensation,
+        values: &mut PointValues,
+    ) -> Result<(), Refusal> {
         if !exact.status.is_success() {
-            seen.is_uncorrected = true;
+            values.is_uncorrected = true;
             return if self.exact == ExactMode::Needed {
                 Err(uncorrected(self.nominal, &exact.status))
             } else {
@@ -178,15 +185,15 @@ impl<'a> PathWalk<'a> {
         }
         let is_mixed = self.nominal.has_mixed_drives();
         for (k, (_, drive)) in self.nominal.drives().enumerate() {
-            let delta = (exact.drives[k] - plain.drives[k]).abs();
+            let delta = (exact.drives[k] - nominal.drives[k]).abs();
             let correction = drive.motion.to_shown(delta);
             let (force, limit) = (exact.drive_forces[k].abs(), self.force_limits[k]);
             if is_mixed && drive.motion == Motion::Revolute {
-                let [most, torque] = seen.hinges.unwrap_or_default();
-                seen.hinges = Some([most.max(correction), torque.max(force)]);
+                let [most, torque] = values.hinges.unwrap_or_default();
+                values.hinges = Some([most.max(correction), torque.max(force)]);
             } else {
-                seen.correction = seen.correction.max(correction);
-                seen.force = seen.force.max(force);
+                values.correction = values.correction.max(correction);
+                values.force = values.force.max(force);
             }
             if self.check_forces && force > limit {
                 return Err(self.overload_refusal(k, force));
@@ -196,13 +203,13 @@ impl<'a> PathWalk<'a> {
             }
             if limit.is_finite() {
                 let margin = (limit - force) / limit;
-                seen.margin = Some(seen.margin.map_or(margin, |least| least.min(margin)));
+                values.margin = Some(values.margin.map_or(margin, |least| least.min(margin)));
             }
         }
         Ok(())
     }
 
-    /// Records where drives and joints lie within their limits, if that is asked for.
+    /// Appends where drives and joints lie within their limits, −1 to 1, to `shares`, if they are recorded.
     fn record_limit_shares(&mut self) {
         if let Some(shares) = &mut self.shares {
             self.nominal.limit_fractions(self.all_sources.command(), shares);
@@ -220,11 +227,11 @@ impl<'a> PathWalk<'a> {
 }
 
 /// Returns the result of a solve if it succeeded; else why the point is refused.
-fn success_or_refusal(machine: &Machine, answer: Compensation) -> Result<Compensation, Refusal> {
-    if answer.status.is_success() {
-        return Ok(answer);
+fn success_or_refusal(machine: &Machine, result: Compensation) -> Result<Compensation, Refusal> {
+    if result.status.is_success() {
+        return Ok(result);
     }
-    Err(refusal(&answer.status, answer.status.reason(machine)))
+    Err(refusal(&result.status, result.status.reason(machine)))
 }
 
 /// Returns the refusal of a point for a status and its reason, with the excess beyond limits.

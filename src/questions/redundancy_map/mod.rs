@@ -90,40 +90,38 @@ pub struct RedundancyMap {
 const BLOCK: usize = 64;
 
 /// Computes all grid points for all directions in parallel on the current rayon pool; the results do not depend on the number of threads.
-///
-/// # Errors
-/// A machine that cannot rotate its tool freely, and those of `work`.
+/// `Err` if the machine cannot rotate its tool freely, or `work` was stopped or could not be kept.
 pub fn run(study: &RedundancyMapStudy, work: &Work) -> Result<RedundancyMap> {
     let mut points = Vec::with_capacity(study.grid.len() * study.axes.len());
-    for (number, (axis, places)) in blocks(study).enumerate() {
+    for (number, (axis, indices)) in blocks(study).enumerate() {
         let work = work.shard(number);
-        let found =
-            if_this_shard(work.piece(&(axis, places.start), Vec::len, || run_block(study, axis, places, &work)))?;
-        points.extend(found.into_iter().flatten());
+        let block =
+            if_this_shard(work.piece(&(axis, indices.start), Vec::len, || run_block(study, axis, indices, &work)))?;
+        points.extend(block.into_iter().flatten());
     }
     work.barrier()?;
     Ok(RedundancyMap { points })
 }
 
-/// Returns the direction and the grid indices of each block.
+/// Returns each block of the map: index of the tool direction, and range of grid indices.
 pub(super) fn blocks(study: &RedundancyMapStudy) -> impl Iterator<Item = (usize, Range<usize>)> {
-    let (axes, places) = (study.axes.len(), study.grid.len());
-    let of_axis = move |axis| (0..places).step_by(BLOCK).map(move |at| (axis, at..places.min(at + BLOCK)));
+    let (axes, points) = (study.axes.len(), study.grid.len());
+    let of_axis = move |axis| (0..points).step_by(BLOCK).map(move |start| (axis, start..points.min(start + BLOCK)));
     (0..axes).flat_map(of_axis)
 }
 
-/// Computes the grid points with the indices `places` for one tool direction.
+/// Computes the grid points with these `indices` for the tool direction `axis` (index). `Err` if `work` was stopped.
 fn run_block(
     study: &RedundancyMapStudy,
     axis: usize,
-    places: Range<usize>,
+    indices: Range<usize>,
     work: &Work,
 ) -> Result<Vec<RedundancyMapPoint>> {
-    let positions: Vec<Vector3<f64>> = places.map(|index| study.grid.position(index)).collect();
+    let positions: Vec<Vector3<f64>> = indices.map(|index| study.grid.position(index)).collect();
     let path = block_path(study, axis, &positions);
     let frame = PathFrame { force: study.scene.force };
     let loads = vec![PathLoad::PathFrame(frame); path.len()];
-    let asked = GammaProblem {
+    let problem = GammaProblem {
         machine: &study.scene.machine,
         errors: &study.scene.errors,
         placement: &Placement::default(),
@@ -132,13 +130,13 @@ fn run_block(
         loads: &loads,
         settings: &study.settings,
     };
-    let found = nodes_at_points(asked, || work.check())?;
-    let by_position = found.nodes.chunks(study.scene.phis.len()).zip(&positions);
+    let lattice = nodes_at_points(problem, || work.check())?;
+    let by_position = lattice.nodes.chunks(study.scene.phis.len()).zip(&positions);
     let points: Vec<RedundancyMapPoint> = by_position
         .map(|(nodes, position)| RedundancyMapPoint {
             position_mm: (*position).into(),
             axis,
-            gammas: gamma_extremes(study, &found.gammas, &found.branches, nodes),
+            gammas: gamma_extremes(study, &lattice.gammas, &lattice.branches, nodes),
         })
         .collect();
     work.tell(Event::Computed(points.len()));
@@ -162,11 +160,11 @@ fn block_path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>
             ..cutting_point(*position, tangent, 0.0, 1.0)
         }
     };
-    let all = positions.iter().flat_map(|position| study.scene.phis.iter().map(move |phi| (position, *phi)));
-    Toolpath::assemble(all.enumerate().map(point).collect())
+    let pairs = positions.iter().flat_map(|position| study.scene.phis.iter().map(move |phi| (position, *phi)));
+    Toolpath::assemble(pairs.enumerate().map(point).collect())
 }
 
-/// Returns the best and the worst γ at a point from its nodes, one list for each direction of the force. `Err` if no γ is possible.
+/// Returns the best and the worst γ at a point from its `nodes`, a list per direction of the force. `Err` if no γ is possible.
 fn gamma_extremes(
     study: &RedundancyMapStudy,
     gammas: &[f64],
@@ -182,9 +180,9 @@ fn gamma_extremes(
                 Ok((deflection_mm, phi)) => {
                     is_possible = true;
                     let (gamma_deg, phi_deg) = (gamma.to_degrees(), phi.to_degrees());
-                    let here = AtGamma { gamma_deg, branch: *branch, deflection_mm, phi_deg };
-                    best = best.filter(|best| best.deflection_mm <= deflection_mm).or(Some(here));
-                    worst = worst.filter(|worst| worst.deflection_mm >= deflection_mm).or(Some(here));
+                    let candidate = AtGamma { gamma_deg, branch: *branch, deflection_mm, phi_deg };
+                    best = best.filter(|best| best.deflection_mm <= deflection_mm).or(Some(candidate));
+                    worst = worst.filter(|worst| worst.deflection_mm >= deflection_mm).or(Some(candidate));
                 }
                 Err(infeasible) => *infeasible_gammas.entry(infeasible).or_default() += 1,
             }
@@ -196,7 +194,7 @@ fn gamma_extremes(
         .ok_or_else(|| no_gamma_failure(gammas.len(), &infeasible_gammas))
 }
 
-/// Returns the largest deflection of a node over the directions of the force, mm, and that direction, rad. `Err` if one of them is infeasible.
+/// Returns the largest deflection of a node (index) over directions of the force, mm, and that direction, rad. `Err` if one is infeasible.
 fn largest_over_phi(
     study: &RedundancyMapStudy,
     nodes: &[Vec<Node>],
@@ -212,9 +210,9 @@ fn largest_over_phi(
 fn no_gamma_failure(gammas: usize, infeasible_gammas: &BTreeMap<Infeasible, usize>) -> Failure {
     // Branches that do not lead there say least.
     let others = infeasible_gammas.iter().filter(|(infeasible, _)| **infeasible != Infeasible::Unreachable);
-    let most = others.max_by_key(|(_, count)| **count).map_or(Infeasible::Unreachable, |(infeasible, _)| *infeasible);
+    let usual = others.max_by_key(|(_, count)| **count).map_or(Infeasible::Unreachable, |(infeasible, _)| *infeasible);
     let counts: Vec<String> =
         infeasible_gammas.iter().map(|(infeasible, count)| format!("{count} {}", infeasible.words())).collect();
     let reason = format!("none of {gammas} values of γ is possible on any branch: {}", counts.join(", "));
-    Failure { status: most.label().into(), reason }
+    Failure { status: usual.label().into(), reason }
 }

@@ -44,19 +44,19 @@ impl Question for RedundancyMapStudy {
     const TABLES: &[&str] = &["redundancy_map"];
 
     /// Checks the map's table and makes its scene, grid and tool directions.
-    fn resolve(spec: &RedundancyMapSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
-        given.overrides.refuse_points(given.name)?;
+    fn resolve(spec: &RedundancyMapSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
+        context.overrides.refuse_points(context.name)?;
         let phi_step_deg = Some(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG));
-        let (scene, not_used, inputs) = scene(given, SceneKeys { phi_step_deg, uses_target: true })?;
+        let (scene, not_used, inputs) = scene(context, SceneKeys { phi_step_deg, uses_target: true })?;
         let machine = &scene.machine;
-        check_free_rotation(machine).or_else(|problem| given.check.root().key("machine").misfit(problem, ()))?;
-        let check = &given.check;
+        check_free_rotation(machine).or_else(|problem| context.check.root().key("machine").misfit(problem, ()))?;
+        let check = &context.check;
         let axes = tool_directions(spec, machine, check)?;
         let to_tip = machine.home.pose.rotation * machine.tool_tip;
         let around_home = [machine.workspace.min + to_tip, machine.workspace.max + to_tip];
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
-        let (grid, slices_z, size) = region.checked_grid(given, around_home, MAX_POINTS / axes.len())?;
+        let (grid, slices_z, size) = region.checked_grid(context, around_home, MAX_POINTS / axes.len())?;
         let step_deg = spec.gamma_step_deg.unwrap_or(GAMMA_STEP_DEG);
         if !(1.0..=180.0).contains(&step_deg) {
             return check.key("gamma_step_deg").fail(format!("must be from 1 to 180, got {step_deg}"));
@@ -104,22 +104,22 @@ const DEFAULT_AROUND: usize = 8;
 pub(super) fn tool_directions(spec: &RedundancyMapSpec, machine: &Machine, check: &Check) -> Result<Vec<Vector3<f64>>> {
     match (&spec.tool_axes, &spec.cone) {
         (Some(_), Some(_)) => check.key("cone").fail("give one of tool_axes and cone".into()),
-        (Some(given), None) => {
+        (Some(axes), None) => {
             let check = check.key("tool_axes");
-            if given.is_empty() || given.len() > MAX_DIRECTIONS {
-                return check.fail(format!("must have 1 to {MAX_DIRECTIONS} directions, got {}", given.len()));
+            if axes.is_empty() || axes.len() > MAX_DIRECTIONS {
+                return check.fail(format!("must have 1 to {MAX_DIRECTIONS} directions, got {}", axes.len()));
             }
-            given.iter().enumerate().map(|(index, axis)| unit_direction(*axis, &check.item(index))).collect()
+            axes.iter().enumerate().map(|(index, axis)| unit_direction(*axis, &check.item(index))).collect()
         }
         (None, Some(cone)) => cone_directions(cone, &check.key("cone")),
         (None, None) => Ok(vec![-(machine.home.pose.rotation * machine.tool_axes.column(2)).normalize()]),
     }
 }
 
-/// Returns `given` as a unit vector. `Err` if it has no length.
-fn unit_direction(given: [f64; 3], check: &Check) -> Result<Vector3<f64>> {
-    let given = check.finite(given)?;
-    given.try_normalize(1e-9).map_or_else(|| check.fail("has no length: expected a direction".into()), Ok)
+/// Returns `axis` as a unit vector. `Err` if it has no length.
+fn unit_direction(axis: [f64; 3], check: &Check) -> Result<Vector3<f64>> {
+    let axis = check.finite(axis)?;
+    axis.try_normalize(1e-9).map_or_else(|| check.fail("has no length: expected a direction".into()), Ok)
 }
 
 /// Returns the middle of a cone and the directions around it, unit vectors in O.

@@ -89,7 +89,8 @@ struct AtRest {
 }
 
 impl AtRest {
-    /// Solves the equilibrium of `machine` without load, with its drives at `drives`, starting from `start`.
+    /// Solves the equilibrium of `machine` without load, drives at `drives` (mm, rad), from `start`. `Err` if there is none or it is
+    /// singular.
     fn solve(machine: &Machine, drives: &[f64], start: State) -> Result<Self, Failure> {
         let mut rig = LockedMachine::at_drives(machine, drives, start);
         let outcome = rig.equilibrium_under(&Wrench::zero())?;
@@ -101,7 +102,7 @@ impl AtRest {
         }
     }
 
-    /// Solves the equilibrium of `machine` without load, commanded so that P is at `pose`, as far as the drives control it.
+    /// Solves the equilibrium of `machine` without load, commanded so that P is at `pose`, as far as the drives control it; else `Err`.
     fn at_commanded_pose(case: &Case<'_>, machine: &Machine, pose: &Pose) -> Result<Self, Failure> {
         // Without a tool, the full pose of the tool tip is that of P.
         let without_tool = |machine: &Machine| {
@@ -128,7 +129,7 @@ impl AtRest {
         Self::solve(machine, &done.drives, session.state().clone())
     }
 
-    /// Returns the displacement by `load`, a wrench at P, to first order.
+    /// Returns the displacement of tool tip and P by `load`, a wrench at P in O axes, to first order.
     fn displacement_under(&self, machine: &Machine, load: &Wrench) -> Displacement {
         let twist = Twist::from_vector(&(self.compliance * load.to_vector()));
         Displacement::by_twist(machine, twist, &self.state.pose)
@@ -138,9 +139,9 @@ impl AtRest {
 /// Returns `machine` in the shape it has `at_rest` but free of internal forces, and its state: every spring is neutral there.
 fn without_internal_forces(machine: &Machine, at_rest: &AtRest) -> (Machine, State) {
     let (mut freed, mut state) = (machine.clone(), at_rest.state.clone());
-    for (chain, own) in freed.chains.iter_mut().zip(&mut state.chains) {
-        own.wrench = Wrench::zero();
-        let (deflections, passive) = own.coordinates.split_at_mut(chain.virtual_count);
+    for (chain, chain_state) in freed.chains.iter_mut().zip(&mut state.chains) {
+        chain_state.wrench = Wrench::zero();
+        let (deflections, passive) = chain_state.coordinates.split_at_mut(chain.virtual_count);
         let bent = |step: &Step| match *step {
             Step::Move { motion, axis, coordinate, sign } if coordinate < deflections.len() => {
                 let mut shift = Pose::identity();

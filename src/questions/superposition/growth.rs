@@ -46,8 +46,8 @@ impl Growth {
 
     /// Returns factor and superposition error, mm, of `sum` at `followed`, where the error is larger than rounding.
     pub fn above_rounding(&self, sum: Sum, followed: Followed) -> Vec<(f64, f64)> {
-        let superposition_error = |(factor, found): &(f64, Result<SuperpositionErrors, Failure>)| {
-            let worst = found.as_ref().ok()?.worst(sum, followed).ok()?;
+        let superposition_error = |(factor, errors): &(f64, Result<SuperpositionErrors, Failure>)| {
+            let worst = errors.as_ref().ok()?.worst(sum, followed).ok()?;
             (worst.superposition_error_mm > ROUNDING_MM).then_some((*factor, worst.superposition_error_mm))
         };
         self.steps.iter().filter_map(superposition_error).collect()
@@ -59,7 +59,7 @@ impl Growth {
     }
 }
 
-/// Computes the superposition errors at each factor of the study, with the sources of `scaled` multiplied by it.
+/// Returns the superposition errors at each factor of the study, by which load, chain errors or both, as `scaled` says, are multiplied.
 pub(super) fn measure_growth(case: &Case<'_>, scaled: Scaling) -> Growth {
     let step = |factor: &f64| {
         let (load, errors) = scaled.factors(*factor);

@@ -93,7 +93,7 @@ impl Scaling {
         }
     }
 
-    /// Returns the factors on load and on chain errors when this source is scaled by `factor`.
+    /// Returns the factors on load and on chain errors when what this scales is multiplied by `factor`.
     pub fn factors(self, factor: f64) -> (f64, f64) {
         match self {
             Scaling::Load => (factor, 1.0),
@@ -145,10 +145,8 @@ pub struct Superposition {
 const PIECE: usize = 16;
 const PART: usize = 64 * PIECE;
 
-/// Computes map and locations, in parallel on the current rayon pool; the result does not depend on the number of threads.
-///
-/// # Errors
-/// Those of [`Work::check`], such as a stop.
+/// Computes map and locations, in parallel on the current rayon pool; the result does not depend on the number of threads. `Err` if `work`
+/// was stopped or cannot be kept.
 pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superposition> {
     let mut points = Vec::with_capacity(study.grid.len());
     run_map(study, work, |part| {
@@ -158,11 +156,8 @@ pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superpositi
     Ok(Superposition { points, locations: run_locations(study, work)?, study: study.clone() })
 }
 
-/// Computes the map and gives its points to `take` part by part, in grid order, so that memory does not grow with the grid. The next part
-/// is computed meanwhile.
-///
-/// # Errors
-/// Those of [`Work::check`], such as a stop, and of `take`.
+/// Computes the map and gives its points to `take` part by part, in grid order, so that memory does not grow with the grid; the next part
+/// is computed meanwhile. `Err` if `work` was stopped or cannot be kept, and that of `take`.
 pub fn run_map(
     study: &SuperpositionStudy,
     work: &Work,
@@ -180,10 +175,8 @@ pub(super) fn map_pieces(study: &SuperpositionStudy) -> usize {
     study.grid.len().div_ceil(PIECE)
 }
 
-/// Computes the grid points with these indices, in grid order, on the current rayon pool; indices beyond the grid give none.
-///
-/// # Errors
-/// Those of [`Work::check`], such as a stop.
+/// Computes the grid points with these indices, in grid order, on the current rayon pool; indices beyond the grid give none. `Err` if
+/// `work` was stopped or cannot be kept.
 pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<GridPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
     let points = map_part(study, &study.scene.machines()?, indices, work)?;
@@ -191,7 +184,7 @@ pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work)
     Ok(points)
 }
 
-/// Computes the grid points with these indices that belong to this shard of the work.
+/// Computes the grid points with these indices in pieces of `work`, those alone that belong to this shard. `Err` if `work` was stopped.
 fn map_part(
     study: &SuperpositionStudy,
     machines: &Machines,
@@ -217,10 +210,7 @@ fn map_part(
     Ok(pieces.collect::<error::Result<Vec<Vec<GridPoint>>>>()?.into_iter().flatten().collect())
 }
 
-/// Computes the locations, in parallel on the current rayon pool.
-///
-/// # Errors
-/// Those of [`Work::check`], such as a stop.
+/// Computes the locations, in parallel on the current rayon pool. `Err` if `work` was stopped or cannot be kept.
 pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<Vec<LocationResult>> {
     let machines = study.scene.machines()?;
     let named = work.part("locations").numbered_after(map_pieces(study));
@@ -237,7 +227,7 @@ pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<V
     Ok(locations)
 }
 
-/// Computes a grid point with P at `position`, O, mm.
+/// Returns the superposition errors and the largest load with P at `position`, O, mm; failures are in the result.
 fn map_point(study: &SuperpositionStudy, machines: &Machines, position: Vector3<f64>) -> GridPoint {
     let position_mm = position.into();
     let case = match Case::new(study, machines, position) {
@@ -248,12 +238,12 @@ fn map_point(study: &SuperpositionStudy, machines: &Machines, position: Vector3<
         }
     };
     let superposition_errors = case.superposition_errors(machines, 1.0);
-    let at_one = superposition_errors.as_ref().map(|found| found.superposed_tool_mm()).map_err(Clone::clone);
+    let at_one = superposition_errors.as_ref().map(|errors| errors.superposed_tool_mm()).map_err(Clone::clone);
     let largest_load = safe::largest_factor(study, at_one, |factor| case.superposed_tool_mm(machines, factor));
     GridPoint { position_mm, superposition_errors, largest_load }
 }
 
-/// Computes a location: superposition errors, largest factors, growth and causes.
+/// Returns the results at a location: superposition errors, largest factors, growth and causes; failures are in the result.
 fn location_result(study: &SuperpositionStudy, machines: &Machines, location: &Location) -> LocationResult {
     match Case::new(study, machines, location.position) {
         Ok(case) => LocationResult {

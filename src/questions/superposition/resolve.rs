@@ -32,16 +32,17 @@ impl Question for SuperpositionStudy {
     };
     const TABLES: &[&str] = &["map", "safe_load", "locations", "largest_factors", "scaling", "slopes", "ablation"];
 
-    fn resolve(spec: &SuperpositionSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
-        given.overrides.refuse_points(given.name)?;
-        given.refuse_carrier("this question does not take apart")?;
-        let own = SceneKeys { phi_step_deg: spec.phi_step_deg, uses_target: false };
-        let (scene, not_used, inputs) = scene(given, own)?;
-        let check = &given.check;
+    /// Checks the study and makes its scene, grid and locations.
+    fn resolve(spec: &SuperpositionSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
+        context.overrides.refuse_points(context.name)?;
+        context.refuse_carrier("this question does not take apart")?;
+        let scene_keys = SceneKeys { phi_step_deg: spec.phi_step_deg, uses_target: false };
+        let (scene, not_used, inputs) = scene(context, scene_keys)?;
+        let check = &context.check;
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
         let box_of_p = [scene.machine.workspace.min, scene.machine.workspace.max];
-        let (grid, slices_z, size) = region.checked_grid(given, box_of_p, MAX_POINTS)?;
+        let (grid, slices_z, size) = region.checked_grid(context, box_of_p, MAX_POINTS)?;
         let tolerance = check.key("tolerance_mm").positive(spec.tolerance_mm)?;
         if tolerance < ROUNDING_MM {
             let problem = format!(
@@ -64,18 +65,22 @@ impl Question for SuperpositionStudy {
         Ok(Resolved { study, shown: Shown { slices_z, not_used }, inputs: inputs.and(size) })
     }
 
+    /// Returns the number of grid points and locations.
     fn items(&self) -> (usize, &'static str) {
         (self.grid.len() + self.locations.len(), "points")
     }
 
+    /// Returns the number of grid points, as every map can be an image.
     fn image_points(&self) -> Option<usize> {
         Some(self.grid.len())
     }
 
+    /// Returns the number of pieces of map and locations.
     fn pieces(&self) -> usize {
         map_pieces(self) + self.locations.len()
     }
 
+    /// Computes map and locations and keeps them in `work`.
     fn compute(&self, work: &Work) -> Result<()> {
         if_this_shard(run_map(self, work, |_| Ok(())))?;
         if_this_shard(run_locations(self, work))?;
@@ -83,7 +88,7 @@ impl Question for SuperpositionStudy {
     }
 }
 
-/// Returns the locations, checked; the named points of the machine if none are written.
+/// Returns the locations of P, checked; the named points of the machine if the study gives none. `Err` for one without name or position.
 fn locations(specs: Option<&[LocationSpec]>, machine: &Machine, check: &Check) -> Result<Vec<Location>> {
     let Some(specs) = specs else {
         let named = machine.points.iter();

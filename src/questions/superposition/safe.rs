@@ -67,6 +67,7 @@ enum UpperEnd {
 }
 
 impl From<Result<f64, Failure>> for UpperEnd {
+    /// Returns the end of the bracket where the error exceeds the tolerance by `excess`, mm, or there is no equilibrium.
     fn from(excess: Result<f64, Failure>) -> Self {
         excess.map_or_else(UpperEnd::Unsolved, UpperEnd::Exceeded)
     }
@@ -84,8 +85,8 @@ pub(super) fn largest_factor(
     let excess =
         |factor: f64| superposition_error(factor).map(|superposition_error| superposition_error - study.tolerance);
     let mut factor = 1.0;
-    let mut found = at_one.map(|superposition_error| superposition_error - study.tolerance);
-    if let Ok(below) = found
+    let mut current = at_one.map(|superposition_error| superposition_error - study.tolerance);
+    if let Ok(below) = current
         && below < 0.0
     {
         let mut low = (factor, below);
@@ -98,7 +99,7 @@ pub(super) fn largest_factor(
         }
         return LargestFactor::BelowToLimit(low.0);
     }
-    if let Err(failure) = &found
+    if let Err(failure) = &current
         && excess(0.0).is_err()
     {
         // The source that is scaled is not what cannot be solved.
@@ -109,17 +110,17 @@ pub(super) fn largest_factor(
         if let Ok(below) = half
             && below < 0.0
         {
-            return factor_between((0.5 * factor, below), (factor, found.into()), study.tolerance, &excess);
+            return factor_between((0.5 * factor, below), (factor, current.into()), study.tolerance, &excess);
         }
-        (factor, found) = (0.5 * factor, half);
+        (factor, current) = (0.5 * factor, half);
     }
-    match found {
+    match current {
         Ok(_) => LargestFactor::Reached(factor),
         Err(failure) => LargestFactor::Unsolved(failure),
     }
 }
 
-/// Finds the factor between `low`, with its (negative) excess over the tolerance, and `high`.
+/// Finds the factor of `excess` 0 (error less `tolerance`, mm) between `low` and `high`: factor and excess, that of `low` negative.
 fn factor_between(
     mut low: (f64, f64),
     mut high: (f64, UpperEnd),
@@ -136,8 +137,8 @@ fn factor_between(
             break;
         }
         let factor = low.0 + share * (high.0 - low.0);
-        let found = excess(factor);
-        match found {
+        let excess_there = excess(factor);
+        match excess_there {
             Ok(excess) if excess.abs() <= ACCURACY * tolerance => return LargestFactor::Reached(factor),
             Ok(below) if below < 0.0 => {
                 low = (factor, below);

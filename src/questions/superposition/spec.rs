@@ -55,6 +55,7 @@ pub struct ScalesSpec {
 }
 
 impl Default for ScalesSpec {
+    /// Returns the default factors of the growth study.
     fn default() -> Self {
         Self { smallest: 0.03125, largest: 2.0, steps: 7 }
     }

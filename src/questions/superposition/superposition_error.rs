@@ -21,7 +21,7 @@ pub struct Displacement {
 }
 
 impl Displacement {
-    /// Returns the displacement of tool tip and P when P moves from pose `from` to pose `to`.
+    /// Returns the displacement of tool tip and P (O axes, mm) when P moves from pose `from` to pose `to`, both in O.
     pub fn between(machine: &Machine, from: &Pose, to: &Pose) -> Self {
         Self { tool: machine.tool_displacement(from, to), platform: to.translation - from.translation }
     }
@@ -31,7 +31,7 @@ impl Displacement {
         Self { tool: twist.shift(at.rotation * machine.tool_tip).linear, platform: twist.linear }
     }
 
-    /// Returns the displacement of the point `followed`.
+    /// Returns the displacement of the point `followed`, O axes, mm.
     pub fn of(&self, followed: Followed) -> Vector3<f64> {
         match followed {
             Followed::Tool => self.tool,
@@ -201,7 +201,7 @@ impl<'a> Case<'a> {
         Ok(Self { study, machines, at, rest, zero, weight })
     }
 
-    /// Returns the machines with the chain errors of the study times `factor`.
+    /// Returns the nominal machine and the real ones with the chain errors of the study times `factor`.
     pub fn machines_with_errors(&self, factor: f64) -> Machines {
         let errors: Vec<ChainError> = self.study.scene.errors.iter().map(|error| error.scale(factor)).collect();
         self.machines.with_errors(&errors)
@@ -213,26 +213,26 @@ impl<'a> Case<'a> {
         self.study.scene.phis.iter().map(|phi| self.study.scene.force.wrench(*phi, &tool).scale(factor)).collect()
     }
 
-    /// Solves the displacements by the cutting force times `load_factor` and the chain errors of `machines`.
+    /// Solves the displacements by the cutting force times `load_factor`, by chain errors of `machines`, and by both. `Err` if one fails.
     pub fn displacements(&self, machines: &Machines, load_factor: f64) -> Result<Displacements, Failure> {
         let machine = &self.study.scene.machine;
-        let moved_from = |from: Pose| move |pose: &Pose| Displacement::between(machine, &from, pose);
-        let moved = moved_from(self.rest);
+        let displacement_from = |from: Pose| move |pose: &Pose| Displacement::between(machine, &from, pose);
+        let displacement = displacement_from(self.rest);
         let (loads, phis) = (self.cutting_wrenches(load_factor), &self.study.scene.phis);
         let cutting =
             LockedMachine::at_command(machines.actual(Source::Cutting), &self.at).poses_under(&loads, phis)?;
         let mut alone = LockedMachine::at_command(machines.actual(Source::Errors), &self.at);
         alone.equilibrium_under(&Wrench::zero())?;
-        let assembly = moved(&alone.state.pose);
+        let assembly = displacement(&alone.state.pose);
         let both = match Source::parts(machine).contains(&Source::Weight) {
             true => LockedMachine::at_command(&machines.real, &self.at).poses_under(&loads, phis)?,
             false => alone.poses_under(&loads, phis)?,
         };
         Ok(Displacements {
             weight: self.weight,
-            cutting: cutting.iter().map(moved).collect(),
+            cutting: cutting.iter().map(displacement).collect(),
             assembly,
-            both: both.iter().map(moved_from(self.zero)).collect(),
+            both: both.iter().map(displacement_from(self.zero)).collect(),
         })
     }
 
@@ -260,7 +260,7 @@ impl<'a> Case<'a> {
         })
     }
 
-    /// Computes the superposition error at the tool tip, worst over φ, mm.
+    /// Computes the superposition error at the tool tip, worst over φ, mm; arguments and `Err` as of [`Case::superposition_errors`].
     pub fn superposed_tool_mm(&self, machines: &Machines, load_factor: f64) -> Result<f64, Failure> {
         let displacements = self.displacements(machines, load_factor)?;
         Ok(displacements.errors_over_phi(displacements.assembly).map(|d| d.tool.norm()).fold(0.0, f64::max))

@@ -21,14 +21,14 @@ const ROUND: f64 = 1e-9;
 impl Shape {
     /// Computes the shape of points at equal steps, mm, of which the last repeats the first; `None` without points.
     pub fn of(points: &[Vector2<f64>]) -> Option<Self> {
-        let turn = points.get(..points.len().checked_sub(1)?).filter(|turn| !turn.is_empty())?;
-        let centre = turn.iter().sum::<Vector2<f64>>() / turn.len() as f64;
-        let spread: Matrix2<f64> = turn.iter().map(|p| (p - centre) * (p - centre).transpose()).sum();
+        let revolution = points.get(..points.len().checked_sub(1)?).filter(|revolution| !revolution.is_empty())?;
+        let centre = revolution.iter().sum::<Vector2<f64>>() / revolution.len() as f64;
+        let spread: Matrix2<f64> = revolution.iter().map(|p| (p - centre) * (p - centre).transpose()).sum();
         let eigen = SymmetricEigen::new(spread);
-        let most = usize::from(eigen.eigenvalues[1] > eigen.eigenvalues[0]);
+        let major = usize::from(eigen.eigenvalues[1] > eigen.eigenvalues[0]);
         let axis = |i: usize| eigen.eigenvectors.column(i).into_owned();
-        let [large, small] = [eigen.eigenvalues[most], eigen.eigenvalues[1 - most]];
-        Some(Self { centre, longest: axis(most), shortest: axis(1 - most), is_round: large - small <= ROUND * large })
+        let [large, small] = [eigen.eigenvalues[major], eigen.eigenvalues[1 - major]];
+        Some(Self { centre, longest: axis(major), shortest: axis(1 - major), is_round: large - small <= ROUND * large })
     }
 }
 
@@ -37,7 +37,7 @@ pub fn angle_deg(a: &Vector2<f64>, b: &Vector2<f64>) -> f64 {
     libm::atan2(a.perp(b).abs(), a.dot(b).abs()).to_degrees()
 }
 
-/// Counts how often a closed path crosses the circle around `centre`, mm; the last point repeats the first.
+/// Returns how often a closed path crosses the circle of `radius` around `centre`, mm; the last point repeats the first.
 pub fn crossings(points: &[Vector2<f64>], centre: &Vector2<f64>, radius: f64) -> usize {
     let is_outside = |p: &Vector2<f64>| (p - centre).norm() > radius;
     points.windows(2).filter(|pair| is_outside(&pair[0]) != is_outside(&pair[1])).count()

@@ -77,13 +77,13 @@ impl ValidationStudy {
     pub fn facts(&self) -> Vec<(String, String)> {
         let facts = |variant: &Variant| variant.paths.first().map_or_else(Vec::new, |path| path.facts.clone());
         let first = self.variants.first().map(facts).unwrap_or_default();
-        let mut all: Vec<(String, String)> =
+        let mut labelled: Vec<(String, String)> =
             first.iter().map(|(label, words)| ((*label).to_string(), words.clone())).collect();
         for variant in self.variants.iter().skip(1) {
             let differing = facts(variant).into_iter().filter(|fact| !first.contains(fact));
-            all.extend(differing.map(|(label, words)| (format!("{label}, {}", variant.name), words)));
+            labelled.extend(differing.map(|(label, words)| (format!("{label}, {}", variant.name), words)));
         }
-        all
+        labelled
     }
 }
 
@@ -169,7 +169,7 @@ impl Quoted {
         self.agreement * if self.value == 0.0 { 1.0 } else { self.value.abs() }
     }
 
-    /// Whether `ours` agrees with the quoted value, compared as its relation says.
+    /// Returns whether `ours`, in the unit of the quantity, agrees with the quoted value within its tolerance, as the relation says.
     pub fn agrees(&self, ours: f64) -> bool {
         match self.relation {
             Relation::About => (ours - self.value).abs() <= self.allowed(),
@@ -190,13 +190,11 @@ pub(super) fn block_count(study: &ValidationStudy) -> usize {
     study.variants.iter().flat_map(|variant| &variant.paths).map(path::block_count).sum()
 }
 
-/// Computes all paths under all processes on the current rayon pool, and compares the quoted numbers.
-///
-/// # Errors
-/// Those of [`Work::check`], such as a stop.
+/// Computes all paths under all processes on the current rayon pool, and compares the quoted numbers. `Err` if `work` was stopped, could
+/// not be kept, or another shard computes a piece.
 pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResults> {
     let mut ours: Vec<Vec<Result<f64, String>>> = vec![Vec::new(); study.quoted.len()];
-    let (mut shown, mut pieces) = (Vec::new(), 0);
+    let (mut first_paths, mut pieces) = (Vec::new(), 0);
     for (index, variant) in study.variants.iter().enumerate() {
         let mut paths: Vec<PathResults> = Vec::with_capacity(variant.paths.len());
         for (case, path) in variant.paths.iter().enumerate() {
@@ -211,7 +209,7 @@ pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResu
             ours.push(quoted.quantity.of(&paths[quoted.case]));
         }
         if index == 0 {
-            shown = paths;
+            first_paths = paths;
         }
     }
     work.barrier()?;
@@ -219,5 +217,5 @@ pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResu
         let agrees = ours.first().and_then(|value| value.as_ref().ok()).is_some_and(|&value| quoted.agrees(value));
         Compared { ours, agrees }
     });
-    Ok(ValidationResults { compared: compared.collect(), paths: shown, study: study.clone() })
+    Ok(ValidationResults { compared: compared.collect(), paths: first_paths, study: study.clone() })
 }

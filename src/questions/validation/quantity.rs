@@ -95,7 +95,7 @@ impl Quantity {
     /// # Errors
     /// It does not, and which quantity was expected.
     pub fn check_machine(self, machine: &Machine) -> Result<(), String> {
-        let own = match self {
+        let alternatives = match self {
             Quantity::Correction => ["correction_of_slides", "correction_of_hinges"],
             _ => ["force_of_slides", "torque_of_hinges"],
         };
@@ -103,12 +103,12 @@ impl Quantity {
             Quantity::Correction | Quantity::DriveForce if machine.has_mixed_drives() => Err(format!(
                 "machine {} has slides and hinges, whose values have no common unit: expected {} or {}, got {}",
                 machine.name,
-                own[0],
-                own[1],
+                alternatives[0],
+                alternatives[1],
                 self.label()
             )),
             _ => match self.drive_kind(machine) {
-                Some(kind) if !machine.drive_kinds().any(|own| own == kind) => {
+                Some(kind) if !machine.drive_kinds().any(|has| has == kind) => {
                     Err(format!("machine {} has no drive of this kind, got {}", machine.name, self.label()))
                 }
                 _ => Ok(()),
@@ -121,13 +121,11 @@ impl Quantity {
         self == Quantity::Crossings
     }
 
-    /// Returns the value of the quantity on a path, in its unit.
-    ///
-    /// # Errors
-    /// The first point that could not be solved, and why; or why there is no such value.
+    /// Returns the value of the quantity on a path, in its unit. `Err` names the first point that could not be solved, or says why there is
+    /// no such value.
     pub fn of(self, path: &PathResults) -> Result<f64, String> {
         check_solved(path)?;
-        let both = &path.whole.sources[Source::All];
+        let by_all = &path.whole.sources[Source::All];
         Ok(match self {
             Quantity::ForceAtStart => first_load(path).map_or(0.0, |load| load.force.norm()),
             Quantity::MomentXAtStart => first_load(path).map_or(0.0, |load| load.moment.x),
@@ -137,16 +135,16 @@ impl Quantity {
             Quantity::DeflectionByBoth => max_norm(&displacements(path, Source::All)),
             Quantity::Correction | Quantity::CorrectionOfSlides | Quantity::CorrectionOfHinges => {
                 let kind = self.drive_kind(&path.study.machine).ok_or("the machine has no drives")?;
-                let most = largest_of(&path.study.machine, kind, both, PathPointResult::delta_rho);
+                let most = largest_of(&path.study.machine, kind, by_all, PathPointResult::delta_rho);
                 kind.to_shown(most)
             }
             Quantity::DriveForce | Quantity::ForceOfSlides | Quantity::TorqueOfHinges => {
                 let kind = self.drive_kind(&path.study.machine).ok_or("the machine has no drives")?;
-                largest_of(&path.study.machine, kind, both, |answer| answer.drive_forces.clone())
+                largest_of(&path.study.machine, kind, by_all, |answer| answer.drive_forces.clone())
             }
             Quantity::ResidualError => {
-                let left = both.iter().map(|at| at.answer.position_error);
-                max_norm(&left.collect::<Vec<_>>())
+                let residuals = by_all.iter().map(|at| at.answer.position_error);
+                max_norm(&residuals.collect::<Vec<_>>())
             }
             Quantity::SuperpositionRatio => {
                 let together = max_norm(&displacements(path, Source::All));
@@ -211,14 +209,14 @@ fn beyond_rounding(size: f64, otherwise: &str) -> Result<f64, String> {
     if size > ROUNDING_MM { Ok(size) } else { Err(otherwise.into()) }
 }
 
-/// Returns the load at the first point of the path.
+/// Returns the load, a wrench at P, at the first point of the path; `None` without points.
 fn first_load(path: &PathResults) -> Option<&crate::spatial::Wrench> {
     path.study.tasks.first().map(|task| &task.load)
 }
 
 /// Returns the largest length of `vectors`; 0 if there are none.
 fn max_norm(vectors: &[Vector3<f64>]) -> f64 {
-    vectors.iter().fold(0.0, |most, vector| most.max(vector.norm()))
+    vectors.iter().fold(0.0, |largest, vector| largest.max(vector.norm()))
 }
 
 /// Returns the displacement of the compensated point by `source`, without compensation, at each point, O, mm.
@@ -230,21 +228,21 @@ fn displacements(path: &PathResults, source: Source) -> Vec<Vector3<f64>> {
 fn summed_displacements(path: &PathResults) -> Vec<Vector3<f64>> {
     let mut sum = vec![Vector3::zeros(); path.study.tasks.len()];
     for source in Source::parts(&path.study.machine) {
-        sum.iter_mut().zip(displacements(path, *source)).for_each(|(sum, own)| *sum += own);
+        sum.iter_mut().zip(displacements(path, *source)).for_each(|(sum, displacement)| *sum += displacement);
     }
     sum
 }
 
-/// Returns the largest size of a value that each drive has, over the path and the drives of one kind.
+/// Returns the largest absolute value over the path `along` and the drives of one `kind`; `values` returns one of each drive at a point.
 fn largest_of(
     machine: &Machine,
     kind: Motion,
     along: &[PointEffect],
     values: impl Fn(&PathPointResult) -> Vec<f64>,
 ) -> f64 {
-    along.iter().fold(0.0, |most: f64, at| {
-        let own = machine.drives().zip(values(&at.answer)).filter(|((_, drive), _)| drive.motion == kind);
-        own.fold(most, |most, (_, value)| most.max(value.abs()))
+    along.iter().fold(0.0, |largest: f64, effect| {
+        let of_kind = machine.drives().zip(values(&effect.answer)).filter(|((_, drive), _)| drive.motion == kind);
+        of_kind.fold(largest, |largest, (_, value)| largest.max(value.abs()))
     })
 }
 

@@ -35,9 +35,10 @@ impl Question for ValidationStudy {
     };
     const TABLES: &[&str] = &["summary", "variants"];
 
-    fn resolve(spec: &ValidationSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
-        given.overrides.refuse_grid(given.name)?;
-        let (machine, check) = (&given.machine, &given.check);
+    /// Checks the study, and makes the paths of its cases under each process.
+    fn resolve(spec: &ValidationSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
+        context.overrides.refuse_grid(context.name)?;
+        let (machine, check) = (&context.machine, &context.check);
         for (key, count) in [("variant", spec.variant.len()), ("case", spec.case.len())] {
             if count == 0 {
                 return check.key(key).fail("expected at least one".into());
@@ -49,16 +50,16 @@ impl Question for ValidationStudy {
             check.key("case").item(i).key("name").unique_file(&case.name, before)?;
         }
         check_names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
-        let points = paths::circle_points(spec.case.iter().map(|case| &case.circle), given.overrides);
+        let points = paths::circle_points(spec.case.iter().map(|case| &case.circle), context.overrides);
         paths::check_total(points.saturating_mul(spec.variant.len()), &check.key("case"))?;
         let (mut variants, mut inputs) = (Vec::new(), Inputs::default());
         for (v, written) in spec.variant.iter().enumerate() {
-            let process = given.process(written.process.as_deref(), &check.key("variant").item(v))?;
+            let process = context.process(written.process.as_deref(), &check.key("variant").item(v))?;
             let mut paths = Vec::new();
             for (i, case) in spec.case.iter().enumerate() {
                 let path =
                     PathSpec { circle: Some(case.circle.clone()), line: None, file: None, methods: Some(Vec::new()) };
-                let (path, _) = paths::path(&path, &process, given, &check.key("case").item(i))?;
+                let (path, _) = paths::path(&path, &process, context, &check.key("case").item(i))?;
                 paths.push(path);
                 inputs = inputs.and(process.inputs.clone());
             }
@@ -73,14 +74,17 @@ impl Question for ValidationStudy {
         Ok(Resolved { study, shown: Shown { pictures }, inputs })
     }
 
+    /// Returns the number of points that are solved, over all passes.
     fn items(&self) -> (usize, &'static str) {
         (super::point_count(self), "points")
     }
 
+    /// Returns the number of blocks, over all passes.
     fn pieces(&self) -> usize {
         super::block_count(self)
     }
 
+    /// Computes all paths under all processes and keeps their blocks in `work`.
     fn compute(&self, work: &Work) -> Result<()> {
         super::run(self, work).map(drop)
     }
@@ -138,10 +142,10 @@ fn pictures(specs: &[FigureSpec], cases: &[String], machine: &Machine, check: &C
             return check.key("name").fail(problem);
         }
         check.key("name").short(&spec.name)?;
-        let most = if spec.kind == FigureKind::Curves { MOST_FRAMES } else { 1 };
+        let max_cases = if spec.kind == FigureKind::Curves { MOST_FRAMES } else { 1 };
         let check_cases = check.key("cases");
-        if !(1..=most).contains(&spec.cases.len()) {
-            let expected = if most == 1 { "one case".into() } else { format!("1 to {most} cases") };
+        if !(1..=max_cases).contains(&spec.cases.len()) {
+            let expected = if max_cases == 1 { "one case".into() } else { format!("1 to {max_cases} cases") };
             return check_cases.fail(format!("must name {expected} for this kind, got {}", spec.cases.len()));
         }
         let shown = spec.cases.iter().map(|name| case_index(name, cases, &check_cases)).collect::<Result<_>>()?;

@@ -36,32 +36,33 @@ pub(super) const MACHINE: &str = "machine.toml";
 pub(super) const ERRORS: &str = "chain_errors.toml";
 
 impl Answered for IdentificationStudy {
+    /// Runs the study, and makes tables, figures, page and summary.
     fn answer(&self, (): &(), asked: &Run<'_>) -> Result<Output> {
         let settings =
             json!({ "measurements": self.measurements.len(), "unknowns": self.unknowns.len(), "folds": self.folds });
-        let found = match run(self, asked.work)? {
-            Ok(found) => found,
+        let results = match run(self, asked.work)? {
+            Ok(results) => results,
             Err(failure) => {
                 let headline = text::failed(self, &failure);
                 let page = Description { headline, ..without_answer(self) };
                 return Ok(Output { tables: tables::tables(None), ..Output::failed(settings, failure, page) });
             }
         };
-        let file = write_machine(self, &found);
-        let errors = write_errors(self, &found)?;
+        let file = write_machine(self, &results);
+        let errors = write_errors(self, &results)?;
         let mut files: Vec<OutputFile> = file.text.iter().map(|text| OutputFile::new(MACHINE, text.clone())).collect();
         files.extend(errors.iter().map(|(text, _)| OutputFile::new(ERRORS, text.clone())));
         let errors: Vec<String> = errors.map_or_else(Vec::new, |(_, names)| names);
-        let report = Report { study: self, found: &found, file: &file, errors: &errors };
+        let report = Report { study: self, results: &results, file: &file, errors: &errors };
         Ok(Output {
-            is_answered: Some(found.fit.is_converged),
+            is_answered: Some(results.fit.is_converged),
             tables: tables::tables(Some(&report)),
             streamed: (files, Vec::new()),
             figures: asked.draw_figures(|| pictures::figures(&report)),
             details: text::details(&report),
             ..Output::of(
                 settings,
-                Manifest::count(found.models.iter().map(|model| match &model.predicted_mm {
+                Manifest::count(results.models.iter().map(|model| match &model.predicted_mm {
                     Ok(_) => SOLVED,
                     Err(failure) => &*failure.status,
                 })),
@@ -72,7 +73,7 @@ impl Answered for IdentificationStudy {
     }
 }
 
-/// Returns the page of a study without results.
+/// Returns the page of a study without results: its name, machine and settings.
 fn without_answer(study: &IdentificationStudy) -> Description {
     Description {
         setting: setting(study),
@@ -83,10 +84,10 @@ fn without_answer(study: &IdentificationStudy) -> Description {
 /// Returns sections, setting and tables of the page; first screen, figures and question are added by the run.
 fn page(report: &Report<'_>) -> Description {
     let lines = text::parameter_words(report);
-    let found = Section::new("Which numbers?", "each with its 95 % interval");
+    let parameters = Section::new("Which numbers?", "each with its 95 % interval");
     let has_lengths =
-        report.study.measurements.iter().flat_map(|own| &own.readings).any(|reading| !reading.quantity.is_rotation());
-    let found = lines.iter().fold(found, |section, line| section.text(line));
+        report.study.measurements.iter().flat_map(|row| &row.readings).any(|reading| !reading.quantity.is_rotation());
+    let parameters = lines.iter().fold(parameters, |section, line| section.text(line));
     Description {
         terms: vec![
             Fact::new("95 % interval", "linear, from the scatter of the readings or the noise that was given"),
@@ -101,7 +102,7 @@ fn page(report: &Report<'_>) -> Description {
             Fact::new("Left out", "predicted without its own measurement, by the linear equations of the fit"),
         ],
         sections: vec![
-            found.figures(&["answer"]).tables(["parameters.csv", "correlations.csv"]),
+            parameters.figures(&["answer"]).tables(["parameters.csv", "correlations.csv"]),
             Section::new("What stays unknown?", "what to measure next")
                 .text(&text::unidentified_words(report))
                 .tables(["open.csv"]),
@@ -135,7 +136,7 @@ const RESIDUALS: &str = "Residuals of lengths, in the order of measuring";
 /// Returns the interactive view of the residual of each measured length.
 fn residuals_view(study: &IdentificationStudy) -> Explorer {
     let mut columns: Vec<&str> = Vec::new();
-    let readings = study.measurements.iter().flat_map(|own| &own.readings);
+    let readings = study.measurements.iter().flat_map(|measurement| &measurement.readings);
     for reading in readings.filter(|reading| !reading.quantity.is_rotation()) {
         if !columns.contains(&reading.column) {
             columns.push(reading.column);

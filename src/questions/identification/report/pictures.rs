@@ -29,16 +29,20 @@ pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
 
 /// Draws the interval of each parameter as a bar, by its change from the machine file.
 fn parameter_bars(report: &Report<'_>) -> LineFigure {
-    let finite = report.found.found.iter().enumerate().filter(|(_, own)| own.half_width.is_finite());
-    let bar = |(k, own): (usize, &Estimate)| {
-        let (x, y) = (report.found.fit.x[k], (k + 1) as f64);
-        let points = vec![(x - own.half_width, y), (x, y), (x + own.half_width, y)];
-        let said = if own.open.is_none() { text::brief(own) } else { format!("{}: not identified", own.unknown.name) };
-        LineSeries::new(format!("{} {said}", k + 1), points, false)
+    let finite = report.results.estimates.iter().enumerate().filter(|(_, estimate)| estimate.half_width.is_finite());
+    let bar = |(k, estimate): (usize, &Estimate)| {
+        let (x, y) = (report.results.fit.x[k], (k + 1) as f64);
+        let points = vec![(x - estimate.half_width, y), (x, y), (x + estimate.half_width, y)];
+        let label = if estimate.open.is_none() {
+            text::brief(estimate)
+        } else {
+            format!("{}: not identified", estimate.unknown.name)
+        };
+        LineSeries::new(format!("{} {label}", k + 1), points, false)
     };
     let bars = finite.take(MOST).map(bar).collect();
     let labels = ["change from the machine file [ln of the factor; mm; °]", "number of the unknown"];
-    let note = match report.found.found.len() {
+    let note = match report.results.estimates.len() {
         all if all > MOST => Some(format!("at most {MOST} of {all} unknowns are drawn; bars are 95 % intervals")),
         _ => Some("bars are 95 % intervals; unknowns without one are not drawn".to_string()),
     };
@@ -62,9 +66,9 @@ struct Lengths {
 fn lengths(report: &Report<'_>) -> Vec<Lengths> {
     let mut all: Vec<Lengths> = Vec::new();
     let mut i = 0;
-    for (order, own) in report.study.measurements.iter().enumerate() {
-        for reading in &own.readings {
-            let residual = report.found.fit.residuals[i];
+    for (order, measurement) in report.study.measurements.iter().enumerate() {
+        for reading in &measurement.readings {
+            let residual = report.results.fit.residuals[i];
             i += 1;
             if reading.quantity.is_rotation() {
                 continue;
@@ -73,7 +77,7 @@ fn lengths(report: &Report<'_>) -> Vec<Lengths> {
             let name = axis.map_or("gauge".to_string(), |axis| format!("along {axis}"));
             let point = (order, reading.value, residual);
             match all.iter_mut().find(|other| other.name == name) {
-                Some(own) => own.points.push(point),
+                Some(group) => group.points.push(point),
                 None => all.push(Lengths { name, points: vec![point] }),
             }
         }
@@ -95,7 +99,7 @@ fn line_figure(report: &Report<'_>, title: &str, labels: [&str; 2], series: Vec<
 
 /// Draws predicted against measured lengths.
 fn predicted_over_measured(report: &Report<'_>) -> LineFigure {
-    let of = |Lengths { name, mut points }| {
+    let series_of = |Lengths { name, mut points }| {
         points.sort_by(|a, b| a.1.total_cmp(&b.1));
         LineSeries::new(
             name,
@@ -104,25 +108,26 @@ fn predicted_over_measured(report: &Report<'_>) -> LineFigure {
         )
     };
     let lengths = lengths(report);
-    let values = || lengths.iter().flat_map(|own| own.points.iter().map(|point| point.1));
+    let values = || lengths.iter().flat_map(|group| group.points.iter().map(|point| point.1));
     let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
     let perfect = (low < high).then(|| LineSeries::new("as measured", vec![(low, low), (high, high)], false));
-    let all = perfect.into_iter().chain(lengths.into_iter().map(of)).collect();
-    line_figure(report, "Predicted against measured", ["measured [mm]", "predicted [mm]"], all)
+    let series = perfect.into_iter().chain(lengths.into_iter().map(series_of)).collect();
+    line_figure(report, "Predicted against measured", ["measured [mm]", "predicted [mm]"], series)
 }
 
 const LEFT: &str = "measured − predicted [mm]";
 
-/// Draws the residuals of lengths over `value` of each measurement (by index), in ascending order of it.
+/// Draws the residuals of lengths over `value` of each measurement and its index, ascending; `label` is that of the abscissa.
 fn plot_over(report: &Report<'_>, [title, label]: [&str; 2], value: impl Fn(usize, &Measurement) -> f64) -> LineFigure {
-    let of = |Lengths { name, points }| {
-        let at = |order: usize| value(order, &report.study.measurements[order]);
-        let mut points: Vec<(f64, f64)> = points.into_iter().map(|(order, _, left)| (at(order), left)).collect();
+    let series_of = |Lengths { name, points }| {
+        let abscissa = |order: usize| value(order, &report.study.measurements[order]);
+        let mut points: Vec<(f64, f64)> =
+            points.into_iter().map(|(order, _, residual)| (abscissa(order), residual)).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         LineSeries::new(name, points, false)
     };
-    let all = lengths(report).into_iter().map(of).collect();
-    line_figure(report, title, [label, LEFT], all)
+    let series = lengths(report).into_iter().map(series_of).collect();
+    line_figure(report, title, [label, LEFT], series)
 }
 
 /// Draws the residuals over the order of measuring.
@@ -132,19 +137,19 @@ fn over_order(report: &Report<'_>) -> LineFigure {
     })
 }
 
-/// Returns the force from the reference load to the load, O, N.
-fn force(own: &Measurement) -> Vector3<f64> {
-    own.load.force - own.reference.force
+/// Returns the force on the tool tip less that of the reference load, axes of O, N.
+fn force(row: &Measurement) -> Vector3<f64> {
+    row.load.force - row.reference.force
 }
 
 /// Draws the residuals over the size of the force.
 fn over_load(report: &Report<'_>) -> LineFigure {
-    plot_over(report, ["Residuals of the fit against the load", "size of the force [N]"], |_, own| force(own).norm())
+    plot_over(report, ["Residuals of the fit against the load", "size of the force [N]"], |_, row| force(row).norm())
 }
 
 /// Draws the residuals over the direction of the force in the x–y plane of O.
 fn over_direction(report: &Report<'_>) -> LineFigure {
-    let angle = |_, own: &Measurement| libm::atan2(force(own).y, force(own).x).to_degrees();
+    let angle = |_, row: &Measurement| libm::atan2(force(row).y, force(row).x).to_degrees();
     plot_over(
         report,
         ["Residuals of the fit against the direction of the force", "direction in the x–y plane of O, from x to y [°]"],
@@ -156,11 +161,11 @@ fn over_direction(report: &Report<'_>) -> LineFigure {
 fn over_pose(report: &Report<'_>) -> LineFigure {
     let measurements = &report.study.measurements;
     let mut squares = vec![0.0; measurements.len()];
-    for own in lengths(report) {
-        own.points.iter().for_each(|&(order, _, left)| squares[order] += left * left);
+    for group in lengths(report) {
+        group.points.iter().for_each(|&(order, _, residual)| squares[order] += residual * residual);
     }
-    let of = |(k, label): (usize, String)| {
-        let positions = || measurements.iter().map(|own| own.at.drives[k]);
+    let series_of = |(k, label): (usize, String)| {
+        let positions = || measurements.iter().map(|measurement| measurement.at.drives[k]);
         let (low, high) = (positions().fold(f64::INFINITY, f64::min), positions().fold(f64::NEG_INFINITY, f64::max));
         if high - low <= 0.0 {
             return LineSeries::new(label, Vec::new(), false);
@@ -170,7 +175,7 @@ fn over_pose(report: &Report<'_>) -> LineFigure {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         LineSeries::new(label, points, false)
     };
-    let all = report.study.machine.drive_labels().into_iter().enumerate().map(of);
+    let all = report.study.machine.drive_labels().into_iter().enumerate().map(series_of);
     let all = all.filter(|series| !series.points.is_empty()).collect();
     let labels = ["position of the drive, of the range in which it was measured", "size of the residual [mm]"];
     line_figure(report, "Residuals of the fit against the pose", labels, all)

@@ -27,10 +27,8 @@ pub struct PredictedRows {
     pub is_complete: bool,
 }
 
-/// Fits the study and predicts the readings of the rows in the CSV text `source`, called `file` in messages. Without a fit each row says why.
-///
-/// # Errors
-/// As [`identification::read`]; the work was stopped.
+/// Fits the study and predicts the readings of the rows in the CSV text `source`, called `file` in messages. Without a fit each row says
+/// why. `Err` as of [`identification::read`], or if the work was stopped.
 pub fn predict_rows(
     study: &IdentificationStudy,
     (source, file): (&[u8], &str),
@@ -40,10 +38,10 @@ pub fn predict_rows(
     // Intervals of predictions rest on the fit alone.
     let study = &IdentificationStudy { profile: false, folds: 0, alternatives: Vec::new(), ..study.clone() };
     let failure = match identification::run(study, work)? {
-        Ok(found) if found.fit.is_converged => {
-            let answers = identification::predict(study, &found, &poses)?;
-            let words = prediction_words(study, &found, &poses, &answers);
-            return Ok(PredictedRows::new(&poses, &answers, words));
+        Ok(results) if results.fit.is_converged => {
+            let predictions = identification::predict(study, &results, &poses)?;
+            let words = prediction_words(study, &results, &poses, &predictions);
+            return Ok(PredictedRows::new(&poses, &predictions, words));
         }
         Ok(_) => {
             let reason = "the search for the parameters did not end".into();
@@ -55,32 +53,30 @@ pub fn predict_rows(
     Ok(PredictedRows::new(&poses, &vec![Err(failure); poses.len()], words))
 }
 
-/// Predicts the readings of the rows in the CSV text `source`, called `file` in messages, for `machine` as it is, without intervals; chain errors
-/// among its parameters answer and do not command.
-///
-/// # Errors
-/// As [`identification::read`].
+/// Predicts the readings of the rows in the CSV text `source`, called `file` in messages, for `machine` as it is, without intervals; its
+/// chain errors act, but the commands do not know of them. `Err` as of [`identification::read`].
 pub fn predict_rows_of(machine: &Machine, (source, file): (&[u8], &str)) -> InputResult<PredictedRows> {
     let poses = identification::read(source, file, &machine.nominal()?, RowUse::Predictions)?;
-    let answers = identification::predict_as_is(machine, &poses)?;
+    let predictions = identification::predict_as_is(machine, &poses)?;
     let words = text::beyond_travel(machine, &poses, |i| format!("pose {}", poses[i].name)).unwrap_or_default();
-    Ok(PredictedRows::new(&poses, &answers, words))
+    Ok(PredictedRows::new(&poses, &predictions, words))
 }
 
 impl PredictedRows {
-    fn new(poses: &[Measurement], answers: &[Result<Vec<Prediction>, Failure>], words: String) -> Self {
-        Self { table: table(poses, answers), words, is_complete: answers.iter().all(Result::is_ok) }
+    /// Makes the result of `poses` with the predictions, or the reason for none, of each; `words` are the sentences about them.
+    fn new(poses: &[Measurement], predictions: &[Result<Vec<Prediction>, Failure>], words: String) -> Self {
+        Self { table: table(poses, predictions), words, is_complete: predictions.iter().all(Result::is_ok) }
     }
 }
 
-/// Makes the table of predicted readings.
+/// Makes the table of predicted readings, a row for each: mm, rotations in degrees; a pose without equilibrium has one row with the reason.
 fn table(poses: &[Measurement], predicted: &[Result<Vec<Prediction>, Failure>]) -> Table {
     let mut columns = texts(["pose", "reading", "status", "reason"]);
     columns.extend(numbers(["predicted", "low_95", "high_95", "std_numbers", "std_misfit", "std_reading", "measured"]));
     let mut rows: Vec<Row> = Vec::new();
-    for (pose, answers) in poses.iter().zip(predicted) {
-        let answers = match answers {
-            Ok(answers) => answers,
+    for (pose, predictions) in poses.iter().zip(predicted) {
+        let predictions = match predictions {
+            Ok(predictions) => predictions,
             Err(failure) => {
                 let mut row: Row = vec![pose.name.as_str().into(), Cell::Missing];
                 row.extend([Cell::from(&*failure.status), failure.reason.as_str().into()]);
@@ -89,13 +85,16 @@ fn table(poses: &[Measurement], predicted: &[Result<Vec<Prediction>, Failure>]) 
                 continue;
             }
         };
-        for own in answers {
-            let shown = |value: f64| if own.column.ends_with("_deg") { value.to_degrees() } else { value };
+        for prediction in predictions {
+            let shown = |value: f64| if prediction.column.ends_with("_deg") { value.to_degrees() } else { value };
             let cell = |value: f64| Cell::from(value.is_finite().then(|| shown(value)));
-            let mut row: Row = vec![pose.name.as_str().into(), own.column.into(), SOLVED.into(), Cell::Missing];
-            row.extend([own.value, own.value - own.half_width, own.value + own.half_width].map(cell));
-            row.extend(own.stds.map(cell));
-            row.push(own.measured.map(shown).into());
+            let mut row: Row = vec![pose.name.as_str().into(), prediction.column.into(), SOLVED.into(), Cell::Missing];
+            row.extend(
+                [prediction.value, prediction.value - prediction.half_width, prediction.value + prediction.half_width]
+                    .map(cell),
+            );
+            row.extend(prediction.stds.map(cell));
+            row.push(prediction.measured.map(shown).into());
             rows.push(row);
         }
     }
@@ -105,32 +104,34 @@ fn table(poses: &[Measurement], predicted: &[Result<Vec<Prediction>, Failure>]) 
 /// Says how well the readings measured at `poses` are predicted, with the cautions of the identification.
 fn prediction_words(
     study: &IdentificationStudy,
-    found: &Identified,
+    results: &Identified,
     poses: &[Measurement],
     predicted: &[Result<Vec<Prediction>, Failure>],
 ) -> String {
-    let of_lengths = predicted.iter().flatten().flatten().filter(|own| !own.column.ends_with("_deg"));
-    let off: Vec<(f64, f64)> = of_lengths.filter_map(|own| Some((own.measured? - own.value, own.half_width))).collect();
-    let mut said = Vec::new();
+    let of_lengths = predicted.iter().flatten().flatten().filter(|prediction| !prediction.column.ends_with("_deg"));
+    let off: Vec<(f64, f64)> = of_lengths
+        .filter_map(|prediction| Some((prediction.measured? - prediction.value, prediction.half_width)))
+        .collect();
+    let mut sentences = Vec::new();
     if !off.is_empty() {
         let rms = (off.iter().map(|(off, _)| off * off).sum::<f64>() / off.len() as f64).sqrt();
-        let held = off.iter().filter(|(off, half_width)| off.abs() <= *half_width).count();
+        let covered = off.iter().filter(|(off, half_width)| off.abs() <= *half_width).count();
         let lengths = counted(off.len(), "length");
-        said.push(format!(
-            "{lengths} read: predicted to {} RMS, {held} within their 95 % interval.",
+        sentences.push(format!(
+            "{lengths} read: predicted to {} RMS, {covered} within their 95 % interval.",
             millimetres(rms, 3)
         ));
     }
-    let has_no_misfit = |own: &Prediction| !own.stds[1].is_finite();
+    let has_no_misfit = |prediction: &Prediction| !prediction.stds[1].is_finite();
     if predicted.iter().flatten().flatten().any(has_no_misfit) {
-        said.push(
+        sentences.push(
             "Lengths or rotations of which none were fitted have no interval: how much the model leaves of them is not known.".to_owned(),
         );
     }
-    said.extend(text::beyond_travel(&study.machine, poses, |i| format!("pose {}", poses[i].name)));
+    sentences.extend(text::beyond_travel(&study.machine, poses, |i| format!("pose {}", poses[i].name)));
     let file = MachineFile { text: None, left_out: Vec::new(), problem: None };
-    let report = Report { study, found, file: &file, errors: &[] };
-    said.extend(text::misfit_caution(&report));
-    said.extend(text::unit_factor_words(&report));
-    said.join(" ")
+    let report = Report { study, results, file: &file, errors: &[] };
+    sentences.extend(text::misfit_caution(&report));
+    sentences.extend(text::unit_factor_words(&report));
+    sentences.join(" ")
 }

@@ -12,7 +12,7 @@ use crate::questions::identification::{
 /// What reports are made of: study, results, and the files written from them.
 pub(super) struct Report<'a> {
     pub study: &'a IdentificationStudy,
-    pub found: &'a Identified,
+    pub results: &'a Identified,
     pub file: &'a MachineFile,
     /// Names of the parameters in the file of chain errors.
     pub errors: &'a [String],
@@ -21,51 +21,51 @@ pub(super) struct Report<'a> {
 impl Report<'_> {
     /// Returns the estimates of the identified parameters.
     pub fn identified(&self) -> impl Iterator<Item = &Estimate> {
-        self.found.found.iter().filter(|own| own.open.is_none())
+        self.results.estimates.iter().filter(|estimate| estimate.open.is_none())
     }
 
     /// Returns the RMS residual over the RMS measured value, of lengths that the load changes; `None` without any.
     pub fn residual_share(&self) -> Option<f64> {
-        residual_share(&self.found.fit.residuals, &self.study.measurements, &[])
+        residual_share(&self.results.fit.residuals, &self.study.measurements, &[])
     }
 
     /// Returns [`residual_share`](Self::residual_share) without the outliers.
     pub fn inlier_residual_share(&self) -> Option<f64> {
-        residual_share(&self.found.fit.residuals, &self.study.measurements, &self.found.outliers)
+        residual_share(&self.results.fit.residuals, &self.study.measurements, &self.results.outliers)
     }
 
     /// Describes in a sentence the residual of the machine file if only some parameters were identified; `None` if no file is written.
     pub fn partial_words(&self) -> Option<String> {
         self.file.text.as_ref()?;
-        written_files::partial_words(self.study, self.found)
+        written_files::partial_words(self.study, self.results)
     }
 
     /// Returns the root mean square of the measured lengths, mm.
     pub fn measured_mm(&self) -> Option<f64> {
-        let readings = self.study.measurements.iter().flat_map(|own| &own.readings);
+        let readings = self.study.measurements.iter().flat_map(|measurement| &measurement.readings);
         let values: Vec<f64> = readings.map(|reading| reading.value).collect();
         rms_mm(&values, &self.study.measurements)
     }
 
     /// Returns the root mean square of the residuals of lengths, mm.
     pub fn residual_mm(&self) -> Option<f64> {
-        rms_mm(self.found.fit.residuals.as_slice(), &self.study.measurements)
+        rms_mm(self.results.fit.residuals.as_slice(), &self.study.measurements)
     }
 
     /// Returns the root mean square of the leave-one-out residuals of lengths, mm; `None` where one is predicted by no other.
     pub fn leave_one_out_mm(&self) -> Option<f64> {
-        rms_mm(&self.found.leave_one_out, &self.study.measurements).filter(|all| all.is_finite())
+        rms_mm(&self.results.leave_one_out, &self.study.measurements).filter(|rms| rms.is_finite())
     }
 
-    /// Returns the other set of unknowns that predicts best, if clearly better than that of the study.
+    /// Returns the other set of unknowns with the least error in cross-validation, if that is 2 % below that of the study's set.
     pub fn better_model(&self) -> Option<&SetScore> {
         let predicted = |model: &SetScore| model.predicted_mm.as_ref().ok().copied().flatten();
-        let (own, others) = self.found.models.split_first()?;
+        let (of_study, others) = self.results.models.split_first()?;
         let best = others.iter().filter(|model| predicted(model).is_some()).min_by(|a, b| {
             let [a, b] = [a, b].map(|model| predicted(model).unwrap_or(f64::INFINITY));
             a.total_cmp(&b)
         })?;
-        (predicted(best)? < 0.98 * predicted(own)?).then_some(best)
+        (predicted(best)? < 0.98 * predicted(of_study)?).then_some(best)
     }
 
     /// Returns a combination of unknowns as text, such as `+0.71 a -0.71 b`.
@@ -95,23 +95,23 @@ pub(in super::super) fn residual_share(
 
 /// Returns the results as JSON; an infinite end of an interval is null.
 pub(super) fn json(report: &Report<'_>) -> Value {
-    let Report { study, found, file, .. } = report;
-    let parameters = found.found.iter().map(|own| {
+    let Report { study, results, file, .. } = report;
+    let parameters = results.estimates.iter().map(|estimate| {
         json!({
-            "name": own.unknown.name,
-            "unit": own.unknown.unit,
-            "start": own.unknown.start,
-            "value": own.value,
-            "low": own.interval[0],
-            "high": own.interval[1],
-            "profile_low": own.profile.map(|ends| ends[0]),
-            "profile_high": own.profile.map(|ends| ends[1]),
-            "profile_unknown": own.has_no_profile,
-            "identified": own.open.is_none(),
-            "reason": own.open,
+            "name": estimate.unknown.name,
+            "unit": estimate.unknown.unit,
+            "start": estimate.unknown.start,
+            "value": estimate.value,
+            "low": estimate.interval[0],
+            "high": estimate.interval[1],
+            "profile_low": estimate.profile.map(|ends| ends[0]),
+            "profile_high": estimate.profile.map(|ends| ends[1]),
+            "profile_unknown": estimate.has_no_profile,
+            "identified": estimate.open.is_none(),
+            "reason": estimate.open,
         })
     });
-    let models = found.models.iter().map(|model| {
+    let models = results.models.iter().map(|model| {
         json!({
             "name": model.name,
             "unknowns": model.unknowns,
@@ -121,31 +121,31 @@ pub(super) fn json(report: &Report<'_>) -> Value {
     });
     json!({
         "schema": 1,
-        "converged": found.fit.is_converged,
+        "converged": results.fit.is_converged,
         "parameters": parameters.collect::<Vec<_>>(),
         "measured_mm": report.measured_mm(),
         "residual_mm": report.residual_mm(),
         "left_one_out_mm": report.leave_one_out_mm(),
         "noise_estimated": study.noise.is_estimated,
-        "scatter": found.fit.scale,
-        "beyond_noise": found.fit.is_beyond_noise,
+        "scatter": results.fit.scale,
+        "beyond_noise": results.fit.is_beyond_noise,
         "residual_share": report.residual_share(),
-        "unit_factor": found.unit_factor.as_ref().map(|own| json!({
-            "factor": own.factor, "low": own.interval[0], "high": own.interval[1], "found_is_lower": own.is_lower,
-            "unit": own.looks_like.0, "looks_like": own.looks_like.1,
+        "unit_factor": results.unit_factor.as_ref().map(|common| json!({
+            "factor": common.factor, "low": common.interval[0], "high": common.interval[1], "found_is_lower": common.is_lower,
+            "unit": common.looks_like.0, "looks_like": common.looks_like.1,
         })),
-        "machine_file": found.partial.as_ref().map(|partial| json!({
+        "machine_file": results.partial.as_ref().map(|partial| json!({
             "as_before": partial.unidentified.iter().map(|&k| &*study.unknowns[k].name).collect::<Vec<_>>(),
             "residual_mm": partial.residual_mm.as_ref().ok(),
         })),
-        "patterns": found.patterns.iter().filter(|own| own.is_significant()).map(|own| json!({
-            "of": own.of, "with": own.with, "rank_correlation": own.correlation, "hint": own.hint,
+        "patterns": results.patterns.iter().filter(|pattern| pattern.is_significant()).map(|pattern| json!({
+            "of": pattern.of, "with": pattern.with, "rank_correlation": pattern.correlation, "hint": pattern.hint,
         })).collect::<Vec<_>>(),
-        "far_off": found.outliers.iter().map(|own| json!({
-            "pose": study.measurements[own.measurement].name, "reading": own.column, "by": own.by,
+        "far_off": results.outliers.iter().map(|outlier| json!({
+            "pose": study.measurements[outlier.measurement].name, "reading": outlier.column, "by": outlier.by,
         })).collect::<Vec<_>>(),
         "models": models.collect::<Vec<_>>(),
-        "next": found.advice.as_ref().map(|advice| json!({
+        "next": results.advice.as_ref().map(|advice| json!({
             "pose": study.measurements[advice.measurement].name,
             "force_N": advice.force.as_slice(),
         })),

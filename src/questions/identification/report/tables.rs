@@ -13,47 +13,54 @@ fn finite_cell(value: f64) -> Cell {
     value.is_finite().then_some(value).into()
 }
 
-/// Returns all tables by name; without a report those that every run has, without rows.
+/// Returns all tables with their file stems; without a report, those that every run writes, without rows.
 pub(super) fn tables(report: Option<&Report<'_>>) -> Vec<(String, Table)> {
     let always = [
-        ("parameters", parameters(report)),
-        ("residuals", residuals(report)),
-        ("models", models(report)),
-        ("open", open(report)),
+        ("parameters", parameters_table(report)),
+        ("residuals", residuals_table(report)),
+        ("models", models_table(report)),
+        ("open", combinations_table(report)),
     ];
     let answered = report.map(|report| {
-        [("patterns", patterns(report)), ("correlations", correlations(report)), ("covariance", covariance(report))]
+        [
+            ("patterns", patterns_table(report)),
+            ("correlations", correlations_table(report)),
+            ("covariance", covariance_table(report)),
+        ]
     });
     always.into_iter().chain(answered.into_iter().flatten()).map(|(name, table)| (name.into(), table)).collect()
 }
 
 /// Makes the table of unknowns: a row for each, with estimate, intervals, why it is not identified, and strongest correlation.
-fn parameters<'a>(report: Option<&'a Report<'a>>) -> Table {
+fn parameters_table<'a>(report: Option<&'a Report<'a>>) -> Table {
     let columns = [
         texts(["parameter", "unit", "status", "reason"]),
         numbers(["start", "value", "std", "low_95", "high_95", "profile_low_95", "profile_high_95", "half_width"]),
         texts(["most_correlated_with"]),
         numbers(["correlation"]),
     ];
-    let all = |report: &'a Report<'a>| report.found.found.iter().enumerate().map(move |(k, own)| (report, k, own));
-    let rows = report.into_iter().flat_map(all).map(|(report, k, own)| {
-        let status = if own.open.is_none() { "identified" } else { "not_identified" };
-        let mut row: Row = vec![own.unknown.name.as_str().into(), own.unknown.unit.in_files().into(), status.into()];
-        row.extend([own.open.as_deref().into(), own.unknown.start.into(), own.value.into()]);
-        let fit = &report.found.fit;
-        row.push(finite_cell(fit.std(k) * own.unknown.slope(fit.x[k]).abs()));
-        row.extend(own.interval.map(finite_cell));
-        row.extend(own.profile.map_or([Cell::Missing, Cell::Missing], |ends| ends.map(finite_cell)));
-        row.push(finite_cell(own.half_width));
-        row.push(own.correlated.map(|(other, _)| report.study.unknowns[other].name.as_str()).into());
-        row.push(own.correlated.map(|(_, correlation)| correlation).into());
+    let all = |report: &'a Report<'a>| {
+        report.results.estimates.iter().enumerate().map(move |(k, estimate)| (report, k, estimate))
+    };
+    let rows = report.into_iter().flat_map(all).map(|(report, k, estimate)| {
+        let status = if estimate.open.is_none() { "identified" } else { "not_identified" };
+        let mut row: Row =
+            vec![estimate.unknown.name.as_str().into(), estimate.unknown.unit.in_files().into(), status.into()];
+        row.extend([estimate.open.as_deref().into(), estimate.unknown.start.into(), estimate.value.into()]);
+        let fit = &report.results.fit;
+        row.push(finite_cell(fit.std(k) * estimate.unknown.slope(fit.x[k]).abs()));
+        row.extend(estimate.interval.map(finite_cell));
+        row.extend(estimate.profile.map_or([Cell::Missing, Cell::Missing], |ends| ends.map(finite_cell)));
+        row.push(finite_cell(estimate.half_width));
+        row.push(estimate.correlated.map(|(other, _)| report.study.unknowns[other].name.as_str()).into());
+        row.push(estimate.correlated.map(|(_, correlation)| correlation).into());
         row
     });
     Table::new(columns.concat(), rows)
 }
 
 /// Makes the table of readings: a row for each, measured, predicted and residuals; mm, rotations in degrees.
-fn residuals(report: Option<&Report<'_>>) -> Table {
+fn residuals_table(report: Option<&Report<'_>>) -> Table {
     let columns = [
         counts(["order"]),
         texts(["pose", "reading"]),
@@ -63,15 +70,17 @@ fn residuals(report: Option<&Report<'_>>) -> Table {
     let readings = report.into_iter().flat_map(|report| {
         let measurements = report.study.measurements.iter().enumerate();
         measurements
-            .flat_map(|(order, own)| own.readings.iter().map(move |reading| (order, own, reading)))
+            .flat_map(|(order, measurement)| {
+                measurement.readings.iter().map(move |reading| (order, measurement, reading))
+            })
             .enumerate()
-            .map(move |found| (report.found, found))
+            .map(move |numbered| (report.results, numbered))
     });
-    let rows = readings.map(|(found, (i, (order, own, reading)))| {
-        let (fit, leave_one_out) = (&found.fit, &found.leave_one_out);
+    let rows = readings.map(|(results, (i, (order, measurement, reading)))| {
+        let (fit, leave_one_out) = (&results.fit, &results.leave_one_out);
         let shown = |value: f64| if reading.quantity.is_rotation() { value.to_degrees() } else { value };
-        let mut row: Row = vec![(order + 1).into(), own.name.as_str().into(), reading.column.into()];
-        row.extend(cells(own.at.pose.translation.iter().chain(&own.load.force).copied()));
+        let mut row: Row = vec![(order + 1).into(), measurement.name.as_str().into(), reading.column.into()];
+        row.extend(cells(measurement.at.pose.translation.iter().chain(&measurement.load.force).copied()));
         let values = [reading.value, fit.predicted.values[i], fit.residuals[i], leave_one_out[i], fit.stds[i]];
         row.extend(values.map(|value| finite_cell(shown(value))));
         row.push(fit.weights[i].into());
@@ -81,14 +90,14 @@ fn residuals(report: Option<&Report<'_>>) -> Table {
 }
 
 /// Makes the table of sets of unknowns: a row for each, with RMS residual fitted and in cross-validation.
-fn models(report: Option<&Report<'_>>) -> Table {
+fn models_table(report: Option<&Report<'_>>) -> Table {
     let columns = [
         texts(["unknowns_of"]),
         counts(["unknowns"]),
         texts(["status", "reason"]),
         numbers(["fitted_rms_mm", "predicted_rms_mm"]),
     ];
-    let rows = report.into_iter().flat_map(|report| &report.found.models).map(|model| {
+    let rows = report.into_iter().flat_map(|report| &report.results.models).map(|model| {
         let mut row: Row = vec![model.name.as_str().into(), model.unknowns.into()];
         row.extend(status_cells(model.predicted_mm.as_ref()));
         row.extend([model.fitted_mm.into(), model.predicted_mm.as_ref().ok().copied().flatten().into()]);
@@ -98,27 +107,27 @@ fn models(report: Option<&Report<'_>>) -> Table {
 }
 
 /// Makes the table of rank correlations of residuals, a row for each.
-fn patterns(report: &Report<'_>) -> Table {
+fn patterns_table(report: &Report<'_>) -> Table {
     let columns = [texts(["of", "with", "seen", "hint"]), numbers(["rank_correlation", "limit"])].concat();
-    let rows = report.found.patterns.iter().map(|own| -> Row {
-        let (seen, hint) = if own.is_significant() { ("yes", own.hint) } else { ("no", "") };
+    let rows = report.results.patterns.iter().map(|pattern| -> Row {
+        let (seen, hint) = if pattern.is_significant() { ("yes", pattern.hint) } else { ("no", "") };
         vec![
-            own.of.into(),
-            own.with.as_str().into(),
+            pattern.of.into(),
+            pattern.with.as_str().into(),
             seen.into(),
             hint.into(),
-            own.correlation.into(),
-            own.limit.into(),
+            pattern.correlation.into(),
+            pattern.limit.into(),
         ]
     });
     Table::new(columns, rows)
 }
 
 /// Makes the table of unidentified combinations: a row for each combination and parameter in it.
-fn open(report: Option<&Report<'_>>) -> Table {
+fn combinations_table(report: Option<&Report<'_>>) -> Table {
     let columns = [counts(["combination"]), texts(["parameter"]), numbers(["part", "std"])].concat();
     let combinations =
-        report.into_iter().flat_map(|report| report.found.open.iter().enumerate().map(move |own| (report, own)));
+        report.into_iter().flat_map(|report| report.results.open.iter().enumerate().map(move |own| (report, own)));
     let rows = combinations.flat_map(|(report, (number, open))| {
         open.parts.iter().map(move |(k, part)| -> Row {
             let name = report.study.unknowns[*k].name.as_str();
@@ -129,31 +138,31 @@ fn open(report: Option<&Report<'_>>) -> Table {
 }
 
 /// Makes the table of correlations of the estimates, a row for each pair of unknowns.
-fn correlations(report: &Report<'_>) -> Table {
+fn correlations_table(report: &Report<'_>) -> Table {
     let unknowns = &report.study.unknowns;
     let pairs = (0..unknowns.len()).flat_map(|a| (a + 1..unknowns.len()).map(move |b| (a, b)));
     let rows = pairs.map(|(a, b)| -> Row {
-        let correlation = report.found.fit.correlation(a, b);
+        let correlation = report.results.fit.correlation(a, b);
         vec![unknowns[a].name.as_str().into(), unknowns[b].name.as_str().into(), correlation.into()]
     });
     Table::new([texts(["parameter", "other"]), numbers(["correlation"])].concat(), rows)
 }
 
-/// Makes the table of the covariance of the estimates, as uncertain inputs of other studies read it: a row for each pair of identified unknowns, and one
-/// without number for each that is open. Of logarithms where the unknown must stay positive, else in its unit.
-fn covariance(report: &Report<'_>) -> Table {
-    let (unknowns, fit) = (&report.study.unknowns, &report.found.fit);
+/// Makes the table of the covariance of estimates, as `[uncertainty]` of other studies reads it: a row for each pair of identified
+/// unknowns, and one without number for each not identified; of logarithms where an unknown must stay positive, else in its unit.
+fn covariance_table(report: &Report<'_>) -> Table {
+    let (unknowns, fit) = (&report.study.unknowns, &report.results.fit);
     let scale = |own: &Unknown| match own.coordinate {
         Coordinate::Logarithm => 1.0,
         Coordinate::Linear(scale) => scale,
     };
-    let is_open = |own: usize| report.found.found[own].open.is_some();
+    let is_open = |own: usize| report.results.estimates[own].open.is_some();
     let pairs = (0..unknowns.len()).flat_map(|a| (a..unknowns.len()).map(move |b| (a, b)));
     let rows = pairs.filter(|(a, b)| a == b || !is_open(*a) && !is_open(*b)).map(|(a, b)| -> Row {
         let (own, other) = (&unknowns[a], &unknowns[b]);
         let distribution = DISTRIBUTIONS[usize::from(own.coordinate != Coordinate::Logarithm)];
         let covariance = (!is_open(a)).then(|| fit.covariance[(a, b)] * scale(own) * scale(other));
-        let value = report.found.found[a].value;
+        let value = report.results.estimates[a].value;
         vec![own.name.as_str().into(), other.name.as_str().into(), distribution.into(), value.into(), covariance.into()]
     });
     // What parameters do not explain is a cause of its own.

@@ -11,7 +11,7 @@ use crate::{
     simulation::Failure,
 };
 
-/// Returns what the results rest on: numbers of measurements, readings and unknowns.
+/// Returns what the results rest on, such as "24 measurements, 72 readings, 5 unknowns".
 fn basis(study: &IdentificationStudy) -> String {
     let readings = counted(study.reading_count(), "reading");
     format!(
@@ -21,41 +21,41 @@ fn basis(study: &IdentificationStudy) -> String {
     )
 }
 
-/// Returns the first screen: main sentence, cautions and key numbers.
+/// Returns the first screen: how many parameters are identified, cautions, and residual and prediction errors as key numbers.
 pub(super) fn headline(report: &Report<'_>) -> Headline {
-    let (all, known) = (report.found.found.len(), report.identified().count());
+    let (total, identified) = (report.results.estimates.len(), report.identified().count());
     let are = |count: usize| if count == 1 { "is" } else { "are" };
-    let name = report.found.found.first().map_or("", |own| &*own.unknown.name);
-    let outcome = match (all - known, known) {
-        _ if !report.found.fit.is_converged => {
+    let name = report.results.estimates.first().map_or("", |estimate| &*estimate.unknown.name);
+    let outcome = match (total - identified, identified) {
+        _ if !report.results.fit.is_converged => {
             "The search for the parameters did not end: nothing is identified; the values in parameters.csv are the best found".into()
         }
-        _ if report.found.fit.is_beyond_noise => {
+        _ if report.results.fit.is_beyond_noise => {
             "Nothing is identified: the residual is larger than the noise that was given explains".into()
         }
         (0, 1) => format!("The parameter is identified: {}", first_identified(report)),
-        (0, _) => format!("All {all} parameters are identified: {}", first_identified(report)),
+        (0, _) => format!("All {total} parameters are identified: {}", first_identified(report)),
         (1, 0) => format!("Parameter {name} is not identified: the measurements do not determine its value"),
-        (_, 0) => format!("None of {all} parameters is identified: the measurements do not determine their values"),
+        (_, 0) => format!("None of {total} parameters is identified: the measurements do not determine their values"),
         (open, _) => format!(
-            "{known} of {all} parameters {} identified: {}; the measurements do not determine {open}",
-            are(known),
+            "{identified} of {total} parameters {} identified: {}; the measurements do not determine {open}",
+            are(identified),
             first_identified(report)
         ),
     };
-    let predicted = report.found.models[0].predicted_mm.as_ref().ok().copied().flatten();
+    let predicted = report.results.models[0].predicted_mm.as_ref().ok().copied().flatten();
     let sentence = match predicted {
         Some(predicted) => format!("{outcome}; what was not fitted is predicted to {} RMS.", millimetres(predicted, 3)),
         None => format!("{outcome}."),
     };
     let share = |value: f64| {
-        report.measured_mm().map_or_else(String::new, |all| format!("{} of what was measured", percent(value / all)))
+        report
+            .measured_mm()
+            .map_or_else(String::new, |measured| format!("{} of what was measured", percent(value / measured)))
     };
     Headline::new(sentence, basis(report.study))
         .with_cautions(&cautions(report))
-        .with_numbers(
-            report.residual_mm().map(|left| KeyNumber::new(&millimetres(left, 3), "residual, RMS", share(left))),
-        )
+        .with_numbers(report.residual_mm().map(|rms| KeyNumber::new(&millimetres(rms, 3), "residual, RMS", share(rms))))
         .with_numbers(predicted.map(|value| {
             let what = format!("error of what was not fitted, RMS, {} parts", report.study.folds);
             KeyNumber::new(&millimetres(value, 3), what, share(value))
@@ -80,16 +80,16 @@ fn rounded(value: f64) -> String {
 }
 
 /// Formats the value of an estimate with its unit, if it has one.
-fn with_unit(own: &Estimate) -> String {
-    format!("{} {}", rounded(own.value), own.unknown.unit).trim_end().into()
+fn with_unit(estimate: &Estimate) -> String {
+    format!("{} {}", rounded(estimate.value), estimate.unknown.unit).trim_end().into()
 }
 
 /// Formats the value of an estimate with its unit and interval.
-fn value_with_interval(own: &Estimate) -> String {
-    let [low, high] = own.interval;
+fn value_with_interval(estimate: &Estimate) -> String {
+    let [low, high] = estimate.interval;
     match low.is_finite() && high.is_finite() {
-        true => format!("{} ({} to {})", with_unit(own), rounded(low), rounded(high)),
-        false => format!("{} (no limit)", with_unit(own)),
+        true => format!("{} ({} to {})", with_unit(estimate), rounded(low), rounded(high)),
+        false => format!("{} (no limit)", with_unit(estimate)),
     }
 }
 
@@ -111,8 +111,8 @@ pub(crate) fn width_words(unknown: &Unknown, width: f64) -> String {
 pub(crate) const ANYTHING: f64 = 100.0;
 
 /// Formats an estimate: name, value and half its interval.
-pub(super) fn brief(own: &Estimate) -> String {
-    format!("{} {} {}", own.unknown.name, with_unit(own), width_words(&own.unknown, own.half_width))
+pub(super) fn brief(estimate: &Estimate) -> String {
+    format!("{} {} {}", estimate.unknown.name, with_unit(estimate), width_words(&estimate.unknown, estimate.half_width))
 }
 
 /// Lists the first identified parameters, for a part of a sentence.
@@ -122,57 +122,59 @@ fn first_identified(report: &Report<'_>) -> String {
 
 /// Returns a line for each unknown: value and interval, or why it is not identified.
 pub(super) fn parameter_words(report: &Report<'_>) -> Vec<String> {
-    let line = |own: &Estimate| match &own.open {
-        None => format!("{}: {}", own.unknown.name, value_with_interval(own)),
-        Some(reason) => format!("{}: not identified: {reason}", own.unknown.name),
+    let line = |estimate: &Estimate| match &estimate.open {
+        None => format!("{}: {}", estimate.unknown.name, value_with_interval(estimate)),
+        Some(reason) => format!("{}: not identified: {reason}", estimate.unknown.name),
     };
-    report.found.found.iter().map(line).collect()
+    report.results.estimates.iter().map(line).collect()
 }
 
 /// Says which intervals by the profile likelihood differ from the linear ones by more than a tenth of the half width.
 fn profile_differences(report: &Report<'_>) -> Option<String> {
-    let differs = |own: &&Estimate| {
-        let Some(profile) = own.profile else { return false };
-        let at = |value: f64| own.unknown.at(value).unwrap_or(f64::INFINITY);
-        let off = |side: usize| (at(profile[side]) - at(own.interval[side])).abs();
+    let differs = |estimate: &&Estimate| {
+        let Some(profile) = estimate.profile else { return false };
+        let coordinate = |value: f64| estimate.unknown.coordinate_at(value).unwrap_or(f64::INFINITY);
+        let shift = |side: usize| (coordinate(profile[side]) - coordinate(estimate.interval[side])).abs();
         // An end that is nowhere makes this no number, which is not less.
-        !(off(0) < 0.1 * own.half_width && off(1) < 0.1 * own.half_width)
+        !(shift(0) < 0.1 * estimate.half_width && shift(1) < 0.1 * estimate.half_width)
     };
-    let said = |own: &Estimate| {
+    let words = |estimate: &Estimate| {
         let end = |end: f64| if end.is_finite() { rounded(end) } else { "no limit".into() };
-        let [low, high] = own.profile.unwrap_or(own.interval).map(end);
-        format!("{} ({low} to {high})", own.unknown.name)
+        let [low, high] = estimate.profile.unwrap_or(estimate.interval).map(end);
+        format!("{} ({low} to {high})", estimate.unknown.name)
     };
-    let all: Vec<String> = report.identified().filter(differs).map(said).collect();
-    (!all.is_empty()).then(|| format!("By the profile of the likelihood, intervals are others: {}.", all.join("; ")))
+    let listed: Vec<String> = report.identified().filter(differs).map(words).collect();
+    (!listed.is_empty())
+        .then(|| format!("By the profile of the likelihood, intervals are others: {}.", listed.join("; ")))
 }
 
 /// Describes the significant correlations of the residuals.
 pub(super) fn pattern_words(report: &Report<'_>) -> String {
-    let said = |own: &Pattern| {
+    let words = |pattern: &Pattern| {
         format!(
             "{} correlates with {} (rank correlation {:+.2}), as by {}",
-            own.of, own.with, own.correlation, own.hint
+            pattern.of, pattern.with, pattern.correlation, pattern.hint
         )
     };
-    let seen: Vec<String> = report.found.patterns.iter().filter(|own| own.is_significant()).map(said).collect();
-    match (report.found.patterns.is_empty(), seen.is_empty()) {
+    let significant: Vec<String> =
+        report.results.patterns.iter().filter(|pattern| pattern.is_significant()).map(words).collect();
+    match (report.results.patterns.is_empty(), significant.is_empty()) {
         (true, _) => "There are too few measurements to show a pattern in the residuals.".into(),
         (_, true) => {
             "The residuals show no pattern over order, load, direction and pose: no rank correlation is larger than chance makes once in a \
              thousand times."
                 .into()
         }
-        _ => format!("A pattern in the residuals: {}.", seen.join("; ")),
+        _ => format!("A pattern in the residuals: {}.", significant.join("; ")),
     }
 }
 
 /// Describes the unidentified parameter combinations and the force that would identify them best; without any, which intervals are too wide.
 pub(super) fn unidentified_words(report: &Report<'_>) -> String {
-    if report.found.open.is_empty() {
-        let all: Vec<&Estimate> = report.found.found.iter().filter(|own| own.open.is_some()).collect();
-        let names: Vec<&str> = all.iter().map(|own| &*own.unknown.name).collect();
-        let farther = if all.iter().all(|own| own.profile.is_some()) { " near the best fit" } else { "" };
+    if report.results.open.is_empty() {
+        let open: Vec<&Estimate> = report.results.estimates.iter().filter(|estimate| estimate.open.is_some()).collect();
+        let names: Vec<&str> = open.iter().map(|estimate| &*estimate.unknown.name).collect();
+        let farther = if open.iter().all(|estimate| estimate.profile.is_some()) { " near the best fit" } else { "" };
         return match names[..] {
             [] => "All parameter combinations are identifiable.".into(),
             _ => format!(
@@ -182,8 +184,8 @@ pub(super) fn unidentified_words(report: &Report<'_>) -> String {
         };
     }
     let combinations: Vec<String> =
-        report.found.open.iter().map(|open| report.combination_words(&open.parts)).collect();
-    let next = match &report.found.advice {
+        report.results.open.iter().map(|open| report.combination_words(&open.parts)).collect();
+    let next = match &report.results.advice {
         Some(advice) => {
             let along = ["x", "y", "z"][advice.force.iamax()];
             let size = rounded(advice.force.norm());
@@ -204,7 +206,7 @@ pub(super) fn unidentified_words(report: &Report<'_>) -> String {
 /// Compares the sets of unknowns: RMS residual fitted and in cross-validation.
 pub(super) fn model_words(report: &Report<'_>) -> String {
     let lines: Vec<String> = report
-        .found
+        .results
         .models
         .iter()
         .map(|model| {
@@ -235,29 +237,29 @@ const NAMED: usize = 3;
 
 /// Describes the outliers; `None` without any.
 fn outlier_words(report: &Report<'_>) -> Option<String> {
-    let all = &report.found.outliers;
-    let said = |own: &Outlier| {
-        let unit = if own.column.ends_with("deg") { "°" } else { "mm" };
-        format!("{} of {} by {:.3} {unit}", own.column, report.study.measurement_words(own.measurement), own.by)
+    let far = &report.results.outliers;
+    let said = |one: &Outlier| {
+        let unit = if one.column.ends_with("deg") { "°" } else { "mm" };
+        format!("{} of {} by {:.3} {unit}", one.column, report.study.measurement_words(one.measurement), one.by)
     };
-    let what = counted(all.len(), "reading");
-    let are = if all.len() == 1 { "is an outlier" } else { "are outliers" };
+    let what = counted(far.len(), "reading");
+    let are = if far.len() == 1 { "is an outlier" } else { "are outliers" };
     let advice = match report.study.loss {
         LossSpec::Squares => "; check these measurements, or give outliers less weight (loss = \"cauchy\")",
         LossSpec::Huber | LossSpec::Cauchy => "",
     };
-    (!all.is_empty()).then(|| format!("{what} {are}: {}{advice}.", listed_up_to(NAMED, all.iter().map(said))))
+    (!far.is_empty()).then(|| format!("{what} {are}: {}{advice}.", listed_up_to(NAMED, far.iter().map(said))))
 }
 
 /// Names the parameters that fit best at the limit of the search; `None` without any.
 fn parameters_at_limit(report: &Report<'_>) -> Option<String> {
-    let (fit, unknowns) = (&report.found.fit, &report.study.unknowns);
-    let all: Vec<&str> =
+    let (fit, unknowns) = (&report.results.fit, &report.study.unknowns);
+    let names: Vec<&str> =
         (0..unknowns.len()).filter(|&k| unknowns[k].is_at_limit(fit.x[k])).map(|k| &*unknowns[k].name).collect();
-    let which = match all[..] {
+    let which = match names[..] {
         [] => return None,
         [one] => format!("{one} fits"),
-        [one, ..] => format!("{one} and {} more fit", all.len() - 1),
+        [one, ..] => format!("{one} and {} more fit", names.len() - 1),
     };
     Some(format!(
         "{which} best as far from the machine file as numbers are sought: are loads and readings in the units of their columns?"
@@ -279,12 +281,12 @@ pub(super) fn beyond_travel(
 /// Describes the most important problem with the residual, and what may cause it; `None` if it is small enough.
 pub(super) fn misfit_caution(report: &Report<'_>) -> Option<String> {
     const TRY: &str = "Try as unknowns: play of the drives, bearings that tilt across the joints' axes (an arm's elbow first), elastic links.";
-    let (fit, share) = (&report.found.fit, report.residual_share().unwrap_or(0.0));
+    let (fit, share) = (&report.results.fit, report.residual_share().unwrap_or(0.0));
     let words = percent(share);
-    let others = report.inlier_residual_share().unwrap_or(share);
-    let far = if share > NOTEWORTHY && others < 0.5 * share { outlier_words(report) } else { None };
+    let inliers = report.inlier_residual_share().unwrap_or(share);
+    let far = if share > NOTEWORTHY && inliers < 0.5 * share { outlier_words(report) } else { None };
     if let Some(far) = far {
-        let far = format!("The residual is {words} of what was measured, {} without {far}", percent(others));
+        let far = format!("The residual is {words} of what was measured, {} without {far}", percent(inliers));
         if fit.is_beyond_noise {
             return Some(format!(
                 "{far} The residual is {:.1} times the noise that was given, which chance makes less than once in a hundred times: nothing is identified.",
@@ -329,64 +331,68 @@ pub(super) fn misfit_caution(report: &Report<'_>) -> Option<String> {
 
 /// Describes the common factor of stiffnesses that looks like a mistaken unit, if there is one.
 pub(super) fn unit_factor_words(report: &Report<'_>) -> Option<String> {
-    let own = report.found.unit_factor.as_ref()?;
-    let [low, high] = own.interval;
-    let than = if own.is_lower { "lower" } else { "higher" };
-    let (unit, words) = own.looks_like;
+    let common = report.results.unit_factor.as_ref()?;
+    let [low, high] = common.interval;
+    let than = if common.is_lower { "lower" } else { "higher" };
+    let (unit, words) = common.looks_like;
     Some(format!(
         "Stiffnesses are {} ({} to {}) times {than} than the machine file's, each of them {} to {} times: that looks like {words} ({unit}), in \
          loads, readings or the file.",
-        rounded(own.factor),
+        rounded(common.factor),
         rounded(low),
         rounded(high),
-        rounded(own.each[0]),
-        rounded(own.each[1])
+        rounded(common.each[0]),
+        rounded(common.each[1])
     ))
 }
 
 /// Names the parameters whose interval by the profile likelihood could not be found.
 fn unknown_profile_words(report: &Report<'_>) -> Option<String> {
-    let all: Vec<&str> = report.identified().filter(|own| own.has_no_profile).map(|own| &*own.unknown.name).collect();
+    let all: Vec<&str> = report
+        .identified()
+        .filter(|estimate| estimate.has_no_profile)
+        .map(|estimate| &*estimate.unknown.name)
+        .collect();
     (!all.is_empty()).then(|| {
         format!("The profile of the likelihood is unknown of {}: the other parameters could not be fitted anew; intervals are linear.", join_words(&all))
     })
 }
 
-/// Returns what a reader must know before the results, a line each.
+/// Returns the cautions that a reader must know before the results, a line each.
 fn cautions(report: &Report<'_>) -> String {
-    let mut said: Vec<String> = misfit_caution(report).into_iter().collect();
-    said.extend(unit_factor_words(report));
-    if report.found.fit.is_beyond_noise {
+    let mut lines: Vec<String> = misfit_caution(report).into_iter().collect();
+    lines.extend(unit_factor_words(report));
+    if report.results.fit.is_beyond_noise {
         // A wrong unit leaves more than any play.
-        said.reverse();
+        lines.reverse();
     }
-    said.extend(report.partial_words());
-    said.extend(parameters_at_limit(report));
-    said.extend(outlier_words(report).filter(|far| said.iter().all(|own| !own.contains(far))));
+    lines.extend(report.partial_words());
+    lines.extend(parameters_at_limit(report));
+    lines.extend(outlier_words(report).filter(|outliers| lines.iter().all(|line| !line.contains(outliers))));
     let study = report.study;
-    said.extend(beyond_travel(&study.machine, &study.measurements, |i| study.measurement_words(i)));
+    lines.extend(beyond_travel(&study.machine, &study.measurements, |i| study.measurement_words(i)));
     if let Some(better) = report.better_model() {
         let predicted =
             |model: &SetScore| millimetres(model.predicted_mm.as_ref().ok().copied().flatten().unwrap_or_default(), 3);
-        said.push(format!(
+        lines.push(format!(
             "The unknowns of \"{}\" predict better: {} instead of {} RMS.",
             better.name,
             predicted(better),
-            predicted(&report.found.models[0])
+            predicted(&report.results.models[0])
         ));
     }
-    said.extend(profile_differences(report));
-    said.extend(unknown_profile_words(report));
-    if report.found.patterns.iter().any(Pattern::is_significant) {
-        said.push(pattern_words(report));
+    lines.extend(profile_differences(report));
+    lines.extend(unknown_profile_words(report));
+    if report.results.patterns.iter().any(Pattern::is_significant) {
+        lines.push(pattern_words(report));
     }
     if report.study.loss != LossSpec::Squares {
-        let out = report.found.fit.weights.iter().filter(|&&weight| weight < 0.5).count();
+        let out = report.results.fit.weights.iter().filter(|&&weight| weight < 0.5).count();
         if out > 0 {
-            said.push(format!("{} of less than half the usual weight.", counted(out, "reading")));
+            lines.push(format!("{} of less than half the usual weight.", counted(out, "reading")));
         }
     }
-    said.join("\n")
+    lines.join("\n")
 }
 
 /// Returns all sentences of the results, and what was written into files.

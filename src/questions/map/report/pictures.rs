@@ -28,7 +28,7 @@ pub(super) fn pictures<'a>(study: &'a WorkspaceMapStudy, slices_z: &[f64]) -> Gr
 /// Lists the quantities drawn. Corrections of slides and of hinges are separate figures.
 fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
     let machine = &study.scene.machine;
-    let of = |stem, title: &str, source, quantity: Quantity<SourceEffect>| MapLayer {
+    let layer = |stem, title: &str, source, quantity: Quantity<SourceEffect>| MapLayer {
         stem,
         title: title.into(),
         label: quantity.axis_label(),
@@ -47,22 +47,22 @@ fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
         }
         false => ["How far cutting force and chain errors move the tool", "Superposition error of the two effects"],
     };
-    let mut all = vec![
-        of("deflection_cutting", "How far the cutting force moves the tool", Source::Cutting, DEFLECTION),
-        of("deflection_all", together, Source::All, DEFLECTION),
+    let mut layers = vec![
+        layer("deflection_cutting", "How far the cutting force moves the tool", Source::Cutting, DEFLECTION),
+        layer("deflection_all", together, Source::All, DEFLECTION),
     ];
     if study.uncertainty.is_some() {
         let title = "How far the tool moves at most with 95 % probability";
-        all.push(of("deflection_p95_all", title, Source::All, P95_DEFLECTION));
+        layers.push(layer("deflection_p95_all", title, Source::All, P95_DEFLECTION));
     }
-    if let Some(own) = machine.own_load_words() {
-        let words = match own {
+    if let Some(load) = machine.own_load_words() {
+        let words = match load {
             "weight" => "How far the machine's own weight moves the tool",
             "springs" => "How far the machine's own springs move the tool",
             _ => "How far the machine's own weight and springs move the tool",
         };
-        let weight = of("deflection_weight", words, Source::Weight, DEFLECTION);
-        all.push(MapLayer { label: "tool deflection [mm]".into(), ..weight });
+        let weight = layer("deflection_weight", words, Source::Weight, DEFLECTION);
+        layers.push(MapLayer { label: "tool deflection [mm]".into(), ..weight });
     }
     for (kind, correction) in drives(machine).corrections {
         let (stem, drives) = match kind_word(machine, kind) {
@@ -70,16 +70,16 @@ fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
             "hinges" => ("delta_rho_hinges_all", "hinges"),
             drives => ("delta_rho_all", drives),
         };
-        all.push(of(stem, &format!("Corrections of the {drives}"), Source::All, correction));
+        layers.push(layer(stem, &format!("Corrections of the {drives}"), Source::All, correction));
     }
-    let superposition_error = of("superposition_all", added, Source::All, SUPERPOSITION_ERROR);
-    all.push(MapLayer { label: "superposition error at the worst angle [mm]".into(), ..superposition_error });
+    let superposition_error = layer("superposition_all", added, Source::All, SUPERPOSITION_ERROR);
+    layers.push(MapLayer { label: "superposition error at the worst angle [mm]".into(), ..superposition_error });
     let [smallest, ..] = STIFFNESS;
     let title = "How stiff the tool tip is in its softest direction";
-    all.push(of("stiffness_min_cutting", title, Source::Cutting, smallest));
-    let angle = of("worst_angle_all", "At which tool angle the tool is moved most", Source::All, ANGLE);
-    all.push(MapLayer { label: "tool angle φ [°]".into(), shading: Shading::Cyclic, ..angle });
-    all
+    layers.push(layer("stiffness_min_cutting", title, Source::Cutting, smallest));
+    let angle = layer("worst_angle_all", "At which tool angle the tool is moved most", Source::All, ANGLE);
+    layers.push(MapLayer { label: "tool angle φ [°]".into(), shading: Shading::Cyclic, ..angle });
+    layers
 }
 
 /// Returns all figures with their file stems: the result, slices of every quantity, and the workspace in 3-D.
@@ -89,8 +89,8 @@ pub(super) fn figures(map: &GridMap<'_, MapPoint>, summary: &Summary<'_>) -> Vec
         None => (IN_3D, &DEFLECTION, "Where the tool is moved least and most"),
         Some(_) => (P95, &P95_DEFLECTION, "Where the tool is moved least and most with 95 % probability"),
     };
-    let found = summary.of(Source::All).of(quantity).into_iter().flatten();
-    let ends: Vec<_> = found.zip(["least", "most"]).map(|(at, word)| (at.value, at.position_mm, word)).collect();
+    let extremes = summary.of(Source::All).of(quantity).into_iter().flatten();
+    let ends: Vec<_> = extremes.zip(["least", "most"]).map(|(at, word)| (at.value, at.position_mm, word)).collect();
     let answer = map.slices_at(layer, title, &ends, tolerance);
     let mut figures = vec![("answer".to_string(), answer)];
     figures.extend(map.slices());

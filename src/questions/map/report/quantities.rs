@@ -79,7 +79,7 @@ fn deflection_components() -> [Of; 3] {
     Of::vector_mm("deflection", "deflection", |effect| Some(effect.deflection_vector_mm))
 }
 
-/// Returns corrections and forces of the drives.
+/// Returns the quantities of corrections and forces of the drives, each drive alone and the largest of a kind.
 pub(super) fn drives(machine: &Machine) -> DriveQuantities<SourceEffect> {
     let correction = |effect: &SourceEffect, drive: usize| Some(effect.delta_rho.as_ref().ok()?[drive]);
     DriveQuantities::new(machine, Smaller, correction, |effect, drive| Some(effect.drive_force[drive]))
@@ -87,21 +87,21 @@ pub(super) fn drives(machine: &Machine) -> DriveQuantities<SourceEffect> {
 
 /// Lists the quantities of the page's view, in its order.
 pub(super) fn page_quantities(study: &WorkspaceMapStudy, drives: &DriveQuantities<SourceEffect>) -> Vec<Of> {
-    let mut all = vec![DEFLECTION];
-    all.extend(spread_quantities(study));
-    all.extend(drives.largest().cloned());
-    all.extend(STIFFNESS);
-    all.extend([SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, ANGLE]);
-    all.extend(deflection_components());
-    all.extend(drives.each.iter().cloned());
-    all
+    let mut quantities = vec![DEFLECTION];
+    quantities.extend(spread_quantities(study));
+    quantities.extend(drives.largest().cloned());
+    quantities.extend(STIFFNESS);
+    quantities.extend([SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, ANGLE]);
+    quantities.extend(deflection_components());
+    quantities.extend(drives.each.iter().cloned());
+    quantities
 }
 
-/// Returns the columns of [`table()`].
+/// Returns the columns of the table of the map, in order; see [`table()`].
 pub(super) fn columns(study: &WorkspaceMapStudy) -> QuantityTable<SourceEffect> {
     let machine = &study.scene.machine;
     // What has no equilibrium to start from is not corrected either.
-    /// Returns status and reason of the correction; those of the effect where there is no equilibrium.
+    /// Returns status and reason of the correction as cells; those of the equilibrium where there is none.
     fn correction(effect: FoundOr<'_, SourceEffect>) -> [Cell; 2] {
         status_cells(effect.and_then(|effect| effect.delta_rho.as_ref()))
     }

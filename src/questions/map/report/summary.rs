@@ -36,7 +36,7 @@ pub(super) struct SourceExtremes {
 }
 
 impl SourceExtremes {
-    /// Returns the smallest and the largest value of `quantity`.
+    /// Returns the smallest and the largest value of `quantity`, with position and φ; `None` if it has none.
     pub fn of(&self, quantity: &Quantity<SourceEffect>) -> Option<&[ValueAt<AtAngle>; 2]> {
         self.in_json.of(quantity).or_else(|| self.in_sentences.of(quantity))
     }
@@ -113,12 +113,12 @@ impl<'a> Summary<'a> {
         }
     }
 
-    /// Returns the extremes of `source`.
+    /// Returns extremes and counts of `source` over the points added so far.
     pub(super) fn of(&self, source: Source) -> &SourceExtremes {
         &self.sources[source]
     }
 
-    /// Returns whether `known` points suffice to speak of best and worst.
+    /// Returns whether values known at `known` grid points suffice to speak of best and worst.
     pub(super) fn is_enough(&self, known: usize) -> bool {
         known as f64 >= MIN_SHARE * self.study.grid.len() as f64
     }

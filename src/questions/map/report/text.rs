@@ -81,8 +81,8 @@ fn spread_text(summary: &Summary<'_>) -> String {
         millimetres(most.value, 3),
         most.place()
     );
-    if let Some((_, met)) = probably_within(summary) {
-        text += &format!("The tool is {met}.\n");
+    if let Some((_, within)) = probably_within(summary) {
+        text += &format!("The tool is {within}.\n");
     }
     text + &summary.spread.sentences("point")
 }
@@ -107,9 +107,9 @@ fn cause_text(summary: &Summary<'_>) -> String {
 
 /// Returns the sentence about the largest superposition error; empty if it is not known at enough points.
 fn superposition_error_text(summary: &Summary<'_>) -> String {
-    let both = summary.of(Source::All);
+    let extremes = summary.of(Source::All);
     let (true, Some([_, absolute]), Some([_, relative])) =
-        (summary.is_enough(both.known), both.of(&SUPERPOSITION_ERROR), both.of(&SUPERPOSITION_ERROR_SHARE))
+        (summary.is_enough(extremes.known), extremes.of(&SUPERPOSITION_ERROR), extremes.of(&SUPERPOSITION_ERROR_SHARE))
     else {
         return String::new();
     };
@@ -129,30 +129,30 @@ fn superposition_error_text(summary: &Summary<'_>) -> String {
 
 /// Returns a sentence about corrections and forces for each kind of drive, and one about the residual error.
 fn corrections_text(summary: &Summary<'_>) -> String {
-    let (both, machine) = (summary.of(Source::All), &summary.study.scene.machine);
-    if !summary.is_enough(both.known - both.uncorrected) {
+    let (extremes, machine) = (summary.of(Source::All), &summary.study.scene.machine);
+    if !summary.is_enough(extremes.known - extremes.uncorrected) {
         return String::new();
     }
     let kinds = summary.drives.corrections.iter().zip(&summary.drives.forces);
     let sentence = |((kind, correction), (_, force)): (&(_, _), &(_, _))| {
-        drives_text(both, machine, *kind, [correction, force]).unwrap_or_default()
+        drives_text(extremes, machine, *kind, [correction, force]).unwrap_or_default()
     };
-    kinds.map(sentence).collect::<String>() + &residual_error_text(both, machine)
+    kinds.map(sentence).collect::<String>() + &residual_error_text(extremes, machine)
 }
 
-/// Returns the sentence about corrections and forces of the drives of one kind; `None` if they are not known.
+/// Returns the sentence about the `correction` and `force` of drives of one kind, worst over φ; `None` if they are not known.
 fn drives_text(
-    both: &SourceExtremes,
+    extremes: &SourceExtremes,
     machine: &Machine,
     kind: Motion,
     [correction, force]: [&Quantity<SourceEffect>; 2],
 ) -> Option<String> {
-    let ([least, most], [_, force]) = (both.of(correction)?, both.of(force)?);
+    let ([least, most], [_, force]) = (extremes.of(correction)?, extremes.of(force)?);
     let drives = kind_word(machine, kind);
-    let own = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
+    let of_kind = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
     Some(format!(
         "To keep the tool on its path, correct the {drives} by up to {}, at {}; where least is needed, at {}, by up to {}. \
-         Drive {}s{own} reach {:.0} {}, at {}.\n",
+         Drive {}s{of_kind} reach {:.0} {}, at {}.\n",
         kind.position_words(most.value),
         most.place(),
         least.place(),
@@ -164,13 +164,13 @@ fn drives_text(
     ))
 }
 
-/// Returns the sentence about the residual error along axes that the drives do not control; empty if there are none.
-fn residual_error_text(both: &SourceExtremes, machine: &Machine) -> String {
-    let (Some(axes), Some([_, most])) = (machine.uncontrolled_names(), both.of(&RESIDUAL_ERROR)) else {
+/// Returns the sentence about the largest residual error along axes that the drives do not control; empty if they control all.
+fn residual_error_text(extremes: &SourceExtremes, machine: &Machine) -> String {
+    let (Some(axes), Some([_, most])) = (machine.uncontrolled_names(), extremes.of(&RESIDUAL_ERROR)) else {
         return String::new();
     };
-    let left = millimetres(most.value, 3);
-    format!("The residual error is up to {left}, at {}: the drives do not control {axes}.\n", most.place())
+    let residual = millimetres(most.value, 3);
+    format!("The residual error is up to {residual}, at {}: the drives do not control {axes}.\n", most.place())
 }
 
 /// Returns the first screen: one sentence, key numbers and cautions.
@@ -189,22 +189,22 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         };
         return Headline::new(sentence, basis).with_cautions(&text.cautions);
     };
-    let under = acting_words(&scene.machine, &scene.errors, !scene.force.is_zero());
+    let acting = acting_words(&scene.machine, &scene.errors, !scene.force.is_zero());
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
-    let met = summary.within.words(scene.tolerance_mm, BOX);
+    let within = summary.within.words(scene.tolerance_mm, BOX);
     let spread = all.of(&P95_DEFLECTION);
     let moves = match (spread, low == high) {
         (Some([least, most]), _) => format!(
-            "{under}, the tool of {name} moves with 95 % probability by at most {} at best and {} at worst (nominally {low} and {high}); best near \
+            "{acting}, the tool of {name} moves with 95 % probability by at most {} at best and {} at worst (nominally {low} and {high}); best near \
              {}.",
             millimetres(least.value, 3),
             millimetres(most.value, 3),
             least.place()
         ),
-        (None, true) => format!("{under}, the tool of {name} moves by {high} everywhere."),
+        (None, true) => format!("{acting}, the tool of {name} moves by {high} everywhere."),
         (None, false) => format!(
-            "{under}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
-            met.map_or_else(|| "cut".into(), |met| format!("{met}, best")),
+            "{acting}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
+            within.map_or_else(|| "cut".into(), |within| format!("{within}, best")),
             least.place()
         ),
     };
@@ -221,9 +221,9 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         .with_numbers(correction_number(all, summary))
 }
 
-/// Returns whether the tolerance is met with 95 % probability, as the begin of a sentence; empty without tolerance, or where inputs are exact.
+/// Returns the start of a sentence: whether the tolerance is met with 95 % probability; empty without tolerance, or where inputs are exact.
 fn verdict(summary: &Summary<'_>) -> String {
-    let Some((share, met)) = probably_within(summary) else { return String::new() };
+    let Some((share, within)) = probably_within(summary) else { return String::new() };
     let word = match share {
         1.0 => "Within tolerance",
         0.0 => "Out of tolerance",
@@ -231,18 +231,18 @@ fn verdict(summary: &Summary<'_>) -> String {
     };
     let nominally =
         summary.within.get().map_or_else(String::new, |share| format!(" (nominally in {} of it)", percent(share)));
-    format!("{word}: {met}{nominally}. ")
+    format!("{word}: {within}{nominally}. ")
 }
 
-/// Returns the share of the box that is within tolerance with 95 % probability, and says so; `None` without tolerance, or where inputs are exact.
+/// Returns the share of the box within tolerance with 95 % probability, also in words; `None` without tolerance or uncertain inputs.
 fn probably_within(summary: &Summary<'_>) -> Option<(f64, String)> {
     let (share, tolerance) = (summary.within_p95.get()?, summary.study.scene.tolerance_mm?);
     // Not to be within with 95 % probability is not to be out of tolerance with it.
-    let met = match share {
+    let words = match share {
         0.0 => format!("nowhere within tolerance ({tolerance} mm)"),
         _ => summary.within_p95.words(Some(tolerance), BOX)?,
     };
-    Some((share, met + " with 95 % probability"))
+    Some((share, words + " with 95 % probability"))
 }
 
 /// Returns the key number of the largest 95 % quantile.
@@ -256,7 +256,7 @@ fn p95_number([least, most]: &[ValueAt<AtAngle>; 2]) -> KeyNumber {
     ))
 }
 
-/// Returns where in `map.csv` the extreme `value` of `quantity` by all sources stands.
+/// Returns the reference to the extreme `value` of `quantity` by all sources in `map.csv`.
 fn in_map_table(quantity: &Quantity<SourceEffect>, extreme: Extreme, value: f64) -> InTable {
     quantity.found_in("map.csv", &[["source", Source::All.label()]], extreme, value)
 }

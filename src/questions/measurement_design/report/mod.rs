@@ -54,8 +54,9 @@ fn refuse_to_lose_readings(sheet: &Path) -> Result<()> {
     };
     let columns: Vec<Reading> = Reading::all_planned();
     let is_reading = |i: usize| {
-        let is = |name: &[u8]| name.starts_with(b"gauge") || columns.iter().any(|own| own.column.as_bytes() == name);
-        header.fields.get(i).is_some_and(is)
+        let names_reading =
+            |name: &[u8]| name.starts_with(b"gauge") || columns.iter().any(|reading| reading.column.as_bytes() == name);
+        header.fields.get(i).is_some_and(names_reading)
     };
     let is_filled =
         |row: &csv_rows::Row| row.fields.iter().enumerate().any(|(i, cell)| is_reading(i) && !cell.is_empty());
@@ -66,6 +67,7 @@ fn refuse_to_lose_readings(sheet: &Path) -> Result<()> {
 }
 
 impl Answered for MeasurementDesignStudy {
+    /// Runs the study, and makes tables, figures, page and summary.
     fn answer(&self, (): &(), asked: &Run<'_>) -> Result<Output> {
         refuse_to_lose_readings(&asked.out.join(SHEET))?;
         let settings = json!({
@@ -97,7 +99,7 @@ impl Answered for MeasurementDesignStudy {
     }
 }
 
-/// Returns the page of a study without results.
+/// Returns the page of a study without results: its name, machine and settings.
 fn without_answer(study: &MeasurementDesignStudy) -> Description {
     Description {
         setting: setting(study),
@@ -107,7 +109,10 @@ fn without_answer(study: &MeasurementDesignStudy) -> Description {
 
 /// Returns sections, setting and tables of the page; first screen, figures and question are added by the run.
 fn page(report: &Report<'_>) -> Description {
-    let lines = text::parameters(report).into_iter().chain(text::tested_sentence(report)).chain(text::target(report));
+    let lines = text::parameter_lines(report)
+        .into_iter()
+        .chain(text::tested_sentence(report))
+        .chain(text::target_sentence(report));
     let known = Section::new("How well will the parameters be known?", "half 95 % intervals, if the model holds");
     let known = lines.fold(known, |section, line| section.text(&line));
     Description {

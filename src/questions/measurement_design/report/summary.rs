@@ -32,14 +32,14 @@ impl Report<'_> {
 
     /// Returns the indices of the unknowns whose interval will be too wide.
     pub fn unidentified(&self) -> Vec<usize> {
-        let each = self.final_widths().map_or(&[][..], |own| &own.each);
+        let each = self.final_widths().map_or(&[][..], |widths| &widths.each);
         (0..each.len()).filter(|&k| each[k] > WIDE).collect()
     }
 
     /// Returns the fewest measurements with which all intervals reach the target; `None` without a target, or if it is not reached.
     pub fn sufficient_count(&self) -> Option<usize> {
         let target = self.study.target?;
-        self.plan.widths.iter().position(|own| own.widest().is_some_and(|(_, width)| width <= target))
+        self.plan.widths.iter().position(|widths| widths.widest().is_some_and(|(_, width)| width <= target))
     }
 
     /// Returns the name of an unknown.
@@ -50,10 +50,11 @@ impl Report<'_> {
 
 /// Returns the results as JSON.
 pub(super) fn json(report: &Report<'_>) -> Value {
-    let of = |widths: Option<&HalfWidths>| {
-        widths.map(|own| {
-            let each: Vec<Option<f64>> = own.each.iter().map(|&width| (width <= ANYTHING).then_some(width)).collect();
-            json!({ "half_widths": each, "tested_rms_mm": own.tested_mm })
+    let widths_json = |widths: Option<&HalfWidths>| {
+        widths.map(|widths| {
+            let each: Vec<Option<f64>> =
+                widths.each.iter().map(|&width| (width <= ANYTHING).then_some(width)).collect();
+            json!({ "half_widths": each, "tested_rms_mm": widths.tested_mm })
         })
     };
     let Report { study, plan } = report;
@@ -62,8 +63,8 @@ pub(super) fn json(report: &Report<'_>) -> Value {
         "candidates": study.candidates.len(),
         "chosen": plan.chosen.iter().map(|&i| i + 1).collect::<Vec<_>>(),
         "parameters": study.unknowns.iter().map(|unknown| &unknown.name).collect::<Vec<_>>(),
-        "with_chosen": of(report.final_widths()),
-        "with_random_median": of(report.random_widths()),
+        "with_chosen": widths_json(report.final_widths()),
+        "with_random_median": widths_json(report.random_widths()),
         "enough_for_target": report.sufficient_count(),
     })
 }
@@ -73,8 +74,8 @@ const MOST: usize = 8;
 
 /// Returns all figures with their file stems, without those that have nothing to draw.
 pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
-    let all = [("answer", widths_figure(report))];
-    let drawn = all.into_iter().filter(|(_, figure)| !figure.series.is_empty());
+    let named = [("answer", widths_figure(report))];
+    let drawn = named.into_iter().filter(|(_, figure)| !figure.series.is_empty());
     drawn.map(|(stem, figure)| (stem.to_string(), Figure::Lines(figure))).collect()
 }
 
@@ -83,14 +84,14 @@ fn widths_figure(report: &Report<'_>) -> LineFigure {
     let Some(reached) = report.final_widths() else { return interval_figure(report, Vec::new()) };
     let mut order: Vec<usize> = (0..reached.each.len()).collect();
     order.sort_by(|&a, &b| reached.each[b].total_cmp(&reached.each[a]));
-    let drawn = |all: &[HalfWidths], of: &dyn Fn(&HalfWidths) -> f64| -> Vec<(f64, f64)> {
-        let points = all.iter().enumerate().map(|(count, own)| (count as f64, of(own)));
+    let drawn = |widths_by_count: &[HalfWidths], width_of: &dyn Fn(&HalfWidths) -> f64| -> Vec<(f64, f64)> {
+        let points = widths_by_count.iter().enumerate().map(|(count, widths)| (count as f64, width_of(widths)));
         points.filter(|(_, width)| (1e-90..=DRAWN).contains(width)).collect()
     };
-    let widest = |own: &HalfWidths| own.widest().map_or(f64::INFINITY, |(_, width)| width);
+    let widest = |widths: &HalfWidths| widths.widest().map_or(f64::INFINITY, |(_, width)| width);
     let mut series: Vec<LineSeries> = Vec::new();
     for &k in order.iter().take(MOST) {
-        series.push(LineSeries::new(report.name(k), drawn(&report.plan.widths, &|own| own.each[k]), false));
+        series.push(LineSeries::new(report.name(k), drawn(&report.plan.widths, &|widths| widths.each[k]), false));
     }
     series.push(LineSeries::new("widest, random measurements (median)", drawn(&report.plan.random, &widest), true));
     series.retain(|series| !series.points.is_empty());

@@ -31,10 +31,10 @@ fn setup_columns(study: &MeasurementDesignStudy) -> Vec<Column> {
 
 /// Returns the cells of [`setup_columns`] for a candidate (by index).
 fn setup_cells(study: &MeasurementDesignStudy, candidate: usize) -> Row {
-    let own = &study.candidates[candidate];
-    let tip = own.at.pose.transform(study.machine.tool_tip);
-    let drives = tidy_drive_positions(&study.machine, own);
-    cells(drives.chain(tip.iter().copied()).chain(own.load.force.iter().copied())).collect()
+    let measurement = &study.candidates[candidate];
+    let tip = measurement.at.pose.transform(study.machine.tool_tip);
+    let drives = tidy_drive_positions(&study.machine, measurement);
+    cells(drives.chain(tip.iter().copied()).chain(measurement.load.force.iter().copied())).collect()
 }
 
 /// Makes the table of chosen measurements: a row for each, the most informative first, with the widest interval once it is made.
@@ -45,11 +45,11 @@ fn chosen_table(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
         numbers(["widest_half_width"]),
         texts(["widest_parameter"]),
     ];
-    let chosen = plan.into_iter().flat_map(|plan| plan.chosen.iter().enumerate().map(move |own| (plan, own)));
+    let chosen = plan.into_iter().flat_map(|plan| plan.chosen.iter().enumerate().map(move |numbered| (plan, numbered)));
     let rows = chosen.map(|(plan, (k, &candidate))| {
         let mut row: Row = vec![(k + 1).into(), (candidate + 1).into()];
         row.extend(setup_cells(study, candidate));
-        let widest = plan.widths.get(k + 1).and_then(|own| own.widest());
+        let widest = plan.widths.get(k + 1).and_then(|widths| widths.widest());
         row.push(widest.map(|(_, width)| bounded_cell(width)).into());
         row.push(widest.map(|(unknown, _)| study.unknowns[unknown].name.as_str()).into());
         row
@@ -67,14 +67,14 @@ fn widths_table(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
     let columns =
         [counts(["measurements"]), texts(["parameter", "in"]), numbers(["half_width", "random_half_width"])].concat();
     let mut rows: Vec<Row> = Vec::new();
-    for (count, own) in plan.map_or(&[][..], |plan| &plan.widths).iter().enumerate() {
+    for (count, widths) in plan.map_or(&[][..], |plan| &plan.widths).iter().enumerate() {
         let random = plan.and_then(|plan| plan.random.get(count));
-        for ((unknown, width), k) in study.unknowns.iter().zip(&own.each).zip(0..) {
+        for ((unknown, width), k) in study.unknowns.iter().zip(&widths.each).zip(0..) {
             let (name, unit) = (unknown.name.as_str(), unknown.coordinate_unit());
             let other = random.map(|random| bounded_cell(random.each[k]));
             rows.push(vec![count.into(), name.into(), unit.into(), bounded_cell(*width), other.into()]);
         }
-        if let Some(error) = own.tested_mm {
+        if let Some(error) = widths.tested_mm {
             let other = random.and_then(|random| random.tested_mm);
             rows.push(vec![count.into(), "tool_at_tested_rows_rms".into(), "mm".into(), error.into(), other.into()]);
         }
@@ -89,8 +89,8 @@ fn candidates_table(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Tabl
     let rows = plan.into_iter().flat_map(|plan| {
         let mut failures = plan.failures.iter().peekable();
         (0..study.candidates.len()).map(move |i| {
-            let failure = failures.next_if(|(at, _)| *at == i).map(|(_, failure)| failure);
-            let order = plan.chosen.iter().position(|&own| own == i).map(|k| k + 1);
+            let failure = failures.next_if(|(failed, _)| *failed == i).map(|(_, failure)| failure);
+            let order = plan.chosen.iter().position(|&candidate| candidate == i).map(|k| k + 1);
             let mut row: Row = vec![(i + 1).into(), study.candidates[i].name.as_str().into()];
             row.extend(status_cells(failure.map_or(Ok(()), Err)));
             row.push(order.into());
@@ -101,7 +101,7 @@ fn candidates_table(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Tabl
     Table::new(columns, rows)
 }
 
-/// Returns the drive positions in degrees and mm, without rounding errors of radians.
+/// Returns the drive positions of `own` in degrees and mm, without rounding errors of radians.
 fn tidy_drive_positions<'a>(machine: &'a Machine, own: &'a Measurement) -> impl Iterator<Item = f64> + 'a {
     // What a person types, without the rounding of its way through radians.
     let tidy = |shown: f64| (shown * 1e9).round() / 1e9 + 0.0;
@@ -115,26 +115,26 @@ type VectorOf = fn(&Measurement) -> Option<Vector3<f64>>;
 pub(super) fn sheet(study: &MeasurementDesignStudy, plan: &Plan) -> Table {
     let machine = &study.machine;
     let chosen: Vec<&Measurement> = plan.chosen.iter().map(|&i| &study.candidates[i]).collect();
-    let is_used = |of: &VectorOf| chosen.iter().any(|own| of(own).is_some_and(|vector| vector.norm() > 0.0));
+    let is_used = |of: &VectorOf| chosen.iter().any(|one| of(one).is_some_and(|vector| vector.norm() > 0.0));
     let vectors: [(&str, &str, VectorOf); 5] = [
-        ("force", "N", |own| Some(own.load.force)),
-        ("moment", "Nmm", |own| Some(own.load.moment)),
-        ("reference_force", "N", |own| Some(own.reference.force)),
-        ("reference_moment", "Nmm", |own| Some(own.reference.moment)),
-        ("marker", "mm", |own| own.marker),
+        ("force", "N", |one| Some(one.load.force)),
+        ("moment", "Nmm", |one| Some(one.load.moment)),
+        ("reference_force", "N", |one| Some(one.reference.force)),
+        ("reference_moment", "Nmm", |one| Some(one.reference.moment)),
+        ("marker", "mm", |one| one.marker),
     ];
     let used: Vec<_> = vectors.into_iter().filter(|(name, _, of)| *name == "force" || is_used(of)).collect();
-    let readings = chosen.first().map_or(&[][..], |own| &own.readings);
+    let readings = chosen.first().map_or(&[][..], |one| &one.readings);
     let mut columns = [texts(["pose"]), numbers(measured_drive_columns(machine))].concat();
     for (name, unit, _) in &used {
         columns.extend(numbers(["x", "y", "z"].map(|axis| format!("{name}_{axis}_{unit}"))));
     }
     columns.extend(numbers(readings.iter().map(|reading| reading.column)));
-    let row = |(number, own): (usize, &&Measurement)| {
+    let row = |(number, one): (usize, &&Measurement)| {
         let mut row: Row = vec![Cell::from((number + 1).to_string())];
-        row.extend(cells(tidy_drive_positions(machine, own)));
+        row.extend(cells(tidy_drive_positions(machine, one)));
         for (_, _, of) in &used {
-            row.extend((0..3).map(|axis| Cell::from(of(own).map(|vector| vector[axis]))));
+            row.extend((0..3).map(|axis| Cell::from(of(one).map(|vector| vector[axis]))));
         }
         row.extend(readings.iter().map(|_| Cell::Missing));
         row

@@ -25,12 +25,12 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
     let chosen = counted(report.plan.chosen.len(), "measurement");
     let reached = tested_words(report).or_else(|| widest_words(report));
     let reached = reached.map_or_else(String::new, |reached| format!(": {reached}"));
-    let all = report.study.unknowns.len();
+    let total = report.study.unknowns.len();
     let sentence = match report.unidentified().len() {
-        0 => format!("{chosen} will identify all {}{reached}.", counted(all, "parameter")),
-        open => format!("{chosen} will identify {} of {}{reached}.", all - open, counted(all, "parameter")),
+        0 => format!("{chosen} will identify all {}{reached}.", counted(total, "parameter")),
+        open => format!("{chosen} will identify {} of {}{reached}.", total - open, counted(total, "parameter")),
     };
-    let tested = report.final_widths().and_then(|own| own.tested_mm);
+    let tested = report.final_widths().and_then(|widths| widths.tested_mm);
     Headline::new(sentence, basis_words(report.study))
         .with_cautions(&open_words(report))
         .with_numbers(report.sufficient_count().map(|enough| {
@@ -76,36 +76,36 @@ fn open_words(report: &Report<'_>) -> String {
     for k in report.unidentified() {
         if report.plan.most_information[k] == 0.0 { uninformed.push(report.name(k)) } else { wide.push(report.name(k)) }
     }
-    let mut said = Vec::new();
+    let mut sentences = Vec::new();
     if !uninformed.is_empty() {
-        said.push(format!(
+        sentences.push(format!(
             "No candidate measurement identifies {}: other poses, loads or readings are needed.",
             join_words(&uninformed)
         ));
     }
     if !wide.is_empty() {
-        said.push(format!(
+        sentences.push(format!(
             "{} will still be open: more measurements, larger forces or other readings are needed.",
             join_words(&wide)
         ));
     }
-    said.join(" ")
+    sentences.join(" ")
 }
 
 /// Says how many measurements are sufficient for the target; `None` without one.
-pub(super) fn target(report: &Report<'_>) -> Option<String> {
+pub(super) fn target_sentence(report: &Report<'_>) -> Option<String> {
     let target = report.study.target?;
-    let (chosen, all) = (report.plan.chosen.len(), counted(report.study.unknowns.len(), "unknown"));
-    let to = format!("a factor of {:.3}, {target} mm or {target}°", libm::exp(target));
+    let (chosen, unknowns) = (report.plan.chosen.len(), counted(report.study.unknowns.len(), "unknown"));
+    let accuracy = format!("a factor of {:.3}, {target} mm or {target}°", libm::exp(target));
     Some(match report.sufficient_count() {
-        Some(0) => format!("{all} known within {to} before anything is measured."),
-        Some(enough) => format!("The first {enough} of {chosen} are enough to know {all} within {to}."),
-        None => format!("{} are not enough to know {all} within {to}.", counted(chosen, "measurement")),
+        Some(0) => format!("{unknowns} known within {accuracy} before anything is measured."),
+        Some(enough) => format!("The first {enough} of {chosen} are enough to know {unknowns} within {accuracy}."),
+        None => format!("{} are not enough to know {unknowns} within {accuracy}.", counted(chosen, "measurement")),
     })
 }
 
 /// Returns a line for each unknown with its half width.
-pub(super) fn parameters(report: &Report<'_>) -> Vec<String> {
+pub(super) fn parameter_lines(report: &Report<'_>) -> Vec<String> {
     let Some(reached) = report.final_widths() else { return Vec::new() };
     let line = |(k, width): (usize, &f64)| {
         let random = report
@@ -129,9 +129,9 @@ pub(super) fn tested_sentence(report: &Report<'_>) -> Option<String> {
 
 /// Returns all sentences of the results.
 pub(super) fn details(report: &Report<'_>) -> String {
-    let mut lines = parameters(report);
+    let mut lines = parameter_lines(report);
     lines.extend(tested_sentence(report));
-    lines.extend(target(report));
+    lines.extend(target_sentence(report));
     let open = open_words(report);
     if !open.is_empty() {
         lines.push(open);

@@ -42,13 +42,14 @@ impl<'a> Compared<'a> {
     }
 }
 
-/// Formats a share in per cent, without decimals where they are 0 or it is large.
+/// Formats `share` in per cent, without decimals from 10 % on or where they are 0.
 fn percent_of(share: f64) -> String {
     let percent = 100.0 * share;
     if percent >= 10.0 || percent.fract() == 0.0 { format!("{percent:.0} %") } else { format!("{percent:.1} %") }
 }
 
 impl Answered for OnlineStudy {
+    /// Runs the study, and makes tables, figures, page and summary.
     fn answer(&self, (): &(), asked: &Run<'_>) -> Result<Output> {
         let results = run(self, asked.work)?;
         let compared = Compared::new(self, &results);
@@ -126,17 +127,17 @@ fn setting(study: &OnlineStudy) -> Vec<Fact> {
         if study.softness < 0.0 { "little" } else { "much" },
         percent_of(study.known_share)
     );
-    let mut own = vec![
+    let mut facts = vec![
         Fact::new("path", format!("{length:.1} mm at {feed} mm/min, {}", counted(path.stations.len(), "point"))),
         Fact::new("controller", format!("a command every {} ms", ms(sensor.cycle_s))),
         Fact::new("sensor", sensor_words),
         Fact::new("model", model),
     ];
     let limit = |label: &str, limit: Option<f64>| limit.map(|limit| Fact::new(label, millimetres(limit, 4)));
-    own.extend(limit("largest correction", study.limits.correction_mm));
-    own.extend(limit("largest change of the correction", study.limits.correction_change_mm));
-    own.extend(path.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
-    facts_of(&path.machine, &path.errors, own)
+    facts.extend(limit("largest correction", study.limits.correction_mm));
+    facts.extend(limit("largest change of the correction", study.limits.correction_change_mm));
+    facts.extend(path.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
+    facts_of(&path.machine, &path.errors, facts)
 }
 
 /// Returns the interactive view of the bands over the force error.

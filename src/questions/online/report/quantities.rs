@@ -15,7 +15,7 @@ use crate::{
 
 /// Returns the status of a trial: solved, or solved in part where a point of it is not.
 pub(super) fn status(trial: &Trial) -> &'static str {
-    match [trial.offline, trial.online].iter().all(|left| left.solved == left.points) {
+    match [trial.offline, trial.online].iter().all(|residual| residual.solved == residual.points) {
         true => SOLVED,
         false => "solved_in_part",
     }

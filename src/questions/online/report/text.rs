@@ -14,17 +14,17 @@ use crate::{
     simulation::SOLVED,
 };
 
-/// Returns what a reader must know before the results, a line each.
+/// Returns the cautions that a reader must know before the results, a line each.
 pub(super) fn cautions(compared: &Compared<'_>) -> String {
     unsafe_loop_words(compared) + &unsolved_words(compared) + &cautions_of(&compared.study.path)
 }
 
 /// Warns if the loop through the cutting force does not converge at the given cutting stiffness; else empty.
 fn unsafe_loop_words(compared: &Compared<'_>) -> String {
-    let (Some(stiffness), Some(found)) = (compared.study.cutting_stiffness, compared.results.loop_gain) else {
+    let (Some(stiffness), Some(loop_gain)) = (compared.study.cutting_stiffness, compared.results.loop_gain) else {
         return String::new();
     };
-    match found.gain {
+    match loop_gain.gain {
         Some(gain) if gain.is_infinite() => format!(
             "Not safe: at {stiffness} N/mm the cut itself is unstable where it draws the tool in, with or without correction.\n"
         ),
@@ -46,7 +46,7 @@ fn unsolved_words(compared: &Compared<'_>) -> String {
     }
 }
 
-/// Returns the table of medians and bands, with the facts of the path.
+/// Returns the table of medians and 5 % to 95 % bands, a row for each force error, with the facts of the path.
 pub(super) fn details(compared: &Compared<'_>) -> String {
     let mut table = text_table(["force error", "predicted", "5 % to 95 %", "measured", "5 % to 95 %"], 1);
     let shown = |value: f64| millimetres_in_table(value, 4);
@@ -57,10 +57,10 @@ pub(super) fn details(compared: &Compared<'_>) -> String {
     for (error, (offline, online)) in rows {
         table.add_row([percent_of(*error), median(offline), between(offline), median(online), between(online)]);
     }
-    let plain = or_dash(compared.results.plain.rms_mm, shown);
+    let uncorrected = or_dash(compared.results.plain.rms_mm, shown);
     format!(
         "Rms distance of the tool from its path, where it cuts, in the median over seeds, corrected by predicted and by measured \
-         forces; {plain} without correction.\n{table}\n{}",
+         forces; {uncorrected} without correction.\n{table}\n{}",
         facts_text(&compared.study.path.facts)
     )
 }
@@ -125,9 +125,9 @@ fn residual_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
 }
 
 /// Returns the largest stable cutting stiffness as a key number.
-fn stiffness_key_number(found: &LoopGain) -> KeyNumber {
-    let shown = format!("{:.0} N/mm", found.largest_stiffness_N_per_mm);
-    let against = match found.gain {
+fn stiffness_key_number(loop_gain: &LoopGain) -> KeyNumber {
+    let shown = format!("{:.0} N/mm", loop_gain.largest_stiffness_N_per_mm);
+    let against = match loop_gain.gain {
         Some(gain) if gain.is_finite() => format!("the loop has a gain of {gain:.2} at the stiffness that is given"),
         Some(_) => "at the stiffness that is given the cut itself is unstable".into(),
         None => "no cutting stiffness is given".into(),

@@ -42,8 +42,8 @@ use pictures::Pictures;
 impl Answered for PathStudy {
     /// Computes the study part by part, and makes tables, figures, page and summary.
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
-        let turned = self.with_gamma(run.work)?;
-        let (study, machine) = (turned.as_ref(), &turned.machine);
+        let at_gamma = self.with_gamma(run.work)?;
+        let (study, machine) = (at_gamma.as_ref(), &at_gamma.machine);
         let empty = points_table(study, &PathPart::empty(machine));
         let (sizes, ranked_by) = (
             (study.stations.len(), Source::of(machine).len()),
@@ -115,8 +115,8 @@ fn page(study: &PathStudy, shown: &Shown, text: &ReportText) -> Description {
         TableNote::ranked("points.csv", points, &DISPLACEMENT.name),
     ];
     if study.gamma_search.is_some() {
-        let turns = "One row per point: the rotation γ about the tool axis and its cost, beside the programmed and the best constant one.";
-        tables.push(TableNote::ranked("redundancy.csv", turns, COST));
+        let gammas = "One row per point: the rotation γ about the tool axis and its cost, beside the programmed and the best constant one.";
+        tables.push(TableNote::ranked("redundancy.csv", gammas, COST));
     }
     Description {
         setting: setting(study, shown),
@@ -157,24 +157,26 @@ const COST: &str = "cost_mm";
 const ALONG: &str = "Along the path";
 const METHODS: &str = "Methods of compensation";
 
-/// Returns the facts about machine, path, process and force that head the page.
+/// Returns the facts about machine, path, process and force that head the page; `shown` says whether the path is a circle.
 fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
     let kind = if shown.is_circle { "circle" } else { "path" };
     let points = counted(study.stations.len(), "point");
-    let over = "over these points of this path alone, each at the angle of the force that it has there";
-    let mut own = vec![
+    let extremes = "over these points of this path alone, each at the angle of the force that it has there";
+    let mut facts = vec![
         Fact::new("path", format!("{kind} of {:.1} mm, {points}", study.length_mm())),
-        Fact::new("best and worst", over),
+        Fact::new("best and worst", extremes),
     ];
-    own.extend(study.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
+    facts.extend(study.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
     let forces = study.tasks.iter().map(|task| task.load.force.norm());
     let (low, high) = forces.fold((f64::INFINITY, 0.0f64), |(low, high), force| (low.min(force), high.max(force)));
     let force = if high > 0.0 { format!("{low:.1} N to {high:.1} N along the path") } else { "none".into() };
-    own.push(Fact::new("force on the tool", force));
-    own.extend(study.tasks.first().map(|task| Fact::new("compensation holds", task.target.words())));
-    own.extend(study.gamma_search.as_ref().map(|own| Fact::new("rotation about the tool axis", own.choice().words())));
-    own.push(spread_report::fact(study.uncertainty.as_ref()));
-    facts_of(&study.machine, &study.errors, own)
+    facts.push(Fact::new("force on the tool", force));
+    facts.extend(study.tasks.first().map(|task| Fact::new("compensation holds", task.target.words())));
+    facts.extend(
+        study.gamma_search.as_ref().map(|search| Fact::new("rotation about the tool axis", search.choice().words())),
+    );
+    facts.push(spread_report::fact(study.uncertainty.as_ref()));
+    facts_of(&study.machine, &study.errors, facts)
 }
 
 /// Returns the view of the table of points: largest quantities first, then components and the cutting force.
@@ -196,8 +198,8 @@ pub(crate) fn points_view(
     table: String,
     first: Vec<Quantity<PointEffect>>,
 ) -> Explorer {
-    let (moved, drives) = (quantities::displacement_components(), quantities::drives(machine).each);
-    let mut quantities = layers(first.iter().chain(&moved).chain(&drives));
+    let (displacement, drives) = (quantities::displacement_components(), quantities::drives(machine).each);
+    let mut quantities = layers(first.iter().chain(&displacement).chain(&drives));
     quantities.push(crate::page::Quantity::new([ANGLE[0]], ANGLE[1], "°", Better::Neither));
     Explorer {
         title,

@@ -45,10 +45,10 @@ impl<'a> PathDrawing<'a> {
     /// Adds the next point, with the index `k`.
     pub fn add(&mut self, part: &PathPart, k: usize) {
         let displacement = BySource::of(&self.study.machine, |source| part.displacement(source, k));
-        if let Some(moved) = displacement[Source::All]
-            && self.worst.is_none_or(|(_, most)| moved.norm() > most.norm())
+        if let Some(deviation) = displacement[Source::All]
+            && self.worst.is_none_or(|(_, largest)| deviation.norm() > largest.norm())
         {
-            self.worst = Some((k, moved));
+            self.worst = Some((k, deviation));
         }
         if self.drawn.get(self.shifts.len()) == Some(&k) {
             let left = part.at(Source::All, k).compensated().map(|answer| answer.position_error);
@@ -61,10 +61,10 @@ impl<'a> PathDrawing<'a> {
         self.drawn.iter().map(|&k| self.wanted[k]).zip(&self.shifts)
     }
 
-    /// Returns by how much deviations are magnified in the plane of two axes.
+    /// Returns the factor by which deviations are magnified in a figure over the axes `across` and `up` (0 to 2).
     fn amplification_along(&self, [across, up]: [usize; 2]) -> f64 {
-        let turned: Vec<Vector3<f64>> = self.wanted.iter().map(|p| Vector3::new(p[across], p[up], 0.0)).collect();
-        amplification(&turned, self.worst.map_or(0.0, |(_, largest)| largest.norm()))
+        let in_plane: Vec<Vector3<f64>> = self.wanted.iter().map(|p| Vector3::new(p[across], p[up], 0.0)).collect();
+        amplification(&in_plane, self.worst.map_or(0.0, |(_, largest)| largest.norm()))
     }
 
     /// Draws the wanted and the displaced path in the plane in which it spreads most, coloured by the size of the deviation.
@@ -151,7 +151,7 @@ impl<'a> PathDrawing<'a> {
     }
 }
 
-/// Returns the axes to the right, upward and along the line of sight of the view in which the path spreads most, preferably along z.
+/// Returns the axes (0 to 2) rightward, upward and along the sight of the view in which the path spreads most, preferably along z.
 pub fn view_axes(wanted: &[Vector3<f64>]) -> [usize; 3] {
     let extent = |axis: usize| {
         let (low, high) = wanted.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[axis]), h.max(p[axis])));

@@ -71,10 +71,10 @@ impl<'a> Pictures<'a> {
             (drawn.stem.clone(), self.figure(&drawn.title, &drawn.y_label, series.collect()))
         };
         // What each source asks of a drive is shown last.
-        let (own, by_source) = self.drawn.split_at(self.drawn.len() - self.study.machine.drive_count());
+        let (of_path, by_source) = self.drawn.split_at(self.drawn.len() - self.study.machine.drive_count());
         let is_drawn = |drawn: &&CurveFigure| drawn.lines.iter().any(|line| !line.curve.points().is_empty());
         let mut figures = vec![("answer".to_string(), self.on_part.magnified_figure(self.shown))];
-        figures.extend(own.iter().filter(is_drawn).map(of_lines));
+        figures.extend(of_path.iter().filter(is_drawn).map(of_lines));
         figures.extend(self.cutting_force().map(|figure| ("cutting_force".to_string(), figure)));
         figures.push(("paths".to_string(), self.on_part.top_view_figure()));
         figures.extend(by_source.iter().filter(is_drawn).map(of_lines));
@@ -169,17 +169,17 @@ fn curve_figures(study: &PathStudy) -> Vec<CurveFigure> {
         lines: distances,
     }];
     if study.uncertainty.is_some() {
-        let own = |label: &str, dashed, quantity| of(label.into(), dashed, Source::All, &quantity);
+        let of_all = |label: &str, dashed, quantity| of(label.into(), dashed, Source::All, &quantity);
         all.push(CurveFigure {
             stem: "spread".into(),
             title: "Distance from the path where inputs are uncertain".into(),
             y_label: "distance [mm]".into(),
             lines: vec![
-                own("without compensation, nominal", true, DISPLACEMENT),
-                own("without compensation, 95 % below", false, P95_DISPLACEMENT),
-                own("compensated, median", true, MEDIAN_RESIDUAL),
-                own("compensated, 95 % below", false, P95_RESIDUAL),
-                own("compensated, no cutting force", true, WITHOUT_FORCE),
+                of_all("without compensation, nominal", true, DISPLACEMENT),
+                of_all("without compensation, 95 % below", false, P95_DISPLACEMENT),
+                of_all("compensated, median", true, MEDIAN_RESIDUAL),
+                of_all("compensated, 95 % below", false, P95_RESIDUAL),
+                of_all("compensated, no cutting force", true, WITHOUT_FORCE),
             ],
         });
     }

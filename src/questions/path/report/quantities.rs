@@ -100,39 +100,39 @@ pub(crate) const ANGLE: [&str; 2] = ["phi_deg", "tool angle φ"];
 /// Makes the table of points, one row per point and source: positions, errors, cutting force, commands, and drive corrections and forces.
 pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
     let machine = &study.machine;
-    let moved: Vec<Of> = [DISPLACEMENT].into_iter().chain(displacement_components()).collect();
-    let leftover = Of::vector("residual_rotation", "deg", "", |at| {
+    let displacement: Vec<Of> = [DISPLACEMENT].into_iter().chain(displacement_components()).collect();
+    let residual_rotation = Of::vector("residual_rotation", "deg", "", |at| {
         Some(at.compensated()?.residual_rotation.map(f64::to_degrees).into())
     });
-    let left: Vec<Of> = leftover.into_iter().chain([RESIDUAL_ERROR]).collect();
+    let residual: Vec<Of> = residual_rotation.into_iter().chain([RESIDUAL_ERROR]).collect();
     let drives = drives(machine).each;
     let spread: Vec<Of> = spread_quantities(study).into_iter().chain(spread_columns(study)).collect();
-    let columns = |all: &[Of]| all.iter().map(Of::column).collect();
+    let columns = |quantities: &[Of]| quantities.iter().map(Of::column).collect();
     let columns = [
         counts(["point"]),
         numbers([ARC_LENGTH[0], ANGLE[0], "wanted_x_mm", "wanted_y_mm", "wanted_z_mm"]),
         texts(["source", "status", "reason"]),
-        columns(&moved),
+        columns(&displacement),
         numbers(cutting_force::columns()),
         numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)),
-        columns(&left),
+        columns(&residual),
         numbers(drive_columns(machine)),
         columns(&drives),
         columns(&spread),
     ];
     let row = |k: usize, source: Source| {
         let (station, task, at) = (&study.stations[k], &study.tasks[k], part.at(source, k));
-        let (answer, compensated) = (&at.answer, at.compensated());
+        let (result, compensated) = (&at.answer, at.compensated());
         let mut row: Row = vec![k.into(), station.arc_length_mm.into(), station.phi_deg.into()];
         row.extend(cells(task.pose.transform(task.offset(machine)).iter().copied()));
-        row.extend([source.label().into(), answer.status.label().into(), answer.status.reason(machine).into()]);
-        row.extend(moved.iter().map(|own| own.cell_of(Ok(at))));
+        row.extend([source.label().into(), result.status.label().into(), result.status.reason(machine).into()]);
+        row.extend(displacement.iter().map(|quantity| quantity.cell_of(Ok(at))));
         row.extend(cutting_force::force_cells(&source.task(task)));
         row.extend(pose_cells(Some(&task.pose)));
-        row.extend(pose_cells(compensated.and_then(|answer| answer.target.as_ref())));
-        row.extend(left.iter().map(|own| own.cell_of(Ok(at))));
-        row.extend(drive_cells(machine, task, answer, compensated.is_some()));
-        row.extend(drives.iter().chain(&spread).map(|own| own.cell_of(Ok(at))));
+        row.extend(pose_cells(compensated.and_then(|result| result.target.as_ref())));
+        row.extend(residual.iter().map(|quantity| quantity.cell_of(Ok(at))));
+        row.extend(drive_cells(machine, task, result, compensated.is_some()));
+        row.extend(drives.iter().chain(&spread).map(|quantity| quantity.cell_of(Ok(at))));
         row
     };
     let sources = part.sources.sources();

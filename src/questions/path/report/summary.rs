@@ -44,8 +44,8 @@ impl<'a> Summary<'a> {
     /// Makes an empty summary of `study`.
     pub fn new(study: &'a PathStudy, shown: Shown) -> Self {
         let drives = drives(&study.machine);
-        let own = [DISPLACEMENT, RESIDUAL_ERROR, P95_RESIDUAL, WITHOUT_FORCE];
-        let quantities: Vec<_> = own.into_iter().chain(drives.largest().cloned()).collect();
+        let collected = [DISPLACEMENT, RESIDUAL_ERROR, P95_RESIDUAL, WITHOUT_FORCE];
+        let quantities: Vec<_> = collected.into_iter().chain(drives.largest().cloned()).collect();
         let of_source = |_| SourceExtremes { largest: vec![None; quantities.len()], ..SourceExtremes::default() };
         let sources = BySource::of(&study.machine, of_source);
         Self {
@@ -81,7 +81,7 @@ impl<'a> Summary<'a> {
         }
     }
 
-    /// Counts whether point `k` is within tolerance, and records the single sources there if it is the worst so far.
+    /// Counts whether point `k` is within tolerance, and keeps the displacements by single sources there if it is the worst so far.
     fn note_displacement(&mut self, part: &PathPart, k: usize) {
         let size = |source: Source| DISPLACEMENT.value(part.at(source, k));
         let all = size(Source::All);
@@ -89,27 +89,27 @@ impl<'a> Summary<'a> {
             self.within.add(1.0, all.map(|all| all <= tolerance));
         }
         let Some(all) = all else { return };
-        if self.largest_displacement().is_none_or(|(most, _)| all > most) {
+        if self.largest_displacement().is_none_or(|(largest, _)| all > largest) {
             let parts = Source::parts(&self.study.machine).iter();
             self.single_sources = parts.filter_map(|source| Some((*source, size(*source)?))).collect();
         }
     }
 
-    /// Adds the distribution of the largest distance from the path.
+    /// Sets the distribution of the largest distance from the path.
     pub fn add_whole(&mut self, spread: &Option<PathSpread>) {
         self.whole.clone_from(spread);
     }
 
-    /// Returns what is counted of the distributions.
+    /// Returns the counts of the distributions of the residual error, or without any, of the distance at the nominal command.
     pub(super) fn spread_counts(&self) -> &SpreadCounts {
         let [compensated, plain] = &self.spread;
         if compensated.known > 0 { compensated } else { plain }
     }
 
-    /// Returns the largest value of `quantity` under `source`, and its point.
+    /// Returns the largest value of `quantity` under `source`, and the index of its point; `None` if it is not collected or has no value.
     pub(super) fn largest(&self, source: Source, quantity: &Quantity<PointEffect>) -> Option<(f64, usize)> {
-        let place = self.quantities.iter().position(|own| own.name == quantity.name)?;
-        self.sources.get(source)?.largest[place]
+        let index = self.quantities.iter().position(|collected| collected.name == quantity.name)?;
+        self.sources.get(source)?.largest[index]
     }
 
     /// Returns the largest displacement by all sources together, mm, and its point.
@@ -124,14 +124,14 @@ impl<'a> Summary<'a> {
 
     /// Returns the rows per status, those of all sources together first.
     pub(super) fn statuses(&self) -> Vec<StatusCount> {
-        let mut all = self.sources[Source::All].statuses.clone();
-        for count in self.sources.iter().filter(|(own, _)| *own != Source::All).flat_map(|(_, sums)| &sums.statuses) {
-            match all.iter_mut().find(|known| known.status == count.status) {
-                Some(known) => known.rows += count.rows,
-                None => all.push(count.clone()),
+        let mut counts = self.sources[Source::All].statuses.clone();
+        for count in self.sources.iter().filter(|(s, _)| *s != Source::All).flat_map(|(_, sums)| &sums.statuses) {
+            match counts.iter_mut().find(|same| same.status == count.status) {
+                Some(same) => same.rows += count.rows,
+                None => counts.push(count.clone()),
             }
         }
-        all
+        counts
     }
 
     /// Returns the summary as JSON: largest values per source, and residual errors of the methods.

@@ -58,9 +58,9 @@ fn cautions_text(summary: &Summary<'_>) -> String {
             format!("{failed} of {points} could not be compensated; the table of points says why.\n")
         }
     };
-    let turned = found_gamma(study).map_or_else(String::new, |(found, how)| redundancy::report::sentence(found, how));
+    let gamma = found_gamma(study).map_or_else(String::new, |(found, how)| redundancy::report::sentence(found, how));
     failed
-        + &turned
+        + &gamma
         + &spread_report::along_cautions(&along(summary), summary.whole.as_ref())
         + &spread_report::cautions(study.uncertainty.as_ref(), summary.spread_counts(), "point")
         + &cautions_of(study)
@@ -80,7 +80,7 @@ fn spread_text(summary: &Summary<'_>) -> String {
     text + &summary.spread_counts().sentences("point")
 }
 
-/// Returns how sentences about the distribution along the path name it and its commands.
+/// Returns the names of the path and its commands for sentences about distributions along it, and why it is not judged, if so.
 fn along<'a>(summary: &'a Summary<'_>) -> Along<'a> {
     Along {
         machine: &summary.study.machine.name,
@@ -103,7 +103,7 @@ fn has_force(study: &PathStudy) -> bool {
     study.tasks.iter().any(|task| task.load != Wrench::default())
 }
 
-/// Says that the machine cannot run the path as placed; empty where it can.
+/// Returns the sentence that the machine cannot run the path as placed, as positions are outside its workspace; empty where it can.
 fn outside(study: &PathStudy) -> String {
     OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path")
 }
@@ -137,11 +137,11 @@ fn cause_text(summary: &Summary<'_>) -> String {
     if peaks.windows(2).any(|pair| pair[0] != pair[1]) {
         text += "These largest values lie at different points: they do not add up to the largest by all sources.\n";
     }
-    let blame = summary.single_sources.iter();
-    let blame: Vec<String> =
-        blame.map(|(source, size)| format!("{} {}", source.words(), millimetres(*size, 3))).collect();
-    if let Some((_, k)) = summary.largest_displacement().filter(|_| blame.len() > 1) {
-        let words: Vec<&str> = blame.iter().map(String::as_str).collect();
+    let shares = summary.single_sources.iter();
+    let shares: Vec<String> =
+        shares.map(|(source, size)| format!("{} {}", source.words(), millimetres(*size, 3))).collect();
+    if let Some((_, k)) = summary.largest_displacement().filter(|_| shares.len() > 1) {
+        let words: Vec<&str> = shares.iter().map(String::as_str).collect();
         text += &format!(
             "At the worst point, {}, each alone moves the tool by: {}.\n",
             point_words(summary, k),
@@ -155,12 +155,12 @@ fn cause_text(summary: &Summary<'_>) -> String {
 fn remedy_text(summary: &Summary<'_>) -> String {
     let machine = &summary.study.machine;
     let largest = |quantity: &Quantity<PointEffect>| summary.largest(Source::All, quantity);
-    let of = |((kind, correction), (_, force)): (&(Motion, _), &(Motion, _))| {
+    let sentence = |((kind, correction), (_, force)): (&(Motion, _), &(Motion, _))| {
         let ((correction, k), (force, kf)) = (largest(correction)?, largest(force)?);
         let drives = kind_word(machine, *kind);
-        let own = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
+        let of_kind = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
         Some(format!(
-            "To keep the tool on its path, correct the {drives} by up to {}, {}. Drive {}s{own} then reach {force:.0} {}, {}.\n",
+            "To keep the tool on its path, correct the {drives} by up to {}, {}. Drive {}s{of_kind} then reach {force:.0} {}, {}.\n",
             kind.position_words(correction),
             point_words(summary, k),
             kind.force_word(),
@@ -168,10 +168,10 @@ fn remedy_text(summary: &Summary<'_>) -> String {
             point_words(summary, kf)
         ))
     };
-    let mut text: String = summary.drives.corrections.iter().zip(&summary.drives.forces).filter_map(of).collect();
-    if let (Some(axes), Some((left, k))) = (machine.uncontrolled_names(), largest(&RESIDUAL_ERROR)) {
-        let (left, place) = (millimetres(left, 3), point_words(summary, k));
-        text += &format!("The residual error is up to {left}, {place}: the drives do not control {axes}.\n");
+    let mut text: String = summary.drives.corrections.iter().zip(&summary.drives.forces).filter_map(sentence).collect();
+    if let (Some(axes), Some((residual, k))) = (machine.uncontrolled_names(), largest(&RESIDUAL_ERROR)) {
+        let (residual, place) = (millimetres(residual, 3), point_words(summary, k));
+        text += &format!("The residual error is up to {residual}, {place}: the drives do not control {axes}.\n");
     }
     text
 }
@@ -232,22 +232,22 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     if let Some((sure, numbers)) = spread_headline(summary) {
         return Headline::new(verdict + &sure, basis).with_cautions(&text.cautions).with_numbers(numbers);
     }
-    let under = acting_words(&study.machine, &study.errors, has_force(study));
+    let acting = acting_words(&study.machine, &study.errors, has_force(study));
     let off = millimetres(worst, 3);
-    let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
-    let then = match left {
-        Some(left) if left <= ROUNDING_MM => "; compensated, the tool stays on the path".into(),
-        Some(left) => format!("; compensated, by {}", millimetres(left, 4)),
+    let residual = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(residual, _)| residual);
+    let then = match residual {
+        Some(residual) if residual <= ROUNDING_MM => "; compensated, the tool stays on the path".into(),
+        Some(residual) => format!("; compensated, by {}", millimetres(residual, 4)),
         None => "; no compensation was found at any point".into(),
     };
     let place = point_words(summary, k);
-    let sentence = format!("{verdict}{under}, the tool of {name} is off this path by up to {off}, {place}{then}.");
+    let sentence = format!("{verdict}{acting}, the tool of {name} is off this path by up to {off}, {place}{then}.");
     let against = summary.within.words(study.tolerance_mm, POINTS).unwrap_or_default();
     let number = KeyNumber::new(&off, "largest distance from the path without compensation", against);
     Headline::new(sentence, basis)
         .with_cautions(&text.cautions)
         .with(number.found(in_points_table(&DISPLACEMENT, worst)))
-        .with_numbers(left.map(|left| residual_number(summary, left)))
+        .with_numbers(residual.map(|residual| residual_number(summary, residual)))
         .with_numbers(correction_number(summary))
 }
 
@@ -266,14 +266,14 @@ fn spread_headline(summary: &Summary<'_>) -> Option<(String, Vec<KeyNumber>)> {
     Some((spread_report::along_verdict(&along, whole), numbers))
 }
 
-/// Returns where in `points.csv` the largest `value` of `quantity` by all sources stands.
+/// Returns the reference to the largest `value` of `quantity` by all sources in `points.csv`.
 fn in_points_table(quantity: &Quantity<PointEffect>, value: f64) -> InTable {
     quantity.found_in("points.csv", &[["source", Source::All.label()]], Extreme::Largest, value)
 }
 
-/// Returns the key number of the largest residual error after compensation, mm.
-fn residual_number(summary: &Summary<'_>, left: f64) -> KeyNumber {
-    let against = summary.study.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(left)).unwrap_or_default();
+/// Returns the key number of `mm`, the largest residual error after compensation, mm.
+fn residual_number(summary: &Summary<'_>, mm: f64) -> KeyNumber {
+    let against = summary.study.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(mm)).unwrap_or_default();
     let points = summary.study.stations.len();
     let what = match summary.failed_count() {
         0 => "largest residual error, with compensation".to_string(),
@@ -281,7 +281,7 @@ fn residual_number(summary: &Summary<'_>, left: f64) -> KeyNumber {
             format!("largest residual error at the {} of {points} points that could be compensated", points - failed)
         }
     };
-    KeyNumber::new(&millimetres(left, 4), what, against).found(in_points_table(&RESIDUAL_ERROR, left))
+    KeyNumber::new(&millimetres(mm, 4), what, against).found(in_points_table(&RESIDUAL_ERROR, mm))
 }
 
 /// Returns the key number of the largest drive correction, of slides where the machine has slides and hinges, with the drive force.

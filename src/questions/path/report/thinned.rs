@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 /// Most points of a curve.
 pub const MOST_POINTS: usize = 4000;
 
-/// Returns how many of the `points` of a path are drawn as one step of a curve: its smallest and its largest value.
+/// Returns how many of the `points` of a path make one step of a curve, of which the smallest and the largest value are drawn.
 pub fn points_per_step(points: usize) -> usize {
     if points <= MOST_POINTS { 1 } else { points.div_ceil(MOST_POINTS / 2) }
 }
@@ -98,8 +98,8 @@ const VISIBLE_SHARE: f64 = 2e-3;
 
 /// Returns the diagonal of the box around `positions`, in their unit.
 fn box_diagonal(positions: &[Vector3<f64>]) -> f64 {
-    let nothing = [Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN)];
-    let [low, high] = positions.iter().fold(nothing, |[low, high], at| [low.inf(at), high.sup(at)]);
+    let empty_box = [Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN)];
+    let [low, high] = positions.iter().fold(empty_box, |[low, high], at| [low.inf(at), high.sup(at)]);
     (high - low).norm()
 }
 

@@ -23,19 +23,19 @@ use crate::{
 /// Returns the first screen: one sentence, key numbers and cautions.
 pub(super) fn headline(results: &PlacementResults) -> Headline {
     let study = &results.study;
-    let cannot = verdict_counts(results)[2];
+    let infeasible = verdict_counts(results)[2];
     let mut basis = counted(results.cells.len(), "place");
-    if cannot > 0 {
-        basis += &format!(", at {cannot} of them the workpiece cannot be cut");
+    if infeasible > 0 {
+        basis += &format!(", at {infeasible} of them the workpiece cannot be cut");
     }
     let Some((entry, evaluation)) = best_entry(results) else {
-        let said = infeasible_text(results);
-        let (first, rest) = said.split_once('\n').unwrap_or((&said, ""));
+        let sentences = infeasible_text(results);
+        let (first, rest) = sentences.split_once('\n').unwrap_or((&sentences, ""));
         return Headline::new(first, basis).with_cautions(rest).with_cautions(&cautions_text(study));
     };
     let uncertainty = study.features[0].uncertainty.as_deref();
     basis += &format!(", {}", spread_report::basis(uncertainty));
-    let clamp = sentence(results, entry, evaluation);
+    let clamp = clamp_sentence(results, entry, evaluation);
     let (sentence, numbers): (String, Vec<KeyNumber>) = match &entry.spread {
         None => {
             let numbers =
@@ -72,15 +72,15 @@ pub fn cautions_text(study: &PlacementStudy) -> String {
     cautions::carrier(&study.machine) + &cautions::assumed_workspace(&study.machine) + &facts_text(words.as_slice())
 }
 
-/// Returns the caution that there is no correction within the limits; empty if there is one.
+/// Returns the caution that there is no correction within the limits, and why; empty if there is one or none was sought.
 fn not_corrected(evaluation: &Evaluation) -> String {
     let reason = evaluation.not_corrected.as_ref();
     reason.map_or_else(String::new, |reason| format!("There is no correction within the limits: {reason}.\n"))
 }
 
-/// Returns how sentences about the distribution along the paths name them.
+/// Returns the names of the paths and their commands for sentences about distributions along them, and why they are not judged, if so.
 pub(super) fn along(study: &PlacementStudy) -> Along<'_> {
-    let points = study.features.iter().map(|job| evaluate::counted_flags(job).into_iter().filter(|own| *own).count());
+    let points = study.features.iter().map(|job| evaluate::counted_flags(job).into_iter().filter(|flag| *flag).count());
     Along {
         machine: &study.machine.name,
         path: format!("the {}", part(study)),
@@ -112,13 +112,13 @@ fn part(study: &PlacementStudy) -> &str {
     }
 }
 
-/// Returns the value of a metric with its unit, if it exists.
+/// Formats the value of `metric` with its unit; `None` where it was not computed or does not exist.
 fn value_of(study: &PlacementStudy, evaluation: &Evaluation, metric: Metric) -> Option<String> {
     Some(metric.value_words(&study.machine, evaluation.metrics.get(metric)?))
 }
 
 /// Returns the sentence of the first screen: where to clamp, and unless a verdict by the distribution says it, how far the tool leaves its path.
-fn sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> String {
+fn clamp_sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> String {
     let study = &results.study;
     let mut text = format!("Clamp the {} at {}{}", part(study), site_words(&entry.site), gamma_words(study, entry));
     if entry.spread.is_some() {
@@ -128,7 +128,7 @@ fn sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) 
         text += &format!(": the tool leaves its path by at most {worst}{}", gain_words(results, entry, evaluation));
     }
     match (value_of(study, evaluation, Metric::WorstResidual), value_of(study, evaluation, Metric::WorstCorrection)) {
-        (Some(left), _) => text += &format!(", and {left} after compensation"),
+        (Some(residual), _) => text += &format!(", and {residual} after compensation"),
         (None, Some(correction)) => text += &format!("; drive corrections of up to {correction} keep it there"),
         _ => {}
     }
@@ -137,16 +137,16 @@ fn sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) 
 
 /// Describes the γ of each feature at a place; empty where none is sought.
 fn gamma_words(study: &PlacementStudy, entry: &Entry) -> String {
-    let turn = |(job, turn): (&FeatureJob, &Option<f64>)| {
-        let degrees = turn.as_ref()?.to_degrees();
+    let gamma = |(job, gamma): (&FeatureJob, &Option<f64>)| {
+        let degrees = gamma.as_ref()?.to_degrees();
         Some((job.feature.name.clone(), typographic(&format!("{degrees:.0}°"))))
     };
-    let turns: Vec<(String, String)> = study.features.iter().zip(&entry.turns).filter_map(turn).collect();
-    match turns.as_slice() {
+    let gammas: Vec<(String, String)> = study.features.iter().zip(&entry.turns).filter_map(gamma).collect();
+    match gammas.as_slice() {
         [] => String::new(),
-        [(_, turn)] => format!(", the arm rotated about its tool by γ = {turn}"),
+        [(_, gamma)] => format!(", the arm rotated about its tool by γ = {gamma}"),
         several => {
-            let each: Vec<String> = several.iter().map(|(name, turn)| format!("{turn} in {name}")).collect();
+            let each: Vec<String> = several.iter().map(|(name, gamma)| format!("{gamma} in {name}")).collect();
             format!(", the arm rotated about its tool by γ = {}", each.join(", "))
         }
     }
@@ -157,25 +157,27 @@ fn gain_words(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation
     let study = &results.study;
     let worst = |evaluation: &Evaluation| evaluation.metrics.get(Metric::WorstDeflection);
     let named = study.candidates.iter().filter_map(|candidate| {
-        let found =
+        let named_entry =
             results.entries.iter().find(|other| other.name == candidate.name && other.found == Origin::Named)?;
-        Some((&found.name, worst(found.feasible()?)?)).filter(|_| found.name != entry.name)
+        Some((&named_entry.name, worst(named_entry.feasible()?)?)).filter(|_| named_entry.name != entry.name)
     });
-    let (Some((name, there)), Some(here)) = (named.into_iter().next(), worst(evaluation)) else { return String::new() };
-    let how = if study.seeks_gamma() { " (as programmed)" } else { "" };
-    match 1.0 - here / there {
-        _ if there <= NO_DEFLECTION => String::new(),
-        gain if gain >= 0.005 => format!(", {:.0} % less than {name}{how}", 100.0 * gain),
-        gain if gain <= -0.005 => format!(", {:.0} % more than {name}{how}", -100.0 * gain),
-        _ => format!(", as {name}{how}"),
+    let (Some((name, at_named)), Some(at_entry)) = (named.into_iter().next(), worst(evaluation)) else {
+        return String::new();
+    };
+    let note = if study.seeks_gamma() { " (as programmed)" } else { "" };
+    match 1.0 - at_entry / at_named {
+        _ if at_named <= NO_DEFLECTION => String::new(),
+        gain if gain >= 0.005 => format!(", {:.0} % less than {name}{note}", 100.0 * gain),
+        gain if gain <= -0.005 => format!(", {:.0} % more than {name}{note}", -100.0 * gain),
+        _ => format!(", as {name}{note}"),
     }
 }
 
 /// Returns the tolerance in mm if all features have the same.
 fn common_tolerance(study: &PlacementStudy) -> Option<f64> {
-    let mut all = study.features.iter().map(|job| job.feature.tolerance_mm);
-    let first = all.next()?;
-    all.all(|other| other == first).then_some(first)
+    let mut tolerances = study.features.iter().map(|job| job.feature.tolerance_mm);
+    let first = tolerances.next()?;
+    tolerances.all(|other| other == first).then_some(first)
 }
 
 /// Describes on which `share` of the path the tolerances are met.
@@ -189,7 +191,7 @@ fn tolerance_words(study: &PlacementStudy, share: Option<f64>) -> String {
     }
 }
 
-/// Returns where in `candidates.csv` the `value` of a metric of `entry` stands.
+/// Returns the reference to the `value` of a metric of `entry` in `candidates.csv`.
 fn in_candidates_table(study: &PlacementStudy, entry: &Entry, metric: Metric, value: f64) -> InTable {
     let rows = [["name", entry.name.as_str()]];
     entry_metric(study, metric).found_in("candidates.csv", &rows, Extreme::Largest, value)
@@ -209,7 +211,7 @@ fn uncompensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Eval
 
 /// Returns the key number of the worst residual error within limits; without limits, of the largest correction.
 fn compensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Option<KeyNumber> {
-    let of = |metric| value_of(study, evaluation, metric);
+    let words_of = |metric| value_of(study, evaluation, metric);
     let metric = match evaluation.metrics.get(Metric::WorstResidual) {
         Some(_) => Metric::WorstResidual,
         None => Metric::WorstCorrection,
@@ -220,11 +222,11 @@ fn compensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evalua
             tolerance_words(study, evaluation.metrics.get(Metric::ShareWithinCorrected)),
         ),
         _ => {
-            let force = of(Metric::WorstDriveForce).map(|force| format!("drives carry up to {force}"));
+            let force = words_of(Metric::WorstDriveForce).map(|force| format!("drives carry up to {force}"));
             ("largest drive correction that keeps the tool on its path".into(), force.unwrap_or_default())
         }
     };
-    let number = KeyNumber::new(&of(metric)?, what, against);
+    let number = KeyNumber::new(&words_of(metric)?, what, against);
     Some(number.found(in_candidates_table(study, entry, metric, evaluation.metrics.get(metric)?)))
 }
 
@@ -235,31 +237,33 @@ const NO_ROOM_DEG: f64 = 0.05;
 
 /// Returns the key number of the smallest margin of the best place, and of directions without any.
 fn margin_number(results: &PlacementResults) -> Option<KeyNumber> {
-    let is_none = |room: &&Margin| match is_angle(room.coordinate) {
-        true => room.distance < NO_ROOM_DEG.to_radians(),
-        false => room.distance < NO_ROOM_MM,
+    let is_none = |margin: &&Margin| match is_angle(margin.coordinate) {
+        true => margin.distance < NO_ROOM_DEG.to_radians(),
+        false => margin.distance < NO_ROOM_MM,
     };
     let (blocked, free): (Vec<&Margin>, Vec<&Margin>) = results.flatness.iter().partition(is_none);
-    let none: Vec<String> =
-        blocked.iter().map(|room| format!("none towards {}: {}", direction_words(room), end_words(room))).collect();
-    let free = free.into_iter().filter(|room| !is_angle(room.coordinate));
-    let Some(least) = free.min_by(|a, b| a.distance.total_cmp(&b.distance)) else {
-        let is_blocked = blocked.iter().any(|room| !is_angle(room.coordinate));
+    let none: Vec<String> = blocked
+        .iter()
+        .map(|margin| format!("none towards {}: {}", direction_words(margin), end_words(margin)))
+        .collect();
+    let free = free.into_iter().filter(|margin| !is_angle(margin.coordinate));
+    let Some(smallest) = free.min_by(|a, b| a.distance.total_cmp(&b.distance)) else {
+        let is_blocked = blocked.iter().any(|margin| !is_angle(margin.coordinate));
         return is_blocked
             .then(|| KeyNumber::new("0.0 mm", "margin: the part fits there alone".to_owned(), none.join("; ")));
     };
     // What is said can be done.
-    let distance = (10.0 * least.distance).floor() / 10.0;
-    let what = match &least.end {
-        End::Worse => format!("least margin ({}), before the objective is 5 % worse", direction_words(least)),
-        _ => format!("least margin ({}), then {}", direction_words(least), end_words(least)),
+    let distance = (10.0 * smallest.distance).floor() / 10.0;
+    let what = match &smallest.end {
+        End::Worse => format!("least margin ({}), before the objective is 5 % worse", direction_words(smallest)),
+        _ => format!("least margin ({}), then {}", direction_words(smallest), end_words(smallest)),
     };
     Some(KeyNumber::new(&format!("{distance:.1} mm"), what, none.join("; ")))
 }
 
 /// Describes why a margin ends.
-fn end_words(room: &Margin) -> String {
-    match &room.end {
+fn end_words(margin: &Margin) -> String {
+    match &margin.end {
         End::Worse => "the objective gets worse at once".into(),
         End::Bound => "the bound of the search".into(),
         End::Infeasible(reason) => with_minus_signs(reason),

@@ -133,21 +133,21 @@ fn sections(results: &PlacementResults) -> Vec<Section> {
 /// Returns a place as the table `[placement]` of a process file.
 fn placement_table(site: &Site) -> String {
     let [x, y, z, angles @ ..] = site.shown();
-    let turned = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
-    let turned: String = turned.map(|(name, angle)| format!("{name}_deg = {angle:?}\n")).collect();
-    format!("[placement]\norigin_mm = [{x:?}, {y:?}, {z:?}]\n{turned}")
+    let nonzero = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
+    let nonzero: String = nonzero.map(|(name, angle)| format!("{name}_deg = {angle:?}\n")).collect();
+    format!("[placement]\norigin_mm = [{x:?}, {y:?}, {z:?}]\n{nonzero}")
 }
 
 /// Titles of the views.
 const SWEEP: &str = "Places of the sweep";
 const PLACES: &str = "Named and found places";
 
-/// Formats a point for the page.
+/// Formats the point `p`, mm, for the page.
 fn point_words(p: Vector3<f64>) -> String {
     typographic(&format!("({}, {}, {})", p.x, p.y, p.z))
 }
 
-/// Returns what positions on the first screen refer to.
+/// Returns which point and frame the positions on the first screen refer to.
 fn positions_words(machine: &Machine) -> String {
     let carrier = machine.carrier.as_ref().map_or("the machine's base", |carrier| carrier.name.as_str());
     format!("of the part's origin, from the origin of {carrier}")
@@ -213,17 +213,17 @@ fn largest_force_n(job: &FeatureJob) -> f64 {
     let mut track = PoseTracker::new(machine, &unplaced);
     let forces = feature.path.points().iter().zip(&feature.loads).map(|(point, load)| {
         let placed = track.placed(external(point));
-        let there = point.orientation.map_or(*placed, |orientation| placed.with_tool_orientation(&orientation));
-        load.on_tool(point.tangent, there.tool_axes()).force_N.norm()
+        let posed = point.orientation.map_or(*placed, |orientation| placed.with_tool_orientation(&orientation));
+        load.on_tool(point.tangent, posed.tool_axes()).force_N.norm()
     });
     forces.fold(0.0, f64::max)
 }
 
 /// Describes a feature: points, largest force, tolerance, compensation and limits.
 fn feature_words(job: &FeatureJob) -> String {
-    let (feature, limits, most) = (&job.feature, &job.limits, largest_force_n(job));
+    let (feature, limits, largest_force) = (&job.feature, &job.limits, largest_force_n(job));
     let mut words = format!(
-        "{}, force on the tool up to {most:.1} N, tolerance {} mm, compensation holds: {}, cutting: {}",
+        "{}, force on the tool up to {largest_force:.1} N, tolerance {} mm, compensation holds: {}, cutting: {}",
         counted(feature.path.len(), "point"),
         feature.tolerance_mm,
         job.target.words(),

@@ -57,15 +57,15 @@ pub(super) fn with_unit(results: &PlacementResults, metric: Metric) -> String {
     }
 }
 
-/// Returns at most [`PANELS`] positions along a coordinate of the grid, evenly spread, both ends and `kept` included.
-fn panel_positions(count: usize, kept: usize) -> Vec<usize> {
+/// Returns at most [`PANELS`] positions along a coordinate of the grid, evenly spread, both ends and `included` included.
+fn panel_positions(count: usize, included: usize) -> Vec<usize> {
     if count <= PANELS {
         return (0..count).collect();
     }
     let mut positions: Vec<usize> = (0..PANELS).map(|k| (k * (count - 1) + (PANELS - 1) / 2) / (PANELS - 1)).collect();
-    let between = positions[1..PANELS - 1].iter_mut().min_by_key(|k| k.abs_diff(kept));
-    if let Some(nearest) = between.filter(|_| kept > 0 && kept + 1 < count) {
-        *nearest = kept;
+    let between = positions[1..PANELS - 1].iter_mut().min_by_key(|k| k.abs_diff(included));
+    if let Some(nearest) = between.filter(|_| included > 0 && included + 1 < count) {
+        *nearest = included;
     }
     positions
 }
@@ -111,7 +111,7 @@ fn plane_title(results: &PlacementResults, plane: &[usize; 6]) -> String {
     typographic(&parts.join(", "))
 }
 
-/// Draws the map of a value over the places of the sweep.
+/// Draws the map over the places of the sweep of what `value` reads from metrics; `quantity` labels the colours, `words` name it.
 fn map(
     results: &PlacementResults,
     quantity: &str,
@@ -184,19 +184,19 @@ fn pareto_figure(results: &PlacementResults) -> LineFigure {
     let metrics = &study.objective.pareto;
     let value = |values: &Metrics, k: usize| values.get(metrics[k]).unwrap_or(0.0);
     let point = |values: &Metrics| (value(values, 0), value(values, 1));
-    let all: Vec<&Metrics> = results.front.iter().map(|(_, values)| values).collect();
+    let front: Vec<&Metrics> = results.front.iter().map(|(_, values)| values).collect();
     let mut series = Vec::new();
     match metrics.get(2) {
-        None => series.push(("best compromises".to_string(), all.iter().map(|v| point(v)).collect::<Vec<_>>())),
+        None => series.push(("best compromises".to_string(), front.iter().map(|v| point(v)).collect::<Vec<_>>())),
         Some(third) => {
             let (low, high) =
-                all.iter().map(|v| value(v, 2)).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+                front.iter().map(|v| value(v, 2)).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
             let part =
                 |v: &Metrics| (((value(v, 2) - low) / (high - low).max(f64::MIN_POSITIVE)) * 3.0).min(2.0) as usize;
             for k in 0..3 {
                 let edge = |k: usize| low + (high - low) * k as f64 / 3.0;
                 let label = format!("{}: {:.3} to {:.3}", third.words(&results.study.machine), edge(k), edge(k + 1));
-                series.push((label, all.iter().filter(|v| part(v) == k).map(|v| point(v)).collect()));
+                series.push((label, front.iter().filter(|v| part(v) == k).map(|v| point(v)).collect()));
             }
         }
     }
@@ -290,8 +290,8 @@ fn paths_figure(results: &PlacementResults, feature: usize) -> PanelFigure {
     let amplification = amplification(wanted, largest_error(results));
     let panel = |trace: &Trace| {
         let at = |k: usize, error: Vector3<f64>| trace.wanted[k] + error * amplification;
-        let drawn = |way: PathVersion| PanelCurve {
-            pieces: cutting_pieces(trace, |k| way.error(trace, k).map(|error| at(k, error)).map(|at| (at.x, at.y))),
+        let drawn = |version: PathVersion| PanelCurve {
+            pieces: cutting_pieces(trace, |k| version.error(trace, k).map(|error| at(k, error)).map(|at| (at.x, at.y))),
         };
         CurvePanel { title: trace.place.clone(), curves: PathVersion::ALL.map(drawn).into() }
     };
@@ -317,5 +317,5 @@ fn paths_figure(results: &PlacementResults, feature: usize) -> PanelFigure {
 /// Returns the largest error of all traces, mm, so that all are magnified alike.
 fn largest_error(results: &PlacementResults) -> f64 {
     let errors = results.traces.iter().flat_map(|trace| &trace.before).flatten();
-    errors.fold(0.0, |most, error| most.max(error.norm()))
+    errors.fold(0.0, |largest, error| largest.max(error.norm()))
 }

@@ -23,19 +23,19 @@ fn if_finite(value: f64) -> Option<f64> {
 
 /// Makes the quantity of the objective, which `value` reads from an `E`.
 fn objective_from<E: 'static>(value: impl Fn(&E) -> Option<f64> + Send + Sync + 'static) -> Quantity<E> {
-    Quantity::computed("objective".into(), "objective".into(), Smaller, move |own| if_finite(value(own)?))
+    Quantity::computed("objective".into(), "objective".into(), Smaller, move |row| if_finite(value(row)?))
 }
 
 /// Makes the quantity of a metric, which `metrics` reads from an `E`.
 fn metric_from<E: 'static>(study: &PlacementStudy, metric: Metric, metrics: fn(&E) -> Option<&Metrics>) -> Quantity<E> {
     let (name, label) = (metric.column(&study.machine), metric.words(&study.machine).into());
     let better = if metric.larger_is_better() { Larger } else { Smaller };
-    Quantity::computed(name, label, better, move |own| if_finite(metrics(own)?.get(metric)?))
+    Quantity::computed(name, label, better, move |row| if_finite(metrics(row)?.get(metric)?))
 }
 
 /// Makes the quantity of a metric of named and found places.
-pub(super) fn entry_metric(study: &PlacementStudy, own: Metric) -> Quantity<Entry> {
-    metric_from(study, own, |entry| entry.outcome.as_ref().ok().map(|evaluation| &evaluation.metrics))
+pub(super) fn entry_metric(study: &PlacementStudy, metric: Metric) -> Quantity<Entry> {
+    metric_from(study, metric, |entry| entry.outcome.as_ref().ok().map(|evaluation| &evaluation.metrics))
 }
 
 /// Returns the metrics that the study can have: those of the correction within limits only if a feature has limits.
@@ -53,24 +53,24 @@ pub(super) fn entry_values(study: &PlacementStudy, metrics: impl IntoIterator<It
 
 /// Makes the quantities of the sweep: objective, the metrics that a search computes anyway, and those of the objective.
 pub(super) fn cell_values(study: &PlacementStudy) -> Vec<Quantity<Cell>> {
-    let asked = study.objective.metrics();
+    let needed = study.objective.metrics();
     let free = [Metric::WorstDeflection, Metric::RmsDeflection, Metric::ShareWithin];
-    let metrics = Metric::ALL.into_iter().filter(|metric| asked.contains(metric) || free.contains(metric));
-    let metrics = metrics.map(|own| metric_from(study, own, Cell::metrics));
-    let sought = study.objective.clone();
-    std::iter::once(objective_from(move |cell: &Cell| Some(sought.value(cell.metrics()?)))).chain(metrics).collect()
+    let metrics = Metric::ALL.into_iter().filter(|metric| needed.contains(metric) || free.contains(metric));
+    let metrics = metrics.map(|metric| metric_from(study, metric, Cell::metrics));
+    let objective = study.objective.clone();
+    std::iter::once(objective_from(move |cell: &Cell| Some(objective.value(cell.metrics()?)))).chain(metrics).collect()
 }
 
 /// Makes the quantities of how sure named and found places are; none where inputs are taken as exact.
 pub(super) fn spread_values(study: &PlacementStudy) -> Vec<Quantity<Entry>> {
     let p95 = "95 % quantile of the worst deflection";
-    let left = "95 % quantile of the largest distance with compensation";
+    let residual = "95 % quantile of the largest distance with compensation";
     let within = "probability that all is within tolerance with compensation";
     let all = [
         Quantity::new("worst_deflection_p95_mm", p95, Smaller, |entry: &Entry| {
             entry.spread.as_ref()?.largest.plain.spread.p95_mm
         }),
-        Quantity::new("compensated_p95_mm", left, Smaller, |entry: &Entry| {
+        Quantity::new("compensated_p95_mm", residual, Smaller, |entry: &Entry| {
             entry.spread.as_ref()?.largest.compensated.as_ref()?.spread.p95_mm
         }),
         Quantity::new("compensated_within_tolerance_probability", within, Larger, |entry: &Entry| {
@@ -100,7 +100,7 @@ fn table_of<'a, E: 'static>(
     quantities: Vec<Quantity<E>>,
     rows: impl IntoIterator<Item = (Row, &'a E)>,
 ) -> Table {
-    let rows = rows.into_iter().map(|(lead, own)| (lead, Ok(own)));
+    let rows = rows.into_iter().map(|(lead, row)| (lead, Ok(row)));
     QuantityTable::without_status(lead, quantities).table(rows)
 }
 
@@ -119,9 +119,9 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
         let worst = |entry: &Entry, f: usize| entry.outcome.as_ref().ok()?.features[f].get(Metric::WorstDeflection);
         quantities.extend(named().map(|(f, (_, name))| of_feature(format!("worst_deflection_{name}_mm"), worst, f)));
     }
-    let turn = |entry: &Entry, f: usize| entry.turns[f].map(f64::to_degrees);
-    let turned = named().filter(|(_, (job, _))| job.gamma_search.is_some());
-    quantities.extend(turned.map(|(f, (_, name))| of_feature(format!("gamma_{name}_deg"), turn, f)));
+    let gamma = |entry: &Entry, f: usize| entry.turns[f].map(f64::to_degrees);
+    let with_gamma = named().filter(|(_, (job, _))| job.gamma_search.is_some());
+    quantities.extend(with_gamma.map(|(f, (_, name))| of_feature(format!("gamma_{name}_deg"), gamma, f)));
     quantities.extend(spread_values(study));
     quantities.push(Quantity::text("correction_within_limits", |entry| {
         entry.ok().and_then(|entry| entry.outcome.as_ref().ok()?.not_corrected.clone()).into()
@@ -185,13 +185,13 @@ pub(super) fn refinements_table(results: &PlacementResults) -> Table {
         counts(["iterations", "searches_ended_by_count", "evaluations"]),
         texts(["converged", "agreement"]),
     ];
-    let row = |(index, found): (usize, &Refinement)| {
+    let row = |(index, refinement): (usize, &Refinement)| {
         let agreement = results.best.as_ref().map(|best| agreement_word(best.agreement[index]));
-        let mut row: Row = vec![(index + 1).into(), start_label(&results.study, found.from).into()];
-        row.extend(coordinate_cells(&found.start).chain(coordinate_cells(&found.site)));
-        row.push(if_finite(found.value).into());
-        row.extend([found.iterations.into(), found.continued.into(), found.visited.len().into()]);
-        row.extend([found.is_converged.to_string().into(), agreement.into()]);
+        let mut row: Row = vec![(index + 1).into(), start_label(&results.study, refinement.from).into()];
+        row.extend(coordinate_cells(&refinement.start).chain(coordinate_cells(&refinement.site)));
+        row.push(if_finite(refinement.value).into());
+        row.extend([refinement.iterations.into(), refinement.continued.into(), refinement.visited.len().into()]);
+        row.extend([refinement.is_converged.to_string().into(), agreement.into()]);
         row
     };
     Table::new(columns.concat(), results.refinements.iter().enumerate().map(row))
@@ -200,9 +200,9 @@ pub(super) fn refinements_table(results: &PlacementResults) -> Table {
 /// Makes the table of the Pareto front, sorted by its first metric.
 pub(super) fn front_table(results: &PlacementResults) -> Table {
     let study = &results.study;
-    let of = |own: &Metric| metric_from(study, *own, |(_, values): &(Site, Metrics)| Some(values));
+    let quantity_of = |metric: &Metric| metric_from(study, *metric, |(_, values): &(Site, Metrics)| Some(values));
     let rows = results.front.iter().map(|place| (coordinate_cells(&place.0).collect(), place));
-    table_of(coordinate_columns(""), study.objective.pareto.iter().map(of).collect(), rows)
+    table_of(coordinate_columns(""), study.objective.pareto.iter().map(quantity_of).collect(), rows)
 }
 
 /// Describes the start of a refinement for tables.
@@ -235,11 +235,11 @@ fn site_json(site: &Site) -> Value {
 
 /// Returns the metrics that exist as JSON.
 fn metrics_json(study: &PlacementStudy, metrics: &Metrics) -> Value {
-    let given = Metric::ALL.into_iter().filter_map(|metric| {
+    let existing = Metric::ALL.into_iter().filter_map(|metric| {
         let value = metrics.get(metric).filter(|value| value.is_finite())?;
         Some((metric.column(&study.machine), json!(value)))
     });
-    Value::Object(given.collect::<Map<_, _>>())
+    Value::Object(existing.collect::<Map<_, _>>())
 }
 
 /// Returns a named or found place with its metrics, or why it is infeasible, as JSON.
@@ -273,16 +273,16 @@ pub fn summary_json(results: &PlacementResults) -> Value {
             "agreement": best.agreement.iter().map(|a| agreement_word(*a)).collect::<Vec<_>>(),
         })
     });
-    let room = |room: &Margin| {
-        let i = room.coordinate;
-        let end = match &room.end {
+    let margin_json = |margin: &Margin| {
+        let i = margin.coordinate;
+        let end = match &margin.end {
             End::Worse => "objective 5 % worse".to_string(),
             End::Bound => "bound".into(),
             End::Nowhere => "half a turn".into(),
             End::Infeasible(reason) => reason.clone(),
         };
-        let sign = if room.direction > 0.0 { "+" } else { "-" };
-        json!({ "direction": format!("{sign}{}", COORDINATES[i]), "distance": in_unit(i, room.distance), "unit": UNITS[i], "end": end })
+        let sign = if margin.direction > 0.0 { "+" } else { "-" };
+        json!({ "direction": format!("{sign}{}", COORDINATES[i]), "distance": in_unit(i, margin.distance), "unit": UNITS[i], "end": end })
     };
     let mut summary = json!({
         "schema": 3,
@@ -296,7 +296,7 @@ pub fn summary_json(results: &PlacementResults) -> Value {
             "too_coarse_along": results.gaps.coarse.iter().map(|&i| COORDINATES[i]).collect::<Vec<_>>(),
         },
         "best": best,
-        "flatness": results.flatness.iter().map(room).collect::<Vec<_>>(),
+        "flatness": results.flatness.iter().map(margin_json).collect::<Vec<_>>(),
         "entries": results.entries.iter().map(|entry| entry_json(study, entry)).collect::<Vec<_>>(),
         "pareto_front": results.front.len(),
     });
@@ -310,6 +310,6 @@ pub fn summary_json(results: &PlacementResults) -> Value {
 pub(super) fn spread_counts(results: &PlacementResults) -> SpreadCounts {
     let mut counts = SpreadCounts::default();
     let spreads = results.entries.iter().filter_map(|entry| entry.spread.as_ref());
-    spreads.for_each(|own| counts.add(&own.largest.compensated.as_ref().unwrap_or(&own.largest.plain).spread));
+    spreads.for_each(|spread| counts.add(&spread.largest.compensated.as_ref().unwrap_or(&spread.largest.plain).spread));
     counts
 }

@@ -48,8 +48,8 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
     if let Some(best) = best {
         shapes.push(part_outline(results, &best.site, Look::Part, String::new()));
         shapes.extend(margin_shape(results, &best.site));
-        for (look, way) in [Look::Path, Look::Before, Look::After].into_iter().zip(PathVersion::ALL) {
-            shapes.extend(drawn_paths(results, way).into_iter().map(|points| PlanShape {
+        for (look, version) in [Look::Path, Look::Before, Look::After].into_iter().zip(PathVersion::ALL) {
+            shapes.extend(drawn_paths(results, version).into_iter().map(|points| PlanShape {
                 look,
                 points: points.iter().map(|p| (p.x, p.y)).collect(),
                 label: String::new(),
@@ -86,10 +86,10 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
     })))
 }
 
-/// Returns the metric that places are drawn with: the worst deflection if the objective has it, else the first metric of the objective.
+/// Returns the metric that places are coloured by: the worst deflection if the objective has it, else the first metric of the objective.
 fn drawn_metric(results: &PlacementResults) -> Metric {
     let weights = &results.study.objective.weights;
-    let has = |wanted: Metric| weights.iter().any(|(metric, _)| *metric == wanted);
+    let has = |sought: Metric| weights.iter().any(|(metric, _)| *metric == sought);
     match weights.first() {
         Some((first, _)) if !has(Metric::WorstDeflection) => *first,
         _ => Metric::WorstDeflection,
@@ -99,9 +99,9 @@ fn drawn_metric(results: &PlacementResults) -> Metric {
 /// Describes height and angles of a place.
 fn height_and_angles(site: &Site) -> String {
     let shown = site.shown();
-    let turns = (3..COORDINATES.len()).filter(|&i| shown[i] != 0.0);
-    let turns: Vec<String> = turns.map(|i| format!(", {} {:.0}°", COORDINATES[i], shown[i])).collect();
-    format!("z = {:.1} mm{}", shown[2], turns.concat())
+    let angles = (3..COORDINATES.len()).filter(|&i| shown[i] != 0.0);
+    let angles: Vec<String> = angles.map(|i| format!(", {} {:.0}°", COORDINATES[i], shown[i])).collect();
+    format!("z = {:.1} mm{}", shown[2], angles.concat())
 }
 
 /// Returns the named places near the bounds, other than the best.
@@ -117,7 +117,7 @@ fn part_outline(results: &PlacementResults, site: &Site, look: Look, label: Stri
     PlanShape { look, points: hull(corners.map(|p| (p.x, p.y)).to_vec()), label }
 }
 
-/// Returns the corners of the workpiece's box at the pose `X_OW`, O, mm.
+/// Returns the corners of the workpiece's box `extent` (W, mm) at the pose `X_OW` `workpiece`; O, mm.
 fn workpiece_corners(extent: &Extent, workpiece: &Pose) -> [Vector3<f64>; 8] {
     extent.corners().map(|corner| workpiece.transform(corner))
 }
@@ -159,32 +159,32 @@ fn error_magnification(results: &PlacementResults) -> f64 {
     amplification(&wanted, errors.map(Vector3::norm).fold(0.0, f64::max))
 }
 
-/// Returns the paths of all features at the best place as `way` shows them, in pieces where the tool cuts; O, mm.
-fn drawn_paths(results: &PlacementResults, way: PathVersion) -> Vec<Vec<Vector3<f64>>> {
+/// Returns the paths of all features at the best place in this version, deviations magnified, in pieces where the tool cuts; O, mm.
+fn drawn_paths(results: &PlacementResults, version: PathVersion) -> Vec<Vec<Vector3<f64>>> {
     let factor = error_magnification(results);
-    let along = |trace: &Trace| cutting_pieces(trace, |k| Some(trace.wanted[k] + factor * way.error(trace, k)?));
+    let along = |trace: &Trace| cutting_pieces(trace, |k| Some(trace.wanted[k] + factor * version.error(trace, k)?));
     best_traces(results).flat_map(along).filter(|piece| piece.len() > 1).collect()
 }
 
 /// Margins along x and y below this are rounding, mm.
 const NO_ROOM_MM: f64 = 1e-3;
 
-/// Returns the margins along x and y as a shape around the best place; along its diagonals nothing was computed.
+/// Returns the margins along ±x and ±y as a rhombus around the best place, as no others were computed; `None` if all are rounding.
 fn margin_shape(results: &PlacementResults, site: &Site) -> Option<PlanShape> {
-    let way = |coordinate: usize, direction: f64| {
-        let found = results.flatness.iter().find(|room| room.coordinate == coordinate && room.direction == direction);
-        found.map_or(0.0, |room| room.distance)
+    let margin_along = |coordinate: usize, direction: f64| {
+        let margin = results.flatness.iter().find(|room| room.coordinate == coordinate && room.direction == direction);
+        margin.map_or(0.0, |room| room.distance)
     };
-    let ways = [way(0, -1.0), way(1, -1.0), way(0, 1.0), way(1, 1.0)];
+    let margins = [margin_along(0, -1.0), margin_along(1, -1.0), margin_along(0, 1.0), margin_along(1, 1.0)];
     let [x, y, ..] = site.0;
-    ways.iter().any(|way| *way > NO_ROOM_MM).then(|| PlanShape {
+    margins.iter().any(|margin_along| *margin_along > NO_ROOM_MM).then(|| PlanShape {
         look: Look::Room,
-        points: vec![(x - ways[0], y), (x, y - ways[1]), (x + ways[2], y), (x, y + ways[3])],
+        points: vec![(x - margins[0], y), (x, y - margins[1]), (x + margins[2], y), (x, y + margins[3])],
         label: String::new(),
     })
 }
 
-/// Returns the note by which factor deviations are magnified, if any are drawn.
+/// Returns the note on the factor by which deviations are magnified; `None` if none are drawn.
 fn deviation_note(results: &PlacementResults) -> Option<String> {
     let factor = error_magnification(results);
     let has_errors = best_traces(results).any(|trace| trace.before.iter().any(Option::is_some));
@@ -196,16 +196,16 @@ fn margin_note(results: &PlacementResults) -> Option<String> {
     let mut parts: Vec<String> = Vec::new();
     for (i, name) in COORDINATES.iter().enumerate() {
         let (scale, unit) = if is_angle(i) { (1f64.to_degrees(), "°") } else { (1.0, "\u{a0}mm") };
-        let way = |direction: f64| {
-            let mut rooms = results.flatness.iter();
-            let room = rooms.find(|room| room.coordinate == i && room.direction == direction)?;
+        let margin_words = |direction: f64| {
+            let mut margins = results.flatness.iter();
+            let margin = margins.find(|margin| margin.coordinate == i && margin.direction == direction)?;
             let sign = if direction < 0.0 { '−' } else { '+' };
-            Some(match format!("{:.1}", room.distance * scale).as_str() {
+            Some(match format!("{:.1}", margin.distance * scale).as_str() {
                 "0.0" => "0".to_string(),
                 length => format!("{sign}{length}"),
             })
         };
-        if let (Some(down), Some(up)) = (way(-1.0), way(1.0)) {
+        if let (Some(down), Some(up)) = (margin_words(-1.0), margin_words(1.0)) {
             parts.push(format!("{name}\u{a0}{down}…{up}{unit}"));
         }
     }
@@ -247,8 +247,8 @@ pub(super) fn pose_figure(results: &PlacementResults) -> Option<Figure> {
     let farthest = (0..trace.before.len()).reduce(|a, b| if size(b) > size(a) { b } else { a })?;
     let job = &study.features[trace.feature];
     let machine = job.machine();
-    let turn = entry.turns[trace.feature].unwrap_or_default();
-    let tasks = job.tasks_at_gamma(&entry.site, turn).ok()?;
+    let gamma = entry.turns[trace.feature].unwrap_or_default();
+    let tasks = job.tasks_at_gamma(&entry.site, gamma).ok()?;
     let bent = deflected_pose(machine, &job.errors, tasks.get(farthest)?, String::new())?;
     let described = MachineDescription::new(machine);
     let solid = |name: String, corners: [Vector3<f64>; 8]| Solid { name, corners: corners.map(Into::into) };

@@ -24,11 +24,11 @@ use crate::{
 /// Describes a place: position, and angles that are not zero.
 pub(super) fn site_words(site: &Site) -> String {
     let [x, y, z, angles @ ..] = site.shown();
-    let turned = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
-    let turned: Vec<String> = turned.map(|(name, angle)| typographic(&format!("{name} {angle:.1}°"))).collect();
-    match turned.as_slice() {
+    let nonzero = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
+    let nonzero: Vec<String> = nonzero.map(|(name, angle)| typographic(&format!("{name} {angle:.1}°"))).collect();
+    match nonzero.as_slice() {
         [] => position(x, y, z),
-        turned => format!("{} at {}", position(x, y, z), turned.join(", ")),
+        nonzero => format!("{} at {}", position(x, y, z), nonzero.join(", ")),
     }
 }
 
@@ -79,10 +79,10 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
 /// Returns the sentences about the search: study, objective, and number of places evaluated.
 pub(super) fn search_text(results: &PlacementResults) -> String {
     let study = &results.study;
-    let [complete, stopped, infeasible] = verdict_counts(results);
+    let [complete, pruned, infeasible] = verdict_counts(results);
     let points: usize = study.features.iter().map(|job| job.feature.path.len()).sum();
     format!(
-        "{}: {}, {}; objective (minimised): {}.\nSweep of {}: {complete} evaluated on the whole path, {stopped} stopped \
+        "{}: {}, {}; objective (minimised): {}.\nSweep of {}: {complete} evaluated on the whole path, {pruned} stopped \
          early because they could not beat the best any more, {infeasible} where the workpiece cannot be cut.\n{}",
         study.machine.name,
         counted(study.features.len(), "feature"),
@@ -164,12 +164,12 @@ const TOLD_APART: f64 = 0.95;
 /// taken as exact.
 pub(super) fn robust_text(results: &PlacementResults) -> String {
     let Some((recommended, _)) = best_entry(results) else { return String::new() };
-    let known = results.entries.iter().filter_map(|entry| Some((entry, entry.spread.as_ref()?)));
-    let known: Vec<(&Entry, &PlaceSpread)> = known.collect();
+    let with_spread = results.entries.iter().filter_map(|entry| Some((entry, entry.spread.as_ref()?)));
+    let with_spread: Vec<(&Entry, &PlaceSpread)> = with_spread.collect();
     let p95 = |spread: &PlaceSpread| spread.largest.plain.spread.p95_mm;
     let words =
         |spread: &PlaceSpread| p95(spread).map_or_else(|| "an unknown distance".into(), |own| millimetres(own, 3));
-    let inside = || known.iter().filter(|(entry, _)| results.study.bounds.inside(&entry.site).is_some());
+    let inside = || with_spread.iter().filter(|(entry, _)| results.study.bounds.inside(&entry.site).is_some());
     let order = |spread: &PlaceSpread| p95(spread).unwrap_or(f64::INFINITY);
     let robust = inside().min_by(|a, b| order(a.1).total_cmp(&order(b.1)));
     let (Some((robust, at_robust)), Some(own)) = (robust, &recommended.spread) else { return String::new() };
@@ -194,10 +194,10 @@ pub(super) fn robust_text(results: &PlacementResults) -> String {
     };
     text += &format!(
         "; the place recommended is the best of {} with {} probability",
-        counted(known.len(), "place"),
+        counted(with_spread.len(), "place"),
         spread_report::probability(own.best)
     );
-    let most = known.iter().max_by(|a, b| a.1.best.total_cmp(&b.1.best)).filter(|(_, most)| most.best > own.best);
+    let most = with_spread.iter().max_by(|a, b| a.1.best.total_cmp(&b.1.best)).filter(|(_, most)| most.best > own.best);
     text += &most.map_or_else(String::new, |(entry, most)| {
         format!(", {} with {}", entry.name, spread_report::probability(most.best))
     });
@@ -298,18 +298,18 @@ fn comparison_text(results: &PlacementResults) -> String {
     let compared: Vec<String> = named
         .map(|entry| match &entry.outcome {
             Ok(evaluation) => {
-                let there = worst(evaluation).unwrap_or(at_best);
+                let deflection = worst(evaluation).unwrap_or(at_best);
                 let mut notes = Vec::new();
                 if at_best > NO_DEFLECTION {
-                    notes.push(typographic(&format!("{:+.0} %", 100.0 * (there / at_best - 1.0))));
+                    notes.push(typographic(&format!("{:+.0} %", 100.0 * (deflection / at_best - 1.0))));
                 }
                 if evaluation.outside_workspace.is_some() {
                     notes.push("outside the machine's workspace box".into());
                 }
                 if notes.is_empty() {
-                    format!("{} {there:.3} mm", entry.name)
+                    format!("{} {deflection:.3} mm", entry.name)
                 } else {
-                    format!("{} {there:.3} mm ({})", entry.name, notes.join(", "))
+                    format!("{} {deflection:.3} mm ({})", entry.name, notes.join(", "))
                 }
             }
             Err(failure) => format!("{} cannot be cut at ({})", entry.name, failure.status.replace('_', " ")),
@@ -318,8 +318,8 @@ fn comparison_text(results: &PlacementResults) -> String {
     match compared.as_slice() {
         [] => String::new(),
         places => {
-            let how = if results.study.seeks_gamma() { ", as programmed" } else { "" };
-            format!("Worst deflection at the named places{how}: {}.\n{}", places.join(", "), better_text(results))
+            let note = if results.study.seeks_gamma() { ", as programmed" } else { "" };
+            format!("Worst deflection at the named places{note}: {}.\n{}", places.join(", "), better_text(results))
         }
     }
 }
@@ -408,30 +408,30 @@ fn convergence_words(refinement: &Refinement) -> String {
 }
 
 /// Returns the direction of a margin: "+x".
-pub(super) fn direction_words(room: &Margin) -> String {
-    let sign = if room.direction > 0.0 { "+" } else { "\u{2212}" };
-    format!("{sign}{}", COORDINATES[room.coordinate])
+pub(super) fn direction_words(margin: &Margin) -> String {
+    let sign = if margin.direction > 0.0 { "+" } else { "\u{2212}" };
+    format!("{sign}{}", COORDINATES[margin.coordinate])
 }
 
 /// Returns the sentence about the margins of the best place.
 fn margins_text(results: &PlacementResults) -> String {
-    let way = |room: &Margin| {
-        let i = room.coordinate;
+    let words_of = |margin: &Margin| {
+        let i = margin.coordinate;
         // What is said can be done.
-        let distance = (10.0 * in_unit(i, room.distance) + 1e-6).floor() / 10.0;
-        let end = match &room.end {
+        let distance = (10.0 * in_unit(i, margin.distance) + 1e-6).floor() / 10.0;
+        let end = match &margin.end {
             End::Worse => "",
             End::Bound => " (its bound)",
             End::Nowhere => " (any angle)",
             End::Infeasible(_) => " (then the workpiece cannot be cut)",
         };
-        format!("{} {distance:.1}{}{end}", direction_words(room), unit_suffix(i))
+        format!("{} {distance:.1}{}{end}", direction_words(margin), unit_suffix(i))
     };
     match results.flatness.as_slice() {
         [] => String::new(),
-        ways => {
-            let ways: Vec<String> = ways.iter().map(way).collect();
-            format!("Moved from there, the objective is 5 % worse after {}.\n", ways.join(", "))
+        margins => {
+            let margins: Vec<String> = margins.iter().map(words_of).collect();
+            format!("Moved from there, the objective is 5 % worse after {}.\n", margins.join(", "))
         }
     }
 }

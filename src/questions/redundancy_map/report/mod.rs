@@ -97,10 +97,10 @@ fn setting(report: &Report<'_>) -> Vec<Fact> {
 fn map_view(report: &Report<'_>) -> Explorer {
     let axes = report.study.axes.len();
     let value = |cell: String, label: String| GroupValue { cells: vec![cell], label };
-    let own = (0..axes).map(|axis| value(report.axis_name(axis), format!("along {}", report.axis_name(axis))));
-    let all = (axes > 1).then(|| value(quantities::ALL.into(), "the worst of all directions".into()));
+    let directions = (0..axes).map(|axis| value(report.axis_name(axis), format!("along {}", report.axis_name(axis))));
+    let worst = (axes > 1).then(|| value(quantities::ALL.into(), "the worst of all directions".into()));
     let (columns, label) = (vec!["direction".into()], "direction of the tool".into());
-    let group = Group { columns, label, values: all.into_iter().chain(own).collect() };
+    let group = Group { columns, label, values: worst.into_iter().chain(directions).collect() };
     let layers = layers(&quantities::page_quantities());
     Explorer { marks: Vec::new(), ..report.study.scene.view(MAP, "redundancy_map.csv", Some(group), layers) }
 }
@@ -149,7 +149,7 @@ fn answer_sentence(report: &Report<'_>) -> String {
     )
 }
 
-/// Describes the position and, of several directions, the tool direction of a value.
+/// Describes the position of a value and, on a map of several directions, the tool direction.
 fn point_words(report: &Report<'_>, found: &FoundValue<'_>) -> String {
     let [x, y, z] = found.point.position_mm;
     let at = position(x, y, z);
@@ -159,7 +159,7 @@ fn point_words(report: &Report<'_>, found: &FoundValue<'_>) -> String {
     }
 }
 
-/// Returns where in `redundancy_map.csv` a value of `quantity` stands.
+/// Returns the reference to the value `found` of `quantity` in `redundancy_map.csv`, where it is the `extreme` of its column.
 fn in_csv(
     report: &Report<'_>,
     found: &FoundValue<'_>,
@@ -169,7 +169,7 @@ fn in_csv(
     quantity.found_in("redundancy_map.csv", &[["direction", &report.axis_name(found.point.axis)]], extreme, found.value)
 }
 
-/// Returns the key number of a deflection at the best γ, with γ and branch.
+/// Returns the key number of the deflection `found` at the best γ, with γ and branch; `what` says which it is.
 fn best_gamma_number(report: &Report<'_>, found: &FoundValue<'_>, what: &str, extreme: Extreme) -> KeyNumber {
     let best = &found.gammas.best;
     let branch = best.branch.map_or_else(String::new, |branch| format!(", {}", branch.label()));

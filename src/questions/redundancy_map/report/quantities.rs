@@ -72,8 +72,8 @@ pub(super) fn table(report: &Report<'_>) -> Table {
         cells(point.position_mm).chain([direction.into()]).chain(cells(report.axis(point.axis))).collect::<Row>()
     };
     let own = report.map.points.iter().map(|point| (row(report.axis_name(point.axis), point), point.gammas.as_ref()));
-    let all = (0..places).map(worst).map(|point| (row(ALL.into(), point), point.gammas.as_ref()));
-    QuantityTable::new(lead.concat(), quantities).table(own.chain(all))
+    let worst_rows = (0..places).map(worst).map(|point| (row(ALL.into(), point), point.gammas.as_ref()));
+    QuantityTable::new(lead.concat(), quantities).table(own.chain(worst_rows))
 }
 
 /// Returns all figures with their file stems: slices of the deflection at the best γ, of that γ and of its gain, and the positions in 3-D.
@@ -129,7 +129,7 @@ pub(super) struct FoundValue<'a> {
 }
 
 impl<'a> Report<'a> {
-    /// Returns the point with the direction `axis` at the grid point `place`.
+    /// Returns the point of the map with the tool direction `axis` at the grid point `place` (indices).
     pub fn point(&self, axis: usize, place: usize) -> &'a RedundancyMapPoint {
         &self.map.points[axis * self.study.grid.len() + place]
     }
@@ -139,25 +139,25 @@ impl<'a> Report<'a> {
         self.map.points.iter().filter_map(|point| FoundValue::of(quantity, point))
     }
 
-    /// Returns the point at which the tool moves least at its best γ.
+    /// Returns the smallest deflection at the best γ, with its point; `None` if no point has a γ.
     pub fn smallest_at_best(&self) -> Option<FoundValue<'a>> {
         self.values_of(&BEST).min_by(|a, b| a.value.total_cmp(&b.value))
     }
 
-    /// Returns the point at which the tool moves most at its best γ.
+    /// Returns the largest deflection at the best γ, with its point; `None` if no point has a γ.
     pub fn largest_at_best(&self) -> Option<FoundValue<'a>> {
         largest_value(self.values_of(&BEST))
     }
 
-    /// Returns the point with the largest ratio of the deflections at the worst and the best γ.
+    /// Returns the largest ratio of the deflections at the worst and the best γ, with its point; `None` if no point has a γ.
     pub fn largest_gain(&self) -> Option<FoundValue<'a>> {
         largest_value(self.values_of(&WORST_OVER_BEST))
     }
 
     /// Returns the direction whose best γ moves the tool most at the grid point `place`; `None` where some direction has no γ.
     pub fn worst_direction(&self, place: usize) -> Option<FoundValue<'a>> {
-        let found = (0..self.study.axes.len()).map(|axis| FoundValue::of(&BEST, self.point(axis, place)));
-        largest_value(found.collect::<Option<Vec<_>>>()?)
+        let values = (0..self.study.axes.len()).map(|axis| FoundValue::of(&BEST, self.point(axis, place)));
+        largest_value(values.collect::<Option<Vec<_>>>()?)
     }
 
     /// Returns the share of grid points and directions at which the best γ is within tolerance; an empty share without a tolerance.
@@ -177,7 +177,7 @@ impl<'a> Report<'a> {
         format!("({x}, {y}, {z})")
     }
 
-    /// Returns a tool direction rounded to 1e-6, O.
+    /// Returns the tool direction with this index, a unit vector of O rounded to 1e-6.
     pub fn axis(&self, axis: usize) -> [f64; 3] {
         <[f64; 3]>::from(self.study.axes[axis]).map(|c| (c * 1e6).round() / 1e6 + 0.0)
     }
@@ -198,9 +198,9 @@ impl<'a> Report<'a> {
     }
 }
 
-/// Returns the largest value, the last of equal ones.
-fn largest_value<'a>(all: impl IntoIterator<Item = FoundValue<'a>>) -> Option<FoundValue<'a>> {
-    all.into_iter().max_by(|a, b| a.value.total_cmp(&b.value))
+/// Returns the largest of the values, the last of equal ones; `None` if there are none.
+fn largest_value<'a>(values: impl IntoIterator<Item = FoundValue<'a>>) -> Option<FoundValue<'a>> {
+    values.into_iter().max_by(|a, b| a.value.total_cmp(&b.value))
 }
 
 impl<'a> FoundValue<'a> {

@@ -36,6 +36,7 @@ use crate::{
 };
 
 impl Answered for SuperpositionStudy {
+    /// Runs the study, and makes tables, figures, page and summary.
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
         let errors = Layer { table: "map", keys: &["sum", "followed"], vectors: &["superposition_error"] };
         let safe = Layer { table: "safe_load", keys: &[], vectors: &[] };
@@ -90,9 +91,9 @@ const SAFE: &str = "Largest load within tolerance";
 
 /// Returns sections, setting, views and tables of the page; first screen, figures and question are added by the run.
 fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
-    let SuperpositionStudy { scene, grid, locations: asked, tolerance, .. } = summary.study;
+    let SuperpositionStudy { scene, grid, locations: study_locations, tolerance, .. } = summary.study;
     let meaning = "sum of the effects less both at once, worst over φ";
-    let names: Vec<&str> = asked.iter().map(|location| location.name.as_str()).collect();
+    let names: Vec<&str> = study_locations.iter().map(|location| location.name.as_str()).collect();
     let largest = &quantities::SUPERPOSITION_ERROR.name;
     let safe = scene.view(SAFE, "safe_load.csv", None, layers(&[quantities::LARGEST_LOAD]));
     Description {
@@ -168,7 +169,7 @@ fn position_words(location: &LocationResult) -> String {
     position(x, y, z)
 }
 
-/// Describes a cause in words.
+/// Returns the name of a cause for sentences.
 fn cause_words(cause: Cause) -> &'static str {
     match cause {
         Cause::Point => "shift of the evaluation point",
@@ -182,8 +183,8 @@ fn cause_words(cause: Cause) -> &'static str {
 /// Returns the angle with the largest superposition error of the tool tip, the contribution of each cause, mm, and the error, mm.
 fn worst_ablation(location: &LocationResult) -> Option<(&Ablation, [f64; 5], f64)> {
     let size = |ablation: &Ablation| ablation.superposition_error.tool.norm();
-    let all = location.ablation.as_ref().ok()?.iter();
-    let worst = all.reduce(|worst, here| if size(worst) >= size(here) { worst } else { here })?;
+    let ablations = location.ablation.as_ref().ok()?.iter();
+    let worst = ablations.reduce(|worst, other| if size(worst) >= size(other) { worst } else { other })?;
     Some((worst, contributions(worst, Followed::Tool)?, size(worst)))
 }
 

@@ -68,7 +68,7 @@ fn map_layers(study: &SuperpositionStudy) -> Vec<MapLayer<GridPoint>> {
     ]
 }
 
-/// Returns the superposition error of `sum` at `followed` of a grid point; `None` where it was not solved.
+/// Returns the superposition error of `sum` at `followed` of a grid point, worst over φ; `None` where it was not solved.
 fn worst(point: &GridPoint, sum: Sum, followed: Followed) -> Option<&Worst> {
     point.superposition_errors.as_ref().ok()?.worst(sum, followed).ok()
 }
@@ -81,14 +81,14 @@ pub(super) fn figures(
 ) -> Vec<(String, Figure)> {
     let study = summary.study;
     let largest = summary.largest(Sum::Superposition, Followed::Tool, &SUPERPOSITION_ERROR);
-    let ends: Vec<_> = largest.map(|found| (found.value, found.position_mm, "largest")).into_iter().collect();
+    let ends: Vec<_> = largest.map(|extreme| (extreme.value, extreme.position_mm, "largest")).into_iter().collect();
     let answer = map.slices_at(0, "Where the superposition error is largest", &ends, Some(Tolerance(study.tolerance)));
     let mut figures = vec![("answer".to_string(), answer)];
     figures.extend(map.slices());
     for (index, location) in locations.iter().enumerate() {
         let name = &location.location.name;
-        let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-        let stem = |kind: &str| format!("{kind}_{}_{plain}", index + 1);
+        let stem_of_name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        let stem = |kind: &str| format!("{kind}_{}_{stem_of_name}", index + 1);
         let drawn = [("growth", growth_figure(study, location)), ("ablation", ablation_figure(study, location))];
         figures.extend(drawn.into_iter().filter_map(|(kind, figure)| Some((stem(kind), Figure::Lines(figure?)))));
     }
@@ -151,17 +151,17 @@ fn closed_over_turn(values: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)>
 /// Draws the contributions to the superposition error of the tool tip over φ; `None` where there are none.
 fn ablation_figure(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineFigure> {
     let angles = location.ablation.as_ref().ok()?;
-    let found: Vec<(f64, f64, [f64; 5])> = angles
+    let ablations: Vec<(f64, f64, [f64; 5])> = angles
         .iter()
         .filter_map(|a| Some((a.phi_deg, a.superposition_error.tool.norm(), contributions(a, Followed::Tool)?)))
         .collect();
-    if found.is_empty() {
+    if ablations.is_empty() {
         return None;
     }
-    let all = found.iter().map(|(phi, length, _)| (*phi, *length));
-    let mut series = vec![LineSeries::new("superposition error", closed_over_turn(all), false)];
+    let errors = ablations.iter().map(|(phi, length, _)| (*phi, *length));
+    let mut series = vec![LineSeries::new("superposition error", closed_over_turn(errors), false)];
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
-        let points = closed_over_turn(found.iter().map(|(phi, _, parts)| (*phi, parts[index])));
+        let points = closed_over_turn(ablations.iter().map(|(phi, _, parts)| (*phi, parts[index])));
         series.push(LineSeries::new(cause_words(cause), points, index > 1));
     }
     Some(LineFigure {

@@ -60,10 +60,10 @@ fn position_columns() -> Vec<Column> {
     numbers(["x_mm", "y_mm", "z_mm"])
 }
 
-/// Makes a table of superposition errors, worst over φ: behind the cells of `lead`, a row for each sum and point of the platform.
+/// Makes a table of `errors`, worst over φ: behind the cells of columns `lead`, a row for each sum and point of the platform.
 fn worst_table<'a>(
     lead: Vec<Column>,
-    found: impl IntoIterator<Item = (Row, &'a Result<SuperpositionErrors, Failure>)>,
+    errors: impl IntoIterator<Item = (Row, &'a Result<SuperpositionErrors, Failure>)>,
 ) -> Table {
     let mut quantities = vec![SUPERPOSITION_ERROR];
     quantities.extend(error_components());
@@ -74,10 +74,10 @@ fn worst_table<'a>(
         RATIO,
         OfWorst::in_table("largest_ratio_phi_deg", |worst| worst.ratio_phi_deg.map(tidy_degrees)),
     ]);
-    let rows = found.into_iter().flat_map(|(lead, found)| {
+    let rows = errors.into_iter().flat_map(|(lead, errors)| {
         sums_and_points().map(move |(sum, followed)| {
             let lead = [&lead[..], &[sum.label().into(), followed.label().into()]].concat();
-            (lead, found.as_ref().and_then(|found| found.worst(sum, followed)))
+            (lead, errors.as_ref().and_then(|errors| errors.worst(sum, followed)))
         })
     });
     QuantityTable::new([lead, texts(["sum", "followed"])].concat(), quantities).table(rows)
@@ -91,16 +91,16 @@ pub fn map_table(points: &[GridPoint]) -> Table {
 /// Makes the table of superposition errors at locations, worst over φ.
 pub fn locations_table(locations: &[LocationResult]) -> Table {
     let row = |found: &'_ LocationResult| {
-        let at = cells(found.location.position.iter().copied());
-        std::iter::once(name_cell(found)).chain(at).collect()
+        let position = cells(found.location.position.iter().copied());
+        std::iter::once(name_cell(found)).chain(position).collect()
     };
-    let found = locations.iter().map(|found| (row(found), &found.superposition_errors));
-    worst_table([texts(["location"]), position_columns()].concat(), found)
+    let rows = locations.iter().map(|location| (row(location), &location.superposition_errors));
+    worst_table([texts(["location"]), position_columns()].concat(), rows)
 }
 
 /// Returns the cell with the name of a location.
-fn name_cell(found: &LocationResult) -> Cell {
-    found.location.name.as_str().into()
+fn name_cell(location: &LocationResult) -> Cell {
+    location.location.name.as_str().into()
 }
 
 /// Makes a table of largest factors, in a column named by `factor`, behind the cells of `lead`.
@@ -121,7 +121,7 @@ fn factor_table<'a>(
 pub fn safe_load_table(study: &SuperpositionStudy, points: &[GridPoint]) -> Table {
     let row = |point: &'_ GridPoint| {
         let is_safe =
-            point.superposition_errors.as_ref().ok().map(|found| found.superposed_tool_mm() < study.tolerance);
+            point.superposition_errors.as_ref().ok().map(|errors| errors.superposed_tool_mm() < study.tolerance);
         let word = is_safe.map(|is_safe| if is_safe { "yes" } else { "no" });
         cells(point.position_mm).chain([word.into()]).collect()
     };
@@ -131,22 +131,22 @@ pub fn safe_load_table(study: &SuperpositionStudy, points: &[GridPoint]) -> Tabl
 
 /// Returns each location with each way of scaling, and the cells that name them.
 fn location_scalings(locations: &[LocationResult]) -> impl Iterator<Item = (Row, &LocationResult, Scaling)> {
-    locations
-        .iter()
-        .flat_map(|found| Scaling::ALL.map(|scaled| (vec![name_cell(found), scaled.label().into()], found, scaled)))
+    locations.iter().flat_map(|location| {
+        Scaling::ALL.map(|scaled| (vec![name_cell(location), scaled.label().into()], location, scaled))
+    })
 }
 
 /// Makes the table of largest factors on load, chain errors and both with which the tool tip is within the tolerance.
 pub fn largest_factors_table(locations: &[LocationResult]) -> Table {
-    let rows = location_scalings(locations).map(|(lead, found, scaled)| (lead, &found.largest[scaled as usize]));
+    let rows = location_scalings(locations).map(|(lead, location, scaled)| (lead, &location.largest[scaled as usize]));
     factor_table(texts(["location", "scaled"]), Quantity::in_table("largest_factor", LargestFactor::factor), rows)
 }
 
 /// Makes the table of superposition errors with load, chain errors or both multiplied by each factor of the study.
 pub fn scaling_table(locations: &[LocationResult]) -> Table {
-    let rows = location_scalings(locations).flat_map(|(lead, found, scaled)| {
-        let steps = found.growth[scaled as usize].steps.iter();
-        steps.map(move |(factor, found)| ([&lead[..], &[(*factor).into()]].concat(), found))
+    let rows = location_scalings(locations).flat_map(|(lead, location, scaled)| {
+        let steps = location.growth[scaled as usize].steps.iter();
+        steps.map(move |(factor, errors)| ([&lead[..], &[(*factor).into()]].concat(), errors))
     });
     worst_table([texts(["location", "scaled"]), numbers(["factor"])].concat(), rows)
 }
@@ -158,10 +158,10 @@ pub fn slopes_table(locations: &[LocationResult]) -> Table {
         reason: "fewer than two superposition errors could be solved and are larger than rounding".into(),
     };
     let fits: Vec<(Row, Option<Fit>)> = location_scalings(locations)
-        .flat_map(|(lead, found, scaled)| {
+        .flat_map(|(lead, location, scaled)| {
             sums_and_points().map(move |(sum, followed)| {
                 let lead = [&lead[..], &[sum.label().into(), followed.label().into()]].concat();
-                (lead, found.growth[scaled as usize].fit(sum, followed))
+                (lead, location.growth[scaled as usize].fit(sum, followed))
             })
         })
         .collect();
@@ -212,9 +212,9 @@ pub fn ablation_table(locations: &[LocationResult]) -> Table {
     quantities.extend([PART, Quantity::in_table("share", |part| part.share)]);
     let parts: Vec<(Row, Result<ErrorPart, &Failure>)> = locations
         .iter()
-        .flat_map(|found| -> Vec<_> {
-            let named = |part| (vec![name_cell(found)], part);
-            match &found.ablation {
+        .flat_map(|location| -> Vec<_> {
+            let named = |part| (vec![name_cell(location)], part);
+            match &location.ablation {
                 Ok(angles) => angles.iter().flat_map(parts_at).map(|part| named(Ok(part))).collect(),
                 Err(failure) => vec![named(Err(failure))],
             }
@@ -227,14 +227,14 @@ pub fn ablation_table(locations: &[LocationResult]) -> Table {
 /// Returns the superposition error and its parts at one φ, for both points of the platform.
 fn parts_at(angle: &Ablation) -> impl Iterator<Item = ErrorPart> {
     Followed::ALL.into_iter().flat_map(|followed| {
-        let whole = angle.superposition_error.of(followed);
-        let shares = contributions(angle, followed).map(|lengths| lengths.map(|length| length / whole.norm()));
+        let error = angle.superposition_error.of(followed);
+        let shares = contributions(angle, followed).map(|lengths| lengths.map(|length| length / error.norm()));
         let part = |cause, part, share| ErrorPart { phi_deg: angle.phi_deg, followed, cause, part, share };
         let of_cause = |cause: Cause| {
             let k = cause as usize;
             part(cause.label(), angle.parts[k].of(followed), shares.map(|shares| shares[k]))
         };
-        let all = part("all", whole, shares.map(|_| 1.0));
-        std::iter::once(all).chain(Cause::ALL.map(of_cause)).collect::<Vec<_>>()
+        let total = part("all", error, shares.map(|_| 1.0));
+        std::iter::once(total).chain(Cause::ALL.map(of_cause)).collect::<Vec<_>>()
     })
 }

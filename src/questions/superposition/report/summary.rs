@@ -90,8 +90,8 @@ impl<'a> Summary<'a> {
     /// Returns the results as JSON: largest superposition errors, safe share and load, and each location.
     pub fn json(&self, locations: &[LocationResult]) -> Value {
         let largest = |sum, followed, quantity: &Quantity<Worst>, phi: fn(&Worst) -> Option<f64>| {
-            let found = self.largest(sum, followed, quantity)?;
-            Some(json!({ "largest": found.value, "position_mm": found.position_mm, "phi_deg": phi(&found.at) }))
+            let extreme = self.largest(sum, followed, quantity)?;
+            Some(json!({ "largest": extreme.value, "position_mm": extreme.position_mm, "phi_deg": phi(&extreme.at) }))
         };
         let of_kind = |(sum, followed): (Sum, Followed)| {
             let entries = [
@@ -143,14 +143,14 @@ fn location_json(location: &LocationResult) -> Value {
         (scaled.label(), fit.map(|fit| json!(fit.slope)))
     }));
     entry["largest_factors"] = json_object(Scaling::ALL.map(|scaled| {
-        let found = &location.largest[scaled as usize];
-        let factor = found.factor().map(|factor| json!(factor));
-        (scaled.label(), Some(json_object([("status", Some(json!(found.status()))), ("factor", factor)])))
+        let factor_found = &location.largest[scaled as usize];
+        let factor = factor_found.factor().map(|factor| json!(factor));
+        (scaled.label(), Some(json_object([("status", Some(json!(factor_found.status()))), ("factor", factor)])))
     }));
-    if let Some((worst, parts, whole)) = worst_ablation(location) {
-        let shares = Cause::ALL.map(|cause| (cause.label(), Some(json!(parts[cause as usize] / whole))));
+    if let Some((worst, parts, error)) = worst_ablation(location) {
+        let shares = Cause::ALL.map(|cause| (cause.label(), Some(json!(parts[cause as usize] / error))));
         entry["causes"] =
-            json!({ "phi_deg": worst.phi_deg, "superposition_error_mm": whole, "shares": json_object(shares) });
+            json!({ "phi_deg": worst.phi_deg, "superposition_error_mm": error, "shares": json_object(shares) });
     }
     entry
 }

@@ -39,32 +39,34 @@ pub(super) fn superposition_error_words(summary: &Summary<'_>) -> String {
     let mut text = String::new();
     for (followed, name) in [(Followed::Tool, "the tool tip"), (Followed::Platform, "the platform point P")] {
         let by = |quantity| Sum::ALL.map(|sum| summary.largest(sum, followed, quantity));
-        let ([Some(most), aggregated], [Some(share), _]) = (by(&SUPERPOSITION_ERROR), by(&RELATIVE)) else { continue };
+        let ([Some(largest), aggregated], [Some(share), _]) = (by(&SUPERPOSITION_ERROR), by(&RELATIVE)) else {
+            continue;
+        };
         text += &format!(
             "Superposition error at {name}: up to {}, at {} (tool angle φ = {:.0}°), and up to {:.1} % of the largest displacement at the \
              same place, at {}; each the largest over all tool angles",
-            millimetre_words(most.value),
-            most.place(),
-            most.at.phi_deg,
+            millimetre_words(largest.value),
+            largest.place(),
+            largest.at.phi_deg,
             100.0 * share.value,
             share.place()
         );
         text += &match aggregated {
-            Some(most) => format!(
+            Some(largest) => format!(
                 ". With linearly aggregated errors, eqs. (14) and (15): up to {}, at {}.\n",
-                millimetre_words(most.value),
-                most.place()
+                millimetre_words(largest.value),
+                largest.place()
             ),
             None => ". Errors cannot be aggregated linearly.\n".into(),
         };
     }
-    if let Some(most) = summary.largest(Sum::Superposition, Followed::Tool, &RATIO) {
+    if let Some(largest) = summary.largest(Sum::Superposition, Followed::Tool, &RATIO) {
         text += &format!(
             "Where the effects nearly cancel at one φ, the superposition error is up to {:.1} % of what remains, at {} (tool angle φ = \
              {:.0}°).\n",
-            100.0 * most.value,
-            most.place(),
-            most.at.ratio_phi_deg.unwrap_or_default()
+            100.0 * largest.value,
+            largest.place(),
+            largest.at.ratio_phi_deg.unwrap_or_default()
         );
     }
     text
@@ -76,9 +78,9 @@ pub(super) fn safety_words(summary: &Summary<'_>) -> String {
         return "Nothing can be said about where effects may be added: no grid point was solved.\n".into();
     };
     let is_solved = summary.solved == summary.points;
-    let (of, there) = if is_solved { ("the box", "") } else { ("the part of the box that was solved", "there ") };
+    let (region, there) = if is_solved { ("the box", "") } else { ("the part of the box that was solved", "there ") };
     let mut text = format!(
-        "At the load of the study, the superposition error at the tool tip is within the tolerance of {} mm in {} of {of}. The error stays \
+        "At the load of the study, the superposition error at the tool tip is within the tolerance of {} mm in {} of {region}. The error stays \
          within the tolerance everywhere {there}up to ",
         summary.study.tolerance,
         percent(share)
@@ -131,16 +133,16 @@ fn location_sentences(location: &LocationResult) -> String {
 
 /// Describes with which power of each source the superposition error grows, where that is known.
 fn growth_words(location: &LocationResult) -> String {
-    let words = |(scaled, of): (Scaling, &str)| {
+    let words = |(scaled, name): (Scaling, &str)| {
         let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool)?;
-        Some(format!("{of}^{:.2}", fit.slope))
+        Some(format!("{name}^{:.2}", fit.slope))
     };
     let scaled = [(Scaling::Load, "load"), (Scaling::Errors, "errors"), (Scaling::Both, "both")];
     let powers: Vec<String> = scaled.into_iter().filter_map(words).collect();
     if powers.is_empty() { String::new() } else { format!("; the error grows as {}", powers.join(", ")) }
 }
 
-/// Formats a largest factor, with what ended the search for it.
+/// Formats a largest factor, with what ended the search for it: tolerance, limit of the study, or equilibrium.
 fn largest_words(largest: &LargestFactor) -> String {
     match largest {
         LargestFactor::Reached(factor) => format!("{factor:.2}"),
@@ -155,9 +157,9 @@ fn ablation_sentence(location: &LocationResult) -> String {
     if let Err(failure) = &location.ablation {
         return format!("  The causes cannot be separated: {}: {}.\n", failure.status, failure.reason);
     }
-    let Some((worst, parts, whole)) = worst_ablation(location) else { return String::new() };
+    let Some((worst, parts, error)) = worst_ablation(location) else { return String::new() };
     let share = |cause: Cause| {
-        let tenths = (1000.0 * parts[cause as usize] / whole).round();
+        let tenths = (1000.0 * parts[cause as usize] / error).round();
         // No negative zero.
         let percent = typographic(&format!("{:.1}", if tenths == 0.0 { 0.0 } else { tenths / 10.0 }));
         format!("{}: {percent} %", cause_words(cause))
@@ -167,14 +169,14 @@ fn ablation_sentence(location: &LocationResult) -> String {
 
 /// Names the locations at which each cause contributes most.
 fn main_causes(locations: &[LocationResult]) -> String {
-    let main = |location: &LocationResult| {
+    let main_cause = |location: &LocationResult| {
         let (_, parts, _) = worst_ablation(location)?;
         Cause::ALL.into_iter().max_by(|a, b| parts[*a as usize].total_cmp(&parts[*b as usize]))
     };
     let mut text = String::new();
     for cause in Cause::ALL {
-        let here = locations.iter().filter(|location| main(location) == Some(cause));
-        let names: Vec<&str> = here.map(|location| location.location.name.as_str()).collect();
+        let where_main = locations.iter().filter(|location| main_cause(location) == Some(cause));
+        let names: Vec<&str> = where_main.map(|location| location.location.name.as_str()).collect();
         if !names.is_empty() {
             text += &format!("The largest cause at {} is: {}.\n", names.join(", "), cause_words(cause));
         }
@@ -216,12 +218,12 @@ pub(super) fn headline(summary: &Summary<'_>, not_used: &[&str]) -> Headline {
         .with_numbers(load_key_number(summary))
 }
 
-/// Returns the largest superposition error as a key number, compared with the tolerance.
-fn error_key_number(tolerance: Tolerance, most: &ValueAt<Worst>, wrong: &str) -> KeyNumber {
-    let what = format!("largest superposition error, at the tool tip, at {}", most.place());
+/// Returns the largest superposition error, written as `wrong`, as a key number, compared with the tolerance.
+fn error_key_number(tolerance: Tolerance, largest: &ValueAt<Worst>, wrong: &str) -> KeyNumber {
+    let what = format!("largest superposition error, at the tool tip, at {}", largest.place());
     let rows = [["sum", Sum::Superposition.label()], ["followed", Followed::Tool.label()]];
-    let found = SUPERPOSITION_ERROR.found_in("map.csv", &rows, Extreme::Largest, most.value);
-    KeyNumber::new(wrong, what, tolerance.against(most.value)).found(found)
+    let reference = SUPERPOSITION_ERROR.found_in("map.csv", &rows, Extreme::Largest, largest.value);
+    KeyNumber::new(wrong, what, tolerance.against(largest.value)).found(reference)
 }
 
 /// Returns the largest load within tolerance in the whole box as a key number.
@@ -233,6 +235,6 @@ fn load_key_number(summary: &Summary<'_>) -> Option<KeyNumber> {
     };
     let what = format!("largest load within tolerance in the whole box, over that of the study{end}");
     let against = format!("up to {} × where it is best", largest_words(&most.at));
-    let found = LARGEST_LOAD.found_in("safe_load.csv", &[], Extreme::Smallest, least.value);
-    Some(KeyNumber::new(&format!("{:.2} ×", least.value), what, against).found(found))
+    let reference = LARGEST_LOAD.found_in("safe_load.csv", &[], Extreme::Smallest, least.value);
+    Some(KeyNumber::new(&format!("{:.2} ×", least.value), what, against).found(reference))
 }

@@ -241,21 +241,21 @@ pub(super) fn summary_json(results: &ValidationResults) -> Value {
 pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline {
     let study = &results.study;
     let count = |is_meant: &dyn Fn(&QuotedLine<'_>) -> bool| lines(results).filter(|line| is_meant(line)).count();
-    let all = results.compared.len();
+    let total = results.compared.len();
     let agreeing = count(&|line| line.compared.agrees);
-    let differing = all - agreeing - count(&|line| line.ours().is_none());
+    let differing = total - agreeing - count(&|line| line.ours().is_none());
     let explained = count(&|line| !line.compared.agrees && !line.quoted.reason.is_empty());
     let basis = format!("{}, process \"{}\"", counted(study.cases.len(), "path"), study.variants[0].name);
-    let numbers = counted(all, "quoted number");
+    let numbers = counted(total, "quoted number");
     let sentence = match agreeing {
         0 => format!("None of the {numbers} agrees with ours."),
-        agreeing if agreeing == all => format!("All {numbers} agree with ours."),
+        agreeing if agreeing == total => format!("All {numbers} agree with ours."),
         agreeing => format!("{agreeing} of {numbers} agree with ours; {differing} differ."),
     };
-    let of_all = format!("of {} agree", counted(all, "number"));
+    let of_all = format!("of {} agree", counted(total, "number"));
     let agree = KeyNumber::new(&agreeing.to_string(), of_all, "each within its tolerance, in the table below");
-    let told = format!("{explained} with a reason, below");
-    let differ = (differing > 0).then(|| KeyNumber::new(&differing.to_string(), "differ", told));
+    let with_reason = format!("{explained} with a reason, below");
+    let differ = (differing > 0).then(|| KeyNumber::new(&differing.to_string(), "differ", with_reason));
     Headline::new(sentence, basis)
         .with_cautions(cautions)
         .with(agree)
@@ -266,12 +266,12 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
 /// Returns the model's value with the largest ratio to the quoted one, either way, as a key number; `None` if all agree.
 fn farthest_key_number(results: &ValidationResults) -> Option<KeyNumber> {
     let differing = lines(results).filter(|line| !line.compared.agrees && line.quoted.relation == Relation::About);
-    let off = differing.filter_map(|line| {
+    let deviations = differing.filter_map(|line| {
         let ours = line.ours()?;
         let ratio = line.ratio(ours).filter(|ratio| *ratio > 0.0)?;
         Some((libm::log(ratio).abs(), ours, line))
     });
-    let (_, ours, line) = off.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (_, ours, line) = deviations.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let percent = 100.0 * (ours / line.quoted.value - 1.0);
     let what = format!("largest difference of a quoted value: {} of {}", line.what(), line.case());
     let against = format!("{} here, {} quoted", line.shown(ours), line.as_quoted());

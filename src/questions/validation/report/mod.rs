@@ -21,10 +21,11 @@ use crate::{
 };
 
 impl Answered for ValidationStudy {
+    /// Runs the study, and makes tables, figures, page and summary.
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
         let results = validation::run(self, run.work)?;
         let sources = results.paths.iter().flat_map(|path| path.whole.sources.iter());
-        let answers = sources.flat_map(|(_, along)| along).map(|at| at.answer.status.label());
+        let statuses = sources.flat_map(|(_, along)| along).map(|at| at.answer.status.label());
         let compared = results.compared.iter().flat_map(|compared| &compared.ours).map(compared::status);
         let points: Vec<usize> = results.paths.iter().map(|path| path.study.stations.len()).collect();
         let mut tables =
@@ -40,7 +41,7 @@ impl Answered for ValidationStudy {
             details: format!("{}\n{text}", compared::summary_text(&results)),
             ..Output::of(
                 json!({ "points": points }),
-                Manifest::count(answers.chain(compared)),
+                Manifest::count(statuses.chain(compared)),
                 compared::summary_json(&results),
                 Description { headline: compared::headline(&results, &assumed), ..page(&results, &text) },
             )
@@ -85,16 +86,16 @@ pub fn page(results: &ValidationResults, differences: &str) -> Description {
 /// Returns the facts about the study that the page lists.
 fn setting(study: &ValidationStudy) -> Vec<Fact> {
     let names: Vec<&str> = study.variants.iter().map(|variant| variant.name.as_str()).collect();
-    let mut own = vec![
+    let mut facts = vec![
         Fact::new("process of the figures", names[0]),
         Fact::new("other processes", names[1..].join(", ")),
         Fact::new("cases", study.cases.join(", ")),
     ];
-    own.extend(study.facts().into_iter().map(|(label, words)| Fact::new(label, words)));
+    facts.extend(study.facts().into_iter().map(|(label, words)| Fact::new(label, words)));
     // There is at least one case.
     let path = &study.variants[0].paths[0];
-    own.extend(path.tasks.first().map(|task| Fact::new("compensation holds", task.target.words())));
-    facts_of(&study.machine, &path.errors, own)
+    facts.extend(path.tasks.first().map(|task| Fact::new("compensation holds", task.target.words())));
+    facts_of(&study.machine, &path.errors, facts)
 }
 
 /// Returns the interactive view of displacements along the circle of a case.

@@ -98,7 +98,7 @@ struct CurveGroup {
     curves: Vec<(String, Quantity<PointEffect>)>,
 }
 
-/// Returns the quantities in `all`, one per drive, whose drives are of this kind, with their names.
+/// Returns label and quantity of each drive of this `kind`; `all` are the quantities of all drives, in their order.
 fn kind_curves(machine: &Machine, kind: Motion, all: &[Quantity<PointEffect>]) -> Vec<(String, Quantity<PointEffect>)> {
     drives_of_kind(machine, kind).map(|(drive, label)| (format!("drive {label}"), all[drive].clone())).collect()
 }
@@ -245,7 +245,7 @@ fn agreement_row(line: &QuotedLine<'_>) -> AgreementRow {
 /// Largest difference that is drawn, in tolerances; larger ones are drawn there.
 const FAR: f64 = 1e3;
 
-/// Returns the difference of the model's value from the quoted number, in tolerances, at most [`FAR`] either way.
+/// Returns `ours` less the quoted value, in tolerances, at most [`FAR`] either way.
 fn in_tolerances(quoted: &Quoted, ours: f64) -> f64 {
     let difference = ours - quoted.value;
     let share = difference / quoted.allowed();
