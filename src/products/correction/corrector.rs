@@ -22,8 +22,7 @@ pub enum Corrector<'a> {
 }
 
 impl Corrector<'_> {
-    /// Returns Δρ of each drive, mm or rad, with P at `position` (O, mm; `at`: the nominal machine there) under a tool tip force (O axes,
-    /// N).
+    /// Returns Δρ of each drive, mm or rad, with P at `position` (O, mm; `at`: nominal machine there) under a tool tip force (O axes, N).
     pub fn correction(&self, at: &Configuration, position: Vector3<f64>, force: Vector3<f64>) -> Vec<f64> {
         match self {
             Corrector::Nothing => vec![0.0; at.drives.len()],

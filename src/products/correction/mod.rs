@@ -81,8 +81,7 @@ impl CorrectionResult {
 }
 
 impl CorrectionQuestion {
-    /// Describes a table for `process` over `corners` (P in O, mm; `None`: the workspace) and forces up to `largest_force_N` (`None`: its
-    /// own).
+    /// Describes a table over `corners` (P in O, mm; `None`: the workspace) for forces up to `largest_force_N` (`None`: that of `process`).
     ///
     /// # Errors
     /// An invalid box, force, tolerance or number of nodes; a process whose largest force is known only along a path.

@@ -51,7 +51,7 @@ impl Function {
         })
     }
 
-    /// Returns the start state and the state after each of `steps` Newton steps, at three coordinates (tool tip position or drives) under a wrench.
+    /// Returns the start state and that after each of `steps` Newton steps, at three coordinates (tip position or drives) under a wrench.
     pub fn states(&self, at: &[f64; 3], wrench: &[f64; 6], steps: usize, values: &mut Vec<f64>) -> Vec<Vec<f64>> {
         let inputs: Vec<f64> = at.iter().chain(wrench).copied().collect();
         let mut state = match self.given {
@@ -67,12 +67,12 @@ impl Function {
         states
     }
 
-    /// Returns the state after the last step.
+    /// Returns the state after the last of `steps` Newton steps, with arguments as in [`Function::states`].
     pub fn last_state(&self, at: &[f64; 3], wrench: &[f64; 6], steps: usize) -> Vec<f64> {
         self.states(at, wrench, steps, &mut Vec::new()).pop().unwrap_or_default()
     }
 
-    /// Returns the three sought coordinates of a state: the drives, or the position of the platform.
+    /// Returns the three unknowns of a state: the drives (mm, rad), or the position of the platform (mm).
     pub fn unknowns(&self, state: &[f64]) -> [f64; 3] {
         let first = match self.given {
             StepInput::Tip => 0,
@@ -97,14 +97,14 @@ fn step_inputs(given: StepInput, state: &[f64], at: &[f64; 3], wrench: &[f64; 6]
     state.iter().chain(position).chain(wrench).copied().collect()
 }
 
-/// Returns the ranges of the inputs: those of the domain, with given drives in place of positions, widened by [`ROOM`].
+/// Returns the ranges of the inputs: those of the domain, with the range of the drives in `solved`, widened by [`ROOM`], if they are given.
 pub(super) fn input_range(given: StepInput, domain: &Domain, solved: &[TipState]) -> Domain {
     let mut range = *domain;
     for i in 0..if given == StepInput::Drives { 3 } else { 0 } {
         let all = || solved.iter().map(|solved| solved.drives[i]);
         let (least, most) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-        let room = ROOM * (most - least);
-        (range.low[i], range.high[i]) = (least - room, most + room);
+        let margin = ROOM * (most - least);
+        (range.low[i], range.high[i]) = (least - margin, most + margin);
     }
     range
 }
@@ -168,8 +168,8 @@ impl Start {
     /// Fits the polynomials over `range` (coordinates and wrench) to `states` at `inputs` (three coordinates and the wrench) by least
     /// squares; `None` where these do not determine them.
     pub fn fit(range: &Domain, degrees: Degrees, inputs: &[Vec<f64>], states: &[Vec<f64>]) -> Option<Self> {
-        let shown: Vec<Vec<f64>> = inputs.iter().cycle().take(MAX_LANES).cloned().collect();
-        let basis = record(&shown, |inputs| Some(terms(inputs, range, degrees)))?;
+        let sampled: Vec<Vec<f64>> = inputs.iter().cycle().take(MAX_LANES).cloned().collect();
+        let basis = record(&sampled, |inputs| Some(terms(inputs, range, degrees)))?;
         let mut values = Vec::new();
         let rows: Vec<Vec<f64>> = inputs.iter().map(|inputs| basis.evaluate(inputs, &mut values)).collect();
         let (count, numbers) = (basis.outputs.len(), states.first()?.len());
@@ -177,9 +177,9 @@ impl Start {
             return None;
         }
         let matrix = DMatrix::from_fn(rows.len(), count, |i, j| rows[i][j]);
-        let right = DMatrix::from_fn(rows.len(), numbers, |i, j| states[i][j]);
+        let targets = DMatrix::from_fn(rows.len(), numbers, |i, j| states[i][j]);
         let (q, r) = matrix.qr().unpack();
-        let solution = r.solve_upper_triangular(&(q.transpose() * right))?;
+        let solution = r.solve_upper_triangular(&(q.transpose() * targets))?;
         let coefficients = (0..count).map(|term| (0..numbers).map(|n| solution[(term, n)]).collect()).collect();
         Some(Self { basis, coefficients })
     }

@@ -20,11 +20,9 @@ pub(super) fn correction(machine: &Machine, table: &CorrectionTable) -> Table {
     columns.extend(numbers(coefficient_columns(machine, table.terms)));
     let width = table.drives * table.terms.count();
     let motions: Vec<Motion> = motions(machine);
-    let row = |(index, drives): (usize, &[f64])| -> Row {
+    let row = |(index, node): (usize, &[f64])| -> Row {
         let mut row: Row = cells(<[f64; 3]>::from(table.grid.position(index))).collect();
-        row.extend(cells(
-            drives.iter().enumerate().map(|(k, value)| motions[k / table.terms.count()].to_shown(*value)),
-        ));
+        row.extend(cells(node.iter().enumerate().map(|(k, value)| motions[k / table.terms.count()].to_shown(*value))));
         row
     };
     Table::new(columns, table.values.chunks(width).enumerate().map(row))
