@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::{description::TableNote, packed::script_json};
 use crate::{
-    files::{exchange::text_of, words::typographic},
+    files::{exchange::unescape_formula, words::typographic},
     input::{
         error::{Error, Result},
         file,
@@ -35,7 +35,7 @@ impl Table {
         let mut table = Self { file: file.to_path_buf(), header: Vec::new() };
         let mut reader = table.reader()?;
         let header = reader.headers().map_err(|fault| table.csv_error(&fault))?;
-        table.header = header.iter().map(|column| text_of(column).to_string()).collect();
+        table.header = header.iter().map(|column| unescape_formula(column).to_string()).collect();
         Ok(table)
     }
 
@@ -62,7 +62,7 @@ impl Table {
             // Removes the mark against formulas. Rows without one, nearly all, are checked as a whole.
             if row.as_slice().contains('\'') && row.iter().any(|cell| cell.starts_with('\'')) {
                 let at = row.position().cloned();
-                row = row.iter().map(text_of).collect();
+                row = row.iter().map(unescape_formula).collect();
                 row.set_position(at);
             }
             see(&row);

@@ -316,5 +316,5 @@ fn write_file(file: &Path, write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> 
     write(&mut writer)?;
     let made = writer.into_inner().map_err(|e| fault(e.into_error()))?;
     made.as_file().sync_all().map_err(fault)?;
-    write_beside(file, vec![OutputFile::written(name, made)])
+    write_beside(file, vec![OutputFile::from_temporary(name, made)])
 }
