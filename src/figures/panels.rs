@@ -75,12 +75,12 @@ impl PanelFigure {
         })
     }
 
-    /// Number of panels in a row.
+    /// Returns the number of panels in a row.
     fn columns(&self) -> usize {
         self.panels.len().min(2)
     }
 
-    /// Returns the ranges of both axes of each panel.
+    /// Returns the ranges of x and y of each panel: the same for all, or with equal axes of equal length around each panel's own middle.
     fn ranges(&self) -> Vec<[(f64, f64); 2]> {
         if !self.equal_axes {
             let all = || self.panels.iter().flat_map(CurvePanel::points);
@@ -125,11 +125,11 @@ pub(super) fn scene(figure: &PanelFigure) -> Result<Scene, FigureError> {
         plot.draw_x_axis(&mut scene, if is_lowest { &figure.x_label } else { "" }, sizes.body, sizes.tick);
         let is_first = index.is_multiple_of(grid.columns);
         plot.draw_y_axis(&mut scene, if is_first { &figure.y_label } else { "" }, sizes.body, sizes.tick);
-        for (which, (curve, style)) in panel.curves.iter().zip(&styles).enumerate() {
+        for (curve_index, (curve, style)) in panel.curves.iter().zip(&styles).enumerate() {
             let placed = |piece: &Vec<(f64, f64)>| piece.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
             let pieces: Vec<Vec<Point>> = curve.pieces.iter().map(placed).collect();
             pieces.iter().for_each(|piece| style.draw_line(&mut scene, piece));
-            style.draw_markers(&mut scene, &pieces.concat(), which);
+            style.draw_markers(&mut scene, &pieces.concat(), curve_index);
         }
         plot.draw_frame(&mut scene);
     }
@@ -188,13 +188,13 @@ impl Layout {
             width,
             height,
             ranges,
-            x_spacing: Spacing::of(&figure.x_label),
+            x_spacing: Spacing::for_label(&figure.x_label),
             beside,
             title,
         }
     }
 
-    /// Distance from one row of panels to the next, in pixels.
+    /// Returns the distance from one row of panels to the next, in pixels.
     fn pitch(&self) -> f64 {
         self.height + axis::depth_below(self.sizes.tick) + self.title
     }

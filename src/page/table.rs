@@ -44,7 +44,7 @@ impl Table {
         Ok(csv::Reader::from_reader(file::open(&self.file)?))
     }
 
-    /// Wraps an error of the CSV library, with file and line.
+    /// Returns an error of the CSV library with file and line.
     fn csv_error(&self, fault: &csv::Error) -> Error {
         Error::Syntax {
             file: self.file.display().to_string(),
@@ -54,8 +54,8 @@ impl Table {
         }
     }
 
-    /// Calls `see` with each row, its texts without the mark against formulas; `Err` when a row cannot be read.
-    pub(crate) fn each_row(&self, mut see: impl FnMut(&StringRecord)) -> Result<()> {
+    /// Calls `visit` with each row, its texts without the mark against formulas; `Err` when a row cannot be read.
+    pub(crate) fn each_row(&self, mut visit: impl FnMut(&StringRecord)) -> Result<()> {
         let mut reader = self.reader()?;
         let mut row = StringRecord::new();
         while reader.read_record(&mut row).map_err(|fault| self.csv_error(&fault))? {
@@ -65,7 +65,7 @@ impl Table {
                 row = row.iter().map(unescape_formula).collect();
                 row.set_position(at);
             }
-            see(&row);
+            visit(&row);
         }
         Ok(())
     }
@@ -145,9 +145,9 @@ impl TableView {
             }
             ranks.truncate(MOST_ROWS);
         };
-        let mut first = LeadingRowsByColumn::of(table.header.len());
+        let mut leading = LeadingRowsByColumn::of(table.header.len());
         table.each_row(|row| {
-            first.add(row);
+            leading.add(row);
             let value = ranked_by.and_then(|column| row.get(column)?.parse().ok()).unwrap_or(f64::NEG_INFINITY);
             ranks.push((value, total));
             total += 1;
@@ -160,11 +160,11 @@ impl TableView {
             shorten(&mut ranks);
         }
         let mut chosen: Vec<(usize, Vec<Cell>)> = Vec::new();
-        let wanted: BTreeSet<usize> = ranks.iter().map(|(_, index)| *index).collect();
-        let mut ranked = (total > MOST_ROWS).then(|| RankingBuilder::new(first));
+        let shown_rows: BTreeSet<usize> = ranks.iter().map(|(_, index)| *index).collect();
+        let mut ranked = (total > MOST_ROWS).then(|| RankingBuilder::new(leading));
         let mut index = 0;
         table.each_row(|row| {
-            if wanted.contains(&index) {
+            if shown_rows.contains(&index) {
                 chosen.push((index, row.iter().map(Cell::new).collect()));
             }
             ranked.iter_mut().for_each(|ranked| ranked.take(index, row));
