@@ -61,7 +61,7 @@ impl Explorer {
     /// The plane, its nodes or the load are invalid.
     pub fn slice(&self, request: &SliceRequest) -> Result<SliceResult> {
         let grid = self.grid(request)?;
-        let loads = request.load.all()?;
+        let loads = request.load.loads()?;
         let mut answer = SliceResult {
             nodes: [request.nodes[0].min(grid.len()), request.nodes[1].min(grid.len())],
             displacement: Vec::new(),

@@ -42,7 +42,7 @@ pub enum LoadRequest {
 impl LoadRequest {
     /// Returns the load if exactly one tool angle is requested; an error for an invalid number, or without tool angle.
     pub(super) fn single_load(&self) -> Result<PointLoad> {
-        match self.all()?.as_slice() {
+        match self.loads()?.as_slice() {
             [single_load] => Ok(*single_load),
             _ => Err(Error::argument("load", "phi_deg: missing: expected the tool angle in degrees")),
         }
@@ -136,7 +136,7 @@ impl Explorer {
             machines: self.machines.with_errors(&errors),
             errors,
             place: command_from(request.at)?,
-            load: request.load.one()?,
+            load: request.load.single_load()?,
             target: Target::ToolTip,
         };
         let answer = match solve(&question) {
