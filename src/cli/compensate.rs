@@ -190,7 +190,7 @@ fn compared_methods(arguments: &CompensateArguments, is_long: bool) -> Vec<Metho
     others.filter(|method| arguments.all_methods || usual(method)).collect()
 }
 
-/// Returns the path that mirrors the measured pass in `file`; an error if its positions are not those of the program.
+/// Returns the path that mirrors the measured pass in `file`; an error if it has another number of positions than the program.
 fn mirrored_pass(file: &Path, job: &ProgramJob) -> Result<CommandedPath> {
     let bytes = kinetostat::input::file::read(file)?;
     let went = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();

@@ -52,7 +52,7 @@ impl Map {
         Ok(Self { machines: study.scene.machines()?, study })
     }
 
-    /// Computes the effect of the requested source at tool angle `phi`, rad (`None` without cutting force); `Err` without equilibrium.
+    /// Computes the effect of the requested source at tool angle `phi`, rad (`None` without cutting force); `Err` if there is no solution.
     fn effect(&self, request: &EffectRequest, phi: Option<f64>) -> std::result::Result<EffectResult, Failure> {
         let Self { study: WorkspaceMapStudy { scene, .. }, machines } = self;
         let pose = scene.machine.command(request.position.into())?.pose;

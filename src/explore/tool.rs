@@ -40,7 +40,7 @@ pub enum LoadRequest {
 }
 
 impl LoadRequest {
-    /// Returns the load if exactly one tool angle is requested; an error for an invalid number, or without tool angle.
+    /// Returns the wrench, or the milling force at the tool angle requested; an error for an invalid number, or without tool angle.
     pub(super) fn single_load(&self) -> Result<PointLoad> {
         match self.loads()?.as_slice() {
             [single_load] => Ok(*single_load),
@@ -48,7 +48,7 @@ impl LoadRequest {
         }
     }
 
-    /// Returns the load at each tool angle requested; an error for an invalid number.
+    /// Returns the wrench, or the milling force at each tool angle requested (10° apart without one); an error for an invalid number.
     pub(super) fn loads(&self) -> Result<Vec<PointLoad>> {
         match *self {
             Self::Wrench(values) => {

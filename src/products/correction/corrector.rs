@@ -64,7 +64,7 @@ impl JointTable {
     }
 }
 
-/// Returns for each drive the axis of O (0 to 2) that it moves at home; `Err` says which drive is no slide or moves several axes.
+/// Returns for each drive the axis of O (0 to 2) that it moves at home; `Err` with the reason if one is no slide or moves several axes.
 fn drive_axes(machine: &Machine) -> std::result::Result<Vec<usize>, String> {
     let fail = |reason: &str| Err(format!("a table for each drive over its own position would mean nothing: {reason}"));
     if machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
