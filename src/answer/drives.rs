@@ -39,12 +39,12 @@ impl<E: 'static> DriveQuantities<E> {
         });
         let (corrections, forces): (Vec<_>, Vec<_>) = (corrections.collect(), forces.collect());
         let largest = |all: &[Quantity<E>], kind: Motion, name: String, what: &str, sign: &str| {
-            let own = all.iter().zip(&motions).filter(|(_, motion)| **motion == kind).map(|(own, _)| own.clone());
+            let each = all.iter().zip(&motions).filter(|(_, motion)| **motion == kind).map(|(each, _)| each.clone());
             let label = match machine.has_mixed_drives() {
                 false => format!("largest drive {what} {sign}"),
                 true => format!("largest {what} of {} {sign}", kind_word(machine, kind)),
             };
-            (kind, Quantity::largest_of(name, label, Better::Smaller, own.collect()))
+            (kind, Quantity::largest_of(name, label, Better::Smaller, each.collect()))
         };
         let of_corrections = |kind: Motion| {
             let name = format!("delta_rho_largest_drive_{}", kind.position_unit());

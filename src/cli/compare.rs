@@ -121,8 +121,8 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
         return Err(Error::argument("redundancy", problem));
     }
     let reference = process.placement.reference;
-    let given = arguments.at.iter().map(|text| parse_place(text, "--at", &machine, reference));
-    let candidates = Candidate::from_process(&process).map(Ok).into_iter().chain(given).collect::<Result<Vec<_>>>()?;
+    let named = arguments.at.iter().map(|text| parse_place(text, "--at", &machine, reference));
+    let candidates = Candidate::from_process(&process).map(Ok).into_iter().chain(named).collect::<Result<Vec<_>>>()?;
     if candidates.is_empty() {
         return Err(Error::argument("--at", "expected a place, as the process file gives no placement.origin_mm"));
     }

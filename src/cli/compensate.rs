@@ -193,9 +193,9 @@ fn compared_methods(arguments: &CompensateArguments, is_long: bool) -> Vec<Metho
 /// Returns the path that mirrors the measured pass in `file`; an error if it has another number of positions than the program.
 fn mirrored_pass(file: &Path, job: &ProgramJob) -> Result<CommandedPath> {
     let bytes = kinetostat::input::file::read(file)?;
-    let went = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
-    let went = job.measured_points(went).map_err(|problem| Error::argument(file.display().to_string(), problem))?;
-    Ok(job.mirrored_path(&went))
+    let path = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
+    let path = job.measured_points(path).map_err(|problem| Error::argument(file.display().to_string(), problem))?;
+    Ok(job.mirrored_path(&path))
 }
 
 /// Returns machine, program and cautions in words, for a refusal.

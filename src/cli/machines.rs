@@ -191,7 +191,7 @@ const TEMPLATES: [(&str, &str); 2] =
 /// Returns the parser of `--new`.
 fn template_kinds() -> impl TypedValueParser<Value = &'static str> {
     let kinds = TEMPLATES.map(|(kind, _)| kind);
-    PossibleValuesParser::new(kinds).map(|given| template(&given).0)
+    PossibleValuesParser::new(kinds).map(|kind| template(&kind).0)
 }
 
 /// Returns a kind of machine and its file.

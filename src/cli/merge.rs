@@ -72,12 +72,12 @@ pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
     })
 }
 
-/// Returns the error `refused` with the paths of the parts in `given` before its argument.
-fn with_part_paths(refused: Error, given: &[PathBuf]) -> Error {
+/// Returns the error `refused` with the `paths` of the parts before its argument.
+fn with_part_paths(refused: Error, paths: &[PathBuf]) -> Error {
     match refused {
         Error::Argument { argument, problem } => {
-            let given: Vec<String> = given.iter().map(|path| path.display().to_string()).collect();
-            Error::argument(format!("{}: {argument}", given.join(", ")), problem)
+            let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+            Error::argument(format!("{}: {argument}", paths.join(", ")), problem)
         }
         other => other,
     }

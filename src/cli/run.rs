@@ -238,8 +238,8 @@ fn part_report(
     }
     let mut text = match round {
         1 => {
-            let own = counted(share.count(pieces), "piece");
-            format!("Part {share} of {}, {own} of {pieces}, in {seconds:.1} s: {file}\n", study.name)
+            let share_size = counted(share.count(pieces), "piece");
+            format!("Part {share} of {}, {share_size} of {pieces}, in {seconds:.1} s: {file}\n", study.name)
         }
         _ => format!("Part {share} of round {round} of {} in {seconds:.1} s: {file}\n", study.name),
     };

@@ -84,19 +84,19 @@ impl Explorer {
     }
 
     /// Returns the grid of the plane's nodes (P in O, mm), with one node along its normal; an error if plane or counts are invalid.
-    fn grid(&self, asked: &SliceRequest) -> Result<Grid> {
+    fn grid(&self, plane: &SliceRequest) -> Result<Grid> {
         let refuse = |problem: String| Err(Error::argument("slice", problem));
-        if asked.axis > 2 || asked.level.is_nan() || asked.level.abs() > LARGEST {
-            return refuse(format!("expected an axis of 0 to 2 and a level, got {} and {}", asked.axis, asked.level));
+        if plane.axis > 2 || plane.level.is_nan() || plane.level.abs() > LARGEST {
+            return refuse(format!("expected an axis of 0 to 2 and a level, got {} and {}", plane.axis, plane.level));
         }
-        let nodes = asked.counts[0].checked_mul(asked.counts[1]);
+        let nodes = plane.counts[0].checked_mul(plane.counts[1]);
         if nodes.is_none_or(|nodes| nodes == 0 || nodes > MOST_NODES) {
-            return refuse(format!("expected 1 to {MOST_NODES} nodes, got {:?}", asked.counts));
+            return refuse(format!("expected 1 to {MOST_NODES} nodes, got {:?}", plane.counts));
         }
         let (mut min, mut max) = (self.machine.workspace.min, self.machine.workspace.max);
-        (min[asked.axis], max[asked.axis]) = (asked.level, asked.level);
-        let mut others = asked.counts.into_iter();
-        let counts = std::array::from_fn(|i| if i == asked.axis { 1 } else { others.next().unwrap_or(1) });
+        (min[plane.axis], max[plane.axis]) = (plane.level, plane.level);
+        let mut others = plane.counts.into_iter();
+        let counts = std::array::from_fn(|i| if i == plane.axis { 1 } else { others.next().unwrap_or(1) });
         Ok(Grid::new(min, max, counts))
     }
 

@@ -101,9 +101,9 @@ pub(super) fn read_placement(text: &str, folder: &Folder, overrides: &Overrides)
 }
 
 /// Checks the table of a question, and that no part of the study is unused; returns the question's study.
-fn resolve_question<Q: Question>(spec: &Q::Spec, given: StudyContext<'_>) -> Result<Q> {
-    let resolved = Q::resolve(spec, &given)?;
-    given.refuse_unused()?;
+fn resolve_question<Q: Question>(spec: &Q::Spec, context: StudyContext<'_>) -> Result<Q> {
+    let resolved = Q::resolve(spec, &context)?;
+    context.refuse_unused()?;
     Ok(resolved.study)
 }
 

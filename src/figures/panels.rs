@@ -87,13 +87,13 @@ impl PanelFigure {
             let shared = [axis::range(all().map(|p| p.0), MARGIN), axis::range(all().map(|p| p.1), MARGIN)];
             return vec![shared; self.panels.len()];
         }
-        let own = |panel: &CurvePanel| {
+        let panel_ranges = |panel: &CurvePanel| {
             [axis::range(panel.points().map(|p| p.0), MARGIN), axis::range(panel.points().map(|p| p.1), MARGIN)]
         };
-        let own: Vec<_> = self.panels.iter().map(own).collect();
-        let longest = |i: usize| own.iter().map(|r: &[(f64, f64); 2]| r[i].1 - r[i].0).fold(0.0, f64::max);
+        let panel_ranges: Vec<_> = self.panels.iter().map(panel_ranges).collect();
+        let longest = |i: usize| panel_ranges.iter().map(|r: &[(f64, f64); 2]| r[i].1 - r[i].0).fold(0.0, f64::max);
         let lengths = [longest(0), longest(1)];
-        own.iter().map(|range| [0, 1].map(|i| centred_range(range[i], lengths[i]))).collect()
+        panel_ranges.iter().map(|range| [0, 1].map(|i| centred_range(range[i], lengths[i]))).collect()
     }
 }
 

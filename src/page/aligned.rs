@@ -95,7 +95,7 @@ impl Aligned {
 
     /// Returns whether all results have the same nodes.
     pub fn has_same_nodes(&self) -> bool {
-        self.data.iter().all(|own| own.node_count() == self.node_count())
+        self.data.iter().all(|dataset| dataset.node_count() == self.node_count())
     }
 
     /// Returns a sentence on nodes that not all results have; `None` if all have the same.
@@ -125,7 +125,7 @@ impl Aligned {
     /// Returns smallest, mean and largest value of each result; `None` if a result has no number.
     pub fn extremes(&self, quantity: usize, group: usize) -> Option<Vec<Extremes>> {
         let (data, _) = self.extremes_basis();
-        data.iter().map(|own| extremes(own, quantity, group)).collect()
+        data.iter().map(|dataset| extremes(dataset, quantity, group)).collect()
     }
 
     /// Returns which result is best at each node, for a quantity in the first group; `None` if neither small nor large values are better.

@@ -282,9 +282,9 @@ impl LeadingRows {
         if self.kept.len() == MOST_SORTED && self.kept.last().is_some_and(is_late) {
             return;
         }
-        let is_before = |own: &(Key, usize)| match self.is_largest {
-            true => own.0.compare(key) != Ordering::Less,
-            false => own.0.compare(key) != Ordering::Greater,
+        let is_before = |kept: &(Key, usize)| match self.is_largest {
+            true => kept.0.compare(key) != Ordering::Less,
+            false => kept.0.compare(key) != Ordering::Greater,
         };
         let at = self.kept.partition_point(is_before);
         self.kept.insert(at, (key.clone(), row));

@@ -31,7 +31,7 @@ impl Floors {
     /// Raises the largest numbers by those of all results in one view.
     fn add_sizes(&mut self, explorer: &Explorer, data: &[Dataset]) {
         for (q, quantity) in explorer.quantities.iter().enumerate() {
-            let sizes = data.iter().flat_map(|own| own.values[q].iter().flatten()).map(|value| value.abs());
+            let sizes = data.iter().flat_map(|dataset| dataset.values[q].iter().flatten()).map(|value| value.abs());
             let most = sizes.filter(|size| size.is_finite()).fold(0.0, f64::max);
             match self.0.iter_mut().find(|(unit, _)| *unit == quantity.unit) {
                 Some((_, known)) => *known = known.max(most),
@@ -42,7 +42,7 @@ impl Floors {
 
     /// Returns the size below which a number in `unit` counts as rounding.
     fn floor(&self, unit: &str) -> f64 {
-        self.0.iter().find(|(own, _)| own == unit).map_or(0.0, |(_, most)| RESOLVED * most)
+        self.0.iter().find(|(known, _)| known == unit).map_or(0.0, |(_, most)| RESOLVED * most)
     }
 
     /// Returns a sentence that explains the rule to readers.

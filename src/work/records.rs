@@ -41,14 +41,14 @@ pub(super) enum Record {
 
 /// Reads the next record, if it is not longer than the `left` bytes of the file. Nothing that is written is of length 0, but what a power
 /// cut leaves often is.
-pub(super) fn next_record(reader: &mut impl Read, left: u64) -> IoResult<Record> {
+pub(super) fn next_record(reader: &mut impl Read, remaining: u64) -> IoResult<Record> {
     let mut head = [0; HEAD];
     if !fill(reader, &mut head)? {
         return Ok(Record::End);
     }
     let [a, b, c, d, e, f, g, h] = head;
     let (length, sum) = (u32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h]));
-    if length == 0 || HEAD as u64 + u64::from(length) > left {
+    if length == 0 || HEAD as u64 + u64::from(length) > remaining {
         return Ok(Record::End);
     }
     let mut content = vec![0; length as usize];

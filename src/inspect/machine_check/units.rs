@@ -35,9 +35,9 @@ const SOFT_SLIDE: f64 = 500.0;
 /// Returns questions about parameters that seem wrong by a factor of about a thousand.
 pub(super) fn unit_questions(machine: &Machine, findings: &Findings, parameters: &[Parameter]) -> Vec<String> {
     let mut questions: Vec<String> =
-        parameters.iter().filter_map(|each| odd_one_out(machine, each, parameters)).collect();
-    questions.extend(parameters.iter().filter_map(|each| odd_modulus(machine, each)));
-    questions.extend(parameters.iter().filter_map(|each| soft_slide(machine, each)));
+        parameters.iter().filter_map(|param| odd_one_out(machine, param, parameters)).collect();
+    questions.extend(parameters.iter().filter_map(|param| odd_modulus(machine, param)));
+    questions.extend(parameters.iter().filter_map(|param| soft_slide(machine, param)));
     questions.extend(odd_gravity(machine));
     questions
         .extend(findings.survey.as_ref().and_then(|survey| survey.droop.as_ref()).and_then(|d| odd_droop(machine, d)));
@@ -54,36 +54,36 @@ fn name_kind(parameter: &Parameter) -> &str {
 
 /// Returns questions about lengths, masses and angles that seem to be in another unit.
 pub(super) fn geometry_questions(machine: &Machine, findings: &Findings, parameters: &[Parameter]) -> Vec<String> {
-    let in_file: Vec<&Parameter> = parameters.iter().filter(|each| each.key.is_some()).collect();
-    let is_length = |each: &&&Parameter| each.unit == Unit::MM && each.value.is_some_and(|value| value != 0.0);
+    let in_file: Vec<&Parameter> = parameters.iter().filter(|param| param.key.is_some()).collect();
+    let is_length = |param: &&&Parameter| param.unit == Unit::MM && param.value.is_some_and(|value| value != 0.0);
     let longest = in_file.iter().filter(is_length).max_by(|a, b| value_of(a).abs().total_cmp(&value_of(b).abs()));
-    if let Some(longest) = longest.filter(|each| value_of(each).abs() < TINY_MM) {
+    if let Some(longest) = longest.filter(|param| value_of(param).abs() < TINY_MM) {
         return vec![format!("{}: no length is larger; are lengths in metres?", shown(machine, longest))];
     }
-    let mut questions: Vec<String> = in_file.iter().filter_map(|each| short_link(machine, each, &in_file)).collect();
+    let mut questions: Vec<String> = in_file.iter().filter_map(|param| short_link(machine, param, &in_file)).collect();
     // The components of a vector, and the ends of intervals, have the key in common.
-    for each in in_file.chunk_by(|a, b| a.key == b.key) {
-        questions.extend(short_offset(machine, each));
-        questions.extend(small_travel(machine, each, findings));
+    for same_key in in_file.chunk_by(|a, b| a.key == b.key) {
+        questions.extend(short_offset(machine, same_key));
+        questions.extend(small_travel(machine, same_key, findings));
     }
     questions.extend(small_workspace(machine));
-    questions.extend(in_file.iter().filter_map(|each| huge_mass(machine, each)));
+    questions.extend(in_file.iter().filter_map(|param| huge_mass(machine, param)));
     questions
 }
 
 /// Returns the value of a parameter; not a number where it is unknown.
-fn value_of(own: &Parameter) -> f64 {
-    own.value.unwrap_or(f64::NAN)
+fn value_of(param: &Parameter) -> f64 {
+    param.value.unwrap_or(f64::NAN)
 }
 
 /// Returns a parameter in words: name, value, unit, key and line of the machine file.
-fn shown(machine: &Machine, own: &Parameter) -> String {
-    format!("{} = {:?} {}{}", own.name, value_of(own), own.unit, place_in_file(machine, own))
+fn shown(machine: &Machine, param: &Parameter) -> String {
+    format!("{} = {:?} {}{}", param.name, value_of(param), param.unit, place_in_file(machine, param))
 }
 
 /// Returns key and line of a parameter in the machine file, in words in brackets; empty where it has no key.
-fn place_in_file(machine: &Machine, parameter: &Parameter) -> String {
-    let Some(key) = &parameter.key else { return String::new() };
+fn place_in_file(machine: &Machine, param: &Parameter) -> String {
+    let Some(key) = &param.key else { return String::new() };
     let line = machine.line_of(key).map_or_else(String::new, |line| format!(", line {line}"));
     format!(" ({key}{line})")
 }
@@ -114,10 +114,10 @@ fn short_link(machine: &Machine, own: &Parameter, all: &[&Parameter]) -> Option<
 /// Returns a question about a translation or a tool tip, given by its components, that is next to none.
 fn short_offset(machine: &Machine, components: &[&Parameter]) -> Option<String> {
     let (first, key) = (components.first()?, components.first()?.key.as_ref()?);
-    let length = components.iter().map(|each| value_of(each).powi(2)).sum::<f64>().sqrt();
+    let length = components.iter().map(|param| value_of(param).powi(2)).sum::<f64>().sqrt();
     let is_offset = key.ends_with("translation_mm") || key.ends_with("tool_tip_mm");
     // Measured offsets of a fraction of a millimetre have more digits.
-    let is_round = components.iter().all(|each| !has_more_decimals(value_of(each), 3));
+    let is_round = components.iter().all(|param| !has_more_decimals(value_of(param), 3));
     (is_offset && is_round && may_be_metres(machine, length)).then(|| {
         let name = first.name.trim_end_matches(".x");
         format!("{name}: {length:.3} mm long{}: is it in metres?", place_in_file(machine, first))
@@ -163,10 +163,10 @@ fn huge_mass(machine: &Machine, own: &Parameter) -> Option<String> {
 }
 
 /// Returns a question about a slide too soft for a screw or a linear motor.
-fn soft_slide(machine: &Machine, own: &Parameter) -> Option<String> {
-    let is_slide = own.key.as_ref()?.contains("prismatic_drive.") && own.unit == Unit::N_PER_MM;
-    (is_slide && own.value? <= SOFT_SLIDE)
-        .then(|| format!("{}: drives of slides have more; is it in N/µm (1 N/µm = 1000 N/mm)?", shown(machine, own)))
+fn soft_slide(machine: &Machine, param: &Parameter) -> Option<String> {
+    let is_slide = param.key.as_ref()?.contains("prismatic_drive.") && param.unit == Unit::N_PER_MM;
+    (is_slide && param.value? <= SOFT_SLIDE)
+        .then(|| format!("{}: drives of slides have more; is it in N/µm (1 N/µm = 1000 N/mm)?", shown(machine, param)))
 }
 
 /// Returns a question about a parameter far from the median of others of its kind.
@@ -190,11 +190,11 @@ fn odd_one_out(machine: &Machine, own: &Parameter, all: &[Parameter]) -> Option<
 }
 
 /// Returns a question about a Young's modulus that no material has.
-fn odd_modulus(machine: &Machine, own: &Parameter) -> Option<String> {
-    let value = own.value.filter(|_| name_kind(own) == "youngs_modulus")?;
+fn odd_modulus(machine: &Machine, param: &Parameter) -> Option<String> {
+    let value = param.value.filter(|_| name_kind(param) == "youngs_modulus")?;
     let [least, largest] = MODULI;
     (!(least..=largest).contains(&value)).then(|| {
-        format!("{}: materials have {least:e} to {largest:e}; is its unit another (GPa, Pa)?", shown(machine, own))
+        format!("{}: materials have {least:e} to {largest:e}; is its unit another (GPa, Pa)?", shown(machine, param))
     })
 }
 

@@ -73,7 +73,7 @@ fn drive_axes(machine: &Machine) -> std::result::Result<Vec<usize>, String> {
     let translations: Vec<usize> = machine
         .controls
         .iter()
-        .filter_map(|own| if let Coordinate::Translation(axis) = own { Some(*axis) } else { None })
+        .filter_map(|control| if let Coordinate::Translation(axis) = control { Some(*axis) } else { None })
         .collect();
     if translations.len() != machine.controls.len() || translations.len() != machine.drive_count() {
         return fail("the drives do not move one axis of the base each");
@@ -81,8 +81,8 @@ fn drive_axes(machine: &Machine) -> std::result::Result<Vec<usize>, String> {
     let Some(jacobian) = machine.drive_jacobian(&machine.home) else { return fail("home is singular") };
     let mut axes = Vec::new();
     for row in jacobian.row_iter() {
-        let own = row.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        match own {
+        let largest = row.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        match largest {
             Some((column, share)) if share.abs() >= OWN_SHARE * row.norm() && !axes.contains(&translations[column]) => {
                 axes.push(translations[column]);
             }
@@ -121,9 +121,9 @@ pub(super) fn joint_tables(
 /// Returns the table of `drive` from samples (position, correction): at each entry, the middle of the corrections sampled near it.
 fn middle_table(drive: String, samples: &[(f64, f64)]) -> JointTable {
     let widen = |widen: [f64; 2], value: f64| [widen[0].min(value), widen[1].max(value)];
-    let [low, high] = samples.iter().map(|own| own.0).fold([f64::INFINITY, f64::NEG_INFINITY], widen);
+    let [low, high] = samples.iter().map(|sample| sample.0).fold([f64::INFINITY, f64::NEG_INFINITY], widen);
     if low >= high {
-        let [least, most] = samples.iter().map(|own| own.1).fold([f64::INFINITY, f64::NEG_INFINITY], widen);
+        let [least, most] = samples.iter().map(|sample| sample.1).fold([f64::INFINITY, f64::NEG_INFINITY], widen);
         return JointTable { drive, positions_mm: vec![low], corrections_mm: vec![0.5 * (least + most)] };
     }
     let step = (high - low) / (ENTRIES - 1) as f64;

@@ -85,7 +85,7 @@ impl CorrectionTable {
     /// Returns Δρ of each drive, mm or rad, with P at `position` (O, mm) under a force on the tool tip (O axes, N).
     pub fn correction(&self, position: Vector3<f64>, force: Vector3<f64>) -> Vec<f64> {
         let terms = self.terms.values(force);
-        let of_drive = |own: &[f64]| own.iter().zip(&terms).map(|(c, term)| c * term).sum();
+        let of_drive = |coefficients: &[f64]| coefficients.iter().zip(&terms).map(|(c, term)| c * term).sum();
         self.coefficients_at(position).chunks(self.terms.count()).map(of_drive).collect()
     }
 }

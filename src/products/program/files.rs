@@ -214,8 +214,8 @@ impl ProgramFiles {
     /// own files and replaces neither an input nor what is no earlier result.
     fn may_call(&self, file: &CalledFile) -> Result<()> {
         let path = self.out.with_file_name(&file.name);
-        let own = [self.file_named(""), self.points_name(), self.file_named(REPORT), self.file_named(PAGE)];
-        if own.contains(&file.name) {
+        let reserved = [self.file_named(""), self.points_name(), self.file_named(REPORT), self.file_named(PAGE)];
+        if reserved.contains(&file.name) {
             let source = IoError::other("is the name of another result; expected another name of the program");
             return Err(Error::Write { file: path, source });
         }

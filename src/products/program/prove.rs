@@ -73,7 +73,7 @@ impl ProgramJob {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
         let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
         let (mut sums, mut as_written) = (vec![PathSums::default(); methods.len()], PathSums::default());
-        let (mut law, mut off) = (CuttingLawCheck::new(self), WithoutForce::default());
+        let (mut law, mut absent) = (CuttingLawCheck::new(self), WithoutForce::default());
         let (mut written_tracked, mut tracked_before) = (self.tracker(), None);
         let done = &|| work.tell(Event::Computed(1));
         let drawn = DrawnMachines::new(self.uncertainty.as_ref(), &machines, &self.process.errors)?;
@@ -116,8 +116,8 @@ impl ProgramJob {
             let case = unloaded.case([&self.machine, &self.real, &self.machine]);
             let without_force = run_tracked(&case, &commands, &track, done);
             let without_force: Vec<_> = without_force.iter().map(PathPointResult::solved_error).collect();
-            self.add_without_force(&mut off, &part, &without_force);
-            self.check_gouge(off)?;
+            self.add_without_force(&mut absent, &part, &without_force);
+            self.check_gouge(absent)?;
             let mut spread = Vec::new();
             if let Some(uncertain) = &uncertain {
                 let track = TrackBlocks::of(&self.machine, part.tasks(), track.into_owned());
@@ -148,7 +148,7 @@ impl ProgramJob {
         };
         let largest_along = |path| spread_along::whole(&[(path, &each_part)], &largest, work);
         let spread = uncertain.as_ref().map(largest_along).transpose()?;
-        Ok(Proof { passes, without_force: off, spread: spread.flatten() })
+        Ok(Proof { passes, without_force: absent, spread: spread.flatten() })
     }
 
     /// Adds the part's `errors` where the force is absent (base axes, mm; `None` without equilibrium) to the largest one found.

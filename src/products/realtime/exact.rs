@@ -71,13 +71,13 @@ impl ReferenceSolver {
     }
 
     /// Solves the equilibrium of a task, with the drives that bring the loaded tool tip to its position; an error if there is none.
-    fn solve(&self, storage: &mut Storage, asked: TipTask) -> Result<TipState> {
-        let compensation = compensate(&mut storage.session, &self.task(&asked), Method::Direct);
+    fn solve(&self, storage: &mut Storage, task: TipTask) -> Result<TipState> {
+        let compensation = compensate(&mut storage.session, &self.task(&task), Method::Direct);
         if !compensation.status.is_success() {
-            return Err(self.no_equilibrium(&asked, &compensation.status));
+            return Err(self.no_equilibrium(&task, &compensation.status));
         }
         let numbers = one_step::state_numbers(&compensation.drives, storage.session.state());
-        Ok(TipState { asked, drives: compensation.drives, numbers })
+        Ok(TipState { asked: task, drives: compensation.drives, numbers })
     }
 
     /// Returns the error of a task without equilibrium.

@@ -45,7 +45,7 @@ pub fn files(realtime: &Realtime) -> Vec<OutputFile> {
     };
     let numbers = realtime.whereabouts.function.step.outputs.len();
     let module =
-        |own: &FunctionCode| format!("// {MARK}\n//! A start and a Newton step.\n\n{}", emit::module(&own.function));
+        |code: &FunctionCode| format!("// {MARK}\n//! A start and a Newton step.\n\n{}", emit::module(&code.function));
     let size = format!("\n/// How many numbers a state has.\npub const NUMBERS: usize = {numbers};\n");
     vec![
         OutputFile::new("README.md", filled(include_str!("template/README.md"))),
@@ -147,7 +147,7 @@ fn steps_table(realtime: &Realtime) -> String {
     let names = realtime.functions().map(|(name, _)| format!(" `{name}` |")).concat();
     let mut table = format!("| steps |{names}\n|---|---|---|---|");
     for steps in 0..=realtime.question.steps {
-        let errors = realtime.functions().map(|(_, own)| format!(" {:.1e} |", own.errors.found_mm[steps]));
+        let errors = realtime.functions().map(|(_, code)| format!(" {:.1e} |", code.errors.found_mm[steps]));
         _ = write!(table, "\n| {steps} |{}", errors.concat());
     }
     table

@@ -29,12 +29,12 @@ pub(crate) struct Function {
 impl Function {
     /// Builds a function whose start is polynomials of these degrees over `range`, fitted to the equilibria `solved`, and whose steps are
     /// `step`. `None` where these equilibria do not determine the polynomials.
-    pub fn new(given: StepInput, range: &Domain, degrees: Degrees, solved: &[TipState], step: Program) -> Option<Self> {
-        let inputs: Vec<Vec<f64>> = solved.iter().map(|solved| start_inputs(given, solved)).collect();
-        let known = if given == StepInput::Drives { DRIVES } else { 0 };
-        let states: Vec<Vec<f64>> = solved.iter().map(|solved| solved.numbers[known..].to_vec()).collect();
+    pub fn new(kind: StepInput, range: &Domain, degrees: Degrees, solved: &[TipState], step: Program) -> Option<Self> {
+        let inputs: Vec<Vec<f64>> = solved.iter().map(|solved| start_inputs(kind, solved)).collect();
+        let given_count = if kind == StepInput::Drives { DRIVES } else { 0 };
+        let states: Vec<Vec<f64>> = solved.iter().map(|solved| solved.numbers[given_count..].to_vec()).collect();
         let start = Start::fit(range, degrees, &inputs, &states)?;
-        Some(Self { given, start, step })
+        Some(Self { given: kind, start, step })
     }
 
     /// Records one Newton step of the machine at the equilibria `solved`; an error if it cannot be written without branches.
@@ -83,8 +83,8 @@ impl Function {
 }
 
 /// Returns the inputs of the start polynomials: three coordinates and the wrench.
-fn start_inputs(given: StepInput, solved: &TipState) -> Vec<f64> {
-    let at = match given {
+fn start_inputs(kind: StepInput, solved: &TipState) -> Vec<f64> {
+    let at = match kind {
         StepInput::Tip => solved.asked.0.to_vec(),
         StepInput::Drives => solved.drives.clone(),
     };
@@ -92,15 +92,15 @@ fn start_inputs(given: StepInput, solved: &TipState) -> Vec<f64> {
 }
 
 /// Returns the inputs of a Newton step: a state, the position if it is given, and the wrench.
-fn step_inputs(given: StepInput, state: &[f64], at: &[f64; 3], wrench: &[f64; 6]) -> Vec<f64> {
-    let position: &[f64] = if given == StepInput::Tip { at } else { &[] };
+fn step_inputs(kind: StepInput, state: &[f64], at: &[f64; 3], wrench: &[f64; 6]) -> Vec<f64> {
+    let position: &[f64] = if kind == StepInput::Tip { at } else { &[] };
     state.iter().chain(position).chain(wrench).copied().collect()
 }
 
 /// Returns the ranges of the inputs: those of the domain, with the range of the drives in `solved`, widened by [`ROOM`], if they are given.
-pub(super) fn input_range(given: StepInput, domain: &Domain, solved: &[TipState]) -> Domain {
+pub(super) fn input_range(kind: StepInput, domain: &Domain, solved: &[TipState]) -> Domain {
     let mut range = *domain;
-    for i in 0..if given == StepInput::Drives { 3 } else { 0 } {
+    for i in 0..if kind == StepInput::Drives { 3 } else { 0 } {
         let all = || solved.iter().map(|solved| solved.drives[i]);
         let (least, most) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
         let margin = ROOM * (most - least);

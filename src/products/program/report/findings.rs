@@ -204,9 +204,9 @@ impl WorstLines {
     /// Adds the next counted point, in move number `segment`, with its errors in mm.
     pub fn add(&mut self, job: &ProgramJob, segment: usize, before_mm: f64, after_mm: Option<f64>) {
         match &mut self.current_move {
-            Some(own) if own.segment == segment => {
-                own.before_mm = own.before_mm.max(before_mm);
-                own.after_mm = own.after_mm.into_iter().chain(after_mm).reduce(f64::max);
+            Some(current) if current.segment == segment => {
+                current.before_mm = current.before_mm.max(before_mm);
+                current.after_mm = current.after_mm.into_iter().chain(after_mm).reduce(f64::max);
             }
             _ => {
                 self.worst = self.with_current(job);
@@ -218,9 +218,9 @@ impl WorstLines {
     /// Returns the worst moves including the current one; of two equal ones, the earlier comes first.
     fn with_current(&self, job: &ProgramJob) -> Vec<Move> {
         let mut worst = self.worst.clone();
-        let is_known = |own: &Move| job.file.line_of(own.segment).is_some();
-        if let Some(own) = self.current_move.filter(is_known) {
-            worst.insert(worst.partition_point(|other| other.before_mm >= own.before_mm), own);
+        let is_known = |candidate: &Move| job.file.line_of(candidate.segment).is_some();
+        if let Some(candidate) = self.current_move.filter(is_known) {
+            worst.insert(worst.partition_point(|other| other.before_mm >= candidate.before_mm), candidate);
             worst.truncate(LINES);
         }
         worst

@@ -215,12 +215,12 @@ pub fn headline(report: &Report<'_>) -> Headline {
         (counted(report.job.path.len(), "point"), spread_report::basis(report.job.uncertainty.as_ref()));
     let basis = format!("{points}, {cutting} of them cutting, {length:.1} mm of path, {inputs}");
     let verdict = report.findings.outside.verdict(&report.job.machine, report.name);
-    let whole = report.proved.spread.as_ref();
-    let (sure, numbers) = match whole {
-        Some(whole) => {
+    let distribution = report.proved.spread.as_ref();
+    let (sure, numbers) = match distribution {
+        Some(distribution) => {
             let gouge = without_force_number(report);
-            let numbers = spread_report::along_numbers(&along(report), whole).into_iter().chain(gouge).collect();
-            (spread_report::along_verdict(&along(report), whole), numbers)
+            let numbers = spread_report::along_numbers(&along(report), distribution).into_iter().chain(gouge).collect();
+            (spread_report::along_verdict(&along(report), distribution), numbers)
         }
         None => (main_sentence(report), nominal_numbers(report)),
     };
@@ -230,7 +230,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_cautions(
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
-        .with_cautions(&spread_report::along_cautions(&along(report), whole))
+        .with_cautions(&spread_report::along_cautions(&along(report), distribution))
         .with_cautions(&without_force_text(report))
         .with_cautions(&spread_report::cautions(uncertain, &report.findings.spread, "point"))
         .with_cautions(&caution_text(report))
@@ -248,7 +248,7 @@ fn nominal_numbers(report: &Report<'_>) -> Vec<KeyNumber> {
 fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
     let off = report.proved.without_force;
     // The pass before the last is of the commands themselves.
-    let is_programmed = report.proved.passes.iter().rev().nth(1).is_some_and(|own| own.name == Method::None.label());
+    let is_programmed = report.proved.passes.iter().rev().nth(1).is_some_and(|pass| pass.name == Method::None.label());
     Along {
         machine: &report.job.machine.name,
         path: report.name.into(),
@@ -330,9 +330,9 @@ fn main_sentence(report: &Report<'_>) -> String {
         .first()
         .map_or_else(String::new, |worst| format!(", worst in {}, {along:.1} mm along the path", worst.place));
     let off = millimetres(worst.size_mm, 3);
-    let left = report.proved.passes.last().and_then(|pass| pass.summary.max_mm);
-    let then = left.map_or_else(String::new, |left| {
-        format!("; with the compensated program, by {} if all inputs are exact", millimetres(left, 4))
+    let residual = report.proved.passes.last().and_then(|pass| pass.summary.max_mm);
+    let then = residual.map_or_else(String::new, |residual| {
+        format!("; with the compensated program, by {} if all inputs are exact", millimetres(residual, 4))
     });
     format!("Running {}, the tool of {name} is off by up to {off}{line}{then}.", report.name)
 }
