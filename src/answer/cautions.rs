@@ -41,16 +41,16 @@ impl OutsidePositions {
         outside
     }
 
-    /// Adds a position of P (O, mm) to the count.
+    /// Adds a position of P (O, mm) to the counts.
     pub fn add(&mut self, machine: &Machine, position: Vector3<f64>) {
         self.count += 1;
-        if let Some(found) = machine.outside_workspace(position) {
+        if let Some(excess) = machine.outside_workspace(position) {
             self.outside += 1;
-            self.first.get_or_insert(found);
+            self.first.get_or_insert(excess);
         }
     }
 
-    /// Whether any position is outside the workspace box.
+    /// Returns whether any position is outside the workspace box.
     pub fn has_any(&self) -> bool {
         self.outside > 0
     }
@@ -92,22 +92,22 @@ pub fn assumed_workspace(machine: &Machine) -> String {
     )
 }
 
-/// Says from which state deflections of `machine` are measured; empty if it has neither weight nor springs.
+/// Returns a sentence on the state from which deflections of `machine` are measured; empty if it has neither weight nor springs.
 pub fn zeroing(machine: &Machine) -> String {
-    let Some(own) = machine.own_load_words() else { return String::new() };
+    let Some(loads) = machine.own_load_words() else { return String::new() };
     let from = match machine.zeroed {
         ZeroState::AtRest => {
-            format!("from the machine at rest under its {own}, calibrated there (zeroed = \"at_rest\")")
+            format!("from the machine at rest under its {loads}, calibrated there (zeroed = \"at_rest\")")
         }
-        ZeroState::Weightless => format!("from the rigid model, without {own} (zeroed = \"weightless\")"),
+        ZeroState::Weightless => format!("from the rigid model, without {loads} (zeroed = \"weightless\")"),
         ZeroState::AtHome => {
-            format!("from the rigid model, its drives calibrated under its {own} at home (zeroed = \"at_home\")")
+            format!("from the rigid model, its drives calibrated under its {loads} at home (zeroed = \"at_home\")")
         }
     };
     format!("Deflections of {} are measured {from}.\n", machine.name)
 }
 
-/// Says that deflections are from the workpiece, if its carrier bends as well, and where locked or external axes are.
+/// Returns sentences that deflections are from the workpiece, if its carrier bends as well, and where locked or external axes are.
 pub fn carrier(machine: &Machine) -> String {
     let mut text = String::new();
     if let Some(carrier) = &machine.carrier {
@@ -135,7 +135,7 @@ pub fn large_errors(machine: &Machine, errors: &[ChainError]) -> String {
     text
 }
 
-/// Names the tables of a process that a study over the workspace does not use; empty if there are none.
+/// Returns a sentence that names the process `tables` that a study over the workspace does not use; empty if there are none.
 pub fn unused_tables(tables: &[&str]) -> String {
     match tables {
         [] => String::new(),

@@ -29,20 +29,20 @@ pub fn pose_cells(pose: Option<&Pose>) -> Row {
 
 /// Returns the columns of drive positions: of the target pose by nominal inverse kinematics, as compensated, and of the workpiece carrier.
 pub fn drive_columns(machine: &Machine) -> impl Iterator<Item = String> {
-    let own = ["rho_nominal", "rho_compensated"].into_iter().flat_map(|what| position_columns(machine, what));
-    own.chain(machine.carrier.iter().flat_map(|carrier| position_columns(carrier, "rho_carrier")))
+    let positions = ["rho_nominal", "rho_compensated"].into_iter().flat_map(|what| position_columns(machine, what));
+    positions.chain(machine.carrier.iter().flat_map(|carrier| position_columns(carrier, "rho_carrier")))
 }
 
-/// Returns the cells of [`drive_columns`]; those of the command are empty without `with_command`.
-pub fn drive_cells(machine: &Machine, task: &TaskPoint, answer: &PathPointResult, with_command: bool) -> Row {
+/// Returns the cells of [`drive_columns`] at a task point (mm, degrees); those of the command are empty without `with_command`.
+pub fn drive_cells(machine: &Machine, task: &TaskPoint, result: &PathPointResult, with_command: bool) -> Row {
     let count = machine.drive_count();
-    let mut row: Row = cells(shown_positions(machine, &answer.nominal_drives)).collect();
+    let mut row: Row = cells(shown_positions(machine, &result.nominal_drives)).collect();
     row.resize(count, Cell::Missing);
     if with_command {
-        row.extend(cells(shown_positions(machine, &answer.drives)));
+        row.extend(cells(shown_positions(machine, &result.drives)));
     }
     row.resize(2 * count, Cell::Missing);
-    let there = task.external.map_or_else(|| machine.clone(), |axes| machine.with_carrier_axes(&axes));
-    row.extend(there.carrier.iter().flat_map(|carrier| cells(shown_positions(carrier, &carrier.home.drives))));
+    let at_axes = task.external.map_or_else(|| machine.clone(), |axes| machine.with_carrier_axes(&axes));
+    row.extend(at_axes.carrier.iter().flat_map(|carrier| cells(shown_positions(carrier, &carrier.home.drives))));
     row
 }

@@ -15,12 +15,12 @@ pub fn deflected_pose(
     place: String,
 ) -> Option<DeflectedPose> {
     let machines = Machines::new(machine, errors).ok()?;
-    let settled = equilibrium_under(&machines, Source::All, task).ok()?;
+    let balanced = equilibrium_under(&machines, Source::All, task).ok()?;
     Some(DeflectedPose {
         place,
-        commanded: settled.commanded,
-        loaded: settled.loaded,
-        tool_displacement_mm: settled.tool_displacement_mm,
+        commanded: balanced.commanded,
+        loaded: balanced.loaded,
+        tool_displacement_mm: balanced.tool_displacement_mm,
         force_n: task.load.force,
     })
 }

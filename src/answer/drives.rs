@@ -30,21 +30,21 @@ impl<E: 'static> DriveQuantities<E> {
         let motions: Vec<Motion> = machine.drives().map(|(_, drive)| drive.motion).collect();
         let corrections = correction_columns(machine).enumerate().map(|(k, name)| {
             let motion = motions[k];
-            let shown = move |found: &E| correction(found, k).map(|value| motion.to_shown(value));
+            let shown = move |entry: &E| correction(entry, k).map(|value| motion.to_shown(value));
             Quantity::computed(name, format!("correction of drive {}", labels[k]), better, shown)
         });
         let forces = force_columns(machine).enumerate().map(|(k, name)| {
             let label = format!("{} of drive {}", motions[k].force_word(), labels[k]);
-            Quantity::computed(name, label, better, move |found: &E| force(found, k))
+            Quantity::computed(name, label, better, move |entry: &E| force(entry, k))
         });
         let (corrections, forces): (Vec<_>, Vec<_>) = (corrections.collect(), forces.collect());
         let largest = |all: &[Quantity<E>], kind: Motion, name: String, what: &str, sign: &str| {
-            let own = all.iter().zip(&motions).filter(|(_, motion)| **motion == kind).map(|(own, _)| own.clone());
+            let each = all.iter().zip(&motions).filter(|(_, motion)| **motion == kind).map(|(each, _)| each.clone());
             let label = match machine.has_mixed_drives() {
                 false => format!("largest drive {what} {sign}"),
                 true => format!("largest {what} of {} {sign}", kind_word(machine, kind)),
             };
-            (kind, Quantity::largest_of(name, label, Better::Smaller, own.collect()))
+            (kind, Quantity::largest_of(name, label, Better::Smaller, each.collect()))
         };
         let of_corrections = |kind: Motion| {
             let name = format!("delta_rho_largest_drive_{}", kind.position_unit());
@@ -61,7 +61,7 @@ impl<E: 'static> DriveQuantities<E> {
         }
     }
 
-    /// Returns the quantities of the largest corrections, then those of the largest forces.
+    /// Returns the quantities of the largest correction of each kind of drive, then those of the largest force.
     pub fn largest(&self) -> impl Iterator<Item = &Quantity<E>> {
         self.corrections.iter().chain(&self.forces).map(|(_, quantity)| quantity)
     }

@@ -19,7 +19,7 @@ pub struct ValueAt<A> {
 }
 
 impl<A> ValueAt<A> {
-    /// Formats the position at which the value was found.
+    /// Returns the position at which the value was found as text, such as "(1.0, 2.0, 3.0) mm".
     pub fn place(&self) -> String {
         let [x, y, z] = self.position_mm;
         position(x, y, z)
@@ -37,15 +37,15 @@ impl<A> Default for Extremes<A> {
 }
 
 impl<A: Clone> Extremes<A> {
-    /// Adds a value, found at a position (O, mm).
+    /// Adds a value, found at a position (O, mm); `at` is what else is known of it.
     pub fn add(&mut self, value: f64, position_mm: [f64; 3], at: &A) {
-        let found = || ValueAt { value, position_mm, at: at.clone() };
-        let [least, most] = self.0.get_or_insert_with(|| [found(), found()]);
+        let entry = || ValueAt { value, position_mm, at: at.clone() };
+        let [least, most] = self.0.get_or_insert_with(|| [entry(), entry()]);
         if value < least.value {
-            *least = found();
+            *least = entry();
         }
         if value > most.value {
-            *most = found();
+            *most = entry();
         }
     }
 
@@ -64,10 +64,10 @@ impl<E: 'static, A: Clone + Serialize> QuantityExtremes<E, A> {
         Self(quantities.into_iter().map(|quantity| (quantity, Extremes::default())).collect())
     }
 
-    /// Adds the values of all quantities of a result, found at a position (O, mm).
-    pub fn add(&mut self, found: &E, position_mm: [f64; 3], at: &A) {
+    /// Adds the values of all quantities of a `result`, found at a position (O, mm); `at` is what else is known of them.
+    pub fn add(&mut self, result: &E, position_mm: [f64; 3], at: &A) {
         for (quantity, extremes) in &mut self.0 {
-            if let Some(value) = quantity.value(found) {
+            if let Some(value) = quantity.value(result) {
                 extremes.add(value, position_mm, at);
             }
         }
@@ -75,7 +75,7 @@ impl<E: 'static, A: Clone + Serialize> QuantityExtremes<E, A> {
 
     /// Returns the smallest and the largest value of `quantity`; `None` if it is not among these or has no value.
     pub fn of(&self, quantity: &Quantity<E>) -> Option<&[ValueAt<A>; 2]> {
-        self.0.iter().find(|(own, _)| own.name == quantity.name)?.1.get()
+        self.0.iter().find(|(known, _)| known.name == quantity.name)?.1.get()
     }
 
     /// Returns all extremes as JSON, by the names of the quantities.

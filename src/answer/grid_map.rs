@@ -75,18 +75,18 @@ impl<'a, P> GridMap<'a, P> {
         self.next += 1;
     }
 
-    /// Whether layer `k` has a value anywhere.
+    /// Returns whether layer `k` has a value anywhere.
     pub fn has_values(&self, k: usize) -> bool {
         self.values.iter().any(|values| values[k].is_some())
     }
 
     /// Returns the value of layer `k` at a node; `None` where there is none.
     fn value_at(&self, k: usize, node: [usize; 3]) -> Option<f64> {
-        let place = self.nodes.binary_search(&self.grid.index(node)).ok()?;
-        self.values.get(place)?[k]
+        let drawn_index = self.nodes.binary_search(&self.grid.index(node)).ok()?;
+        self.values.get(drawn_index)?[k]
     }
 
-    /// Draws slices of each layer at the heights of the study, with their file stems.
+    /// Draws slices of each layer at the heights of the study; yields file stem and figure of each layer.
     pub fn slices(&self) -> impl Iterator<Item = (String, Figure)> {
         self.drawn.iter().enumerate().map(|(k, drawn)| {
             let panels = self.slices[2].iter().map(|plane| self.panel(k, &self.slices, *plane, self.points_on(*plane)));
@@ -97,7 +97,7 @@ impl<'a, P> GridMap<'a, P> {
                 contour: drawn.contour,
                 shading: drawn.shading,
                 remark: match k == 0 && self.has_points {
-                    true => point_words::points(&self.scene.machine),
+                    true => point_words::named_points_words(&self.scene.machine),
                     false => String::new(),
                 },
                 ..self.empty_slices(k)
@@ -110,8 +110,8 @@ impl<'a, P> GridMap<'a, P> {
     pub fn slices_at(&self, k: usize, title: &str, ends: &[(f64, [f64; 3], &str)], line: Option<Tolerance>) -> Figure {
         let (planes, zs) = (&self.volume[2], &self.grid.axes[2]);
         let plane = |z: f64| {
-            let gap = |&&k: &&usize| (zs[k] - z).abs();
-            planes.iter().min_by(|a, b| gap(a).total_cmp(&gap(b))).copied()
+            let distance = |&&k: &&usize| (zs[k] - z).abs();
+            planes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
         };
         let mut heights: Vec<usize> = ends.iter().filter_map(|(_, at, _)| plane(at[2])).collect();
         heights.dedup();
@@ -119,13 +119,13 @@ impl<'a, P> GridMap<'a, P> {
             heights.extend(planes.first());
         }
         let panel = |height: &usize| {
-            let here = ends.iter().filter(|(_, at, _)| plane(at[2]) == Some(*height));
+            let on_plane = ends.iter().filter(|(_, at, _)| plane(at[2]) == Some(*height));
             let mark = |(value, [x, y, _], word): &(f64, [f64; 3], &str)| PlaneMark {
                 label: format!("{word} {}", millimetres(*value, 3)),
                 x: *x,
                 y: *y,
             };
-            self.panel(k, &self.volume, *height, here.map(mark).collect())
+            self.panel(k, &self.volume, *height, on_plane.map(mark).collect())
         };
         Figure::Slices(SliceFigure {
             title: title.into(),
@@ -184,13 +184,13 @@ impl<'a, P> GridMap<'a, P> {
         }
     }
 
-    /// Marks the named points of the machine that are nearest to a grid plane.
+    /// Returns marks of the named points of the machine that are nearest to a grid plane.
     fn points_on(&self, plane: usize) -> Vec<PlaneMark> {
         let zs = &self.grid.axes[2];
         let half_step = if zs.len() > 1 { 0.5 * (zs[1] - zs[0]) } else { f64::INFINITY };
         let points = self.scene.machine.points.iter().filter(|_| self.has_points);
-        let here = points.filter(|p| (p.position.z - zs[plane]).abs() <= half_step);
-        here.map(|p| PlaneMark { label: p.name.clone(), x: p.position.x, y: p.position.y }).collect()
+        let near = points.filter(|p| (p.position.z - zs[plane]).abs() <= half_step);
+        near.map(|p| PlaneMark { label: p.name.clone(), x: p.position.x, y: p.position.y }).collect()
     }
 
     /// Returns the subtitle of a figure of layer `k`: machine, setting, size of the grid, and how many `nodes` (indices along each axis) are drawn if
@@ -206,7 +206,7 @@ impl<'a, P> GridMap<'a, P> {
     }
 }
 
-/// Returns the grid planes nearest to the heights `slices_z`, mm, each once.
+/// Returns the indices of the grid planes nearest to the heights `slices_z`, mm, each once.
 fn nearest_planes(grid: &Grid, slices_z: &[f64]) -> Vec<usize> {
     let heights = &grid.axes[2];
     let mut planes: Vec<usize> = Vec::new();
@@ -228,7 +228,7 @@ fn thinned_indices(count: usize, most: usize) -> Vec<usize> {
     (0..most).map(|k| (k * (count - 1) + (most - 1) / 2) / (most - 1)).collect()
 }
 
-/// Returns all combinations of the indices, x fastest.
+/// Returns all combinations of the indices along x, y and z, x fastest.
 fn nodes_of([x, y, z]: &[Vec<usize>; 3]) -> impl Iterator<Item = [usize; 3]> {
     z.iter().flat_map(move |&k| y.iter().flat_map(move |&j| x.iter().map(move |&i| [i, j, k])))
 }

@@ -7,13 +7,13 @@ use crate::{
     simulation::Source,
 };
 
-/// Names the acting sources of error to begin a sentence: "Under cutting force and chain errors".
+/// Returns the beginning of a sentence that names the acting sources of error: "Under cutting force and chain errors".
 pub(crate) fn acting_words(machine: &Machine, errors: &[ChainError], has_force: bool) -> String {
-    let is_real = errors.iter().any(|error| !error.is_none());
+    let has_errors = errors.iter().any(|error| !error.is_none());
     let word = |source: &Source| match source {
         Source::Cutting => has_force.then_some("cutting force"),
         Source::Weight => Some(machine.own_load_words().unwrap_or("weight")),
-        Source::Errors => is_real.then_some("chain errors"),
+        Source::Errors => has_errors.then_some("chain errors"),
         Source::All => None,
     };
     match Source::parts(machine).iter().filter_map(word).collect::<Vec<_>>().as_slice() {
@@ -36,14 +36,14 @@ pub(crate) fn source_group(machine: &Machine) -> Group {
 impl Source {
     /// Returns the beginning of a sentence that says how far this source moves the tool.
     pub(crate) fn moves(self, machine: &Machine) -> String {
-        let own = machine.own_load_words().unwrap_or("weight");
-        let (moves, are) = if own == "weight" { ("moves the tool", "is") } else { ("move the tool", "are") };
+        let loads = machine.own_load_words().unwrap_or("weight");
+        let (moves, are) = if loads == "weight" { ("moves the tool", "is") } else { ("move the tool", "are") };
         match self {
             Source::Cutting => "The cutting force alone moves the tool".into(),
             Source::Weight if machine.zeroed == ZeroState::AtRest => {
-                format!("The machine's {own}, which {are} taken as zeroed, {moves}")
+                format!("The machine's {loads}, which {are} taken as zeroed, {moves}")
             }
-            Source::Weight => format!("The machine's {own} alone {moves}"),
+            Source::Weight => format!("The machine's {loads} alone {moves}"),
             Source::Errors => "Chain errors alone move the tool".into(),
             Source::All if Self::parts(machine).len() > 2 => "All sources together move the tool".into(),
             Source::All => "Both sources together move the tool".into(),

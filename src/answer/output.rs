@@ -36,7 +36,7 @@ pub struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Whether maps are written as VTK images.
+    /// Returns whether maps are written as VTK images.
     pub(crate) fn wants_image(&self) -> bool {
         self.formats.contains(&Format::Vti)
     }
@@ -102,7 +102,7 @@ impl Output {
         Self { is_answered: Some(false), details: reason, ..Self::of(settings, statuses, summary, page) }
     }
 
-    /// Whether everything that was asked has a result.
+    /// Returns whether everything that was asked has a result.
     pub(crate) fn is_complete(&self) -> bool {
         self.is_answered.unwrap_or_else(|| self.statuses.iter().all(StatusCount::is_solved))
     }
@@ -130,14 +130,14 @@ impl Output {
         self.page.colours = (colours != Colours::default()).then(|| colours.label().into());
         // Pages show CSV tables.
         let has_page = formats.contains(&Format::Csv);
-        let (mut files, described) = std::mem::take(&mut self.streamed);
-        for (stem, note) in described.iter().filter_map(|(stem, table)| Some((stem, table.note()?))) {
+        let (mut files, streamed_tables) = std::mem::take(&mut self.streamed);
+        for (stem, note) in streamed_tables.iter().filter_map(|(stem, table)| Some((stem, table.note()?))) {
             let file = format!("{stem}.csv");
             for table in self.page.tables.iter_mut().filter(|table| table.file == file) {
                 table.kept = Some(note.into());
             }
         }
-        files.extend(exchange::files(out, &self.tables, &described, formats)?);
+        files.extend(exchange::files(out, &self.tables, &streamed_tables, formats)?);
         if has_page {
             files.push(OutputFile::new("report.json", self.page.clone().with_figures(&self.figures).to_json()));
         }
@@ -148,15 +148,15 @@ impl Output {
         let manifest = Manifest::new(&self.page.name, inputs, (settings, statuses), names.collect());
         Manifest::check_may_write(out, manifest.files.iter().map(String::as_str))?;
         // Everything is made before the first file takes the place of another.
-        let made = staging(out)?;
+        let temporary = staging(out)?;
         files.push(OutputFile::new(Manifest::FILE, manifest.to_json()));
-        write_all(made.path(), files)?;
+        write_all(temporary.path(), files)?;
         // The page is made from what has been written, as `kinetostat report` makes it again.
         if has_page {
-            let page = page::page(&ResultFolder::open(made.path())?, &made.path().join(PAGE))?;
-            write_all(made.path(), vec![OutputFile::new(PAGE, page)])?;
+            let page = page::page(&ResultFolder::open(temporary.path())?, &temporary.path().join(PAGE))?;
+            write_all(temporary.path(), vec![OutputFile::new(PAGE, page)])?;
         }
-        publish(&manifest, made.path(), out)
+        publish(&manifest, temporary.path(), out)
     }
 
     /// Adds the machine at home, and deflected, to the figures, if there are any.
@@ -171,9 +171,9 @@ impl Output {
     }
 }
 
-/// Moves the files of `manifest` from the folder `made` into the result folder, and removes those of the former run there. From the first change
-/// on, a manifest names all files that are there and will be.
-fn publish(manifest: &Manifest, made: &Path, out: &Path) -> Result<Vec<PathBuf>> {
+/// Moves the files of `manifest` from the folder `temporary` to `out`, and removes those of the former run there; returns their paths. From
+/// the first change on, a manifest names all files that are there and will be.
+fn publish(manifest: &Manifest, temporary: &Path, out: &Path) -> Result<Vec<PathBuf>> {
     let files = &manifest.files;
     let former: Vec<String> = Manifest::previous_files(out).into_iter().filter(|name| !files.contains(name)).collect();
     // If this is cut short, a later run finds here what there is to remove, and no page is made of two runs.
@@ -181,14 +181,14 @@ fn publish(manifest: &Manifest, made: &Path, out: &Path) -> Result<Vec<PathBuf>>
     let both = Manifest { files: files_of_both, publishing: true, ..manifest.clone() };
     let mut changes = Transaction::within(out)?;
     changes.place(OutputFile::new(Manifest::FILE, both.to_json()))?;
-    files.iter().for_each(|name| changes.place_made(made, name));
+    files.iter().for_each(|name| changes.place_made(temporary, name));
     former.iter().for_each(|name| changes.remove(name));
-    changes.place_made(made, Manifest::FILE);
+    changes.place_made(temporary, Manifest::FILE);
     changes.commit()?;
     Ok(files.iter().map(String::as_str).chain([Manifest::FILE]).map(|name| out.join(name)).collect())
 }
 
-/// Draws each figure as SVG and PNG.
+/// Returns each figure as SVG and PNG file; `Err` if one cannot be drawn.
 fn figure_files(figures: Vec<(String, Figure)>, colours: Colours) -> Result<Vec<OutputFile>> {
     let drawn = figures.par_iter().map(|(name, figure)| {
         let fault = |e: FigureError| Error::Figure { name: name.clone(), problem: e.to_string() };

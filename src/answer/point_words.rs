@@ -7,7 +7,7 @@ use crate::machine::{Machine, NamedPoint};
 const ON: f64 = 1e-6;
 
 /// Describes a named point: its name, where it is in the workspace box of P, and its coordinates.
-pub fn point(machine: &Machine, point: &NamedPoint) -> String {
+pub fn named_point_words(machine: &Machine, point: &NamedPoint) -> String {
     let (low, high) = (machine.workspace.min, machine.workspace.max);
     let is_near = |i: usize, value: f64| (point.position[i] - value).abs() <= ON * (high[i] - low[i]).max(1.0);
     let axes = |end: &dyn Fn(usize) -> f64| -> Vec<&str> {
@@ -36,6 +36,6 @@ pub fn point(machine: &Machine, point: &NamedPoint) -> String {
 }
 
 /// Describes all named points, for the caption of the first figure that shows them; empty without any.
-pub fn points(machine: &Machine) -> String {
-    machine.points.iter().map(|p| point(machine, p)).collect::<Vec<_>>().join("; ")
+pub fn named_points_words(machine: &Machine) -> String {
+    machine.points.iter().map(|p| named_point_words(machine, p)).collect::<Vec<_>>().join("; ")
 }

@@ -126,33 +126,33 @@ impl<E: 'static> Quantity<E> {
 
     /// Makes the quantity of the largest absolute value of `all`; it is missing where one of them is.
     pub fn largest_of(name: String, label: String, better: Better, all: Vec<Self>) -> Self {
-        let of = all.iter().map(|one| one.name.to_string()).collect();
+        let of = all.iter().map(|each| each.name.to_string()).collect();
         let largest =
-            move |found: &E| all.iter().try_fold(0.0, |most: f64, one| Some(most.max(one.value(found)?.abs())));
+            move |result: &E| all.iter().try_fold(0.0, |most: f64, each| Some(most.max(each.value(result)?.abs())));
         Self { of, ..Self::computed(name, label, better, largest) }
     }
 
     /// Computes the value of the quantity from a result; `None` where there is none, or it is text.
-    pub fn value(&self, found: &E) -> Option<f64> {
+    pub fn value(&self, result: &E) -> Option<f64> {
         match &self.get {
-            Get::Number(get) => get(found),
-            Get::Part(get, axis) => get(found).map(|vector| vector[*axis]),
-            Get::Count(get) => get(found).map(|count| count as f64),
-            Get::Cell(_, get) => match get(Ok(found)) {
+            Get::Number(get) => get(result),
+            Get::Part(get, axis) => get(result).map(|vector| vector[*axis]),
+            Get::Count(get) => get(result).map(|count| count as f64),
+            Get::Cell(_, get) => match get(Ok(result)) {
                 Cell::Number(number) => Some(number),
                 Cell::Count(count) => Some(count as f64),
                 Cell::Missing | Cell::Text(_) => None,
             },
-            Get::Computed(get) => get(found),
+            Get::Computed(get) => get(result),
         }
     }
 
-    /// Returns the table cell of the quantity for a result, or for the failure instead of one.
-    pub fn cell_of(&self, found: FoundOr<'_, E>) -> Cell {
+    /// Returns the table cell of the quantity for a result, or for the failure in its place.
+    pub fn cell_of(&self, result: FoundOr<'_, E>) -> Cell {
         match &self.get {
-            Get::Cell(_, get) => get(found),
-            Get::Count(get) => found.ok().and_then(get).into(),
-            _ => found.ok().and_then(|found| self.value(found)).into(),
+            Get::Cell(_, get) => get(result),
+            Get::Count(get) => result.ok().and_then(get).into(),
+            _ => result.ok().and_then(|result| self.value(result)).into(),
         }
     }
 
@@ -179,7 +179,7 @@ impl<E: 'static> Quantity<E> {
         format!("{} [{}]", self.label, self.unit())
     }
 
-    /// Returns the quantity as pages have it.
+    /// Returns the quantity as pages describe it.
     pub fn layer(&self) -> page::Quantity {
         page::Quantity {
             columns: self.columns(),
@@ -200,7 +200,7 @@ impl<E: 'static> Quantity<E> {
     }
 }
 
-/// Returns quantities as pages have them, in this order.
+/// Returns quantities as pages describe them, in this order.
 pub(crate) fn layers<'a, E: 'static>(quantities: impl IntoIterator<Item = &'a Quantity<E>>) -> Vec<page::Quantity> {
     quantities.into_iter().map(Quantity::layer).collect()
 }

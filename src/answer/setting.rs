@@ -23,7 +23,7 @@ impl Scene {
         cautions::unused_tables(not_used) + &cautions::machine_cautions(&self.machine, &self.errors, noun, positions)
     }
 
-    /// Returns the facts about machine and force, those of the question (`own`), and those about chain errors.
+    /// Returns the facts about machine and force, those of the question (`own`), and those about chain errors, in the order of the page.
     pub(crate) fn facts(&self, own: impl IntoIterator<Item = Fact>) -> Vec<Fact> {
         let MillingForce { radial, tangential, axial, .. } = self.force;
         let forces = format!("{radial} N radial, {tangential} N tangential, {axial} N axial");
@@ -50,13 +50,13 @@ impl Scene {
         grid_view(&self.machine, (title, table), group, quantities)
     }
 
-    /// Describes the cutting force, for captions.
+    /// Returns the components of the cutting force in words, for captions.
     pub(crate) fn force_words(&self) -> String {
         let MillingForce { radial, tangential, axial, .. } = self.force;
         with_minus_signs(&format!("force {radial} / {tangential} / {axial} N (radial / tangential / axial)"))
     }
 
-    /// Describes of which tool angles and force the worst is shown, for captions.
+    /// Returns of which tool angles and force the worst is shown, for captions.
     pub(crate) fn worst_words(&self) -> String {
         format!("worst of {}, {}", counted(self.phis.len(), "tool angle"), self.force_words())
     }
@@ -96,13 +96,13 @@ pub(crate) fn grid_view(
     }
 }
 
-/// Formats the size of a grid: "3 × 4 × 5".
+/// Returns the size of a grid as text: "3 × 4 × 5".
 pub(crate) fn size_words(grid: &Grid) -> String {
     let [nx, ny, nz] = grid.counts();
     format!("{nx} × {ny} × {nz}")
 }
 
-/// Says why a tool axis is assumed that the machine file does not give; empty if it does.
+/// Returns why a tool axis is assumed that the machine file does not give; empty if it does.
 pub(crate) fn tool_axis_words(source: ToolAxisSource) -> &'static str {
     match source {
         ToolAxisSource::Given => "",
@@ -111,7 +111,7 @@ pub(crate) fn tool_axis_words(source: ToolAxisSource) -> &'static str {
     }
 }
 
-/// Describes the tool axis at home and the signs of forces about it.
+/// Returns the tool axis at home and the signs of forces about it, in words.
 fn tool_axis_fact(machine: &Machine) -> String {
     format!(
         "{} of the base at home, from the spindle to the tip{}; radial pushes the tool along φ, tangential along φ + 90°, \
@@ -121,7 +121,7 @@ fn tool_axis_fact(machine: &Machine) -> String {
     )
 }
 
-/// Formats a unit vector with rounded components, without a minus sign before zero.
+/// Returns a unit vector as text with components rounded to 0.001, without a minus sign before zero.
 pub(crate) fn direction(v: Vector3<f64>) -> String {
     let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e3).round() / 1e3 + 0.0).into();
     format!("({x}, {y}, {z})")

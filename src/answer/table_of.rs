@@ -34,9 +34,9 @@ impl<E: 'static> QuantityTable<E> {
 
     /// Makes the table of `rows`: identifying cells, and a result or why there is none.
     pub fn table<'a>(&self, rows: impl IntoIterator<Item = (Row, FoundOr<'a, E>)>) -> Table {
-        let row = |(mut row, found): (Row, FoundOr<'a, E>)| {
-            row.extend(status_cells(found).into_iter().filter(|_| self.has_status));
-            row.extend(self.quantities.iter().map(|quantity| quantity.cell_of(found)));
+        let row = |(mut row, result): (Row, FoundOr<'a, E>)| {
+            row.extend(status_cells(result).into_iter().filter(|_| self.has_status));
+            row.extend(self.quantities.iter().map(|quantity| quantity.cell_of(result)));
             row
         };
         Table::new(self.columns(), rows.into_iter().map(row))
@@ -59,20 +59,20 @@ impl<'a, B: ?Sized> Streams<'a, B> {
         Self { run, tables: Vec::new(), image: image.filter(|_| run.wants_image()) }
     }
 
-    /// Adds the table `stem`: `whole` without rows, with rows of a block by `table`; `Err` if its files cannot be written.
-    pub fn with(self, stem: &str, whole: Table, table: impl Fn(&B) -> Table + Send + Sync + 'a) -> Result<Self> {
-        self.with_kept(stem, (whole, None), table)
+    /// Adds the table `stem`: `empty` has its columns and no rows, `table` makes the rows of a block; `Err` if its files cannot be written.
+    pub fn with(self, stem: &str, empty: Table, table: impl Fn(&B) -> Table + Send + Sync + 'a) -> Result<Self> {
+        self.with_kept(stem, (empty, None), table)
     }
 
-    /// Adds a table as [`Streams::with`] does, whose CSV file gets the rows `kept`, or all.
+    /// Adds a table as [`Streams::with`] does, whose CSV file gets only the rows `kept`, if given.
     pub fn with_kept(
         mut self,
         stem: &str,
-        (whole, kept): (Table, Option<KeptRows>),
+        (empty, kept): (Table, Option<KeptRows>),
         table: impl Fn(&B) -> Table + Send + Sync + 'a,
     ) -> Result<Self> {
-        let streamed = StreamedTable::new(self.run.out, stem, whole.columns(), (self.run.formats, kept))?;
-        self.tables.push((stem.into(), Box::new(table), streamed, whole));
+        let streamed = StreamedTable::new(self.run.out, stem, empty.columns(), (self.run.formats, kept))?;
+        self.tables.push((stem.into(), Box::new(table), streamed, empty));
         Ok(self)
     }
 
@@ -90,22 +90,22 @@ impl<'a, B: ?Sized> Streams<'a, B> {
 
     /// Closes all tables and returns their files, and the tables without rows; `Err` if a file or the image cannot be made.
     pub fn finish(self) -> Result<Streamed> {
-        let (mut files, mut whole) = (Vec::new(), Vec::new());
+        let (mut files, mut tables) = (Vec::new(), Vec::new());
         for (stem, _, streamed, table) in self.tables {
             let (written, note) = streamed.finish()?;
             files.extend(written);
-            whole.push((stem, table.with_note(note)));
+            tables.push((stem, table.with_note(note)));
         }
         if let Some(image) = self.image {
-            files.extend(image.files(self.run.out, &whole)?);
+            files.extend(image.files(self.run.out, &tables)?);
         }
-        Ok((files, whole.into_iter().map(|(stem, table)| (stem, table.without_rows())).collect()))
+        Ok((files, tables.into_iter().map(|(stem, table)| (stem, table.without_rows())).collect()))
     }
 }
 
 /// Returns the cells of the columns `status` and `reason` for a result or a failure.
-pub(crate) fn status_cells<T>(answer: std::result::Result<T, &Failure>) -> [Cell; 2] {
-    match answer {
+pub(crate) fn status_cells<T>(result: std::result::Result<T, &Failure>) -> [Cell; 2] {
+    match result {
         Ok(_) => [SOLVED.into(), Cell::Missing],
         Err(failure) => [(&*failure.status).into(), failure.reason.as_str().into()],
     }

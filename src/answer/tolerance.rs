@@ -7,7 +7,7 @@ use crate::files::words::percent;
 pub struct Tolerance(pub f64);
 
 impl Tolerance {
-    /// Compares a length in mm with the tolerance, in words.
+    /// Compares a length in mm with the tolerance, in words, such as "within the tolerance of 0.1 mm".
     pub fn against(self, length_mm: f64) -> String {
         let Self(tolerance) = self;
         match length_mm <= tolerance {
@@ -16,7 +16,7 @@ impl Tolerance {
         }
     }
 
-    /// Says in a caption that the line of a figure is the tolerance.
+    /// Returns the end of a caption that says that the line of a figure is the tolerance.
     pub fn line(self) -> String {
         format!("; line: tolerance {} mm", self.0)
     }
@@ -42,7 +42,7 @@ impl ShareWithin {
         }
     }
 
-    /// Makes the share of a whole of which all is known.
+    /// Returns the share `share` of a whole of which all is known.
     pub fn of_all(share: f64) -> Self {
         Self { within: share, known: 1.0, unknown: 0.0 }
     }
@@ -52,7 +52,7 @@ impl ShareWithin {
         (self.known > 0.0).then(|| self.within / self.known)
     }
 
-    /// Says in which share of a `whole`, such as "at … of the points", the tolerance is met; `None` without tolerance or knowledge of it.
+    /// Returns in which share of a `whole`, such as "at … of the points", the tolerance is met; `None` without tolerance or known part.
     pub fn words(self, tolerance_mm: Option<f64>, whole: &str) -> Option<String> {
         let (tolerance, share) = (tolerance_mm?, self.get()?);
         let solved = if self.unknown == 0.0 { "" } else { ", as far as solved" };
@@ -65,7 +65,7 @@ impl ShareWithin {
 
     /// Returns [`words`](Self::words) as a sentence about the tool without compensation; empty where there are none.
     pub fn sentence(self, tolerance_mm: Option<f64>, whole: &str) -> String {
-        let met = self.words(tolerance_mm, whole);
-        met.map_or_else(String::new, |met| format!("Without compensation the tool is {met}.\n"))
+        let share = self.words(tolerance_mm, whole);
+        share.map_or_else(String::new, |share| format!("Without compensation the tool is {share}.\n"))
     }
 }

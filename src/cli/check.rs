@@ -37,8 +37,9 @@ pub struct CheckArguments {
     branch: Option<Branch>,
 }
 
+/// Runs `kinetostat check`: prints the findings about a machine; an error if stiffnesses of its drives are unknown.
 pub fn check(arguments: &CheckArguments) -> Result<Ending> {
-    let geometry = on_machine::machine(&arguments.machine, &arguments.set, arguments.branch)?;
+    let geometry = on_machine::geometry(&arguments.machine, &arguments.set, arguments.branch)?;
     if !geometry.kinematics().parameter_errors().is_empty() {
         let problem = "check looks at the machine without errors of its chains: set numbers of its file";
         return Err(Error::argument("--set", problem));

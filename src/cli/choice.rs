@@ -11,7 +11,7 @@ use kinetostat::{
     toolpath::gcode::Dialect,
 };
 
-/// Returns a parser of one of `all`, each with its name and description.
+/// Returns a parser of one of `all` values, each with its name on the command line and a description for its help.
 fn one_of<T: Copy + Send + Sync + 'static>(
     all: impl IntoIterator<Item = T>,
     name: fn(T) -> &'static str,
@@ -19,12 +19,13 @@ fn one_of<T: Copy + Send + Sync + 'static>(
 ) -> impl TypedValueParser<Value = T> {
     let all: Vec<T> = all.into_iter().collect();
     let values = PossibleValuesParser::new(all.iter().map(|&value| PossibleValue::new(name(value)).help(about(value))));
-    values.try_map(move |given| {
-        let chosen = all.iter().copied().find(|value| name(*value) == given);
-        chosen.ok_or_else(|| format!("\"{given}\" is none of these values"))
+    values.try_map(move |word| {
+        let chosen = all.iter().copied().find(|value| name(*value) == word);
+        chosen.ok_or_else(|| format!("\"{word}\" is none of these values"))
     })
 }
 
+/// Returns the parser of `--format` for tables and maps.
 pub fn format() -> impl TypedValueParser<Value = Format> {
     one_of(Format::ALL, Format::label, |format| match format {
         Format::Csv => "Tables as CSV (RFC 4180)",
@@ -42,6 +43,7 @@ pub fn correction_format() -> impl TypedValueParser<Value = CorrectionFormat> {
     })
 }
 
+/// Returns the parser of `--colours`.
 pub fn colours() -> impl TypedValueParser<Value = Colours> {
     one_of(Colours::ALL, Colours::label, |colours| match colours {
         Colours::Viridis => "Perceptually uniform, from dark violet to yellow",
@@ -52,6 +54,7 @@ pub fn colours() -> impl TypedValueParser<Value = Colours> {
     })
 }
 
+/// Returns the parser of `--law`.
 pub fn law() -> impl TypedValueParser<Value = ForceLaw> {
     one_of(ForceLaw::ALL, ForceLaw::label, |law| match law {
         ForceLaw::Printed => {
@@ -92,6 +95,7 @@ pub fn redundancy() -> impl TypedValueParser<Value = GammaChoice> {
     })
 }
 
+/// Returns the parser of `--branch`.
 pub fn branch() -> impl TypedValueParser<Value = Branch> {
     let name = |branch: Branch| branch.label();
     one_of(Branch::ALL, name, |branch| match (branch.shoulder, branch.elbow, branch.wrist) {

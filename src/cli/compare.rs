@@ -68,6 +68,7 @@ pub struct CompareArguments {
     csv: bool,
 }
 
+/// Runs `kinetostat compare`: prints what a path costs at each place, or writes the page that compares results.
 pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     let (Some(machine), Some(process), Some(path)) = (&arguments.machine, &arguments.process, &arguments.path) else {
         let CompareArguments { results, out, force, tolerance, .. } = arguments;
@@ -88,7 +89,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     Ok(Ending::of(entries.iter().all(|entry| entry.feasible().is_some())))
 }
 
-/// Refuses a program that commands rotary drives: it can only stand where its process places it. `file` names it in the error.
+/// Returns an error that names `file` if its program commands rotary drives: it can only stand where its process places it.
 pub(super) fn check_placeable(file: &Path, process: &Process, toolpath: &Toolpath) -> Result<()> {
     if !process.gcode.commands_rotary_drives(toolpath) {
         return Ok(());
@@ -114,17 +115,14 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
     if !arguments.at.is_empty() {
         check_placeable(file, &process, &path)?;
     }
-    let Some(extent) = Extent::around(path.positions_mm().into_iter()) else {
-        return Err(no_motion_error(file));
-    };
+    let Some(extent) = Extent::around(path.positions_mm().into_iter()) else { return Err(no_motion_error(file)) };
     if process.redundancy.is_sought() {
         let problem = "is sought by the process: here the tool stands as programmed; a placement study seeks the rotation at each place";
         return Err(Error::argument("redundancy", problem));
     }
     let reference = process.placement.reference;
-    let given = arguments.at.iter().map(|text| parse_place(text, "--at", &machine, reference));
-    let candidates: Vec<Candidate> =
-        Candidate::from_process(&process).map(Ok).into_iter().chain(given).collect::<Result<_>>()?;
+    let named = arguments.at.iter().map(|text| parse_place(text, "--at", &machine, reference));
+    let candidates = Candidate::from_process(&process).map(Ok).into_iter().chain(named).collect::<Result<Vec<_>>>()?;
     if candidates.is_empty() {
         return Err(Error::argument("--at", "expected a place, as the process file gives no placement.origin_mm"));
     }

@@ -83,6 +83,7 @@ pub struct CompensateArguments {
     reporting: Reporting,
 }
 
+/// Runs `kinetostat compensate`: writes the compensated program and prints its errors, or why none was written.
 pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let reporting = &arguments.reporting;
     reporting.start_log()?;
@@ -109,17 +110,17 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let (name, passes) = (arguments.path.display().to_string(), asked.pass_count(&job));
     let progress = reporting.progress(&name, passes * job.path.len(), &format!("points in {passes} passes"));
     let file_name = arguments.path.file_name().unwrap_or_default().to_string_lossy();
-    let left = compensate_into(job, &asked, &files, &file_name, &progress.work());
+    let outcome = compensate_into(job, &asked, &files, &file_name, &progress.work());
     progress.end();
-    let told = match left? {
-        ProgramOutcome::Written(told) => told,
+    let written = match outcome? {
+        ProgramOutcome::Written(written) => written,
         ProgramOutcome::Refused(job, refused) => {
             reporting.print(&refusal_text(&job, &refused)?)?;
             return Ok(Ending::SomeUnsolved);
         }
     };
-    let WrittenProgram { headline, proved, machine, process, gamma, blocks, used, spread, rows, page } = *told;
-    reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
+    let WrittenProgram { headline, proved, machine, process, gamma, blocks, used, spread, rows, page } = *written;
+    reporting.print_styled(&headline::result_text(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
     if let Some(gamma) = gamma {
         reporting.print(&format!("\n{gamma}"))?;
     }
@@ -130,14 +131,12 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     if is_long && !arguments.all_methods {
         reporting.print("Of so many points, other methods are simulated with --all-methods only.\n")?;
     }
-    let left = residual_text(&machine, proved.commanded_max_mm()) + &holes_text(proved.written.in_holes_mm);
-    reporting.print(&(limits_text(&machine, &process.limits, proved.bounded.as_ref()) + &left))?;
+    let residual = residual_text(&machine, proved.commanded_max_mm()) + &holes_text(proved.written.in_holes_mm);
+    reporting.print(&(limits_text(&machine, &process.limits, proved.bounded.as_ref()) + &residual))?;
     reporting.print_styled(&headline::sentences(&(spread + &blocks)))?;
     if proved.uncorrected > 0 {
-        reporting.print(&format!(
-            "Left as written, as there is no correction: {} where nothing is cut.\n",
-            counted(proved.uncorrected, "position")
-        ))?;
+        let positions = counted(proved.uncorrected, "position");
+        reporting.print(&format!("Left as written, as there is no correction: {positions} where nothing is cut.\n"))?;
     }
     if let Some(rows) = rows {
         reporting.print(&format!("{rows}\n"))?;
@@ -184,19 +183,19 @@ const COMPARED: usize = 20_000;
 
 /// Returns the methods simulated for comparison besides none: the usual ones, none where the program is long, or all.
 fn compared_methods(arguments: &CompensateArguments, is_long: bool) -> Vec<Method> {
-    let own = Method::named(&arguments.method, 1.0).map(Method::label);
-    let is_chosen = |method: &Method| own == Some(method.label());
+    let chosen = Method::named(&arguments.method, 1.0).map(Method::label);
+    let is_chosen = |method: &Method| chosen == Some(method.label());
     let usual = |method: &Method| !is_long && matches!(method, Method::Linear | Method::Mirror { passes: 1 });
     let others = Method::ALL.into_iter().filter(|method| *method != Method::None && !is_chosen(method));
     others.filter(|method| arguments.all_methods || usual(method)).collect()
 }
 
-/// Returns the path that mirrors the measured pass in `file`.
+/// Returns the path that mirrors the measured pass in `file`; an error if it has another number of positions than the program.
 fn mirrored_pass(file: &Path, job: &ProgramJob) -> Result<CommandedPath> {
     let bytes = kinetostat::input::file::read(file)?;
-    let went = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
-    let went = job.measured_points(went).map_err(|problem| Error::argument(file.display().to_string(), problem))?;
-    Ok(job.mirrored_path(&went))
+    let path = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
+    let path = job.measured_points(path).map_err(|problem| Error::argument(file.display().to_string(), problem))?;
+    Ok(job.mirrored_path(&path))
 }
 
 /// Returns machine, program and cautions in words, for a refusal.
@@ -206,12 +205,8 @@ fn header_text(job: &ProgramJob) -> Result<String> {
     let facts = facts_text(&job.process.facts());
     let outside = outside_workspace(job)?.words("point");
     let cautions = cautions::carrier(machine) + &cautions::large_errors(machine, &job.process.errors) + &outside;
-    Ok(format!(
-        "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{cautions}",
-        job.machine.name,
-        counted(job.path.len(), "point"),
-        job.path.length_mm()
-    ))
+    let (name, points, length) = (&machine.name, counted(job.path.len(), "point"), job.path.length_mm());
+    Ok(format!("{name}: {points}, {cutting} of them cutting, path length {length:.1} mm\n{facts}{cautions}"))
 }
 
 const TABLE: &str = "Error of the tool's path while it cuts, by drive command (steps: correction steps per point):";
@@ -230,21 +225,21 @@ const SHOWN: usize = 5;
 
 /// Returns which points have no command and why.
 fn refusal_text(job: &ProgramJob, refused: &Refusal) -> Result<String> {
-    let (count, seen) = (counted(refused.failures.len(), "cutting point"), refused.visited);
-    let mut text = match seen < job.path.len() {
+    let (count, visited) = (counted(refused.failures.len(), "cutting point"), refused.visited);
+    let mut text = match visited < job.path.len() {
         _ if refused.is_out_of_reach => {
             "The machine cannot reach or track every point; nothing was written. The first points:\n".into()
         }
         true => {
-            let among = counted(seen, "point");
+            let among = counted(visited, "point");
             format!("Compensation stops: it fails at {count} of the first {among}. Nothing was written. The first:\n")
         }
         false => format!("Compensation fails at {count}. Nothing was written. The first:\n"),
     };
     for (point, reason) in refused.failures.iter().take(SHOWN) {
-        let at = &job.path.points()[*point];
-        let line = job.file.line_name(at.source.segment).map_or_else(String::new, |line| format!("{line}, "));
-        let [x, y, z]: [f64; 3] = at.position_mm.into();
+        let path_point = &job.path.points()[*point];
+        let line = job.file.line_name(path_point.source.segment).map_or_else(String::new, |line| format!("{line}, "));
+        let [x, y, z]: [f64; 3] = path_point.position_mm.into();
         text += &format!("  {line}point {point} at ({x:.3}, {y:.3}, {z:.3}) mm: {reason}\n");
     }
     Ok(header_text(job)? + &text)

@@ -49,6 +49,7 @@ pub struct ExploreArguments {
     force: bool,
 }
 
+/// Runs `kinetostat explore`: writes the interactive page.
 pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
     let scene = read_scene(arguments)?;
     Explorer::open(scene.clone())?;
@@ -67,7 +68,7 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
     })
 }
 
-/// Reads the files of a scene, so that an error names the file and not the study made of it.
+/// Reads machine, process and program, so that an error names the file and not the study made of them.
 fn check_files(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?.exact_for("the explorer")?;

@@ -59,6 +59,7 @@ pub struct ExportCorrectionArguments {
     reporting: Reporting,
 }
 
+/// Runs `kinetostat export-correction`: writes the correction table and prints its largest residual error.
 pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending> {
     let reporting = &arguments.reporting;
     reporting.start_log()?;
@@ -73,8 +74,8 @@ pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending
     let exported = export(&question, &options, &arguments.out, &progress.work());
     progress.end();
     let exported = exported.map_err(as_option_error)?;
-    let took = format!("{:.1} s", started.elapsed().as_secs_f64());
-    reporting.print_styled(&headline::words(&exported.headline, &took))?;
+    let seconds = format!("{:.1} s", started.elapsed().as_secs_f64());
+    reporting.print_styled(&headline::result_text(&exported.headline, &seconds))?;
     if reporting.is_verbose() {
         reporting.print_styled(&headline::sentences(&format!("\n{}\n", exported.details)))?;
     }

@@ -55,6 +55,7 @@ pub struct ExportRealtimeArguments {
     replace: bool,
 }
 
+/// Runs `kinetostat export-realtime`: writes the generated package and prints its errors.
 pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
     let nominal = Machine::named_or_file(&arguments.machine)?;
     let (nominal, errors) = match &arguments.process {
@@ -85,17 +86,17 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
 /// Returns errors and operations of each function, and what to do next.
 fn summary_text(realtime: &Realtime, folder: &Path) -> String {
     let mut text = String::new();
-    for (name, own) in realtime.functions() {
-        let (start, step) = own.operations();
-        let found: Vec<String> = own.errors.found_mm.iter().map(|error| format!("{error:.1e}")).collect();
+    for (name, code) in realtime.functions() {
+        let (start, step) = code.operations();
+        let errors: Vec<String> = code.errors.found_mm.iter().map(|error| format!("{error:.1e}")).collect();
         text += &format!(
             "{name}: error below {:.1e} mm (found at the start and after each step: {} mm); {start} operations for the start, {step} for each \
              step\n",
-            own.errors.stated_mm(),
-            found.join(", ")
+            code.errors.stated_mm(),
+            errors.join(", ")
         );
     }
-    if realtime.functions().iter().any(|(_, own)| own.errors.stated_mm() > AIM_MM) {
+    if realtime.functions().iter().any(|(_, code)| code.errors.stated_mm() > AIM_MM) {
         text +=
             &format!("An error is above {AIM_MM:e} mm: more --steps, a smaller --box or smaller forces reduce it.\n");
     }

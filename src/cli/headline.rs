@@ -14,7 +14,7 @@ const FAINT: Style = Style::new().dimmed();
 const WIDEST: usize = 96;
 
 /// Returns the main result with styles as escape sequences. `took` is the computing time in words.
-pub fn words(headline: &Headline, took: &str) -> String {
+pub fn result_text(headline: &Headline, took: &str) -> String {
     let width = textwrap::termwidth().min(WIDEST);
     let mut text = String::new();
     if let Some(unsolved) = &headline.unsolved {
@@ -49,8 +49,8 @@ fn key_number(number: &KeyNumber, column: usize, width: usize) -> String {
     let padding = " ".repeat(column - number.shown().chars().count());
     let lines = [number.what.as_str(), &number.against].into_iter().filter(|line| !line.is_empty());
     let wrapped: Vec<String> = lines.map(|line| paragraph(line, &indent, Style::new(), width)).collect();
-    let told = wrapped.concat();
-    format!("  {padding}{BOLD}{shown}{BOLD:#}   {}", told.trim_start_matches(' '))
+    let label = wrapped.concat();
+    format!("  {padding}{BOLD}{shown}{BOLD:#}   {}", label.trim_start_matches(' '))
 }
 
 /// Returns `text` in lines of at most `width` characters that begin with `indent`.

@@ -86,6 +86,7 @@ fn parse_tool(text: &str) -> std::result::Result<Tool, String> {
     Ok(([x, y, z], Some([roll, pitch, yaw])))
 }
 
+/// Runs `kinetostat machines`: lists, shows, starts or imports machine files, as the arguments say.
 pub fn machines(arguments: &MachinesArguments) -> Result<Ending> {
     match arguments {
         MachinesArguments { name: Some(name), json, .. } => list_parameters(name, *json)?,
@@ -165,7 +166,7 @@ fn list_parameters(name: &str, as_json: bool) -> Result<()> {
     if as_json {
         return print_json(&json!({ "machine": geometry.kinematics().name, "parameters": parameters }));
     }
-    let has_intervals = parameters.iter().any(|own| own.interval.is_some());
+    let has_intervals = parameters.iter().any(|parameter| parameter.interval.is_some());
     let columns = if has_intervals { 5 } else { 4 };
     let mut table = text_table(["name", "value", "unit", "grade", "95 % interval"].into_iter().take(columns), columns);
     if let Some(column) = table.column_mut(1) {
@@ -190,7 +191,7 @@ const TEMPLATES: [(&str, &str); 2] =
 /// Returns the parser of `--new`.
 fn template_kinds() -> impl TypedValueParser<Value = &'static str> {
     let kinds = TEMPLATES.map(|(kind, _)| kind);
-    PossibleValuesParser::new(kinds).map(|given| template(&given).0)
+    PossibleValuesParser::new(kinds).map(|kind| template(&kind).0)
 }
 
 /// Returns a kind of machine and its file.

@@ -87,10 +87,12 @@ pub struct DesignArguments {
     one: OneStudy,
 }
 
+/// Runs `kinetostat identify`: computes an identification study into its result folder.
 pub fn identify(arguments: &IdentifyArguments) -> Result<Ending> {
     run_study_of(&arguments.one, "[identification]", |kind| matches!(kind, StudyKind::Identification(..)))
 }
 
+/// Runs `kinetostat predict`: prints or writes the predicted readings of an identified machine.
 pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
     arguments.out.as_deref().map(new_file).transpose()?;
     let opened = Study::open(&arguments.study, &Overrides::default()).map_err(as_option_error)?;
@@ -99,20 +101,19 @@ pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
     };
     let file = arguments.poses.display().to_string();
     let bytes = Folder::from(PathBuf::new()).bytes(&file)?;
-    let found = predicted::predict_rows(study, (&bytes, &file), &Work::default())?;
-    let written =
-        csv(&found.table).map_err(|fault| Error::Write { file: "the answer".into(), source: fault.into() })?;
+    let predictions = predicted::predict_rows(study, (&bytes, &file), &Work::default())?;
+    let rows = csv(&predictions.table).map_err(|e| Error::Write { file: "the answer".into(), source: e.into() })?;
     match &arguments.out {
-        None => print(&String::from_utf8_lossy(&written))?,
+        None => print(&String::from_utf8_lossy(&rows))?,
         Some(out) => {
             let name = new_file(out)?;
-            write_beside(out, vec![OutputFile::new(name, written)])?;
+            write_beside(out, vec![OutputFile::new(name, rows)])?;
         }
     }
-    if !found.words.is_empty() {
-        say(&found.words);
+    if !predictions.words.is_empty() {
+        say(&predictions.words);
     }
-    Ok(Ending::of(found.is_complete))
+    Ok(Ending::of(predictions.is_complete))
 }
 
 /// Returns the error of a study that has another table than `table`.
@@ -121,6 +122,7 @@ fn wrong_kind(study: &Path, table: &str) -> Error {
     Error::argument(study.display().to_string(), problem)
 }
 
+/// Runs `kinetostat design-measurements`: computes a study of a measurement design into its result folder.
 pub fn design(arguments: &DesignArguments) -> Result<Ending> {
     run_study_of(&arguments.one, "[measurement_design]", |kind| matches!(kind, StudyKind::MeasurementDesign(..)))
 }

@@ -47,6 +47,7 @@ pub struct MergeArguments {
     computing: Computing,
 }
 
+/// Runs `kinetostat merge`: computes what no part has, and writes and prints the results of the study.
 pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
     let MergeArguments { writing, computing, .. } = arguments;
     computing.reporting.start_log()?;
@@ -62,9 +63,8 @@ pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
     study.check_formats(&options).map_err(as_option_error)?;
     let run = study.prepare_run(&result_folder(arguments.out.as_ref(), &study), &options).map_err(as_option_error)?;
     if study.kind.goes_in_rounds() && !parts.iter().any(|part| part.head().is_complete) {
-        let rounds = parts.iter().map(|part| part.head().round).max().unwrap_or_default();
-        let text =
-            format!("{} of {}; what comes next is computed here.\n", counted(rounds as usize, "round"), study.name);
+        let rounds = counted(parts.iter().map(|part| part.head().round).max().unwrap_or_default() as usize, "round");
+        let text = format!("{rounds} of {}; what comes next is computed here.\n", study.name);
         computing.reporting.print(&text)?;
     }
     run_study(computing, writing, &run, || {
@@ -72,18 +72,18 @@ pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
     })
 }
 
-/// Returns the error `refused` with the paths of the parts that were given.
-fn with_part_paths(refused: Error, given: &[PathBuf]) -> Error {
+/// Returns the error `refused` with the `paths` of the parts before its argument.
+fn with_part_paths(refused: Error, paths: &[PathBuf]) -> Error {
     match refused {
         Error::Argument { argument, problem } => {
-            let given: Vec<String> = given.iter().map(|path| path.display().to_string()).collect();
-            Error::argument(format!("{}: {argument}", given.join(", ")), problem)
+            let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+            Error::argument(format!("{}: {argument}", paths.join(", ")), problem)
         }
         other => other,
     }
 }
 
-/// Opens the study that the parts belong to.
+/// Opens the study that the parts belong to: the one of `--study`, or where it was when they were computed.
 fn study_of_parts(arguments: &MergeArguments, parts: &[Part]) -> Result<Study> {
     let refuse = |problem: String| Err(Error::argument("--study", problem));
     let opened = parts.first().map(StudySource::of).transpose()?.flatten();

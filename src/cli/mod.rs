@@ -131,6 +131,7 @@ struct CompletionsArguments {
     shell: Shell,
 }
 
+/// Runs `kinetostat completions`: prints the completions for a shell.
 fn completions(arguments: &CompletionsArguments) -> Result<Ending> {
     let mut script = Vec::new();
     generate(arguments.shell, &mut Arguments::command(), "kinetostat", &mut script);
@@ -187,7 +188,7 @@ fn numbers<const COUNT: usize>(text: &str) -> std::result::Result<[f64; COUNT], 
     values.try_into().map_err(|_| format!("expected {COUNT} numbers separated by commas, got {found}"))
 }
 
-/// Refuses a `--tolerance` that is not positive.
+/// Returns an error for a `--tolerance` that is not positive.
 fn check_tolerance(tolerance_mm: Option<f64>) -> Result<()> {
     match tolerance_mm.filter(|tolerance| *tolerance <= 0.0) {
         Some(tolerance) => Err(Error::argument("--tolerance", format!("must be greater than 0, got {tolerance}"))),

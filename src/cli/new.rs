@@ -46,6 +46,7 @@ pub struct NewArguments {
     out: Option<PathBuf>,
 }
 
+/// Runs `kinetostat new`: writes a study folder or an example, and prints what to do next.
 pub fn new(arguments: &NewArguments) -> Result<Ending> {
     match (arguments, &arguments.example) {
         (NewArguments { out, .. }, Some(example)) => {

@@ -32,7 +32,7 @@ pub struct OnMachine {
 impl OnMachine {
     /// Returns the machine with its drives locked.
     pub fn machine(&self) -> Result<Machine> {
-        lock_drives(&machine(&self.machine, &[], self.branch)?.machine()?, &self.lock)
+        lock_drives(&geometry(&self.machine, &[], self.branch)?.machine()?, &self.lock)
     }
 
     /// Reads the process on this machine.
@@ -53,8 +53,8 @@ pub fn parse_setting(text: &str) -> std::result::Result<Setting, String> {
     Ok((name.trim().into(), value))
 }
 
-/// Returns the machine called `name`, or of this file, with these parameters and on this branch.
-pub fn machine(name: &str, settings: &[Setting], branch: Option<Branch>) -> Result<Geometry> {
+/// Returns the geometry of the machine called `name`, or of this file, with these parameters and on this branch.
+pub fn geometry(name: &str, settings: &[Setting], branch: Option<Branch>) -> Result<Geometry> {
     let geometry = Geometry::named_or_file(name)?;
     let geometry = match settings {
         [] => geometry,

@@ -92,8 +92,9 @@ pub struct PointArguments {
     json: bool,
 }
 
+/// Runs `kinetostat point`: solves one location and prints the results, as text or as JSON.
 pub fn point(arguments: &PointArguments) -> Result<Ending> {
-    let changed = on_machine::machine(&arguments.machine, &arguments.set, arguments.branch)?.machine()?;
+    let changed = on_machine::geometry(&arguments.machine, &arguments.set, arguments.branch)?.machine()?;
     let set_errors = changed.parameter_errors();
     if arguments.chain_errors.is_some() && !set_errors.is_empty() {
         return Err(Error::argument("--set", "errors of chains are given by --chain-errors or by --set, not by both"));
@@ -123,12 +124,12 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let answer = match solve(&question) {
         Ok(answer) => answer,
         Err(unreachable) => {
-            let said = format!("unreachable: {unreachable}");
+            let text = format!("unreachable: {unreachable}");
             if arguments.json {
                 print_json(&with_settings(unreachable_json(&question, &chain_errors_deg, &unreachable), arguments))?;
-                say(&said);
+                say(&text);
             } else {
-                print(&(said + "\n"))?;
+                print(&(text + "\n"))?;
             }
             return Ok(Ending::SomeUnsolved);
         }
@@ -152,11 +153,12 @@ fn with_settings(mut json: Value, arguments: &PointArguments) -> Value {
     json
 }
 
-/// Returns the command that the arguments give: a pose, drive positions, a position or a named point.
+/// Returns the command that the arguments give: a pose, drive positions, a position or a named point; an error if it does not fit the
+/// machine.
 fn commanded_place(arguments: &PointArguments, machine: &Machine) -> Result<NominalCommand> {
     if let Some([x, y, z, roll, pitch, yaw]) = arguments.pose {
-        let turned = Pose::from_roll_pitch_yaw(Vector3::new(roll, pitch, yaw).map(f64::to_radians));
-        return Ok(NominalCommand::Pose(Pose { translation: Vector3::new(x, y, z), ..turned }));
+        let rotation = Pose::from_roll_pitch_yaw(Vector3::new(roll, pitch, yaw).map(f64::to_radians));
+        return Ok(NominalCommand::Pose(Pose { translation: Vector3::new(x, y, z), ..rotation }));
     }
     if let Some(joints) = &arguments.joints {
         let count = machine.drive_count();
@@ -191,26 +193,22 @@ fn commanded_place(arguments: &PointArguments, machine: &Machine) -> Result<Nomi
 
 /// Returns the chain errors of `--chain-errors`, degrees; zeros if not given.
 fn checked_chain_errors(arguments: &PointArguments, machine: &Machine) -> Result<Vec<f64>> {
-    let count = machine.chains.len();
+    let (name, count) = (&machine.name, machine.chains.len());
     let Some(angles) = &arguments.chain_errors else { return Ok(vec![0.0; count]) };
     let problem = match angles.iter().find_map(|angle| ChainError::rotation_problem(angle.to_radians())) {
-        _ if angles.len() != count => {
-            format!("expected {count} angles, one per chain of {}, got {}", machine.name, angles.len())
-        }
+        _ if angles.len() != count => format!("expected {count} angles, one per chain of {name}, got {}", angles.len()),
         Some(problem) => problem,
         None => return Ok(angles.clone()),
     };
     Err(Error::argument("--chain-errors", problem))
 }
 
-/// Returns the load of the arguments: a wrench, a milling force, or none.
+/// Returns the load of the arguments: a wrench at P, a milling force on the tool, or none.
 fn requested_load(arguments: &PointArguments) -> PointLoad {
-    let [radial, tangential, axial] = arguments.force;
+    let ([radial, tangential, axial], law) = (arguments.force, arguments.law);
     match (arguments.wrench, arguments.phi) {
         (Some(wrench), _) => PointLoad::Wrench(Wrench::new(wrench)),
-        (None, Some(phi)) => {
-            PointLoad::Milling(MillingForce { radial, tangential, axial, law: arguments.law }, phi.to_radians())
-        }
+        (None, Some(phi)) => PointLoad::Milling(MillingForce { radial, tangential, axial, law }, phi.to_radians()),
         (None, None) => PointLoad::Wrench(Wrench::zero()),
     }
 }

@@ -74,7 +74,7 @@ impl Progress {
             None => bar,
         };
         let now = Instant::now();
-        let state = State {
+        let state = Mutex::new(State {
             computed: 0,
             kept: 0,
             unsolved: 0,
@@ -84,9 +84,8 @@ impl Progress {
             stage: None,
             json_at: now,
             logged_at: now,
-        };
-        let progress =
-            Self { bar, form, is_quiet, study: study.into(), of: of.into(), total, state: Mutex::new(state) };
+        });
+        let progress = Self { bar, form, is_quiet, study: study.into(), of: of.into(), total, state };
         progress.line(json!({ "event": "started", "study": study, "total": total, "of": of }));
         match total {
             0 => log::info!("{study}: {of} to compute"),
@@ -132,11 +131,8 @@ impl Progress {
                     log::info!("{}: going on with {}", self.study, counted(pieces, "piece"));
                 }
                 if lost > 0 {
-                    let text = format!(
-                        "{}: {} of the unfinished run to compute again",
-                        self.study,
-                        counted(lost, "damaged piece")
-                    );
+                    let damaged = counted(lost, "damaged piece");
+                    let text = format!("{}: {damaged} of the unfinished run to compute again", self.study);
                     self.warn(&text);
                     if self.form == Form::None && !self.is_quiet {
                         eprintln!("{}", visible(&text));
@@ -165,10 +161,10 @@ impl Progress {
         if now - state.logged_at >= LOG_INTERVAL {
             state.logged_at = now;
             let report = self.progress_json(&state);
-            let shown = |key: &str| report[key].as_f64().map_or("?".into(), |value| format!("{value:.1}"));
+            let one_decimal = |key: &str| report[key].as_f64().map_or("?".into(), |value| format!("{value:.1}"));
             let (done, total, of) = self.done_of_total(&state);
-            let (rate, left) = (shown("per_second"), shown("seconds_left"));
-            log::info!("{}: {done} of {total} {of}, {rate} per second, {left} s left", self.study);
+            let (rate, seconds_left) = (one_decimal("per_second"), one_decimal("seconds_left"));
+            log::info!("{}: {done} of {total} {of}, {rate} per second, {seconds_left} s left", self.study);
         }
     }
 
@@ -258,7 +254,7 @@ impl Progress {
     }
 }
 
-/// Returns the style of a bar of items called `of`; `is_counted` if their number is known.
+/// Returns the style of a bar of items called `of`; `is_counted` if their number is known. `None` if its template is invalid.
 fn bar_style(of: &str, is_counted: bool) -> Option<ProgressStyle> {
     let style = ProgressStyle::with_template(&match is_counted {
         true => format!("{{bar:30}} {{human_pos}} of {{human_len}} {of}, {{rate}}, {{eta}} left {{msg}}"),

@@ -40,6 +40,7 @@ pub struct ReportArguments {
     pub(super) tolerance: Option<f64>,
 }
 
+/// Runs `kinetostat report`: writes the page of one result folder, or one that compares several.
 pub fn report(arguments: &ReportArguments) -> Result<Ending> {
     super::check_tolerance(arguments.tolerance)?;
     if arguments.tolerance.is_some() && arguments.results.len() < 2 {
@@ -57,11 +58,11 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
     })
 }
 
-/// Writes the page that `made` returns as `out`, in place of a page of this program, or of anything with `--force`.
-pub(super) fn write_page(out: &Path, force: bool, made: impl FnOnce() -> Result<String>) -> Result<Ending> {
+/// Writes the page that `make` returns as `out`, in place of a page of this program, or of anything with `--force`.
+pub(super) fn write_page(out: &Path, force: bool, make: impl FnOnce() -> Result<String>) -> Result<Ending> {
     let name = prepare_beside(out)?;
     check_may_replace(out, Foreign::forced(force), || is_page(out))?;
-    write_beside(out, vec![OutputFile::new(name, made()?)])?;
+    write_beside(out, vec![OutputFile::new(name, make()?)])?;
     print(&format!("Written to {}\n", out.display()))?;
     Ok(Ending::Complete)
 }

@@ -164,7 +164,7 @@ fn print_result(
     finished: &FinishedRun,
     seconds: f64,
 ) -> Result<()> {
-    reporting.print_styled(&headline::words(&finished.headline, &format!("{seconds:.1} s")))?;
+    reporting.print_styled(&headline::result_text(&finished.headline, &format!("{seconds:.1} s")))?;
     if reporting.is_verbose() {
         reporting.print(&format!("\n{}\n", finished.details))?;
     }
@@ -172,9 +172,8 @@ fn print_result(
         reporting.print(&format!("{rows}\n"))?;
     }
     reporting.print_written(run.out(), &finished.files, writing.format.contains(&Format::Csv))?;
-    if writing.format.contains(&Format::Vti)
-        && !finished.files.iter().any(|file| file.extension() == Some("vti".as_ref()))
-    {
+    let has_image = finished.files.iter().any(|file| file.extension() == Some("vti".as_ref()));
+    if writing.format.contains(&Format::Vti) && !has_image {
         reporting.print("No .vti: this kind of study has no map over the workspace.\n")?;
     }
     Ok(())
@@ -184,13 +183,8 @@ fn print_result(
 fn log_finished(progress: &Progress, run: &FolderRun<'_>, finished: &FinishedRun, (seconds, threads): (f64, usize)) {
     let (study, out, statuses) = (run.study(), run.out(), &finished.statuses);
     let counts: Vec<String> = statuses.iter().map(|count| format!("{} {}", count.rows, count.status)).collect();
-    log::info!(
-        "{}: {} in {seconds:.1} s, {} files written to {}",
-        study.name,
-        counts.join(", "),
-        finished.files.len(),
-        out.display()
-    );
+    let (counts, count, folder) = (counts.join(", "), finished.files.len(), out.display());
+    log::info!("{}: {counts} in {seconds:.1} s, {count} files written to {folder}", study.name);
     progress.line(json!({
         "event": "finished",
         "study": study.name,

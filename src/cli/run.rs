@@ -95,6 +95,7 @@ pub(super) fn parse_grid(text: &str) -> std::result::Result<[usize; 3], String> 
     }
 }
 
+/// Runs `kinetostat run`: computes the studies one after another, or one part of a single study.
 pub fn run(arguments: &RunArguments) -> Result<Ending> {
     let RunArguments { computing, writing, .. } = arguments;
     computing.reporting.start_log()?;
@@ -122,8 +123,8 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         let [path] = arguments.studies.as_slice() else {
             return refuse("--part", format!("is of one study, got {}", arguments.studies.len()));
         };
-        let asked = PartRequest { path, overrides, share, round: arguments.round, out: arguments.out.as_deref() };
-        return compute_part(&asked, computing);
+        let request = PartRequest { path, overrides, share, round: arguments.round, out: arguments.out.as_deref() };
+        return compute_part(&request, computing);
     }
     let opened = arguments.studies.iter().map(|path| new_study::open(path, &overrides));
     let studies: Vec<Study> = opened.collect::<Result<_>>().map_err(as_option_error)?;
@@ -187,11 +188,11 @@ fn compute_part(asked: &PartRequest<'_>, computing: &Computing) -> Result<Ending
     }
     let pieces = study.kind.pieces();
     // How many pieces a later round has is not known before.
-    let own = if round == 1 { share.count(pieces) } else { 0 };
+    let share_size = if round == 1 { share.count(pieces) } else { 0 };
     let options = PartOptions { begin: computing.begin(), program: None, opened, round };
     let pool = computing.pool()?;
     let name = format!("{} part {share}", study.name);
-    let progress = computing.reporting.progress(&name, own, "pieces");
+    let progress = computing.reporting.progress(&name, share_size, "pieces");
     let (watcher, stop) = (Arc::clone(&progress), stop_flag()?);
     let watch = move |event| match event {
         Event::Shard { is_kept: true } => watcher.record(Event::Kept(1)),
@@ -226,19 +227,19 @@ fn compute_part(asked: &PartRequest<'_>, computing: &Computing) -> Result<Ending
 /// Returns the message about a computed part: its file, and the commands that come next.
 fn part_report(
     study: &Study,
-    asked: &PartRequest<'_>,
+    request: &PartRequest<'_>,
     out: &Path,
     part: &PartInFolder,
     (pieces, seconds): (usize, f64),
 ) -> String {
-    let (share, round, file) = (asked.share, asked.round, part.file.display());
+    let (share, round, file) = (request.share, request.round, part.file.display());
     if part.was_there {
         return format!("Part {share} of {} is there already: {file}. Use --restart to compute anew.\n", study.name);
     }
     let mut text = match round {
         1 => {
-            let own = counted(share.count(pieces), "piece");
-            format!("Part {share} of {}, {own} of {pieces}, in {seconds:.1} s: {file}\n", study.name)
+            let share_size = counted(share.count(pieces), "piece");
+            format!("Part {share} of {}, {share_size} of {pieces}, in {seconds:.1} s: {file}\n", study.name)
         }
         _ => format!("Part {share} of round {round} of {} in {seconds:.1} s: {file}\n", study.name),
     };

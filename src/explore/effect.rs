@@ -52,15 +52,15 @@ impl Map {
         Ok(Self { machines: study.scene.machines()?, study })
     }
 
-    /// Computes the effect of a source at the tool angle `phi`, rad.
-    fn effect(&self, asked: &EffectRequest, phi: Option<f64>) -> std::result::Result<EffectResult, Failure> {
+    /// Computes the effect of the requested source at tool angle `phi`, rad (`None` without cutting force); `Err` if there is no solution.
+    fn effect(&self, request: &EffectRequest, phi: Option<f64>) -> std::result::Result<EffectResult, Failure> {
         let Self { study: WorkspaceMapStudy { scene, .. }, machines } = self;
-        let pose = scene.machine.command(asked.position.into())?.pose;
+        let pose = scene.machine.command(request.position.into())?.pose;
         let task = scene.task(pose, phi);
-        let found = equilibrium_under(machines, asked.source, &task)?;
-        let nominal = machines.nominal(asked.source);
+        let found = equilibrium_under(machines, request.source, &task)?;
+        let nominal = machines.nominal(request.source);
         // Weight itself is measured from the rigid machine.
-        let is_load = asked.source != Source::Weight;
+        let is_load = request.source != Source::Weight;
         let rests = is_load && nominal.zeroed == ZeroState::AtRest && nominal.own_load_words().is_some();
         let before = if rests { equilibrium_under(machines, Source::Weight, &task)?.loaded } else { found.commanded };
         Ok(EffectResult {
@@ -79,10 +79,10 @@ impl Explorer {
     ///
     /// # Errors
     /// There is no map, or the request is invalid.
-    pub fn effect(&self, asked: &EffectRequest) -> Result<EffectResult> {
+    pub fn effect(&self, request: &EffectRequest) -> Result<EffectResult> {
         let map = self.map.as_ref().ok_or_else(|| Error::argument("effect", "there is no map in this scene"))?;
-        check_numbers("position", "numbers", &asked.position)?;
-        let phi = match (asked.source.has_cutting_force(), asked.phi_deg) {
+        check_numbers("position", "numbers", &request.position)?;
+        let phi = match (request.source.has_cutting_force(), request.phi_deg) {
             (false, _) => None,
             (true, Some(degrees)) if degrees.is_finite() => Some(map.study.nearest_phi(degrees.to_radians())),
             (true, _) => {
@@ -90,6 +90,6 @@ impl Explorer {
             }
         };
         let failed = |Failure { status, reason }| EffectResult { status: status.into(), reason, ..Default::default() };
-        Ok(map.effect(asked, phi).unwrap_or_else(failed))
+        Ok(map.effect(request, phi).unwrap_or_else(failed))
     }
 }

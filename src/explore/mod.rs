@@ -76,7 +76,7 @@ impl Explorer {
         Ok(())
     }
 
-    /// Opens `scene` with these parameters of its machine.
+    /// Opens `scene` with these values of its machine's parameters; errors as for [`Explorer::set`] and [`Explorer::open`].
     fn with_parameters(scene: Scene, parameters: Vec<(String, f64)>) -> Result<Self> {
         let overrides = Overrides { parameters, ..Overrides::default() };
         let folder = scene.folder();
@@ -132,27 +132,27 @@ pub enum Call {
 
 /// Answers `text`, a [`Call`] as JSON, in the scene that `explorer` holds: `{"answer": …}`, or `{"error": "…"}` in words.
 pub fn call(explorer: &mut Option<Explorer>, text: &str) -> String {
-    let answered = match serde_json::from_str(text) {
-        Ok(asked) => dispatch(explorer, asked),
+    let result = match serde_json::from_str(text) {
+        Ok(request) => dispatch(explorer, request),
         Err(fault) => Err(Error::argument("call", fault.to_string())),
     };
-    answered.unwrap_or_else(|error| serde_json::json!({ "error": error.to_string() }).to_string())
+    result.unwrap_or_else(|error| serde_json::json!({ "error": error.to_string() }).to_string())
 }
 
 /// Returns the answer to a call as JSON text.
-fn dispatch(explorer: &mut Option<Explorer>, asked: Call) -> Result<String> {
+fn dispatch(explorer: &mut Option<Explorer>, call: Call) -> Result<String> {
     let opened = explorer.as_mut().ok_or_else(|| Error::argument("call", "there is no scene: expected open"));
-    match asked {
+    match call {
         Call::Open(scene) => to_json(&explorer.insert(Explorer::open(scene)?).view()),
         Call::Set { parameters } => {
             let opened = opened?;
             opened.set(parameters)?;
             to_json(&opened.view())
         }
-        Call::Place(asked) => to_json(&opened?.place(&asked)?),
-        Call::Tool(asked) => to_json(&opened?.tool(&asked)?),
-        Call::Slice(asked) => to_json(&opened?.slice(&asked)?),
-        Call::Effect(asked) => to_json(&opened?.effect(&asked)?),
+        Call::Place(request) => to_json(&opened?.place(&request)?),
+        Call::Tool(request) => to_json(&opened?.tool(&request)?),
+        Call::Slice(request) => to_json(&opened?.slice(&request)?),
+        Call::Effect(request) => to_json(&opened?.effect(&request)?),
         Call::StudyFile { place } => to_json(&opened?.study_file(place)?),
     }
 }
@@ -163,7 +163,7 @@ fn to_json(answer: &impl Serialize) -> Result<String> {
     Ok(format!("{{\"answer\":{text}}}"))
 }
 
-/// Refuses values that are not numbers of the size that files may have; the message says `numbers` for them.
+/// Returns an error if one of `values` is not a number of the size that files may have; its message calls them `numbers`.
 fn check_numbers(argument: &str, numbers: &str, values: &[f64]) -> Result<()> {
     match values.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
         Some(value) => {

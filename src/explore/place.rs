@@ -74,28 +74,28 @@ impl Explorer {
     ///
     /// # Errors
     /// There is no workpiece, or the place has an invalid number.
-    pub fn place(&self, asked: &PlaceRequest) -> Result<PlaceResult> {
+    pub fn place(&self, request: &PlaceRequest) -> Result<PlaceResult> {
         let Workpiece { study, evaluator } = self.workpiece()?;
-        let site = site_from_shown(asked.place)?;
-        let stride = asked.most.map_or(1, |most| stride(&study.features, most));
+        let site = site_from_shown(request.place)?;
+        let stride = request.most.map_or(1, |most| stride(&study.features, most));
         let PlaceResults { features, outcome, known } = evaluator.solve_points(&site, stride);
         let (failure, outside_workspace, metrics) = match &outcome {
             Ok(evaluation) => (None, evaluation.outside_workspace.clone(), evaluation.metrics),
             Err(failure) => (Some(failure.clone()), None, known),
         };
-        let is_whole = stride == 1 && failure.is_none();
+        let is_complete = stride == 1 && failure.is_none();
         let shown = |(points, job): (Vec<PlacePoint>, &crate::questions::placement::FeatureJob)| {
             points.into_iter().map(|point| shown_point(point, job.machine())).collect()
         };
         Ok(PlaceResult {
-            place: asked.place,
+            place: request.place,
             stride,
             workpiece: columns(&study.workpiece_pose(&site)),
             features: features.into_iter().zip(&study.features).map(shown).collect(),
             failure,
             outside_workspace,
             metrics: shown_metrics(&metrics, &study.machine),
-            objective: is_whole.then(|| study.objective.value(&metrics)).filter(|value| value.is_finite()),
+            objective: is_complete.then(|| study.objective.value(&metrics)).filter(|value| value.is_finite()),
         })
     }
 
@@ -105,19 +105,19 @@ impl Explorer {
     }
 }
 
-/// Returns the site of a place in mm and degrees.
+/// Returns the site of a place given in mm and degrees; an error for an invalid number.
 pub(super) fn site_from_shown(shown: [f64; 6]) -> Result<Site> {
     check_numbers("place", "six numbers", &shown)?;
     Ok(Site(std::array::from_fn(|i| if is_angle(i) { shown[i].to_radians() } else { shown[i] })))
 }
 
-/// Returns the columns of a pose's axes, and its origin.
+/// Returns the columns of a pose's rotation, and its origin, mm.
 pub(super) fn columns(pose: &Pose) -> [[f64; 3]; 4] {
     let column = |i: usize| pose.rotation.column(i).into_owned().into();
     [column(0), column(1), column(2), pose.translation.into()]
 }
 
-/// Returns a point in the units that pages show.
+/// Returns a point of a path in the units that pages show.
 fn shown_point(point: PlacePoint, machine: &Machine) -> PointShown {
     let positions = |values: Vec<f64>| super::tool::shown_values(machine, &values);
     PointShown {

@@ -101,7 +101,7 @@ impl Scene {
     }
 }
 
-/// Returns the study `text` with the branch of its machine, which the command line may have chosen.
+/// Returns the study `text` with the `branch` of its machine, which the command line may have chosen.
 fn on_branch(text: &str, branch: Option<Branch>) -> Result<String> {
     let Some(branch) = branch else { return Ok(text.into()) };
     let mut study: toml::Table = crate::input::toml_file::parse(text, super::STUDY)?;
@@ -109,7 +109,7 @@ fn on_branch(text: &str, branch: Option<Branch>) -> Result<String> {
     to_toml(&study)
 }
 
-/// Returns name and text of a built-in machine's file.
+/// Returns name and text of the file of the built-in machine `name`; `None` if there is none.
 fn built_in_file(name: &str) -> Option<(String, String)> {
     catalogue::find(name).map(|entry| (name.to_string(), entry.toml.to_string()))
 }

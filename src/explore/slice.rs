@@ -59,11 +59,11 @@ impl Explorer {
     ///
     /// # Errors
     /// The plane, its nodes or the load are invalid.
-    pub fn slice(&self, asked: &SliceRequest) -> Result<SliceResult> {
-        let grid = self.grid(asked)?;
-        let loads = asked.load.all()?;
+    pub fn slice(&self, request: &SliceRequest) -> Result<SliceResult> {
+        let grid = self.grid(request)?;
+        let loads = request.load.loads()?;
         let mut answer = SliceResult {
-            nodes: [asked.nodes[0].min(grid.len()), asked.nodes[1].min(grid.len())],
+            nodes: [request.nodes[0].min(grid.len()), request.nodes[1].min(grid.len())],
             displacement: Vec::new(),
             correction: Vec::new(),
             force: Vec::new(),
@@ -83,24 +83,24 @@ impl Explorer {
         Ok(answer)
     }
 
-    /// Returns the grid of the plane.
-    fn grid(&self, asked: &SliceRequest) -> Result<Grid> {
-        let refused = |problem: String| Err(Error::argument("slice", problem));
-        if asked.axis > 2 || asked.level.is_nan() || asked.level.abs() > LARGEST {
-            return refused(format!("expected an axis of 0 to 2 and a level, got {} and {}", asked.axis, asked.level));
+    /// Returns the grid of the plane's nodes (P in O, mm), with one node along its normal; an error if plane or counts are invalid.
+    fn grid(&self, plane: &SliceRequest) -> Result<Grid> {
+        let refuse = |problem: String| Err(Error::argument("slice", problem));
+        if plane.axis > 2 || plane.level.is_nan() || plane.level.abs() > LARGEST {
+            return refuse(format!("expected an axis of 0 to 2 and a level, got {} and {}", plane.axis, plane.level));
         }
-        let nodes = asked.counts[0].checked_mul(asked.counts[1]);
+        let nodes = plane.counts[0].checked_mul(plane.counts[1]);
         if nodes.is_none_or(|nodes| nodes == 0 || nodes > MOST_NODES) {
-            return refused(format!("expected 1 to {MOST_NODES} nodes, got {:?}", asked.counts));
+            return refuse(format!("expected 1 to {MOST_NODES} nodes, got {:?}", plane.counts));
         }
         let (mut min, mut max) = (self.machine.workspace.min, self.machine.workspace.max);
-        (min[asked.axis], max[asked.axis]) = (asked.level, asked.level);
-        let mut others = asked.counts.into_iter();
-        let counts = std::array::from_fn(|i| if i == asked.axis { 1 } else { others.next().unwrap_or(1) });
+        (min[plane.axis], max[plane.axis]) = (plane.level, plane.level);
+        let mut others = plane.counts.into_iter();
+        let counts = std::array::from_fn(|i| if i == plane.axis { 1 } else { others.next().unwrap_or(1) });
         Ok(Grid::new(min, max, counts))
     }
 
-    /// Returns the largest values over `loads` at a configuration.
+    /// Returns the largest values over `loads` at a configuration, solved from its rigid state; or why a load has no equilibrium.
     fn node(
         &self,
         mut session: Session,
@@ -125,18 +125,18 @@ impl Explorer {
                 corrected.set_state(at, session.state());
             }
             let exact = compensate(&mut corrected, &task, Method::Direct);
-            let added: Vec<f64> = exact.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect();
-            let correction = exact.status.is_success().then(|| self.largest_of_kind(&shown_values(machine, &added)));
+            let delta: Vec<f64> = exact.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect();
+            let correction = exact.status.is_success().then(|| self.largest_of_kind(&shown_values(machine, &delta)));
             node.correction = node.correction.zip(correction).map(|(most, own)| most.max(own));
         }
         Ok(node)
     }
 
-    /// Returns the largest absolute value over the drives of the machine's first kind.
+    /// Returns the largest absolute value over the drives of the machine's first kind: slides, if it has any.
     fn largest_of_kind(&self, values: &[f64]) -> f64 {
         let kind = self.machine.drive_kinds().next();
-        let own = values.iter().zip(self.machine.drives()).filter(|(_, (_, drive))| Some(drive.motion) == kind);
-        own.map(|(value, _)| value.abs()).fold(0.0, f64::max)
+        let of_kind = values.iter().zip(self.machine.drives()).filter(|(_, (_, drive))| Some(drive.motion) == kind);
+        of_kind.map(|(value, _)| value.abs()).fold(0.0, f64::max)
     }
 }
 

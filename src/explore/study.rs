@@ -56,7 +56,7 @@ pub(super) enum PageStudy {
     Map(Box<WorkspaceMapStudy>),
 }
 
-/// Reads the study `text`, whose files are in `folder`, and its machine without the tool of a process.
+/// Reads the study `text`, whose files are in `folder`; returns its machine without the tool of a process, and the checked study.
 ///
 /// # Errors
 /// As [`crate::questions::Study::from_toml`].
@@ -78,7 +78,7 @@ pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result
         is_uncertainty_read: Cell::new(true),
         uncertainty_of_process: RefCell::default(),
     };
-    let asked = match (placement, workspace_map) {
+    let study = match (placement, workspace_map) {
         (Some(spec), None) => {
             let study = resolve_question::<PlacementStudy>(&spec, given(check.key("placement"), PlacementStudy::NAME))?;
             PageStudy::Placement(Box::new(study))
@@ -89,7 +89,7 @@ pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result
         }
         _ => return check.fail("expected one table, placement or workspace_map".into()),
     };
-    Ok((machine, asked))
+    Ok((machine, study))
 }
 
 /// Reads the placement study `text`, as [`read`]; a map is an error.
@@ -100,10 +100,10 @@ pub(super) fn read_placement(text: &str, folder: &Folder, overrides: &Overrides)
     }
 }
 
-/// Checks the table of a question, and that no part of the study is unused.
-fn resolve_question<Q: Question>(spec: &Q::Spec, given: StudyContext<'_>) -> Result<Q> {
-    let resolved = Q::resolve(spec, &given)?;
-    given.refuse_unused()?;
+/// Checks the table of a question, and that no part of the study is unused; returns the question's study.
+fn resolve_question<Q: Question>(spec: &Q::Spec, context: StudyContext<'_>) -> Result<Q> {
+    let resolved = Q::resolve(spec, &context)?;
+    context.refuse_unused()?;
     Ok(resolved.study)
 }
 
@@ -158,8 +158,8 @@ pub(super) fn placement_from_path(files: &StudyFiles) -> Result<String> {
     let mut head: Table = toml_file::parse(&files.text, STUDY)?;
     let check = Check::new(STUDY).key("path");
     let Some(Value::Table(path)) = head.remove("path") else { return check.fail("missing".into()) };
-    let kept = path.into_iter().filter(|(key, _)| ["circle", "file", "process"].contains(&key.as_str()));
-    let mut feature: Table = kept.collect();
+    let common = path.into_iter().filter(|(key, _)| ["circle", "file", "process"].contains(&key.as_str()));
+    let mut feature: Table = common.collect();
     if !feature.contains_key("circle") && !feature.contains_key("file") {
         return check.fail("is a line: expected a circle or a program, whose workpiece can be put elsewhere".into());
     }
@@ -168,14 +168,14 @@ pub(super) fn placement_from_path(files: &StudyFiles) -> Result<String> {
     placement_toml(head, feature, &Folder::in_memory(named))
 }
 
-/// Returns a placement study for one `feature`, with the common keys `head`.
+/// Returns the text of a placement study for one `feature`, with the common keys `head`; without a tolerance, it gets the default.
 fn placement_toml(mut head: Table, mut feature: Table, folder: &Folder) -> Result<String> {
     if !feature.contains_key(TOLERANCE) && !process_has_tolerance(&head, &feature, folder)? {
         feature.insert(TOLERANCE.into(), TOLERANCE_MM.into());
     }
     head.entry("schema").or_insert_with(|| i64::from(SCHEMA).into());
     head.insert("question".into(), "Where should this workpiece stand?".into());
-    let with = |bounds: Table, fixed: Table, candidate: Option<Table>| {
+    let placement_with = |bounds: Table, fixed: Table, candidate: Option<Table>| {
         let mut placement = table::<Value, _>([
             ("feature", Value::Array(vec![feature.clone().into()])),
             ("bounds", bounds.into()),
@@ -184,22 +184,22 @@ fn placement_toml(mut head: Table, mut feature: Table, folder: &Folder) -> Resul
             ("search", table([("grid", table([("x", 5), ("y", 5), ("yaw", 4)]))]).into()),
         ]);
         placement.extend(candidate.map(|candidate| ("candidate".to_string(), Value::Array(vec![candidate.into()]))));
-        let mut whole = head.clone();
-        whole.insert("placement".into(), placement.into());
-        to_toml(&whole)
+        let mut document = head.clone();
+        document.insert("placement".into(), placement.into());
+        to_toml(&document)
     };
     // What the process says of the place is known once the study has been read.
-    let within =
+    let ranges =
         |[x, y]: [[f64; 2]; 2]| table([("x_mm", x.to_vec()), ("y_mm", y.to_vec()), ("yaw_deg", vec![-180.0, 180.0])]);
-    let draft = with(within([[-1.0, 1.0]; 2]), table([("z_mm", 0.0)]), None)?;
+    let draft = placement_with(ranges([[-1.0, 1.0]; 2]), table([("z_mm", 0.0)]), None)?;
     let study = read_placement(&draft, folder, &Overrides::default())?;
-    let (start, bounds) = (first_position(&study), within(search_ranges(&study)));
+    let (start, bounds) = (first_position(&study), ranges(search_ranges(&study)));
     let candidate = study.candidates.is_empty().then(|| {
         let mut candidate = table([("origin_mm", start.as_slice().to_vec())]);
         candidate.insert("name".into(), "in the middle".into());
         candidate
     });
-    with(bounds, table([("z_mm", start.z)]), candidate)
+    placement_with(bounds, table([("z_mm", start.z)]), candidate)
 }
 
 /// Key of the tolerance.
@@ -224,11 +224,11 @@ pub(super) fn to_toml(table: &Table) -> Result<String> {
     toml::to_string(table).map_err(|fault| Error::argument(STUDY, fault.to_string()))
 }
 
-/// Returns the first place of the workpiece, mm: the first candidate, or its middle at the tool's home position.
+/// Returns the first place of the workpiece's origin, mm: the first candidate, or its middle at the tool's home position.
 fn first_position(study: &PlacementStudy) -> Vector3<f64> {
     let middle = 0.5 * (study.extent.min + study.extent.max);
     let today = study.candidates.first().map(|candidate| candidate.site.position_mm());
-    let of_machine = |machine: &Machine, reference: PathReference| {
+    let home_position = |machine: &Machine, reference: PathReference| {
         let home = reference_position(machine, reference, machine.home.pose.translation);
         match &machine.carrier {
             Some(carrier) => carrier.home.pose.inverse().transform(home),
@@ -236,10 +236,10 @@ fn first_position(study: &PlacementStudy) -> Vector3<f64> {
         }
     };
     let round = |v: f64| v.round() + 0.0;
-    today.unwrap_or_else(|| (of_machine(&study.machine, study.features[0].feature.reference) - middle).map(round))
+    today.unwrap_or_else(|| (home_position(&study.machine, study.features[0].feature.reference) - middle).map(round))
 }
 
-/// Returns the ranges of x and y to search, mm: the width of the workspace box to either side of the first place.
+/// Returns the ranges of x and y to search, mm: the width of the workspace box around the first place.
 fn search_ranges(study: &PlacementStudy) -> [[f64; 2]; 2] {
     let start = first_position(study);
     let size = study.machine.workspace.max - study.machine.workspace.min;

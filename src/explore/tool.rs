@@ -40,16 +40,16 @@ pub enum LoadRequest {
 }
 
 impl LoadRequest {
-    /// Returns the load at the one tool angle requested; an error for an invalid number, or without tool angle.
-    pub(super) fn one(&self) -> Result<PointLoad> {
-        match self.all()?.as_slice() {
-            [one] => Ok(*one),
+    /// Returns the wrench, or the milling force at the tool angle requested; an error for an invalid number, or without tool angle.
+    pub(super) fn single_load(&self) -> Result<PointLoad> {
+        match self.loads()?.as_slice() {
+            [single_load] => Ok(*single_load),
             _ => Err(Error::argument("load", "phi_deg: missing: expected the tool angle in degrees")),
         }
     }
 
-    /// Returns the load at each tool angle requested; an error for an invalid number.
-    pub(super) fn all(&self) -> Result<Vec<PointLoad>> {
+    /// Returns the wrench, or the milling force at each tool angle requested (10° apart without one); an error for an invalid number.
+    pub(super) fn loads(&self) -> Result<Vec<PointLoad>> {
         match *self {
             Self::Wrench(values) => {
                 check_numbers("load", "numbers", &values)?;
@@ -58,9 +58,9 @@ impl LoadRequest {
             Self::Milling { radial, tangential, axial, law, phi_deg } => {
                 check_numbers("load", "numbers", &[radial, tangential, axial, phi_deg.unwrap_or(0.0)])?;
                 let force = MillingForce { radial, tangential, axial, law };
-                let at = |degrees: f64| PointLoad::Milling(force, degrees.to_radians());
-                let turn = (0..360).step_by(TURN_STEP_DEG.into()).map(|degrees: u16| at(degrees.into()));
-                Ok(phi_deg.map_or_else(|| turn.collect(), |phi| vec![at(phi)]))
+                let load_at = |degrees: f64| PointLoad::Milling(force, degrees.to_radians());
+                let turn = (0..360).step_by(TURN_STEP_DEG.into()).map(|degrees: u16| load_at(degrees.into()));
+                Ok(phi_deg.map_or_else(|| turn.collect(), |phi| vec![load_at(phi)]))
             }
         }
     }
@@ -129,14 +129,14 @@ impl Explorer {
     ///
     /// # Errors
     /// The place or the load is invalid.
-    pub fn tool(&self, asked: &ToolRequest) -> Result<ToolResult> {
-        let errors = self.assembly_errors(&asked.assembly_deg)?;
+    pub fn tool(&self, request: &ToolRequest) -> Result<ToolResult> {
+        let errors = self.assembly_errors(&request.assembly_deg)?;
         let question = PointQuestion {
             machine: self.machine.clone(),
             machines: self.machines.with_errors(&errors),
             errors,
-            place: checked_place(asked.at)?,
-            load: asked.load.one()?,
+            place: command_from(request.at)?,
+            load: request.load.single_load()?,
             target: Target::ToolTip,
         };
         let answer = match solve(&question) {
@@ -144,7 +144,7 @@ impl Explorer {
             Err(unreachable) => return Ok(ToolResult::from_failure(&Failure::from(unreachable))),
         };
         let machine = &question.machine;
-        let (commanded, bent) = match equilibrium_under(&question.machines, Source::All, &answer.task()) {
+        let (commanded, loaded_skeleton) = match equilibrium_under(&question.machines, Source::All, &answer.task()) {
             Ok(settled) => (settled.commanded, Some(settled.loaded)),
             Err(_) => (machine.rigid_skeleton(&answer.nominal), None),
         };
@@ -167,7 +167,7 @@ impl Explorer {
             branch: answer.branch.map(|(branch, _)| branch.label().into()),
             clearance: answer.branch.map(|(_, clearance)| clearance),
             commanded: Some(commanded),
-            loaded: bent,
+            loaded: loaded_skeleton,
         })
     }
 
@@ -196,17 +196,17 @@ impl ToolResult {
 }
 
 /// Returns the commanded place, or an error for an invalid number.
-fn checked_place(asked: ToolPlace) -> Result<NominalCommand> {
-    let numbers: &[f64] = match &asked {
+fn command_from(place: ToolPlace) -> Result<NominalCommand> {
+    let numbers: &[f64] = match &place {
         ToolPlace::Position(numbers) => numbers,
         ToolPlace::Pose(numbers) => numbers,
     };
     check_numbers("at", "numbers", numbers)?;
-    Ok(match asked {
+    Ok(match place {
         ToolPlace::Position(position) => NominalCommand::Position(position.into()),
         ToolPlace::Pose([x, y, z, roll, pitch, yaw]) => {
-            let turned = Pose::from_roll_pitch_yaw(Vector3::new(roll, pitch, yaw).map(f64::to_radians));
-            NominalCommand::Pose(Pose { translation: Vector3::new(x, y, z), ..turned })
+            let rotation = Pose::from_roll_pitch_yaw(Vector3::new(roll, pitch, yaw).map(f64::to_radians));
+            NominalCommand::Pose(Pose { translation: Vector3::new(x, y, z), ..rotation })
         }
     })
 }

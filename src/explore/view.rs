@@ -155,7 +155,7 @@ impl Explorer {
             points: machine.points.iter().map(|point| (point.name.clone(), point.position.into())).collect(),
             drives: drives.collect(),
             uncontrolled: machine.uncontrolled_words(),
-            turns: may_turn(machine, TiltAngles { roll: true, pitch: true, yaw: true }),
+            turns: can_rotate(machine, TiltAngles { roll: true, pitch: true, yaw: true }),
             options: branch.chain(locked).collect(),
         }
     }
@@ -178,14 +178,14 @@ impl Workpiece {
         WorkpieceView {
             features: features.iter().map(feature).collect(),
             extent: extent_corners(extent),
-            forbidden: forbidden.iter().map(|own| (own.name.clone(), extent_corners(&own.extent))).collect(),
+            forbidden: forbidden.iter().map(|each| (each.name.clone(), extent_corners(&each.extent))).collect(),
             clearance_mm: self.study.clearance_mm,
             bounds: [Site(bounds.low).shown(), Site(bounds.high).shown()],
-            candidates: self.study.candidates.iter().map(|own| (own.name.clone(), own.site.shown())).collect(),
+            candidates: self.study.candidates.iter().map(|each| (each.name.clone(), each.site.shown())).collect(),
             base: columns(&self.study.workpiece_pose(&Site([0.0; 6]))),
             tilts: [
-                may_turn(machine, TiltAngles { roll: true, pitch: false, yaw: true }),
-                may_turn(machine, TiltAngles { roll: false, pitch: true, yaw: true }),
+                can_rotate(machine, TiltAngles { roll: true, pitch: false, yaw: true }),
+                can_rotate(machine, TiltAngles { roll: false, pitch: true, yaw: true }),
             ],
             objective: self.study.objective.words(machine),
             is_of_platform: features.iter().any(|job| job.feature.reference == PathReference::PlatformPoint),
@@ -193,9 +193,9 @@ impl Workpiece {
     }
 }
 
-/// Returns whether the machine can be commanded to these rotations.
-fn may_turn(machine: &Machine, turned: TiltAngles) -> bool {
-    turned.check(machine, |key| Check::new(super::STUDY).key(key)).is_ok()
+/// Returns whether the machine can be commanded to the rotations of `angles`.
+fn can_rotate(machine: &Machine, angles: TiltAngles) -> bool {
+    angles.check(machine, |key| Check::new(super::STUDY).key(key)).is_ok()
 }
 
 /// Returns the two corners of a bounding box, mm.

@@ -99,15 +99,15 @@ pub(super) fn scene(figure: &AgreementFigure) -> Result<Scene, FigureError> {
     Ok(scene)
 }
 
-/// Draws one row at height `y`: its texts, the band in which its numbers agree, and a mark at its difference.
+/// Draws one row at height `y`, with `cell` as its wrapped label and numbers: texts, the band in which the numbers agree, and a mark.
 fn draw_row(scene: &mut Scene, plot: &Plot, row: &AgreementRow, cell: &[Vec<String>; 2], (y, height): (f64, f64)) {
     let size = SIZES.body;
     let rect = plot.rect;
-    let place = |difference: f64| plot.page_point(difference, 0.0)[0];
+    let x_of = |difference: f64| plot.page_point(difference, 0.0)[0];
     let (from, to) = match row.criterion {
-        Criterion::About => (place(-1.0), place(1.0)),
-        Criterion::AtLeast => (place(0.0), rect.right()),
-        Criterion::AtMost => (rect.x, place(0.0)),
+        Criterion::About => (x_of(-1.0), x_of(1.0)),
+        Criterion::AtLeast => (x_of(0.0), rect.right()),
+        Criterion::AtMost => (rect.x, x_of(0.0)),
     };
     let inset = 0.14 * size;
     let band = Rect { x: from, y: y + inset, width: to - from, height: height - 2.0 * inset };
@@ -122,22 +122,22 @@ fn draw_row(scene: &mut Scene, plot: &Plot, row: &AgreementRow, cell: &[Vec<Stri
     let middle = y + 0.5 * ROW * size;
     match row.difference {
         None => scene.text(Text::new("no number", size, [rect.centre()[0], middle + 0.36 * size], Anchor::Middle)),
-        Some(difference) => draw_mark(scene, [place(difference.clamp(-ENDS, ENDS)), middle], difference, row.agrees),
+        Some(difference) => draw_mark(scene, [x_of(difference.clamp(-ENDS, ENDS)), middle], difference, row.agrees),
     }
 }
 
-/// Draws a disc where the numbers agree, a square on its tip where they differ, and a triangle for a difference beyond the axis.
+/// Draws a disc where the numbers agree, a square on its tip where they differ, and a triangle for a `difference` beyond the axis.
 fn draw_mark(scene: &mut Scene, [x, y]: Point, difference: f64, agrees: bool) {
     let colour = if agrees { CURVES[2] } else { CURVES[1] };
     let corner = |angle: f64, radius: f64| [x + radius * libm::cos(angle), y - radius * libm::sin(angle)];
-    let turn = |k: usize, of: usize| std::f64::consts::TAU * k as f64 / of as f64;
+    let angle = |k: usize, of: usize| std::f64::consts::TAU * k as f64 / of as f64;
     let corners: Vec<Point> = if difference.abs() > ENDS {
         let way = difference.signum();
         vec![[x + 1.5 * MARK * way, y], [x - 0.6 * MARK * way, y - 1.2 * MARK], [x - 0.6 * MARK * way, y + 1.2 * MARK]]
     } else if agrees {
-        (0..24).map(|k| corner(turn(k, 24), MARK)).collect()
+        (0..24).map(|k| corner(angle(k, 24), MARK)).collect()
     } else {
-        (0..4).map(|k| corner(turn(k, 4), 1.35 * MARK)).collect()
+        (0..4).map(|k| corner(angle(k, 4), 1.35 * MARK)).collect()
     };
     scene.convex(corners, colour);
 }

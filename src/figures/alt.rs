@@ -34,7 +34,7 @@ impl Figure {
     }
 }
 
-/// Returns the smallest and largest of `values` as "from … to …".
+/// Returns the smallest and largest of `values` as "from … to …"; "without values" if there are none.
 fn range_in_words(values: impl Iterator<Item = f64>) -> String {
     let ends = values.fold(None, |ends: Option<(f64, f64)>, value| {
         Some(ends.map_or((value, value), |(low, high)| (low.min(value), high.max(value))))
@@ -42,7 +42,7 @@ fn range_in_words(values: impl Iterator<Item = f64>) -> String {
     ends.map_or_else(|| "without values".into(), |(low, high)| format!("from {} to {}", rounded(low), rounded(high)))
 }
 
-/// Formats a number with four significant digits and a true minus sign.
+/// Returns a number as text with four significant digits and a true minus sign.
 fn rounded(value: f64) -> String {
     let digits = if value == 0.0 { 0 } else { (3.0 - libm::log10(value.abs()).floor()).clamp(0.0, 12.0) as usize };
     let text = format!("{value:.digits$}");

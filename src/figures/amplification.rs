@@ -11,10 +11,10 @@ pub(crate) fn amplification(path: &[Vector3<f64>], largest_error: f64) -> f64 {
         let (low, high) = path.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[axis]), h.max(p[axis])));
         high - low
     };
-    let wished = ERROR_SHARE * extent(0).max(extent(1)) / largest_error;
-    if !wished.is_finite() || wished <= 1.0 {
+    let ideal = ERROR_SHARE * extent(0).max(extent(1)) / largest_error;
+    if !ideal.is_finite() || ideal <= 1.0 {
         return 1.0;
     }
-    let decade = libm::pow(10.0, libm::log10(wished).floor());
-    [5.0, 2.0, 1.0].into_iter().map(|step| step * decade).find(|factor| *factor <= wished).unwrap_or(1.0)
+    let decade = libm::pow(10.0, libm::log10(ideal).floor());
+    [5.0, 2.0, 1.0].into_iter().map(|step| step * decade).find(|factor| *factor <= ideal).unwrap_or(1.0)
 }

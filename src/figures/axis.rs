@@ -24,7 +24,7 @@ pub(super) enum Spacing {
 
 impl Spacing {
     /// Returns the spacing for a linear quantity with this axis label: angular if its unit is °.
-    pub fn of(label: &str) -> Self {
+    pub fn for_label(label: &str) -> Self {
         if label.ends_with("[°]") { Spacing::Angular } else { Spacing::Linear }
     }
 }
@@ -57,7 +57,7 @@ impl Axis {
         })
     }
 
-    /// Returns an axis over the range with as many ticks as `fits` accepts, one at least.
+    /// Returns an axis from `low` to `high` with as many ticks as `fits` accepts, one at least.
     fn fit_ticks(low: f64, high: f64, spacing: Spacing, fits: impl Fn(&Self) -> bool) -> Self {
         let (low, high) = if low < high { (low, high) } else { widened(low, high) };
         let axis = |target| {
@@ -74,8 +74,8 @@ impl Axis {
 
     /// Returns the smallest distance between neighbouring ticks as a fraction of the axis.
     fn pitch(&self) -> f64 {
-        let places: Vec<f64> = self.ticks.values.iter().map(|v| self.fraction(*v)).collect();
-        places.windows(2).map(|pair| pair[1] - pair[0]).fold(1.0, f64::min)
+        let fractions: Vec<f64> = self.ticks.values.iter().map(|v| self.fraction(*v)).collect();
+        fractions.windows(2).map(|pair| pair[1] - pair[0]).fold(1.0, f64::min)
     }
 
     /// Returns where `value` lies along the axis: 0 at the low end, 1 at the high end.
@@ -86,18 +86,18 @@ impl Axis {
         }
     }
 
-    /// Width in pixels that ticks and tick labels take beside a vertical axis.
+    /// Returns the width in pixels that ticks and tick labels take beside a vertical axis.
     pub(crate) fn depth_beside(&self, size: f64) -> f64 {
         TICK + GAP + label_width(&self.ticks, size)
     }
 }
 
-/// Width in pixels of the widest tick label at type size `size`.
+/// Returns the width in pixels of the widest tick label at type size `size`.
 pub(super) fn label_width(ticks: &Ticks, size: f64) -> f64 {
     ticks.labels.iter().map(|l| text::width(l, size, Weight::Regular)).fold(0.0, f64::max)
 }
 
-/// Height in pixels that ticks and tick labels take below a horizontal axis.
+/// Returns the height in pixels that ticks and tick labels take below a horizontal axis.
 pub(super) fn depth_below(size: f64) -> f64 {
     TICK + GAP + size
 }
@@ -169,7 +169,7 @@ impl Plot {
     }
 }
 
-/// Returns the range of `values` plus the share `margin` of it on each side; 0 to 1 plus margins without values.
+/// Returns the range of `values`, widened by the share `margin` of it on each side; without values that of 0 to 1.
 pub(super) fn range(values: impl Iterator<Item = f64>, margin: f64) -> (f64, f64) {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     let (low, high) = if low <= high { widened(low, high) } else { (0.0, 1.0) };
@@ -183,7 +183,7 @@ pub(super) fn widened_to(range: (f64, f64), length: f64) -> (f64, f64) {
     (range.0 - missing, range.1 + missing)
 }
 
-/// Room in pixels for the axis label next to the tick labels.
+/// Returns the room in pixels for the axis label next to the tick labels, at type size `size`.
 pub(super) fn label_depth(size: f64) -> f64 {
     1.6 * size
 }
@@ -194,7 +194,7 @@ fn ticks_with_labels(ticks: &Ticks) -> impl Iterator<Item = (f64, &str)> {
     major.chain(ticks.minor.iter().map(|v| (*v, "")))
 }
 
-/// Length in pixels of the tick with this label: shorter for a minor tick, whose label is empty.
+/// Returns the length in pixels of the tick with this label: shorter for a minor tick, whose label is empty.
 fn tick_length(label: &str) -> f64 {
     if label.is_empty() { 0.6 * TICK } else { TICK }
 }
@@ -298,14 +298,14 @@ fn decade_multiples(low: f64, high: f64, factors: &[f64]) -> Vec<f64> {
     all.filter(|v| (low * (1.0 - 1e-9)..=high * (1.0 + 1e-9)).contains(v)).collect()
 }
 
-/// Formats a number with `decimals` decimals, a true minus sign and never a negative zero.
+/// Returns a number as text with `decimals` decimals, a true minus sign and never a negative zero.
 fn format_number(value: f64, decimals: usize) -> String {
     let digits = format!("{:.decimals$}", value.abs());
     let zero = digits.bytes().all(|b| b == b'0' || b == b'.');
     if value < 0.0 && !zero { format!("\u{2212}{digits}") } else { digits }
 }
 
-/// Writes a power of ten with a superscript exponent, such as "10⁻³".
+/// Returns a power of ten with a superscript exponent, such as "10⁻³".
 pub(super) fn power_of_ten(exponent: i32) -> String {
     let raise = |character: char| match character {
         '-' => '⁻',

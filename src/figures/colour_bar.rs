@@ -42,13 +42,13 @@ impl Scale {
         range: Option<(f64, f64)>,
         (colours, shading): (Colours, Shading),
     ) -> Result<Option<Self>, FigureError> {
-        let found = values.fold(None, |ends: Option<(f64, f64)>, v| match ends {
+        let value_range = values.fold(None, |ends: Option<(f64, f64)>, v| match ends {
             Some((low, high)) => Some((low.min(v), high.max(v))),
             None => Some((v, v)),
         });
-        let turn = (shading == Shading::Cyclic).then_some((0.0, 360.0));
-        let Some((low, high)) = range.or(turn) else {
-            return Ok(found.map(|(low, high)| {
+        let full_turn = (shading == Shading::Cyclic).then_some((0.0, 360.0));
+        let Some((low, high)) = range.or(full_turn) else {
+            return Ok(value_range.map(|(low, high)| {
                 let (low, high) = axis::widened(low, high);
                 Self { low, high, below: false, above: false, colours, shading }
             }));
@@ -58,7 +58,7 @@ impl Scale {
             return Err(FigureError::BadRange { low, high });
         }
         let (low, high) = axis::widened(low, high);
-        let (least, most) = found.unwrap_or((low, high));
+        let (least, most) = value_range.unwrap_or((low, high));
         let wraps = shading == Shading::Cyclic;
         let (below, above) = (least < low && !wraps, most > high && !wraps);
         Ok(Some(Self { low, high, below, above, colours, shading }))
@@ -76,7 +76,7 @@ impl Scale {
             Shading::Ordered if self.low < 0.0 && self.high > 0.0 && self.colours != Colours::Grey => {
                 colours::diverging_colour(value / self.high.max(-self.low))
             }
-            Shading::Ordered => self.colours.at(share),
+            Shading::Ordered => self.colours.colour_at(share),
         };
         [r, g, b, u8::MAX]
     }
@@ -112,12 +112,12 @@ impl ColourBar<'_> {
         Axis::vertical(scale.low, scale.high, spacing, length, 1.3 * self.tick_size)
     }
 
-    /// Width of the bar in pixels.
+    /// Returns the width of the bar in pixels.
     fn thickness(&self) -> f64 {
         BAR * self.size
     }
 
-    /// Height of the bar alone in a legend of this `height`, in pixels.
+    /// Returns the height of the bar alone in a legend of this `height`, in pixels.
     fn bar_height(&self, height: f64) -> f64 {
         if self.missing.is_some() { height - self.swatch_height() - 0.7 * self.thickness() } else { height }
     }
@@ -127,7 +127,7 @@ impl ColourBar<'_> {
         text::wrap(self.missing.unwrap_or_default(), self.tick_size, Weight::Regular, LONGEST * self.tick_size)
     }
 
-    /// Height in pixels of the swatch of hatched cells with its name.
+    /// Returns the height in pixels of the swatch of hatched cells with its name.
     fn swatch_height(&self) -> f64 {
         self.thickness().max(self.missing_lines().len() as f64 * LINE_PITCH * self.tick_size)
     }
@@ -138,7 +138,7 @@ impl ColourBar<'_> {
         text::wrap_balanced(&quantity, self.size, Weight::Regular, length)
     }
 
-    /// Width in pixels of the legend when it is `height` pixels high.
+    /// Returns the width in pixels of the legend when it is `height` pixels high.
     pub fn width(&self, height: f64) -> f64 {
         let length = self.bar_height(height);
         let bar = self.scale.map_or(0.0, |scale| {
@@ -174,10 +174,10 @@ impl ColourBar<'_> {
         }
     }
 
-    /// Draws the bar within `whole`, with pointed tips where values lie beyond its ends.
-    fn draw_bar(&self, scene: &mut Scene, scale: Scale, whole: Rect) {
-        let tip = 0.8 * whole.width;
-        let mut rect = whole;
+    /// Draws the bar within `area`, with pointed tips where values lie beyond its ends.
+    fn draw_bar(&self, scene: &mut Scene, scale: Scale, area: Rect) {
+        let tip = 0.8 * area.width;
+        let mut rect = area;
         if scale.above {
             rect.y += tip;
             rect.height -= tip;
@@ -190,11 +190,11 @@ impl ColourBar<'_> {
             |row: usize| scale.colour(scale.low + (row as f64 + 0.5) / SHADES as f64 * (scale.high - scale.low));
         scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &edges, |_, row| Some(shade(row))));
         draw_outline(scene, scale, rect, tip);
-        self.draw_numbers(scene, scale, rect, whole);
+        self.draw_numbers(scene, scale, rect, area);
     }
 
-    /// Draws ticks and their labels right of the bar `rect`, and beside them the quantity, centred on `whole`.
-    fn draw_numbers(&self, scene: &mut Scene, scale: Scale, rect: Rect, whole: Rect) {
+    /// Draws ticks and their labels right of the bar `rect`, and beside them the quantity, centred on `area`.
+    fn draw_numbers(&self, scene: &mut Scene, scale: Scale, rect: Rect, area: Rect) {
         let axis = self.axis(scale, rect.height);
         for (value, label) in axis.ticks.values.iter().zip(&axis.ticks.labels) {
             let y = rect.bottom() - rect.height * axis.fraction(*value);
@@ -204,8 +204,8 @@ impl ColourBar<'_> {
         }
         let numbers = axis::label_width(&axis.ticks, self.tick_size);
         let mut x = rect.right() + 2.0 * GAP + numbers + 0.8 * self.size;
-        for line in self.quantity_lines(&axis, whole.height) {
-            scene.text(Text::new(line, self.size, [x, whole.centre()[1]], Anchor::Middle).upward());
+        for line in self.quantity_lines(&axis, area.height) {
+            scene.text(Text::new(line, self.size, [x, area.centre()[1]], Anchor::Middle).upward());
             x += LINE_PITCH * self.size;
         }
     }

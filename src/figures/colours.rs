@@ -84,7 +84,7 @@ static GREY: LazyLock<LinearGradient> = LazyLock::new(|| {
 
 impl Colours {
     /// Returns the colour at a fraction 0..1 of the scale; fractions outside get the end colours.
-    pub fn at(self, fraction: f64) -> Rgb {
+    pub fn colour_at(self, fraction: f64) -> Rgb {
         let fraction = fraction.clamp(0.0, 1.0);
         match self {
             Colours::Viridis => {

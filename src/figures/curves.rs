@@ -36,10 +36,10 @@ impl CurveStyle {
                 dashed += 1;
             }
             let colour: Rgb = CURVES[index % CURVES.len()];
-            let marked = points == 1 || !is_dashed && (points <= EVERY_POINT || index > 0);
+            let has_marker = points == 1 || !is_dashed && (points <= EVERY_POINT || index > 0);
             out.push(Self {
                 stroke: Stroke { colour, width: CURVE_WIDTH, dash },
-                marker: if marked { marker(index) } else { vec![] },
+                marker: if has_marker { marker(index) } else { vec![] },
             });
         }
         out
@@ -113,7 +113,7 @@ pub(super) struct Legend<'a> {
 }
 
 impl Legend<'_> {
-    /// Width in pixels of the legend beside a plot, without the gap between them.
+    /// Returns the width in pixels of the legend beside a plot, without the gap between them.
     pub fn width(&self) -> f64 {
         let names = self.entries.iter().map(|(name, _)| name).filter(|name| !name.is_empty());
         let entry = |name: &&str| SAMPLE + SAMPLE_GAP + text::width(name, self.size, Weight::Regular);
@@ -160,7 +160,7 @@ impl Paragraph {
         Self { lines, size, weight, width: widest.min(limit) }
     }
 
-    /// Height of all lines in pixels.
+    /// Returns the height of all lines in pixels.
     fn height(&self) -> f64 {
         self.lines.len() as f64 * LINE_PITCH * self.size
     }

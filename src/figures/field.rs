@@ -31,7 +31,7 @@ fn lone_half_width(axes: &[&[f64]]) -> f64 {
     if longest > 0.0 { 0.05 * longest } else { 0.5 }
 }
 
-/// Returns the edges of the cells along each axis; see [`Picture`].
+/// Returns the edges of the cells around the nodes of each axis, in the unit of the nodes; see [`Picture`].
 pub fn edges<const N: usize>(axes: [&[f64]; N]) -> [Vec<f64>; N] {
     let lone = lone_half_width(&axes);
     axes.map(|nodes| cell_edges(nodes, lone))
@@ -71,7 +71,7 @@ impl Picture {
         Self { origin, across, down, borders: [fractions(column_edges), rows], colours }
     }
 
-    /// Lengths of `across` and `down` in pixels.
+    /// Returns the lengths of `across` and `down` in pixels.
     pub fn lengths(&self) -> [f64; 2] {
         [self.across, self.down].map(|side| libm::hypot(side[0], side[1]))
     }

@@ -55,7 +55,7 @@ impl Occupied {
             let [dx, dy] = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
             let steps = ((dx * dx + dy * dy).sqrt() / (2.0 * width.max(4.0))).ceil().clamp(1.0, 400.0);
             let at = |k: f64| [pair[0][0] + dx * k / steps, pair[0][1] + dy * k / steps];
-            self.lines.extend((0..=steps as usize).map(|k| around(at(k as f64), [width.max(4.0); 2])));
+            self.lines.extend((0..=steps as usize).map(|k| rect_around(at(k as f64), [width.max(4.0); 2])));
         }
     }
 
@@ -65,9 +65,9 @@ impl Occupied {
         let height = 2.0 * half[1];
         let candidates = DISTANCES.iter().flat_map(|distance| DIRECTIONS.map(|direction| (*distance, direction)));
         let spot = |(distance, [dx, dy]): (f64, Point)| {
-            let away = reach + 4.0 + distance * height;
-            let centre = [at[0] + dx * (half[0] + away), at[1] + dy * (half[1] + away)];
-            (distance, around(centre, half))
+            let gap = reach + 4.0 + distance * height;
+            let centre = [at[0] + dx * (half[0] + gap), at[1] + dy * (half[1] + gap)];
+            (distance, rect_around(centre, half))
         };
         let cost = |&(distance, rect): &(f64, Rect)| {
             let outside = half[0] * half[1] * 4.0 - rect.overlap(&bounds);
@@ -91,7 +91,7 @@ impl Occupied {
 }
 
 /// Returns the rectangle with half-width and half-height `half` around `centre`.
-pub fn around(centre: Point, half: [f64; 2]) -> Rect {
+pub fn rect_around(centre: Point, half: [f64; 2]) -> Rect {
     Rect { x: centre[0] - half[0], y: centre[1] - half[1], width: 2.0 * half[0], height: 2.0 * half[1] }
 }
 
@@ -108,7 +108,7 @@ const HIDDEN_RING: Stroke = Stroke { colour: INK, width: 4.0, dash: &[4.0, 8.0] 
 const LEADER: Stroke = Stroke { colour: INK, width: 2.0, dash: &[] };
 const RIM: Stroke = Stroke { colour: WHITE, width: 9.0, dash: &[] };
 
-/// Radius in pixels of the ring around a mark whose label has type size `size`.
+/// Returns the radius in pixels of the ring around a mark whose label has type size `size`.
 fn ring_radius(size: f64) -> f64 {
     0.3 * size
 }
@@ -121,7 +121,7 @@ pub(super) fn draw_marks(scene: &mut Scene, marks: &[PlacedMark<'_>], lines: &[[
         scene.circle(mark.at, radius, if mark.hidden { HIDDEN_RING } else { RING });
     }
     let reach = radius + 2.0;
-    let rings = marks.iter().map(|mark| around(mark.at, [reach; 2])).collect();
+    let rings = marks.iter().map(|mark| rect_around(mark.at, [reach; 2])).collect();
     let mut occupied = Occupied { marks: rings, ..Occupied::default() };
     lines.iter().for_each(|line| occupied.add_line(line, RIM.width));
     for mark in marks.iter().filter(|mark| !mark.label.is_empty()) {

@@ -94,7 +94,7 @@ impl LineFigure {
         }
     }
 
-    /// Whether the legend stands beside the plot, where equal axes leave room.
+    /// Returns whether the legend stands beside the plot, where equal axes leave room.
     fn legend_beside(&self) -> bool {
         let length = |(low, high): (f64, f64)| high - low;
         self.equal_axes && length(self.axis_range(|p| p.0, false)) < WIDE * length(self.axis_range(|p| p.1, false))
@@ -151,7 +151,7 @@ pub(super) fn scene(figure: &LineFigure) -> Result<Scene, FigureError> {
 fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
     let mut x = figure.axis_range(|p| p.0, figure.log_x);
     let mut y = figure.axis_range(|p| p.1, figure.log_y);
-    let spacing = |log, label: &str| if log { Spacing::Logarithmic } else { Spacing::of(label) };
+    let spacing = |log, label: &str| if log { Spacing::Logarithmic } else { Spacing::for_label(label) };
     let y_axis = |ends: (f64, f64), height| {
         Axis::vertical(ends.0, ends.1, spacing(figure.log_y, &figure.y_label), height, SIZES.tick)
     };
@@ -173,7 +173,7 @@ fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
     }
 }
 
-/// Width in pixels that the legend takes beside the plot, with the gap.
+/// Returns the width in pixels that the legend takes beside the plot, with the gap.
 fn legend_width(figure: &LineFigure, styles: &[CurveStyle]) -> f64 {
     figure.legend(styles).width().min(SIDE_LEGEND) + LEGEND_GAP
 }

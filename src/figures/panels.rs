@@ -75,25 +75,25 @@ impl PanelFigure {
         })
     }
 
-    /// Number of panels in a row.
+    /// Returns the number of panels in a row.
     fn columns(&self) -> usize {
         self.panels.len().min(2)
     }
 
-    /// Returns the ranges of both axes of each panel.
+    /// Returns the ranges of x and y of each panel: the same for all, or with equal axes of equal length around each panel's own middle.
     fn ranges(&self) -> Vec<[(f64, f64); 2]> {
         if !self.equal_axes {
             let all = || self.panels.iter().flat_map(CurvePanel::points);
             let shared = [axis::range(all().map(|p| p.0), MARGIN), axis::range(all().map(|p| p.1), MARGIN)];
             return vec![shared; self.panels.len()];
         }
-        let own = |panel: &CurvePanel| {
+        let panel_ranges = |panel: &CurvePanel| {
             [axis::range(panel.points().map(|p| p.0), MARGIN), axis::range(panel.points().map(|p| p.1), MARGIN)]
         };
-        let own: Vec<_> = self.panels.iter().map(own).collect();
-        let longest = |i: usize| own.iter().map(|r: &[(f64, f64); 2]| r[i].1 - r[i].0).fold(0.0, f64::max);
+        let panel_ranges: Vec<_> = self.panels.iter().map(panel_ranges).collect();
+        let longest = |i: usize| panel_ranges.iter().map(|r: &[(f64, f64); 2]| r[i].1 - r[i].0).fold(0.0, f64::max);
         let lengths = [longest(0), longest(1)];
-        own.iter().map(|range| [0, 1].map(|i| centred_range(range[i], lengths[i]))).collect()
+        panel_ranges.iter().map(|range| [0, 1].map(|i| centred_range(range[i], lengths[i]))).collect()
     }
 }
 
@@ -125,11 +125,11 @@ pub(super) fn scene(figure: &PanelFigure) -> Result<Scene, FigureError> {
         plot.draw_x_axis(&mut scene, if is_lowest { &figure.x_label } else { "" }, sizes.body, sizes.tick);
         let is_first = index.is_multiple_of(grid.columns);
         plot.draw_y_axis(&mut scene, if is_first { &figure.y_label } else { "" }, sizes.body, sizes.tick);
-        for (which, (curve, style)) in panel.curves.iter().zip(&styles).enumerate() {
+        for (curve_index, (curve, style)) in panel.curves.iter().zip(&styles).enumerate() {
             let placed = |piece: &Vec<(f64, f64)>| piece.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
             let pieces: Vec<Vec<Point>> = curve.pieces.iter().map(placed).collect();
             pieces.iter().for_each(|piece| style.draw_line(&mut scene, piece));
-            style.draw_markers(&mut scene, &pieces.concat(), which);
+            style.draw_markers(&mut scene, &pieces.concat(), curve_index);
         }
         plot.draw_frame(&mut scene);
     }
@@ -188,13 +188,13 @@ impl Layout {
             width,
             height,
             ranges,
-            x_spacing: Spacing::of(&figure.x_label),
+            x_spacing: Spacing::for_label(&figure.x_label),
             beside,
             title,
         }
     }
 
-    /// Distance from one row of panels to the next, in pixels.
+    /// Returns the distance from one row of panels to the next, in pixels.
     fn pitch(&self) -> f64 {
         self.height + axis::depth_below(self.sizes.tick) + self.title
     }

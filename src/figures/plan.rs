@@ -5,7 +5,7 @@ use super::colour_bar::{ColourBar, Scale};
 use super::colours::{Colours, Shading};
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
-use super::labels::{Occupied, Spot, around};
+use super::labels::{Occupied, Spot, rect_around};
 use super::legend::{self, Sample};
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::shapes::hatching_lines;
@@ -293,13 +293,13 @@ fn draw_coloured(
 
 /// Draws rings at the marks, then labels of marks and of shapes.
 fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied: Occupied) {
-    let places: Vec<Point> = figure.marks.iter().map(|(x, y, _)| plot.page_point(*x, *y)).collect();
-    for at in &places {
+    let points_of_marks: Vec<Point> = figure.marks.iter().map(|(x, y, _)| plot.page_point(*x, *y)).collect();
+    for at in &points_of_marks {
         scene.circle(*at, MARK, Stroke { colour: WHITE, width: 8.0, dash: &[] });
         scene.circle(*at, MARK, Stroke { colour: INK, width: 4.0, dash: &[] });
-        occupied.marks.push(around(*at, [MARK + 2.0; 2]));
+        occupied.marks.push(rect_around(*at, [MARK + 2.0; 2]));
     }
-    for (at, (_, _, label)) in places.into_iter().zip(&figure.marks) {
+    for (at, (_, _, label)) in points_of_marks.into_iter().zip(&figure.marks) {
         draw_label(scene, &mut occupied, plot.rect, (at, MARK), (label, INK));
     }
     for shape in figure.shapes.iter().filter(|shape| !shape.label.is_empty() && !shape.points.is_empty()) {

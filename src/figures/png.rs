@@ -86,7 +86,7 @@ pub(super) fn cells_png(picture: &Picture) -> Result<Vec<u8>, FigureError> {
     Ok(out)
 }
 
-/// Width and height of the scene in drawing units.
+/// Returns width and height of the scene in drawing units.
 fn size_in_units(scene: &Scene) -> [u32; 2] {
     [scene.width, scene.height].map(|length| (SCALE * length.round()) as u32)
 }
@@ -201,28 +201,28 @@ fn on_paper([r, g, b, opacity]: [u8; 4]) -> Rgb {
     [r, g, b].map(|part| (share * f64::from(part) + (1.0 - share) * 255.0).round() as u8)
 }
 
-/// Returns the parts of a polyline that a dash pattern draws; the whole line if the pattern is empty. Plotters (0.3.7) has one dash only.
+/// Returns the parts of a polyline that a dash `pattern` draws; the whole line if it is empty. Plotters (0.3.7) has one dash only.
 pub fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
     if pattern.is_empty() {
         return vec![points.to_vec()];
     }
     let mut out: Vec<Vec<Point>> = vec![points.first().copied().into_iter().collect()];
-    let (mut part, mut left) = (0, pattern[0]);
+    let (mut part, mut remaining) = (0, pattern[0]);
     for pair in points.windows(2) {
         let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
         let length = libm::hypot(x1 - x0, y1 - y0);
         let mut done = 0.0;
         while done < length {
-            let step = left.min(length - done);
+            let step = remaining.min(length - done);
             done += step;
-            left -= step;
+            remaining -= step;
             let at = [x0 + (x1 - x0) * done / length, y0 + (y1 - y0) * done / length];
             if part % 2 == 0 {
                 out.last_mut().expect("there is a first part").push(at);
             }
-            if left <= 0.0 {
+            if remaining <= 0.0 {
                 part = (part + 1) % pattern.len();
-                left = pattern[part];
+                remaining = pattern[part];
                 if part % 2 == 0 {
                     out.push(vec![at]);
                 }

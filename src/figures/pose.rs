@@ -1,7 +1,7 @@
 //! Figure of a machine as lines in one or two poses, seen from above, right and front.
 
 use super::error::{FigureError, check_drawable};
-use super::labels::{Occupied, Spot, around};
+use super::labels::{Occupied, Spot, rect_around};
 use super::legend::{self, Sample, line_sample};
 use super::plan;
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
@@ -111,7 +111,7 @@ impl PoseFigure {
         skeletons.flat_map(of).chain(ends).chain(self.around.points()).chain([[0.0; 3]])
     }
 
-    /// Whether there is a workspace box to draw.
+    /// Returns whether there is a workspace box to draw.
     fn has_workspace(&self) -> bool {
         self.workspace[0] != self.workspace[1]
     }
@@ -121,7 +121,7 @@ impl PoseFigure {
         if self.around.obstacles.contains(solid) { OBSTACLE } else { PART }
     }
 
-    /// Largest mass of the machine in kg; 0 without masses.
+    /// Returns the largest mass of the machine in kg; 0 without masses.
     fn largest_mass(&self) -> f64 {
         self.pose.masses().fold(0.0, |most, mass| most.max(mass.kilograms))
     }
@@ -153,9 +153,9 @@ impl View {
             size: 1.0,
         };
         let corners = box_corners(figure.workspace);
-        let places: Vec<Point> = figure.points().chain(corners).map(|p| view.project(p)).collect();
+        let points: Vec<Point> = figure.points().chain(corners).map(|p| view.project(p)).collect();
         let span = |axis: usize| {
-            let values = places.iter().map(|p| p[axis]);
+            let values = points.iter().map(|p| p[axis]);
             (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max))
         };
         let ((x0, x1), (y0, y1)) = (span(0), span(1));
@@ -300,7 +300,7 @@ fn draw_spring(scene: &mut Scene, from: Point, to: Point, colour: Rgb) {
     scene.line(points, Stroke { colour, width: 3.5, dash: &[] });
 }
 
-/// Radius in pixels of the symbol of a mass of relative `size` (1: the largest).
+/// Returns the radius in pixels of the symbol of a mass of relative `size` (1: the largest).
 fn mass_radius(size: f64) -> f64 {
     (MASS[0] * size).max(MASS[1])
 }
@@ -332,7 +332,7 @@ fn draw_frame(scene: &mut Scene, view: &View, occupied: &mut Occupied) {
         let [ux, uy] = [dx / reach * 18.0, dy / reach * 18.0];
         let tip = [end[0] + ux, end[1] + uy];
         scene.convex(vec![tip, [end[0] - 0.5 * uy, end[1] + 0.5 * ux], [end[0] + 0.5 * uy, end[1] - 0.5 * ux]], colour);
-        occupied.marks.extend([around(end, [14.0; 2])]);
+        occupied.marks.extend([rect_around(end, [14.0; 2])]);
         occupied.add_line(&[start, end], 6.0);
         names.push((name, colour, end));
     }
@@ -362,11 +362,11 @@ fn occupied_areas(view: &View, figure: &PoseFigure) -> Occupied {
     }
     let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
     let joints = shown.chains.iter().flat_map(|chain| &chain.joints);
-    occupied.marks.extend(joints.map(|joint| around(view.project(joint.position_mm), [MARK; 2])));
+    occupied.marks.extend(joints.map(|joint| rect_around(view.project(joint.position_mm), [MARK; 2])));
     let size = |kilograms: f64| mass_radius(libm::cbrt(kilograms / figure.largest_mass()));
-    let masses = shown.masses().map(|mass| around(view.project(mass.position_mm), [size(mass.kilograms); 2]));
+    let masses = shown.masses().map(|mass| rect_around(view.project(mass.position_mm), [size(mass.kilograms); 2]));
     occupied.marks.extend(masses);
-    occupied.marks.push(around(view.project(shown.tool_tip_mm), [MARK; 2]));
+    occupied.marks.push(rect_around(view.project(shown.tool_tip_mm), [MARK; 2]));
     occupied
 }
 

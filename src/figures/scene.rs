@@ -50,7 +50,7 @@ impl Rect {
         [[self.x, self.y], [self.width, 0.0], [0.0, self.height]]
     }
 
-    /// Area shared with `other`, in square pixels.
+    /// Returns the area shared with `other`, in square pixels.
     pub fn overlap(&self, other: &Self) -> f64 {
         let width = self.right().min(other.right()) - self.x.max(other.x);
         let height = self.bottom().min(other.bottom()) - self.y.max(other.y);
@@ -195,21 +195,21 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Returns the largest y of any item's points.
+    /// Returns the largest y of any item's points, in pixels: y points downward.
     pub(crate) fn lowest(&self) -> f64 {
-        let low = |points: &[Point]| points.iter().map(|p| p[1]).fold(0.0, f64::max);
+        let largest_y = |points: &[Point]| points.iter().map(|p| p[1]).fold(0.0, f64::max);
         let of_item = |item: &Item| match item {
-            Item::Line { points, .. } => low(points),
-            Item::Convex { corners, .. } => low(corners),
+            Item::Line { points, .. } => largest_y(points),
+            Item::Convex { corners, .. } => largest_y(corners),
             Item::Text(text) => text.at[1],
             Item::Picture(picture) => {
-                low(&[[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].map(|at| picture.page_point(at)))
+                largest_y(&[[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].map(|at| picture.page_point(at)))
             }
         };
         self.items.iter().map(of_item).fold(0.0, f64::max)
     }
 
-    /// Adds a polyline through `points`.
+    /// Adds a polyline through `points`, drawn with `stroke`.
     pub fn line(&mut self, points: Vec<Point>, stroke: Stroke) {
         self.items.push(Item::Line { points, stroke });
     }

@@ -87,12 +87,12 @@ pub fn simplify_line(points: &[Point]) -> Vec<Point> {
     points.iter().zip(is_kept).filter_map(|(point, is_kept)| is_kept.then_some(*point)).collect()
 }
 
-/// Distance of a point from the segment between two others.
+/// Returns the distance of a point from the segment between `from` and `to`.
 fn segment_distance(point: Point, from: Point, to: Point) -> f64 {
     let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
     let square = dx * dx + dy * dy;
     let along = ((point[0] - from[0]) * dx + (point[1] - from[1]) * dy) / square.max(f64::MIN_POSITIVE);
     let share = along.clamp(0.0, 1.0);
-    let off = [point[0] - from[0] - share * dx, point[1] - from[1] - share * dy];
-    (off[0] * off[0] + off[1] * off[1]).sqrt()
+    let offset = [point[0] - from[0] - share * dx, point[1] - from[1] - share * dy];
+    (offset[0] * offset[0] + offset[1] * offset[1]).sqrt()
 }

@@ -212,7 +212,7 @@ impl Table {
 
     /// Returns the position of the panel `index`, whose map covers `rect` with axes over `ends`.
     fn panel_at(&self, rect: Rect, ends: [(f64, f64); 2], index: usize, slot_width: f64, sizes: Sizes) -> PanelPlace {
-        let covered = index + self.columns < self.count;
+        let is_above_another = index + self.columns < self.count;
         PanelPlace {
             plot: Plot {
                 rect,
@@ -220,7 +220,7 @@ impl Table {
                 y: Axis::vertical(ends[1].0, ends[1].1, Spacing::Linear, rect.height, sizes.tick),
             },
             slot_width,
-            labelled_x: !self.shared || !covered,
+            labelled_x: !self.shared || !is_above_another,
             labelled_y: !self.shared || index.is_multiple_of(self.columns),
         }
     }
@@ -279,7 +279,7 @@ fn title_lines(panel: &SlicePanel, width: f64, sizes: Sizes) -> Vec<String> {
     text::wrap(&panel.title, sizes.body, Weight::Regular, width)
 }
 
-/// Width in pixels of the widest line of a panel's title, `width` at most.
+/// Returns the width in pixels of the widest line of a panel's title, `width` at most.
 fn widest_line(panel: &SlicePanel, width: f64, sizes: Sizes) -> f64 {
     let lines = title_lines(panel, width, sizes);
     lines.iter().map(|l| text::width(l, sizes.body, Weight::Regular)).fold(0.0, f64::max).min(width)

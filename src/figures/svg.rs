@@ -136,7 +136,7 @@ impl Pen {
     }
 }
 
-/// Writes two numbers, without a blank before a minus sign.
+/// Returns two numbers as path data, without a blank before a minus sign.
 fn coordinate_pair(x: i64, y: i64) -> String {
     if y < 0 { format!("{x}{y}") } else { format!("{x} {y}") }
 }
@@ -243,7 +243,7 @@ fn one_decimal(value: f64) -> String {
 /// Steps of the grid on which outline points lie, per type size: finer than a screen shows.
 const GRID: f64 = 256.0;
 
-/// Returns the outline of a letter on the grid, y upward, as relative path data; `None` for a blank.
+/// Returns the outline of a letter on the grid of [`GRID`] steps, y upward, as relative path data; `None` for a blank.
 fn outline(letter: char, weight: Weight) -> Option<String> {
     let font = weight.font();
     let curves = font.outline(font.glyph_id(letter))?.curves;
@@ -252,11 +252,11 @@ fn outline(letter: char, weight: Weight) -> Option<String> {
     let mut path = String::new();
     let mut at: Option<Corner> = None;
     let mut pen = [0, 0];
-    let mut last = ' ';
+    let mut last_command = ' ';
     let mut command = |path: &mut String, letter: char, places: &[Corner]| {
-        if letter != last || letter == 'm' {
+        if letter != last_command || letter == 'm' {
             path.push(letter);
-            last = letter;
+            last_command = letter;
         } else if !path.ends_with(' ') {
             path.push(' ');
         }

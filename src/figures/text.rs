@@ -46,7 +46,7 @@ impl Weight {
     }
 }
 
-/// Height of ascenders and descenders together at a type size; ab_glyph and plotters scale fonts by it.
+/// Returns the height of ascenders and descenders together at a type size; ab_glyph and plotters scale fonts by it.
 fn font_height(font: &FontRef<'_>, size: f64) -> f64 {
     let em = f64::from(font.units_per_em().unwrap_or(2048.0));
     size * f64::from(font.height_unscaled()) / em
@@ -64,14 +64,14 @@ fn layout(content: &str, size: f64, weight: Weight) -> (Vec<Letter>, f64) {
     let font = weight.font();
     let font = font.as_scaled(PxScale::from(font_height(font, size) as f32));
     let mut x = 0.0;
-    let mut last = None;
+    let mut previous = None;
     let mut letters = Vec::new();
     for letter in content.chars() {
         let id = font.glyph_id(letter);
-        x += last.map_or(0.0, |last| font.kern(last, id));
+        x += previous.map_or(0.0, |previous| font.kern(previous, id));
         letters.push(Letter { letter, pen: f64::from(x), ink: f64::from(x + font.h_side_bearing(id).floor()) });
         x += font.h_advance(id);
-        last = Some(id);
+        previous = Some(id);
     }
     (letters, f64::from(x))
 }
@@ -86,7 +86,7 @@ pub(super) fn pen_positions(content: &str, size: f64, weight: Weight) -> Vec<(ch
     layout(content, size, weight).0.into_iter().map(|letter| (letter.letter, letter.pen)).collect()
 }
 
-/// Font units per type size.
+/// Returns the font units per type size.
 pub(super) fn units_per_em(weight: Weight) -> f64 {
     f64::from(weight.font().units_per_em().unwrap_or(2048.0))
 }
@@ -102,7 +102,7 @@ pub(super) fn font(height: f64, weight: Weight) -> FontDesc<'static> {
     FontDesc::new(FontFamily::Name(FAMILY), height, style)
 }
 
-/// Returns the even whole number nearest to the font's height: plotters puts the baseline at half of it.
+/// Returns the even whole number nearest to the font's height at type size `size`: plotters puts the baseline at half of it.
 pub(super) fn even_height(size: f64) -> f64 {
     2.0 * (font_height(&REGULAR, size) / 2.0).round()
 }
@@ -112,12 +112,12 @@ pub(super) fn printable(content: &str) -> String {
     visible(&content.replace(char::is_control, " ")).into_owned()
 }
 
-/// Width of one line of text in pixels.
+/// Returns the width of one line of text in pixels, at type size `size`.
 pub fn width(content: &str, size: f64, weight: Weight) -> f64 {
     layout(content, size, weight).1
 }
 
-/// Height of capitals and digits in pixels.
+/// Returns the height of capitals and digits in pixels.
 pub(super) fn capital_height(size: f64) -> f64 {
     CAPITAL * size
 }

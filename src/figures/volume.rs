@@ -179,7 +179,7 @@ impl View {
         [self.origin[0] + self.scale * dot(self.right), self.origin[1] - self.scale * dot(self.up)]
     }
 
-    /// Whether a point lies on one of the three visible faces.
+    /// Returns whether a point lies on one of the three visible faces.
     fn is_visible(&self, point: [f64; 3]) -> bool {
         let near = |axis: usize, end: f64| (point[axis] - end).abs() <= 1e-9 * (self.high[axis] - self.low[axis]);
         let inside = (0..3).all(|axis| {

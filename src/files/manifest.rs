@@ -29,25 +29,25 @@ pub struct StatusCount {
 }
 
 impl StatusCount {
-    /// Whether rows with this status are valid results.
+    /// Returns whether rows with this status are valid results.
     pub fn is_solved(&self) -> bool {
         is_result_status(&self.status)
     }
 
     /// Returns a sentence on rows that are not solved, such as "445 of 1029 not solved: 300 slow, 145 unreachable."; `None` if all are.
     pub fn unsolved(counts: &[StatusCount]) -> Option<String> {
-        let rows = |counts: &[&StatusCount]| counts.iter().map(|count| count.rows).sum::<usize>();
+        let total = |counts: &[&StatusCount]| counts.iter().map(|count| count.rows).sum::<usize>();
         let mut unsolved: Vec<&StatusCount> = counts.iter().filter(|count| !count.is_solved()).collect();
         if unsolved.is_empty() {
             return None;
         }
         unsolved.sort_by_key(|count| std::cmp::Reverse(count.rows));
         let words = unsolved.iter().map(|count| format!("{} {}", count.rows, count.status.replace('_', " ")));
-        let all = rows(&counts.iter().collect::<Vec<_>>());
-        Some(format!("{} of {all} not solved: {}.", rows(&unsolved), words.collect::<Vec<_>>().join(", ")))
+        let all = total(&counts.iter().collect::<Vec<_>>());
+        Some(format!("{} of {all} not solved: {}.", total(&unsolved), words.collect::<Vec<_>>().join(", ")))
     }
 
-    /// Counts one more row with `status`.
+    /// Counts one more row with `status` in `counts`.
     pub fn add(counts: &mut Vec<StatusCount>, status: &str) {
         match counts.iter_mut().find(|count| count.status == status) {
             Some(count) => count.rows += 1,
@@ -133,7 +133,7 @@ impl Manifest {
         Ok(())
     }
 
-    /// Whether a manifest as read says that some files of its folder may be of the run before.
+    /// Returns whether a manifest as read says that some files of its folder may be of the run before.
     pub(crate) fn is_publishing(manifest: &serde_json::Value) -> bool {
         manifest["publishing"] == true
     }

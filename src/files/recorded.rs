@@ -62,12 +62,12 @@ impl Recorded {
         let mut keys = BTreeMap::new();
         for input in all {
             for (key, value) in &input.keys {
-                let within = key.strip_prefix(PROCESS).and_then(|rest| rest.strip_prefix('.'));
-                let at = match within.filter(|_| input.part == "study") {
+                let process_key = key.strip_prefix(PROCESS).and_then(|rest| rest.strip_prefix('.'));
+                let entry = match process_key.filter(|_| input.part == "study") {
                     Some(own) => (PROCESS.to_string(), own.to_string()),
                     None => (input.part.clone(), key.clone()),
                 };
-                keys.insert(at, value.clone());
+                keys.insert(entry, value.clone());
             }
             if input.keys.is_empty() {
                 let value = format!("{} (SHA-256 {})", input.name, &input.sha256[..input.sha256.len().min(12)]);
@@ -83,19 +83,19 @@ fn sha256_hex(text: &str) -> String {
     Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Adds all values below the key `at`. A table in a list is identified by its name, or by its number without one.
+/// Adds all values below the key `at` to `keys`. A table in a list is identified by its name, or by its number without one.
 fn flatten(at: &str, value: &Value, keys: &mut BTreeMap<String, String>) {
-    let below = |key: &str| if at.is_empty() { key.to_string() } else { format!("{at}.{key}") };
+    let key_below = |key: &str| if at.is_empty() { key.to_string() } else { format!("{at}.{key}") };
     match value {
         Value::Table(table) if !table.is_empty() => {
-            table.iter().for_each(|(key, inner)| flatten(&below(key), inner, keys));
+            table.iter().for_each(|(key, inner)| flatten(&key_below(key), inner, keys));
         }
         Value::Array(items) if items.iter().any(Value::is_table) => {
             let names: Vec<Option<&str>> = items.iter().map(name_of).collect();
             for (index, item) in items.iter().enumerate() {
-                let is_own = |name: &&str| names.iter().filter(|other| **other == Some(*name)).count() == 1;
+                let is_unique = |name: &&str| names.iter().filter(|other| **other == Some(*name)).count() == 1;
                 let number = (index + 1).to_string();
-                flatten(&below(names[index].filter(is_own).unwrap_or(&number)), item, keys);
+                flatten(&key_below(names[index].filter(is_unique).unwrap_or(&number)), item, keys);
             }
         }
         plain => {
@@ -108,7 +108,7 @@ fn flatten(at: &str, value: &Value, keys: &mut BTreeMap<String, String>) {
 /// Returns the name of a table in a list, also where its only key holds the name: `{ beam = { name = "foot", … } }`.
 fn name_of(item: &Value) -> Option<&str> {
     let table = item.as_table()?;
-    let own = ["name", "chain", "what"].iter().find_map(|key| table.get(*key)?.as_str());
+    let direct = ["name", "chain", "what"].iter().find_map(|key| table.get(*key)?.as_str());
     let only = table.values().next().filter(|_| table.len() == 1);
-    own.or_else(|| only?.get("name")?.as_str())
+    direct.or_else(|| only?.get("name")?.as_str())
 }

@@ -32,12 +32,12 @@ impl Foreign {
 /// decides about any other file. `Err` for an input of this command, a file to be kept or not writable, a link, a folder or a device.
 pub fn check_may_replace(path: &Path, foreign: Foreign, is_ours: impl FnOnce() -> bool) -> Result<()> {
     let refuse = |source| Err(Error::Write { file: path.to_path_buf(), source });
-    let found = match std::fs::symlink_metadata(path) {
-        Ok(found) => found,
+    let metadata = match std::fs::symlink_metadata(path) {
+        Ok(metadata) => metadata,
         Err(source) if source.kind() == ErrorKind::NotFound => return Ok(()),
         Err(source) => return refuse(source),
     };
-    let kind = found.file_type();
+    let kind = metadata.file_type();
     let problem = if is_input(path) {
         "is an input of this command; expected another place"
     } else if kind.is_dir() {
@@ -46,7 +46,7 @@ pub fn check_may_replace(path: &Path, foreign: Foreign, is_ours: impl FnOnce() -
         "is a link, which is left as it is; expected another place"
     } else if !kind.is_file() {
         "is a device or a pipe, expected a file or the name of a new one"
-    } else if found.permissions().readonly() {
+    } else if metadata.permissions().readonly() {
         "is read-only and left as it is; expected another place"
     } else if foreign == Foreign::Replaced || is_ours() {
         return Ok(());

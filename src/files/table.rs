@@ -40,15 +40,15 @@ pub(crate) fn columns_of_kind<'m>(
     columns.zip(machine.drives()).filter(move |(_, (_, drive))| drive.motion == motion).map(|(column, _)| column)
 }
 
-/// Yields label and kind of each drive.
+/// Yields label and kind of each drive, in machine order.
 fn each_drive(machine: &Machine) -> impl Iterator<Item = (String, Motion)> {
     machine.drive_labels().into_iter().zip(machine.drives().map(|(_, drive)| drive.motion))
 }
 
 /// Yields index and label of each drive of one kind.
 pub(crate) fn drives_of_kind(machine: &Machine, kind: Motion) -> impl Iterator<Item = (usize, String)> {
-    let labelled = machine.drive_labels().into_iter().enumerate().zip(machine.drives());
-    labelled.filter(move |(_, (_, drive))| drive.motion == kind).map(|(labelled, _)| labelled)
+    let drive = machine.drive_labels().into_iter().enumerate().zip(machine.drives());
+    drive.filter(move |(_, (_, drive))| drive.motion == kind).map(|(drive, _)| drive)
 }
 
 /// Converts drive positions or corrections from mm or rad to the units of tables, mm or degrees.
@@ -59,8 +59,8 @@ pub(crate) fn shown_positions(machine: &Machine, values: &[f64]) -> Vec<f64> {
 
 /// Returns the largest absolute position or correction of the drives of one kind, from mm or rad to mm or degrees.
 pub(crate) fn largest_position(machine: &Machine, motion: Motion, values: &[f64]) -> f64 {
-    let own = values.iter().zip(machine.drives()).filter(|(_, (_, drive))| drive.motion == motion);
-    motion.to_shown(own.fold(0.0, |most, (value, _)| most.max(value.abs())))
+    let of_kind = values.iter().zip(machine.drives()).filter(|(_, (_, drive))| drive.motion == motion);
+    motion.to_shown(of_kind.fold(0.0, |most, (value, _)| most.max(value.abs())))
 }
 
 /// Rounds an angle in degrees to 1e-9, which removes the rounding of a conversion to radians and back.

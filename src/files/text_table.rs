@@ -13,8 +13,8 @@ pub fn text_table<H: Into<String>>(header: impl IntoIterator<Item = H>, left: us
     let mut table = Table::new();
     let cells = header.into_iter().enumerate().map(|(column, text)| Cell::new(text).set_alignment(align(column)));
     table.load_style(STYLE).set_header(Row::from(cells.collect::<Vec<_>>()));
-    for (column, own) in table.column_iter_mut().enumerate().take(count) {
-        own.set_cell_alignment(align(column));
+    for (column, column_format) in table.column_iter_mut().enumerate().take(count) {
+        column_format.set_cell_alignment(align(column));
     }
     table
 }

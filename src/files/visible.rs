@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-/// Whether a character acts instead of being shown: control characters (escape sequences begin with one), line separators, and those that
-/// change the direction of reading.
+/// Returns whether a character acts instead of being shown: control characters (escape sequences begin with one), line separators, and
+/// those that change the direction of reading.
 fn is_active(c: char) -> bool {
     let turns = matches!(c, '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || matches!(c, '\u{2028}' | '\u{2029}') || (c.is_control() && !matches!(c, '\n' | '\t'))

@@ -31,7 +31,7 @@ pub fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
-/// Formats a position to a tenth of a millimetre: "(1.0, 2.0, 3.0) mm".
+/// Returns a position as text, to a tenth of a millimetre: "(1.0, 2.0, 3.0) mm".
 pub fn position(x_mm: f64, y_mm: f64, z_mm: f64) -> String {
     let [x, y, z] = [x_mm, y_mm, z_mm].map(|v| match format!("{v:.1}") {
         text if text == "-0.0" => "0.0".into(),
@@ -62,7 +62,7 @@ pub fn millimetres_in_table(length_mm: f64, decimals: i32) -> String {
 /// One nanometre in mm.
 const NANOMETRE: f64 = 1e-6;
 
-/// Formats a rate with two digits: "0.1 per second", "11,000 per second".
+/// Returns a rate with two digits: "0.1 per second", "11,000 per second".
 pub fn per_second(rate: f64) -> String {
     if rate < 10.0 {
         return format!("{rate:.1} per second");
@@ -73,7 +73,7 @@ pub fn per_second(rate: f64) -> String {
     format!("{} per second", groups.join(","))
 }
 
-/// Formats a share in percent: "0 %" and "100 %" mean exactly none and all.
+/// Returns a share in percent: "0 %" and "100 %" mean exactly none and all.
 pub fn percent(share: f64) -> String {
     match 100.0 * share {
         0.0 => "0 %".into(),
@@ -94,7 +94,7 @@ pub fn join_words(words: &[&str]) -> String {
     }
 }
 
-/// Joins the first `most` of `all` with commas, and says how many more there are.
+/// Returns the first `most` of `all`, joined with commas, and how many more there are: "a, b and 3 more".
 pub fn listed_up_to(most: usize, all: impl Iterator<Item = String>) -> String {
     let all: Vec<String> = all.collect();
     let more = match all.len().saturating_sub(most) {
@@ -104,7 +104,7 @@ pub fn listed_up_to(most: usize, all: impl Iterator<Item = String>) -> String {
     format!("{}{more}", all[..all.len().min(most)].join(", "))
 }
 
-/// Formats a number with `words`, or returns a dash where there is none.
+/// Returns `number` formatted with `words`, or a dash where there is none.
 pub fn or_dash<T>(number: Option<T>, words: impl FnOnce(T) -> String) -> String {
     number.map_or_else(|| "–".into(), words)
 }

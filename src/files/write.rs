@@ -33,13 +33,13 @@ impl OutputFile {
     }
 
     /// Returns a file to be called `name` whose content is already in a temporary file of the folder; see [`temporary_file`].
-    pub fn written(name: impl Into<String>, file: NamedTempFile) -> Self {
+    pub fn from_temporary(name: impl Into<String>, file: NamedTempFile) -> Self {
         Self { name: name.into(), content: Content::File(file) }
     }
 }
 
 impl OutputFile {
-    /// Returns its text; `None` if it is not text or not in memory.
+    /// Returns the file's text; `None` if it is not text or not in memory.
     pub fn text(&self) -> Option<String> {
         match &self.content {
             Content::Bytes(bytes) => String::from_utf8(bytes.clone()).ok(),
@@ -66,7 +66,7 @@ pub fn prepare(folder: &Path) -> Result<()> {
 /// Most bytes of a name in a result folder, including that of a temporary folder.
 const LONGEST_NAME: usize = 200;
 
-/// Checks that a file in `folder` can have this name.
+/// Returns an error if a file in `folder` cannot have this name, for instance as the path would be too long.
 fn check_name_fits(folder: &Path, name: &str) -> Result<()> {
     match std::fs::symlink_metadata(folder.join(name)) {
         Err(source) if source.kind() != ErrorKind::NotFound => Err(Error::Write { file: folder.join(name), source }),
@@ -213,13 +213,13 @@ impl Transaction {
 
     /// Makes all changes in order; `Err` when one cannot be made, with those before it made.
     pub fn commit(self) -> Result<()> {
-        self.steps.into_iter().try_for_each(Step::take)
+        self.steps.into_iter().try_for_each(Step::apply)
     }
 }
 
 impl Step {
     /// Makes the change; `Err` when it cannot be made.
-    pub fn take(self) -> Result<()> {
+    pub fn apply(self) -> Result<()> {
         match self {
             Self::Name(made, path) => made.persist(&path).map_err(|e| Error::Write { file: path, source: e.error }),
             Self::Move(made, path) => {

@@ -33,10 +33,10 @@ impl Aligned {
         letters: &[char],
         notes: &mut Vec<String>,
     ) -> Result<Option<Self>> {
-        let mut own: Vec<&Explorer> = Vec::new();
+        let mut views: Vec<&Explorer> = Vec::new();
         for (folder, letter) in folders.iter().zip(letters) {
             match folder.description.explorers.iter().find(|e| e.title == explorer.title && e.shape == explorer.shape) {
-                Some(same) if same.keys() == explorer.keys() => own.push(same),
+                Some(same) if same.keys() == explorer.keys() => views.push(same),
                 _ => {
                     notes.push(format!("{letter} has no view \"{}\" over the same coordinates.", explorer.title));
                     return Ok(None);
@@ -44,19 +44,19 @@ impl Aligned {
             }
         }
         let mut remarks = Vec::new();
-        let shared = shared_part(explorer, &own, letters, &mut remarks);
+        let shared = shared_part(explorer, &views, letters, &mut remarks);
         let mut data = Vec::new();
-        for ((folder, own), letter) in folders.iter().zip(&own).zip(letters) {
-            let table = folder.table(&own.table)?;
+        for ((folder, views), letter) in folders.iter().zip(&views).zip(letters) {
+            let table = folder.table(&views.table)?;
             let mut notes = folder.description.tables.iter();
-            if let Some(kept) = notes.find(|note| note.file == own.table).and_then(|note| note.kept.as_ref()) {
+            if let Some(kept) = notes.find(|note| note.file == views.table).and_then(|note| note.kept.as_ref()) {
                 remarks.push(format!(
                     "{letter}: {kept} Here, means, smallest values and shares are of the rows that the table has."
                 ));
             }
-            data.push(Dataset::read(&reordered_like(own, &shared), &table, MOST_NUMBERS / 2 / folders.len())?);
+            data.push(Dataset::read(&reordered_like(views, &shared), &table, MOST_NUMBERS / 2 / folders.len())?);
         }
-        let parts = data.iter().map(|own| data.iter().fold(own.clone(), |part, other| part.restricted_to(other)));
+        let parts = data.iter().map(|views| data.iter().fold(views.clone(), |part, other| part.restricted_to(other)));
         Ok(Some(Self { common: parts.collect(), letters: letters.to_vec(), floors: Vec::new(), shared, data, remarks }))
     }
 
@@ -70,16 +70,16 @@ impl Aligned {
         }
     }
 
-    /// Number of nodes that all results have.
+    /// Returns the number of nodes that all results have.
     pub fn node_count(&self) -> usize {
         self.common.first().map_or(0, Dataset::node_count)
     }
 
     /// Returns a predicate: whether a node is flagged neither in the first result nor in the result `other`.
     pub fn is_valid_in_both(&self, group: usize, other: usize) -> impl Fn(usize) -> bool {
-        let bad: HashSet<usize> =
+        let flagged: HashSet<usize> =
             [0, other].iter().flat_map(|i| self.common[*i].flags[group].iter().map(|flag| flag.0)).collect();
-        move |node| !bad.contains(&node)
+        move |node| !flagged.contains(&node)
     }
 
     /// Returns the numbers over which smallest, mean and largest values are taken, and their description: those at common nodes, or of
@@ -93,9 +93,9 @@ impl Aligned {
         }
     }
 
-    /// Whether all results have the same nodes.
+    /// Returns whether all results have the same nodes.
     pub fn has_same_nodes(&self) -> bool {
-        self.data.iter().all(|own| own.node_count() == self.node_count())
+        self.data.iter().all(|dataset| dataset.node_count() == self.node_count())
     }
 
     /// Returns a sentence on nodes that not all results have; `None` if all have the same.
@@ -125,7 +125,7 @@ impl Aligned {
     /// Returns smallest, mean and largest value of each result; `None` if a result has no number.
     pub fn extremes(&self, quantity: usize, group: usize) -> Option<Vec<Extremes>> {
         let (data, _) = self.extremes_basis();
-        data.iter().map(|own| extremes(own, quantity, group)).collect()
+        data.iter().map(|dataset| extremes(dataset, quantity, group)).collect()
     }
 
     /// Returns which result is best at each node, for a quantity in the first group; `None` if neither small nor large values are better.
@@ -134,7 +134,7 @@ impl Aligned {
         Winners::new(&parts, quantity, 0, self.shared.quantities[quantity].better, self.floors[quantity])
     }
 
-    /// Number of groups, at least 1.
+    /// Returns the number of groups, at least 1.
     pub fn group_count(&self) -> usize {
         self.shared.group.as_ref().map_or(1, |group| group.values.len())
     }
@@ -147,15 +147,15 @@ impl Aligned {
 
 /// Returns the extremes of one result without its flagged nodes, whose numbers are bounds; `None` without a number.
 fn extremes(data: &Dataset, quantity: usize, group: usize) -> Option<Extremes> {
-    let bad: HashSet<usize> = data.flags[group].iter().map(|flag| flag.0).collect();
-    Extremes::new(&data.values[quantity][group], |node| !bad.contains(&node))
+    let flagged: HashSet<usize> = data.flags[group].iter().map(|flag| flag.0).collect();
+    Extremes::new(&data.values[quantity][group], |node| !flagged.contains(&node))
 }
 
-/// Returns `explorer` with the quantities (in the same unit) and groups that all of `own` have; remarks say what is left out.
-fn shared_part(explorer: &Explorer, own: &[&Explorer], letters: &[char], remarks: &mut Vec<String>) -> Explorer {
+/// Returns `explorer` with the quantities (in the same unit) and groups that `all` views have; remarks say what is left out.
+fn shared_part(explorer: &Explorer, all: &[&Explorer], letters: &[char], remarks: &mut Vec<String>) -> Explorer {
     let mut shared = explorer.clone();
     shared.quantities.retain(|quantity| {
-        let missing = own.iter().position(|e| !e.quantities.iter().any(|q| is_same(q, quantity)));
+        let missing = all.iter().position(|e| !e.quantities.iter().any(|q| is_same(q, quantity)));
         if let Some(missing) = missing {
             let with_unit = label_with_unit(&quantity.label, &quantity.unit);
             remarks.push(format!("{} does not have {with_unit}, which is not compared.", letters[missing]));
@@ -165,7 +165,7 @@ fn shared_part(explorer: &Explorer, own: &[&Explorer], letters: &[char], remarks
     if let Some(group) = &mut shared.group {
         group.values.retain(|value| {
             let has = |e: &&Explorer| e.group.as_ref().is_some_and(|g| g.values.contains(value));
-            let missing = own.iter().position(|e| !has(e));
+            let missing = all.iter().position(|e| !has(e));
             if let Some(missing) = missing {
                 remarks.push(format!("{} does not have \"{}\", which is not compared.", letters[missing], value.label));
             }
@@ -175,7 +175,7 @@ fn shared_part(explorer: &Explorer, own: &[&Explorer], letters: &[char], remarks
     shared
 }
 
-/// Whether two quantities have the same label and unit.
+/// Returns whether two quantities have the same label and unit.
 fn is_same(a: &Quantity, b: &Quantity) -> bool {
     a.label == b.label && a.unit == b.unit
 }

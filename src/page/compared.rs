@@ -54,7 +54,7 @@ struct CaseData<'a> {
     flags: &'a [Vec<(usize, usize)>],
 }
 
-/// Returns what a page shows of a view of several results.
+/// Returns what a page shows of a view of several results: the view itself, statistics, and how often each result is better.
 pub(super) fn compare_view(aligned: &Aligned, folders: &[ResultFolder], colours: &'static str) -> Compared {
     let mut notes = aligned.remarks.clone();
     notes.extend(aligned.node_remark());
@@ -76,15 +76,15 @@ fn explorer_view(aligned: &Aligned, folders: &[ResultFolder], colours: &'static 
         values.iter().map(|groups| groups.iter().map(|v| Packed::new(v, precision)).collect()).collect()
     };
     let mut cases: Vec<CaseData<'_>> = Vec::new();
-    for ((own, letter), folder) in data.iter().zip(letters).zip(folders) {
+    for ((dataset, letter), folder) in data.iter().zip(letters).zip(folders) {
         cases.push(CaseData {
             name: format!("{letter}: {}", folder.description.name),
             is_difference: false,
-            axes: &own.axes,
-            names: &own.names,
-            series: pack(&own.values),
-            notes: &own.notes,
-            flags: &own.flags,
+            axes: &dataset.axes,
+            names: &dataset.names,
+            series: pack(&dataset.values),
+            notes: &dataset.notes,
+            flags: &dataset.flags,
         });
     }
     if aligned.node_count() > 1 {
@@ -129,9 +129,9 @@ fn differences(aligned: &Aligned, other: usize) -> Vec<Vec<Vec<f64>>> {
     let of_quantity = |quantity: usize| {
         let of_group = |group: usize| {
             let [a, b] = [0, other].map(|i| aligned.common[i].values[quantity][group].as_slice());
-            let counts = aligned.is_valid_in_both(group, other);
-            let of = |(node, (a, b)): (usize, (&f64, &f64))| if counts(node) { b - a } else { f64::NAN };
-            a.iter().zip(b).enumerate().map(of).collect()
+            let is_valid = aligned.is_valid_in_both(group, other);
+            let difference = |(node, (a, b)): (usize, (&f64, &f64))| if is_valid(node) { b - a } else { f64::NAN };
+            a.iter().zip(b).enumerate().map(difference).collect()
         };
         (0..aligned.group_count()).map(of_group).collect()
     };
@@ -186,8 +186,8 @@ fn statistic_rows(aligned: &Aligned) -> Vec<StatisticRow> {
             type Statistic = (&'static str, fn(&Extremes) -> f64);
             let statistics: [Statistic; 3] =
                 [("largest", |e| e.largest.0), ("mean", |e| e.mean), ("smallest", |e| e.smallest.0)];
-            for (statistic, of) in statistics {
-                let values: Vec<f64> = all.iter().map(of).collect();
+            for (statistic, value_of) in statistics {
+                let values: Vec<f64> = all.iter().map(value_of).collect();
                 rows.push(StatisticRow {
                     quantity: label_with_unit(&quantity.label, &quantity.unit),
                     group: aligned.group_name(group).to_string(),
@@ -251,12 +251,12 @@ impl Wins {
         let counts = [first, second, nodes - first - second];
         let share = |count: usize| percent(count as f64 / nodes as f64);
         let most = |who: usize| {
-            let by = |node: usize| (pair[1].values[q][group][node] - pair[0].values[q][group][node]).abs();
-            let ahead = winners.leads(who).map(|(node, _)| (by(node), node));
+            let gap = |node: usize| (pair[1].values[q][group][node] - pair[0].values[q][group][node]).abs();
+            let ahead = winners.leads(who).map(|(node, _)| (gap(node), node));
             match ahead.fold((0.0, 0), |most, next| if next.0 > most.0 { next } else { most }) {
                 (0.0, _) => "–".to_string(),
-                (by, node) => {
-                    format!("{} at {}", with_unit(&format_number(by), unit), pair[0].node_label(&aligned.shared, node))
+                (gap, node) => {
+                    format!("{} at {}", with_unit(&format_number(gap), unit), pair[0].node_label(&aligned.shared, node))
                 }
             }
         };

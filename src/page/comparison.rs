@@ -72,7 +72,7 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     }
     let floors = Floors::of(&mut views);
     let tolerance = match tolerance {
-        Some(given) => Some((given, "--tolerance".to_string())),
+        Some(custom) => Some((custom, "--tolerance".to_string())),
         None => study_tolerance(folders, &letters)?,
     };
     let addresses: Vec<String> = folders.iter().map(|folder| href(out, &folder.path)).collect();
@@ -130,9 +130,9 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
 
 /// Returns the question that all studies ask, or a general one if they differ.
 fn shared_question(folders: &[ResultFolder]) -> String {
-    let own = |folder: &ResultFolder| folder.description.question.clone();
-    let first = folders.first().map(own).unwrap_or_default();
-    if folders.iter().all(|folder| own(folder) == first) {
+    let question_of = |folder: &ResultFolder| folder.description.question.clone();
+    let first = folders.first().map(question_of).unwrap_or_default();
+    if folders.iter().all(|folder| question_of(folder) == first) {
         first
     } else {
         "Which result is better, where, by how much, and does the difference matter?".into()
@@ -161,8 +161,8 @@ fn rule_sentences(floors: &Floors, tolerance: Option<&(f64, String)>) -> Vec<Str
 /// Returns the tolerance in mm of the first study that has one, with a description of its source.
 fn study_tolerance(folders: &[ResultFolder], letters: &[char]) -> Result<Option<(f64, String)>> {
     for (folder, letter) in folders.iter().zip(letters) {
-        if let Some(mm) = tolerance_mm(folder)? {
-            return Ok(Some((mm, format!("tolerance_mm of the study of {letter}"))));
+        if let Some(tolerance) = tolerance_mm(folder)? {
+            return Ok(Some((tolerance, format!("tolerance_mm of the study of {letter}"))));
         }
     }
     Ok(None)
@@ -191,12 +191,12 @@ fn machine_figures(folders: &[ResultFolder]) -> Result<Vec<FigureView>> {
 
 /// Returns the first folder; `Err` if there is none, there are too many, or their kinds differ.
 fn check_comparable(folders: &[ResultFolder]) -> Result<&ResultFolder> {
-    let refused = |argument: String, problem: String| Err(Error::Argument { argument, problem });
+    let refuse = |argument: String, problem: String| Err(Error::Argument { argument, problem });
     let [first, others @ ..] = folders else {
-        return refused("results".into(), "give at least one result folder".into());
+        return refuse("results".into(), "give at least one result folder".into());
     };
     if folders.len() > MOST_RESULTS {
-        return refused("results".into(), format!("at most {MOST_RESULTS} can be compared, got {}", folders.len()));
+        return refuse("results".into(), format!("at most {MOST_RESULTS} can be compared, got {}", folders.len()));
     }
     for other in others {
         let (kind, expected) = (&other.description.kind, &first.description.kind);
@@ -206,13 +206,13 @@ fn check_comparable(folders: &[ResultFolder]) -> Result<&ResultFolder> {
                  give two of kind {kind} or two of kind {expected}",
                 first.path.display()
             );
-            return refused(other.path.display().to_string(), problem);
+            return refuse(other.path.display().to_string(), problem);
         }
     }
     Ok(first)
 }
 
-/// Returns a row for each label of any result, with its value in every result.
+/// Returns a row for each label in any of `all` results (label and value of each fact), with its value in every result.
 fn setting_rows(all: Vec<Vec<(String, String)>>) -> Vec<SettingRow> {
     let mut labels: Vec<&String> = Vec::new();
     for (label, _) in all.iter().flatten() {
@@ -222,7 +222,7 @@ fn setting_rows(all: Vec<Vec<(String, String)>>) -> Vec<SettingRow> {
     }
     let row = |label: &String| {
         let value = |facts: &Vec<(String, String)>| {
-            facts.iter().find(|(own, _)| own == label).map_or_else(|| "–".to_string(), |(_, value)| value.clone())
+            facts.iter().find(|(known, _)| known == label).map_or_else(|| "–".to_string(), |(_, value)| value.clone())
         };
         let values: Vec<String> = all.iter().map(value).collect();
         SettingRow { label: label.clone(), differs: values.iter().any(|v| *v != values[0]), values }

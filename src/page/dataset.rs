@@ -62,19 +62,19 @@ impl Dataset {
         let count = nodes.count();
         self.values = vec![vec![vec![f64::NAN; count]; groups]; explorer.quantities.len()];
         let mut known_notes: HashMap<String, usize> = HashMap::new();
-        let mut line: Vec<f64> = Vec::new();
+        let mut coordinates_read: Vec<f64> = Vec::new();
         let mut fault = None;
         table.each_row(|row| {
             if fault.is_none() {
                 fault = columns.non_number_column(row, explorer.shape).map(|column| table.not_a_number(row, column));
             }
             let group = columns.group(explorer, row);
-            let Some((group, node)) = group.and_then(|group| Some((group, nodes.of(columns, row, group)?))) else {
+            let Some((group, node)) = group.and_then(|group| Some((group, nodes.node_of(columns, row, group)?))) else {
                 return;
             };
-            if explorer.shape != Shape::Grid && node == line.len() {
+            if explorer.shape != Shape::Grid && node == coordinates_read.len() {
                 let text = row.get(columns.coordinates[0]).unwrap_or_default();
-                line.push(text.parse().unwrap_or(f64::NAN));
+                coordinates_read.push(text.parse().unwrap_or(f64::NAN));
                 self.names.push(text.to_string());
             }
             for (quantity, values) in self.values.iter_mut().enumerate() {
@@ -99,22 +99,22 @@ impl Dataset {
         match explorer.shape {
             Shape::Grid => self.names.clear(),
             Shape::Curve => {
-                self.axes = vec![line.clone()];
+                self.axes = vec![coordinates_read.clone()];
                 self.names.clear();
             }
             Shape::Names => {}
         }
-        let count = if explorer.shape == Shape::Grid { count } else { line.len() };
+        let count = if explorer.shape == Shape::Grid { count } else { coordinates_read.len() };
         self.values.iter_mut().flatten().for_each(|values| values.resize(count, f64::NAN));
         Ok(())
     }
 
-    /// Number of values in all quantities and groups, missing ones included.
+    /// Returns the number of values in all quantities and groups, missing ones included.
     pub fn number_count(&self) -> usize {
         self.values.iter().flatten().map(Vec::len).sum()
     }
 
-    /// Number of nodes.
+    /// Returns the number of nodes.
     pub fn node_count(&self) -> usize {
         if self.axes.is_empty() { self.names.len() } else { self.axes.iter().map(Vec::len).product() }
     }
@@ -176,7 +176,7 @@ impl Dataset {
     }
 }
 
-/// Whether an ascending axis contains `value`, but for rounding.
+/// Returns whether an ascending axis contains `value`, but for rounding.
 fn axis_contains(axis: &[f64], value: f64) -> bool {
     let rounding = 1e-9 * (1.0 + value.abs());
     let next = axis.partition_point(|other| *other < value - rounding);
@@ -229,7 +229,7 @@ impl Nodes {
         Ok(Axes { nodes: Self::InOrder { seen: vec![0; groups], stride }, values: Vec::new(), thinned_from })
     }
 
-    /// Number of nodes; 0 where it is known only after reading the rows.
+    /// Returns the number of nodes; 0 where it is known only after reading the rows.
     pub fn count(&self) -> usize {
         match self {
             Self::Grid(axes) => axes.iter().map(HashMap::len).product(),
@@ -238,13 +238,13 @@ impl Nodes {
     }
 
     /// Returns the node of the next row of a group; `None` if the row belongs to no node.
-    pub fn of(&mut self, columns: &Columns, row: &StringRecord, group: usize) -> Option<usize> {
+    pub fn node_of(&mut self, columns: &Columns, row: &StringRecord, group: usize) -> Option<usize> {
         match self {
             Self::Grid(axes) => {
                 let mut node = 0;
                 for (axis, column) in axes.iter().zip(&columns.coordinates).rev() {
-                    let value: f64 = row.get(*column)?.parse().ok()?;
-                    node = node * axis.len() + axis.get(&value.to_bits())?;
+                    let coordinate: f64 = row.get(*column)?.parse().ok()?;
+                    node = node * axis.len() + axis.get(&coordinate.to_bits())?;
                 }
                 Some(node)
             }
@@ -331,9 +331,9 @@ impl Columns {
     /// Returns the index of the row's group in `explorer`; 0 without groups, `None` if it belongs to none of them.
     pub fn group(&self, explorer: &Explorer, row: &StringRecord) -> Option<usize> {
         let Some(group) = &explorer.group else { return Some(0) };
-        let is_own =
+        let has_cells =
             |value: &GroupValue| self.group.iter().zip(&value.cells).all(|(c, cell)| row.get(*c) == Some(cell));
-        group.values.iter().position(is_own)
+        group.values.iter().position(has_cells)
     }
 
     /// Returns the value of a quantity in a row, of several columns the largest size; NaN where there is none.
@@ -348,7 +348,7 @@ impl Columns {
         }
     }
 
-    /// Returns a column of `row` that should hold a number or nothing, and holds something else.
+    /// Returns the first column of `row` that should hold a number or nothing, and holds something else; `None` if all are right.
     pub fn non_number_column(&self, row: &StringRecord, shape: Shape) -> Option<usize> {
         let is_wrong = |column: usize| {
             let cell = row.get(column).unwrap_or_default();

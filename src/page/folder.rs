@@ -82,7 +82,7 @@ impl ResultFolder {
 
     /// Returns the path of a file of the folder; `Err` if `name` leads out of it.
     fn file_path(&self, name: &str) -> Result<PathBuf> {
-        if Path::new(name).file_name().is_none_or(|own| own != name) {
+        if Path::new(name).file_name().is_none_or(|file_name| file_name != name) {
             let check = Check::new(&self.path.join("report.json").display().to_string()).key("file");
             return check.fail(format!("must be the name of a file in the folder, got \"{name}\""));
         }

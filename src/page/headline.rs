@@ -82,7 +82,7 @@ impl Headline {
         self
     }
 
-    /// Adds one key number.
+    /// Adds one key number to those of the first screen.
     #[must_use]
     pub fn with(mut self, number: KeyNumber) -> Self {
         self.numbers.push(number);

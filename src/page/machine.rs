@@ -78,8 +78,8 @@ impl MachineDescription {
             if !joint.slides || machine.chains[chain].coupling.is_some() {
                 continue;
             }
-            let at = |rho: f64| std::array::from_fn(|i| joint.position_mm[i] + (rho - joint.value) * joint.axis[i]);
-            rails.push(range.map(at));
+            let end = |rho: f64| std::array::from_fn(|i| joint.position_mm[i] + (rho - joint.value) * joint.axis[i]);
+            rails.push(range.map(end));
         }
         Self {
             name: machine.name.clone(),
@@ -135,39 +135,39 @@ impl MachineDescription {
     }
 }
 
-/// Returns the points of all links, mm.
+/// Returns the points of all links, O, mm.
 fn link_points(skeleton: &Skeleton) -> Vec<[f64; 3]> {
     skeleton.chains.iter().flat_map(|chain| chain.links.iter().flatten().copied()).collect()
 }
 
 /// Returns the pose `from` displaced by `factor` times the displacement to `to`; both are poses of the same machine.
 fn amplified_pose(from: &Skeleton, to: &Skeleton, factor: f64) -> Skeleton {
-    let between = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| a[i] + factor * (b[i] - a[i]));
-    let mut out = to.clone();
-    for (chain, start) in out.chains.iter_mut().zip(&from.chains) {
+    let amplified = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| a[i] + factor * (b[i] - a[i]));
+    let mut pose = to.clone();
+    for (chain, start) in pose.chains.iter_mut().zip(&from.chains) {
         let ends = chain.links.iter_mut().flatten().zip(start.links.iter().flatten());
-        ends.for_each(|(end, start)| *end = between(*start, *end));
+        ends.for_each(|(end, start)| *end = amplified(*start, *end));
         let ends = chain.springs.iter_mut().flatten().zip(start.springs.iter().flatten());
-        ends.for_each(|(end, start)| *end = between(*start, *end));
+        ends.for_each(|(end, start)| *end = amplified(*start, *end));
         for (joint, start) in chain.joints.iter_mut().zip(&start.joints) {
-            joint.position_mm = between(start.position_mm, joint.position_mm);
+            joint.position_mm = amplified(start.position_mm, joint.position_mm);
         }
         for (mass, start) in chain.masses.iter_mut().zip(&start.masses) {
-            mass.position_mm = between(start.position_mm, mass.position_mm);
+            mass.position_mm = amplified(start.position_mm, mass.position_mm);
         }
     }
-    for (mass, start) in out.platform_mass.iter_mut().zip(&from.platform_mass) {
-        mass.position_mm = between(start.position_mm, mass.position_mm);
+    for (mass, start) in pose.platform_mass.iter_mut().zip(&from.platform_mass) {
+        mass.position_mm = amplified(start.position_mm, mass.position_mm);
     }
-    out.platform_mm = between(from.platform_mm, to.platform_mm);
-    out.tool_tip_mm = between(from.tool_tip_mm, to.tool_tip_mm);
-    out
+    pose.platform_mm = amplified(from.platform_mm, to.platform_mm);
+    pose.tool_tip_mm = amplified(from.tool_tip_mm, to.tool_tip_mm);
+    pose
 }
 
 /// Returns travel and force limit of each drive, and limits of passive joints, in words.
 fn limit_facts(machine: &Machine) -> Vec<Fact> {
     let mut facts = Vec::new();
-    let between = |(low, high): (f64, f64), motion: Motion| {
+    let range_words = |(low, high): (f64, f64), motion: Motion| {
         let (low, high, unit) = (motion.to_shown(low), motion.to_shown(high), motion.position_suffix());
         typographic(&match motion {
             Motion::Prismatic => format!("{low} to {high}{unit}"),
@@ -176,18 +176,18 @@ fn limit_facts(machine: &Machine) -> Vec<Fact> {
     };
     for ((_, drive), label) in machine.drives().zip(machine.drive_labels()) {
         let unit = drive.motion.shown_force_unit();
-        let travel = drive.travel.map(|travel| format!("travel {}", between(travel, drive.motion)));
+        let travel = drive.travel.map(|travel| format!("travel {}", range_words(travel, drive.motion)));
         let force = drive.force_limit.map(|limit| format!("at most {limit} {unit}"));
-        let given: Vec<String> = travel.into_iter().chain(force).collect();
-        if !given.is_empty() {
-            facts.push(Fact::new(format!("drive {label}"), given.join(", ")));
+        let limits_given: Vec<String> = travel.into_iter().chain(force).collect();
+        if !limits_given.is_empty() {
+            facts.push(Fact::new(format!("drive {label}"), limits_given.join(", ")));
         }
     }
     for chain in &machine.chains {
         for joint in &chain.passive {
             if let Some(limits) = joint.limits {
                 let label = format!("joint {} of chain {}", joint.name, chain.name);
-                facts.push(Fact::new(label, between(limits, joint.motion)));
+                facts.push(Fact::new(label, range_words(limits, joint.motion)));
             }
         }
     }
@@ -212,7 +212,7 @@ pub(crate) fn error_facts(machine: &Machine, errors: &[ChainError]) -> Vec<Fact>
     facts
 }
 
-/// Describes the rotation vector of a frame in degrees: the angle about one of its axes, or about a direction.
+/// Describes the rotation vector (degrees) of a `frame`: the angle about one of its axes, or about a direction.
 fn rotation_words(frame: &str, rotation: Vector3<f64>) -> String {
     let about: Vec<usize> = (0..3).filter(|&axis| rotation[axis] != 0.0).collect();
     typographic(&match about.as_slice() {

@@ -107,8 +107,8 @@ fn slice_panels(aligned: &Aligned, winners: &Winners) -> Option<Vec<Panel>> {
             at[axis] = level;
         }
         let words = |axis: usize| {
-            let here = format_number(data.axes[axis][at[axis]]);
-            format!("{} = {}", coordinates[axis].label, with_unit(&here, &coordinates[axis].unit))
+            let node_indices = format_number(data.axes[axis][at[axis]]);
+            format!("{} = {}", coordinates[axis].label, with_unit(&node_indices, &coordinates[axis].unit))
         };
         let fixed: Vec<usize> = (0..data.axes.len()).filter(|axis| *axis != columns && *axis != rows).collect();
         let title =
@@ -118,17 +118,17 @@ fn slice_panels(aligned: &Aligned, winners: &Winners) -> Option<Vec<Panel>> {
         let mut svg = frame.opening_tag();
         for (r, [low, high]) in cell_ranges(y).into_iter().enumerate() {
             let class_of = |c: usize| {
-                let mut here = at.clone();
-                (here[columns], here[rows]) = (c, r);
-                let node = here.iter().zip(&data.axes).rev().fold(0, |node, (i, axis)| node * axis.len() + i);
+                let mut node_indices = at.clone();
+                (node_indices[columns], node_indices[rows]) = (c, r);
+                let node = node_indices.iter().zip(&data.axes).rev().fold(0, |node, (i, axis)| node * axis.len() + i);
                 winner_class(winners.at[node])
             };
             let sides = cell_ranges(x);
             let mut begin = 0;
             while begin < x.len() {
-                let own = class_of(begin);
-                let end = (begin + 1..x.len()).find(|c| class_of(*c) != own).unwrap_or(x.len());
-                if let Some(class) = own {
+                let class_here = class_of(begin);
+                let end = (begin + 1..x.len()).find(|c| class_of(*c) != class_here).unwrap_or(x.len());
+                if let Some(class) = class_here {
                     frame.draw_cell(&mut svg, &class, [sides[begin][0], sides[end - 1][1]], [low, high]);
                 }
                 begin = end;
@@ -144,11 +144,11 @@ fn slice_panels(aligned: &Aligned, winners: &Winners) -> Option<Vec<Panel>> {
 fn curve_panel(aligned: &Aligned, quantity: usize, winners: &Winners) -> Option<Panel> {
     let shared = &aligned.shared;
     let q = &shared.quantities[quantity];
-    let own = |who: usize| (&aligned.data[who].axes[0], &aligned.data[who].values[quantity][0]);
-    let all = (0..aligned.letters.len()).flat_map(|who| own(who).1).copied().filter(|value| value.is_finite());
+    let curve_of = |who: usize| (&aligned.data[who].axes[0], &aligned.data[who].values[quantity][0]);
+    let all = (0..aligned.letters.len()).flat_map(|who| curve_of(who).1).copied().filter(|value| value.is_finite());
     let high = all.clone().reduce(f64::max)?;
     let low = all.reduce(f64::min)?.min(0.0);
-    let long = (0..aligned.letters.len()).filter_map(|who| own(who).0.last()).copied().fold(0.0, f64::max);
+    let long = (0..aligned.letters.len()).filter_map(|who| curve_of(who).0.last()).copied().fold(0.0, f64::max);
     let frame = Frame::new([[0.0, long.max(1e-9)], [low, if high > low { high } else { low + 1.0 }]], false);
     let mut svg = frame.opening_tag();
     let common = aligned.common.first().filter(|_| aligned.has_same_nodes());
@@ -159,7 +159,7 @@ fn curve_panel(aligned: &Aligned, quantity: usize, winners: &Winners) -> Option<
         }
     }
     for who in 0..aligned.letters.len() {
-        let (x, y) = own(who);
+        let (x, y) = curve_of(who);
         let step = x.len().div_ceil(MOST_POINTS).max(1);
         let points = (0..x.len()).filter(|i| i % step == 0 || i + 1 == x.len()).filter(|i| y[*i].is_finite());
         let points: Vec<String> = points.map(|i| frame.point_text(x[i], y[i])).collect();

@@ -78,20 +78,20 @@ fn chain_rotations(keys: &Keys) -> impl Iterator<Item = (&str, &str)> {
 
 /// Returns a note on what the commands leave out of the process, and where to run them.
 fn omission_note(keys: &Keys) -> String {
-    let is_said = |key: &str| {
-        ["force.path_frame.", "compensate.target"].iter().any(|own| key.starts_with(own))
+    let is_included = |key: &str| {
+        ["force.path_frame.", "compensate.target"].iter().any(|prefix| key.starts_with(prefix))
             || (key.starts_with("chain_error.")
                 && (key.ends_with(".turn_about_drive_axis_deg") || key.ends_with(".chain")))
             || matches!(key, "schema" | "name" | "title")
     };
-    let mut left: Vec<&str> = Vec::new();
-    for ((_, key), _) in keys.iter().filter(|((part, key), _)| part == "process" && !is_said(key)) {
+    let mut omitted: Vec<&str> = Vec::new();
+    for ((_, key), _) in keys.iter().filter(|((part, key), _)| part == "process" && !is_included(key)) {
         let table = key.split('.').next().unwrap_or(key);
-        if !left.contains(&table) {
-            left.push(table);
+        if !omitted.contains(&table) {
+            omitted.push(table);
         }
     }
-    let mut note = match left.join(", ") {
+    let mut note = match omitted.join(", ") {
         none if none.is_empty() => none,
         all => format!(
             "The command leaves out of the process: {all}; where these act, its numbers differ from those above."

@@ -52,30 +52,30 @@ pub(super) fn status_rows(manifest: &Value) -> Vec<StatusView> {
 
 /// Adds the reasons in a table, most frequent first; those that differ only in numbers count as one. `Err` when a row cannot be read.
 pub fn count_reasons(file: &str, table: &Table, reasons: &mut Vec<ReasonView>) -> Result<()> {
-    let place = |name: &str| table.header.iter().position(|column| column == name);
+    let position = |name: &str| table.header.iter().position(|column| column == name);
     let columns: Vec<[usize; 2]> =
-        NOTES.iter().filter_map(|[status, reason]| Some([place(status)?, place(reason)?])).collect();
+        NOTES.iter().filter_map(|[status, reason]| Some([position(status)?, position(reason)?])).collect();
     let mut known: HashMap<(String, String), usize> = HashMap::new();
-    let mut found: Vec<ReasonView> = Vec::new();
+    let mut counted_reasons: Vec<ReasonView> = Vec::new();
     table.each_row(|row| {
-        let reasoned = |&[status, reason]: &[usize; 2]| {
+        let status_and_reason = |&[status, reason]: &[usize; 2]| {
             Some((row.get(status)?, row.get(reason).filter(|reason| !reason.is_empty())?))
         };
-        let Some((status, reason)) = columns.iter().find_map(reasoned) else { return };
+        let Some((status, reason)) = columns.iter().find_map(status_and_reason) else { return };
         let key = (status.to_string(), without_numbers(reason));
         let index = *known.entry(key).or_insert_with(|| {
-            found.push(ReasonView {
+            counted_reasons.push(ReasonView {
                 table: file.into(),
                 status: status.replace('_', " "),
                 reason: reason.into(),
                 rows: 0,
             });
-            found.len() - 1
+            counted_reasons.len() - 1
         });
-        found[index].rows += 1;
+        counted_reasons[index].rows += 1;
     })?;
-    found.sort_by_key(|reason| std::cmp::Reverse(reason.rows));
-    reasons.extend(found);
+    counted_reasons.sort_by_key(|reason| std::cmp::Reverse(reason.rows));
+    reasons.extend(counted_reasons);
     Ok(())
 }
 
@@ -100,7 +100,7 @@ pub(super) fn manifest_facts(manifest: &Value) -> Vec<Fact> {
     facts
 }
 
-/// Writes a JSON value in words.
+/// Returns a JSON value in words.
 fn value_words(value: &Value) -> String {
     match value {
         Value::Null => "none".into(),
@@ -151,9 +151,9 @@ pub(super) fn input_changes(folders: &[ResultFolder], letters: &[char]) -> Resul
     let keys: BTreeSet<&(String, String)> = all.iter().flat_map(BTreeMap::keys).collect();
     let mut rows = Vec::new();
     let mut same = 0;
-    for at in keys {
-        let found: Vec<Option<&String>> = all.iter().map(|own| own.get(at)).collect();
-        let (part, key) = at;
+    for part_and_key in keys {
+        let found: Vec<Option<&String>> = all.iter().map(|keys_of| keys_of.get(part_and_key)).collect();
+        let (part, key) = part_and_key;
         if found.iter().all(|value| *value == found[0]) {
             same += 1;
         } else if (part.as_str(), key.as_str()) != ("study", "question") {
@@ -202,10 +202,10 @@ pub(super) fn recorded_keys(folder: &ResultFolder) -> Result<BTreeMap<(String, S
 /// Returns the smallest tolerance of the study of `folder` or of its process, mm; `None` if there is none.
 pub(super) fn tolerance_mm(folder: &ResultFolder) -> Result<Option<f64>> {
     let keys = recorded_keys(folder)?;
-    let own = keys.iter().filter(|((part, key), _)| {
+    let tolerances = keys.iter().filter(|((part, key), _)| {
         ["study", "process"].contains(&part.as_str()) && key.rsplit('.').next() == Some("tolerance_mm")
     });
-    Ok(own.filter_map(|(_, value)| value.parse::<f64>().ok()).reduce(f64::min))
+    Ok(tolerances.filter_map(|(_, value)| value.parse::<f64>().ok()).reduce(f64::min))
 }
 
 /// Returns a text cut to the longest length shown.

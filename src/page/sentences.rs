@@ -37,7 +37,7 @@ impl VerdictWriter<'_> {
         }
     }
 
-    /// Whether a quantity is a motion of the tool: then a smaller value means that the tool moves less.
+    /// Returns whether a quantity is a motion of the tool: then a smaller value means that the tool moves less.
     fn is_motion(&self, quantity: usize) -> bool {
         let label = &self.aligned.shared.quantities[quantity].label;
         label.contains("deflection") || label.contains("displacement")
@@ -61,7 +61,7 @@ impl VerdictWriter<'_> {
         if self.is_motion(quantity) { format!("that of {}", self.full_name(who)) } else { self.full_name(who) }
     }
 
-    /// Says which of two results is better, in how much of the workspace or path, and by how much.
+    /// Returns a sentence on which of two results is better, in how much of the workspace or path, and by how much.
     pub(super) fn best_of_two_sentence(&self, quantity: usize, winners: &Winners) -> String {
         let order = winners.order_by_wins();
         let (first, second, extent) = (order[0], order[1], self.extent_words());
@@ -77,7 +77,7 @@ impl VerdictWriter<'_> {
         };
         let better = self.better_clause(quantity, first, true);
         let by = format!("typically by {}", percent(typical_lead));
-        if let Some(node) = winners.most(second) {
+        if let Some(node) = winners.largest_lead_node(second) {
             let only = if winners.win_share(second) < 0.2 { "only in" } else { "in" };
             return format!(
                 "{better} in {} of {extent}, {by}; {} {only} {}, most of all {}.",
@@ -87,7 +87,7 @@ impl VerdictWriter<'_> {
                 self.location(self.node_words(&self.aligned.common[0], node))
             );
         }
-        match winners.share_same() {
+        match winners.same_share() {
             0.0 => format!("{better} everywhere in {extent}, {by}."),
             share => format!(
                 "{better} in {} of {extent}, {by}; in the other {} {} and {} are equal.",
@@ -101,7 +101,7 @@ impl VerdictWriter<'_> {
         .replace("everywhere in the methods", "with every method")
     }
 
-    /// Says which of several results is best, in how much of the workspace or path, and by how much.
+    /// Returns a sentence on which of several results is best, in how much of the workspace or path, and by how much.
     pub(super) fn best_of_several_sentence(&self, quantity: usize, winners: &Winners) -> String {
         let order = winners.order_by_wins();
         let Some(typical_lead) = winners.typical_lead(order[0]) else {
@@ -124,25 +124,25 @@ impl VerdictWriter<'_> {
         format!("{better} {share}, {by}; {}.", others.collect::<Vec<_>>().join(", "))
     }
 
-    /// Says by how much the worst value of the result `best` is better than those of the others.
+    /// Returns a sentence on by how much the worst value of the result `best` is better than those of the others.
     pub(super) fn worst_case_sentence(&self, quantity: usize, best: usize, extremes: &[Extremes]) -> String {
         let q = &self.aligned.shared.quantities[quantity];
-        let of = |who: usize| self.worst_extreme(quantity, &extremes[who]).0;
+        let worst_of = |who: usize| self.worst_extreme(quantity, &extremes[who]).0;
         let others: Vec<String> = (0..extremes.len())
             .filter(|who| *who != best)
-            .map(|who| self.comparison(quantity, of(best), who, of(who)))
+            .map(|who| self.comparison(quantity, worst_of(best), who, worst_of(who)))
             .collect();
         let which = if q.better == Better::Larger { "smallest" } else { "largest" };
         format!(
             "The {which} {} of {} is {}: {}.",
             without_extreme_word(&q.label),
             self.full_name(best),
-            with_unit(&three_digits(of(best)), &q.unit),
+            with_unit(&three_digits(worst_of(best)), &q.unit),
             others.join(", ")
         )
     }
 
-    /// Compares `value` with the value `reference` of another result: "24 % less than in A (1.71 mm)".
+    /// Returns `value` compared with the value `reference` of another result: "24 % less than in A (1.71 mm)".
     pub(super) fn comparison(&self, quantity: usize, value: f64, other: usize, reference: f64) -> String {
         let letter = self.aligned.letters[other];
         let shown = with_unit(&three_digits(reference), self.unit(quantity));
@@ -189,7 +189,7 @@ pub(super) fn without_extreme_word(label: &str) -> &str {
     ["worst ", "largest ", "smallest "].iter().find_map(|word| label.strip_prefix(word)).unwrap_or(label)
 }
 
-/// Formats a number with three significant digits, as large numbers are read.
+/// Returns a number as text with three significant digits, as large numbers are read.
 pub(super) fn three_digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format_number(value);

@@ -147,7 +147,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
     }
     let hero = figures.iter().position(|figure| figure.stem == ANSWER).map(|at| figures.remove(at));
     let mut rest = Contents { explorers, figures, tables };
-    let sections = description.sections.iter().map(|section| SectionView { section, contents: rest.take(section) });
+    let sections = description.sections.iter().map(|section| SectionView { section, contents: rest.take_of(section) });
     let context = SinglePage {
         description,
         hero,
@@ -173,12 +173,12 @@ fn engine_heading(description: &Description) -> (&'static str, &'static str) {
 }
 
 impl Contents {
-    /// Moves the contents that `section` names out of these.
-    fn take(&mut self, section: &Section) -> Self {
-        let begins = |stem: &str| section.figures.iter().any(|begin| stem.starts_with(begin));
+    /// Moves the contents that `section` names out of these, and returns them.
+    fn take_of(&mut self, section: &Section) -> Self {
+        let is_named = |stem: &str| section.figures.iter().any(|begin| stem.starts_with(begin));
         Self {
             explorers: self.explorers.extract_if(.., |view| section.explorers.contains(&view.title)).collect(),
-            figures: self.figures.extract_if(.., |figure| begins(&figure.stem)).collect(),
+            figures: self.figures.extract_if(.., |figure| is_named(&figure.stem)).collect(),
             tables: self.tables.extract_if(.., |table| section.tables.contains(&table.file)).collect(),
         }
     }

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::{description::TableNote, packed::script_json};
 use crate::{
-    files::{exchange::text_of, words::typographic},
+    files::{exchange::unescape_formula, words::typographic},
     input::{
         error::{Error, Result},
         file,
@@ -35,7 +35,7 @@ impl Table {
         let mut table = Self { file: file.to_path_buf(), header: Vec::new() };
         let mut reader = table.reader()?;
         let header = reader.headers().map_err(|fault| table.csv_error(&fault))?;
-        table.header = header.iter().map(|column| text_of(column).to_string()).collect();
+        table.header = header.iter().map(|column| unescape_formula(column).to_string()).collect();
         Ok(table)
     }
 
@@ -44,7 +44,7 @@ impl Table {
         Ok(csv::Reader::from_reader(file::open(&self.file)?))
     }
 
-    /// Wraps an error of the CSV library, with file and line.
+    /// Returns an error of the CSV library with file and line.
     fn csv_error(&self, fault: &csv::Error) -> Error {
         Error::Syntax {
             file: self.file.display().to_string(),
@@ -54,18 +54,18 @@ impl Table {
         }
     }
 
-    /// Calls `see` with each row, its texts without the mark against formulas; `Err` when a row cannot be read.
-    pub(crate) fn each_row(&self, mut see: impl FnMut(&StringRecord)) -> Result<()> {
+    /// Calls `visit` with each row, its texts without the mark against formulas; `Err` when a row cannot be read.
+    pub(crate) fn each_row(&self, mut visit: impl FnMut(&StringRecord)) -> Result<()> {
         let mut reader = self.reader()?;
         let mut row = StringRecord::new();
         while reader.read_record(&mut row).map_err(|fault| self.csv_error(&fault))? {
             // Removes the mark against formulas. Rows without one, nearly all, are checked as a whole.
             if row.as_slice().contains('\'') && row.iter().any(|cell| cell.starts_with('\'')) {
                 let at = row.position().cloned();
-                row = row.iter().map(text_of).collect();
+                row = row.iter().map(unescape_formula).collect();
                 row.set_position(at);
             }
-            see(&row);
+            visit(&row);
         }
         Ok(())
     }
@@ -145,9 +145,9 @@ impl TableView {
             }
             ranks.truncate(MOST_ROWS);
         };
-        let mut first = LeadingRowsByColumn::of(table.header.len());
+        let mut leading = LeadingRowsByColumn::of(table.header.len());
         table.each_row(|row| {
-            first.add(row);
+            leading.add(row);
             let value = ranked_by.and_then(|column| row.get(column)?.parse().ok()).unwrap_or(f64::NEG_INFINITY);
             ranks.push((value, total));
             total += 1;
@@ -160,11 +160,11 @@ impl TableView {
             shorten(&mut ranks);
         }
         let mut chosen: Vec<(usize, Vec<Cell>)> = Vec::new();
-        let wanted: BTreeSet<usize> = ranks.iter().map(|(_, index)| *index).collect();
-        let mut ranked = (total > MOST_ROWS).then(|| RankingBuilder::new(first));
+        let shown_rows: BTreeSet<usize> = ranks.iter().map(|(_, index)| *index).collect();
+        let mut ranked = (total > MOST_ROWS).then(|| RankingBuilder::new(leading));
         let mut index = 0;
         table.each_row(|row| {
-            if wanted.contains(&index) {
+            if shown_rows.contains(&index) {
                 chosen.push((index, row.iter().map(Cell::new).collect()));
             }
             ranked.iter_mut().for_each(|ranked| ranked.take(index, row));
@@ -282,9 +282,9 @@ impl LeadingRows {
         if self.kept.len() == MOST_SORTED && self.kept.last().is_some_and(is_late) {
             return;
         }
-        let is_before = |own: &(Key, usize)| match self.is_largest {
-            true => own.0.compare(key) != Ordering::Less,
-            false => own.0.compare(key) != Ordering::Greater,
+        let is_before = |kept: &(Key, usize)| match self.is_largest {
+            true => kept.0.compare(key) != Ordering::Less,
+            false => kept.0.compare(key) != Ordering::Greater,
         };
         let at = self.kept.partition_point(is_before);
         self.kept.insert(at, (key.clone(), row));

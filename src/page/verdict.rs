@@ -102,9 +102,9 @@ impl VerdictWriter<'_> {
         let is_larger = q.better == Better::Larger;
         let which = if is_larger { ["smallest", "largest"] } else { ["largest", "smallest"] };
         type Of<'b> = &'b dyn Fn(&Extremes) -> (f64, usize);
-        let of: [Of<'_>; 2] = [&|e| self.worst_extreme(quantity, e), &|e| self.best_extreme(quantity, e)];
-        for (which, of) in which.into_iter().zip(of) {
-            let (value, node) = of(&extremes[best]);
+        let extreme_of: [Of<'_>; 2] = [&|e| self.worst_extreme(quantity, e), &|e| self.best_extreme(quantity, e)];
+        for (which, extreme_of) in which.into_iter().zip(extreme_of) {
+            let (value, node) = extreme_of(&extremes[best]);
             let others = (0..extremes.len()).filter(|who| *who != best);
             verdict.numbers.push(LargeNumber {
                 value: three_digits(value),
@@ -116,13 +116,13 @@ impl VerdictWriter<'_> {
                     self.location(self.node_words(&data[best], node))
                 ),
                 against: others
-                    .map(|who| self.comparison(quantity, value, who, of(&extremes[who]).0))
+                    .map(|who| self.comparison(quantity, value, who, extreme_of(&extremes[who]).0))
                     .collect::<Vec<_>>()
                     .join("; "),
             });
-            for (who, own) in extremes.iter().enumerate() {
+            for (who, own_extremes) in extremes.iter().enumerate() {
                 let rule = if which == "largest" { Rule::Max } else { Rule::Min };
-                verdict.checks.extend(Check::of(self, quantity, who, rule, of(own).0));
+                verdict.checks.extend(Check::of(self, quantity, who, rule, extreme_of(own_extremes).0));
             }
         }
     }
@@ -191,9 +191,9 @@ impl VerdictWriter<'_> {
         let flagged: HashSet<usize> = parts.iter().flat_map(|part| &part.flags[0]).map(|flag| flag.0).collect();
         (0..self.aligned.node_count())
             .filter_map(|node| {
-                let by = (0..parts.len()).map(|who| (value(who, node) - value(best, node)).abs());
-                let by = by.fold(0.0, |most: f64, by| if by.is_nan() { f64::NAN } else { most.max(by) });
-                (by.is_finite() && !flagged.contains(&node)).then_some((node, by))
+                let gap = (0..parts.len()).map(|who| (value(who, node) - value(best, node)).abs());
+                let gap = gap.fold(0.0, |most: f64, gap| if gap.is_nan() { f64::NAN } else { most.max(gap) });
+                (gap.is_finite() && !flagged.contains(&node)).then_some((node, gap))
             })
             .collect()
     }
@@ -279,9 +279,9 @@ impl VerdictWriter<'_> {
     /// Returns the valid row with the smallest objective.
     fn best_row(&self, who: usize, objective: usize) -> Option<usize> {
         let data = &self.aligned.data[who];
-        let is_answer = |node: &usize| !data.flags[0].iter().any(|flag| flag.0 == *node);
+        let is_valid = |node: &usize| !data.flags[0].iter().any(|flag| flag.0 == *node);
         let values = &data.values[objective][0];
-        let known = (0..values.len()).filter(|node| values[*node].is_finite()).filter(is_answer);
+        let known = (0..values.len()).filter(|node| values[*node].is_finite()).filter(is_valid);
         known.min_by(|a, b| values[*a].total_cmp(&values[*b]))
     }
 }

@@ -31,7 +31,7 @@ impl Floors {
     /// Raises the largest numbers by those of all results in one view.
     fn add_sizes(&mut self, explorer: &Explorer, data: &[Dataset]) {
         for (q, quantity) in explorer.quantities.iter().enumerate() {
-            let sizes = data.iter().flat_map(|own| own.values[q].iter().flatten()).map(|value| value.abs());
+            let sizes = data.iter().flat_map(|dataset| dataset.values[q].iter().flatten()).map(|value| value.abs());
             let most = sizes.filter(|size| size.is_finite()).fold(0.0, f64::max);
             match self.0.iter_mut().find(|(unit, _)| *unit == quantity.unit) {
                 Some((_, known)) => *known = known.max(most),
@@ -42,7 +42,7 @@ impl Floors {
 
     /// Returns the size below which a number in `unit` counts as rounding.
     fn floor(&self, unit: &str) -> f64 {
-        self.0.iter().find(|(own, _)| own == unit).map_or(0.0, |(_, most)| RESOLVED * most)
+        self.0.iter().find(|(known, _)| known == unit).map_or(0.0, |(_, most)| RESOLVED * most)
     }
 
     /// Returns a sentence that explains the rule to readers.
@@ -55,12 +55,12 @@ impl Floors {
     }
 }
 
-/// Whether two numbers are equal but for rounding.
+/// Returns whether two numbers are equal but for rounding, which `floor` bounds in their unit.
 pub(super) fn is_same(a: f64, b: f64, floor: f64) -> bool {
     (a - b).abs() <= floor.max(1e-9 * a.abs().max(b.abs()))
 }
 
-/// Compares `value` with `reference` in words: "24 % less", "3.2 times as much" or "the same".
+/// Returns `value` compared with `reference` in words: "24 % less", "3.2 times as much" or "the same".
 pub fn difference_words(value: f64, reference: f64, floor: f64) -> String {
     let (size, other) = (value.abs(), reference.abs());
     match size / other {
@@ -74,7 +74,7 @@ pub fn difference_words(value: f64, reference: f64, floor: f64) -> String {
     }
 }
 
-/// Formats the size below which numbers are rounding.
+/// Returns the size below which numbers are rounding, as text.
 pub(super) fn format_floor(floor: f64) -> String {
     typographic(&format!("{floor:.0e}"))
 }
@@ -90,7 +90,7 @@ fn format_ratio(ratio: f64) -> String {
     }
 }
 
-/// Formats a share in percent: "24 %", "0.3 %", never "100 %" for less than all.
+/// Returns a share in percent: "24 %", "0.3 %", never "100 %" for less than all.
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     match percent {
@@ -166,15 +166,15 @@ impl Winners {
         };
         // A name that is there twice in one result is so in others at most.
         let count = parts.iter().map(|part| part.node_count()).min()?;
-        let mut is_answer = vec![true; count];
+        let mut is_valid = vec![true; count];
         for (node, _) in parts.iter().flat_map(|part| &part.flags[group]) {
-            if let Some(is_answer) = is_answer.get_mut(*node) {
-                *is_answer = false;
+            if let Some(is_valid) = is_valid.get_mut(*node) {
+                *is_valid = false;
             }
         }
         let at = |node: usize| {
             let value = |who: usize| parts[who].values[quantity][group][node];
-            if !is_answer[node] || (0..parts.len()).any(|who| !value(who).is_finite()) {
+            if !is_valid[node] || (0..parts.len()).any(|who| !value(who).is_finite()) {
                 return NodeWinner::Nothing;
             }
             let best_of = |all: &mut dyn Iterator<Item = usize>| {
@@ -192,18 +192,18 @@ impl Winners {
         Some(Self { at: (0..count).map(at).collect(), results: parts.len() })
     }
 
-    /// Number of nodes at which all results are valid.
+    /// Returns the number of nodes at which all results are valid.
     pub fn compared_count(&self) -> usize {
         self.at.iter().filter(|at| **at != NodeWinner::Nothing).count()
     }
 
-    /// Share of the compared nodes at which the result `who` is best.
+    /// Returns the share of the compared nodes at which the result `who` is best.
     pub fn win_share(&self, who: usize) -> f64 {
         self.leads(who).count() as f64 / self.compared_count().max(1) as f64
     }
 
-    /// Share of the compared nodes at which the best two results are equal.
-    pub fn share_same(&self) -> f64 {
+    /// Returns the share of the compared nodes at which the best two results are equal.
+    pub fn same_share(&self) -> f64 {
         self.at.iter().filter(|at| **at == NodeWinner::Same).count() as f64 / self.compared_count().max(1) as f64
     }
 
@@ -222,7 +222,7 @@ impl Winners {
     }
 
     /// Returns the node at which the result `who` has its largest lead; `None` if it is nowhere best.
-    pub fn most(&self, who: usize) -> Option<usize> {
+    pub fn largest_lead_node(&self, who: usize) -> Option<usize> {
         self.leads(who).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(node, _)| node)
     }
 

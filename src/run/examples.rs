@@ -43,16 +43,16 @@ examples! {
 }
 
 impl Example {
-    /// The example called `name`, or the only one whose name begins so.
+    /// Returns the example called `name`, or the only one whose name begins so.
     ///
     /// # Errors
-    /// None, or several.
+    /// There is none, or there are several.
     pub fn named(name: &str) -> Result<&'static Example> {
-        let begin: Vec<&Example> =
-            EXAMPLES.iter().filter(|own| !name.is_empty() && own.name.starts_with(name)).collect();
-        let list = |of: &[&Example]| of.iter().map(|own| own.name).collect::<Vec<_>>().join(", ");
-        let problem = match (begin.iter().find(|own| own.name == name), begin.as_slice()) {
-            (Some(own), _) | (None, [own]) => return Ok(own),
+        let matching: Vec<&Example> =
+            EXAMPLES.iter().filter(|example| !name.is_empty() && example.name.starts_with(name)).collect();
+        let list = |of: &[&Example]| of.iter().map(|example| example.name).collect::<Vec<_>>().join(", ");
+        let problem = match (matching.iter().find(|example| example.name == name), matching.as_slice()) {
+            (Some(example), _) | (None, [example]) => return Ok(example),
             (None, []) => {
                 format!("no example is called \"{name}\"; there are: {}", list(&EXAMPLES.iter().collect::<Vec<_>>()))
             }
@@ -63,7 +63,7 @@ impl Example {
         Err(Error::argument("--example", problem))
     }
 
-    /// Other examples of which this one reads files, by paths such as `../07_robot_arm/process.toml`.
+    /// Returns the other examples of which this one reads files, by paths such as `../07_robot_arm/process.toml`.
     pub fn neighbours(&self) -> impl Iterator<Item = &'static Example> {
         let texts: Vec<&str> = self.files.iter().filter_map(|(_, bytes)| std::str::from_utf8(bytes).ok()).collect();
         EXAMPLES.iter().filter(move |other| texts.iter().any(|text| text.contains(&format!("\"../{}/", other.name))))

@@ -53,7 +53,7 @@ pub struct RunOptions {
 }
 
 impl Default for RunOptions {
-    /// CSV tables, a page, and figures in viridis; refuses to lose an unfinished run.
+    /// Returns options for CSV tables, a page, and figures in viridis; an unfinished run is not lost.
     fn default() -> Self {
         let (colours, begin) = (Colours::Viridis, Start::default());
         Self { formats: vec![Format::Csv], rows: WrittenRows::default(), figures: true, colours, begin, program: None }
@@ -116,9 +116,9 @@ impl BegunRun<'_> {
     /// [`FolderRun::is_unfinished`].
     pub fn run(self, stop: Arc<AtomicBool>, watch: impl Fn(Event) + Send + Sync + 'static) -> Result<FinishedRun> {
         let Self { run, checkpoint, parts } = self;
-        let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged_count() };
+        let resumed = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged_count() };
         let work = Work::with_parts((Some(checkpoint), parts, None), stop, Box::new(watch));
-        work.tell(found);
+        work.tell(resumed);
         match run.answer(&work) {
             // Nothing is left to go on with once the results are written.
             Ok(finished) => remove(&run.out.join(STATE)).map(|()| finished),
@@ -198,7 +198,7 @@ impl Study {
     }
 }
 
-/// Scene in which a reader of the page can try the workpiece at other places, or why none can; `None` for a study without a workpiece.
+/// Returns the scene in which a reader of the page can try the workpiece at other places, or why none can; `None` without a workpiece.
 fn interactive_scene(study: &Study, best: Option<Value>) -> Result<Option<ToTry>> {
     let nothing = |why: &str| Ok(Some(ToTry::Nothing(format!("Other places cannot be tried here: {why}."))));
     match &study.kind {
@@ -225,25 +225,25 @@ fn interactive_scene(study: &Study, best: Option<Value>) -> Result<Option<ToTry>
 }
 
 impl FolderRun<'_> {
-    /// The study that is run.
+    /// Returns the study that is run.
     pub fn study(&self) -> &Study {
         self.study
     }
 
-    /// The folder into which it is run.
+    /// Returns the folder into which it is run.
     pub fn out(&self) -> &Path {
         &self.out
     }
 
-    /// Whether the folder holds what an unfinished run has computed.
+    /// Returns whether the folder holds what an unfinished run has computed.
     pub fn is_unfinished(&self) -> bool {
         self.out.join(STATE).is_file()
     }
 
-    /// Opens the checkpoint: that of an unfinished run, if it is to be gone on with, or a new one.
+    /// Opens the checkpoint: that of an unfinished run, if it is to be resumed, or a new one.
     ///
     /// # Errors
-    /// An unfinished run that cannot be gone on with, or a file that cannot be written.
+    /// An unfinished run that cannot be resumed, or a file that cannot be written.
     pub fn begin(&self) -> Result<BegunRun<'_>> {
         let checkpoint = open_checkpoint(&self.out.join(STATE), &self.origin, self.options.begin)?;
         remove_temporary(&self.out)?;
@@ -279,7 +279,7 @@ impl FolderRun<'_> {
         Ok(FinishedRun { headline: page.headline, details, is_complete, rows, statuses, files })
     }
 
-    /// Names of the main result files of the study. The others are held against the folder before the first of all is written.
+    /// Returns the names of the study's main result files. The others are checked against the folder before the first of all is written.
     fn main_files(&self) -> Vec<String> {
         let stems = self.study.kind.tables();
         let endings = self.options.formats.iter().map(|format| format.label());
@@ -288,7 +288,7 @@ impl FolderRun<'_> {
     }
 }
 
-/// Opens the checkpoint `state`, if an unfinished run is to be gone on with, or creates it anew.
+/// Opens the checkpoint `state`, if an unfinished run is to be resumed, or creates it anew.
 pub(crate) fn open_checkpoint(state: &Path, origin: &Origin, begin: Start) -> Result<Checkpoint> {
     match begin {
         Start::Resume if state.is_file() => Checkpoint::resume(state, origin),
@@ -296,7 +296,7 @@ pub(crate) fn open_checkpoint(state: &Path, origin: &Origin, begin: Start) -> Re
     }
 }
 
-/// Refuses to replace what an unfinished run has computed in `state`, unless `begin` asks for that.
+/// Returns an error if `state` holds what an unfinished run has computed, unless `begin` says what becomes of that.
 pub(crate) fn protect_unfinished_run(state: &Path, origin: &Origin, begin: Start) -> Result<()> {
     if begin != Start::New {
         return Ok(());

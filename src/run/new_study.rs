@@ -52,8 +52,8 @@ pub fn write_example(example: &Example, folder: &Path) -> Result<Vec<PathBuf>> {
 /// Makes `folder`, which must not exist, with these files; returns their names.
 fn write_folder(folder: &Path, files: Vec<OutputFile>) -> Result<Vec<String>> {
     if let Some(parent) = folder.parent() {
-        let made = std::fs::create_dir_all(parent);
-        made.map_err(|source| Error::Write { file: parent.to_path_buf(), source })?;
+        let created = std::fs::create_dir_all(parent);
+        created.map_err(|source| Error::Write { file: parent.to_path_buf(), source })?;
     }
     // Fails where anything of this name exists.
     std::fs::create_dir(folder).map_err(|source| match source.kind() {
@@ -75,8 +75,8 @@ fn write_folder(folder: &Path, files: Vec<OutputFile>) -> Result<Vec<String>> {
 pub fn open(path: &Path, overrides: &Overrides) -> Result<Study> {
     match Study::open(path, overrides) {
         Err(Error::Read { file, source }) if source.kind() == ErrorKind::NotFound && !path.exists() => {
-            let asked = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-            let example = Example::named(asked).map_or("01_workspace_map", |own| own.name);
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            let example = Example::named(name).map_or("01_workspace_map", |example| example.name);
             let problem = format!(
                 "there is no such study, neither a folder with study.toml nor a file; example studies are not installed with the program: \
                  kinetostat new --example {example} writes one"

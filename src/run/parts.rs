@@ -33,10 +33,10 @@ pub struct StudySource {
 }
 
 impl StudySource {
-    /// Reads where the study of `part` is found; `None` if the part does not say.
+    /// Returns where the study of `part` is found; `None` if the part does not say.
     ///
     /// # Errors
-    /// It cannot be understood.
+    /// The text in its head cannot be read.
     pub fn of(part: &Part) -> Result<Option<Self>> {
         let opened = &part.head().opened;
         if opened.is_empty() {
@@ -45,13 +45,13 @@ impl StudySource {
         serde_json::from_str(opened).map(Some).map_err(|fault| unreadable_text(&fault))
     }
 
-    /// The source as JSON text, for the head of a part.
+    /// Returns the source as JSON text, for the head of a part.
     fn to_json(&self) -> Result<String> {
         serde_json::to_string(self).map_err(|fault| unreadable_text(&fault))
     }
 }
 
-/// Error that a study's name or settings are no readable text.
+/// Returns the error that a study's name or settings are no readable text.
 fn unreadable_text(fault: &serde_json::Error) -> Error {
     let problem = format!("expected the name of a study and its settings in letters that can be read: {fault}");
     Error::argument("study of a part", problem)
@@ -116,7 +116,7 @@ pub fn remove_parts(folder: &Path) -> Result<()> {
     }
 }
 
-/// The files in `folder` that are called like parts, sorted.
+/// Returns the paths of the files in `folder` that are named like parts, sorted.
 fn part_files_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let fault = |source| Error::Read { file: folder.to_path_buf(), source };
     let mut files = Vec::new();
@@ -204,13 +204,13 @@ impl Study {
         prepare_beside(&file)?;
         protect_unfinished_run(&state, &origin, options.begin)?;
         let checkpoint = open_checkpoint(&state, &origin, options.begin)?;
-        let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged_count() };
+        let resumed = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged_count() };
         let work = Work::with_parts((Some(checkpoint), before, Some(share)), stop, Box::new(watch));
-        work.tell(found);
+        work.tell(resumed);
         let mut head = self.part_head(&origin, share, options.round);
         head.opened = options.opened.to_json()?;
         match if_this_shard(self.kind.compute(&work)) {
-            Ok(whole) => head.is_complete = whole.is_some(),
+            Ok(result) => head.is_complete = result.is_some(),
             Err(error) => {
                 if work.pieces() == 0 {
                     remove(&state)?;
@@ -229,12 +229,12 @@ impl Study {
     /// # Errors
     /// It is no part of this study by the build that `program` names, as in [`RunOptions`]; the file cannot be written.
     pub fn keep_part(&self, part: &[u8], out: &Path, program: Option<&str>) -> Result<Part> {
-        let read = Part::read(PartSource::Bytes("a part that was computed".into(), part.into()))?;
-        read.check(&Origin::of(program, self.inputs.clone())?)?;
+        let kept = Part::read(PartSource::Bytes("a part that was computed".into(), part.into()))?;
+        kept.check(&Origin::of(program, self.inputs.clone())?)?;
         prepare(out)?;
-        let file = out.join(format!("{}.{PART}", read.head().share.stem(read.head().round)));
+        let file = out.join(format!("{}.{PART}", kept.head().share.stem(kept.head().round)));
         write_file(&file, |to| to.write_all(part).map_err(|source| Error::Write { file: file.clone(), source }))?;
-        Ok(read)
+        Ok(kept)
     }
 
     /// Reads all parts in the folder `out`, none if there is no such folder.
@@ -269,7 +269,7 @@ impl Study {
         self.prepare_run(out, options)?.begin_from(parts)?.run(stop, watch)
     }
 
-    /// Head of a part of this study; not complete and without pieces yet.
+    /// Returns the head of a part of this study; not complete and without pieces yet.
     fn part_head(&self, origin: &Origin, share: Share, round: u32) -> PartHead {
         PartHead {
             program: origin.program.clone(),
@@ -285,7 +285,7 @@ impl Study {
     }
 }
 
-/// Reads all parts in `out` of the rounds before `round`.
+/// Returns all parts in `out` of the rounds before `round`; `None` for the first round. An error if a round is missing.
 fn parts_before(out: &Path, round: u32, share: Share, origin: &Origin) -> Result<Option<Parts>> {
     if round == 1 {
         return Ok(None);
@@ -301,20 +301,20 @@ fn parts_before(out: &Path, round: u32, share: Share, origin: &Origin) -> Result
     Ok(Some(parts))
 }
 
-/// Refuses a `share` of another number of parts than in the rounds before.
+/// Returns an error if `share` is of another number of parts than in the rounds before.
 fn check_same_division(before: &Parts, share: Share) -> Result<()> {
     let of = before.part_count();
     let fault = || Error::argument("part", format!("expected one of {of} parts, as in the rounds before, got {share}"));
     if of == share.of() { Ok(()) } else { Err(fault()) }
 }
 
-/// Writes what `write` writes to `file`, whole, in place of what was there.
+/// Writes `file` with the function `write`, whole or not at all, in place of what was there.
 fn write_file(file: &Path, write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> Result<()>) -> Result<()> {
     let fault = |source| Error::Write { file: file.to_path_buf(), source };
     let name = prepare_beside(file)?;
     let mut writer = BufWriter::new(temporary_beside(file).map_err(fault)?);
     write(&mut writer)?;
-    let made = writer.into_inner().map_err(|e| fault(e.into_error()))?;
-    made.as_file().sync_all().map_err(fault)?;
-    write_beside(file, vec![OutputFile::written(name, made)])
+    let finished = writer.into_inner().map_err(|e| fault(e.into_error()))?;
+    finished.as_file().sync_all().map_err(fault)?;
+    write_beside(file, vec![OutputFile::from_temporary(name, finished)])
 }

@@ -30,7 +30,7 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Origin of pieces computed from `inputs` by the build of the program that `program` names, or else by the executable that is running.
+    /// Returns the origin of pieces computed from `inputs` by the build that `program` names, or else by the executable that is running.
     ///
     /// # Errors
     /// The executable cannot be read.
@@ -38,7 +38,7 @@ impl Origin {
         Ok(Self { program: program.map_or_else(executable_version, |program| Ok(program.to_string()))?, inputs })
     }
 
-    /// Says what differs from the origin `before`; `None` if nothing does.
+    /// Returns in words what differs from the origin `before`; `None` if nothing does.
     fn change_since(&self, before: &Origin) -> Option<String> {
         if before.program != self.program {
             return Some(format!("the run was made by {}, this program is {}", before.program, self.program));
@@ -59,7 +59,7 @@ pub struct Checkpoint {
     damaged: usize,
 }
 
-/// Version and checksum of the executable that is running.
+/// Returns version and checksum of the executable that is running; computed once.
 fn executable_version() -> Result<String> {
     static BUILD: OnceLock<String> = OnceLock::new();
     if let Some(build) = BUILD.get() {
@@ -139,7 +139,7 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// Finds what the file at `path` holds for a run from `origin`. Changes nothing.
+    /// Returns what the file at `path` holds for a run from `origin`. Changes nothing.
     ///
     /// # Errors
     /// It cannot be read, another run uses it, or it is no such file.
@@ -157,12 +157,12 @@ impl Checkpoint {
         })
     }
 
-    /// Number of pieces in the file.
+    /// Returns the number of pieces in the file.
     pub fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// Whether the file has no pieces.
+    /// Returns whether the file has no pieces.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
     }
@@ -179,7 +179,7 @@ impl Checkpoint {
         self.damaged
     }
 
-    /// The piece under `key` as it was encoded, if there is one.
+    /// Returns the piece under `key` as it was encoded; `None` if there is none.
     ///
     /// # Errors
     /// It cannot be read.
@@ -194,7 +194,7 @@ impl Checkpoint {
     /// Appends an encoded piece under `key`.
     ///
     /// # Errors
-    /// It cannot be written; the file is as it was.
+    /// It cannot be written; the file is then as it was.
     pub fn append_piece(&mut self, key: &[u8], piece: &[u8]) -> Result<()> {
         let fault = |source| Error::Write { file: self.path.clone(), source };
         let head = encode(key).map_err(fault)?;
@@ -232,7 +232,7 @@ struct Contents {
     damaged: usize,
 }
 
-/// Reads what a file holds; `None` if it ends before its first record.
+/// Reads which pieces a file holds; `None` if it ends before its first record. An error if it is no checkpoint, or damaged there.
 fn contents(file: &File, path: &Path) -> Result<Option<Contents>> {
     let fault = |source| Error::Read { file: path.to_path_buf(), source };
     let refuse =
@@ -241,8 +241,8 @@ fn contents(file: &File, path: &Path) -> Result<Option<Contents>> {
     let mut reader = BufReader::new(file);
     let mut format = [0; FORMAT.len()];
     let is_begun = fill(&mut reader, &mut format).map_err(fault)?;
-    let known = if is_begun { format.len() } else { size as usize };
-    if format[..known] != FORMAT[..known] {
+    let format_length = if is_begun { format.len() } else { size as usize };
+    if format[..format_length] != FORMAT[..format_length] {
         return refuse("is not a file of an unfinished run of this version");
     }
     let mut at = FORMAT.len() as u64;
@@ -275,7 +275,7 @@ fn contents(file: &File, path: &Path) -> Result<Option<Contents>> {
     }
 }
 
-/// Refuses anything but a file at `path`: what a link or a device leads to is not ours to write.
+/// Returns an error if anything but a regular file is at `path`: what a link or a device leads to is not ours to write.
 fn check_regular_file(path: &Path) -> Result<()> {
     if std::fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
         let problem = "is a link, a folder or a device, expected a file: remove it, or choose another folder".into();

@@ -122,7 +122,7 @@ struct Fault {
 }
 
 impl Fault {
-    /// Copies what an error of writing or reading says; `None` for other errors.
+    /// Returns a copy of what an error of writing or reading says; `None` for other errors.
     fn of(error: &Error) -> Option<Self> {
         let (is_writing, file, source) = match error {
             Error::Write { file, source } => (true, file, source),
@@ -132,7 +132,7 @@ impl Fault {
         Some(Self { is_writing, file: file.clone(), kind: source.kind(), words: source.to_string() })
     }
 
-    /// Makes a new error that says the same.
+    /// Returns a new error that says the same.
     fn error(&self) -> Error {
         let (file, source) = (self.file.clone(), io::Error::new(self.kind, self.words.clone()));
         if self.is_writing { Error::Write { file, source } } else { Error::Read { file, source } }
@@ -140,20 +140,20 @@ impl Fault {
 }
 
 impl Default for Work {
-    /// Work that is not kept, cannot be stopped, and that nobody watches.
+    /// Returns work that is not kept, cannot be stopped, and has no observer.
     fn default() -> Self {
         Self::new(None, Arc::default(), Box::new(|_| ()))
     }
 }
 
 impl Work {
-    /// Work that is kept in `checkpoint`, stopped by setting `stop`, and watched by `watch`.
+    /// Returns work that is kept in `checkpoint`, stopped by setting `stop`, and observed by `watch`.
     pub fn new(checkpoint: Option<Checkpoint>, stop: Arc<AtomicBool>, watch: Watch) -> Self {
         Self::with_parts((checkpoint, None, None), stop, watch)
     }
 
-    /// Work as [`Work::new`] makes it, but the pieces of `parts`, found before, need not be computed, and of sharded pieces only those that `share`
-    /// holds are computed.
+    /// Returns work as [`Work::new`] does, but the pieces of `parts`, found before, need not be computed, and of sharded pieces only those
+    /// that `share` holds are computed.
     pub fn with_parts(
         (checkpoint, parts, share): (Option<Checkpoint>, Option<Parts>, Option<Share>),
         stop: Arc<AtomicBool>,
@@ -165,7 +165,7 @@ impl Work {
         Self { shared: Arc::new(shared), part: String::new(), first: 0, sharded: None }
     }
 
-    /// Work that computes no piece, and records which pieces of `parts` it is asked for, for [`Work::write_excerpt`]; stopped by setting `stop`.
+    /// Returns work that computes no piece, and records which of `parts` it is asked for, for [`Work::write_excerpt`]; `stop` stops it.
     pub fn replay(parts: Parts, stop: Arc<AtomicBool>) -> Self {
         let (needs_other, fault) = (AtomicBool::new(false), Mutex::new(None));
         let (parts, asked, watch) = (Some(parts), Some(Mutex::default()), Box::new(|_| ()));
@@ -173,32 +173,32 @@ impl Work {
         Self { shared: Arc::new(shared), part: String::new(), first: 0, sharded: None }
     }
 
-    /// Work on the part called `name`, whose keys are its own.
+    /// Returns work on the part called `name`: the keys of its pieces begin with that name.
     #[must_use]
     pub fn part(&self, name: &str) -> Self {
         Self { part: format!("{}{name}/", self.part), ..self.clone() }
     }
 
-    /// This work with its pieces numbered behind `pieces` others.
+    /// Returns this work with its shards numbered behind `pieces` others.
     #[must_use]
     pub fn numbered_after(&self, pieces: usize) -> Self {
         Self { first: self.first + pieces, ..self.clone() }
     }
 
-    /// Work on piece number `number` of those that do not need one another: where the computation is shared, it belongs to one part, and so does
-    /// everything that is asked of what is returned.
+    /// Returns work on piece number `number` of those that do not need one another: where the computation is shared, it belongs to one
+    /// part, and so does everything that is asked of what is returned.
     #[must_use]
     pub fn shard(&self, number: usize) -> Self {
-        let mut own = self.clone();
+        let mut shard = self.clone();
         let is_shared = self.shared.share.is_some() || self.shared.asked.is_some();
         if is_shared && self.sharded.is_none() {
             let is_own = self.shared.share.is_some_and(|share| share.holds(self.first + number));
-            own.sharded = Some(Sharded { is_own, needs_other: Arc::default() });
+            shard.sharded = Some(Sharded { is_own, needs_other: Arc::default() });
         }
-        own
+        shard
     }
 
-    /// Checks that all pieces are there that were asked for; what needs them calls this first.
+    /// Checks that all pieces asked for so far are there; what needs all of them calls this first.
     ///
     /// # Errors
     /// [`Error::OtherShard`] if another part computes one of them; as [`Work::check`].
@@ -208,11 +208,11 @@ impl Work {
         if needs_other { Err(Error::OtherShard) } else { Ok(()) }
     }
 
-    /// Returns what `compute` makes of pieces under `name`, once all of them are there. Where an excerpt has what a [`Work::replay`] made of them, they
-    /// need not be known.
+    /// Returns what `compute` makes of pieces under `name`, once all of them are there. Where an excerpt has what a [`Work::replay`] made
+    /// of them, they need not be known.
     ///
     /// # Errors
-    /// Of `compute`; as [`Work::barrier`]; the excerpt cannot be read.
+    /// Errors of `compute`; as [`Work::barrier`]; the excerpt cannot be read.
     pub fn summary<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
@@ -222,28 +222,28 @@ impl Work {
             return compute();
         }
         let key = self.encoded(&(&self.part, "summary", name))?;
-        if let Some(known) = self.in_parts(&key)?.and_then(|bytes| decode(&bytes)) {
+        if let Some(summary) = self.bytes_in_parts(&key)?.and_then(|bytes| decode(&bytes)) {
             self.record_asked(key, None);
-            return Ok(known);
+            return Ok(summary);
         }
         let before = self.shared.asked.as_ref().map(|asked| lock(asked).clone());
-        let made = compute()?;
+        let summary = compute()?;
         self.barrier()?;
         if let (Some(before), Some(asked)) = (before, &self.shared.asked) {
             *lock(asked) = before;
-            self.record_asked(key, Some(self.encoded(&made)?));
+            self.record_asked(key, Some(self.encoded(&summary)?));
         }
-        Ok(made)
+        Ok(summary)
     }
 
-    /// Records that a replay was asked for what is under `key`; `made` is a summary.
-    fn record_asked(&self, key: Vec<u8>, made: Option<Vec<u8>>) {
+    /// Records that a replay was asked for `key`; `summary` has the bytes of a summary, `None` for a piece of the parts.
+    fn record_asked(&self, key: Vec<u8>, summary: Option<Vec<u8>>) {
         if let Some(asked) = &self.shared.asked {
-            lock(asked).insert(key, made);
+            lock(asked).insert(key, summary);
         }
     }
 
-    /// Writes the pieces that are kept as a part file with `head`.
+    /// Writes the pieces that are kept as a part file with `head` to `to`.
     ///
     /// # Errors
     /// They cannot be read, or `to` not written.
@@ -253,7 +253,7 @@ impl Work {
         part_file::write(head, checkpoint.keys(), |key| checkpoint.bytes(key), to)
     }
 
-    /// Writes what a [`Work::replay`] was asked for as a part file with `head`.
+    /// Writes what a [`Work::replay`] was asked for as a part file with `head` to `to`.
     ///
     /// # Errors
     /// As [`Work::write_part`].
@@ -267,7 +267,7 @@ impl Work {
         part_file::write(head, asked.keys().cloned().collect(), bytes, to)
     }
 
-    /// Number of pieces that are kept.
+    /// Returns the number of pieces that are kept; 0 without a checkpoint.
     pub fn pieces(&self) -> usize {
         self.shared.checkpoint.as_ref().map_or(0, |checkpoint| lock(checkpoint).len())
     }
@@ -315,7 +315,7 @@ impl Work {
         // One that does not decode is computed again.
         let kept = lock(checkpoint).bytes(&key).map_err(|error| self.record_fault(error))?;
         let is_own = kept.is_some();
-        let kept = if is_own { kept } else { self.in_parts(&key)? };
+        let kept = if is_own { kept } else { self.bytes_in_parts(&key)? };
         if let Some(piece) = kept.and_then(|bytes| decode(&bytes)) {
             let items = items(&piece);
             if items > 0 {
@@ -334,10 +334,10 @@ impl Work {
         Ok(piece)
     }
 
-    /// Returns the piece of the parts under `key`, which is recorded.
+    /// Returns the piece under `key` from the parts, and records that it was asked for; `Err` if no part has it.
     fn replayed_piece<K: Serialize, T: DeserializeOwned>(&self, key: &K) -> Result<T> {
         let key = self.encoded(&(&self.part, key))?;
-        if let Some(piece) = self.in_parts(&key)?.and_then(|bytes| decode(&bytes)) {
+        if let Some(piece) = self.bytes_in_parts(&key)?.and_then(|bytes| decode(&bytes)) {
             self.record_asked(key, None);
             return Ok(piece);
         }
@@ -351,8 +351,8 @@ impl Work {
         encode(value).map_err(|source| self.record_fault(memory_error(source)))
     }
 
-    /// Returns the bytes under `key` in the parts, if there are parts and they have it; `Err` if they cannot be read, which is recorded.
-    fn in_parts(&self, key: &[u8]) -> Result<Option<Vec<u8>>> {
+    /// Returns the bytes under `key` in the parts; `None` without parts or if none has it; `Err` if they cannot be read, which is recorded.
+    fn bytes_in_parts(&self, key: &[u8]) -> Result<Option<Vec<u8>>> {
         let parts = self.shared.parts.as_ref();
         parts.map_or(Ok(None), |parts| parts.bytes(key)).map_err(|error| self.record_fault(error))
     }
@@ -364,7 +364,7 @@ impl Work {
         error
     }
 
-    /// Refuses to compute a piece of another part.
+    /// Returns [`Error::OtherShard`], and records it, if the piece belongs to another part.
     fn check_own_shard(&self) -> Result<()> {
         match &self.sharded {
             Some(sharded) if !sharded.is_own => {
@@ -384,7 +384,7 @@ impl Work {
     }
 }
 
-/// Turns [`Error::OtherShard`] into `None`: another part computes what is asked for.
+/// Returns `None` for [`Error::OtherShard`]: another part computes what is asked for.
 ///
 /// # Errors
 /// All others.
@@ -395,7 +395,7 @@ pub fn if_this_shard<T>(result: Result<T>) -> Result<Option<T>> {
     }
 }
 
-/// Error of a piece that cannot be encoded.
+/// Returns the error that a piece cannot be encoded because of `source`.
 fn memory_error(source: io::Error) -> Error {
     Error::Write { file: "a piece of the work".into(), source }
 }

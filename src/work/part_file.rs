@@ -61,7 +61,7 @@ trait ReadSeek: Read + Seek {}
 impl<T: Read + Seek> ReadSeek for T {}
 
 impl PartSource {
-    /// Name of the source in messages.
+    /// Returns the name of the source in messages.
     fn name(&self) -> String {
         match self {
             Self::File(path) => path.display().to_string(),
@@ -69,7 +69,7 @@ impl PartSource {
         }
     }
 
-    /// Opens the source for reading; also its length in bytes.
+    /// Opens the source for reading; returns the reader and its length in bytes.
     fn open(&self) -> Result<(Box<dyn ReadSeek + '_>, u64)> {
         match self {
             Self::File(path) => {
@@ -81,12 +81,12 @@ impl PartSource {
         }
     }
 
-    /// Error that this part cannot be read because of `cause`.
+    /// Returns the error that this part cannot be read because of `cause`.
     fn read_error(&self, cause: std::io::Error) -> Error {
         Error::Read { file: self.name().into(), source: cause }
     }
 
-    /// Refuses the source because of `problem`.
+    /// Returns the error that the source is refused because of `problem`.
     fn refuse<T>(&self, problem: impl Into<String>) -> Result<T> {
         Err(Error::Syntax { file: self.name(), line: None, key: String::new(), problem: problem.into() })
     }
@@ -116,23 +116,23 @@ impl Part {
         if !fill(&mut reader, &mut format).map_err(|fault| source.read_error(fault))? || format != FORMAT {
             return source.refuse("is not a part of a study that this version of the program computed");
         }
-        let mut at = FORMAT.len() as u64;
-        let mut next = |at: &mut u64| -> Result<Option<Vec<u8>>> {
-            let found =
-                next_record(&mut reader, length.saturating_sub(*at)).map_err(|fault| source.read_error(fault))?;
-            let Record::Whole(content) = found else { return Ok(None) };
-            *at += (HEAD + content.len()) as u64;
+        let mut offset = FORMAT.len() as u64;
+        let mut next = |offset: &mut u64| -> Result<Option<Vec<u8>>> {
+            let record =
+                next_record(&mut reader, length.saturating_sub(*offset)).map_err(|fault| source.read_error(fault))?;
+            let Record::Whole(content) = record else { return Ok(None) };
+            *offset += (HEAD + content.len()) as u64;
             Ok(Some(content))
         };
-        let head = next(&mut at)?.and_then(|head| postcard::from_bytes::<PartHead>(&head).ok());
+        let head = next(&mut offset)?.and_then(|head| postcard::from_bytes::<PartHead>(&head).ok());
         let Some(head) = head else { return source.refuse("is cut short or damaged where it says which part it is") };
         let mut piece_locations = Vec::new();
         for number in 0..head.pieces {
-            let before = at;
-            let content = next(&mut at)?;
+            let start = offset;
+            let content = next(&mut offset)?;
             let location = content.as_ref().and_then(|content| {
                 let (key, piece) = postcard::take_from_bytes::<Vec<u8>>(content).ok()?;
-                Some((key, before + (HEAD + content.len() - piece.len()) as u64, piece.len() as u32))
+                Some((key, start + (HEAD + content.len() - piece.len()) as u64, piece.len() as u32))
             });
             let Some(location) = location else {
                 let (share, pieces) = (head.share, head.pieces);
@@ -144,18 +144,18 @@ impl Part {
             piece_locations.push(location);
         }
         drop(reader);
-        if at != length {
-            return source.refuse(format!("has {} bytes behind its end: it was damaged", length - at));
+        if offset != length {
+            return source.refuse(format!("has {} bytes behind its end: it was damaged", length - offset));
         }
         Ok(Self { source, head, piece_locations })
     }
 
-    /// Round and number of the part.
+    /// Returns round and number of the part, both from 1.
     fn round_and_number(&self) -> (u32, u32) {
         (self.head.round, self.head.share.part())
     }
 
-    /// Names the part, as in `3 of 10`.
+    /// Returns the number of the part in words, as in `3 of 10`.
     #[must_use]
     pub fn words(&self) -> String {
         match self.head.round {
@@ -164,16 +164,16 @@ impl Part {
         }
     }
 
-    /// Head of the part.
+    /// Returns the head of the part.
     #[must_use]
     pub fn head(&self) -> &PartHead {
         &self.head
     }
 
-    /// Refuses the part if another build computed it, or from other inputs than `origin`.
+    /// Checks that this build computed the part, from the inputs of `origin`.
     ///
     /// # Errors
-    /// That; the message says what differs.
+    /// It did not; the message says what differs.
     pub fn check(&self, origin: &Origin) -> Result<()> {
         let PartHead { program, inputs, study, .. } = &self.head;
         if *program != origin.program {
@@ -265,10 +265,10 @@ impl Parts {
         }
         let rounds = parts.last().map_or(0, |part| part.head.round);
         (1..=rounds).try_for_each(|round| check_complete(&parts, round, share.of()))?;
-        Ok(Self::of_checked(parts, share.of(), rounds))
+        Ok(Self::from_checked(parts, share.of(), rounds))
     }
 
-    /// The pieces in `before`, of the computation from `origin`: those of all parts of the rounds before, or their excerpt.
+    /// Collects the pieces in `before`, of the computation from `origin`: all parts of the rounds before, or their excerpt.
     ///
     /// # Errors
     /// As [`Parts::new`]; an excerpt of another computation.
@@ -277,14 +277,14 @@ impl Parts {
             [one] if one.head.is_excerpt => {
                 one.check(origin)?;
                 let (of, rounds) = (one.head.share.of(), one.head.round);
-                Ok(Self::of_checked(before, of, rounds))
+                Ok(Self::from_checked(before, of, rounds))
             }
             _ => Self::new(before, origin),
         }
     }
 
-    /// All pieces of `parts`, which are as [`Parts::new`] wants them.
-    fn of_checked(parts: Vec<Part>, part_count: u32, rounds: u32) -> Self {
+    /// Collects the pieces of `parts`, which were checked as in [`Parts::new`].
+    fn from_checked(parts: Vec<Part>, part_count: u32, rounds: u32) -> Self {
         let mut piece_locations = HashMap::new();
         let mut sources = Vec::with_capacity(parts.len());
         for (number, Part { source, piece_locations: locations, .. }) in parts.into_iter().enumerate() {
@@ -294,19 +294,19 @@ impl Parts {
         Self { sources, piece_locations, part_count, rounds }
     }
 
-    /// Number of parts in a round.
+    /// Returns the number of parts in a round.
     #[must_use]
     pub fn part_count(&self) -> u32 {
         self.part_count
     }
 
-    /// Number of rounds.
+    /// Returns the number of rounds.
     #[must_use]
     pub fn rounds(&self) -> u32 {
         self.rounds
     }
 
-    /// The piece under `key` as it was encoded, if there is one.
+    /// Returns the piece under `key` as it was encoded; `None` if there is none.
     ///
     /// # Errors
     /// It cannot be read any more.
@@ -321,7 +321,7 @@ impl Parts {
     }
 }
 
-/// Refuses a round that lacks some of its `of` parts.
+/// Returns an error that names the missing parts if a round lacks some of its `of` parts.
 fn check_complete(parts: &[Part], round: u32, of: u32) -> Result<()> {
     let is_there = |number: &u32| parts.binary_search_by_key(&(round, *number), Part::round_and_number).is_ok();
     let missing: Vec<u32> = (1..=of).filter(|number| !is_there(number)).collect();

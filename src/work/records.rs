@@ -7,20 +7,20 @@ use serde::{Serialize, de::DeserializeOwned};
 /// Bytes before the content of a record.
 pub(super) const HEAD: usize = 8;
 
-/// Encodes a key or a piece as bytes.
+/// Returns a key or a piece encoded as bytes.
 ///
 /// # Errors
-/// It has no form in bytes: none that is known.
+/// It has no form in bytes; no such value is known.
 pub(super) fn encode<T: Serialize + ?Sized>(value: &T) -> IoResult<Vec<u8>> {
     postcard::to_stdvec(value).map_err(IoError::other)
 }
 
-/// Decodes a piece from its bytes; `None` if they are no such piece.
+/// Returns a piece decoded from its bytes; `None` if they are no such piece.
 pub(super) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
     postcard::from_bytes(bytes).ok()
 }
 
-/// Makes a record: `content` with its length and checksum before it.
+/// Returns a record: `content` with its length and checksum before it.
 ///
 /// # Errors
 /// It is longer than 4 GiB.
@@ -39,16 +39,16 @@ pub(super) enum Record {
     End,
 }
 
-/// Reads the next record, if it is not longer than what is `left` of the file. Nothing that is written is of length 0, but what a power cut leaves
-/// often is.
-pub(super) fn next_record(reader: &mut impl Read, left: u64) -> IoResult<Record> {
+/// Reads the next record, if it is not longer than the `left` bytes of the file. Nothing that is written is of length 0, but what a power
+/// cut leaves often is.
+pub(super) fn next_record(reader: &mut impl Read, remaining: u64) -> IoResult<Record> {
     let mut head = [0; HEAD];
     if !fill(reader, &mut head)? {
         return Ok(Record::End);
     }
     let [a, b, c, d, e, f, g, h] = head;
     let (length, sum) = (u32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h]));
-    if length == 0 || HEAD as u64 + u64::from(length) > left {
+    if length == 0 || HEAD as u64 + u64::from(length) > remaining {
         return Ok(Record::End);
     }
     let mut content = vec![0; length as usize];

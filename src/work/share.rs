@@ -16,7 +16,7 @@ pub struct Share {
 const MOST: u32 = 1_000_000;
 
 impl Share {
-    /// Share of part `part` of `of`, counted from 1.
+    /// Returns the share of part `part` of `of`, counted from 1.
     ///
     /// # Errors
     /// There is no such part; the message says what was expected.
@@ -30,31 +30,31 @@ impl Share {
         Ok(Self { part, of })
     }
 
-    /// Number of the part, from 1.
+    /// Returns the number of the part, from 1.
     #[must_use]
     pub fn part(self) -> u32 {
         self.part
     }
 
-    /// Number of parts.
+    /// Returns the number of parts.
     #[must_use]
     pub fn of(self) -> u32 {
         self.of
     }
 
-    /// Whether piece number `number` is in this share.
+    /// Returns whether piece number `number`, from 0, is in this share.
     #[must_use]
     pub fn holds(self, number: usize) -> bool {
         number % self.of as usize == self.part as usize - 1
     }
 
-    /// How many of the first `pieces` pieces are in this share.
+    /// Returns how many of the first `pieces` pieces are in this share.
     #[must_use]
     pub fn count(self, pieces: usize) -> usize {
         (pieces + self.of as usize - self.part as usize) / self.of as usize
     }
 
-    /// Beginning of the names of the part's files in round `round`, from 1.
+    /// Returns the beginning of the names of the part's files in round `round`, from 1.
     #[must_use]
     pub fn stem(self, round: u32) -> String {
         let part = format!("part_{:04}_of_{:04}", self.part, self.of);

@@ -706,7 +706,7 @@ fn replaced(files: Vec<OutputFile>, out: &Path, steps: usize) -> usize {
     write_all(made.path(), files).unwrap();
     let changes = prepared.prepare_replacement(made.path(), &names, &json!({ "program": "kinetostat" })).unwrap();
     let count = changes.steps.len();
-    changes.steps.into_iter().take(steps).for_each(|step| step.take().unwrap());
+    changes.steps.into_iter().take(steps).for_each(|step| step.apply().unwrap());
     count
 }
 

@@ -7,7 +7,7 @@ use kinetostat::{
         axis::{degree_ticks, label_with_power, linear_ticks, logarithmic_ticks, widened},
         cyclic_colour, diverging_colour,
         field::{Picture, edges},
-        labels::{Occupied, around},
+        labels::{Occupied, rect_around},
         png::dashes,
         scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text},
         shapes::{contour, hatching_lines, simplify_line},
@@ -188,15 +188,15 @@ fn lightness(colour: Rgb) -> f64 {
 #[test]
 fn lightness_rises_steadily_in_all_colours() {
     for colours in [Colours::Viridis, Colours::Cividis, Colours::Grey] {
-        let steps: Vec<f64> = (0..=20).map(|k| lightness(colours.at(f64::from(k) / 20.0))).collect();
+        let steps: Vec<f64> = (0..=20).map(|k| lightness(colours.colour_at(f64::from(k) / 20.0))).collect();
         let even = (steps[20] - steps[0]) / 20.0;
         assert!(even > 3.0, "{colours:?} spans {} of 100", steps[20] - steps[0]);
         for (k, pair) in steps.windows(2).enumerate() {
             let step = pair[1] - pair[0];
             assert!(step > 0.4 * even && step < 1.7 * even, "{colours:?}, step {k}: {step}, {even} on average");
         }
-        assert_eq!(colours.at(-1.0), colours.at(0.0));
-        assert_eq!(colours.at(2.0), colours.at(1.0));
+        assert_eq!(colours.colour_at(-1.0), colours.colour_at(0.0));
+        assert_eq!(colours.colour_at(2.0), colours.colour_at(1.0));
     }
 }
 
@@ -211,10 +211,10 @@ fn a_turn_closes_and_zero_is_the_lightest() {
 
 #[test]
 fn the_ends_are_those_published() {
-    assert_eq!([Colours::Viridis.at(0.0), Colours::Viridis.at(1.0)], [[68, 1, 84], [254, 232, 37]]);
+    assert_eq!([Colours::Viridis.colour_at(0.0), Colours::Viridis.colour_at(1.0)], [[68, 1, 84], [254, 232, 37]]);
     let near = |found: Rgb, published: Rgb| found.iter().zip(published).all(|(a, b)| a.abs_diff(b) <= 6);
-    assert!(near(Colours::Cividis.at(0.0), [0, 32, 77]), "{:?}", Colours::Cividis.at(0.0));
-    assert!(near(Colours::Cividis.at(1.0), [255, 234, 70]), "{:?}", Colours::Cividis.at(1.0));
+    assert!(near(Colours::Cividis.colour_at(0.0), [0, 32, 77]), "{:?}", Colours::Cividis.colour_at(0.0));
+    assert!(near(Colours::Cividis.colour_at(1.0), [255, 234, 70]), "{:?}", Colours::Cividis.colour_at(1.0));
 }
 
 fn contrast(a: Rgb, b: Rgb) -> f64 {
@@ -310,11 +310,11 @@ fn labels_of_points_that_crowd_do_not_cover_each_other() {
     let points: Vec<Point> =
         (0..12).map(|k| [800.0 + f64::from(k % 4) * 9.0, 600.0 + f64::from(k / 4) * 7.0]).collect();
     let mut occupied =
-        Occupied { marks: points.iter().map(|p| around(*p, [19.0; 2])).collect(), ..Occupied::default() };
+        Occupied { marks: points.iter().map(|p| rect_around(*p, [19.0; 2])).collect(), ..Occupied::default() };
     let spots: Vec<Rect> = points.iter().map(|p| occupied.place_label(*p, 19.0, [60.0, 24.0], page).rect).collect();
     for (k, spot) in spots.iter().enumerate() {
         assert!(spots[..k].iter().all(|other| other.overlap(spot) == 0.0), "{k}");
-        assert!(points.iter().all(|p| around(*p, [19.0; 2]).overlap(spot) == 0.0), "{k}");
+        assert!(points.iter().all(|p| rect_around(*p, [19.0; 2]).overlap(spot) == 0.0), "{k}");
         assert!((spot.overlap(&page) - spot.width * spot.height).abs() < 1e-6, "{k}");
     }
 }

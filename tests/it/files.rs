@@ -5,7 +5,7 @@ use std::{borrow::Cow, collections::BTreeMap, path::Path};
 use kinetostat::{
     files::{
         Foreign, Manifest, OutputFile, PreparedFolder, Recorded, StatusCount, check_may_replace, counted, display_json,
-        exchange::{self, Cell, Table, counts, description, numbers, text_of, texts},
+        exchange::{self, Cell, Table, counts, description, numbers, texts, unescape_formula},
         millimetres, position, prepare, remove_temporary, temporary_file, visible, visible_json, with_minus_signs,
         write_all,
     },
@@ -47,7 +47,7 @@ fn no_text_is_a_formula_and_numbers_are_not_touched() {
     for (name, row) in names.iter().zip(reader.records()) {
         let row = row.unwrap();
         assert!(!row[0].starts_with(['=', '+', '-', '@', '\t', '\r', '\n']), "{row:?}");
-        assert_eq!((text_of(&row[0]), &row[1]), (*name, "-1.5"));
+        assert_eq!((unescape_formula(&row[0]), &row[1]), (*name, "-1.5"));
     }
 }
 

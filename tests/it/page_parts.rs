@@ -164,8 +164,8 @@ fn rounding_and_what_is_not_solved_have_no_winner() {
         winners.at,
         [best(0, 0.5), best(1, 0.25), NodeWinner::Same, NodeWinner::Same, NodeWinner::Nothing, NodeWinner::Nothing]
     );
-    assert_eq!((winners.compared_count(), winners.win_share(0), winners.share_same()), (4, 0.25, 0.5));
-    assert_eq!((winners.most(1), winners.typical_lead(0)), (Some(1), Some(0.5)));
+    assert_eq!((winners.compared_count(), winners.win_share(0), winners.same_share()), (4, 0.25, 0.5));
+    assert_eq!((winners.largest_lead_node(1), winners.typical_lead(0)), (Some(1), Some(0.5)));
     let larger = Winners::new(&parts, 0, 0, Better::Larger, 1e-7).unwrap();
     assert_eq!(larger.at[..2], [best(1, 1.0), best(0, 0.5 / 1.5)]);
     assert_eq!(Winners::new(&parts, 0, 0, Better::Neither, 0.0), None);

@@ -22,12 +22,12 @@ pub struct CsvFile<W: Write> {
 }
 
 impl<W: Write> CsvFile<W> {
-    /// Returns an empty file that writes to `out`.
+    /// Creates an empty file that writes to `out`.
     pub fn new(out: W) -> Self {
         Self { writer: csv::Writer::from_writer(out), has_header: false }
     }
 
-    /// Returns an empty file that writes rows alone to `out`.
+    /// Creates an empty file that writes rows alone, without a header, to `out`.
     pub(super) fn without_header(out: W) -> Self {
         Self { has_header: true, ..Self::new(out) }
     }
@@ -77,7 +77,7 @@ fn write_number(number: f64, out: &mut Vec<u8>) -> std::io::Result<()> {
     }
 }
 
-/// Whether a spreadsheet would take a text for a formula.
+/// Returns whether a spreadsheet would take a text for a formula.
 fn is_formula(text: &str) -> bool {
     text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n'])
 }
@@ -88,25 +88,25 @@ fn escape_formula(text: &str) -> Cow<'_, str> {
     if is_formula(text.trim_start_matches('\'')) { format!("'{text}").into() } else { text.into() }
 }
 
-/// Returns the text of a cell written by [`CsvFile`], without the mark against formulas.
-pub fn text_of(cell: &str) -> &str {
+/// Returns the text of a cell written by [`CsvFile`], without the `'` that marks it as no formula.
+pub fn unescape_formula(cell: &str) -> &str {
     if is_formula(cell.trim_start_matches('\'')) { cell.strip_prefix('\'').unwrap_or(cell) } else { cell }
 }
 
-/// Returns the whole table as CSV.
+/// Returns the whole table as the bytes of a CSV file.
 pub fn csv(table: &Table) -> csv::Result<Vec<u8>> {
     let mut file = CsvFile::new(Vec::new());
     file.add(table)?;
     file.finish()
 }
 
-/// Returns the description of tables in CSV files, which are given with their file names.
+/// Returns the description of tables in CSV files, given with their file names, as JSON.
 pub fn description<'a>(tables: impl IntoIterator<Item = (&'a str, &'a Table)>) -> Value {
     let tables: Vec<Value> = tables.into_iter().map(|(file, table)| describe_table(file, table)).collect();
     json!({ "@context": "http://www.w3.org/ns/csvw", "schema:version": SCHEMA.to_string(), "tables": tables })
 }
 
-/// Describes the columns of one table: name, type, unit and meaning.
+/// Returns the columns of one table as JSON: name, type, unit and meaning of each.
 fn describe_table(file: &str, table: &Table) -> Value {
     let columns = table.columns().iter().map(|column| {
         let datatype = match column.kind {
@@ -114,20 +114,20 @@ fn describe_table(file: &str, table: &Table) -> Value {
             Kind::Count => "nonNegativeInteger",
             Kind::Text => "string",
         };
-        let mut described = json!({ "titles": column.name, "datatype": datatype });
+        let mut description = json!({ "titles": column.name, "datatype": datatype });
         if let Some(unit) = column.unit() {
-            described["schema:unitText"] = json!(unit);
+            description["schema:unitText"] = json!(unit);
         }
         if let Some(meaning) = column_meaning(&column.name) {
-            described["dc:description"] = json!(meaning);
+            description["dc:description"] = json!(meaning);
         }
-        described
+        description
     });
-    let mut described = json!({ "url": file, "tableSchema": { "columns": columns.collect::<Vec<_>>() } });
+    let mut description = json!({ "url": file, "tableSchema": { "columns": columns.collect::<Vec<_>>() } });
     if let Some(note) = table.note() {
-        described["dc:description"] = json!(note);
+        description["dc:description"] = json!(note);
     }
-    described
+    description
 }
 
 /// Returns the meaning of a column whose name has no unit to explain it; `None` for other columns.

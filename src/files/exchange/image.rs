@@ -76,8 +76,8 @@ impl Image {
     fn arrays(&self, tables: &[(String, Table)]) -> io::Result<Vec<Array>> {
         let mut arrays = Vec::new();
         for layer in &self.layers {
-            let found = tables.iter().find(|(name, _)| name == layer.table);
-            let (_, table) = found.ok_or_else(|| io::Error::other(format!("there is no table {}", layer.table)))?;
+            let entry = tables.iter().find(|(name, _)| name == layer.table);
+            let (_, table) = entry.ok_or_else(|| io::Error::other(format!("there is no table {}", layer.table)))?;
             arrays.extend(layer.arrays(table, self.grid.len())?);
         }
         // Programs show the first array: a quantity of the first table.
@@ -87,7 +87,7 @@ impl Image {
         Ok(arrays)
     }
 
-    /// Describes the arrays as JSON, with their units and the numbers of statuses.
+    /// Returns the arrays as JSON, with their units and the numbers of statuses.
     fn description(&self, arrays: &[Array]) -> Value {
         let arrays = arrays.iter().map(|array| {
             let components = if matches!(array.values, Values::Vectors(_)) { 3 } else { 1 };
@@ -165,8 +165,8 @@ impl Layer {
 
 /// Returns the number of a status in images; `Err` if the cell holds no known status.
 fn status_number(cell: &Cell) -> io::Result<i32> {
-    let place = |word: &String| STATUSES.iter().position(|status| status == word);
-    let found = if let Cell::Text(word) = cell { place(word) } else { None };
-    let number = found.and_then(|place| i32::try_from(place).ok());
+    let index_of = |word: &String| STATUSES.iter().position(|status| status == word);
+    let index = if let Cell::Text(word) = cell { index_of(word) } else { None };
+    let number = index.and_then(|index_of| i32::try_from(index_of).ok());
     number.ok_or_else(|| io::Error::other(format!("status {cell:?} has no number in images")))
 }

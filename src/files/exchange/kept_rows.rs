@@ -116,35 +116,35 @@ impl KeptRows {
         table.rows().chunks(self.rows_per_point).try_for_each(|rows| self.add_point(table.columns(), rows))
     }
 
-    /// Adds the rows of the next point.
+    /// Adds the rows of the next point: keeps it at the start of a step, as the worst of its step, or as an extreme of a column.
     fn add_point(&mut self, columns: &[Column], rows: &[Row]) -> csv::Result<()> {
         let Some(Cell::Count(point)) = rows.first().and_then(|row| row.first()) else { return Ok(()) };
-        let mut as_csv: Option<Arc<PointRows>> = None;
-        let mut encoded = || -> csv::Result<Arc<PointRows>> {
-            if let Some(known) = &as_csv {
+        let mut encoded: Option<Arc<PointRows>> = None;
+        let mut encode = || -> csv::Result<Arc<PointRows>> {
+            if let Some(known) = &encoded {
                 return Ok(Arc::clone(known));
             }
             let mut file = CsvFile::without_header(Vec::new());
             file.add(&Table::new(columns.to_vec(), rows.to_vec()))?;
-            Ok(Arc::clone(as_csv.insert(Arc::new(PointRows { point: *point, csv: file.finish()? }))))
+            Ok(Arc::clone(encoded.insert(Arc::new(PointRows { point: *point, csv: file.finish()? }))))
         };
         if point.is_multiple_of(self.step) {
             self.kept.extend(self.worst.iter_mut().filter_map(Option::take).map(|(_, worst)| worst));
-            self.kept.push(encoded()?);
+            self.kept.push(encode()?);
         }
         for ((column, _), worst) in self.ranked_by.iter().zip(&mut self.worst) {
             // Without a number no point is shown to be better.
             let values = rows.iter().map(|row| number(&row[*column]).unwrap_or(f64::INFINITY));
             let value = values.fold(f64::NEG_INFINITY, f64::max);
             if worst.as_ref().is_none_or(|(most, _)| value > *most) {
-                *worst = Some((value, encoded()?));
+                *worst = Some((value, encode()?));
             }
         }
         let columns = rows.iter().flat_map(|row| self.numbers.iter().map(|column| &row[*column]));
         for (cell, largest) in columns.zip(&mut self.largest) {
             let Some(size) = number(cell).map(f64::abs) else { continue };
             if largest.as_ref().is_none_or(|(most, _)| size > *most) {
-                *largest = Some((size, encoded()?));
+                *largest = Some((size, encode()?));
             }
         }
         Ok(())
@@ -152,8 +152,8 @@ impl KeptRows {
 
     /// Writes the rows kept, in path order, to `out`, and returns which they are of the table called `stem`. `Err` if `out` cannot be written.
     pub(super) fn finish(self, stem: &str, out: &mut impl Write) -> Result<String> {
-        let others = self.worst.into_iter().chain(self.largest).flatten().map(|(_, rows)| rows);
-        let mut kept: Vec<Arc<PointRows>> = self.kept.into_iter().chain(others).collect();
+        let extremes = self.worst.into_iter().chain(self.largest).flatten().map(|(_, rows)| rows);
+        let mut kept: Vec<Arc<PointRows>> = self.kept.into_iter().chain(extremes).collect();
         kept.sort_by_key(|rows| rows.point);
         kept.dedup_by_key(|rows| rows.point);
         let worst = self.ranked_by.iter().map(|(_, name)| format!("the largest {name}"));
@@ -169,7 +169,7 @@ impl KeptRows {
     }
 }
 
-/// Returns the number in a cell, if there is one.
+/// Returns the real number in a cell; `None` for cells of other kinds.
 fn number(cell: &Cell) -> Option<f64> {
     if let Cell::Number(value) = cell { Some(*value) } else { None }
 }

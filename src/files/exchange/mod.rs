@@ -17,7 +17,7 @@ mod vti_file;
 use std::path::Path;
 
 pub(crate) use csv_file::DESCRIPTION;
-pub use csv_file::{CsvFile, csv, description, text_of};
+pub use csv_file::{CsvFile, csv, description, unescape_formula};
 pub use image::{Image, Layer};
 pub use kept_rows::{KeptRows, MOST_ROWS, Points, WrittenRows};
 #[cfg(not(feature = "parquet"))]
@@ -64,7 +64,7 @@ impl Format {
         }
     }
 
-    /// Checks that this program was built with the format; otherwise `Err`.
+    /// Returns an error if this program was built without the format.
     pub(crate) fn check_built(self) -> std::result::Result<(), NotBuilt> {
         match self {
             Format::Parquet if !cfg!(feature = "parquet") => Err(NotBuilt(self)),
@@ -91,12 +91,12 @@ impl std::fmt::Display for NotBuilt {
 
 impl std::error::Error for NotBuilt {}
 
-/// Returns the files of `tables` in the formats asked for; `folder` is where they will be written. `written` are tables already in files,
-/// which only need to be described. `Err` names the file whose format cannot hold the data.
+/// Returns the files of `tables` (name and table) in the formats asked for; `folder` is where they will be written. `streamed` are tables
+/// already in files, which only need to be described. `Err` names the file whose format cannot hold the data.
 pub fn files(
     folder: &Path,
     tables: &[(String, Table)],
-    written: &[(String, Table)],
+    streamed: &[(String, Table)],
     formats: &[Format],
 ) -> Result<Vec<OutputFile>> {
     let fault = |name: &str, source| Error::Write { file: folder.join(name), source };
@@ -107,10 +107,10 @@ pub fn files(
             let bytes = csv(table).map_err(|e| fault(name, std::io::Error::other(e)))?;
             files.push(OutputFile::new(name, bytes));
         }
-        let written = written.iter().map(|(stem, table)| (format!("{stem}.csv"), table));
-        let all: Vec<(String, &Table)> = written.chain(named).collect();
-        let described = description(all.iter().map(|(name, table)| (name.as_str(), *table)));
-        files.push(OutputFile::new(DESCRIPTION, format!("{described:#}\n")));
+        let streamed = streamed.iter().map(|(stem, table)| (format!("{stem}.csv"), table));
+        let all: Vec<(String, &Table)> = streamed.chain(named).collect();
+        let json = description(all.iter().map(|(name, table)| (name.as_str(), *table)));
+        files.push(OutputFile::new(DESCRIPTION, format!("{json:#}\n")));
     }
     if formats.contains(&Format::Parquet) {
         for (stem, table) in tables {

@@ -90,7 +90,7 @@ impl StreamedTable {
 /// Flushes a temporary file and returns it as the output file `path`.
 fn finish_file(path: &Path, out: Out) -> Result<OutputFile> {
     let file = out.into_inner().map_err(IntoInnerError::into_error).map_err(|error| write_error(path, error))?;
-    Ok(OutputFile::written(path.file_name().unwrap_or_default().to_string_lossy(), file))
+    Ok(OutputFile::from_temporary(path.file_name().unwrap_or_default().to_string_lossy(), file))
 }
 
 /// Wraps an error as one of writing the file `path`.

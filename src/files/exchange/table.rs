@@ -92,7 +92,7 @@ impl Cell {
         }
     }
 
-    /// Whether the cell may stand in a column of this kind.
+    /// Returns whether the cell may stand in a column of this kind.
     fn fits(&self, kind: Kind) -> bool {
         match self {
             Cell::Missing => true,
@@ -165,7 +165,7 @@ impl Table {
         Self { columns, rows, note: None }
     }
 
-    /// Sets a sentence on which of its rows its file has.
+    /// Returns the table with a sentence on which of its rows its file has.
     #[must_use]
     pub(crate) fn with_note(self, note: Option<String>) -> Self {
         Self { note, ..self }

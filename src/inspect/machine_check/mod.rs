@@ -77,13 +77,13 @@ const FAR_SOFTER: f64 = 100.0;
 const HOME_TOLERANCE: f64 = 1e-5;
 
 /// Returns the machine's characteristic length or the diagonal of its workspace, whichever is larger, mm.
-fn size(machine: &Machine) -> f64 {
+fn machine_size(machine: &Machine) -> f64 {
     machine.characteristic_length.max((machine.workspace.max - machine.workspace.min).norm())
 }
 
-/// Checks `machine` at home, at its named points, and over its workspace.
+/// Checks `machine` at home, at its named points, and over its workspace; returns all findings with warnings.
 pub fn check(machine: &Machine) -> Findings {
-    let mut findings = rigid_findings(machine);
+    let mut findings = kinematic_findings(machine);
     let mut workspace = Workspace::new(machine);
     findings.stiffness = unloaded_stiffness(machine, &machine.home, &mut workspace);
     findings.compliance = unloaded_compliance(machine, &machine.home, &mut workspace);
@@ -111,17 +111,17 @@ pub fn check(machine: &Machine) -> Findings {
     findings
 }
 
-/// Checks what does not depend on stiffness.
+/// Checks what does not depend on stiffness: mobility, kinematics, spans and branches.
 pub fn check_geometry(geometry: &Geometry) -> Findings {
     let machine = geometry.kinematics();
-    let mut findings = rigid_findings(machine);
+    let mut findings = kinematic_findings(machine);
     findings.warnings = warnings(machine, &findings, &Status::Solved);
     findings.warnings.extend(units::geometry_questions(machine, &findings, &machine.parameters()));
     findings
 }
 
-/// Returns the findings of the rigid machine, without warnings.
-fn rigid_findings(machine: &Machine) -> Findings {
+/// Returns the findings that need no stiffness, without warnings.
+fn kinematic_findings(machine: &Machine) -> Findings {
     let (reached, round_trip) = check_places(machine);
     Findings {
         mobility: machine.mobility(&machine.home),
@@ -136,14 +136,14 @@ fn rigid_findings(machine: &Machine) -> Findings {
     }
 }
 
-/// Returns the posture in the home pose on each branch.
+/// Returns the posture in the home pose on each branch of an arm, `None` where it does not reach; empty for other machines.
 fn home_branches(machine: &Machine) -> Vec<(Branch, Option<Posture>)> {
     if machine.branch_of(&machine.home).is_none() {
         return Vec::new();
     }
     let postures = machine.postures_at(&machine.home.pose);
-    let on = |branch: Branch| (branch, postures.iter().find(|posture| posture.branch == branch).cloned());
-    Branch::ALL.into_iter().map(on).collect()
+    let on_branch = |branch: Branch| (branch, postures.iter().find(|posture| posture.branch == branch).cloned());
+    Branch::ALL.into_iter().map(on_branch).collect()
 }
 
 /// Name and position (P in O, mm) of a place, and whether inverse kinematics reaches it.
@@ -179,11 +179,11 @@ fn check_places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
     (places.into_iter().map(visit).collect(), worst)
 }
 
-/// Returns a warning if the platform is not in the home pose of the machine file.
+/// Returns a warning if the chains do not hold the platform in the home pose of the machine file.
 fn home_warning(machine: &Machine) -> Option<String> {
-    let (found, sought) = (machine.home.pose, machine.home_target);
-    let shift = (found.translation - sought.translation).norm();
-    let turn = rotation_log(&(found.rotation * sought.rotation.transpose())).norm();
+    let (found, given) = (machine.home.pose, machine.home_target);
+    let shift = (found.translation - given.translation).norm();
+    let turn = rotation_log(&(found.rotation * given.rotation.transpose())).norm();
     if shift <= HOME_TOLERANCE * machine.characteristic_length && turn <= HOME_TOLERANCE {
         return None;
     }
@@ -235,7 +235,7 @@ fn travel_warning(machine: &Machine) -> Option<String> {
 
 /// Returns warnings about controlled coordinates that the drives cannot control at home, and about translations that they could control, too.
 fn control_warnings(machine: &Machine) -> Vec<String> {
-    let named = |coordinates: &[Coordinate]| match coordinates {
+    let listed = |coordinates: &[Coordinate]| match coordinates {
         [] => "nothing".to_string(),
         some => some.iter().map(|c| c.name()).collect::<Vec<_>>().join(", "),
     };
@@ -245,24 +245,24 @@ fn control_warnings(machine: &Machine) -> Vec<String> {
         return vec![format!(
             "platform.controls: of {} the drives can control only {count} independently at home; by the mobility there they \
              control {}: wrong platform.controls or a singular home",
-            named(controls),
-            named(&possible)
+            listed(controls),
+            listed(&possible)
         )];
     }
-    let is_left = |c: &&Coordinate| matches!(c, Coordinate::Translation(_)) && !controls.contains(c);
-    let left: Vec<Coordinate> = possible.iter().filter(is_left).copied().collect();
-    if machine.redundancy == 0 || left.is_empty() {
+    let is_free = |c: &&Coordinate| matches!(c, Coordinate::Translation(_)) && !controls.contains(c);
+    let free: Vec<Coordinate> = possible.iter().filter(is_free).copied().collect();
+    if machine.redundancy == 0 || free.is_empty() {
         return Vec::new();
     }
     vec![format!(
         "platform.controls: {} could be controlled, too: without control the least motion of the drives gives that \
          coordinate from {}, and other values are refused",
-        named(&left),
-        named(controls)
+        listed(&free),
+        listed(controls)
     )]
 }
 
-/// Returns the compliance shares of elements with their names, summed over chains: a design mounted thrice has its wrong stiffness thrice.
+/// Returns chains and name, name, and share summed over chains of each element: a design mounted thrice has its wrong stiffness thrice.
 fn shares_by_element(findings: &Findings) -> Vec<(String, String, f64)> {
     let mut elements: Vec<(&str, Vec<&str>, f64)> = Vec::new();
     for (name, share) in &findings.compliance_shares {
@@ -296,20 +296,20 @@ fn may_be_too_soft(machine: &Machine, findings: &Findings, element: &str) -> boo
         return true;
     }
     let drives = |is_it: bool| machine.drives().map(|(_, drive)| drive).filter(move |d| (d.name == element) == is_it);
-    let softest = |own: &Drive| {
-        let alike = drives(false).filter(|other| other.motion == own.motion);
+    let softest = |drive: &Drive| {
+        let alike = drives(false).filter(|other| other.motion == drive.motion);
         alike.map(|other| other.stiffness).reduce(f64::min)
     };
-    drives(true).any(|own| softest(own).is_some_and(|other| own.stiffness < other / FAR_SOFTER))
+    drives(true).any(|drive| softest(drive).is_some_and(|other| drive.stiffness < other / FAR_SOFTER))
 }
 
 /// Returns the names, as in findings, of springs between two points; such a spring has a tiny share where it is soft beside what it spans.
 fn spring_names(machine: &Machine) -> Vec<String> {
-    let of = |chain: &Chain| -> Vec<String> {
+    let names_of = |chain: &Chain| -> Vec<String> {
         let springs = chain.route.with_loops().into_iter().flat_map(|route| &route.point_springs);
         springs.map(|spring| format!("{} {}", chain.name, spring.name)).collect()
     };
-    machine.chains.iter().flat_map(of).collect()
+    machine.chains.iter().flat_map(names_of).collect()
 }
 
 /// Returns all warnings; `status` is that of the equilibrium at home under a load of 1 N.

@@ -14,21 +14,21 @@ use crate::{
 
 /// Returns the findings about a machine as text.
 pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
-    let known = rigid_text(machine, findings) + &stiffness_text(machine, findings) + &survey_text(findings);
+    let known = kinematics_text(machine, findings) + &stiffness_text(machine, findings) + &survey_text(findings);
     known + &shares_text(machine, findings) + &provenance_text(machine) + &warnings_text(findings)
 }
 
 /// Returns the findings about a machine of which only the geometry is known, as text.
 pub fn geometry_text(geometry: &Geometry, findings: &Findings) -> String {
     let unknown: Vec<&str> = geometry.unknown().iter().map(|UnknownStiffness { drive, .. }| drive.as_str()).collect();
-    let mut text = rigid_text(geometry.kinematics(), findings);
+    let mut text = kinematics_text(geometry.kinematics(), findings);
     text += &line("stiffness", format!("unknown of {}: how far the tool moves cannot be said", unknown.join(", ")));
     text + &provenance_text(geometry.kinematics()) + &warnings_text(findings)
 }
 
-/// Returns a line of the findings: a label and its value.
-fn line(what: &str, told: impl Display) -> String {
-    format!("  {what:<18} {told}\n")
+/// Returns a line of the findings: the label `what` and its value.
+fn line(what: &str, value: impl Display) -> String {
+    format!("  {what:<18} {value}\n")
 }
 
 /// Returns the compliance share of each element, at home and at the softest place.
@@ -46,9 +46,9 @@ fn shares_text(machine: &Machine, findings: &Findings) -> String {
         None => format!("  {title:<42} at home\n"),
     };
     for (i, (name, share)) in findings.compliance_shares.iter().enumerate() {
-        let there = softest.and_then(|place| place.compliance_shares.get(i));
-        let there = there.map_or_else(String::new, |(_, share)| format!(" {:>7.3} %", share * 100.0));
-        text += &format!("    {name:<38} {:>7.3} %{there}\n", share * 100.0);
+        let at_softest = softest.and_then(|place_text| place_text.compliance_shares.get(i));
+        let at_softest = at_softest.map_or_else(String::new, |(_, share)| format!(" {:>7.3} %", share * 100.0));
+        text += &format!("    {name:<38} {:>7.3} %{at_softest}\n", share * 100.0);
     }
     text
 }
@@ -60,20 +60,20 @@ fn survey_text(findings: &Findings) -> String {
     };
     let mut text = format!("  over the workspace {reached} of {} places reached ({nx} x {ny} x {nz})\n", nx * ny * nz);
     if let Some(Softest { position_mm, tool_stiffness_n_per_mm: [least, ..], .. }) = softest {
-        text += &format!("    softest          {least:.1} N/mm {}\n", place(position_mm));
+        text += &format!("    softest          {least:.1} N/mm {}\n", place_text(position_mm));
     }
     if let Some(Droop { range_mm: [least, largest], position_mm, .. }) = droop
         && least.is_finite()
     {
         text += &format!(
             "    droop by weight  {least:.3} to {largest:.3} mm of the tool tip from the rigid machine, most {}\n",
-            place(position_mm)
+            place_text(position_mm)
         );
     }
     text += &match payload {
         Some(Payload { kilograms, drive, position_mm }) => format!(
             "    payload          {kilograms:.1} kg at the tool tip, at rest, beside its own weight: {drive} is then at its limit {}\n",
-            place(position_mm)
+            place_text(position_mm)
         ),
         None if *reached == 0 => String::new(),
         None => "    payload          not known: no drive with a force or torque limit carries it\n".into(),
@@ -81,13 +81,13 @@ fn survey_text(findings: &Findings) -> String {
     text
 }
 
-/// Returns a position of P in words, rounded to 0.1 mm.
-fn place(position: &Vector3<f64>) -> String {
+/// Returns a position of P (mm) as text, rounded to 0.1 mm.
+fn place_text(position: &Vector3<f64>) -> String {
     let [x, y, z]: [f64; 3] = position.map(|v| (v * 10.0).round() / 10.0 + 0.0).into();
     format!("at ({x}, {y}, {z}) mm")
 }
 
-/// Returns how far P goes from home along the controlled axes.
+/// Returns how far P goes from home along the controlled axes, as a line; empty if none is controlled.
 fn spans_text(findings: &Findings) -> String {
     let end = |value: f64| if value.is_finite() { format!("{:+.1}", value + 0.0) } else { "without end".into() };
     let along = |(axis, span): (&str, &Option<Span>)| {
@@ -102,12 +102,12 @@ fn spans_text(findings: &Findings) -> String {
 
 /// Returns the sources of the machine's parameters with their grades.
 fn provenance_text(machine: &Machine) -> String {
-    let told = machine.provenance.iter().enumerate();
-    let lines: String = told
-        .map(|(i, told)| {
+    let entry = machine.provenance.iter().enumerate();
+    let lines: String = entry
+        .map(|(i, entry)| {
             let line =
                 machine.line_of(&format!("provenance[{i}]")).map_or_else(String::new, |n| format!(" (line {n})"));
-            format!("    {:<11} {}{line}\n                {}\n", told.grade.label(), told.what, told.source)
+            format!("    {:<11} {}{line}\n                {}\n", entry.grade.label(), entry.what, entry.source)
         })
         .collect();
     if lines.is_empty() { lines } else { format!("  where the parameters come from\n{lines}") }
@@ -120,7 +120,7 @@ fn warnings_text(findings: &Findings) -> String {
 }
 
 /// Returns the findings that do not depend on stiffness.
-fn rigid_text(machine: &Machine, findings: &Findings) -> String {
+fn kinematics_text(machine: &Machine, findings: &Findings) -> String {
     let mobility = &findings.mobility;
     let mut text = format!("{} — {}\n", machine.name, machine.title);
     let (drives, chains) = (counted(machine.drive_count(), "drive"), machine.chains.len());
@@ -191,13 +191,13 @@ pub(crate) fn clearance_words(clearance: &Clearance) -> String {
     )
 }
 
-/// Returns the posture of an arm at home on each branch.
+/// Returns the posture at home on each branch of an arm; empty for other machines.
 fn branches_text(machine: &Machine, findings: &Findings) -> String {
     let Some(clearance) = &findings.clearance else { return String::new() };
-    let own = machine.branch_of(&machine.home);
+    let home_branch = machine.branch_of(&machine.home);
     let mut text = line("at home", clearance_words(clearance)) + "  branches at home\n";
     for (branch, posture) in &findings.branches {
-        let mark = if own == Some(*branch) { " (home)" } else { "" };
+        let mark = if home_branch == Some(*branch) { " (home)" } else { "" };
         let words = match posture {
             None => "not reached".into(),
             Some(posture) => {
@@ -213,7 +213,7 @@ fn branches_text(machine: &Machine, findings: &Findings) -> String {
     text
 }
 
-/// Returns the positions of the drives with their units.
+/// Returns drive positions (mm, rad) as text in the units that readers see.
 fn position_list(machine: &Machine, drives: &[f64]) -> String {
     let shown = |(rho, (_, drive)): (f64, (usize, &Drive))| drive.motion.position_words(rho);
     shown_positions(machine, drives).into_iter().zip(machine.drives()).map(shown).collect::<Vec<_>>().join(", ")
@@ -252,7 +252,7 @@ fn stiffness_text(machine: &Machine, findings: &Findings) -> String {
     text
 }
 
-/// Returns the rows of a matrix as text; entries below `least` are shown as zero.
+/// Returns the rows of a matrix as text; entries smaller than `least` are shown as zero.
 fn matrix_text(matrix: &Matrix6<f64>, least: f64) -> String {
     let rows = matrix.row_iter().map(|row| {
         let cells: Vec<String> =
@@ -262,7 +262,7 @@ fn matrix_text(matrix: &Matrix6<f64>, least: f64) -> String {
     rows.collect()
 }
 
-/// Returns the nonzero components of a wrench in words.
+/// Returns the nonzero components of a wrench (N, N·mm) in words.
 fn wrench_text(wrench: &Vector6<f64>) -> String {
     let names = ["N along x", "N along y", "N along z", "N·mm about x", "N·mm about y", "N·mm about z"];
     let parts = wrench.iter().zip(names).filter(|(value, _)| **value != 0.0);

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::size;
+use super::machine_size;
 use crate::{
     machine::{Configuration, Machine, Motion},
     simulation::sources::TO_ROUNDING,
@@ -54,7 +54,7 @@ pub struct Droop {
     pub without: Option<(usize, String)>,
 }
 
-/// Surveys a grid over the workspace.
+/// Surveys a grid of places over the workspace, oriented as at home.
 pub(super) fn survey(machine: &Machine, workspace: &mut Workspace) -> Survey {
     let (min, max) = (machine.workspace.min, machine.workspace.max);
     let grid = Grid::new(min, max, [0, 1, 2].map(|axis| if max[axis] > min[axis] { POINTS } else { 1 }));
@@ -69,35 +69,35 @@ pub(super) fn survey(machine: &Machine, workspace: &mut Workspace) -> Survey {
     }
 }
 
-/// Returns the place among `places` where the tool tip of the weightless `machine` is softest.
+/// Returns the place among `places` where the tool tip of the weightless `machine` is softest; `None` where it is free or rigid everywhere.
 fn softest(machine: &Machine, places: &[Configuration], workspace: &mut Workspace) -> Option<Softest> {
     let mut softest: Option<(f64, &Configuration)> = None;
     let mut carrier = machine.carrier.clone();
     for at in places {
         let lever = at.pose.rotation * machine.tool_tip;
         let Some(compliance) = unloaded_compliance(machine, at, workspace) else { continue };
-        let mut of_tip = tool_compliance(&compliance, lever);
+        let mut tip = tool_compliance(&compliance, lever);
         if let Some(carrier) = &mut carrier {
             let touched = carrier.set_touch_point(at.pose.translation + lever);
             let carried = unloaded_compliance(carrier, &touched, &mut Workspace::new(carrier));
             let Some(carried) = carried else { continue };
-            of_tip += tool_compliance(&carried, Vector3::zeros());
+            tip += tool_compliance(&carried, Vector3::zeros());
         }
-        let [least, ..] = principal_stiffnesses(&of_tip);
+        let [least, ..] = principal_stiffnesses(&tip);
         if least.is_finite() && softest.is_none_or(|(softer, _)| least < softer) {
             softest = Some((least, at));
         }
     }
     let (_, at) = softest?;
-    let found = compliance(machine, at, workspace).ok()?;
+    let there = compliance(machine, at, workspace).ok()?;
     Some(Softest {
         position_mm: at.pose.translation,
-        tool_stiffness_n_per_mm: found.stiffness?,
-        compliance_shares: found.shares,
+        tool_stiffness_n_per_mm: there.stiffness?,
+        compliance_shares: there.shares,
     })
 }
 
-/// Returns the range of the tool tip's displacement by weight over `places`.
+/// Returns the range of the tool tip's displacement by weight over `places`; `None` without weight or places.
 fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace) -> Option<Droop> {
     if !machine.has_weight() || places.is_empty() {
         return None;
@@ -111,23 +111,23 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace)
             droop.without.get_or_insert_with(|| (0, outcome.status.reason(machine))).0 += 1;
             continue;
         }
-        let mut moved = machine.tool_displacement(&at.pose, &state.pose);
+        let mut displacement = machine.tool_displacement(&at.pose, &state.pose);
         if let Some(carrier) = &mut carrier {
-            let touched = carrier.set_touch_point(at.pose.translation + at.pose.rotation * machine.tool_tip);
-            let mut state = State::rigid(carrier, &touched);
-            let mut own = Workspace::new(carrier);
-            let outcome = equilibrium(carrier, &touched.drives, &Wrench::zero(), &mut state, &mut own, &TO_ROUNDING);
+            let at_tip = carrier.set_touch_point(at.pose.translation + at.pose.rotation * machine.tool_tip);
+            let mut state = State::rigid(carrier, &at_tip);
+            let mut scratch = Workspace::new(carrier);
+            let outcome = equilibrium(carrier, &at_tip.drives, &Wrench::zero(), &mut state, &mut scratch, &TO_ROUNDING);
             if outcome.status != Status::Solved {
                 droop.without.get_or_insert_with(|| (0, outcome.status.reason(carrier))).0 += 1;
                 continue;
             }
-            moved -= state.pose.translation - touched.pose.translation;
+            displacement -= state.pose.translation - at_tip.pose.translation;
         }
-        let moved = moved.norm();
+        let displacement = displacement.norm();
         let [least, largest] = &mut droop.range_mm;
-        *least = least.min(moved);
-        if moved > *largest {
-            (*largest, droop.position_mm) = (moved, at.pose.translation);
+        *least = least.min(displacement);
+        if displacement > *largest {
+            (*largest, droop.position_mm) = (displacement, at.pose.translation);
         }
     }
     Some(droop)
@@ -187,7 +187,7 @@ pub(super) fn compliance(
     Ok(Compliance { stiffness, shares })
 }
 
-/// Returns the equilibrium under `load`, and the energy that each elastic element takes up.
+/// Returns the equilibrium under `load`, and the name and energy (N·mm) of each elastic element; or the status without equilibrium.
 fn elastic_energies(
     machine: &Machine,
     at: &Configuration,
@@ -234,15 +234,15 @@ pub(super) fn payload(machine: &Machine, places: &[Configuration], workspace: &m
     }
     let mut least: Option<(MaxMass, &Configuration)> = None;
     for at in places {
-        let held = mass_at_limit(machine, at, 0.0, workspace);
-        if let Some(held) = held.filter(|held| least.is_none_or(|(other, _)| held.0 < other.0)) {
-            least = Some((held, at));
+        let limit = mass_at_limit(machine, at, 0.0, workspace);
+        if let Some(limit) = limit.filter(|limit| least.is_none_or(|(other, _)| limit.0 < other.0)) {
+            least = Some((limit, at));
         }
     }
     let ((mut kilograms, mut drive), at) = least?;
     for _ in 0..CORRECTIONS {
         match mass_at_limit(machine, at, kilograms, workspace) {
-            Some(held) if kilograms > 0.0 => (kilograms, drive) = held,
+            Some(limit) if kilograms > 0.0 => (kilograms, drive) = limit,
             _ => break,
         }
     }
@@ -304,13 +304,13 @@ pub(super) fn spans(machine: &Machine) -> [Option<Span>; 3] {
     [along(0), along(1), along(2)]
 }
 
-/// Returns how far P can go from home along `direction` (O), mm.
+/// Returns how far P can go from home along the unit vector `direction` (O), mm; infinite where nothing ends it.
 fn farthest(machine: &Machine, direction: Vector3<f64>) -> f64 {
     let home = machine.home.pose.translation;
     let is_reached = |distance: f64| machine.command(home + direction * distance).is_ok();
-    let size = size(machine);
-    let (step, slides_alone) = (STEP * size, FARTHEST * size);
-    let farthest = slides_alone + travel(machine);
+    let machine_size = machine_size(machine);
+    let (step, slides_alone) = (STEP * machine_size, FARTHEST * machine_size);
+    let farthest = slides_alone + slide_travel(machine);
     let (mut near, mut far) = (0.0, step);
     while is_reached(far) {
         (near, far) = (far, far + step.max(SLIDE_STEP * (far - slides_alone)));
@@ -325,8 +325,8 @@ fn farthest(machine: &Machine, direction: Vector3<f64>) -> f64 {
     near
 }
 
-/// Returns the total travel of all slides, mm.
-fn travel(machine: &Machine) -> f64 {
+/// Returns the sum of the travels of all slides, mm.
+fn slide_travel(machine: &Machine) -> f64 {
     let slides = machine.drives().filter(|(_, drive)| drive.motion == Motion::Prismatic);
     slides.filter_map(|(_, drive)| drive.travel).map(|(least, largest)| largest - least).sum()
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Findings, size, survey::Droop};
+use super::{Findings, machine_size, survey::Droop};
 use crate::machine::{Machine, Parameter, Unit};
 
 /// Factor from the median of similar parameters beyond which a parameter is questioned: a wrong unit makes 1000, honest variety up to 16.
@@ -35,9 +35,9 @@ const SOFT_SLIDE: f64 = 500.0;
 /// Returns questions about parameters that seem wrong by a factor of about a thousand.
 pub(super) fn unit_questions(machine: &Machine, findings: &Findings, parameters: &[Parameter]) -> Vec<String> {
     let mut questions: Vec<String> =
-        parameters.iter().filter_map(|own| odd_one_out(machine, own, parameters)).collect();
-    questions.extend(parameters.iter().filter_map(|own| odd_modulus(machine, own)));
-    questions.extend(parameters.iter().filter_map(|own| soft_slide(machine, own)));
+        parameters.iter().filter_map(|param| odd_one_out(machine, param, parameters)).collect();
+    questions.extend(parameters.iter().filter_map(|param| odd_modulus(machine, param)));
+    questions.extend(parameters.iter().filter_map(|param| soft_slide(machine, param)));
     questions.extend(odd_gravity(machine));
     questions
         .extend(findings.survey.as_ref().and_then(|survey| survey.droop.as_ref()).and_then(|d| odd_droop(machine, d)));
@@ -47,50 +47,50 @@ pub(super) fn unit_questions(machine: &Machine, findings: &Findings, parameters:
     questions
 }
 
-/// Returns the last part of a parameter's name, which says its kind.
+/// Returns the last part of a parameter's name, which says its kind, such as `stiffness`.
 fn name_kind(parameter: &Parameter) -> &str {
     parameter.name.rsplit('.').next().unwrap_or_default()
 }
 
 /// Returns questions about lengths, masses and angles that seem to be in another unit.
 pub(super) fn geometry_questions(machine: &Machine, findings: &Findings, parameters: &[Parameter]) -> Vec<String> {
-    let in_file: Vec<&Parameter> = parameters.iter().filter(|own| own.key.is_some()).collect();
-    let is_length = |own: &&&Parameter| own.unit == Unit::MM && own.value.is_some_and(|value| value != 0.0);
-    let longest = in_file.iter().filter(is_length).max_by(|a, b| value(a).abs().total_cmp(&value(b).abs()));
-    if let Some(longest) = longest.filter(|own| value(own).abs() < TINY_MM) {
+    let in_file: Vec<&Parameter> = parameters.iter().filter(|param| param.key.is_some()).collect();
+    let is_length = |param: &&&Parameter| param.unit == Unit::MM && param.value.is_some_and(|value| value != 0.0);
+    let longest = in_file.iter().filter(is_length).max_by(|a, b| value_of(a).abs().total_cmp(&value_of(b).abs()));
+    if let Some(longest) = longest.filter(|param| value_of(param).abs() < TINY_MM) {
         return vec![format!("{}: no length is larger; are lengths in metres?", shown(machine, longest))];
     }
-    let mut questions: Vec<String> = in_file.iter().filter_map(|own| short_link(machine, own, &in_file)).collect();
+    let mut questions: Vec<String> = in_file.iter().filter_map(|param| short_link(machine, param, &in_file)).collect();
     // The components of a vector, and the ends of intervals, have the key in common.
-    for own in in_file.chunk_by(|a, b| a.key == b.key) {
-        questions.extend(short_offset(machine, own));
-        questions.extend(small_travel(machine, own, findings));
+    for same_key in in_file.chunk_by(|a, b| a.key == b.key) {
+        questions.extend(short_offset(machine, same_key));
+        questions.extend(small_travel(machine, same_key, findings));
     }
     questions.extend(small_workspace(machine));
-    questions.extend(in_file.iter().filter_map(|own| huge_mass(machine, own)));
+    questions.extend(in_file.iter().filter_map(|param| huge_mass(machine, param)));
     questions
 }
 
 /// Returns the value of a parameter; not a number where it is unknown.
-fn value(own: &Parameter) -> f64 {
-    own.value.unwrap_or(f64::NAN)
+fn value_of(param: &Parameter) -> f64 {
+    param.value.unwrap_or(f64::NAN)
 }
 
-/// Returns a parameter in words: name, value, key and line of the machine file.
-fn shown(machine: &Machine, own: &Parameter) -> String {
-    format!("{} = {:?} {}{}", own.name, value(own), own.unit, place(machine, own))
+/// Returns a parameter in words: name, value, unit, key and line of the machine file.
+fn shown(machine: &Machine, param: &Parameter) -> String {
+    format!("{} = {:?} {}{}", param.name, value_of(param), param.unit, place_in_file(machine, param))
 }
 
-/// Returns where the machine file has a parameter, in words in brackets.
-fn place(machine: &Machine, own: &Parameter) -> String {
-    let Some(key) = &own.key else { return String::new() };
+/// Returns key and line of a parameter in the machine file, in words in brackets; empty where it has no key.
+fn place_in_file(machine: &Machine, param: &Parameter) -> String {
+    let Some(key) = &param.key else { return String::new() };
     let line = machine.line_of(key).map_or_else(String::new, |line| format!(", line {line}"));
     format!(" ({key}{line})")
 }
 
-/// Whether `length`, mm, would be one of the machine if it were metres, and is next to none in mm.
+/// Returns whether `length`, mm, is next to none in this machine but would fit it if it were in metres.
 fn may_be_metres(machine: &Machine, length: f64) -> bool {
-    let (size, [least, largest]) = (size(machine), LENGTHS);
+    let (size, [least, largest]) = (machine_size(machine), LENGTHS);
     length > 0.0 && length < SHORT_MM.min(SHORT * size) && (least * size..=largest * size).contains(&(1e3 * length))
 }
 
@@ -100,48 +100,48 @@ fn short_link(machine: &Machine, own: &Parameter, all: &[&Parameter]) -> Option<
     if !["length", "advance", "stick_out"].contains(&kind) || !may_be_metres(machine, own.value?) {
         return None;
     }
-    let is_beside = |other: &&&Parameter| {
+    let is_akin = |other: &&&Parameter| {
         other.unit == Unit::MM
             && other
                 .name
                 .rsplit_once('.')
                 .is_some_and(|(of, kind)| of == element && !["length", "advance"].contains(&kind))
     };
-    let is_flexure = all.iter().filter(is_beside).any(|other| other.name != own.name && value(other) <= value(own));
+    let is_flexure = all.iter().filter(is_akin).any(|other| other.name != own.name && value_of(other) <= value_of(own));
     (!is_flexure).then(|| format!("{}: is it in metres?", shown(machine, own)))
 }
 
 /// Returns a question about a translation or a tool tip, given by its components, that is next to none.
 fn short_offset(machine: &Machine, components: &[&Parameter]) -> Option<String> {
     let (first, key) = (components.first()?, components.first()?.key.as_ref()?);
-    let length = components.iter().map(|own| value(own).powi(2)).sum::<f64>().sqrt();
+    let length = components.iter().map(|param| value_of(param).powi(2)).sum::<f64>().sqrt();
     let is_offset = key.ends_with("translation_mm") || key.ends_with("tool_tip_mm");
     // Measured offsets of a fraction of a millimetre have more digits.
-    let is_round = components.iter().all(|own| !has_more_decimals(value(own), 3));
+    let is_round = components.iter().all(|param| !has_more_decimals(value_of(param), 3));
     (is_offset && is_round && may_be_metres(machine, length)).then(|| {
         let name = first.name.trim_end_matches(".x");
-        format!("{name}: {length:.3} mm long{}: is it in metres?", place(machine, first))
+        format!("{name}: {length:.3} mm long{}: is it in metres?", place_in_file(machine, first))
     })
 }
 
-/// Whether `value` has more than `count` digits behind the point.
+/// Returns whether `value` has more than `count` digits behind the point.
 fn has_more_decimals(value: f64, count: i32) -> bool {
     let scaled = value * 10f64.powi(count);
     (scaled - scaled.round()).abs() > 1e-9 * scaled.abs().max(1.0)
 }
 
-/// Returns a question about a hinge whose travel or limits, given by their `ends`, fit in a turn in radians: it is asked where they have decimals
-/// as angles in degrees seldom have, or where a place is not reached.
+/// Returns a question about a hinge whose travel or limits, given by their `ends` in degrees, fit in a turn in radians: it is asked where
+/// they have decimals as angles in degrees seldom have, or where a place is not reached.
 fn small_travel(machine: &Machine, ends: &[&Parameter], findings: &Findings) -> Option<String> {
     let (first, key) = (ends.first()?, ends.first()?.key.as_ref()?);
     let is_travel = key.ends_with("travel_deg") || key.ends_with("limits_deg");
-    let is_small = ends.iter().all(|end| value(end).abs() < 1.001 * TAU);
-    let is_odd = ends.iter().any(|end| has_more_decimals(value(end), 1));
+    let is_small = ends.iter().all(|end| value_of(end).abs() < 1.001 * TAU);
+    let is_odd = ends.iter().any(|end| has_more_decimals(value_of(end), 1));
     let is_short = || findings.reached.iter().any(|(_, _, reached)| reached.is_err());
     (is_travel && is_small && (is_odd || is_short())).then(|| {
         let name = first.name.trim_end_matches(".min");
-        let ends: Vec<String> = ends.iter().map(|end| format!("{:?}°", value(end))).collect();
-        format!("{name}: {}{}: is it in radians?", ends.join(" to "), place(machine, first))
+        let ends: Vec<String> = ends.iter().map(|end| format!("{:?}°", value_of(end))).collect();
+        format!("{name}: {}{}: is it in radians?", ends.join(" to "), place_in_file(machine, first))
     })
 }
 
@@ -156,17 +156,17 @@ fn small_workspace(machine: &Machine) -> Option<String> {
 
 /// Returns a question about a mass larger than that of a block of steel of the machine's size.
 fn huge_mass(machine: &Machine, own: &Parameter) -> Option<String> {
-    let heaviest = (STEEL_KG_PER_MM3 * size(machine).powi(3)).min(HEAVIEST_KG);
+    let heaviest = (STEEL_KG_PER_MM3 * machine_size(machine).powi(3)).min(HEAVIEST_KG);
     (own.unit == Unit::KG && own.value? > heaviest).then(|| {
         format!("{}: no part of such a machine is heavier than {heaviest:.0} kg; is it in grams?", shown(machine, own))
     })
 }
 
 /// Returns a question about a slide too soft for a screw or a linear motor.
-fn soft_slide(machine: &Machine, own: &Parameter) -> Option<String> {
-    let is_slide = own.key.as_ref()?.contains("prismatic_drive.") && own.unit == Unit::N_PER_MM;
-    (is_slide && own.value? <= SOFT_SLIDE)
-        .then(|| format!("{}: drives of slides have more; is it in N/µm (1 N/µm = 1000 N/mm)?", shown(machine, own)))
+fn soft_slide(machine: &Machine, param: &Parameter) -> Option<String> {
+    let is_slide = param.key.as_ref()?.contains("prismatic_drive.") && param.unit == Unit::N_PER_MM;
+    (is_slide && param.value? <= SOFT_SLIDE)
+        .then(|| format!("{}: drives of slides have more; is it in N/µm (1 N/µm = 1000 N/mm)?", shown(machine, param)))
 }
 
 /// Returns a question about a parameter far from the median of others of its kind.
@@ -190,11 +190,11 @@ fn odd_one_out(machine: &Machine, own: &Parameter, all: &[Parameter]) -> Option<
 }
 
 /// Returns a question about a Young's modulus that no material has.
-fn odd_modulus(machine: &Machine, own: &Parameter) -> Option<String> {
-    let value = own.value.filter(|_| name_kind(own) == "youngs_modulus")?;
+fn odd_modulus(machine: &Machine, param: &Parameter) -> Option<String> {
+    let value = param.value.filter(|_| name_kind(param) == "youngs_modulus")?;
     let [least, largest] = MODULI;
     (!(least..=largest).contains(&value)).then(|| {
-        format!("{}: materials have {least:e} to {largest:e}; is its unit another (GPa, Pa)?", shown(machine, own))
+        format!("{}: materials have {least:e} to {largest:e}; is its unit another (GPa, Pa)?", shown(machine, param))
     })
 }
 
@@ -208,7 +208,7 @@ fn odd_gravity(machine: &Machine) -> Option<String> {
 /// Returns a question about a large displacement by weight.
 fn odd_droop(machine: &Machine, droop: &Droop) -> Option<String> {
     let [_, largest] = droop.range_mm;
-    (largest > FAR_DROOP * size(machine)).then(|| {
+    (largest > FAR_DROOP * machine_size(machine)).then(|| {
         format!(
             "weight moves the tool by {largest:.1} mm: are masses 1000 times too large (kg) or stiffnesses 1000 times too small?"
         )

@@ -55,7 +55,7 @@ impl NominalCommand {
         }
     }
 
-    /// Returns the configuration of the nominal machine at this command.
+    /// Returns the configuration of the nominal machine at this command, or why the machine cannot go there.
     fn command(&self, machine: &Machine) -> Result<Configuration, Unreachable> {
         match self {
             NominalCommand::Position(position) => machine.command(*position),
@@ -145,7 +145,7 @@ impl PointResult {
     }
 }
 
-/// Solves one location.
+/// Solves one location: its loaded equilibrium at the nominal command and at the compensated one.
 ///
 /// # Errors
 /// [`Unreachable`] if the nominal machine cannot go there.
@@ -166,30 +166,30 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
     let loaded = Solution::new(real, &nominal.drives, &state, &outcome, &mut workspace);
     let task = TaskPoint { pose: nominal.pose, load: wrench, target: question.target, wanted: None, external: None };
     let failed = |status: CompensationStatus| Failure { status: status.label().into(), reason: status.reason(machine) };
-    let mut asked = machines.session(Source::All);
-    let zeroed = asked.with_wanted_pose(&task);
-    let carried = asked.workpiece_compliance(&task).ok();
+    let mut session_at_rest = machines.session(Source::All);
+    let task_at_zero = session_at_rest.with_wanted_pose(&task);
+    let carrier = session_at_rest.workpiece_compliance(&task).ok();
     let compensated = if outcome.is_equilibrium() {
         let mut session = machines.session(Source::All);
         session.set_state(&nominal, &state);
-        let done = compensate(&mut session, &task, Method::Direct);
-        match &done.outcome {
-            Some(outcome) if done.status.is_success() => {
-                let solution = Solution::new(real, &done.drives, session.state(), outcome, &mut workspace);
-                Ok(CompensatedState { drives: done.drives, solution })
+        let solved = compensate(&mut session, &task, Method::Direct);
+        match &solved.outcome {
+            Some(outcome) if solved.status.is_success() => {
+                let solution = Solution::new(real, &solved.drives, session.state(), outcome, &mut workspace);
+                Ok(CompensatedState { drives: solved.drives, solution })
             }
-            _ => Err(failed(done.status)),
+            _ => Err(failed(solved.status)),
         }
     } else {
         Err(Failure { status: "not_tried".into(), reason: "there is no equilibrium to start from".into() })
     };
     Ok(PointResult {
-        zero: zeroed.map(|task| *task.wanted()).map_err(failed),
+        zero: task_at_zero.map(|task| *task.wanted()).map_err(failed),
         by_weight: machine.own_load_words().is_some().then(|| {
             let mut session = machines.session(Source::Weight);
             session.set_rigid(&nominal);
-            let sunk = compensate(&mut session, &Source::Weight.task(&task), Method::None);
-            if sunk.status.is_success() { Ok(sunk.tool_displacement) } else { Err(failed(sunk.status)) }
+            let by_weight = compensate(&mut session, &Source::Weight.task(&task), Method::None);
+            if by_weight.status.is_success() { Ok(by_weight.tool_displacement) } else { Err(failed(by_weight.status)) }
         }),
         stiffness_unloaded: unloaded_stiffness(machine, &nominal, &mut workspace),
         conditioning: machine.conditioning(&nominal),
@@ -198,7 +198,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
         wrench,
         tool,
         nominal,
-        tool_stiffness: carried.and_then(|carried| loaded.tool_stiffnesses(real, &carried)),
+        tool_stiffness: carrier.and_then(|carrier| loaded.tool_stiffnesses(real, &carrier)),
         loaded,
         compensated,
     })

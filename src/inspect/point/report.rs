@@ -23,7 +23,7 @@ use crate::{
     statics::Status,
 };
 
-/// Returns the rows of a matrix.
+/// Returns the rows of a matrix, from the top.
 fn matrix_rows(matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
@@ -39,7 +39,7 @@ fn tool_displacement(answer: &PointResult) -> Option<Vector3<f64>> {
     Some(answer.question.machine.tool_displacement(zero, &answer.loaded.pose))
 }
 
-/// Returns the force on the tool in axes of the tool frame T, N; a milling force directly from eq. (17), without the rounding of a way through O.
+/// Returns the force on the tool in axes of the tool frame T, N; a milling force directly from eq. (17), without rounding by way of O.
 fn force_on_tool(answer: &PointResult) -> Vector3<f64> {
     match answer.question.load {
         PointLoad::Milling(force, phi) => force.force(phi),
@@ -52,7 +52,7 @@ const SCHEMA: u32 = 3;
 
 /// Returns label, chain, kind and units of each drive, in the order of lists of drive values.
 fn drive_descriptions(machine: &Machine) -> Vec<Value> {
-    let described = |(label, (chain, drive)): (String, (usize, &Drive))| {
+    let description = |(label, (chain, drive)): (String, (usize, &Drive))| {
         json!({
             "label": label,
             "chain": machine.chains[chain].name,
@@ -61,19 +61,19 @@ fn drive_descriptions(machine: &Machine) -> Vec<Value> {
             "force_unit": drive.motion.force_unit(),
         })
     };
-    machine.drive_labels().into_iter().zip(machine.drives()).map(described).collect()
+    machine.drive_labels().into_iter().zip(machine.drives()).map(description).collect()
 }
 
-/// Returns drive values under a key for each kind of drive, with null for drives of the other kind.
+/// Returns drive values under `key` of each kind of drive, with null for drives of the other kind; null for all if there are no values.
 fn by_kind(machine: &Machine, key: impl Fn(Motion) -> String, values: Option<Vec<f64>>) -> Map<String, Value> {
-    let of = |kind: Motion| {
-        let own = |values: &Vec<f64>| -> Value {
+    let entry = |kind: Motion| {
+        let of_kind = |values: &Vec<f64>| -> Value {
             let drives = values.iter().zip(machine.drives());
             drives.map(|(value, (_, drive))| (drive.motion == kind).then_some(*value)).collect()
         };
-        (key(kind), values.as_ref().map_or(Value::Null, own))
+        (key(kind), values.as_ref().map_or(Value::Null, of_kind))
     };
-    machine.drive_kinds().map(of).collect()
+    machine.drive_kinds().map(entry).collect()
 }
 
 /// Returns drive positions (mm, rad) under `KEY_mm` for slides and `KEY_deg` for hinges.
@@ -108,17 +108,17 @@ pub fn point_json(answer: &PointResult, chain_errors_deg: &[f64]) -> Value {
 fn point_object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&PointResult, &Failure>) -> Value {
     let machine = &question.machine;
     let known = answer.ok();
-    let settled = known.filter(|answer| answer.loaded.status.is_equilibrium());
-    let turned = |answer: &PointResult| answer.loaded.pose.rotation * answer.nominal.pose.rotation.transpose();
+    let balanced = known.filter(|answer| answer.loaded.status.is_equilibrium());
+    let rotation = |answer: &PointResult| answer.loaded.pose.rotation * answer.nominal.pose.rotation.transpose();
     let wrenches = |answer: &PointResult| answer.loaded.chains.iter().map(|c| c.wrench.to_array()).collect::<Vec<_>>();
     let done = known.and_then(|answer| answer.compensated.as_ref().ok());
-    let left = known.zip(done).map(|(answer, done)| {
+    let tip_error = known.zip(done).map(|(answer, done)| {
         machine.tool_displacement(answer.zero.as_ref().unwrap_or(&answer.nominal.pose), &done.solution.pose)
     });
     let commanded = question.place.position().or(known.map(|answer| answer.nominal.pose.translation));
-    let about = commanded.map_or_else(Vec::new, |at| question_cautions(question, at));
-    let cautions = about.into_iter().map(|(what, said)| format!("{what}: {said}"));
-    let cautions: Vec<String> = cautions.chain(settled.into_iter().flat_map(beyond_limits)).collect();
+    let subjects = commanded.map_or_else(Vec::new, |at| question_cautions(question, at));
+    let cautions = subjects.into_iter().map(|(what, said)| format!("{what}: {said}"));
+    let cautions: Vec<String> = cautions.chain(balanced.into_iter().flat_map(beyond_limits)).collect();
     let phi_deg = match question.load {
         PointLoad::Milling(_, phi) => Some(tidy_degrees(phi.to_degrees())),
         PointLoad::Wrench(_) => None,
@@ -154,19 +154,19 @@ fn point_object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Resu
         ("cautions", json!(cautions)),
         ("iterations", json!(known.map_or(0, |a| a.loaded.iterations))),
         ("residual", json!(known.map(|a| a.loaded.residual))),
-        ("platform_mm", json!(settled.map(|a| components(a.loaded.pose.translation)))),
-        ("platform_rotvec_rad", json!(settled.map(|a| components(rotation_log(&a.loaded.pose.rotation))))),
-        ("platform_turn_rad", json!(settled.map(|a| components(rotation_log(&turned(a)))))),
-        ("tool_displacement_mm", json!(settled.and_then(tool_displacement).map(components))),
+        ("platform_mm", json!(balanced.map(|a| components(a.loaded.pose.translation)))),
+        ("platform_rotvec_rad", json!(balanced.map(|a| components(rotation_log(&a.loaded.pose.rotation))))),
+        ("platform_turn_rad", json!(balanced.map(|a| components(rotation_log(&rotation(a)))))),
+        ("tool_displacement_mm", json!(balanced.and_then(tool_displacement).map(components))),
         (
             "tool_displacement_by_weight_mm",
             json!(known.and_then(|a| Some(components(*a.by_weight.as_ref()?.as_ref().ok()?)))),
         ),
-        ("tool_play_mm", json!(settled.and_then(|a| a.loaded.tool_play).map(components))),
-        ("chain_wrench_N_Nmm", json!(settled.map(wrenches))),
+        ("tool_play_mm", json!(balanced.and_then(|a| a.loaded.tool_play).map(components))),
+        ("chain_wrench_N_Nmm", json!(balanced.map(wrenches))),
         ("compensated_rotvec_rad", json!(done.map(|c| components(rotation_log(&c.solution.pose.rotation))))),
-        ("tip_error_after_compensation_mm", json!(left.map(components))),
-        ("tip_error_after_compensation_norm_mm", json!(left.map(|left| left.norm()))),
+        ("tip_error_after_compensation_mm", json!(tip_error.map(components))),
+        ("tip_error_after_compensation_norm_mm", json!(tip_error.map(|tip_error| tip_error.norm()))),
     ]
     .into_iter()
     .map(|(key, value)| (key.to_string(), value))
@@ -179,39 +179,39 @@ fn point_object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Resu
     object.append(&mut position_keys(machine, "rho_nominal", known.map(|a| a.nominal.drives.as_slice())));
     object.append(&mut position_keys(machine, "rho_compensated", done.map(|c| c.drives.as_slice())));
     object.append(&mut position_keys(machine, "delta_rho", known.and_then(PointResult::corrections).as_deref()));
-    object.append(&mut force_keys(machine, "", settled.map(|a| a.loaded.drive_forces())));
+    object.append(&mut force_keys(machine, "", balanced.map(|a| a.loaded.drive_forces())));
     object.append(&mut force_keys(machine, "compensated_", done.map(|c| c.solution.drive_forces())));
     object.into()
 }
 
-/// Returns a number in decimals, without a minus sign before zero.
-fn rounded(value: f64, decimals: usize) -> String {
+/// Returns a number as text with so many `decimals`, without a minus sign before zero.
+fn decimal_text(value: f64, decimals: usize) -> String {
     let unit = 10f64.powi(decimals as i32);
     format!("{:.decimals$}", (value * unit).round() / unit + 0.0)
 }
 
-/// Returns a vector with rounded components in words.
-fn triple(v: Vector3<f64>, decimals: usize) -> String {
-    let [x, y, z]: [String; 3] = v.map(|c| rounded(c, decimals)).into();
+/// Returns a vector as text with components of so many `decimals`.
+fn vector(v: Vector3<f64>, decimals: usize) -> String {
+    let [x, y, z]: [String; 3] = v.map(|c| decimal_text(c, decimals)).into();
     format!("({x}, {y}, {z})")
 }
 
-/// Returns a line of the summary: a label and its value.
-fn line(what: &str, told: impl Display) -> String {
-    format!("  {what:<25} {told}\n")
+/// Returns a line of the summary: the label `what` and its value.
+fn line(what: &str, value: impl Display) -> String {
+    format!("  {what:<25} {value}\n")
 }
 
-/// Returns the cautions about the question: subject and sentence.
+/// Returns the cautions about the question with P commanded to `commanded` (O, mm): subject and sentence.
 fn question_cautions(question: &PointQuestion, commanded: Vector3<f64>) -> Vec<(&'static str, String)> {
     let machine = &question.machine;
     let outside = machine.outside_workspace(commanded).map(|outside| ("outside the workspace", outside.to_string()));
-    let carried = if machine.carrier.is_some() { "workpiece" } else { "drives" };
+    let subject = if machine.carrier.is_some() { "workpiece" } else { "drives" };
     let sentences = [
         ("zero", cautions::zeroing(machine)),
-        (carried, cautions::carrier(machine)),
+        (subject, cautions::carrier(machine)),
         ("large error", cautions::large_errors(machine, &question.errors)),
     ];
-    let lines = sentences.iter().flat_map(|(what, said)| said.lines().map(|sentence| (*what, sentence.to_string())));
+    let lines = sentences.iter().flat_map(|(what, text)| text.lines().map(|sentence| (*what, sentence.to_string())));
     outside.into_iter().chain(lines).collect()
 }
 
@@ -237,9 +237,9 @@ fn details_text(answer: &PointResult) -> String {
     let wrench = answer.wrench;
     let mut text = format!("{}\n", machine.title);
     let commanded = answer.question.place.position().unwrap_or(answer.nominal.pose.translation);
-    text += &line("commanded position of P", format!("{} mm", triple(commanded, 3)));
+    text += &line("commanded position of P", format!("{} mm", vector(commanded, 3)));
     text.extend(question_cautions(&answer.question, commanded).into_iter().map(|(what, said)| line(what, said)));
-    let tool_axis = triple(answer.tool.rotation.column(2).into(), 3);
+    let tool_axis = vector(answer.tool.rotation.column(2).into(), 3);
     let assumed = tool_axis_words(machine.tool_axis_source);
     text += &line("tool axis", format!("{tool_axis} in base axes, from the spindle to the tip{assumed}"));
     text += &line("singularity", conditioning_words(answer.conditioning));
@@ -249,7 +249,7 @@ fn details_text(answer: &PointResult) -> String {
     if let PointLoad::Milling(force, phi) = answer.question.load {
         let MillingForce { radial, tangential, axial, law } = force;
         let way = if axial < 0.0 { "(into the spindle)" } else { "(out of the spindle)" };
-        let along = triple(force_on_tool(answer), 1);
+        let along = vector(force_on_tool(answer), 1);
         text += &line("tool angle", format!("{:.1}°", phi.to_degrees()));
         text += &line(
             "milling force",
@@ -257,7 +257,7 @@ fn details_text(answer: &PointResult) -> String {
         );
         text += &line(&format!("eq. (17) {}", law.label()), format!("{along} N along x, y, z of the tool"));
     }
-    let (force, moment) = (triple(wrench.force, 1), triple(wrench.moment, 0));
+    let (force, moment) = (vector(wrench.force, 1), vector(wrench.moment, 0));
     text += &line("load at P", format!("force {force} N, moment {moment} N·mm"));
     let residual = loaded.residual.is_finite().then(|| format!(", residual {:.1e}", loaded.residual));
     let (status, iterations) = (loaded.status.label(), counted(loaded.iterations, "iteration"));
@@ -268,22 +268,22 @@ fn details_text(answer: &PointResult) -> String {
     if !loaded.status.is_equilibrium() {
         return text;
     }
-    let moved_by = |moved: Vector3<f64>| format!("{:.4} mm = {} mm", moved.norm(), triple(moved, 4));
-    let moved = answer.zero.as_ref().map(|zero| moved_by(machine.tool_displacement(zero, &loaded.pose)));
-    text += &line("tool displacement", moved.unwrap_or_else(|failure| format!("unknown: {}", failure.reason)));
+    let moved_by = |shift: Vector3<f64>| format!("{:.4} mm = {} mm", shift.norm(), vector(shift, 4));
+    let shift = answer.zero.as_ref().map(|zero| moved_by(machine.tool_displacement(zero, &loaded.pose)));
+    text += &line("tool displacement", shift.unwrap_or_else(|failure| format!("unknown: {}", failure.reason)));
     text += &match &answer.by_weight {
         Some(Ok(sunk)) => line("by weight, of rigid model", moved_by(*sunk)),
         Some(Err(failure)) => line("by weight", format!("unknown: {}", failure.reason)),
         None => String::new(),
     };
     if let Some(play) = loaded.tool_play {
-        text += &line("play at the tool", format!("±{} mm by backlash and friction of the drives", triple(play, 4)));
+        text += &line("play at the tool", format!("±{} mm by backlash and friction of the drives", vector(play, 4)));
     }
     if let Ok(zero) = &answer.zero {
-        let turn = triple(rotation_log(&(loaded.pose.rotation * zero.rotation.transpose())) * 1e3, 3);
+        let turn = vector(rotation_log(&(loaded.pose.rotation * zero.rotation.transpose())) * 1e3, 3);
         let what = if machine.tool_compliance.is_some() { "P, as the tool has it" } else { "platform displacement" };
-        let moved = triple(loaded.pose.translation - zero.translation, 4);
-        text += &line(what, format!("{moved} mm, rotation {turn} mrad"));
+        let shift = vector(loaded.pose.translation - zero.translation, 4);
+        text += &line(what, format!("{shift} mm, rotation {turn} mrad"));
     }
     if let Some(principal) = answer.tool_stiffness {
         let shown = principal.map(|k| if k.is_finite() { format!("{k:.1}") } else { "rigid".into() });
@@ -292,8 +292,8 @@ fn details_text(answer: &PointResult) -> String {
     text
 }
 
-/// Returns the tool displacement and the drive corrections in a sentence.
-fn answer_text(answer: &PointResult) -> String {
+/// Returns the main sentence: tool displacement and drive corrections, or why they are unknown.
+fn main_sentence(answer: &PointResult) -> String {
     let machine = &answer.question.machine;
     let Some(moved) = tool_displacement(answer).filter(|_| answer.loaded.status.is_equilibrium()) else {
         return format!("How far the tool moves is unknown: {}.\n", answer.loaded.status.reason(machine));
@@ -305,7 +305,7 @@ fn answer_text(answer: &PointResult) -> String {
     let words: Vec<String> = drives
         .map(|((label, (_, drive)), value)| {
             let sign = if *value > 0.0 { "+" } else { "" };
-            format!("{label} {sign}{}{}", rounded(*value, 4), drive.motion.position_suffix())
+            format!("{label} {sign}{}{}", decimal_text(*value, 4), drive.motion.position_suffix())
         })
         .collect();
     text += &with_minus_signs(&format!("; to keep the tool there, command {}.\n", words.join(", ")));
@@ -316,8 +316,8 @@ fn answer_text(answer: &PointResult) -> String {
 pub fn point_text(answer: &PointResult) -> String {
     let details = details_text(answer);
     match answer.loaded.status.is_equilibrium() {
-        true => format!("{}\n{}\n{details}", answer_text(answer), drive_table(answer)),
-        false => format!("{}\n{details}", answer_text(answer)),
+        true => format!("{}\n{}\n{details}", main_sentence(answer), drive_table(answer)),
+        false => format!("{}\n{details}", main_sentence(answer)),
     }
 }
 
@@ -335,16 +335,16 @@ fn drive_table(answer: &PointResult) -> String {
     let forces_after = after.map(|after| after.solution.drive_forces());
     for (d, (label, (chain, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
         let optional = |value: Option<&Vec<f64>>, decimals: usize, unit: &str| {
-            value.map_or_else(|| "–".into(), |v| format!("{}{unit}", rounded(v[d], decimals)))
+            value.map_or_else(|| "–".into(), |v| format!("{}{unit}", decimal_text(v[d], decimals)))
         };
         let (unit, force_unit) = (drive.motion.position_suffix(), format!(" {}", drive.motion.shown_force_unit()));
         let internal = answer.loaded.chains[chain].internal_wrench;
         table.add_row([
             label,
-            format!("{}{unit}", rounded(nominal[d], 4)),
+            format!("{}{unit}", decimal_text(nominal[d], 4)),
             optional(compensated.as_ref(), 4, unit),
             optional(change.as_ref(), 4, unit),
-            format!("{}{force_unit}", rounded(forces[d], 1)),
+            format!("{}{force_unit}", decimal_text(forces[d], 1)),
             optional(forces_after.as_ref(), 1, &force_unit),
             internal.map_or_else(|| "–".into(), |w| format!("{:.1} N", w.force.norm())),
         ]);

@@ -45,11 +45,11 @@ const SPREAD: usize = 2048;
 /// Number of Nelder–Mead searches.
 const STARTS: usize = 16;
 
-/// Returns the largest error found with `corrector`, on the current rayon pool; `cells` is the grid whose cells are searched. An error above
-/// `enough` mm on the lattice ends the search.
+/// Returns the largest residual error found with `corrector`, and where, on the current rayon pool; `cells` is the grid whose cells are
+/// searched. An error above `enough` mm on the lattice ends the search.
 ///
 /// # Errors
-/// A position that the machine does not reach, or at which it does not stand. Of `work`.
+/// A position that the machine does not reach, or without equilibrium there; errors of `work`.
 pub fn worst(
     question: &CorrectionQuestion,
     machines: &Machines,
@@ -61,35 +61,35 @@ pub fn worst(
     let search = Search { question, machines, corrector, cells };
     let mut cases = lattice_cases(question, cells);
     work.tell(Event::Stage(Stage { of: "points off the grid", items: cases.len() + SPREAD }));
-    let mut found = search.errors(&cases, work)?;
-    let ends_here = found.iter().any(|error| *error > enough);
+    let mut errors = search.errors(&cases, work)?;
+    let ends_here = errors.iter().any(|error| *error > enough);
     if !ends_here {
-        let spread: Vec<Case> = (1..=SPREAD).map(|index| halton_case(question, index)).collect();
-        found.extend(search.errors(&spread, work)?);
-        cases.extend(spread);
+        let samples: Vec<Case> = (1..=SPREAD).map(|index| halton_case(question, index)).collect();
+        errors.extend(search.errors(&samples, work)?);
+        cases.extend(samples);
     }
     let mut looked_at = cases.len();
     let mut ranked: Vec<usize> = (0..looked_at).collect();
-    ranked.sort_by(|&a, &b| found[b].total_cmp(&found[a]).then(a.cmp(&b)));
+    ranked.sort_by(|&a, &b| errors[b].total_cmp(&errors[a]).then(a.cmp(&b)));
     let starts = if ends_here { Vec::new() } else { search.separate_starts(&cases, &ranked) };
     let ends = starts.par_iter().map_init(
         || LoadedMachine::new(question, machines),
         |loaded, &start| {
             work.check()?;
-            climb(&search, loaded, cases[start], found[start])
+            climb(&search, loaded, cases[start], errors[start])
         },
     );
     for (case, error, count) in ends.collect::<Result<Vec<_>>>()? {
         looked_at += count;
         cases.push(case);
-        found.push(error);
+        errors.push(error);
     }
-    let largest = (0..cases.len()).max_by(|&a, &b| found[a].total_cmp(&found[b]).then(b.cmp(&a))).unwrap_or(0);
+    let largest = (0..cases.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]).then(b.cmp(&a))).unwrap_or(0);
     let (position, force) = cases[largest];
-    Ok(Worst { error_mm: found[largest], position_mm: position.into(), force_N: force.into(), looked_at })
+    Ok(Worst { error_mm: errors[largest], position_mm: position.into(), force_N: force.into(), looked_at })
 }
 
-/// Returns the largest error at the nodes themselves, mm, under forces of several sizes and directions.
+/// Returns the largest residual error at the nodes themselves, mm, under forces of two sizes along and between the axes.
 pub(super) fn worst_at_nodes(
     question: &CorrectionQuestion,
     machines: &Machines,
@@ -111,18 +111,18 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Returns the error of each case, mm.
+    /// Returns the residual error of the tool in each case, mm, in their order.
     fn errors(&self, cases: &[Case], work: &Work) -> Result<Vec<f64>> {
         map_places(self.question, self.machines, cases.len(), work, |loaded, index| self.error(loaded, &cases[index]))
     }
 
-    /// Returns the distance of the tool from where it is wanted in a case, mm.
+    /// Returns the residual error of the tool in a case, mm.
     fn error(&self, loaded: &mut LoadedMachine<'_>, (position, force): &Case) -> Result<f64> {
-        let at = loaded.nominal_at(*position)?;
-        loaded.residual_mm(&at, *force, &self.corrector.correction(&at, *position, *force))
+        let nominal = loaded.nominal_at(*position)?;
+        loaded.residual_mm(&nominal, *force, &self.corrector.correction(&nominal, *position, *force))
     }
 
-    /// Returns the indices of the worst cases, no two of them in the same cell.
+    /// Returns the indices of at most [`STARTS`] cases, the first in the order `ranked` of which no two lie in the same cell.
     fn separate_starts(&self, cases: &[Case], ranked: &[usize]) -> Vec<usize> {
         let cell = |index: usize| {
             let (position, _) = cases[index];
@@ -148,7 +148,7 @@ const FIRST: [f64; 2] = [0.2, 0.3];
 /// Spread of the errors of a simplex at which the search ends, as a share of the largest.
 const SPREAD_LEFT: f64 = 1e-4;
 
-/// Searches by Nelder–Mead from `start`; returns the worst case, its error in mm, and the number of cases visited.
+/// Searches by Nelder–Mead from `start`, of `error` mm; returns the worst case, its error in mm, and the number of cases visited.
 fn climb(search: &Search<'_>, loaded: &mut LoadedMachine<'_>, start: Case, error: f64) -> Result<(Case, f64, usize)> {
     let count = search.question.axes().count() + force_variables(search);
     if count == 0 || error == 0.0 {
@@ -157,7 +157,7 @@ fn climb(search: &Search<'_>, loaded: &mut LoadedMachine<'_>, start: Case, error
     let climb = Climb {
         search,
         fixed: start.0,
-        seen: Mutex::new(ClimbState { loaded, best: (start, error), fault: None, count: 0 }),
+        state: Mutex::new(ClimbState { loaded, best: (start, error), fault: None, count: 0 }),
     };
     let first = case_parameters(search, start);
     let mut simplex = vec![first.clone()];
@@ -167,13 +167,13 @@ fn climb(search: &Search<'_>, loaded: &mut LoadedMachine<'_>, start: Case, error
         simplex.push(corner);
     }
     if let Ok(solver) = NelderMead::new(simplex).with_sd_tolerance(SPREAD_LEFT * error) {
-        // Its only errors are those of the cost, which has none; what it has seen stands in `climb`.
+        // Its only errors are those of the cost, which has none; what it has state stands in `climb`.
         drop(Executor::new(&climb, solver).configure(|state| state.max_iters(ITERATIONS)).run());
     }
-    let seen = climb.seen.into_inner().unwrap_or_else(PoisonError::into_inner);
-    match seen.fault {
+    let state = climb.state.into_inner().unwrap_or_else(PoisonError::into_inner);
+    match state.fault {
         Some(fault) => Err(fault),
-        None => Ok((seen.best.0, seen.best.1, seen.count)),
+        None => Ok((state.best.0, state.best.1, state.count)),
     }
 }
 
@@ -182,7 +182,7 @@ fn force_variables(search: &Search<'_>) -> usize {
     if search.question.largest_force_N > 0.0 { 3 } else { 0 }
 }
 
-/// Returns a case as shares of the box and of the largest force.
+/// Returns a case as shares: of the box along each of its axes, then of the largest force (none without force).
 fn case_parameters(search: &Search<'_>, (position, force): Case) -> Vec<f64> {
     let [min, max] = search.question.corners;
     let mut all: Vec<f64> = search.question.axes().map(|i| (position[i] - min[i]) / (max[i] - min[i])).collect();
@@ -202,7 +202,7 @@ fn first_step(search: &Search<'_>, index: usize, from: f64) -> f64 {
     }
 }
 
-/// Returns the case of these parameters; those outside are moved to the nearest case in the box and within the largest force.
+/// Returns the case of `parameters` (see [`case_parameters`]), moved into box and largest force; `fixed` gives the other coordinates.
 fn case_at(search: &Search<'_>, parameters: &[f64], fixed: Vector3<f64>) -> Case {
     let [min, max] = search.question.corners;
     let (axes, mut position) = (search.question.axes().count(), fixed);
@@ -214,7 +214,7 @@ fn case_at(search: &Search<'_>, parameters: &[f64], fixed: Vector3<f64>) -> Case
     (position, force * (search.question.largest_force_N / force.norm().max(1.0)))
 }
 
-/// Storage and progress of a search.
+/// Storage and progress of a Nelder–Mead search.
 struct ClimbState<'a, 'q> {
     loaded: &'a mut LoadedMachine<'q>,
     best: (Case, f64),
@@ -226,7 +226,7 @@ struct ClimbState<'a, 'q> {
 struct Climb<'a, 'q> {
     search: &'a Search<'a>,
     fixed: Vector3<f64>,
-    seen: Mutex<ClimbState<'a, 'q>>,
+    state: Mutex<ClimbState<'a, 'q>>,
 }
 
 impl CostFunction for &Climb<'_, '_> {
@@ -236,17 +236,17 @@ impl CostFunction for &Climb<'_, '_> {
     /// Returns the negative error of a case, since the solver minimises, and notes the worst case.
     fn cost(&self, parameters: &Self::Param) -> std::result::Result<f64, SolverError> {
         let case = case_at(self.search, parameters, self.fixed);
-        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        seen.count += 1;
-        Ok(match self.search.error(seen.loaded, &case) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.count += 1;
+        Ok(match self.search.error(state.loaded, &case) {
             Ok(error) => {
-                if error > seen.best.1 {
-                    seen.best = (case, error);
+                if error > state.best.1 {
+                    state.best = (case, error);
                 }
                 -error
             }
             Err(fault) => {
-                seen.fault.get_or_insert(fault);
+                state.fault.get_or_insert(fault);
                 f64::INFINITY
             }
         })
@@ -281,11 +281,11 @@ fn force_directions(largest: f64) -> Vec<Vector3<f64>> {
 /// Returns case number `index` of the Halton sequence over position, direction and size of the force.
 fn halton_case(question: &CorrectionQuestion, index: usize) -> Case {
     let [min, max] = question.corners;
-    let at = |base| radical_inverse(index, base);
-    let position = min + (max - min).component_mul(&Vector3::new(at(2), at(3), at(5)));
-    let (height, turn, size) = (2.0 * at(7) - 1.0, std::f64::consts::TAU * at(11), libm::cbrt(at(13)));
+    let share = |base| radical_inverse(index, base);
+    let position = min + (max - min).component_mul(&Vector3::new(share(2), share(3), share(5)));
+    let (height, angle, size) = (2.0 * share(7) - 1.0, std::f64::consts::TAU * share(11), libm::cbrt(share(13)));
     let across = (1.0 - height * height).max(0.0).sqrt();
-    let direction = Vector3::new(across * libm::cos(turn), across * libm::sin(turn), height);
+    let direction = Vector3::new(across * libm::cos(angle), across * libm::sin(angle), height);
     (position, direction * (size * question.largest_force_N))
 }
 

@@ -22,7 +22,7 @@ pub enum Corrector<'a> {
 }
 
 impl Corrector<'_> {
-    /// Returns Δρ of each drive, mm or rad, where the nominal machine stands `at` a `position` of P (O, mm) under a tool tip force (O axes, N).
+    /// Returns Δρ of each drive, mm or rad, with P at `position` (O, mm; `at`: nominal machine there) under a tool tip force (O axes, N).
     pub fn correction(&self, at: &Configuration, position: Vector3<f64>, force: Vector3<f64>) -> Vec<f64> {
         match self {
             Corrector::Nothing => vec![0.0; at.drives.len()],
@@ -64,36 +64,36 @@ impl JointTable {
     }
 }
 
-/// Returns the axis of O of each drive, a slide that at home moves with one axis and hardly with the others; or why there are no such axes.
+/// Returns for each drive the axis of O (0 to 2) that it moves at home; `Err` with the reason if one is no slide or moves several axes.
 fn drive_axes(machine: &Machine) -> std::result::Result<Vec<usize>, String> {
-    let no = |reason: &str| Err(format!("a table for each drive over its own position would mean nothing: {reason}"));
+    let fail = |reason: &str| Err(format!("a table for each drive over its own position would mean nothing: {reason}"));
     if machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
-        return no("not all drives are slides");
+        return fail("not all drives are slides");
     }
     let translations: Vec<usize> = machine
         .controls
         .iter()
-        .filter_map(|own| if let Coordinate::Translation(axis) = own { Some(*axis) } else { None })
+        .filter_map(|control| if let Coordinate::Translation(axis) = control { Some(*axis) } else { None })
         .collect();
     if translations.len() != machine.controls.len() || translations.len() != machine.drive_count() {
-        return no("the drives do not move one axis of the base each");
+        return fail("the drives do not move one axis of the base each");
     }
-    let Some(jacobian) = machine.drive_jacobian(&machine.home) else { return no("home is singular") };
+    let Some(jacobian) = machine.drive_jacobian(&machine.home) else { return fail("home is singular") };
     let mut axes = Vec::new();
     for row in jacobian.row_iter() {
-        let own = row.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        match own {
+        let largest = row.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        match largest {
             Some((column, share)) if share.abs() >= OWN_SHARE * row.norm() && !axes.contains(&translations[column]) => {
                 axes.push(translations[column]);
             }
-            _ => return no("at home a drive moves with several axes of the base, or two with the same"),
+            _ => return fail("at home a drive moves with several axes of the base, or two with the same"),
         }
     }
     Ok(axes)
 }
 
 /// Returns the table of each drive: the middle between its smallest and largest correction of `table` without force, over all positions of
-/// the box with the drive there; the inner error says why there are none.
+/// the box with the drive there; the inner `Err` says why no such tables exist.
 pub(super) fn joint_tables(
     question: &CorrectionQuestion,
     machines: &Machines,
@@ -108,32 +108,32 @@ pub(super) fn joint_tables(
     let mut tables = Vec::new();
     for (drive, (axis, label)) in axes.into_iter().zip(labels).enumerate() {
         let samples = question.grid(|other| SAMPLES[usize::from(other != axis)]);
-        let found = (0..samples.len()).map(|index| {
+        let samples_of_drive = (0..samples.len()).map(|index| {
             let position = samples.position(index);
             let nominal = loaded.nominal_at(position)?.drives[drive];
             Ok((nominal, table.correction(position, Vector3::zeros())[drive]))
         });
-        tables.push(middle_table(label, &found.collect::<Result<Vec<_>>>()?));
+        tables.push(middle_table(label, &samples_of_drive.collect::<Result<Vec<_>>>()?));
     }
     Ok(Ok(tables))
 }
 
-/// Returns the table of `drive` with the middle between the smallest and the largest correction found near each entry.
-fn middle_table(drive: String, found: &[(f64, f64)]) -> JointTable {
-    let ends = |ends: [f64; 2], value: f64| [ends[0].min(value), ends[1].max(value)];
-    let [low, high] = found.iter().map(|own| own.0).fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+/// Returns the table of `drive` from samples (position, correction): at each entry, the middle of the corrections sampled near it.
+fn middle_table(drive: String, samples: &[(f64, f64)]) -> JointTable {
+    let widen = |widen: [f64; 2], value: f64| [widen[0].min(value), widen[1].max(value)];
+    let [low, high] = samples.iter().map(|sample| sample.0).fold([f64::INFINITY, f64::NEG_INFINITY], widen);
     if low >= high {
-        let [least, most] = found.iter().map(|own| own.1).fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+        let [least, most] = samples.iter().map(|sample| sample.1).fold([f64::INFINITY, f64::NEG_INFINITY], widen);
         return JointTable { drive, positions_mm: vec![low], corrections_mm: vec![0.5 * (least + most)] };
     }
     let step = (high - low) / (ENTRIES - 1) as f64;
-    let mut about = vec![[f64::INFINITY, f64::NEG_INFINITY]; ENTRIES];
-    for (position, correction) in found {
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; ENTRIES];
+    for (position, correction) in samples {
         let entry = (((position - low) / step).round() as usize).min(ENTRIES - 1);
-        about[entry] = ends(about[entry], *correction);
+        ranges[entry] = widen(ranges[entry], *correction);
     }
-    let seen = about.iter().enumerate().filter(|(_, ends)| ends[0] <= ends[1]);
+    let filled = ranges.iter().enumerate().filter(|(_, widen)| widen[0] <= widen[1]);
     let (positions_mm, corrections_mm) =
-        seen.map(|(entry, ends)| (low + step * entry as f64, 0.5 * (ends[0] + ends[1]))).unzip();
+        filled.map(|(entry, widen)| (low + step * entry as f64, 0.5 * (widen[0] + widen[1]))).unzip();
     JointTable { drive, positions_mm, corrections_mm }
 }

@@ -28,7 +28,7 @@ impl<'a> LoadedMachine<'a> {
         Self { question, session: machines.session(Source::All) }
     }
 
-    /// Returns the configuration of the nominal machine with P at `position` (O, mm), or an error if it is not reached.
+    /// Returns the configuration of the nominal machine with P at `position` (O, mm); an error if it does not reach that.
     pub fn nominal_at(&self, position: Vector3<f64>) -> Result<Configuration> {
         let machine = &self.question.machine;
         let pose = Pose { rotation: self.question.orientation, translation: machine.controllable_position(position) };
@@ -42,28 +42,28 @@ impl<'a> LoadedMachine<'a> {
         reached.map_err(|unreachable| no_correction(position, None, &unreachable.to_string()))
     }
 
-    /// Returns Δρ of each drive, mm or rad, that brings the loaded tool to its wanted place under a force on its tip (O axes, N), or an error.
-    pub fn exact_delta(&mut self, at: &Configuration, force: Vector3<f64>) -> Result<Vec<f64>> {
+    /// Returns Δρ of each drive, mm or rad, that compensates the loaded machine under a tool tip force (O axes, N); an error if none does.
+    pub fn exact_correction(&mut self, at: &Configuration, force: Vector3<f64>) -> Result<Vec<f64>> {
         let task = self.reset_to(at, force);
-        let found = compensate(&mut self.session, &task, Method::Direct);
-        self.check_solved(at, force, &found)?;
-        Ok(found.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect())
+        let solution = compensate(&mut self.session, &task, Method::Direct);
+        self.check_solved(at, force, &solution)?;
+        Ok(solution.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect())
     }
 
     /// Returns the residual error in the compensated and controlled coordinates, mm (rotations at the characteristic length), with the drives
     /// corrected by `correction` (mm, rad) under a force on the tool tip (O axes, N); an error without equilibrium.
     pub fn residual_mm(&mut self, at: &Configuration, force: Vector3<f64>, correction: &[f64]) -> Result<f64> {
         let task = self.reset_to(at, force);
-        let drives: Vec<f64> = at.drives.iter().zip(correction).map(|(nominal, own)| nominal + own).collect();
-        let found = simulate_drives(&mut self.session, &task, &drives);
-        self.check_solved(at, force, &found)?;
-        match found.task_error() {
-            left if left.is_finite() => Ok(left),
+        let drives: Vec<f64> = at.drives.iter().zip(correction).map(|(nominal, delta)| nominal + delta).collect();
+        let solution = simulate_drives(&mut self.session, &task, &drives);
+        self.check_solved(at, force, &solution)?;
+        match solution.task_error() {
+            error if error.is_finite() => Ok(error),
             _ => Err(no_correction(at.pose.translation, Some(force), "the error of the tool is not a number")),
         }
     }
 
-    /// Resets the session to the rigid machine at `at`, and returns the task point there under `force`.
+    /// Resets the session to the rigid machine at `at`, and returns the task point there under `force` (on the tool tip, O axes, N).
     fn reset_to(&mut self, at: &Configuration, force: Vector3<f64>) -> TaskPoint {
         let machine = &self.question.machine;
         self.session.set_rigid(at);
@@ -72,7 +72,7 @@ impl<'a> LoadedMachine<'a> {
         TaskPoint { pose: at.pose, load: Wrench { force, moment }, target, wanted: None, external: None }
     }
 
-    /// Refuses a compensation that failed, with position, force and reason.
+    /// Returns an error with position, force and reason if `found` is no solution.
     fn check_solved(&self, at: &Configuration, force: Vector3<f64>, found: &Compensation) -> Result<()> {
         match found.status.is_success() {
             true => Ok(()),
@@ -81,10 +81,8 @@ impl<'a> LoadedMachine<'a> {
     }
 }
 
-/// Returns `each` of the numbers below `places`, in order, computed on the current rayon pool.
-///
-/// # Errors
-/// The first error of `each` in the order of the places, independent of threads; errors of `work`.
+/// Returns the results of `each` for the indices below `places`, in order, computed on the current rayon pool with a machine per thread; or
+/// the first error of `each` in that order, or of `work`.
 pub(super) fn map_places<T: Send>(
     question: &CorrectionQuestion,
     machines: &Machines,
@@ -92,18 +90,18 @@ pub(super) fn map_places<T: Send>(
     work: &Work,
     each: impl Fn(&mut LoadedMachine<'_>, usize) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
-    let found = |loaded: &mut LoadedMachine<'_>, place: usize| {
+    let solve_place = |loaded: &mut LoadedMachine<'_>, place: usize| {
         work.check()?;
-        let found = each(loaded, place)?;
+        let solve_place = each(loaded, place)?;
         work.tell(Event::Computed(1));
-        Ok(found)
+        Ok(solve_place)
     };
     let all: Vec<Result<T>> =
-        (0..places).into_par_iter().map_init(|| LoadedMachine::new(question, machines), found).collect();
+        (0..places).into_par_iter().map_init(|| LoadedMachine::new(question, machines), solve_place).collect();
     all.into_iter().collect()
 }
 
-/// Returns the error of a position at which there is no correction, so that there is no table.
+/// Returns the error that P at `position` (O, mm) has no correction under `force` (N; `None`: under any), and so there is no table.
 fn no_correction(position: Vector3<f64>, force: Option<Vector3<f64>>, reason: &str) -> Error {
     // What is nothing has no sign.
     let shown = |v: Vector3<f64>| v.map(|value| (value * 1e3).round() / 1e3 + 0.0);
@@ -142,7 +140,7 @@ pub fn residual_grid(question: &CorrectionQuestion, nodes: &Grid) -> Grid {
 /// Returns the residual errors at the points of `grid`, in its order, computed on the current rayon pool.
 ///
 /// # Errors
-/// A position that the machine does not reach, or at which it does not stand. Of `work`.
+/// A position that the machine does not reach, or without equilibrium there; errors of `work`.
 pub fn residuals(
     question: &CorrectionQuestion,
     answer: &CorrectionResult,
@@ -154,22 +152,22 @@ pub fn residuals(
     map_places(question, &machines, grid.len(), work, |loaded, index| {
         let position = grid.position(index);
         let at = loaded.nominal_at(position)?;
-        let by = |loaded: &mut LoadedMachine<'_>, corrector: Corrector<'_>| {
+        let worst_with = |loaded: &mut LoadedMachine<'_>, corrector: Corrector<'_>| {
             worst_residual(loaded, &at, question, |_, force| Ok(corrector.correction(&at, position, force)))
         };
         let mut residual_mm = vec![
-            by(loaded, Corrector::Nothing)?,
-            by(loaded, Corrector::Table(&answer.table))?,
-            worst_residual(loaded, &at, question, |loaded, force| loaded.exact_delta(&at, force))?,
+            worst_with(loaded, Corrector::Nothing)?,
+            worst_with(loaded, Corrector::Table(&answer.table))?,
+            worst_residual(loaded, &at, question, |loaded, force| loaded.exact_correction(&at, force))?,
         ];
         if let Ok((tables, _)) = &answer.per_joint {
-            residual_mm.push(by(loaded, Corrector::PerJoint(tables))?);
+            residual_mm.push(worst_with(loaded, Corrector::PerJoint(tables))?);
         }
         Ok(ResidualPoint { position_mm: position.into(), residual_mm })
     })
 }
 
-/// Returns the largest residual error over the forces, mm, with the drives corrected by `correction` of each force.
+/// Returns the largest residual error over the forces, mm; `correction` gives Δρ of each drive, mm or rad, for each force (N).
 fn worst_residual(
     loaded: &mut LoadedMachine<'_>,
     at: &Configuration,

@@ -69,22 +69,22 @@ pub struct CorrectionResult {
 }
 
 impl CorrectionResult {
-    /// Returns whether tables of single drives leave a smaller error than no correction.
+    /// Returns whether the largest error with tables of single drives is smaller than without correction.
     pub fn is_per_joint_of_use(&self) -> bool {
         self.per_joint.as_ref().is_ok_and(|(_, worst)| worst.error_mm < self.without.error_mm)
     }
 
-    /// Returns whether tables of single drives leave a larger error than no correction.
+    /// Returns whether the largest error with tables of single drives is larger than without correction.
     pub fn is_per_joint_harmful(&self) -> bool {
         self.per_joint.as_ref().is_ok_and(|(_, worst)| worst.error_mm > self.without.error_mm)
     }
 }
 
 impl CorrectionQuestion {
-    /// Describes a table for `process` over `corners` (P in O, mm; `None`: the workspace box) and forces up to `largest_force_N` (`None`: its own).
+    /// Describes a table over `corners` (P in O, mm; `None`: the workspace) for forces up to `largest_force_N` (`None`: that of `process`).
     ///
     /// # Errors
-    /// A box or a number that makes no sense; a process whose largest force is not known without a path.
+    /// An invalid box, force, tolerance or number of nodes; a process whose largest force is known only along a path.
     #[allow(non_snake_case, reason = "the unit is N, not n")]
     pub fn new(
         process: &Process,
@@ -95,9 +95,9 @@ impl CorrectionQuestion {
     ) -> Result<Self> {
         let machine = process.machine.clone();
         let largest_force_N = match largest_force_N {
-            Some(given) if given >= 0.0 && given.is_finite() => given,
-            Some(given) => return Overrides::location("force-N").fail(format!("must be at least 0, got {given}")),
-            None => largest_force_of(process).or_else(|problem| Overrides::location("force-N").fail(problem))?,
+            Some(force) if force >= 0.0 && force.is_finite() => force,
+            Some(force) => return Overrides::location("force-N").fail(format!("must be at least 0, got {force}")),
+            None => process_largest_force(process).or_else(|problem| Overrides::location("force-N").fail(problem))?,
         };
         let question = Self {
             errors: process.errors.clone(),
@@ -125,10 +125,10 @@ impl CorrectionQuestion {
     }
 }
 
-/// Finds the correction table, on the current rayon pool; the result does not depend on the number of threads.
+/// Computes the correction table and searches its largest errors, on the current rayon pool, with the same result on any.
 ///
 /// # Errors
-/// A position that the machine does not reach, or without equilibrium under a force; a tolerance that needs too large a table; errors of `work`.
+/// A position that the machine does not reach, or without equilibrium under a force; too small a tolerance; errors of `work`.
 pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionResult> {
     let machines = Machines::new(&question.machine, &question.errors)?;
     let found = smallest::smallest_table(question, &machines, work)?;
@@ -141,20 +141,20 @@ pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionRe
         }
         Err(reason) => Err(reason),
     };
-    let smallest::Found { table, worst: with_table, at_nodes_mm } = found;
+    let smallest::CheckedTable { table, worst: with_table, at_nodes_mm } = found;
     Ok(CorrectionResult { table, with_table, at_nodes_mm, without, per_joint })
 }
 
 /// Returns the largest force of a process on the tool tip, N, whatever its path; an error if it is known only along a path.
 #[allow(non_snake_case, reason = "the unit is N, not n")]
-fn largest_force_of(process: &Process) -> std::result::Result<f64, String> {
-    let (own, first) = (&process.own_forces, std::iter::once(&process.cutting));
-    let mut all = first.chain(own.by_tool.values()).chain(own.by_feature.iter().map(|(_, law)| law));
-    all.try_fold(0.0, |most: f64, law| Ok(most.max(largest_force_in(law)?)))
+fn process_largest_force(process: &Process) -> std::result::Result<f64, String> {
+    let (tool_forces, first) = (&process.own_forces, std::iter::once(&process.cutting));
+    let mut all = first.chain(tool_forces.by_tool.values()).chain(tool_forces.by_feature.iter().map(|(_, law)| law));
+    all.try_fold(0.0, |most: f64, law| Ok(most.max(law_largest_force(law)?)))
 }
 
 /// Returns the largest force of a cutting-force law, N; `Err` if it is known only along a path.
-fn largest_force_in(law: &CuttingLaw) -> std::result::Result<f64, String> {
+fn law_largest_force(law: &CuttingLaw) -> std::result::Result<f64, String> {
     match law {
         CuttingLaw::None => Ok(0.0),
         CuttingLaw::PathFrame(frame) => Ok(largest_milling_force(&frame.force)),

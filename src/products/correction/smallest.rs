@@ -14,14 +14,14 @@ use crate::{
 };
 
 /// A table, the largest error with it, and that at its nodes.
-pub(super) struct Found {
+pub(super) struct CheckedTable {
     pub table: CorrectionTable,
     pub worst: Worst,
     pub at_nodes_mm: f64,
 }
 
 /// Returns the table of `question`, of the size it gives or the smallest within tolerance; an error if that needs more than [`MOST_NODES`] nodes.
-pub(super) fn smallest_table(question: &CorrectionQuestion, machines: &Machines, work: &Work) -> Result<Found> {
+pub(super) fn smallest_table(question: &CorrectionQuestion, machines: &Machines, work: &Work) -> Result<CheckedTable> {
     let search = SmallestSearch { question, machines, work, probe: probe(question, machines, work)? };
     let (table, worst) = match question.counts {
         Some(counts) => {
@@ -32,7 +32,7 @@ pub(super) fn smallest_table(question: &CorrectionQuestion, machines: &Machines,
         None => search.shrink(search.grow()?)?,
     };
     let at_nodes_mm = worst_at_nodes(question, machines, &Corrector::Table(&table), &table.grid, work)?;
-    Ok(Found { table, worst, at_nodes_mm })
+    Ok(CheckedTable { table, worst, at_nodes_mm })
 }
 
 /// Search for the smallest grid.
@@ -44,7 +44,7 @@ struct SmallestSearch<'a> {
 }
 
 impl SmallestSearch<'_> {
-    /// Computes the table with so many nodes.
+    /// Computes the table with `counts` nodes along x, y and z; an error if a node has no correction.
     fn table(&self, counts: [usize; 3]) -> Result<CorrectionTable> {
         self.work.tell(Event::Stage(Stage { of: "nodes", items: counts.iter().product() }));
         CorrectionTable::new(self.question, self.machines, counts, self.probe.terms, self.work)
@@ -55,14 +55,14 @@ impl SmallestSearch<'_> {
         worst(self.question, self.machines, &Corrector::Table(table), &table.grid, enough, self.work)
     }
 
-    /// Returns the table with `counts` nodes and its largest error if that is within tolerance; else the error found, mm.
+    /// Returns the table with `counts` nodes and its largest error if that is within tolerance; the inner `Err` is the error found, mm.
     fn table_within(&self, counts: [usize; 3]) -> Result<std::result::Result<(CorrectionTable, Worst), f64>> {
         let table = self.table(counts)?;
         let worst = self.worst(&table, self.question.tolerance_mm)?;
         Ok(if worst.error_mm > self.question.tolerance_mm { Err(worst.error_mm) } else { Ok((table, worst)) })
     }
 
-    /// Grows the grid from two nodes along each axis until the table is within tolerance.
+    /// Grows the grid from an estimate until its table is within tolerance; an error if that takes more than [`MOST_NODES`] nodes.
     fn grow(&self) -> Result<(CorrectionTable, Worst)> {
         let tolerance = self.question.tolerance_mm;
         let floor = self.probe.at_nodes_mm;
@@ -71,15 +71,15 @@ impl SmallestSearch<'_> {
         }
         let mut counts = self.estimated_counts(1.0, f64::INFINITY);
         loop {
-            let found = match self.table_within(counts)? {
-                Ok(kept) => return Ok(kept),
-                Err(found) => found,
+            let error = match self.table_within(counts)? {
+                Ok(within) => return Ok(within),
+                Err(error) => error,
             };
             // By how much the estimate is too small, and with that the grid that shares the tolerance among the axes.
-            let scale = (found - floor).max(ROUNDING_MM) / self.estimate(counts).max(ROUNDING_MM);
+            let scale = (error - floor).max(ROUNDING_MM) / self.estimate(counts).max(ROUNDING_MM);
             let sized = self.estimated_counts(scale, tolerance - floor);
-            let most = self.worst_axis(counts);
-            counts = [0, 1, 2].map(|axis| counts[axis].max(sized[axis]).max(counts[axis] + usize::from(axis == most)));
+            let worst = self.worst_axis(counts);
+            counts = [0, 1, 2].map(|axis| counts[axis].max(sized[axis]).max(counts[axis] + usize::from(axis == worst)));
             if counts.iter().try_fold(1usize, |all, &n| all.checked_mul(n)).is_none_or(|all| all > MOST_NODES) {
                 let nodes: f64 = counts.iter().map(|&n| n as f64).product();
                 let share = self.estimate(counts) / libm::pow(nodes, -2.0 / 3.0);
@@ -88,7 +88,7 @@ impl SmallestSearch<'_> {
         }
     }
 
-    /// Removes nodes along each axis as long as the table stays within tolerance.
+    /// Removes nodes along each axis as long as the table stays within tolerance; returns the last such table and its largest error.
     fn shrink(&self, mut found: (CorrectionTable, Worst)) -> Result<(CorrectionTable, Worst)> {
         let mut axes: Vec<usize> = self.question.axes().collect();
         // First along those where a node takes the most others with it.
@@ -128,7 +128,7 @@ impl SmallestSearch<'_> {
         self.probe.bends_mm[axis] / (steps * steps)
     }
 
-    /// Returns the axis with the largest interpolation error.
+    /// Returns the axis with the largest estimated interpolation error of a grid with `counts` nodes.
     fn worst_axis(&self, counts: [usize; 3]) -> usize {
         let by_share = |&a: &usize, &b: &usize| {
             self.axis_estimate(counts, a).total_cmp(&self.axis_estimate(counts, b)).then(b.cmp(&a))
@@ -148,7 +148,7 @@ impl SmallestSearch<'_> {
         })
     }
 
-    /// Returns the error of a tolerance that needs too many nodes; `reachable` mm can be kept.
+    /// Returns the error that the tolerance needs too many nodes, where the largest table would leave `reachable` mm.
     fn unreachable_tolerance<T>(&self, reachable: f64) -> Result<T> {
         let problem = format!(
             "no table of at most {MOST_NODES} nodes stays within {} mm for forces up to {} N; {:.2} mm can be reached: expected a larger tolerance, a smaller force or a smaller box",
@@ -182,17 +182,17 @@ pub(super) fn probe(question: &CorrectionQuestion, machines: &Machines, work: &W
     let most = if question.largest_force_N > 0.0 { ForceTerms::Quadratic } else { ForceTerms::Constant };
     let table = CorrectionTable::new(question, machines, counts, most, work)?;
     let nodes = question.grid(|_| 3);
-    let left = |table: &CorrectionTable| worst_at_nodes(question, machines, &Corrector::Table(table), &nodes, work);
+    let error_of = |table: &CorrectionTable| worst_at_nodes(question, machines, &Corrector::Table(table), &nodes, work);
     let linear = table.without_quadratic_terms();
-    let linear_left = left(&linear)?;
+    let linear_left = error_of(&linear)?;
     let (terms, at_nodes_mm) = match linear_left <= ENOUGH * question.tolerance_mm {
         true => (linear.terms, linear_left),
-        false => (most, left(&table)?),
+        false => (most, error_of(&table)?),
     };
     Ok(Probe { terms, at_nodes_mm, bends_mm: [0, 1, 2].map(|axis| max_curvature(question, &table, axis)) })
 }
 
-/// Returns the interpolation error along an axis from the largest second difference, mm, hinges at the machine's characteristic length.
+/// Returns (n − 1)² times the interpolation error along `axis` between n nodes, mm, hinges at the machine's characteristic length.
 fn max_curvature(question: &CorrectionQuestion, table: &CorrectionTable, axis: usize) -> f64 {
     let (grid, machine) = (&table.grid, &question.machine);
     let steps = grid.axes[axis].len() - 1;

@@ -33,10 +33,7 @@ pub struct CorrectionTable {
 }
 
 impl CorrectionTable {
-    /// Computes the table of `question` with so many nodes along x, y and z.
-    ///
-    /// # Errors
-    /// A node without correction. Of `work`.
+    /// Computes the table of `question` with `counts` nodes along x, y and z; an error if a node has no correction, or of `work`.
     pub(super) fn new(
         question: &CorrectionQuestion,
         machines: &Machines,
@@ -59,7 +56,7 @@ impl CorrectionTable {
             return self.clone();
         }
         let kept = ForceTerms::Linear.count();
-        let values = self.values.chunks(self.terms.count()).flat_map(|own| own[..kept].iter().copied()).collect();
+        let values = self.values.chunks(self.terms.count()).flat_map(|all| all[..kept].iter().copied()).collect();
         Self { grid: self.grid.clone(), terms: ForceTerms::Linear, drives: self.drives, values }
     }
 
@@ -88,7 +85,7 @@ impl CorrectionTable {
     /// Returns Δρ of each drive, mm or rad, with P at `position` (O, mm) under a force on the tool tip (O axes, N).
     pub fn correction(&self, position: Vector3<f64>, force: Vector3<f64>) -> Vec<f64> {
         let terms = self.terms.values(force);
-        let of_drive = |own: &[f64]| own.iter().zip(&terms).map(|(c, term)| c * term).sum();
+        let of_drive = |coefficients: &[f64]| coefficients.iter().zip(&terms).map(|(c, term)| c * term).sum();
         self.coefficients_at(position).chunks(self.terms.count()).map(of_drive).collect()
     }
 }
@@ -103,10 +100,10 @@ pub(super) fn bracket(nodes: &[f64], value: f64) -> ([usize; 2], f64) {
     ([low, low + 1], ((value - nodes[low]) / (nodes[low + 1] - nodes[low])).clamp(0.0, 1.0))
 }
 
-/// Returns the box of a table, P in O, mm: `given` or the machine's workspace, with uncontrolled coordinates as at home; an error if it is
-/// invalid.
-pub(super) fn corners(machine: &Machine, given: Option<[Vector3<f64>; 2]>) -> Result<[Vector3<f64>; 2]> {
-    let [min, max] = given.unwrap_or([machine.workspace.min, machine.workspace.max]);
+/// Returns the box of a table, P in O, mm: `custom` or the machine's workspace, with uncontrolled coordinates as at home. An error if the
+/// box is reversed or leaves out home along an uncontrolled axis.
+pub(super) fn corners(machine: &Machine, custom: Option<[Vector3<f64>; 2]>) -> Result<[Vector3<f64>; 2]> {
+    let [min, max] = custom.unwrap_or([machine.workspace.min, machine.workspace.max]);
     let check = Overrides::location("box");
     if let Some(axis) = (0..3).find(|&axis| min[axis] > max[axis]) {
         let name = ["x", "y", "z"][axis];
@@ -114,7 +111,7 @@ pub(super) fn corners(machine: &Machine, given: Option<[Vector3<f64>; 2]>) -> Re
     }
     let home = machine.home.pose.translation;
     for axis in machine.uncontrolled_axes() {
-        if given.is_some() && !(min[axis]..=max[axis]).contains(&home[axis]) {
+        if custom.is_some() && !(min[axis]..=max[axis]).contains(&home[axis]) {
             let name = ["x", "y", "z"][axis];
             return check.fail(format!(
                 "the drives do not control {name}, which stands at {} mm; got {} to {} mm",
@@ -125,7 +122,7 @@ pub(super) fn corners(machine: &Machine, given: Option<[Vector3<f64>; 2]>) -> Re
     Ok([machine.controllable_position(min), machine.controllable_position(max)])
 }
 
-/// Returns the nodes along each axis for `question`, or an error; one number for all applies to the axes along which the box has extent.
+/// Returns the nodes along x, y and z, or an error; three equal numbers apply to the axes along which the box has extent.
 pub(super) fn check_counts(question: &CorrectionQuestion, counts: [usize; 3]) -> Result<[usize; 3]> {
     let axes: Vec<usize> = question.axes().collect();
     let is_for_all = counts[0] == counts[1] && counts[1] == counts[2];
@@ -187,23 +184,21 @@ impl ForceTerms {
         }
     }
 
-    /// Returns the terms at a force, N; zeros beyond [`ForceTerms::count`].
+    /// Returns the value of each term at a force, N, in the order of [`ForceTerms::names_and_powers`]; zeros beyond [`ForceTerms::count`].
     pub fn values(self, f: Vector3<f64>) -> [f64; 10] {
         let mut values = [1.0, f.x, f.y, f.z, f.x * f.x, f.y * f.y, f.z * f.z, f.x * f.y, f.x * f.z, f.y * f.z];
         values[self.count()..].fill(0.0);
         values
     }
 
-    /// Returns the coefficients at a configuration, drive after drive: the exact correction without force, and central differences over forces
-    /// of the size `largest` N, so that the odd (with quadratic terms also the even) part is exact along each axis and midway between two.
-    ///
-    /// # Errors
-    /// There is no correction under one of these forces.
+    /// Returns the coefficients at a configuration, drive after drive: the exact correction without force, and central differences over
+    /// forces of the size `largest` N, so that the odd (with quadratic terms also the even) part is exact along each axis and midway
+    /// between two. An error if there is no correction under one of these forces.
     pub(super) fn fit(self, loaded: &mut LoadedMachine<'_>, at: &Configuration, largest: f64) -> Result<Vec<f64>> {
-        let zero = loaded.exact_delta(at, Vector3::zeros())?;
+        let zero = loaded.exact_correction(at, Vector3::zeros())?;
         let mut coefficients = vec![0.0; zero.len() * self.count()];
         let mut pair = |force: Vector3<f64>| -> Result<_> {
-            Ok([loaded.exact_delta(at, force)?, loaded.exact_delta(at, -force)?])
+            Ok([loaded.exact_correction(at, force)?, loaded.exact_correction(at, -force)?])
         };
         let (mut odd, mut even) = (Vec::new(), Vec::new());
         for axis in 0..if self == ForceTerms::Constant { 0 } else { 3 } {
@@ -219,10 +214,10 @@ impl ForceTerms {
             mixed
                 .push(along.iter().enumerate().map(|(d, c)| 2.0 * c - even[*i][d] - even[*j][d]).collect::<Vec<f64>>());
         }
-        for (drive, own) in coefficients.chunks_mut(self.count()).enumerate() {
+        for (drive, row) in coefficients.chunks_mut(self.count()).enumerate() {
             let all = [odd.as_slice(), if self == ForceTerms::Quadratic { &even } else { &[] }, &mixed];
             let of_drive = all.into_iter().flatten().map(|term| term[drive]);
-            own.iter_mut().zip(std::iter::once(zero[drive]).chain(of_drive)).for_each(|(c, value)| *c = value);
+            row.iter_mut().zip(std::iter::once(zero[drive]).chain(of_drive)).for_each(|(c, value)| *c = value);
         }
         Ok(coefficients)
     }
@@ -231,5 +226,5 @@ impl ForceTerms {
 /// Returns half the second derivative of the correction along a force of the size `largest`, from those of the force, its opposite and no force.
 fn curvature(zero: &[f64], [plus, minus]: [&[f64]; 2], largest: f64) -> Vec<f64> {
     let sums = plus.iter().zip(minus).map(|(p, m)| 0.5 * (p + m));
-    sums.zip(zero).map(|(mean, own)| (mean - own) / (largest * largest)).collect()
+    sums.zip(zero).map(|(mean, at_zero)| (mean - at_zero) / (largest * largest)).collect()
 }

@@ -48,29 +48,29 @@ impl<'a> ExcessSearch<'a> {
         Self { job, bounded, worst: Vec::new(), before: None }
     }
 
-    /// Returns the worst excess of each limit and drive.
+    /// Ends the search and returns the worst excess of each limit and drive.
     pub fn worst(self) -> Vec<LimitExcess> {
         self.worst
     }
 
-    /// Checks the results of the written program at points from `first` on, in path order.
-    pub fn add(&mut self, first: usize, answers: &[PathPointResult]) {
+    /// Checks the results of the written program at the points from index `first` on, in path order.
+    pub fn add(&mut self, first: usize, results: &[PathPointResult]) {
         let limits = &self.job.process.limits;
-        let or_none = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
-        for (k, answer) in answers.iter().enumerate() {
+        let or_inf = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
+        for (k, result) in results.iter().enumerate() {
             let point = first + k;
-            if self.bounded.points[point].corrected().is_none() || !answer.is_settled {
+            if self.bounded.points[point].corrected().is_none() || !result.is_settled {
                 self.before = None;
                 continue;
             }
-            let corrections = answer.delta_rho();
+            let corrections = result.delta_rho();
             for (d, (_, drive)) in self.job.machine.drives().enumerate() {
-                let (correction, force) = (corrections[d], answer.drive_forces[d]);
-                self.note(LimitKind::Correction, d, point, correction, or_none(limits.correction_mm));
+                let (correction, force) = (corrections[d], result.drive_forces[d]);
+                self.note(LimitKind::Correction, d, point, correction, or_inf(limits.correction_mm));
                 if let Some(before) = self.before.as_ref().map(|before| before[d]) {
-                    self.note(LimitKind::Change, d, point, correction - before, or_none(limits.correction_change_mm));
+                    self.note(LimitKind::Change, d, point, correction - before, or_inf(limits.correction_change_mm));
                 }
-                self.note(LimitKind::Force, d, point, force, or_none(limits.force_N).min(or_none(drive.force_limit)));
+                self.note(LimitKind::Force, d, point, force, or_inf(limits.force_N).min(or_inf(drive.force_limit)));
             }
             self.before = Some(corrections);
         }
@@ -82,11 +82,11 @@ impl<'a> ExcessSearch<'a> {
         if value.abs() <= limit * (1.0 + 1e-9) {
             return;
         }
-        let found = LimitExcess { kind, drive, point, value: value.abs(), limit };
+        let excess = LimitExcess { kind, drive, point, value: value.abs(), limit };
         match self.worst.iter_mut().find(|other| (other.kind, other.drive) == (kind, drive)) {
-            Some(other) if other.value >= found.value => {}
-            Some(other) => *other = found,
-            None => self.worst.push(found),
+            Some(other) if other.value >= excess.value => {}
+            Some(other) => *other = excess,
+            None => self.worst.push(excess),
         }
     }
 }
@@ -104,8 +104,8 @@ impl ProgramJob {
         let path = correct_within_limits(&self.machine, &self.real, &self.all_tasks()?, &self.process.limits)?;
         // Of a point left out those of home, which its own failure then labels.
         let home = &self.machine.home.drives;
-        let of = |point: &BoundedPoint| point.corrected().map_or(home, |corrected| &corrected.drives).clone();
-        let drives: Vec<Vec<f64>> = path.points.iter().map(of).collect();
+        let drives_of = |point: &BoundedPoint| point.corrected().map_or(home, |corrected| &corrected.drives).clone();
+        let drives: Vec<Vec<f64>> = path.points.iter().map(drives_of).collect();
         let pass = self.pass("bounded", &ProgramCommands::Drives(&drives), done, take)?;
         Ok(BoundedPass { pass, path })
     }

@@ -38,7 +38,7 @@ pub enum CommandSource {
 
 /// Receives the compensated program part by part.
 pub trait Receiver {
-    /// Checks that a `file` that the program calls may be beside it.
+    /// Checks that a `file` that the program calls may be written beside it.
     ///
     /// # Errors
     /// It may not; the calls are then written out in the program.
@@ -96,9 +96,9 @@ pub struct ProvedProgram {
 }
 
 impl ProvedProgram {
-    /// Returns the largest residual error of the commands before they are written, mm.
+    /// Returns the largest residual error of the commands before they are written, mm; `None` if no point was solved.
     pub fn commanded_max_mm(&self) -> Option<f64> {
-        self.passes.iter().rev().nth(1).and_then(|own| own.summary.max_mm)
+        self.passes.iter().rev().nth(1).and_then(|pass| pass.summary.max_mm)
     }
 }
 
@@ -116,7 +116,7 @@ pub struct Refusal {
 }
 
 impl Asked {
-    /// Returns options for one method, without comparison.
+    /// Returns options for commands by one `method`, without comparison.
     pub fn by(method: Method) -> Self {
         Self { way: CommandSource::Method(method), compared: Vec::new(), sources_apart: false, ends_early: false }
     }
@@ -152,11 +152,11 @@ impl ProgramJob {
         let done = || work.tell(Event::Computed(1));
         // First what is asked for: where there is no command, the others are of no use.
         let (mut corrected, mut bounded) = (CorrectedPath::new(self), None);
-        let take = |part: &Part<'_>, answers: &[PathPointResult]| {
-            corrected.add(self, part, answers);
+        let take = |part: &Part<'_>, results: &[PathPointResult]| {
+            corrected.add(self, part, results);
             if asked.ends_early && !corrected.failures.is_empty() { Err(Error::Stopped) } else { work.check() }
         };
-        let own = match &asked.way {
+        let sought = match &asked.way {
             CommandSource::Mirror(sent) => {
                 self.pass("mirror of the measured pass", &ProgramCommands::CommandedPath(sent), &done, take)
             }
@@ -169,24 +169,24 @@ impl ProgramJob {
         work.check()?;
         if !corrected.failures.is_empty() {
             // What ended early has its reason in the failures.
-            let (visited, pass) = (corrected.point_count(), if asked.ends_early { own.ok() } else { Some(own?) });
+            let (visited, pass) = (corrected.point_count(), if asked.ends_early { sought.ok() } else { Some(sought?) });
             let failures = corrected.failures;
             return Ok(Compensated::Refused(Refusal { is_out_of_reach: false, failures, visited, pass }));
         }
-        let own = own?;
+        let sought = sought?;
         let mut written = self.write(&corrected)?;
         written.keep_calls_only_if(|file| to.may_call(file));
         let uncorrected = corrected.uncorrected;
         drop(corrected);
-        let mut exceedances = bounded.as_ref().map(|bounded| ExcessSearch::new(self, bounded));
-        let name = format!("{}, as written", own.name);
+        let mut excess = bounded.as_ref().map(|bounded| ExcessSearch::new(self, bounded));
+        let name = format!("{}, as written", sought.name);
         let Proof { mut passes, without_force, spread } = self.prove((name, &written), asked, work, |proved| {
             work.check()?;
-            exceedances.iter_mut().for_each(|exceedances| exceedances.add(proved.part.first, proved.written));
+            excess.iter_mut().for_each(|excess| excess.add(proved.part.first, proved.written));
             to.take(proved, bounded.as_ref())
         })?;
-        let exceeded = exceedances.map(ExcessSearch::worst);
-        passes.insert(passes.len() - 1, own);
+        let exceeded = excess.map(ExcessSearch::worst);
+        passes.insert(passes.len() - 1, sought);
         Ok(Compensated::Proved(Box::new(ProvedProgram {
             passes,
             written,

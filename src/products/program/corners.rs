@@ -65,18 +65,18 @@ impl<'a> Corners<'a> {
             self.behind.clear();
             return Ok(load);
         }
-        let (at, own) = (point.arc_length_mm, to_vector(&load));
-        self.behind.retain(|corner| corner.at_mm > at - length);
-        let corner = self.corner(k, &own, there)?;
-        let blended_load = if self.behind.is_empty() { load } else { from_vector(&self.blended_load(at, own)) };
+        let (along, law_load) = (point.arc_length_mm, to_vector(&load));
+        self.behind.retain(|corner| corner.at_mm > along - length);
+        let corner = self.corner(k, &law_load, there)?;
+        let blended_load = if self.behind.is_empty() { load } else { from_vector(&self.blended_load(along, law_load)) };
         self.behind.extend(corner);
         Ok(blended_load)
     }
 
-    /// Returns the blended load at arc length `at`, mm, where the law gives `own`.
-    fn blended_load(&self, at: f64, own: Vector6<f64>) -> Vector6<f64> {
+    /// Returns the blended load at arc length `at`, mm, where the law gives `law_load`: N and N·mm.
+    fn blended_load(&self, at: f64, law_load: Vector6<f64>) -> Vector6<f64> {
         let length = self.process.corner_mm;
-        let (mut load, mut to, mut before) = (Vector6::zeros(), at, own);
+        let (mut load, mut to, mut before) = (Vector6::zeros(), at, law_load);
         for corner in self.behind.iter().rev() {
             load += before * ((to - corner.at_mm) / length);
             let away = corner.arriving - before;
@@ -89,7 +89,7 @@ impl<'a> Corners<'a> {
         load + before * (1.0 - (at - to) / length)
     }
 
-    /// Returns the corner in point `k`, where the law gives the load `arriving`; `None` if the load does not jump there.
+    /// Returns the corner in point `k`, where the law gives the load `arriving` (N, N·mm); `None` if the load does not jump there.
     fn corner(&self, k: usize, arriving: &Vector6<f64>, there: &PlacedWorkpiece) -> Result<Option<Corner>, LoadError> {
         let Some([from, to]) = self.path.points().get(k..k + 2).and_then(|pair| <&[PathPoint; 2]>::try_from(pair).ok())
         else {

@@ -42,16 +42,16 @@ impl CorrectedPath {
         self.sent.positions.len()
     }
 
-    /// Adds the corrected points of the next `part`, whose results are `answers`.
-    pub fn add(&mut self, job: &ProgramJob, part: &Part<'_>, answers: &[PathPointResult]) {
+    /// Adds the corrected points of the next `part`, whose results are `answers`; a cutting point without a command is noted as a failure.
+    pub fn add(&mut self, job: &ProgramJob, part: &Part<'_>, results: &[PathPointResult]) {
         let mut track = job.tracker();
-        for ((point, task), answer) in part.points.iter().zip(part.tasks()).zip(answers) {
+        for ((point, task), result) in part.points.iter().zip(part.tasks()).zip(results) {
             let k = self.point_count();
-            let target = answer.target.filter(|_| answer.status.is_success());
+            let target = result.target.filter(|_| result.status.is_success());
             let commanded = target.map(|pose| job.commanded_point(&mut track, point, task.external, pose));
             match commanded {
                 Some(_) => {}
-                None if point.cutting => self.failures.push((k, answer.status.reason(&job.machine))),
+                None if point.cutting => self.failures.push((k, result.status.reason(&job.machine))),
                 None => self.uncorrected += 1,
             }
             self.sent.add(&commanded.unwrap_or(*point));
@@ -77,8 +77,8 @@ pub struct ProgramAsWritten {
 }
 
 impl ProgramJob {
-    /// Returns the path point (workpiece frame) that commands the platform pose `target` in place of `point`. Coordinates that the drives do
-    /// not control keep the program's values, and so does the orientation if it is not compensated.
+    /// Returns the path point (workpiece frame) that commands the platform pose `target` in place of `point`. Coordinates that the drives
+    /// do not control keep the program's values, and so does the orientation if it is not compensated.
     pub(super) fn commanded_point(
         &self,
         track: &mut PoseTracker<'_>,
@@ -88,15 +88,15 @@ impl ProgramJob {
     ) -> PathPoint {
         let placed = track.placed(external);
         let workpiece = placed.workpiece();
-        let own = workpiece.transform(point.position_mm);
+        let given = workpiece.transform(point.position_mm);
         let mut position = target.transform(placed.reference());
         for axis in self.machine.uncontrolled_axes() {
-            position[axis] = own[axis];
+            position[axis] = given[axis];
         }
-        let own = point.orientation.filter(|_| self.is_full_pose());
+        let given = point.orientation.filter(|_| self.is_full_pose());
         PathPoint {
             position_mm: workpiece.inverse().transform(position),
-            orientation: own.map(|own| placed.tool_orientation_at(&target.rotation, &own)).or(point.orientation),
+            orientation: given.map(|given| placed.tool_orientation_at(&target.rotation, &given)).or(point.orientation),
             ..*point
         }
     }
@@ -117,20 +117,20 @@ impl ProgramJob {
             return Err(count_problem(measured.len(), points, nominal.len()));
         }
         let deviation = |row: usize| measured[row] - nominal[row];
-        let went = |point: &PathPoint| {
+        let measured_at = |point: &PathPoint| {
             let row = point.source.segment;
             point.position_mm + deviation(row.saturating_sub(1)).lerp(&deviation(row), point.source.parameter)
         };
-        Ok(self.path.points().iter().map(went).collect())
+        Ok(self.path.points().iter().map(measured_at).collect())
     }
 
-    /// Returns the positions (workpiece frame, mm) that mirror the `measured` ones, one per point of the path, at the wanted path, Figure 2.
+    /// Returns the path whose positions (workpiece frame, mm) mirror the `measured` ones at the wanted path, one per point, Figure 2.
     pub fn mirrored_path(&self, measured: &[Vector3<f64>]) -> CommandedPath {
-        let mirrored = self.path.points().iter().zip(measured).map(|(point, went)| point.position_mm * 2.0 - went);
+        let mirrored = self.path.points().iter().zip(measured).map(|(point, found)| point.position_mm * 2.0 - found);
         CommandedPath { positions: mirrored.collect(), orientations: None }
     }
 
-    /// Writes the program that follows `corrected`, and reads it back.
+    /// Writes the program that follows `corrected`, reads it back, and returns both with the largest distance between them.
     ///
     /// # Errors
     /// The program cannot be rewritten.

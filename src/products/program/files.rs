@@ -86,9 +86,9 @@ pub fn compensate_into(
 ) -> Result<ProgramOutcome> {
     // The columns of the points need it.
     let asked = Asked { sources_apart: true, ..asked.clone() };
-    let mut kept = FileReceiver { job: &job, files, under_way: None };
-    let found = job.compensate(&asked, &mut kept, work)?;
-    let under_way = kept.under_way;
+    let mut receiver = FileReceiver { job: &job, files, under_way: None };
+    let found = job.compensate(&asked, &mut receiver, work)?;
+    let under_way = receiver.under_way;
     let mut proved = match found {
         Compensated::Proved(proved) => *proved,
         Compensated::Refused(refused) => return Ok(ProgramOutcome::Refused(Box::new(job), refused)),
@@ -102,11 +102,11 @@ pub fn compensate_into(
     if let Some(rows) = &rows {
         json["points_table"] = json!(rows);
     }
-    let turn = &job.process.redundancy;
+    let settings = &job.process.redundancy;
     if let Some(found) = &job.redundancy {
-        json["redundancy"] = redundancy::report::json(found, turn);
+        json["redundancy"] = redundancy::report::json(found, settings);
     }
-    let gamma = job.redundancy.as_ref().map(|found| redundancy::report::text(found, turn));
+    let gamma = job.redundancy.as_ref().map(|found| redundancy::report::text(found, settings));
     let (blocks, used) = (blocks_text(&job, proved.written.blocks.as_ref()), use_text(&report));
     let mut spread = spread_text(&report);
     if !spread.is_empty() {
@@ -214,18 +214,18 @@ impl ProgramFiles {
     /// own files and replaces neither an input nor what is no earlier result.
     fn may_call(&self, file: &CalledFile) -> Result<()> {
         let path = self.out.with_file_name(&file.name);
-        let own = [self.file_named(""), self.points_name(), self.file_named(REPORT), self.file_named(PAGE)];
-        if own.contains(&file.name) {
+        let reserved = [self.file_named(""), self.points_name(), self.file_named(REPORT), self.file_named(PAGE)];
+        if reserved.contains(&file.name) {
             let source = IoError::other("is the name of another result; expected another name of the program");
             return Err(Error::Write { file: path, source });
         }
         if self.is_there(file) { Ok(()) } else { check_may_replace(&path, self.foreign, || self.is_former(&file.name)) }
     }
 
-    /// Returns whether a called `file` is beside the program with the wanted bytes and was not written by an earlier command.
+    /// Returns whether a called `file` is beside the program with the same bytes and was not written by an earlier command.
     fn is_there(&self, file: &CalledFile) -> bool {
-        let there = file::read_bounded(&self.out.with_file_name(&file.name), file.bytes.len() as u64);
-        there.is_ok_and(|there| there == file.bytes) && !self.is_former(&file.name)
+        let bytes_there = file::read_bounded(&self.out.with_file_name(&file.name), file.bytes.len() as u64);
+        bytes_there.is_ok_and(|bytes_there| bytes_there == file.bytes) && !self.is_former(&file.name)
     }
 
     /// Returns the file name of the table of points.

@@ -172,15 +172,13 @@ impl ProgramJob {
         is_full_pose(&self.process)
     }
 
-    /// Returns a tracker of the nominal machine that begins at home.
+    /// Returns a tracker of the nominal machine that starts at its home pose.
     fn tracker(&self) -> PoseTracker<'_> {
         PoseTracker::new(&self.machine, &self.process.placement)
     }
 
-    /// Simulates `commands` over the program. `take` gets each part with its results, in order; `done` is called after each point.
-    ///
-    /// # Errors
-    /// Of `take`.
+    /// Simulates `commands` over the program and returns the residual errors, named `name`. Calls `take` with each part and its results, in
+    /// order, and `done` after each point. Errors of `take`.
     pub fn pass(
         &self,
         name: impl Into<String>,
@@ -193,10 +191,10 @@ impl ProgramJob {
             let part = part?;
             let case = part.case([&self.machine, &self.real, &self.machine]);
             let along = self.track(&part, &mut before);
-            let answers =
+            let results =
                 self.part_results(&part, &mut track, commands, &|commands| run_tracked(&case, commands, &along, done));
-            self.sum_up(&mut sums, part.first, &answers);
-            take(&part, &answers)?;
+            self.sum_up(&mut sums, part.first, &results);
+            take(&part, &results)?;
         }
         Ok(Pass { name: name.into(), summary: sums.summary() })
     }
@@ -217,9 +215,9 @@ impl ProgramJob {
     }
 
     /// Adds to `sums` the residuals of those points that count; `answers` begin at point `first`.
-    fn sum_up(&self, sums: &mut PathSums, first: usize, answers: &[PathPointResult]) {
-        let counted = answers.iter().enumerate().filter(|(k, _)| self.is_counted(first + k));
-        counted.for_each(|(_, answer)| sums.add(&PointResidual::of(answer, &self.machine)));
+    fn sum_up(&self, sums: &mut PathSums, first: usize, results: &[PathPointResult]) {
+        let counted = results.iter().enumerate().filter(|(k, _)| self.is_counted(first + k));
+        counted.for_each(|(_, result)| sums.add(&PointResidual::of(result, &self.machine)));
     }
 
     /// Simulates the commands of a compensation method over the whole program, see [`ProgramJob::pass`].
@@ -239,13 +237,13 @@ impl ProgramJob {
 /// Returns the poses of P that `sent` commands at the points of `part`; `track` as in [`ProgramJob::part_results`].
 fn commanded_poses(part: &Part<'_>, track: &mut PoseTracker<'_>, sent: &CommandedPath) -> Vec<Pose> {
     let pose = |((k, point), task): ((usize, &PathPoint), &TaskPoint)| {
-        let turned = sent.orientations.as_ref().map(|orientations| &orientations[k]);
-        track.pose(sent.positions[k], turned.or(point.orientation.as_ref()), task.external)
+        let orientation = sent.orientations.as_ref().map(|orientations| &orientations[k]);
+        track.pose(sent.positions[k], orientation.or(point.orientation.as_ref()), task.external)
     };
     part.range().zip(part.points).zip(part.tasks()).map(pose).collect()
 }
 
-/// Returns whether the orientation of the platform is compensated.
+/// Returns whether the orientation of the tool is compensated: the target is the full pose, and the drives control a rotation.
 fn is_full_pose(process: &Process) -> bool {
     let controls = &process.machine.controls;
     process.target == Target::FullPose && controls.iter().any(|c| matches!(c, Coordinate::Rotation(_)))

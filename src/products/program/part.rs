@@ -42,9 +42,9 @@ impl Part<'_> {
         PathCase { nominal, real, unloaded, before: None, tasks: &self.tasks }
     }
 
-    /// Returns the same points with each task point changed by `other`.
-    pub fn with_tasks(&self, other: impl Fn(&TaskPoint) -> TaskPoint) -> Self {
-        Self { tasks: self.tasks.iter().map(other).collect(), ..self.clone() }
+    /// Returns the part with each task point changed by `change`.
+    pub fn with_tasks(&self, change: impl Fn(&TaskPoint) -> TaskPoint) -> Self {
+        Self { tasks: self.tasks.iter().map(change).collect(), ..self.clone() }
     }
 }
 
@@ -90,9 +90,9 @@ impl ProgramJob {
     }
 
     /// Stores the tracked points of `part`, if the program is short enough.
-    pub(super) fn store_track(&self, part: &Part<'_>, found: TrackPart) {
+    pub(super) fn store_track(&self, part: &Part<'_>, track_part: TrackPart) {
         if let Some(track) = self.part_tracks.get(part.first / PART) {
-            track.get_or_init(|| found);
+            track.get_or_init(|| track_part);
         }
     }
 
@@ -159,24 +159,24 @@ impl ProgramJob {
         most: usize,
     ) -> Vec<(usize, String)> {
         let is_out = |k: usize, at: &TrackPoint| part.points[k].cutting && at.tracked.is_err();
-        let out = |start: usize, track: &[TrackPoint]| (start..).zip(track).filter(|(k, at)| is_out(*k, at)).count();
+        let lost = |start: usize, track: &[TrackPoint]| (start..).zip(track).filter(|(k, at)| is_out(*k, at)).count();
         // What is out of reach takes longest.
         let track = track_blocks(&self.machine, before.as_ref(), part.tasks(), |start, track| {
-            track.last().is_none_or(|at| at.tracked.is_ok()) || out(start, track) < most
+            track.last().is_none_or(|at| at.tracked.is_ok()) || lost(start, track) < most
         });
-        let mut found = Vec::new();
+        let mut untrackable = Vec::new();
         for (start, track) in (0..).step_by(BLOCK).zip(&track) {
             for (k, at) in (start..).zip(track) {
                 if let (true, Err(status)) = (is_out(k, at), &at.tracked) {
-                    found.push((part.first + k, status.reason(&self.machine)));
+                    untrackable.push((part.first + k, status.reason(&self.machine)));
                 }
             }
         }
-        if found.is_empty() {
+        if untrackable.is_empty() {
             *before = last_configuration(&track).cloned().or(before.take());
             self.store_track(part, track);
         }
-        found.truncate(most);
-        found
+        untrackable.truncate(most);
+        untrackable
     }
 }

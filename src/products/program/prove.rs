@@ -73,7 +73,7 @@ impl ProgramJob {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
         let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
         let (mut sums, mut as_written) = (vec![PathSums::default(); methods.len()], PathSums::default());
-        let (mut law, mut off) = (CuttingLawCheck::new(self), WithoutForce::default());
+        let (mut law, mut absent) = (CuttingLawCheck::new(self), WithoutForce::default());
         let (mut written_tracked, mut tracked_before) = (self.tracker(), None);
         let done = &|| work.tell(Event::Computed(1));
         let drawn = DrawnMachines::new(self.uncertainty.as_ref(), &machines, &self.process.errors)?;
@@ -116,8 +116,8 @@ impl ProgramJob {
             let case = unloaded.case([&self.machine, &self.real, &self.machine]);
             let without_force = run_tracked(&case, &commands, &track, done);
             let without_force: Vec<_> = without_force.iter().map(PathPointResult::solved_error).collect();
-            self.add_without_force(&mut off, &part, &without_force);
-            self.check_gouge(off)?;
+            self.add_without_force(&mut absent, &part, &without_force);
+            self.check_gouge(absent)?;
             let mut spread = Vec::new();
             if let Some(uncertain) = &uncertain {
                 let track = TrackBlocks::of(&self.machine, part.tasks(), track.into_owned());
@@ -146,33 +146,33 @@ impl ProgramJob {
             }
             Ok(())
         };
-        let whole = |path| spread_along::whole(&[(path, &each_part)], &largest, work);
-        let spread = uncertain.as_ref().map(whole).transpose()?;
-        Ok(Proof { passes, without_force: off, spread: spread.flatten() })
+        let largest_along = |path| spread_along::whole(&[(path, &each_part)], &largest, work);
+        let spread = uncertain.as_ref().map(largest_along).transpose()?;
+        Ok(Proof { passes, without_force: absent, spread: spread.flatten() })
     }
 
-    /// Adds the `errors` without force at the points of `part`.
-    fn add_without_force(&self, off: &mut WithoutForce, part: &Part<'_>, errors: &[Option<Vector3<f64>>]) {
+    /// Adds the part's `errors` where the force is absent (base axes, mm; `None` without equilibrium) to the largest one found.
+    fn add_without_force(&self, absent: &mut WithoutForce, part: &Part<'_>, errors: &[Option<Vector3<f64>>]) {
         for ((point, task), error) in part.range().zip(part.tasks()).zip(errors) {
             if !self.is_counted(point) || task.load == Wrench::zero() {
                 continue;
             }
             match error.map(|error| error.norm()) {
-                None => off.unknown += 1,
-                Some(size) if off.most.is_none_or(|(_, most)| size > most) => off.most = Some((point, size)),
+                None => absent.unknown += 1,
+                Some(size) if absent.most.is_none_or(|(_, most)| size > most) => absent.most = Some((point, size)),
                 Some(_) => {}
             }
         }
     }
 
     /// Refuses a program that leaves its path by more than its limit where the cutting force is absent, or of which that is not known.
-    fn check_gouge(&self, off: WithoutForce) -> Result<()> {
+    fn check_gouge(&self, absent: WithoutForce) -> Result<()> {
         let Some(limit) = self.process.limits.unloaded_gouge_mm else { return Ok(()) };
         let allows = format!("limits.unloaded_gouge_mm allows {limit} mm");
-        let problem = match off {
+        let problem = match absent {
             WithoutForce { unknown: 1.., .. } => format!(
                 "where the cutting force is absent, the machine has no equilibrium at {} points of the program as written: {allows}",
-                off.unknown
+                absent.unknown
             ),
             WithoutForce { most: Some((point, size)), .. } if size > limit => format!(
                 "where the cutting force is absent (in air, in a spring pass, with a broken tool), the program as written would leave its path by \
@@ -184,11 +184,11 @@ impl ProgramJob {
         Err(Error::argument(&self.name, problem))
     }
 
-    /// Describes a point of the path: its line and the length up to it.
+    /// Describes point number `point` of the path: its line and the length up to it, such as "line 7, 12.5 mm along the path".
     pub(super) fn place_words(&self, point: usize) -> String {
-        let at = &self.path.points()[point];
-        let line = self.file.line_name(at.source.segment).map_or_else(String::new, |line| format!("{line}, "));
-        format!("{line}{:.1} mm along the path", at.arc_length_mm)
+        let path_point = &self.path.points()[point];
+        let line = self.file.line_name(path_point.source.segment).map_or_else(String::new, |line| format!("{line}, "));
+        format!("{line}{:.1} mm along the path", path_point.arc_length_mm)
     }
 }
 

@@ -35,7 +35,7 @@ pub(super) fn with_best_gamma(
     let path = process.mark_cutting(program.toolpath(process.sampling)?, name)?;
     let machine = locked_along(&process.machine, &path, name)?;
     let loads = process.loads(&path).map_err(|source| fault(source.to_string()))?;
-    let asked = GammaProblem {
+    let problem = GammaProblem {
         machine: &machine,
         errors: &process.errors,
         placement: &process.placement,
@@ -44,7 +44,7 @@ pub(super) fn with_best_gamma(
         loads: &loads,
         settings: &process.redundancy,
     };
-    let found = search_gamma(asked, work)?;
+    let found = search_gamma(problem, work)?;
     let turned = match found.result_for(process.redundancy.gamma) {
         Some(Ok(turned)) => turned,
         Some(Err(dead_end)) => {
@@ -55,10 +55,10 @@ pub(super) fn with_best_gamma(
     let mut process = Process { machine: turned.machine.clone(), ..process.clone() };
     let file = match program {
         #[cfg(not(target_family = "wasm"))]
-        ProgramFile::Robot(own) => {
+        ProgramFile::Robot(robot_program) => {
             let orientations: Vec<_> = turned.path.points().iter().filter_map(|point| point.orientation).collect();
-            let writing = process.write_options(own.own_format())?;
-            let rewritten = own.rewrite(&path, &path.positions_mm(), Some(&orientations), writing)?;
+            let writing = process.write_options(robot_program.own_format())?;
+            let rewritten = robot_program.rewrite(&path, &path.positions_mm(), Some(&orientations), writing)?;
             ProgramFile::Robot(Box::new(rewritten.read()?))
         }
         _ => {

@@ -52,13 +52,13 @@ impl Domain {
         Ok(Self { low: low.into(), high: high.into(), wrench })
     }
 
-    /// Returns position and wrench at a point of the domain.
-    pub(super) fn task_at(&self, place: &Sample) -> TipTask {
+    /// Returns tool tip position (O, mm) and wrench about the tip (N, N·mm) at a point of the domain.
+    pub(super) fn task_at(&self, sample: &Sample) -> TipTask {
         let position = std::array::from_fn(|i| {
             let (middle, half) = (0.5 * (self.low[i] + self.high[i]), 0.5 * (self.high[i] - self.low[i]));
-            middle + half * place[i]
+            middle + half * sample[i]
         });
-        (position, std::array::from_fn(|i| self.wrench[i] * place[3 + i]))
+        (position, std::array::from_fn(|i| self.wrench[i] * sample[3 + i]))
     }
 }
 
@@ -66,8 +66,8 @@ impl Domain {
 /// quasirandom sequences, 2018).
 const SPREAD: f64 = 1.075_766_066_086_837_2;
 
-/// Returns point `index` of a quasirandom sequence that fills the domain evenly.
-pub(super) fn spread(index: usize) -> Sample {
+/// Returns point `index` of a quasirandom sequence that fills the domain evenly, in normalised coordinates.
+pub(super) fn sequence_point(index: usize) -> Sample {
     let mut power = 1.0;
     std::array::from_fn(|_| {
         power /= SPREAD;
@@ -75,13 +75,13 @@ pub(super) fn spread(index: usize) -> Sample {
     })
 }
 
-/// Returns point `index` of that sequence with positions moved towards the faces of the box, where a fitted polynomial errs most otherwise.
-pub(super) fn towards_faces(index: usize) -> Sample {
-    let mut place = spread(index);
-    for coordinate in &mut place[..3] {
+/// Returns point `index` of [`sequence_point`] with its position moved towards the faces of the box, where polynomials err most.
+pub(super) fn point_near_faces(index: usize) -> Sample {
+    let mut sample = sequence_point(index);
+    for coordinate in &mut sample[..3] {
         *coordinate = libm::sin(std::f64::consts::FRAC_PI_2 * *coordinate);
     }
-    place
+    sample
 }
 
 /// Returns the 512 corners of the domain.
@@ -89,8 +89,8 @@ pub(super) fn corners() -> impl Iterator<Item = Sample> {
     (0..512_usize).map(|corner| std::array::from_fn(|i| if corner >> i & 1 == 1 { 1.0 } else { -1.0 }))
 }
 
-/// Refuses a machine for which code cannot be generated, with what is missing.
-pub(super) fn check(machine: &Machine) -> Result<()> {
+/// Returns an error that says why code cannot be generated for `machine`, if it cannot.
+pub(super) fn check_machine(machine: &Machine) -> Result<()> {
     let translations = (0..3).all(|axis| machine.controls_translation(axis));
     let controls = || machine.controls.iter().map(|c: &Coordinate| c.name()).collect::<Vec<_>>().join(", ");
     let problem = if !translations || machine.controls.len() != 3 {

@@ -11,7 +11,7 @@ use crate::{
 /// Names and lengths of a function's array arguments.
 type Arrays<'a> = &'a [(&'a str, usize)];
 
-/// Returns a Rust function called `name` that computes `program`.
+/// Returns the text of a Rust function `name` that computes `program` from its `arrays`, with `about` as its doc.
 fn function_text(name: &str, about: &str, arrays: Arrays, program: &Program) -> String {
     let given: Vec<String> = arrays.iter().map(|(name, length)| format!("{name}: &[f64; {length}]")).collect();
     let mut text = format!("/// {about}\npub fn {name}({}) -> [f64; {}] {{\n", given.join(", "), program.outputs.len());
@@ -42,7 +42,7 @@ fn function_text(name: &str, about: &str, arrays: Arrays, program: &Program) -> 
     text
 }
 
-/// Returns the variable or literal of the operation number `place`.
+/// Returns the Rust variable or literal that holds the result of operation number `place`.
 fn operand_text(program: &Program, place: u32) -> String {
     match program.operations[place as usize] {
         Operation::Input(number) => format!("x{number}"),
@@ -52,7 +52,7 @@ fn operand_text(program: &Program, place: u32) -> String {
     }
 }
 
-/// Returns the Rust expression of an operation.
+/// Returns the Rust expression of an operation; empty for inputs and constants, which are written where they are used.
 fn operation_text(program: &Program, operation: &Operation) -> String {
     let at = |place: u32| operand_text(program, place);
     match *operation {
@@ -98,17 +98,17 @@ static COEFFICIENTS: [[f64; {numbers}]; {terms}] = [\n"
     text + "];\n"
 }
 
-/// Returns a Rust module with the start and the step of a function.
-pub(super) fn module(own: &Function) -> String {
-    let state = own.step.outputs.len();
-    let mut text = start_text(&own.start);
-    let arrays: &[(&str, usize)] = match own.given {
+/// Returns the text of a Rust module with the start and the Newton step of a function.
+pub(super) fn module(function: &Function) -> String {
+    let state = function.step.outputs.len();
+    let mut text = start_text(&function.start);
+    let arrays: &[(&str, usize)] = match function.given {
         StepInput::Tip => &[("state", state), ("at", 3), ("wrench", 6)],
         StepInput::Drives => &[("state", state), ("wrench", 6)],
     };
     text += "\n";
-    text += &function_text("step", "One Newton step of the whole machine: the next state.", arrays, &own.step);
-    let uses = |wanted: fn(&Operation) -> bool| own.step.operations.iter().any(wanted);
+    text += &function_text("step", "One Newton step of the whole machine: the next state.", arrays, &function.step);
+    let uses = |wanted: fn(&Operation) -> bool| function.step.operations.iter().any(wanted);
     if uses(|operation| matches!(operation, Operation::Root(_))) {
         text += ROOT;
     }

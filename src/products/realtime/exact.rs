@@ -39,19 +39,19 @@ impl ReferenceSolver {
         &self.machines.real
     }
 
-    /// Returns the wrench at P of a wrench about the tool tip.
+    /// Returns the wrench at P (N, N·mm) of a `wrench` about the tool tip, base axes.
     fn load(&self, wrench: &[f64; 6]) -> Wrench {
         let tip = self.machines.nominal.home.pose.rotation * self.machines.nominal.tool_tip;
-        let own = Wrench::new(*wrench);
-        Wrench { force: own.force, moment: own.moment + tip.cross(&own.force) }
+        let about_tip = Wrench::new(*wrench);
+        Wrench { force: about_tip.force, moment: about_tip.moment + tip.cross(&about_tip.force) }
     }
 
-    /// Creates storage for the solver.
+    /// Creates storage for solving, to be reused from point to point.
     pub fn storage(&self) -> Storage {
         Storage { session: self.machines.session(Source::All), workspace: Workspace::new(self.real()) }
     }
 
-    /// Returns the task point of a tool tip position under a wrench.
+    /// Returns the task point of a tool tip position (O, mm) under a wrench about it.
     fn task(&self, (position, wrench): &TipTask) -> TaskPoint {
         let nominal = &self.machines.nominal;
         let at = Vector3::from(*position) - nominal.home.pose.rotation * nominal.tool_tip;
@@ -61,8 +61,8 @@ impl ReferenceSolver {
 
     /// Solves the equilibria at these points of the domain; the error names a point without equilibrium and the reason.
     pub fn solve_all(&self, domain: &Domain, places: impl IntoIterator<Item = Sample>) -> Result<Vec<TipState>> {
-        let mut asking = self.storage();
-        places.into_iter().map(|place| self.solve(&mut asking, domain.task_at(&place))).collect()
+        let mut storage = self.storage();
+        places.into_iter().map(|place| self.solve(&mut storage, domain.task_at(&place))).collect()
     }
 
     /// Solves the unloaded equilibrium with the tool tip at `position` (O, mm).
@@ -70,14 +70,14 @@ impl ReferenceSolver {
         self.solve(&mut self.storage(), (*position, [0.0; 6]))
     }
 
-    /// Solves the equilibrium of a task.
-    fn solve(&self, asking: &mut Storage, asked: TipTask) -> Result<TipState> {
-        let done = compensate(&mut asking.session, &self.task(&asked), Method::Direct);
-        if !done.status.is_success() {
-            return Err(self.no_equilibrium(&asked, &done.status));
+    /// Solves the equilibrium of a task, with the drives that bring the loaded tool tip to its position; an error if there is none.
+    fn solve(&self, storage: &mut Storage, task: TipTask) -> Result<TipState> {
+        let compensation = compensate(&mut storage.session, &self.task(&task), Method::Direct);
+        if !compensation.status.is_success() {
+            return Err(self.no_equilibrium(&task, &compensation.status));
         }
-        let numbers = one_step::state_numbers(&done.drives, asking.session.state());
-        Ok(TipState { asked, drives: done.drives, numbers })
+        let numbers = one_step::state_numbers(&compensation.drives, storage.session.state());
+        Ok(TipState { asked: task, drives: compensation.drives, numbers })
     }
 
     /// Returns the error of a task without equilibrium.
@@ -93,18 +93,18 @@ impl ReferenceSolver {
         Error::argument("--box", problem)
     }
 
-    /// Returns the tool tip position (O, mm) at these drives under the wrench, with the state `near` as starting point; `None` without equilibrium.
-    pub fn tip(&self, drives: &[f64], wrench: &[f64; 6], near: &[f64], asking: &mut Storage) -> Option<Vector3<f64>> {
+    /// Returns the tool tip (O, mm) at these drives under the wrench, iterated from the state numbers `near`; `None` without equilibrium.
+    pub fn tip(&self, drives: &[f64], wrench: &[f64; 6], near: &[f64], storage: &mut Storage) -> Option<Vector3<f64>> {
         if drives.iter().chain(near).any(|number| !number.is_finite()) {
             return None;
         }
         let real = self.real();
         let (_, mut state): (_, State) = one_step::state_from_numbers(real, near);
-        let outcome = equilibrium(real, drives, &self.load(wrench), &mut state, &mut asking.workspace, &TO_ROUNDING);
+        let outcome = equilibrium(real, drives, &self.load(wrench), &mut state, &mut storage.workspace, &TO_ROUNDING);
         outcome.is_equilibrium().then(|| state.pose.transform(real.tool_tip))
     }
 
-    /// Returns the tool tip position (O, mm) of a state.
+    /// Returns the tool tip position (O, mm) of the state `numbers`.
     pub fn tip_of(&self, numbers: &[f64]) -> Vector3<f64> {
         let (_, state) = one_step::state_from_numbers(self.real(), numbers);
         state.pose.transform(self.real().tool_tip)

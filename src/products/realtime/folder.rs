@@ -45,7 +45,7 @@ pub fn files(realtime: &Realtime) -> Vec<OutputFile> {
     };
     let numbers = realtime.whereabouts.function.step.outputs.len();
     let module =
-        |own: &FunctionCode| format!("// {MARK}\n//! A start and a Newton step.\n\n{}", emit::module(&own.function));
+        |code: &FunctionCode| format!("// {MARK}\n//! A start and a Newton step.\n\n{}", emit::module(&code.function));
     let size = format!("\n/// How many numbers a state has.\npub const NUMBERS: usize = {numbers};\n");
     vec![
         OutputFile::new("README.md", filled(include_str!("template/README.md"))),
@@ -72,12 +72,12 @@ fn placeholder_values(realtime: &Realtime) -> Vec<(&'static str, String)> {
     let names = machine.drives().zip(machine.drive_labels()).map(|((_, drive), label)| {
         format!("{label} ({})", if drive.motion == Motion::Prismatic { "mm" } else { "rad" })
     });
-    let boxed = (0..3).map(|i| format!("{} {:?} to {:?}", ["x", "y", "z"][i], low[i], high[i]));
-    let root = |own: &FunctionCode| own.function.step.operations.iter().any(|o| matches!(o, Operation::Root(_)));
-    let has_root = realtime.functions().into_iter().any(|(_, own)| root(own));
-    let stated = |own: &FunctionCode| format!("{:.1e}", own.errors.stated_mm());
-    let operations = realtime.functions().map(|(name, own)| {
-        let (start, step) = own.operations();
+    let box_words = (0..3).map(|i| format!("{} {:?} to {:?}", ["x", "y", "z"][i], low[i], high[i]));
+    let root = |code: &FunctionCode| code.function.step.operations.iter().any(|o| matches!(o, Operation::Root(_)));
+    let has_root = realtime.functions().into_iter().any(|(_, code)| root(code));
+    let stated = |code: &FunctionCode| format!("{:.1e}", code.errors.stated_mm());
+    let operations = realtime.functions().map(|(name, code)| {
+        let (start, step) = code.operations();
         format!("`{name}` {start} and {step}")
     });
     vec![
@@ -89,7 +89,7 @@ fn placeholder_values(realtime: &Realtime) -> Vec<(&'static str, String)> {
         ("STEPS", realtime.question.steps.to_string()),
         ("BOX_MIN", format!("{low:?}")),
         ("BOX_MAX", format!("{high:?}")),
-        ("BOX", boxed.collect::<Vec<_>>().join(", ")),
+        ("BOX", box_words.collect::<Vec<_>>().join(", ")),
         ("WRENCH", format!("{wrench:?}")),
         ("DRIVES_MIN", format!("{drives_low:?}")),
         ("DRIVES_MAX", format!("{drives_high:?}")),
@@ -124,13 +124,13 @@ fn comment_text(text: &str) -> String {
     crate::files::visible(&text.replace("*/", "* /").replace("/*", "/ *")).replace('\n', " ")
 }
 
-/// Returns which errors and own forces the actual machine has, in a sentence.
+/// Returns which errors the actual machine has, and whether weight and springs act on it, in a sentence.
 fn included_text(realtime: &Realtime) -> String {
     let machines = &realtime.question.machines;
     let errors = realtime.question.errors.iter().any(|error| *error != Default::default());
     let errors = if errors { "the errors of its chains" } else { "no errors of its chains" };
-    let own = match machines.nominal.own_load_words() {
-        Some(own) => format!("and its {own}"),
+    let loads = match machines.nominal.own_load_words() {
+        Some(loads) => format!("and its {loads}"),
         None => "and no weight".into(),
     };
     let zeroed = match machines.nominal.own_load_words() {
@@ -139,7 +139,7 @@ fn included_text(realtime: &Realtime) -> String {
         }
         None => String::new(),
     };
-    format!("With {errors} {own}.{zeroed}")
+    format!("With {errors} {loads}.{zeroed}")
 }
 
 /// Returns the largest error after each step as a Markdown table.
@@ -147,8 +147,8 @@ fn steps_table(realtime: &Realtime) -> String {
     let names = realtime.functions().map(|(name, _)| format!(" `{name}` |")).concat();
     let mut table = format!("| steps |{names}\n|---|---|---|---|");
     for steps in 0..=realtime.question.steps {
-        let found = realtime.functions().map(|(_, own)| format!(" {:.1e} |", own.errors.found_mm[steps]));
-        _ = write!(table, "\n| {steps} |{}", found.concat());
+        let errors = realtime.functions().map(|(_, code)| format!(" {:.1e} |", code.errors.found_mm[steps]));
+        _ = write!(table, "\n| {steps} |{}", errors.concat());
     }
     table
 }

@@ -29,12 +29,12 @@ pub(crate) struct Function {
 impl Function {
     /// Builds a function whose start is polynomials of these degrees over `range`, fitted to the equilibria `solved`, and whose steps are
     /// `step`. `None` where these equilibria do not determine the polynomials.
-    pub fn new(given: StepInput, range: &Domain, degrees: Degrees, solved: &[TipState], step: Program) -> Option<Self> {
-        let inputs: Vec<Vec<f64>> = solved.iter().map(|solved| start_inputs(given, solved)).collect();
-        let known = if given == StepInput::Drives { DRIVES } else { 0 };
-        let states: Vec<Vec<f64>> = solved.iter().map(|solved| solved.numbers[known..].to_vec()).collect();
+    pub fn new(kind: StepInput, range: &Domain, degrees: Degrees, solved: &[TipState], step: Program) -> Option<Self> {
+        let inputs: Vec<Vec<f64>> = solved.iter().map(|solved| start_inputs(kind, solved)).collect();
+        let given_count = if kind == StepInput::Drives { DRIVES } else { 0 };
+        let states: Vec<Vec<f64>> = solved.iter().map(|solved| solved.numbers[given_count..].to_vec()).collect();
         let start = Start::fit(range, degrees, &inputs, &states)?;
-        Some(Self { given, start, step })
+        Some(Self { given: kind, start, step })
     }
 
     /// Records one Newton step of the machine at the equilibria `solved`; an error if it cannot be written without branches.
@@ -51,7 +51,7 @@ impl Function {
         })
     }
 
-    /// Returns the start state and the state after each of `steps` Newton steps, at three coordinates (tool tip position or drives) under a wrench.
+    /// Returns the start state and that after each of `steps` Newton steps, at three coordinates (tip position or drives) under a wrench.
     pub fn states(&self, at: &[f64; 3], wrench: &[f64; 6], steps: usize, values: &mut Vec<f64>) -> Vec<Vec<f64>> {
         let inputs: Vec<f64> = at.iter().chain(wrench).copied().collect();
         let mut state = match self.given {
@@ -67,12 +67,12 @@ impl Function {
         states
     }
 
-    /// Returns the state after the last step.
+    /// Returns the state after the last of `steps` Newton steps, with arguments as in [`Function::states`].
     pub fn last_state(&self, at: &[f64; 3], wrench: &[f64; 6], steps: usize) -> Vec<f64> {
         self.states(at, wrench, steps, &mut Vec::new()).pop().unwrap_or_default()
     }
 
-    /// Returns the three sought coordinates of a state: the drives, or the position of the platform.
+    /// Returns the three unknowns of a state: the drives (mm, rad), or the position of the platform (mm).
     pub fn unknowns(&self, state: &[f64]) -> [f64; 3] {
         let first = match self.given {
             StepInput::Tip => 0,
@@ -83,8 +83,8 @@ impl Function {
 }
 
 /// Returns the inputs of the start polynomials: three coordinates and the wrench.
-fn start_inputs(given: StepInput, solved: &TipState) -> Vec<f64> {
-    let at = match given {
+fn start_inputs(kind: StepInput, solved: &TipState) -> Vec<f64> {
+    let at = match kind {
         StepInput::Tip => solved.asked.0.to_vec(),
         StepInput::Drives => solved.drives.clone(),
     };
@@ -92,19 +92,19 @@ fn start_inputs(given: StepInput, solved: &TipState) -> Vec<f64> {
 }
 
 /// Returns the inputs of a Newton step: a state, the position if it is given, and the wrench.
-fn step_inputs(given: StepInput, state: &[f64], at: &[f64; 3], wrench: &[f64; 6]) -> Vec<f64> {
-    let position: &[f64] = if given == StepInput::Tip { at } else { &[] };
+fn step_inputs(kind: StepInput, state: &[f64], at: &[f64; 3], wrench: &[f64; 6]) -> Vec<f64> {
+    let position: &[f64] = if kind == StepInput::Tip { at } else { &[] };
     state.iter().chain(position).chain(wrench).copied().collect()
 }
 
-/// Returns the ranges of the inputs: those of the domain, with given drives in place of positions, widened by [`ROOM`].
-pub(super) fn input_range(given: StepInput, domain: &Domain, solved: &[TipState]) -> Domain {
+/// Returns the ranges of the inputs: those of the domain, with the range of the drives in `solved`, widened by [`ROOM`], if they are given.
+pub(super) fn input_range(kind: StepInput, domain: &Domain, solved: &[TipState]) -> Domain {
     let mut range = *domain;
-    for i in 0..if given == StepInput::Drives { 3 } else { 0 } {
+    for i in 0..if kind == StepInput::Drives { 3 } else { 0 } {
         let all = || solved.iter().map(|solved| solved.drives[i]);
         let (least, most) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-        let room = ROOM * (most - least);
-        (range.low[i], range.high[i]) = (least - room, most + room);
+        let margin = ROOM * (most - least);
+        (range.low[i], range.high[i]) = (least - margin, most + margin);
     }
     range
 }
@@ -168,8 +168,8 @@ impl Start {
     /// Fits the polynomials over `range` (coordinates and wrench) to `states` at `inputs` (three coordinates and the wrench) by least
     /// squares; `None` where these do not determine them.
     pub fn fit(range: &Domain, degrees: Degrees, inputs: &[Vec<f64>], states: &[Vec<f64>]) -> Option<Self> {
-        let shown: Vec<Vec<f64>> = inputs.iter().cycle().take(MAX_LANES).cloned().collect();
-        let basis = record(&shown, |inputs| Some(terms(inputs, range, degrees)))?;
+        let sampled: Vec<Vec<f64>> = inputs.iter().cycle().take(MAX_LANES).cloned().collect();
+        let basis = record(&sampled, |inputs| Some(terms(inputs, range, degrees)))?;
         let mut values = Vec::new();
         let rows: Vec<Vec<f64>> = inputs.iter().map(|inputs| basis.evaluate(inputs, &mut values)).collect();
         let (count, numbers) = (basis.outputs.len(), states.first()?.len());
@@ -177,9 +177,9 @@ impl Start {
             return None;
         }
         let matrix = DMatrix::from_fn(rows.len(), count, |i, j| rows[i][j]);
-        let right = DMatrix::from_fn(rows.len(), numbers, |i, j| states[i][j]);
+        let targets = DMatrix::from_fn(rows.len(), numbers, |i, j| states[i][j]);
         let (q, r) = matrix.qr().unpack();
-        let solution = r.solve_upper_triangular(&(q.transpose() * right))?;
+        let solution = r.solve_upper_triangular(&(q.transpose() * targets))?;
         let coefficients = (0..count).map(|term| (0..numbers).map(|n| solution[(term, n)]).collect()).collect();
         Some(Self { basis, coefficients })
     }

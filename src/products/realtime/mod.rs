@@ -18,7 +18,7 @@ use crate::{
     simulation::Machines,
     statics::one_step::StepInput,
 };
-use domain::{Sample, corners, spread, towards_faces};
+use domain::{Sample, corners, point_near_faces, sequence_point};
 use exact::{ReferenceSolver, TipState};
 use function::{Function, input_range};
 use search::Search;
@@ -87,7 +87,7 @@ pub struct FunctionCode {
 }
 
 impl FunctionCode {
-    /// Sets the accepted last step from the largest one found, `last_step`, with a margin.
+    /// Stores a function with its errors, and accepts last steps up to the largest one found, `last_step`, times [`STEP_MARGIN`].
     fn new(function: Function, found_mm: Vec<f64>, last_step: [f64; 3], machine: &Machine) -> Self {
         let allowed = |step: f64| STEP_MARGIN * step + ROUNDING * machine.characteristic_length;
         Self { errors: Errors { found_mm }, largest_last_step: last_step.map(allowed), function }
@@ -138,7 +138,7 @@ pub const MOST_STEPS: usize = 8;
 /// # Errors
 /// A machine for which such code cannot be generated, with what is missing; a place of the box without equilibrium; too many steps.
 pub fn generate(question: Question) -> Result<Realtime> {
-    domain::check(&question.machines.nominal)?;
+    domain::check_machine(&question.machines.nominal)?;
     let Question { domain, steps, .. } = question;
     if !(1..=MOST_STEPS).contains(&steps) {
         let problem = format!("must be from 1 to {MOST_STEPS}, got {steps}");
@@ -146,17 +146,17 @@ pub fn generate(question: Question) -> Result<Realtime> {
     }
     let exact = ReferenceSolver { machines: question.machines.clone() };
     let search = Search { exact: &exact, domain: &domain, steps };
-    let known = equilibria(&search)?;
-    let correct = shortest_function(&search, StepInput::Tip, &DEGREES, &known, &|own| {
-        search.quick_search((own, None), TRIALS).correct
+    let fit = equilibria(&search)?;
+    let correct = shortest_function(&search, StepInput::Tip, &DEGREES, &fit, &|function| {
+        search.quick_search((function, None), TRIALS).correct
     })?;
-    let trial_errors = |own: &Function| search.quick_search((&correct, Some(own)), TRIALS).whereabouts;
-    let whereabouts = shortest_function(&search, StepInput::Drives, &DEGREES, &known, &trial_errors)?;
+    let trial_errors = |function: &Function| search.quick_search((&correct, Some(function)), TRIALS).whereabouts;
+    let whereabouts = shortest_function(&search, StepInput::Drives, &DEGREES, &fit, &trial_errors)?;
     let found = search.full_search((&correct, Some(&whereabouts)), question.places);
-    let drives = input_range(StepInput::Drives, &domain, &known.solved);
+    let drives = input_range(StepInput::Drives, &domain, &fit.solved);
     let (nominal, rigid) = generate_nominal(&question)?;
-    let examples = exact.solve_all(&domain, (0..EXAMPLES).map(|index| spread(1000 + index)))?;
-    let rigid_at = |own: &TipState| Ok(rigid.unloaded(&own.asked.0)?.drives);
+    let examples = exact.solve_all(&domain, (0..EXAMPLES).map(|index| sequence_point(1000 + index)))?;
+    let rigid_at = |function: &TipState| Ok(rigid.unloaded(&function.asked.0)?.drives);
     let ([of_drives, of_platform], machine) = (found.last_step, &question.machines.nominal);
     Ok(Realtime {
         correct: FunctionCode::new(correct, found.correct, of_drives, machine),
@@ -172,17 +172,17 @@ pub fn generate(question: Question) -> Result<Realtime> {
 /// Returns the points at which steps are recorded: near the corners of the box, away from the symmetry of most machines.
 fn recording_points() -> impl Iterator<Item = Sample> {
     (0..8_usize).map(|corner| {
-        let mut place = spread(corner);
-        for (i, coordinate) in place[..3].iter_mut().enumerate() {
+        let mut sample = sequence_point(corner);
+        for (i, coordinate) in sample[..3].iter_mut().enumerate() {
             *coordinate = if corner >> i & 1 == 1 { 1.0 } else { -1.0 } * (0.93 + 0.01 * (2 * corner + i) as f64 / 4.0);
         }
-        place
+        sample
     })
 }
 
 /// Returns the points whose equilibria the polynomials are fitted to.
 fn fit_points() -> impl Iterator<Item = Sample> {
-    corners().step_by(3).chain((0..FIT_POINTS).map(towards_faces))
+    corners().step_by(3).chain((0..FIT_POINTS).map(point_near_faces))
 }
 
 /// Equilibria of a machine: `postures`, at which steps are recorded, and `solved`, which polynomials are fitted to.
@@ -202,15 +202,15 @@ fn shortest_function(
     search: &Search<'_>,
     given: StepInput,
     degrees: &[Degrees],
-    known: &Equilibria,
+    equilibria: &Equilibria,
     trial_errors: &dyn Fn(&Function) -> Vec<f64>,
 ) -> Result<Function> {
     let (exact, steps) = (search.exact, search.steps);
-    let step = Function::step(exact, given, &known.postures)?;
-    let range = input_range(given, search.domain, &known.solved);
-    let of = |degrees: &Degrees| Function::new(given, &range, *degrees, &known.solved, step.clone());
+    let step = Function::step(exact, given, &equilibria.postures)?;
+    let range = input_range(given, search.domain, &equilibria.solved);
+    let fitted = |degrees: &Degrees| Function::new(given, &range, *degrees, &equilibria.solved, step.clone());
     let mut best: Option<(f64, Function)> = None;
-    for function in degrees.iter().filter_map(of) {
+    for function in degrees.iter().filter_map(fitted) {
         let error = trial_errors(&function).last().copied().unwrap_or(f64::INFINITY);
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
             best = Some((error, function));
@@ -231,8 +231,8 @@ fn shortest_function(
 impl Realtime {
     /// Returns the drives (mm, rad) that the generated code gives for a tool tip position (O, mm) under a wrench about the tip (N, N·mm).
     pub fn correct(&self, position: &[f64; 3], wrench: &[f64; 6]) -> [f64; 3] {
-        let own = &self.correct.function;
-        own.unknowns(&own.last_state(position, wrench, self.question.steps))
+        let function = &self.correct.function;
+        function.unknowns(&function.last_state(position, wrench, self.question.steps))
     }
 
     /// Returns the tool tip position (O, mm) that the generated code gives for drives (mm, rad) under a wrench about the tip (N, N·mm).
@@ -241,13 +241,13 @@ impl Realtime {
         exact.tip_of(&self.whereabouts.function.last_state(drives, wrench, self.question.steps)).into()
     }
 
-    /// Returns the drives (mm, rad) that it gives for a tool tip position (O, mm) of the rigid machine without errors.
+    /// Returns the drives (mm, rad) that the generated code gives for a tool tip position (O, mm) of the rigid machine without errors.
     pub fn nominal(&self, position: &[f64; 3]) -> [f64; 3] {
-        let own = &self.nominal.function;
-        own.unknowns(&own.last_state(position, &[0.0; 6], self.question.steps))
+        let function = &self.nominal.function;
+        function.unknowns(&function.last_state(position, &[0.0; 6], self.question.steps))
     }
 
-    /// Returns the functions with their names in C.
+    /// Returns the three functions, each with its name in C.
     pub fn functions(&self) -> [(&'static str, &FunctionCode); 3] {
         [
             ("kinetostat_correct", &self.correct),
@@ -271,7 +271,7 @@ fn without_own_forces(nominal: &Machine) -> Machine {
     machine
 }
 
-/// Generates the function of the rigid machine, and returns its reference solver, too; errors as for [`generate`].
+/// Generates the function of the rigid machine; returns it with its reference solver. Errors as for [`generate`].
 fn generate_nominal(question: &Question) -> Result<(FunctionCode, ReferenceSolver)> {
     let machine = without_own_forces(&question.machines.nominal);
     let exact = ReferenceSolver { machines: Machines::new(&machine, &[])? };

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::{
-    domain::{Domain, Sample, corners, spread},
+    domain::{Domain, Sample, corners, sequence_point},
     exact::{ReferenceSolver, Storage},
     function::Function,
 };
@@ -61,21 +61,21 @@ type Functions<'a> = (&'a Function, Option<&'a Function>);
 
 impl Search<'_> {
     /// Returns the errors at a point of the domain; infinite where the machine has no equilibrium at the drives found.
-    fn errors_at(&self, (correct, whereabouts): Functions<'_>, place: &Sample, asking: &mut Storage) -> TipError {
-        let (position, wrench) = self.domain.task_at(place);
+    fn errors_at(&self, (correct, whereabouts): Functions<'_>, sample: &Sample, storage: &mut Storage) -> TipError {
+        let (position, wrench) = self.domain.task_at(sample);
         let mut values = Vec::new();
         let states = correct.states(&position, &wrench, self.steps, &mut values);
         let last = states.last().map_or(&[][..], Vec::as_slice);
         let drives_of = |state: &[f64]| -> [f64; 3] { std::array::from_fn(|i| state[i]) };
         let tips: Vec<_> =
-            states.iter().map(|state| self.exact.tip(&drives_of(state), &wrench, last, asking)).collect();
+            states.iter().map(|state| self.exact.tip(&drives_of(state), &wrench, last, storage)).collect();
         let off = |tip: Option<Vector3<f64>>, from: Vector3<f64>| {
             let distance = tip.map_or(f64::INFINITY, |tip| (tip - from).norm());
             if distance.is_nan() { f64::INFINITY } else { distance }
         };
-        let stands = tips.last().copied().flatten();
+        let loaded_tip = tips.last().copied().flatten();
         let back = whereabouts.map(|own| (own, own.states(&drives_of(last), &wrench, self.steps, &mut values)));
-        let found = back.iter().flat_map(|(_, states)| states).map(|state| off(stands, self.exact.tip_of(state)));
+        let found = back.iter().flat_map(|(_, states)| states).map(|state| off(loaded_tip, self.exact.tip_of(state)));
         TipError {
             whereabouts: found.collect(),
             correct: tips.iter().map(|&tip| off(tip, position.into())).collect(),
@@ -87,35 +87,35 @@ impl Search<'_> {
     }
 
     /// Returns the errors at each of `places`, in their order, computed in parallel.
-    fn errors(&self, held: Functions<'_>, places: Vec<Sample>) -> Vec<(Sample, TipError)> {
+    fn errors(&self, pair: Functions<'_>, places: Vec<Sample>) -> Vec<(Sample, TipError)> {
         places
             .into_par_iter()
-            .map_init(|| self.exact.storage(), |asking, place| (place, self.errors_at(held, &place, asking)))
+            .map_init(|| self.exact.storage(), |storage, place| (place, self.errors_at(pair, &place, storage)))
             .collect()
     }
 
     /// Returns the largest errors at some corners and at the first `count` points of the sequence.
-    pub fn quick_search(&self, held: Functions<'_>, count: usize) -> TipError {
-        let places = corners().step_by(7).chain((0..count).map(spread)).collect();
-        self.errors(held, places).iter().fold(TipError::zero(self.steps), |largest, (_, found)| largest.max(found))
+    pub fn quick_search(&self, pair: Functions<'_>, count: usize) -> TipError {
+        let places = corners().step_by(7).chain((0..count).map(sequence_point)).collect();
+        self.errors(pair, places).iter().fold(TipError::zero(self.steps), |largest, (_, found)| largest.max(found))
     }
 
-    /// Returns the largest errors at all corners, at `places` points of the sequence, and from the worst of them on.
-    pub fn full_search(&self, held: Functions<'_>, places: usize) -> TipError {
-        let mut seen = self.errors(held, corners().chain((0..places).map(spread)).collect());
-        let mut largest = seen.iter().fold(TipError::zero(self.steps), |largest, (_, found)| largest.max(found));
-        seen.sort_by(|a, b| b.1.last_error().total_cmp(&a.1.last_error()));
-        seen.truncate(REFINED);
-        let climbed = |asking: &mut Storage, start| self.climb(held, start, asking);
-        let refined: Vec<TipError> = seen.into_par_iter().map_init(|| self.exact.storage(), climbed).collect();
+    /// Returns the largest errors at all corners, at `places` points of the sequence, and on searches uphill from the worst of them.
+    pub fn full_search(&self, pair: Functions<'_>, places: usize) -> TipError {
+        let mut ranked = self.errors(pair, corners().chain((0..places).map(sequence_point)).collect());
+        let mut largest = ranked.iter().fold(TipError::zero(self.steps), |largest, (_, found)| largest.max(found));
+        ranked.sort_by(|a, b| b.1.last_error().total_cmp(&a.1.last_error()));
+        ranked.truncate(REFINED);
+        let refine = |storage: &mut Storage, start| self.climb(pair, start, storage);
+        let refined: Vec<TipError> = ranked.into_par_iter().map_init(|| self.exact.storage(), refine).collect();
         for found in &refined {
             largest = largest.max(found);
         }
         largest
     }
 
-    /// Returns the largest errors on a coordinate search uphill from a point.
-    fn climb(&self, held: Functions<'_>, (mut place, mut best): (Sample, TipError), asking: &mut Storage) -> TipError {
+    /// Returns the largest errors on a coordinate search uphill from a sample, whose errors are given.
+    fn climb(&self, pair: Functions<'_>, (mut place, mut best): (Sample, TipError), storage: &mut Storage) -> TipError {
         let mut largest = best.clone();
         let mut step = FIRST_STEP;
         for _ in 0..HALVINGS {
@@ -123,7 +123,7 @@ impl Search<'_> {
                 for sign in [1.0, -1.0] {
                     let mut beside = place;
                     beside[coordinate] = (place[coordinate] + sign * step).clamp(-1.0, 1.0);
-                    let found = self.errors_at(held, &beside, asking);
+                    let found = self.errors_at(pair, &beside, storage);
                     largest = largest.max(&found);
                     if found.last_error() > best.last_error() {
                         (place, best) = (beside, found);
@@ -136,7 +136,7 @@ impl Search<'_> {
     }
 }
 
-/// Returns the size of the last step of each unknown.
+/// Returns the size of the last change of each unknown (mm, rad) in the `states` after each step; zero with fewer than two.
 fn last_step_change(function: &Function, states: &[Vec<f64>]) -> [f64; 3] {
     let Some([before, after]) = states.last_chunk::<2>() else { return [0.0; 3] };
     let (before, after) = (function.unknowns(before), function.unknowns(after));

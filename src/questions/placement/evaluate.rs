@@ -315,7 +315,7 @@ impl Evaluator {
         };
         let along = workpiece.rotation * job.feature.path.points()[k].tangent;
         let axis = task.pose.rotation * machine.tool_axes.column(2);
-        let part = |part: RedundancyCost| part.of(&nominal.position_error, along, axis);
+        let part = |part: RedundancyCost| part.deviation(&nominal.position_error, along, axis);
         PointValues { across: [part(RedundancyCost::AcrossPath), part(RedundancyCost::AcrossSurface)], ..values }
     }
 

@@ -130,7 +130,7 @@ pub fn export(question: &CorrectionQuestion, export: &CorrectionExport, out: &Pa
     Ok(Exported { headline: output.page.headline, details: output.details, is_within: report.is_within(), files })
 }
 
-/// Returns the formats asked for, or all that are of use.
+/// Returns the formats asked for, or all that are of use; an error if COMP files are asked for and the machine's drives have none.
 fn formats(export: &CorrectionExport, answer: &CorrectionResult) -> Result<Vec<CorrectionFormat>> {
     match &answer.per_joint {
         Err(reason) if export.formats.contains(&CorrectionFormat::Comp) => {
@@ -145,12 +145,12 @@ fn formats(export: &CorrectionExport, answer: &CorrectionResult) -> Result<Vec<C
     }
 }
 
-/// Returns all tables, figures and texts of the export.
+/// Returns all tables, figures and texts of the export, to be written.
 fn output(report: &Report<'_>, export: &CorrectionExport, run: &Run<'_>) -> Output {
     let Report { question, answer, .. } = *report;
-    let mut own_tables = vec![("residual".to_string(), tables::residuals(report))];
+    let mut tables_written = vec![("residual".to_string(), tables::residuals(report))];
     if report.has(CorrectionFormat::Csv) {
-        own_tables.push(("correction".into(), tables::correction(&question.machine, &answer.table)));
+        tables_written.push(("correction".into(), tables::correction(&question.machine, &answer.table)));
     }
     let json = || format!("{:#}\n", tables::correction_json(report, &export.inputs));
     let json = report.has(CorrectionFormat::Json).then(|| OutputFile::new("correction.json", json()));
@@ -163,7 +163,7 @@ fn output(report: &Report<'_>, export: &CorrectionExport, run: &Run<'_>) -> Outp
     summary["nodes"] = json!(answer.table.grid.counts());
     Output {
         is_answered: Some(report.is_within()),
-        tables: own_tables,
+        tables: tables_written,
         streamed: (files, Vec::new()),
         figures: run.draw_figures(|| figures(report)),
         details: text::details(report),

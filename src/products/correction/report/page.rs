@@ -47,7 +47,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
         table = table.tables(["correction.csv"]);
     }
     let mut joints = Section::new("And with a table for each joint alone?", "what controls have for errors of screws")
-        .text(&text::per_joint(report));
+        .text(&text::per_joint_text(report));
     if let Ok((tables, _)) = &report.answer.per_joint {
         joints = joints.figures(&["slices_error_per_joint"]);
         if report.has(CorrectionFormat::Comp) {
@@ -72,26 +72,26 @@ fn setting_facts(report: &Report<'_>) -> Vec<Fact> {
     let span = |axis: usize| {
         let name = ["x", "y", "z"][axis];
         match min[axis] < max[axis] {
-            true => format!("{name} {} to {}", without_rounding(min[axis]), without_rounding(max[axis])),
-            false => format!("{name} {}", without_rounding(min[axis])),
+            true => format!("{name} {} to {}", rounded(min[axis]), rounded(max[axis])),
+            false => format!("{name} {}", rounded(min[axis])),
         }
     };
-    let own = [
+    let facts = [
         Fact::new("box", typographic(&format!("{} mm, positions of P", [0, 1, 2].map(span).join(", ")))),
         Fact::new("forces", format!("up to {} N on the tool tip, in any direction", report.force())),
         Fact::new("tolerance", format!("{} mm", question.tolerance_mm)),
         Fact::new("table", format!("{} nodes", report.size())),
         Fact::new("compensation holds", question.target.words()),
     ];
-    facts_of(&question.machine, &question.errors, own)
+    facts_of(&question.machine, &question.errors, facts)
 }
 
-/// Returns `value` rounded to 1e-6.
-fn without_rounding(value: f64) -> f64 {
+/// Returns `value` rounded to 1e-6, without the digits of rounding errors.
+fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-/// Returns the interactive view of the residual errors, by way to correct.
+/// Returns the interactive view of the residual errors, with a choice of the way to correct.
 fn residual_explorer(report: &Report<'_>) -> Explorer {
     let labels = ["without correction", "with the table", "with exact corrections", "with a table for each joint"];
     let ways = report.residuals.first().map_or(0, |point| point.residual_mm.len());
@@ -106,7 +106,7 @@ fn residual_explorer(report: &Report<'_>) -> Explorer {
 const PLANES: usize = 3;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Returns the maps of the residual errors by name, that with the table first.
+/// Returns the maps of the residual errors by file name, that with the table first as `answer`; none where the box has no area.
 pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     let Some(plane) = slice_axes(report.question) else { return Vec::new() };
     let titles = [
@@ -128,14 +128,14 @@ const EXACT: usize = 2;
 
 /// Returns the common colour range of the maps with the table and with exact corrections, from 0, mm; `None` for others.
 fn colour_range(report: &Report<'_>, way: usize) -> Option<(f64, f64)> {
-    let left = report.residuals.iter().map(|point| point.residual_mm[TABLE]);
-    [TABLE, EXACT].contains(&way).then(|| (0.0, left.fold(report.question.tolerance_mm, f64::max)))
+    let errors = report.residuals.iter().map(|point| point.residual_mm[TABLE]);
+    [TABLE, EXACT].contains(&way).then(|| (0.0, errors.fold(report.question.tolerance_mm, f64::max)))
 }
 
-/// Returns the axes across, up and through the maps; `None` where the box has no area.
+/// Returns the axes of O across, up and through the maps; `None` where the box has no area.
 fn slice_axes(question: &CorrectionQuestion) -> Option<[usize; 3]> {
     let mut axes: Vec<usize> = question.axes().collect();
-    axes.extend((0..3).filter(|axis| !question.axes().any(|own| own == *axis)));
+    axes.extend((0..3).filter(|axis| !question.axes().any(|used| used == *axis)));
     (question.axes().count() >= 2).then(|| [axes[0], axes[1], axes[2]])
 }
 
@@ -145,9 +145,9 @@ fn slice_figure(report: &Report<'_>, [across, up, through]: [usize; 3], way: usi
     let value = |i: usize, j: usize, k: usize| {
         let mut node = [0; 3];
         (node[across], node[up], node[through]) = (i, j, k);
-        let left = report.residuals[grid.index(node)].residual_mm[way];
+        let error = report.residuals[grid.index(node)].residual_mm[way];
         // Rounding is no pattern.
-        Some(if left <= ROUNDING_MM { 0.0 } else { left })
+        Some(if error <= ROUNDING_MM { 0.0 } else { error })
     };
     let count = grid.axes[through].len();
     let mut planes: Vec<usize> = (0..PLANES).map(|k| k * (count - 1) / (PLANES - 1)).collect();

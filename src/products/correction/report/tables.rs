@@ -20,9 +20,9 @@ pub(super) fn correction(machine: &Machine, table: &CorrectionTable) -> Table {
     columns.extend(numbers(coefficient_columns(machine, table.terms)));
     let width = table.drives * table.terms.count();
     let motions: Vec<Motion> = motions(machine);
-    let row = |(index, own): (usize, &[f64])| -> Row {
+    let row = |(index, node): (usize, &[f64])| -> Row {
         let mut row: Row = cells(<[f64; 3]>::from(table.grid.position(index))).collect();
-        row.extend(cells(own.iter().enumerate().map(|(k, value)| motions[k / table.terms.count()].to_shown(*value))));
+        row.extend(cells(node.iter().enumerate().map(|(k, value)| motions[k / table.terms.count()].to_shown(*value))));
         row
     };
     Table::new(columns, table.values.chunks(width).enumerate().map(row))
@@ -39,7 +39,7 @@ pub(super) fn coefficient_columns(machine: &Machine, terms: ForceTerms) -> Vec<S
             _ => format!("delta_rho_{label}_{term}_{unit}_per_N2"),
         })
     };
-    labelled.flat_map(|own| of_drive(own).collect::<Vec<_>>()).collect()
+    labelled.flat_map(|labelled_motion| of_drive(labelled_motion).collect::<Vec<_>>()).collect()
 }
 
 /// Returns whether each drive is prismatic or revolute, in the order of [`Machine::drives`].

@@ -88,7 +88,7 @@ pub(super) fn how_to_use(report: &Report<'_>) -> String {
 }
 
 /// Returns what a table of each drive alone achieves.
-pub(super) fn per_joint(report: &Report<'_>) -> String {
+pub(super) fn per_joint_text(report: &Report<'_>) -> String {
     let not_written = match report.has(CorrectionFormat::Comp) {
         false if report.answer.is_per_joint_harmful() => "Tables for joints do harm: no files are written.\n",
         false if !report.answer.is_per_joint_of_use() => "Tables for joints are of no use: no files are written.\n",
@@ -110,7 +110,7 @@ pub(super) fn per_joint(report: &Report<'_>) -> String {
 
 /// Returns the full report for a terminal.
 pub(super) fn details(report: &Report<'_>) -> String {
-    residual_text(report) + &how_to_use(report) + &per_joint(report)
+    residual_text(report) + &how_to_use(report) + &per_joint_text(report)
 }
 
 /// Returns main sentence, numbers and cautions.
@@ -176,7 +176,7 @@ fn joint_number(report: &Report<'_>) -> Option<KeyNumber> {
     Some(error_number(worst, "largest error with a table for each joint alone", ratio_text(report, worst)))
 }
 
-/// Returns how many times the error with the table an error is, in words.
+/// Returns in words how many times as large as that with the table an error is; empty if the latter is rounding.
 fn ratio_text(report: &Report<'_>, worst: &Worst) -> String {
     let left = report.answer.with_table.error_mm;
     if left <= ROUNDING_MM { String::new() } else { format!("{:.0} times that with the table", worst.error_mm / left) }

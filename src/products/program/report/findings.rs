@@ -102,7 +102,7 @@ impl Findings {
         })
     }
 
-    /// Adds the next proved part.
+    /// Adds the points of the next proved part.
     pub fn add(&mut self, job: &ProgramJob, proved: &ProvedPart<'_>) {
         let part = proved.part;
         proved.written.iter().filter(|answer| answer.is_settled).for_each(|answer| self.include(&job.machine, answer));
@@ -125,7 +125,7 @@ impl Findings {
             if !job.is_counted(k) {
                 continue;
             }
-            spread.and_then(|at| at.compensated.as_ref()).iter().for_each(|own| self.spread.add(own));
+            spread.and_then(|at| at.compensated.as_ref()).iter().for_each(|distribution| self.spread.add(distribution));
             let tolerance_mm = job.process.tolerance_mm.unwrap_or(f64::INFINITY);
             self.after.add(1.0, after.map(|error| error.norm() <= tolerance_mm));
             self.before.add(1.0, before.map(|error| error.norm() <= tolerance_mm));
@@ -141,10 +141,10 @@ impl Findings {
         }
     }
 
-    /// Updates the largest correction of each kind of drive, in the units of tables.
-    fn include(&mut self, machine: &Machine, answer: &PathPointResult) {
+    /// Updates the largest correction of each kind of drive (mm, degrees) by those of one point.
+    fn include(&mut self, machine: &Machine, result: &PathPointResult) {
         for kind in machine.drive_kinds() {
-            let here = largest_position(machine, kind, &answer.delta_rho());
+            let here = largest_position(machine, kind, &result.delta_rho());
             let most = &mut self.corrections[kind as usize];
             *most = Some(most.map_or(here, |most| most.max(here)));
         }
@@ -204,9 +204,9 @@ impl WorstLines {
     /// Adds the next counted point, in move number `segment`, with its errors in mm.
     pub fn add(&mut self, job: &ProgramJob, segment: usize, before_mm: f64, after_mm: Option<f64>) {
         match &mut self.current_move {
-            Some(own) if own.segment == segment => {
-                own.before_mm = own.before_mm.max(before_mm);
-                own.after_mm = own.after_mm.into_iter().chain(after_mm).reduce(f64::max);
+            Some(current) if current.segment == segment => {
+                current.before_mm = current.before_mm.max(before_mm);
+                current.after_mm = current.after_mm.into_iter().chain(after_mm).reduce(f64::max);
             }
             _ => {
                 self.worst = self.with_current(job);
@@ -218,9 +218,9 @@ impl WorstLines {
     /// Returns the worst moves including the current one; of two equal ones, the earlier comes first.
     fn with_current(&self, job: &ProgramJob) -> Vec<Move> {
         let mut worst = self.worst.clone();
-        let is_known = |own: &Move| job.file.line_of(own.segment).is_some();
-        if let Some(own) = self.current_move.filter(is_known) {
-            worst.insert(worst.partition_point(|other| other.before_mm >= own.before_mm), own);
+        let is_known = |candidate: &Move| job.file.line_of(candidate.segment).is_some();
+        if let Some(candidate) = self.current_move.filter(is_known) {
+            worst.insert(worst.partition_point(|other| other.before_mm >= candidate.before_mm), candidate);
             worst.truncate(LINES);
         }
         worst
@@ -228,7 +228,7 @@ impl WorstLines {
 
     /// Returns the lines with the largest errors, worst first.
     pub fn worst_lines(&self, job: &ProgramJob) -> Vec<WorstLine> {
-        let told = |Move { segment, before_mm, after_mm }| {
+        let worst_line = |Move { segment, before_mm, after_mm }| {
             Some(WorstLine {
                 place: job.file.line_name(segment)?,
                 text: job.file.line_text(segment)?,
@@ -236,6 +236,6 @@ impl WorstLines {
                 after_mm,
             })
         };
-        self.with_current(job).into_iter().filter_map(told).collect()
+        self.with_current(job).into_iter().filter_map(worst_line).collect()
     }
 }

@@ -60,14 +60,14 @@ pub fn page(report: &Report<'_>, headline: Headline, (points, rows): (&str, Opti
 /// Returns the facts about machine and process that the page lists.
 fn setting_facts(job: &ProgramJob) -> Vec<Fact> {
     let ProgramJob { machine, process, .. } = job;
-    let mut own: Vec<Fact> = process.facts().into_iter().map(|(label, words)| Fact::new(label, words)).collect();
-    own.push(Fact::new("compensation holds", process.target.words()));
-    own.extend(process.tolerance_mm.map(|tolerance| Fact::new("tolerance", format!("{tolerance} mm"))));
-    own.push(spread_report::fact(job.uncertainty.as_ref()));
-    facts_of(machine, &process.errors, own)
+    let mut facts: Vec<Fact> = process.facts().into_iter().map(|(label, words)| Fact::new(label, words)).collect();
+    facts.push(Fact::new("compensation holds", process.target.words()));
+    facts.extend(process.tolerance_mm.map(|tolerance| Fact::new("tolerance", format!("{tolerance} mm"))));
+    facts.push(spread_report::fact(job.uncertainty.as_ref()));
+    facts_of(machine, &process.errors, facts)
 }
 
-/// Returns a length in words, mm to four decimals.
+/// Returns a length as text, mm to four decimals.
 fn shown(length_mm: f64) -> String {
     millimetres(length_mm, 4)
 }

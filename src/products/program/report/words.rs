@@ -28,7 +28,7 @@ use crate::{
     },
 };
 
-/// Returns the effect of limits on a path corrected within them, or that limits were not regarded; empty without limits.
+/// Returns in sentences how limits change a path corrected within them, or that limits were not regarded; empty without limits.
 pub fn limits_text(machine: &Machine, limits: &CorrectionLimits, bounded: Option<&BoundedPath>) -> String {
     match bounded {
         Some(path) => bounded_text(machine, path),
@@ -91,7 +91,7 @@ pub fn exceeded_text(job: &ProgramJob, exceeded: &[LimitExcess]) -> String {
         }
         _ => "More decimals (decimals_mm in [gcode])",
     };
-    let sentence = |found: &LimitExcess| {
+    let main_sentence = |found: &LimitExcess| {
         let LimitExcess { kind, drive, point, value, limit } = *found;
         let (unit, beyond) = (shown_limit_unit(&job.machine, kind, drive), value - limit);
         format!(
@@ -101,14 +101,14 @@ pub fn exceeded_text(job: &ProgramJob, exceeded: &[LimitExcess]) -> String {
             labels[drive]
         )
     };
-    exceeded.iter().map(sentence).collect()
+    exceeded.iter().map(main_sentence).collect()
 }
 
 /// Returns the residual error `residual_mm` along axes that the drives do not control; empty if they control all axes.
 pub fn residual_text(machine: &Machine, residual_mm: Option<f64>) -> String {
-    let (Some(axes), Some(left)) = (machine.uncontrolled_names(), residual_mm) else { return String::new() };
-    let left = millimetres(left, 4);
-    format!("The residual error is up to {left}: the drives do not control {axes}.\n")
+    let (Some(axes), Some(residual)) = (machine.uncontrolled_names(), residual_mm) else { return String::new() };
+    let residual = millimetres(residual, 4);
+    format!("The residual error is up to {residual}: the drives do not control {axes}.\n")
 }
 
 /// Returns how far writing has moved positions on the ways into and out of holes of cycles; empty without such holes.
@@ -139,7 +139,7 @@ pub(super) fn written_text(job: &ProgramJob, blocks: Option<&BlocksBeforeAfter>)
 pub fn blocks_text(job: &ProgramJob, blocks: Option<&BlocksBeforeAfter>) -> String {
     let mut text = written_text(job, blocks);
     let Some(BlocksBeforeAfter { before, after }) = blocks else { return text };
-    let mut told = |what: &str, unit: &str, of: fn(&Blocks) -> Option<Spread>| {
+    let mut add_sentence = |what: &str, unit: &str, of: fn(&Blocks) -> Option<Spread>| {
         if let (Some(before), Some(after)) = (of(before), of(after)) {
             let words =
                 |spread: Spread| [spread.p50, spread.p95, spread.max].map(|value| format!("{}{unit}", rounded(value)));
@@ -148,8 +148,8 @@ pub fn blocks_text(job: &ProgramJob, blocks: Option<&BlocksBeforeAfter>) -> Stri
                 &format!("{what}: half up to {a50}, 95 % up to {a95}, at most {amax} (before {b50}, {b95}, {bmax}).\n");
         }
     };
-    told("Blocks per second at the programmed feed", "", |blocks| blocks.per_second);
-    told("Turns from move to move", "°", |blocks| blocks.turns_deg);
+    add_sentence("Blocks per second at the programmed feed", "", |blocks| blocks.per_second);
+    add_sentence("Turns from move to move", "°", |blocks| blocks.turns_deg);
     text
 }
 
@@ -215,14 +215,14 @@ pub fn headline(report: &Report<'_>) -> Headline {
         (counted(report.job.path.len(), "point"), spread_report::basis(report.job.uncertainty.as_ref()));
     let basis = format!("{points}, {cutting} of them cutting, {length:.1} mm of path, {inputs}");
     let verdict = report.findings.outside.verdict(&report.job.machine, report.name);
-    let whole = report.proved.spread.as_ref();
-    let (sure, numbers) = match whole {
-        Some(whole) => {
+    let distribution = report.proved.spread.as_ref();
+    let (sure, numbers) = match distribution {
+        Some(distribution) => {
             let gouge = without_force_number(report);
-            let numbers = spread_report::along_numbers(&along(report), whole).into_iter().chain(gouge).collect();
-            (spread_report::along_verdict(&along(report), whole), numbers)
+            let numbers = spread_report::along_numbers(&along(report), distribution).into_iter().chain(gouge).collect();
+            (spread_report::along_verdict(&along(report), distribution), numbers)
         }
-        None => (sentence(report), nominal_numbers(report)),
+        None => (main_sentence(report), nominal_numbers(report)),
     };
     let uncertain = report.job.uncertainty.as_ref();
     let mut headline = Headline::new(verdict + &sure, basis)
@@ -230,7 +230,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_cautions(
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
-        .with_cautions(&spread_report::along_cautions(&along(report), whole))
+        .with_cautions(&spread_report::along_cautions(&along(report), distribution))
         .with_cautions(&without_force_text(report))
         .with_cautions(&spread_report::cautions(uncertain, &report.findings.spread, "point"))
         .with_cautions(&caution_text(report))
@@ -248,7 +248,7 @@ fn nominal_numbers(report: &Report<'_>) -> Vec<KeyNumber> {
 fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
     let off = report.proved.without_force;
     // The pass before the last is of the commands themselves.
-    let is_programmed = report.proved.passes.iter().rev().nth(1).is_some_and(|own| own.name == Method::None.label());
+    let is_programmed = report.proved.passes.iter().rev().nth(1).is_some_and(|pass| pass.name == Method::None.label());
     Along {
         machine: &report.job.machine.name,
         path: report.name.into(),
@@ -319,7 +319,7 @@ fn without_force_text(report: &Report<'_>) -> String {
 }
 
 /// Returns the main sentence: the largest error without compensation, its line, and the residual error as written.
-fn sentence(report: &Report<'_>) -> String {
+fn main_sentence(report: &Report<'_>) -> String {
     let name = &report.job.machine.name;
     let Some(worst) = &report.findings.worst else {
         return format!("How far the tool of {name} leaves {} could be computed at none of its points.", report.name);
@@ -330,9 +330,9 @@ fn sentence(report: &Report<'_>) -> String {
         .first()
         .map_or_else(String::new, |worst| format!(", worst in {}, {along:.1} mm along the path", worst.place));
     let off = millimetres(worst.size_mm, 3);
-    let left = report.proved.passes.last().and_then(|pass| pass.summary.max_mm);
-    let then = left.map_or_else(String::new, |left| {
-        format!("; with the compensated program, by {} if all inputs are exact", millimetres(left, 4))
+    let residual = report.proved.passes.last().and_then(|pass| pass.summary.max_mm);
+    let then = residual.map_or_else(String::new, |residual| {
+        format!("; with the compensated program, by {} if all inputs are exact", millimetres(residual, 4))
     });
     format!("Running {}, the tool of {name} is off by up to {off}{line}{then}.", report.name)
 }
@@ -353,10 +353,10 @@ fn distances(report: &Report<'_>) -> [Option<KeyNumber>; 2] {
     let after =
         "largest distance with the compensated program as written, simulated with the inputs it was computed from";
     let worst = findings.worst.as_ref().map(|worst| worst.size_mm);
-    let left = proved.passes.last().and_then(|written| written.summary.max_mm);
+    let residual = proved.passes.last().and_then(|written| written.summary.max_mm);
     [
         worst.map(|worst| number(worst, 3, before, findings.before, error_before_column(Source::All))),
-        left.map(|left| number(left, 4, after, findings.after, "error_after_mm".into())),
+        residual.map(|residual| number(residual, 4, after, findings.after, "error_after_mm".into())),
     ]
 }
 
@@ -367,13 +367,13 @@ fn largest_correction(report: &Report<'_>) -> Option<KeyNumber> {
     let mut kinds = machine.drive_kinds().filter_map(of);
     let (kind, most) = kinds.next()?;
     let drives = if machine.has_mixed_drives() { kind_word(machine, kind) } else { "drive" };
-    let mut told: Vec<String> =
+    let mut against: Vec<String> =
         kinds.map(|(kind, most)| format!("{} {}", kind_word(machine, kind), kind.position_words(most))).collect();
-    told.extend(report.proved.bounded.as_ref().map(|path| match path.summary.prices.len() {
+    against.extend(report.proved.bounded.as_ref().map(|path| match path.summary.prices.len() {
         0 => "no limit binds".to_string(),
         count => format!("{} bind", counted(count, "limit")),
     }));
-    Some(KeyNumber::new(&kind.position_words(most), format!("largest {drives} correction"), told.join("; ")))
+    Some(KeyNumber::new(&kind.position_words(most), format!("largest {drives} correction"), against.join("; ")))
 }
 
 /// Residual error that counts as zero where nothing is rounded, mm.
