@@ -234,7 +234,7 @@ fn positions_are_predicted_where_point_has_them() {
             let data = csv(&machine, &places, &[Vector3::zeros(); 2]).replace("displacement_", "position_");
             let names: Vec<&str> = sought.iter().map(|(name, _)| *name).collect();
             let study = open_beside("own.toml", &unknowns(&names), &data, &[("own.toml", &text)]).unwrap();
-            let x = study.unknowns.iter().zip(&truth).map(|(own, (_, value))| own.at(*value).unwrap());
+            let x = study.unknowns.iter().zip(&truth).map(|(own, (_, value))| own.coordinate_at(*value).unwrap());
             let x = DVector::from_iterator(truth.len(), x);
             let predicted = predicted_positions(&study, &x);
             for (own, place) in predicted.iter().zip(&places) {

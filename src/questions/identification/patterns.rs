@@ -146,7 +146,7 @@ fn load_correlation(residuals: &[Option<LengthResidual>], measurements: &[Measur
     (rest > 1e-6).then(|| (((share_force - share_yield * force_yield) / rest).clamp(-1.0, 1.0), limit))
 }
 
-/// Returns rank correlation and its once-in-a-thousand limit (Fieller, Hartley and Pearson 1957); `None` for under [`FEWEST`] or constant
+/// Returns rank correlation and its once-in-a-thousand limit (Fieller, Hartley and Pearson 1957); `None` for under `FEWEST` or constant
 /// values.
 pub fn rank_correlation(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     if pairs.len() < FEWEST {

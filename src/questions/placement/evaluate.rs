@@ -560,7 +560,7 @@ pub(super) fn counted_flags(job: &FeatureJob) -> Vec<bool> {
     points.iter().map(|point| point.cutting || never_cuts).collect()
 }
 
-/// Divides indices of points into levels, coarse to fine: each adds every n-th that no level before has, n falling by [`REFINEMENT`].
+/// Divides indices of points into levels, coarse to fine: each adds every n-th that no level before has, n falling by `REFINEMENT`.
 pub fn levels(points: &[usize]) -> Vec<Vec<usize>> {
     let mut stride = 1;
     while points.len() / (stride * REFINEMENT) >= FIRST_LEVEL {
