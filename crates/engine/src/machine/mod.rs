@@ -1,4 +1,4 @@
-//! The machine: chains of joints, elastic links and parallelograms, chain errors, rigid kinematics. Chains lead from base to
+//! The machine: chains of joints, elastic links and parallelograms, chain errors, rigid kinematics with its Newton steps. Chains lead from base to
 //! platform and have limits. Immutable once built; solves nothing elastic.
 //!
 //! A machine is read from a TOML file ([`Machine::from_file`]) or taken from the [`catalogue`]. Manufacturing and assembly errors make another
