@@ -22,6 +22,7 @@
 //! it, changes the force by a little. Where the tool is not cutting (G0), laws that compute the force give none.
 
 mod arc;
+mod corners;
 mod cut_force;
 mod drilling;
 mod edge;
@@ -36,6 +37,7 @@ mod slot_milling;
 mod table;
 
 pub use arc::EngagementArc;
+pub(crate) use corners::Corners;
 pub use cut_force::CutForce;
 pub use drilling::{Drilling, DrillingLaw};
 pub use edge::{EdgeForce, EdgeLaw, Kienzle};

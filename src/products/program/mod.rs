@@ -2,7 +2,6 @@
 
 pub mod bounded;
 mod compensate;
-mod corners;
 mod corrected;
 #[cfg(feature = "report")]
 pub mod files;

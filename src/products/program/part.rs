@@ -2,12 +2,15 @@
 
 use std::{borrow::Cow, ops::Range, sync::OnceLock};
 
-use super::{ProgramJob, corners::Corners};
+use super::ProgramJob;
 use crate::{
     compensation::TaskPoint,
     input::error::{Error, Result},
     machine::{Configuration, Machine},
-    process::{cutting::LoadError, file::Process},
+    process::{
+        cutting::{Corners, LoadError},
+        file::Process,
+    },
     simulation::{
         along_path::{BLOCK, PART, PathCase, last_configuration, parts, track_blocks},
         tasks::unloaded_tasks,

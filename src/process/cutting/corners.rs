@@ -15,12 +15,9 @@
 
 use nalgebra::{Vector3, Vector6};
 
+use super::{LoadError, PathLoad};
 use crate::{
-    process::{
-        PlacedWorkpiece,
-        cutting::{LoadError, PathLoad},
-        file::Process,
-    },
+    process::{PlacedWorkpiece, file::Process},
     spatial::Wrench,
     toolpath::{Load, PathPoint, Toolpath},
 };
@@ -42,7 +39,7 @@ const LEAST_JUMP: f64 = 1e-9;
 const ARM_MM: f64 = 10.0;
 
 /// Blends the load along a path, whose points are visited in order.
-pub(super) struct Corners<'a> {
+pub(crate) struct Corners<'a> {
     process: &'a Process,
     path: &'a Toolpath,
     /// Corners passed within the blending length of the process.
