@@ -12,7 +12,7 @@ use crate::{
         ASSUMED_RELATIVE_STD, Cause, Draws, ModelError, P95, SpreadSource, UncertainParameter, Uncertainty,
     },
     simulation::{
-        spread::DeflectionSpread,
+        spread::{Audit, DeflectionSpread},
         spread_along::{LargestSpread, PathSpread},
     },
 };
@@ -51,6 +51,8 @@ pub(crate) struct SpreadCounts {
     solved_draws: usize,
     /// Number of points at which a draw was solved by the engine.
     checked: usize,
+    /// Draws chosen at random that the engine solved at all points.
+    audit: Audit,
     /// Number of points of which each is the main cause, and the sum of its shares of the variance there, by name.
     causes: BTreeMap<String, (usize, f64)>,
 }
@@ -64,6 +66,7 @@ impl SpreadCounts {
         self.solved_draws += spread.solved_draws;
         self.unknown += usize::from(spread.p95_mm.is_none());
         self.failed_draws += spread.failed_draws;
+        self.audit.add(&spread.audit);
         if let Some(cause) = &spread.main_cause {
             let (count, shares) = self.causes.entry(cause.clone()).or_default();
             *count += 1;
@@ -96,14 +99,38 @@ impl SpreadCounts {
                 self.solved_draws
             ),
         };
+        let audit = match self.audit {
+            Audit { draws: 0, .. } => String::new(),
+            Audit { draws, failed, apart, largest } => format!(
+                "Of {} that it solved there as well, chosen at random, the estimate is off by more than 1 % of the 95 % quantile in {} (by at most {:.1} %), \
+                 and the machine has no equilibrium in {}.\n",
+                counted(draws, "draw"),
+                share_of(apart, draws),
+                100.0 * largest,
+                share_of(failed, draws)
+            ),
+        };
         match self.checked {
             0 => "Nothing moves the tool by more than rounding: no draw was solved by the engine.\n".into(),
             checked => format!(
-                "The engine, solved at each of {} in the draw at the 95 % quantile, agrees with the estimate within 0.5 %{corrected}.\n",
+                "The engine, solved at each of {} in the draw at the 95 % quantile, agrees with the estimate within 0.5 %{corrected}.\n{audit}",
                 counted(checked, point)
             ),
         }
     }
+}
+
+/// Formats a count out of independent ones with its share and the 95 % interval of that (Wilson's): "3 (0.3 %, 0.1 to 0.9 %)".
+fn share_of(count: usize, all: usize) -> String {
+    let [low, high] = share_interval(count, all).map(|share| 100.0 * share);
+    format!("{count} ({:.1} %; 95 % interval {low:.1} to {high:.1} %)", 100.0 * count as f64 / all as f64)
+}
+
+/// Returns the 95 % interval (Wilson's) of a probability, of which `count` of `all` independent cases came true.
+fn share_interval(count: usize, all: usize) -> [f64; 2] {
+    let (share, all, square) = (count as f64 / all as f64, all as f64, 1.959_964f64 * 1.959_964);
+    let half = (square * (share * (1.0 - share) / all + square / (4.0 * all * all))).sqrt();
+    [-half, half].map(|half| ((share + square / (2.0 * all) + half) / (1.0 + square / all)).clamp(0.0, 1.0))
 }
 
 /// Counts what varies: "6 uncertain parameters and an uncertain force".
@@ -165,11 +192,18 @@ pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts,
             listed_up_to(MOST_NAMED, uncertainty.cut.iter().cloned())
         );
     }
-    let SpreadCounts { unknown, failed_draws, solved_draws, .. } = counts;
+    let SpreadCounts { unknown, failed_draws, solved_draws, audit, .. } = counts;
     if *failed_draws > 0 {
         text += &format!(
             "In {failed_draws} of {} that the engine solved the machine has no equilibrium.\n",
             counted(*solved_draws, "draw")
+        );
+    }
+    if audit.failed > 0 {
+        text += &format!(
+            "In {} of {}, chosen at random, the machine has no equilibrium: so many more than is said here may be out of tolerance.\n",
+            share_of(audit.failed, audit.draws),
+            counted(audit.draws, "draw")
         );
     }
     if *unknown > 0 {
@@ -392,6 +426,7 @@ pub(crate) fn json(uncertainty: &Uncertainty, counts: &SpreadCounts) -> Value {
         "points_corrected": counts.corrected,
         "points_without_p95": counts.unknown,
         "failed_draws": counts.failed_draws,
+        "audit": counts.audit,
         "main_causes": counts.causes.iter().map(|(name, (count, _))| (name.clone(), json!(count))).collect::<Map<_, _>>(),
     })
 }

@@ -8,6 +8,8 @@ use std::{
 };
 
 use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
 use super::{Failure, Machines, ROUNDING_MM, Source};
@@ -41,7 +43,35 @@ pub struct DeflectionSpread {
     pub failed_draws: usize,
     /// Why the first of these failed.
     pub first_failure: Option<String>,
+    /// What draws say of it that were chosen at random, whatever the estimate is in them.
+    pub audit: Audit,
 }
+
+/// Draws chosen at random and solved by the engine beside those of the check.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Audit {
+    /// Number of draws.
+    pub draws: usize,
+    /// Number of those in which the machine has no equilibrium.
+    pub failed: usize,
+    /// Number of the others in which the estimate is off by more than 1 % of the 95 % quantile, where it was not corrected.
+    pub apart: usize,
+    /// Largest difference there, as a share of that quantile.
+    pub largest: f64,
+}
+
+impl Audit {
+    /// Adds the draws of `other`.
+    pub fn add(&mut self, other: &Self) {
+        self.draws += other.draws;
+        self.failed += other.failed;
+        self.apart += other.apart;
+        self.largest = self.largest.max(other.largest);
+    }
+}
+
+/// Largest difference from the estimate that an audit lets pass, as a share of the 95 % quantile.
+const APART: f64 = 0.01;
 
 /// Largest difference of the engine from the surrogate that needs no further draws, as a share of the 95 % quantile, and in mm.
 const CLOSE: f64 = 0.005;
@@ -147,6 +177,8 @@ pub(crate) struct WantedSpread<'a> {
     pub solve: &'a Solve<'a>,
     /// Most draws solved next to a value, where each takes long.
     pub most_next: Option<usize>,
+    /// Draws chosen at random and solved at each point as well.
+    pub audits: usize,
 }
 
 impl WantedSpread<'_> {
@@ -183,10 +215,11 @@ impl WantedSpread<'_> {
             (_, &None) => Ok(None),
             (None, _) => self.spread_by_engine(point, DeflectionSpread::default()).map(Some),
             (Some(mut own), _) => match self.correct(&mut own, &nearby)? {
-                true => Ok(Some((
-                    own.spread,
-                    Sizes { mm: own.sizes.into_owned(), is_by_engine: false, is_corrected: own.is_corrected },
-                ))),
+                true => {
+                    own.spread.audit = self.audit(&own)?;
+                    let Estimate { spread, sizes, is_corrected, .. } = own;
+                    Ok(Some((spread, Sizes { mm: sizes.into_owned(), is_by_engine: false, is_corrected })))
+                }
                 false => self.spread_by_engine(point, own.spread).map(Some),
             },
         };
@@ -234,6 +267,22 @@ impl WantedSpread<'_> {
             own.spread.check_difference = own.first.map(|difference| difference / quantiles.p95);
         }
         Ok(own)
+    }
+
+    /// Solves draws at the point of `estimate` whatever it says of them: which ones is chosen by the digits of its quantile, so that they differ from point to
+    /// point and not from run to run.
+    fn audit(&self, estimate: &Estimate<'_>) -> error::Result<Audit> {
+        let Estimate { point, sizes, quantiles: Quantiles { p95, .. }, is_corrected, .. } = estimate;
+        let mut audit = Audit::default();
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(p95.to_bits());
+        while estimate.is_checked() && audit.draws < self.audits {
+            let index = random.random_range(0..sizes.len());
+            let solved = self.solve_draw(*point, index, &mut DeflectionSpread::default())?;
+            let share = solved.map_or(0.0, |size| if *is_corrected { 0.0 } else { (size - sizes[index]).abs() / p95 });
+            let (failed, apart) = (usize::from(solved.is_none()), usize::from(share > APART));
+            audit.add(&Audit { draws: 1, failed, apart, largest: share });
+        }
+        Ok(audit)
     }
 
     /// Engine less surrogate in the draw `index`, mm, solved once; `None` where the engine has no equilibrium.

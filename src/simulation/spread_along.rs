@@ -275,7 +275,7 @@ pub(crate) fn whole(
             Ok(Ok(most))
         };
         let most_next = MOST_POINTS.checked_div(largest.points);
-        let wanted = WantedSpread { drawn: first.drawn, tolerance_mm, solve: &solve, most_next };
+        let wanted = WantedSpread { drawn: first.drawn, tolerance_mm, solve: &solve, most_next, audits: 0 };
         let DeflectionSpread { main_cause, main_cause_share, .. } = largest.worst.clone();
         let spread = DeflectionSpread { main_cause, main_cause_share, ..DeflectionSpread::default() };
         let (spread, agrees) = wanted.check(&largest.sizes, spread)?;
@@ -426,7 +426,7 @@ impl<'a> Block<'a> {
     ) -> Result<Vec<Option<(DeflectionSpread, Sizes)>>> {
         let solve = |k, draw: Draw<'_>| self.size_at(first + k, commanded, draw);
         let SpreadPath { drawn, tolerance_mm, .. } = *self.path;
-        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None };
+        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None, audits: 1 };
         wanted.spreads(&points.iter().map(|point| point.as_ref().map(Solved::known)).collect::<Vec<_>>())
     }
 

@@ -16,6 +16,10 @@ use crate::{
     work::Work,
 };
 
+/// Fewest draws chosen at random that are solved in a map, as far as these many at each point suffice.
+const FEWEST_AUDITS: usize = 1024;
+const MOST_AUDITS_AT_POINT: usize = 32;
+
 /// Solver of the spread at neighbouring grid points side by side; that of one point does not depend on the others.
 pub(super) struct SpreadSolver<'a> {
     study: &'a WorkspaceMapStudy,
@@ -63,7 +67,9 @@ impl<'a> SpreadSolver<'a> {
             work.check()?;
             Ok(largest_displacement((study, drawn), configurations[point], draw))
         };
-        let wanted = WantedSpread { drawn, tolerance_mm: study.scene.tolerance_mm, solve: &solve, most_next: None };
+        let (tolerance_mm, audits) = (study.scene.tolerance_mm, FEWEST_AUDITS.div_ceil(study.grid.len()));
+        let audits = audits.min(MOST_AUDITS_AT_POINT);
+        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None, audits };
         let responses = points.iter().map(|point| point.as_ref().map(|found| found.as_deref().ok()));
         let found = wanted.spreads(&responses.collect::<Vec<_>>())?;
         Ok(found.into_iter().map(|own| own.map(|(spread, _)| spread)).collect())
