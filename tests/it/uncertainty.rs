@@ -392,7 +392,7 @@ chain = "arm"
 /// Rods of carbon that buckle where they are soft: the tool says nothing of it before, and draws next to the 95 % quantile need not. Those chosen at random do.
 #[test]
 fn draws_at_random_find_rods_that_buckle() {
-    let uncertainty = "[[uncertainty.parameter]]\nname = \"material.carbon.youngs_modulus\"\nrelative_std = 0.5\n"
+    let uncertainty = "[[uncertainty.parameter]]\nname = \"material.carbon.youngs_modulus\"\nrelative_std = 0.4\n"
         .to_string()
         + TOLERANCES;
     let map = "grid = [4, 4, 2]\nphi_step_deg = 180.0";
@@ -401,14 +401,12 @@ fn draws_at_random_find_rods_that_buckle() {
     let (mut draws, mut failed, mut positions) = (0, 0.0, Vec::new());
     for point in map::run(&study, &Work::default()).unwrap().points {
         let Some(spread) = point.effect(Source::All).and_then(|own| own.spread.clone()) else { continue };
-        println!("{spread:?}");
         draws += spread.audit.draws;
         failed += spread.audit.failed as f64;
         positions.push(Vector3::from(point.position_mm));
     }
-    let sizes = brute_force(&study, &positions, 512).concat();
+    let sizes = brute_force(&study, &positions, 256).concat();
     let share = sizes.iter().filter(|size| size.is_infinite()).count() as f64 / sizes.len() as f64;
-    println!("{share} {failed} of {draws}");
     assert!(
         draws > 500 && share > 0.01 && (failed / draws as f64 - share).abs() < 0.015,
         "{share}: {failed} of {draws}"
