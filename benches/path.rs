@@ -33,7 +33,7 @@ fn main() {
             }
         })
         .collect();
-    let settings = CompensationSettings::with_equilibria_to(1e-12);
+    let settings = CompensationSettings::with_equilibrium_tolerance(1e-12);
     println!("{points} points of a 50 mm circle at Q1, one core");
     for method in Method::ALL {
         let mut session = Session::new(&nominal, &real, settings);

@@ -56,7 +56,7 @@ impl Map {
     fn effect(&self, request: &EffectRequest, phi: Option<f64>) -> std::result::Result<EffectResult, Failure> {
         let Self { study: WorkspaceMapStudy { scene, .. }, machines } = self;
         let pose = scene.machine.command(request.position.into())?.pose;
-        let task = scene.task(pose, phi);
+        let task = scene.task_point(pose, phi);
         let found = equilibrium_under(machines, request.source, &task)?;
         let nominal = machines.nominal(request.source);
         // Weight itself is measured from the rigid machine.

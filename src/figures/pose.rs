@@ -53,7 +53,7 @@ pub struct PoseFigure {
     /// Lower and upper corner of the workspace of P, mm; equal if there is none.
     pub workspace: [[f64; 3]; 2],
     /// Part, obstacles and tool paths around the machine.
-    pub around: Surroundings,
+    pub surroundings: Surroundings,
     /// Remark a reader must not miss, for example the amplification.
     pub note: Option<String>,
 }
@@ -108,7 +108,7 @@ impl PoseFigure {
             links.chain(joints).chain(springs).chain(masses).chain(ends).collect::<Vec<_>>()
         };
         let ends = self.rails.iter().flatten().chain(&self.workspace).copied();
-        skeletons.flat_map(of).chain(ends).chain(self.around.points()).chain([[0.0; 3]])
+        skeletons.flat_map(of).chain(ends).chain(self.surroundings.points()).chain([[0.0; 3]])
     }
 
     /// Returns whether there is a workspace box to draw.
@@ -118,7 +118,7 @@ impl PoseFigure {
 
     /// Returns the stroke of a box: that of obstacles or that of the part.
     fn solid_stroke(&self, solid: &Solid) -> Stroke {
-        if self.around.obstacles.contains(solid) { OBSTACLE } else { PART }
+        if self.surroundings.obstacles.contains(solid) { OBSTACLE } else { PART }
     }
 
     /// Returns the largest mass of the machine in kg; 0 without masses.
@@ -199,7 +199,7 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
     for rail in &figure.rails {
         view.draw_line(&mut scene, rail, RAIL);
     }
-    for solid in figure.around.solids() {
+    for solid in figure.surroundings.solids() {
         box_edges(solid.corners).for_each(|edge| view.draw_line(&mut scene, &edge, figure.solid_stroke(solid)));
     }
     match &figure.displaced {
@@ -209,7 +209,7 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
             draw_machine(&mut scene, &view, displaced, BENT, figure.largest_mass());
         }
     }
-    let Surroundings { paths, before, after, .. } = &figure.around;
+    let Surroundings { paths, before, after, .. } = &figure.surroundings;
     for (lines, stroke) in [(paths, PATH), (before, legend::BEFORE), (after, legend::AFTER)] {
         lines.iter().for_each(|path| view.draw_line(&mut scene, path, stroke));
     }
@@ -354,7 +354,7 @@ fn occupied_areas(view: &View, figure: &PoseFigure) -> Occupied {
     for rod in std::iter::once(&figure.pose).chain(&figure.displaced).flat_map(telescopic_legs) {
         occupied.add_line(&rod.map(|p| view.project(p)), 8.0);
     }
-    for edge in figure.around.solids().flat_map(|solid| box_edges(solid.corners)) {
+    for edge in figure.surroundings.solids().flat_map(|solid| box_edges(solid.corners)) {
         occupied.add_line(&edge.map(|p| view.project(p)), 8.0);
     }
     for line in &figure.rails {
@@ -375,7 +375,7 @@ fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure, mut occupied
     let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
     let tip = view.project(shown.tool_tip_mm);
     draw_label(scene, view, &mut occupied, tip, ("tool tip T", INK));
-    for solid in figure.around.solids() {
+    for solid in figure.surroundings.solids() {
         let corners = solid.corners.map(|corner| view.project(corner));
         let top = corners.into_iter().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
         draw_label(scene, view, &mut occupied, top, (&solid.name, figure.solid_stroke(solid).colour));
@@ -430,16 +430,16 @@ fn legend_samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
     if !figure.rails.is_empty() {
         samples.push((line_sample(RAIL), "way of a slide"));
     }
-    if figure.around.part.is_some() {
+    if figure.surroundings.part.is_some() {
         samples.push((line_sample(PART), "space of the part"));
     }
-    if !figure.around.paths.is_empty() {
+    if !figure.surroundings.paths.is_empty() {
         samples.push((line_sample(PATH), "path"));
     }
-    if !figure.around.before.is_empty() {
+    if !figure.surroundings.before.is_empty() {
         samples.push((line_sample(legend::BEFORE), legend::BEFORE_WORDS));
     }
-    if !figure.around.after.is_empty() {
+    if !figure.surroundings.after.is_empty() {
         samples.push((line_sample(legend::AFTER), legend::AFTER_WORDS));
     }
     if figure.has_workspace() {

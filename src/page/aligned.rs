@@ -86,11 +86,16 @@ impl Aligned {
     /// different curves at all own nodes, since these share nodes by chance.
     pub fn extremes_basis(&self) -> (&[Dataset], String) {
         let all = counted(self.node_count(), self.node_noun());
-        match (self.has_same_nodes(), self.shared.shape) {
-            (true, _) => (&self.common, format!("over {all}")),
-            (false, Shape::Curve) => (&self.data, format!("over all own {}s", self.node_noun())),
-            (false, _) => (&self.common, format!("over {all} in common")),
+        match self.has_same_nodes() {
+            true => (&self.common, format!("over {all}")),
+            false if self.has_own_extremes() => (&self.data, format!("over all own {}s", self.node_noun())),
+            false => (&self.common, format!("over {all} in common")),
         }
+    }
+
+    /// Returns whether smallest, mean and largest values are taken over all own nodes of each result: those of different curves.
+    pub fn has_own_extremes(&self) -> bool {
+        self.shared.shape == Shape::Curve && !self.has_same_nodes()
     }
 
     /// Returns whether all results have the same nodes.

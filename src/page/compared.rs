@@ -210,16 +210,15 @@ fn format_ratio(value: f64, first: f64, floor: f64) -> String {
     if ratio.is_finite() { format!("{ratio:.4}") } else { "–".into() }
 }
 
-/// Returns the letters of the results with the best value, or "same" if all are equal.
+/// Returns the letters of the results whose value is the best one, but for rounding up to `floor` in its unit; "same" if all are, a dash if
+/// none is a number.
 fn best_letters(values: &[f64], better: Better, floor: f64, letters: &[char]) -> String {
     let cost = |value: f64| if better == Better::Larger { -value } else { value };
-    let winner = (0..values.len()).min_by(|a, b| cost(values[*a]).total_cmp(&cost(values[*b]))).unwrap_or(0);
-    let same_as_best = |who: &usize| is_same(values[*who], values[winner], floor);
-    let first: Vec<usize> = (0..values.len()).filter(same_as_best).collect();
-    match first.len() {
-        all if all == values.len() => "same".into(),
-        _ => first.iter().map(|who| letters[*who].to_string()).collect::<Vec<_>>().join(", "),
-    }
+    let numbers = values.iter().copied().filter(|value| !value.is_nan());
+    let Some(best) = numbers.min_by(|a, b| cost(*a).total_cmp(&cost(*b))) else { return "–".into() };
+    let is_tied = |index: &usize| values[*index] == best || is_same(values[*index], best, floor);
+    let tied: Vec<String> = (0..values.len()).filter(is_tied).map(|index| letters[index].to_string()).collect();
+    if tied.len() == values.len() { "same".into() } else { tied.join(", ") }
 }
 
 /// Returns the comparison of the first result with each other one, node by node, for every quantity and group.

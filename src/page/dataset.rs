@@ -8,7 +8,7 @@ use std::{
 use csv::StringRecord;
 
 use super::{
-    description::{Explorer, GroupValue, Shape},
+    description::{Explorer, GroupValue, Quantity, Shape},
     table::{Table, format_number},
 };
 use crate::{input::error::Result, simulation::is_solved_status};
@@ -206,9 +206,7 @@ impl Nodes {
         let mut axes: Vec<BTreeSet<OrderedNumber>> = vec![BTreeSet::new(); columns.coordinates.len()];
         table.each_row(|row| {
             for (axis, column) in axes.iter_mut().zip(&columns.coordinates) {
-                if let Some(value) = row.get(*column).and_then(|cell| cell.parse::<f64>().ok()) {
-                    axis.insert(OrderedNumber(value));
-                }
+                axis.extend(row.get(*column).and_then(coordinate).map(OrderedNumber));
             }
         })?;
         let all: Vec<Vec<f64>> = axes.into_iter().map(|axis| axis.into_iter().map(|v| v.0).collect()).collect();
@@ -243,8 +241,7 @@ impl Nodes {
             Self::Grid(axes) => {
                 let mut node = 0;
                 for (axis, column) in axes.iter().zip(&columns.coordinates).rev() {
-                    let coordinate: f64 = row.get(*column)?.parse().ok()?;
-                    node = node * axis.len() + axis.get(&coordinate.to_bits())?;
+                    node = node * axis.len() + axis.get(&coordinate(row.get(*column)?)?.to_bits())?;
                 }
                 Some(node)
             }
@@ -255,6 +252,11 @@ impl Nodes {
             }
         }
     }
+}
+
+/// Returns the coordinate in a cell, −0 as 0; `None` if it is no number.
+fn coordinate(cell: &str) -> Option<f64> {
+    cell.parse().ok().map(|value: f64| value + 0.0)
 }
 
 /// The nodes of a table, and their coordinates.
@@ -315,15 +317,12 @@ impl Columns {
     /// Finds the columns of `explorer` in `table`; `Err` if one is missing.
     pub fn new(explorer: &Explorer, table: &Table) -> Result<Self> {
         let column = |name: &String| table.column(name);
+        let all_columns = |quantity: &Quantity| quantity.columns.iter().map(column).collect();
         let find = |name: &str| table.header.iter().position(|column| column == name);
         Ok(Self {
             coordinates: explorer.coordinates.iter().map(|c| column(&c.column)).collect::<Result<_>>()?,
             group: explorer.group.iter().flat_map(|group| &group.columns).map(column).collect::<Result<_>>()?,
-            quantities: explorer
-                .quantities
-                .iter()
-                .map(|quantity| quantity.columns.iter().map(column).collect())
-                .collect::<Result<_>>()?,
+            quantities: explorer.quantities.iter().map(all_columns).collect::<Result<_>>()?,
             notes: NOTES.iter().filter_map(|[status, reason]| Some([find(status)?, find(reason)?])).collect(),
         })
     }

@@ -108,7 +108,7 @@ impl MachineDescription {
             displaced: None,
             rails: self.rails.clone(),
             workspace: self.workspace_mm,
-            around: Surroundings::default(),
+            surroundings: Surroundings::default(),
             note: None,
         }))
     }
@@ -129,7 +129,7 @@ impl MachineDescription {
             displaced: Some(amplified_pose(&bent.commanded, &bent.loaded, factor)),
             rails: self.rails.clone(),
             workspace: self.workspace_mm,
-            around: Surroundings::default(),
+            surroundings: Surroundings::default(),
             note: Some(format!("displacements drawn {factor} times as large")),
         }))
     }

@@ -44,9 +44,10 @@ pub(super) fn status_rows(manifest: &Value) -> Vec<StatusView> {
     let list = manifest.get("statuses").and_then(Value::as_array);
     let word =
         |value: Option<&Value>| value.map_or_else(String::new, |v| v.as_str().map_or(v.to_string(), String::from));
+    let status = |entry: &Value| word(entry.get("status")).replace('_', " ");
     list.into_iter()
         .flatten()
-        .map(|entry| StatusView { status: word(entry.get("status")).replace('_', " "), rows: word(entry.get("rows")) })
+        .map(|entry| StatusView { status: status(entry), rows: word(entry.get("rows")) })
         .collect()
 }
 
@@ -120,6 +121,7 @@ const LONGEST: usize = 160;
 #[derive(Debug, Serialize)]
 pub(super) struct Changes {
     rows: Vec<Change>,
+    /// Number of keys with the same value in all results.
     same: usize,
     pub sentence: String,
 }
@@ -132,37 +134,43 @@ struct Change {
     values: Vec<String>,
 }
 
-/// Returns the differences between the inputs of `folders`; `Err` when a manifest does not record them in the expected form.
+/// Returns the differences between the inputs of `folders`, which `letters` name, key by key; without rows if one does not record its keys.
+/// `Err` when a manifest does not record them in the expected form.
 pub(super) fn input_changes(folders: &[ResultFolder], letters: &[char]) -> Result<Changes> {
-    let all = folders.iter().map(recorded_keys).collect::<Result<Vec<_>>>()?;
-    let hashes: BTreeSet<&str> = folders.iter().filter_map(|f| f.manifest["input_sha256"].as_str()).collect();
-    let without: Vec<String> =
-        letters.iter().zip(&all).filter(|(_, keys)| keys.is_empty()).map(|(letter, _)| letter.to_string()).collect();
-    if !without.is_empty() {
-        let known = if hashes.len() == 1 { "Their inputs are the same, by their hash" } else { "Their inputs differ" };
+    let keys_by_folder = folders.iter().map(recorded_keys).collect::<Result<Vec<_>>>()?;
+    let hashes: BTreeSet<Option<&str>> = folders.iter().map(|f| f.manifest["input_sha256"].as_str()).collect();
+    let hash_count = hashes.iter().flatten().count();
+    let recorded = letters.iter().zip(&keys_by_folder);
+    let unrecorded: Vec<String> =
+        recorded.filter(|(_, keys)| keys.is_empty()).map(|(letter, _)| letter.to_string()).collect();
+    if !unrecorded.is_empty() {
+        let known = match hash_count {
+            1 if !hashes.contains(&None) => "Their inputs are the same, by their hash",
+            0 | 1 => "Their inputs may differ",
+            _ => "Their inputs differ",
+        };
         let sentence = format!(
             "{known}; what differs key by key is not known, as {} {} computed by a version that did not record keys: \
              run the study again.",
-            without.join(" and "),
-            if without.len() == 1 { "was" } else { "were" }
+            unrecorded.join(" and "),
+            if unrecorded.len() == 1 { "was" } else { "were" }
         );
         return Ok(Changes { rows: Vec::new(), same: 0, sentence });
     }
-    let keys: BTreeSet<&(String, String)> = all.iter().flat_map(BTreeMap::keys).collect();
-    let mut rows = Vec::new();
-    let mut same = 0;
+    let keys: BTreeSet<&(String, String)> = keys_by_folder.iter().flat_map(BTreeMap::keys).collect();
+    let (mut rows, mut unchanged) = (Vec::new(), 0);
     for part_and_key in keys {
-        let found: Vec<Option<&String>> = all.iter().map(|keys_of| keys_of.get(part_and_key)).collect();
+        let found: Vec<Option<&String>> = keys_by_folder.iter().map(|keys| keys.get(part_and_key)).collect();
         let (part, key) = part_and_key;
         if found.iter().all(|value| *value == found[0]) {
-            same += 1;
+            unchanged += 1;
         } else if (part.as_str(), key.as_str()) != ("study", "question") {
             let values = found.iter().map(|value| value.map_or_else(|| "–".into(), |text| shorten(text))).collect();
             rows.push(Change { part: part.clone(), key: key.clone(), values });
         }
     }
-    let sentence = change_sentence(&rows, hashes.len() > 1);
-    Ok(Changes { rows, same, sentence })
+    let sentence = change_sentence(&rows, hash_count > 1);
+    Ok(Changes { rows, same: unchanged, sentence })
 }
 
 /// Summarises the changes in a sentence; `is_other_text` says whether the input files differ as texts.

@@ -105,7 +105,8 @@ impl VerdictWriter<'_> {
         let extreme_of: [Of<'_>; 2] = [&|e| self.worst_extreme(quantity, e), &|e| self.best_extreme(quantity, e)];
         for (which, extreme_of) in which.into_iter().zip(extreme_of) {
             let (value, node) = extreme_of(&extremes[best]);
-            let others = (0..extremes.len()).filter(|who| *who != best);
+            let comparison = |who: usize| self.comparison(quantity, value, who, extreme_of(&extremes[who]).0);
+            let others: Vec<String> = (0..extremes.len()).filter(|who| *who != best).map(comparison).collect();
             verdict.numbers.push(LargeNumber {
                 value: three_digits(value),
                 unit: q.unit.clone(),
@@ -115,10 +116,7 @@ impl VerdictWriter<'_> {
                     self.aligned.letters[best],
                     self.location(self.node_words(&data[best], node))
                 ),
-                against: others
-                    .map(|who| self.comparison(quantity, value, who, extreme_of(&extremes[who]).0))
-                    .collect::<Vec<_>>()
-                    .join("; "),
+                against: others.join("; "),
             });
             for (who, own_extremes) in extremes.iter().enumerate() {
                 let rule = if which == "largest" { Rule::Max } else { Rule::Min };
@@ -134,15 +132,13 @@ impl VerdictWriter<'_> {
             let values = data[who].values[quantity][0].iter().filter(|value| value.is_finite());
             values.clone().filter(|value| value.abs() <= tolerance).count() as f64 / values.count().max(1) as f64
         };
-        let others = (0..data.len()).filter(|who| *who != best);
+        let share_in = |who: usize| format!("in {} {}", self.aligned.letters[who], percent(share(who)));
+        let others: Vec<String> = (0..data.len()).filter(|who| *who != best).map(share_in).collect();
         verdict.numbers.push(LargeNumber {
             value: percent(share(best)).trim_end_matches(" %").to_string(),
             unit: "%".into(),
             what: format!("of {} within {tolerance} mm in {}", self.extent_words(), self.aligned.letters[best]),
-            against: others
-                .map(|who| format!("in {} {}", self.aligned.letters[who], percent(share(who))))
-                .collect::<Vec<_>>()
-                .join("; "),
+            against: others.join("; "),
         });
         let differences = self.differences(quantity, best);
         if differences.is_empty() || !by_place {
@@ -168,19 +164,15 @@ impl VerdictWriter<'_> {
         let Some((node, by)) = differences.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
         let is_length = self.unit(quantity) == "mm";
         let is_nothing = by <= self.floor(quantity);
+        let place = || self.location(self.node_words(&self.aligned.common[0], node));
         verdict.numbers.push(LargeNumber {
             value: if is_nothing { "0".into() } else { three_digits(by) },
             unit: self.unit(quantity).into(),
             what: match is_nothing {
                 true => "largest difference, but for rounding".into(),
-                false => {
-                    format!("largest difference, {}", self.location(self.node_words(&self.aligned.common[0], node)))
-                }
+                false => format!("largest difference, {}", place()),
             },
-            against: match is_length {
-                true => "no tolerance is given for the difference".into(),
-                false => String::new(),
-            },
+            against: if is_length { "no tolerance is given for the difference".into() } else { String::new() },
         });
     }
 
@@ -231,9 +223,8 @@ impl VerdictWriter<'_> {
             ),
             ..Verdict::default()
         };
-        for quantity in
-            [Some(main), costs.iter().copied().find(|index| shared.quantities[*index].label.contains("correction"))]
-        {
+        let correction = costs.iter().copied().find(|index| shared.quantities[*index].label.contains("correction"));
+        for quantity in [Some(main), correction] {
             let Some(quantity) = quantity.filter(|q| value(best, *q).is_finite()) else { continue };
             let at = self.node_words(&self.aligned.data[best], chosen[best]);
             verdict.numbers.push(LargeNumber {
@@ -248,14 +239,13 @@ impl VerdictWriter<'_> {
         }
         let within = shared.quantities.iter().position(|q| q.label == "share of the path within tolerance");
         if let Some(within) = within.filter(|within| value(best, *within).is_finite()) {
-            let others = order[1..]
-                .iter()
-                .map(|who| format!("in {} {}", self.aligned.letters[*who], percent(value(*who, within))));
+            let share_in = |who: &usize| format!("in {} {}", self.aligned.letters[*who], percent(value(*who, within)));
+            let others: Vec<String> = order[1..].iter().map(share_in).collect();
             verdict.numbers.push(LargeNumber {
                 value: percent(value(best, within)).trim_end_matches(" %").to_string(),
                 unit: "%".into(),
                 what: format!("of the path within the tolerance of its study in {}", self.aligned.letters[best]),
-                against: others.collect::<Vec<_>>().join("; "),
+                against: others.join("; "),
             });
         }
         for who in order {
@@ -320,8 +310,7 @@ impl Check {
         let shared = &aligned.shared;
         let table = |folder: &String| format!("{folder}/{}", shared.table);
         let group = shared.group.as_ref().and_then(|group| Some((&group.columns, &group.values.first()?.cells)));
-        let (_, over) = aligned.extremes_basis();
-        let is_own = over.contains("own");
+        let is_own = aligned.has_own_extremes();
         let others = writer.folders.iter().enumerate().filter(|(other, _)| *other != who && !is_own);
         Some(Self {
             file: table(&writer.folders[who]),

@@ -101,8 +101,24 @@ impl Region<'_> {
         let corners = corners_or_default(self.min_mm, self.max_mm, default, check)?;
         let grid = box_grid(corners, self.grid, context.overrides, (most, check))?;
         let size = grid_input(grid.counts());
-        let is_default = self.min_mm.is_none();
-        Ok((grid, slice_heights(self.slices_z_mm, corners, is_default, check)?, size))
+        Ok((grid, self.checked_slice_heights(corners, check)?, size))
+    }
+
+    /// Checks the heights (z in O, mm) of the map's slices: 1 to 6 finite values within the box. If that comes from the machine, a height
+    /// outside it is reported as a misfit of the machine and not as an error in the study.
+    fn checked_slice_heights(&self, [min, max]: [Vector3<f64>; 2], check: &Check) -> Result<Vec<f64>> {
+        let (heights, from_machine, check) = (self.slices_z_mm, self.min_mm.is_none(), check.key("slices_z_mm"));
+        if heights.is_empty() || heights.len() > 6 {
+            return check.fail(format!("must name 1 to 6 heights, got {}", heights.len()));
+        }
+        let checked = heights.iter().map(|z| check.finite_scalar(*z)).collect::<Result<Vec<f64>>>()?;
+        let is_outside = |z: &&f64| !(min.z..=max.z).contains(*z);
+        let outside: Vec<String> = checked.iter().filter(is_outside).map(f64::to_string).collect();
+        if outside.is_empty() {
+            return Ok(checked);
+        }
+        let problem = format!("must be within the map's box, z {} to {} mm, got {}", min.z, max.z, outside.join(", "));
+        if from_machine { check.misfit(problem, checked) } else { check.fail(problem) }
     }
 }
 
@@ -137,22 +153,6 @@ pub(super) fn box_grid(
         Some(counts) => grid_between(min, max, counts, most, &Overrides::location("grid")),
         None => grid_between(min, max, counts, most, &check.key("grid")),
     }
-}
-
-/// Returns the slice heights, checked, O, mm: 1 to 6 within the box; `is_default` if that is the machine's, so that a misfit is its fault.
-fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], is_default: bool, check: &Check) -> Result<Vec<f64>> {
-    let check = check.key("slices_z_mm");
-    if heights.is_empty() || heights.len() > 6 {
-        return check.fail(format!("must name 1 to 6 heights, got {}", heights.len()));
-    }
-    let height = |&z: &f64| check.finite_scalar(z);
-    let found = heights.iter().map(height).collect::<Result<Vec<f64>>>()?;
-    let outside: Vec<String> = found.iter().filter(|z| !(min.z..=max.z).contains(*z)).map(|z| z.to_string()).collect();
-    if outside.is_empty() {
-        return Ok(found);
-    }
-    let problem = format!("must be within the map's box, z {} to {} mm, got {}", min.z, max.z, outside.join(", "));
-    if is_default { check.misfit(problem, found) } else { check.fail(problem) }
 }
 
 /// Returns the grid between two corners, O, mm. `Err` if it has no points, more than `most`, or points that coincide.

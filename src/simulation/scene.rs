@@ -32,10 +32,10 @@ impl Scene {
         Machines::new(&self.machine, &self.errors)
     }
 
-    /// Returns the task point at `pose`, under the cutting force at the tool angle `phi` (rad) if there is one.
-    pub(crate) fn task(&self, pose: Pose, phi: Option<f64>) -> TaskPoint {
-        let force = |phi| self.force.wrench(phi, &self.machine.tool_at(&pose.rotation));
-        let load = phi.map_or(Wrench::zero(), force);
+    /// Returns the task point at `pose` with the scene's target, under the cutting force with angle φ = `phi` (rad), or unloaded if `None`.
+    pub(crate) fn task_point(&self, pose: Pose, phi: Option<f64>) -> TaskPoint {
+        let cutting_force = |angle| self.force.wrench(angle, &self.machine.tool_at(&pose.rotation));
+        let load = phi.map_or(Wrench::zero(), cutting_force);
         TaskPoint { pose, load, target: self.target, wanted: None, external: None }
     }
 }

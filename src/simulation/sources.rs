@@ -286,7 +286,7 @@ impl Source {
 
 /// Returns the solver settings of all questions: to 3e-12 of the machine's characteristic length, 1e-9 mm on the Orthoglide.
 pub fn settings() -> CompensationSettings {
-    CompensationSettings::with_equilibria_to(1e-12)
+    CompensationSettings::with_equilibrium_tolerance(1e-12)
 }
 
 /// Solver settings for small differences between equilibria: converged to rounding.

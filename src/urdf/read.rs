@@ -326,11 +326,8 @@ impl Reader<'_> {
     /// Reads the limits of a joint, those beyond any machine left out; fails if the lower one is above the upper.
     fn read_limit(&self, joint: Element<'_>, place: &str) -> Result<Option<Limit>> {
         let Some(node) = self.only_child(joint, "limit", place)? else { return Ok(None) };
-        let number = |name| {
-            Ok::<_, crate::input::error::Error>(
-                self.read_numbers(node, name, place, f64::INFINITY)?.map(|[number]| number),
-            )
-        };
+        let number =
+            |name| self.read_numbers(node, name, place, f64::INFINITY).map(|found| found.map(|[number]| number));
         let (mut lower, mut upper, effort) = (number("lower")?, number("upper")?, number("effort")?);
         if let (Some(lower), Some(upper)) = (lower, upper)
             && lower > upper
@@ -348,8 +345,11 @@ impl Reader<'_> {
     /// Reads the mimic element: which joint this one follows; `None` if it moves by itself.
     fn read_mimic(&self, joint: Element<'_>, place: &str) -> Result<Option<Mimic>> {
         let Some(node) = self.only_child(joint, "mimic", place)? else { return Ok(None) };
+        let Some(other) = node.attribute("joint") else {
+            return self.fail(node, place, "has no <mimic joint=…>".into());
+        };
         Ok(Some(Mimic {
-            joint: node.attribute("joint").unwrap_or_default().into(),
+            joint: other.into(),
             multiplier: self.read_number(node, "multiplier", place)?.unwrap_or(1.0),
             offset: self.read_number(node, "offset", place)?.unwrap_or(0.0),
         }))

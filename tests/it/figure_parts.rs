@@ -25,7 +25,7 @@ fn at_home(machine: &Machine) -> PoseFigure {
         displaced: None,
         rails: Vec::new(),
         workspace: [machine.workspace.min.into(), machine.workspace.max.into()],
-        around: Surroundings::default(),
+        surroundings: Surroundings::default(),
         note: None,
     }
 }

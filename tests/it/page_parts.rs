@@ -39,9 +39,13 @@ const TABLE: &str =
     "x,y,g,status,reason,v,w\n0,0,a,solved,,1,-2\n0,0,b,solved,,3,1\n1,0,a,lost,far,,\n1,0,b,solved,,5,-6\n";
 
 fn read(shape: Shape, most: usize) -> Dataset {
+    read_table(TABLE, shape, most)
+}
+
+fn read_table(table: &str, shape: Shape, most: usize) -> Dataset {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("t.csv");
-    std::fs::write(&file, TABLE).unwrap();
+    std::fs::write(&file, table).unwrap();
     Dataset::read(&explorer(shape), &Table::open(&file).unwrap(), most).unwrap()
 }
 
@@ -55,6 +59,12 @@ fn rows_find_their_nodes_and_groups() {
     assert_eq!((data.flags[1].as_slice(), data.notes.as_slice()), (&[(1, 0)][..], &["lost: far".to_string()][..]));
     assert_eq!(read(Shape::Curve, 1000).axes, [vec![0.0, 1.0]]);
     assert_eq!(read(Shape::Names, 1000).names, ["0", "1"]);
+}
+
+#[test]
+fn a_coordinate_of_minus_zero_is_that_of_zero() {
+    let data = read_table(&TABLE.replace("0,0,b", "-0,-0.0,b"), Shape::Grid, 1000);
+    assert_eq!((&data.axes, &data.values[0][0]), (&vec![vec![0.0, 1.0], vec![0.0]], &vec![3.0, 6.0]));
 }
 
 #[test]

@@ -86,12 +86,12 @@ fn a_place_of_today_is_as_programmed_and_as_clamped() {
         results.entries.iter().find(|entry| entry.name == "as clamped today").unwrap().clone()
     };
     let (there, here) = (named(&sought), named(&plain));
-    assert_eq!((there.outcome.clone(), there.value, there.turns), (here.outcome, here.value, vec![None]));
+    assert_eq!((there.outcome.clone(), there.value, there.gammas), (here.outcome, here.value, vec![None]));
     // At its best γ the same place is better: a gain against that would not be one against today.
     let best_there = compare(&sought.study).into_iter().find(|entry| entry.name == "as clamped today").unwrap();
     assert!(best_there.value < 0.98 * there.value, "{} {}", best_there.value, there.value);
     let best = sought.best.as_ref().unwrap();
-    assert!(best.value <= best_there.value && sought.entries[best.entry].turns[0].is_some(), "{best:?}");
+    assert!(best.value <= best_there.value && sought.entries[best.entry].gammas[0].is_some(), "{best:?}");
     let worst = |value: f64| 100.0 * (there.value / value - 1.0);
     let said = format!(
         "Worst deflection at the named places, as programmed: as clamped today {:.3} mm (+{:.0} %).",
@@ -327,5 +327,5 @@ fn a_place_that_only_a_turn_of_more_deflection_brings_into_the_box_can_be_cut() 
     assert!(entry.feasible().is_some(), "{:?}", entry.refusal());
     // At −105°, 0.978 mm; the turns that deflect less lead P out of the box.
     assert!((entry.value - 0.978).abs() < 1e-3, "{}", entry.value);
-    assert!((entry.turns[0].unwrap().to_degrees() + 105.0).abs() < 1e-9, "{:?}", entry.turns);
+    assert!((entry.gammas[0].unwrap().to_degrees() + 105.0).abs() < 1e-9, "{:?}", entry.gammas);
 }

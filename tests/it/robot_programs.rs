@@ -548,6 +548,17 @@ fn names_and_first_words_tell_the_language() {
 }
 
 #[test]
+fn a_write_tolerance_that_is_none_is_refused() {
+    let program = parse(Language::Krl, "LIN {X 0,Y 0,Z 0,A 0,B 0,C 0}\n", &RobotOptions::default()).unwrap();
+    let path = program.toolpath(Sampling::default()).unwrap();
+    for tolerance_mm in [-0.1, f64::NAN, f64::INFINITY] {
+        let writing = WriteOptions { tolerance_mm, ..program.own_format().into() };
+        let refused = program.rewrite(&path, &path.positions_mm(), None, writing).unwrap_err();
+        assert!(refused.to_string().starts_with(&format!("write tolerance {tolerance_mm} mm: expected")), "{refused}");
+    }
+}
+
+#[test]
 fn a_circle_that_grows_becomes_circles_within_the_tolerance() {
     for (language, head, keyword) in [(Language::Krl, "", "CIRC"), (Language::Rapid, "PROC a()\n", "MoveC")] {
         let pose = |x: f64, y: f64| match language {

@@ -255,7 +255,7 @@ fn at_the_largest_factor_the_superposition_error_is_the_tolerance() {
             let LargestFactor::Reached(factor) = location.largest[kind as usize] else {
                 panic!("{:?}", location.largest);
             };
-            let (load, errors) = kind.factors(factor);
+            let (load, errors) = kind.load_and_error_factors(factor);
             let there = tool_superposition_error(&solve(&scaled(&whole, load, errors)).locations[index]);
             assert!(
                 (there / whole.tolerance - 1.0).abs() < 1e-5,

@@ -46,34 +46,34 @@ fn shares_text(machine: &Machine, findings: &Findings) -> String {
         None => format!("  {title:<42} at home\n"),
     };
     for (i, (name, share)) in findings.compliance_shares.iter().enumerate() {
-        let at_softest = softest.and_then(|place_text| place_text.compliance_shares.get(i));
+        let at_softest = softest.and_then(|softest| softest.compliance_shares.get(i));
         let at_softest = at_softest.map_or_else(String::new, |(_, share)| format!(" {:>7.3} %", share * 100.0));
         text += &format!("    {name:<38} {:>7.3} %{at_softest}\n", share * 100.0);
     }
     text
 }
 
-/// Returns the findings over the workspace.
+/// Returns the lines on the workspace: places reached, softest place, droop by weight and payload; empty if it was not surveyed.
 fn survey_text(findings: &Findings) -> String {
     let Some(Survey { counts: [nx, ny, nz], reached, softest, droop, payload }) = &findings.survey else {
         return String::new();
     };
     let mut text = format!("  over the workspace {reached} of {} places reached ({nx} x {ny} x {nz})\n", nx * ny * nz);
     if let Some(Softest { position_mm, tool_stiffness_n_per_mm: [least, ..], .. }) = softest {
-        text += &format!("    softest          {least:.1} N/mm {}\n", place_text(position_mm));
+        text += &format!("    softest          {least:.1} N/mm {}\n", position_text(position_mm));
     }
     if let Some(Droop { range_mm: [least, largest], position_mm, .. }) = droop
         && least.is_finite()
     {
         text += &format!(
             "    droop by weight  {least:.3} to {largest:.3} mm of the tool tip from the rigid machine, most {}\n",
-            place_text(position_mm)
+            position_text(position_mm)
         );
     }
     text += &match payload {
         Some(Payload { kilograms, drive, position_mm }) => format!(
             "    payload          {kilograms:.1} kg at the tool tip, at rest, beside its own weight: {drive} is then at its limit {}\n",
-            place_text(position_mm)
+            position_text(position_mm)
         ),
         None if *reached == 0 => String::new(),
         None => "    payload          not known: no drive with a force or torque limit carries it\n".into(),
@@ -82,7 +82,7 @@ fn survey_text(findings: &Findings) -> String {
 }
 
 /// Returns a position of P (mm) as text, rounded to 0.1 mm.
-fn place_text(position: &Vector3<f64>) -> String {
+fn position_text(position: &Vector3<f64>) -> String {
     let [x, y, z]: [f64; 3] = position.map(|v| (v * 10.0).round() / 10.0 + 0.0).into();
     format!("at ({x}, {y}, {z}) mm")
 }
@@ -181,8 +181,8 @@ pub(crate) fn conditioning_words(conditioning: f64) -> String {
     format!("{conditioning:.4} away: inverse condition number of the Jacobian, 0 where singular")
 }
 
-/// Returns how far an arm is from changing its branch, in words.
-pub(crate) fn clearance_words(clearance: &Clearance) -> String {
+/// Returns the distances of an arm from changing its branch, by shoulder, elbow and wrist, as text.
+pub(crate) fn branch_margin_text(clearance: &Clearance) -> String {
     let Clearance { shoulder_mm, elbow_deg, wrist_deg } = clearance;
     let side = if *shoulder_mm < 0.0 { "behind" } else { "ahead of" };
     format!(
@@ -195,7 +195,7 @@ pub(crate) fn clearance_words(clearance: &Clearance) -> String {
 fn branches_text(machine: &Machine, findings: &Findings) -> String {
     let Some(clearance) = &findings.clearance else { return String::new() };
     let home_branch = machine.branch_of(&machine.home);
-    let mut text = line("at home", clearance_words(clearance)) + "  branches at home\n";
+    let mut text = line("at home", branch_margin_text(clearance)) + "  branches at home\n";
     for (branch, posture) in &findings.branches {
         let mark = if home_branch == Some(*branch) { " (home)" } else { "" };
         let words = match posture {

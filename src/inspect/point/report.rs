@@ -13,7 +13,7 @@ use crate::{
         words::{counted, millimetres, with_minus_signs},
     },
     inspect::{
-        machine_check::report::{clearance_words, conditioning_words},
+        machine_check::report::{branch_margin_text, conditioning_words},
         point::{PointLoad, PointQuestion, PointResult},
     },
     machine::{Drive, Machine, Motion, Unreachable},
@@ -244,7 +244,7 @@ fn details_text(answer: &PointResult) -> String {
     text += &line("tool axis", format!("{tool_axis} in base axes, from the spindle to the tip{assumed}"));
     text += &line("singularity", conditioning_words(answer.conditioning));
     if let Some((branch, clearance)) = &answer.branch {
-        text += &line("branch", format!("{branch}: {}", clearance_words(clearance)));
+        text += &line("branch", format!("{branch}: {}", branch_margin_text(clearance)));
     }
     if let PointLoad::Milling(force, phi) = answer.question.load {
         let MillingForce { radial, tangential, axial, law } = force;

@@ -122,13 +122,18 @@ const MOST: usize = 9;
 pub struct ResidualPoint {
     /// P in O, mm.
     pub position_mm: [f64; 3],
-    /// Residual error, mm, worst over no force and the largest one along each axis, for each of [`ResidualPoint::WAYS`].
+    /// Residual error, mm, worst over no force and the largest one along each axis, by [`ResidualPoint::CORRECTION_METHODS`].
     pub residual_mm: Vec<f64>,
 }
 
 impl ResidualPoint {
-    /// Words of tables for the ways to correct, the last only where there is a table for each drive.
-    pub const WAYS: [&str; 4] = ["none", "table", "exact", "per_joint"];
+    /// Correction methods: word in tables, label, and title of the map; the last only where there is a table for each drive.
+    pub const CORRECTION_METHODS: [[&str; 3]; 4] = [
+        ["none", "without correction", "Error without correction"],
+        ["table", "with the table", "Residual error with the table"],
+        ["exact", "with exact corrections", "Residual error with exact corrections"],
+        ["per_joint", "with a table for each joint", "Residual error where each joint has a table of its own"],
+    ];
 }
 
 /// Returns the grid on which residual errors are shown: nodes of the table and middles of its cells, as far as there are not too many.

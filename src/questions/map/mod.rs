@@ -338,7 +338,7 @@ fn sweep_phi(
     let machine = &study.scene.machine;
     let mut tallies: Vec<Result<Tally, Failure>> =
         configurations.iter().map(|_| Ok(Tally::new(machine, phis.len()))).collect();
-    let task_at = |phi: Option<f64>, i: usize| source.task(&study.scene.task(configurations[i].pose, phi));
+    let task_at = |phi: Option<f64>, i: usize| source.task(&study.scene.task_point(configurations[i].pose, phi));
     for (index, &phi) in phis.iter().enumerate() {
         let task = |i: usize| task_at(phi, i);
         let indices = select(&tallies, |_| true);

@@ -86,7 +86,7 @@ fn largest_displacement(
     group.set_rigid(&[at; Batch::WIDTH]);
     let (mut largest, mut free) = (0.0f64, Vector3::zeros());
     if drawn.has_model_error() {
-        let task = under(&study.scene.task(at.pose, None), 0.0);
+        let task = under(&study.scene.task_point(at.pose, None), 0.0);
         let found = group.command(&study.scene.machine, None, Method::None, &[0], |_| task);
         for answer in found {
             free = answer?.tool_displacement;
@@ -94,7 +94,7 @@ fn largest_displacement(
     }
     for phis in study.scene.phis.chunks(Batch::WIDTH) {
         let tasks: Vec<TaskPoint> =
-            phis.iter().map(|phi| under(&study.scene.task(at.pose, Some(*phi)), factor)).collect();
+            phis.iter().map(|phi| under(&study.scene.task_point(at.pose, Some(*phi)), factor)).collect();
         let lanes: Vec<usize> = (0..tasks.len()).collect();
         for answer in group.command(&study.scene.machine, None, Method::None, &lanes, |lane| tasks[lane]) {
             largest = largest.max(drawn.real_displacement(index, free, answer?.tool_displacement).norm());
@@ -129,7 +129,7 @@ impl Sweep<'_> {
         for load in 0..loads {
             let phi = load.checked_sub(1).map(|load| study.scene.phis[load]);
             let lanes: Vec<usize> = (0..points.len()).filter(|lane| matches!(points[*lane], Some(Ok(_)))).collect();
-            let task = |lane: usize| under(&study.scene.task(configurations[lane].pose, phi), 1.0);
+            let task = |lane: usize| under(&study.scene.task_point(configurations[lane].pose, phi), 1.0);
             let found = group.command(&study.scene.machine, None, Method::None, &lanes, task);
             for (lane, found) in lanes.into_iter().zip(found) {
                 match (found, &mut points[lane]) {

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{
     Best, Entry, PlacementStudy,
-    evaluate::{Evaluation, Evaluator, at_path_point},
+    evaluate::{Evaluation, Evaluator, PartialEvaluation, at_path_point},
     metric::Metrics,
     outcome::EntryEvaluators,
     site::Site,
@@ -60,7 +60,7 @@ impl Evaluator {
     /// Solves the points at which the tool cuts, every `stride`-th and the last of a feature; ends a feature at its third infeasible point.
     pub fn solve_points(&self, site: &Site, stride: usize) -> PlaceResults {
         let is_whole = stride <= 1;
-        let started = self.open_anywhere(site);
+        let started = self.begin_without_workspace_check(site);
         let mut failure = started.as_ref().err().cloned();
         let mut partial = started.unwrap_or_else(|_| self.without_points(site));
         let mut features = Vec::new();
@@ -112,14 +112,14 @@ impl Evaluator {
 
     /// Returns the evaluation of a place whose points are all in `partial`, also outside the workspace box. `Err` if a point is not
     /// reached.
-    fn conclude_all(&self, partial: &super::evaluate::Partial, site: &Site) -> Result<Evaluation, Failure> {
-        self.check_reach(partial, |f, k| !self.features[f].is_counted[k])?;
+    fn conclude_all(&self, partial: &PartialEvaluation, site: &Site) -> Result<Evaluation, Failure> {
+        self.check_reach(site, |f, k| !self.features[f].is_counted[k])?;
         Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(partial)? })
     }
 
     /// Returns the failure at the first point, up to point `k` of feature `f`, that the rigid machine does not reach.
     fn first_unreachable(&self, site: &Site, f: usize, k: usize) -> Option<Failure> {
-        self.check_reach(&self.without_points(site), |other, point| other < f || other == f && point <= k).err()
+        self.check_reach(site, |other, point| other < f || other == f && point <= k).err()
     }
 }
 

@@ -67,7 +67,7 @@ pub(super) struct PreparedFeature {
 
 /// Evaluation of a placement up to some level.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Partial {
+pub(super) struct PartialEvaluation {
     pub(super) site: Site,
     pub(super) tallies: Vec<Tally>,
     level: usize,
@@ -131,13 +131,13 @@ impl Evaluator {
     }
 
     /// Starts an evaluation at `site`, with no points added. `Err` says which of workspace box, table and forbidden boxes is violated.
-    pub(super) fn open(&self, site: &Site) -> Result<Partial, Failure> {
+    pub(super) fn begin_evaluation(&self, site: &Site) -> Result<PartialEvaluation, Failure> {
         self.check_workspace(site)?;
-        self.open_anywhere(site)
+        self.begin_without_workspace_check(site)
     }
 
     /// Starts an evaluation at `site` also where the path leaves the workspace box. `Err` says why table, boxes or γ do not allow it.
-    pub(super) fn open_anywhere(&self, site: &Site) -> Result<Partial, Failure> {
+    pub(super) fn begin_without_workspace_check(&self, site: &Site) -> Result<PartialEvaluation, Failure> {
         self.check_boxes(site)?;
         #[cfg(not(target_family = "wasm"))]
         for f in 0..self.features.len() {
@@ -148,14 +148,14 @@ impl Evaluator {
         let machine = &self.study.machine;
         let is_tracked = machine.uncontrolled_axes().next().is_none() && !machine.has_parasitic_rotation;
         if !is_tracked {
-            self.check_reach(&partial, |_, _| true)?;
+            self.check_reach(site, |_, _| true)?;
         }
         Ok(partial)
     }
 
     /// Returns an evaluation at `site` with no points added; does not check whether the workpiece fits there.
-    pub(super) fn without_points(&self, site: &Site) -> Partial {
-        Partial { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 }
+    pub(super) fn without_points(&self, site: &Site) -> PartialEvaluation {
+        PartialEvaluation { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 }
     }
 
     /// Returns pose and load at each point of feature `f` with the workpiece at `site`; not kept, as a sweep has too many places.
@@ -171,21 +171,21 @@ impl Evaluator {
     }
 
     /// Checks that the rigid machine reaches each point (feature, index) for which `asked` holds. `Err` names the first that it does not.
-    pub(super) fn check_reach(&self, partial: &Partial, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
-        self.track_features(partial, asked, |_| ())
+    pub(super) fn check_reach(&self, site: &Site, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
+        self.track_features(site, asked, |_| ())
     }
 
     /// Moves the rigid machine to the points (feature, index) for which `is_visited` holds; calls `visit` at each. `Err` as
     /// [`track_feature`].
     fn track_features(
         &self,
-        partial: &Partial,
+        site: &Site,
         is_visited: impl Fn(usize, usize) -> bool,
         mut visit: impl FnMut(&Configuration),
     ) -> Result<(), Failure> {
         self.study.features.iter().enumerate().try_for_each(|(f, job)| {
             let is_visited = |k| is_visited(f, k);
-            track_feature(job, &self.tasks(&partial.site, f), is_visited, |_, at| {
+            track_feature(job, &self.tasks(site, f), is_visited, |_, at| {
                 visit(at);
                 Ok(())
             })
@@ -252,13 +252,13 @@ impl Evaluator {
     }
 
     /// Adds the points of the next level. `Err` names the first point of the path out of reach, or else what cannot be solved.
-    pub(super) fn advance(&self, partial: &mut Partial) -> Result<(), Failure> {
+    pub(super) fn advance(&self, partial: &mut PartialEvaluation) -> Result<(), Failure> {
         let visited = self.add_level(partial);
-        visited.or_else(|failure| self.check_reach(partial, |_, _| true).and(Err(failure)))
+        visited.or_else(|failure| self.check_reach(&partial.site, |_, _| true).and(Err(failure)))
     }
 
     /// Adds the points of the next level, and stops at the first that cannot be solved.
-    fn add_level(&self, partial: &mut Partial) -> Result<(), Failure> {
+    fn add_level(&self, partial: &mut PartialEvaluation) -> Result<(), Failure> {
         let level = partial.level;
         partial.level += 1;
         self.add_points(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice), &mut None)
@@ -267,7 +267,7 @@ impl Evaluator {
     /// Solves the points that `points` selects of each feature, and adds them to `partial`; appends positions within limits to `shares`.
     fn add_points(
         &self,
-        partial: &mut Partial,
+        partial: &mut PartialEvaluation,
         points: impl Fn(&PreparedFeature) -> &[usize],
         shares: &mut Option<Vec<f64>>,
     ) -> Result<(), Failure> {
@@ -321,7 +321,7 @@ impl Evaluator {
 
     /// Returns the best that the metrics can be once all points are added; exact after the last level, but for the correction within
     /// limits.
-    pub(super) fn best_possible(&self, partial: &Partial) -> Metrics {
+    pub(super) fn best_possible(&self, partial: &PartialEvaluation) -> Metrics {
         let all = partial.tallies.iter().fold(Tally::default(), |sum, tally| sum.merged(tally));
         self.best_possible_of(&all, self.share)
     }
@@ -336,16 +336,16 @@ impl Evaluator {
     }
 
     /// Evaluates the remaining levels and points, and the correction within limits where it is needed. `Err` as [`Evaluator::advance`].
-    pub(super) fn complete(&self, mut partial: Partial) -> Result<Evaluation, Failure> {
+    pub(super) fn complete(&self, mut partial: PartialEvaluation) -> Result<Evaluation, Failure> {
         while partial.level < self.levels {
             self.advance(&mut partial)?;
         }
-        self.check_reach(&partial, |f, k| !self.features[f].is_counted[k])?;
+        self.check_reach(&partial.site, |f, k| !self.features[f].is_counted[k])?;
         self.conclude(&partial)
     }
 
     /// Returns the evaluation once all points are added. `Err` where the objective asks for a correction within limits and there is none.
-    pub(super) fn conclude(&self, partial: &Partial) -> Result<Evaluation, Failure> {
+    pub(super) fn conclude(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
         let metrics = self.best_possible(partial);
         let metrics_of = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
         let features = partial.tallies.iter().zip(&self.features).map(metrics_of).collect();
@@ -373,10 +373,10 @@ impl Evaluator {
 
     /// Evaluates `site`, and appends to `shares`, unless `None`, where drives, joints and forces lie within their limits, −1 to 1.
     fn evaluate_into(&self, site: &Site, shares: &mut Option<Vec<f64>>) -> Result<Evaluation, Failure> {
-        let mut partial = self.open(site)?;
+        let mut partial = self.begin_evaluation(site)?;
         // Where the tool cuts, the loaded machine shows what it reaches.
         let is_not_cut = |f: usize, k: usize| !self.features[f].is_counted[k];
-        self.track_features(&partial, is_not_cut, |at| {
+        self.track_features(site, is_not_cut, |at| {
             if let Some(shares) = shares {
                 self.study.machine.limit_fractions(at, shares);
             }
@@ -404,14 +404,14 @@ impl Evaluator {
 
     /// Evaluates `site` level by level; `None` where it cannot be cut, or once `value` of the best possible metrics reaches `below`.
     fn evaluate_below(&self, site: &Site, value: &dyn Fn(&Metrics) -> f64, below: f64) -> Option<Evaluation> {
-        let mut partial = self.open(site).ok()?;
+        let mut partial = self.begin_evaluation(site).ok()?;
         while partial.level < self.levels {
             self.add_level(&mut partial).ok()?;
             if value(&self.best_possible(&partial)) >= below {
                 return None;
             }
         }
-        self.check_reach(&partial, |f, k| !self.features[f].is_counted[k]).ok()?;
+        self.check_reach(site, |f, k| !self.features[f].is_counted[k]).ok()?;
         self.conclude(&partial).ok()
     }
 
@@ -423,14 +423,14 @@ impl Evaluator {
     /// Evaluates `site` also where the path leaves the workspace box; checks the reach first, so that `Err` names the first unreachable
     /// point.
     pub fn examine(&self, site: &Site) -> Result<Evaluation, Failure> {
-        let mut partial = self.open_anywhere(site)?;
-        self.check_reach(&partial, |_, _| true)?;
+        let mut partial = self.begin_without_workspace_check(site)?;
+        self.check_reach(site, |_, _| true)?;
         self.add_points(&mut partial, |prepared| &prepared.counted, &mut None)?;
         Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(&partial)? })
     }
 
     /// Computes the correction within limits of each feature; writes its metrics, or the first reason why there is none, into `evaluation`.
-    fn correct_within_limits(&self, partial: &Partial, evaluation: &mut Evaluation) {
+    fn correct_within_limits(&self, partial: &PartialEvaluation, evaluation: &mut Evaluation) {
         let mut total = ResidualTally::default();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
             match prepared.limited_residuals(job, &self.tasks(&partial.site, f)) {

@@ -102,7 +102,7 @@ pub struct Entry {
     /// The place.
     pub site: Site,
     /// γ of each feature there, rad; `None` as programmed, or where none is possible.
-    pub turns: Vec<Option<f64>>,
+    pub gammas: Vec<Option<f64>>,
     /// Its evaluation, also where the path leaves the workspace box, or why there is none.
     pub outcome: Result<Evaluation, Failure>,
     /// The objective; infinite without an evaluation.
@@ -211,8 +211,8 @@ pub(super) fn evaluate_entries(
         let (evaluator, part) = (evaluators.of(found), if found == Origin::Named { "named" } else { "found" });
         let outcome = evaluator.examine_in_work(&work.shard(number).part(part), &site);
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
-        let turns = evaluator.gammas_at(&site);
-        Entry { name, found, site, turns, outcome, value, spread: None }
+        let gammas = evaluator.gammas_at(&site);
+        Entry { name, found, site, gammas, outcome, value, spread: None }
     };
     let mut entries: Vec<Entry> = places.into_par_iter().enumerate().map(entry).collect();
     // A stable sort: of equal ones, the named one first.

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     PlacementStudy,
-    evaluate::{Evaluator, Partial},
+    evaluate::{Evaluator, PartialEvaluation},
     front::dominates,
     metric::Metrics,
     site::Site,
@@ -62,7 +62,7 @@ impl Cell {
 /// Progress of a place during the sweep.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 enum State {
-    Open(Partial),
+    Open(PartialEvaluation),
     Closed(Verdict),
 }
 
@@ -105,7 +105,7 @@ fn states_before_level(
     (sites, level): (&[Site], usize),
     work: &Work,
 ) -> error::Result<Vec<State>> {
-    let open = |site: &Site| match evaluator.open(site) {
+    let open = |site: &Site| match evaluator.begin_evaluation(site) {
         Ok(partial) => State::Open(partial),
         Err(failure) => closed_state(Verdict::Infeasible(failure), work),
     };

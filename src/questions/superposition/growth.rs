@@ -62,7 +62,7 @@ impl Growth {
 /// Returns the superposition errors at each factor of the study, by which load, chain errors or both, as `scaled` says, are multiplied.
 pub(super) fn measure_growth(case: &Case<'_>, scaled: Scaling) -> Growth {
     let step = |factor: &f64| {
-        let (load, errors) = scaled.factors(*factor);
+        let (load, errors) = scaled.load_and_error_factors(*factor);
         (*factor, case.superposition_errors(&case.machines_with_errors(errors), load))
     };
     Growth { steps: case.study.scales.iter().map(step).collect() }

@@ -94,7 +94,7 @@ impl Scaling {
     }
 
     /// Returns the factors on load and on chain errors when what this scales is multiplied by `factor`.
-    pub fn factors(self, factor: f64) -> (f64, f64) {
+    pub fn load_and_error_factors(self, factor: f64) -> (f64, f64) {
         match self {
             Scaling::Load => (factor, 1.0),
             Scaling::Errors => (1.0, factor),
@@ -251,7 +251,7 @@ fn location_result(study: &SuperpositionStudy, machines: &Machines, location: &L
             superposition_errors: case.superposition_errors(machines, 1.0),
             largest: Scaling::ALL.map(|scaled| {
                 let superposition_error = |factor: f64| {
-                    let (load, errors) = scaled.factors(factor);
+                    let (load, errors) = scaled.load_and_error_factors(factor);
                     case.superposed_tool_mm(&case.machines_with_errors(errors), load)
                 };
                 safe::largest_factor(study, superposition_error(1.0), superposition_error)

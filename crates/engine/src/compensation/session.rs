@@ -19,8 +19,7 @@ pub(super) type Ending = Result<(CompensationStatus, Outcome), CompensationStatu
 /// Tolerance and number of iterations at which a compensation stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompensationSettings {
-    /// Task error accepted, as a fraction of the machine's characteristic length, at which rotations count. At least three
-    /// times the tolerance of the equilibria, see [`CompensationSettings::with_equilibria_to`].
+    /// Task error accepted, as a fraction of the characteristic length, at which rotations count; at least 3 times `equilibrium.tolerance`.
     pub tolerance: f64,
     /// Largest number of corrections.
     pub max_iterations: usize,
@@ -29,13 +28,16 @@ pub struct CompensationSettings {
 }
 
 /// Ratio of a compensation's tolerance to that of an equilibrium, which smaller corrections would not move: the iteration would not end.
-const EQUILIBRIA: f64 = 3.0;
+const TASK_TO_EQUILIBRIUM_TOLERANCE: f64 = 3.0;
+/// Largest number of corrections unless another is set.
+const MAX_CORRECTIONS: usize = 200;
 
 impl CompensationSettings {
-    /// Settings with equilibria to `tolerance` of the characteristic length, and task errors as small as these allow.
-    pub fn with_equilibria_to(tolerance: f64) -> Self {
+    /// Returns settings that solve each equilibrium to `tolerance` (relative to the characteristic length) and accept task errors up to
+    /// [`TASK_TO_EQUILIBRIUM_TOLERANCE`] times that; at most [`MAX_CORRECTIONS`] corrections.
+    pub fn with_equilibrium_tolerance(tolerance: f64) -> Self {
         let equilibrium = statics::Settings { tolerance, ..statics::Settings::default() };
-        Self { tolerance: EQUILIBRIA * tolerance, max_iterations: 200, equilibrium }
+        Self { tolerance: TASK_TO_EQUILIBRIUM_TOLERANCE * tolerance, max_iterations: MAX_CORRECTIONS, equilibrium }
     }
 
     /// Task error accepted on `machine`, mm.
@@ -46,7 +48,7 @@ impl CompensationSettings {
 
 impl Default for CompensationSettings {
     fn default() -> Self {
-        Self::with_equilibria_to(1e-13)
+        Self::with_equilibrium_tolerance(1e-13)
     }
 }
 
@@ -420,10 +422,8 @@ impl Session {
     /// Result of `task` at the present drives and equilibrium, of the status in `ending`; `history`: lengths of its task errors, mm.
     pub(super) fn conclude(&self, task: &TaskPoint, ending: Ending, history: Vec<f64>) -> Compensation {
         let offset = task.offset(&self.nominal);
-        let (status, outcome) = match ending {
-            Ok((status, outcome)) => (status, Some(outcome)),
-            Err(status) => (status, None),
-        };
+        let (status, outcome) =
+            ending.map_or_else(|status| (status, None), |(status, outcome)| (status, Some(outcome)));
         let shown = |v: Vector3<f64>| if outcome.is_some() { v } else { Vector3::zeros() };
         Compensation {
             drives: self.drives.clone(),

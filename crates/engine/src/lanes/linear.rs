@@ -12,7 +12,7 @@ pub fn solve<R: Real, const N: usize>(mut matrix: [[R; N]; N], size: usize, righ
             let (above, below) = matrix.split_at_mut(i);
             let (pivot_row, row) = (&mut above[k][k..size], &mut below[0][k..size]);
             let swap = row[0].abs().greater(pivot_row[0].abs());
-            if R::bits(swap) == 0 {
+            if R::mask_to_bits(swap) == 0 {
                 continue;
             }
             for (a, b) in pairs(pivot_row.iter_mut(), row) {

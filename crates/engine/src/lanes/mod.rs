@@ -74,11 +74,11 @@ pub trait Real:
     /// Takes `yes` where `mask` holds, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// The mask as bits, lane 0 lowest.
-    fn bits(mask: Self::Mask) -> u8;
+    fn mask_to_bits(mask: Self::Mask) -> u8;
     /// The mask of the lanes whose bits are set, lane 0 lowest.
-    fn mask(bits: u8) -> Self::Mask;
+    fn mask_from_bits(bits: u8) -> Self::Mask;
     /// Whether all lanes hold zero.
-    fn is_zero(self) -> bool;
+    fn all_zero(self) -> bool;
 
     /// Runs `work` compiled with the instructions of this type.
     #[inline(always)]
@@ -95,7 +95,7 @@ pub trait Real:
     /// Bits of the lanes where `self > other`.
     #[inline(always)]
     fn lanes_greater(self, other: f64) -> u8 {
-        Self::bits(self.greater(Self::splat(other)))
+        Self::mask_to_bits(self.greater(Self::splat(other)))
     }
 
     /// The larger of two sizes (numbers without sign); NaN where either is, see [`crate::spatial::larger`].
@@ -150,17 +150,17 @@ impl Real for f64 {
     }
 
     #[inline(always)]
-    fn is_zero(self) -> bool {
+    fn all_zero(self) -> bool {
         self == 0.0
     }
 
     #[inline(always)]
-    fn bits(mask: bool) -> u8 {
+    fn mask_to_bits(mask: bool) -> u8 {
         u8::from(mask)
     }
 
     #[inline(always)]
-    fn mask(bits: u8) -> bool {
+    fn mask_from_bits(bits: u8) -> bool {
         bits & 1 == 1
     }
 }

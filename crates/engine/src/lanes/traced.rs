@@ -129,7 +129,7 @@ impl Real for Traced {
         }
     }
 
-    fn bits(mask: TracedMask) -> u8 {
+    fn mask_to_bits(mask: TracedMask) -> u8 {
         let lane_bits = |holds: &dyn Fn(usize) -> bool| (0..MAX_LANES).map(|lane| u8::from(holds(lane)) << lane).sum();
         match mask {
             TracedMask::Known(bits) => bits,
@@ -144,12 +144,12 @@ impl Real for Traced {
         }
     }
 
-    fn mask(bits: u8) -> TracedMask {
+    fn mask_from_bits(bits: u8) -> TracedMask {
         TracedMask::Known(bits & Self::ALL)
     }
 
     /// Whether it is the constant zero: a number that merely is zero at the postures is not left out.
-    fn is_zero(self) -> bool {
+    fn all_zero(self) -> bool {
         RECORDING.with_borrow(|recording| recording.tape.constant(self.0) == Some(0.0))
     }
 }

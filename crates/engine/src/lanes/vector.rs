@@ -322,7 +322,7 @@ pub fn rotation_log<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
     let axial = Vec3([(y[2] - z[1]) * half, (z[0] - x[2]) * half, (x[1] - y[0]) * half]);
     let square = axial.dot(axial);
     let trace = x[0] + y[1] + z[2];
-    let is_large = square.lanes_greater(SMALL_SINE_SQUARED) | R::bits(R::splat(1.0).greater(trace));
+    let is_large = square.lanes_greater(SMALL_SINE_SQUARED) | R::mask_to_bits(R::splat(1.0).greater(trace));
     if is_large != 0 { rotation_log_by_lane(columns) } else { axial.scale(arc_sine_weight(square)) }
 }
 

@@ -88,8 +88,8 @@ macro_rules! real {
             }
 
             #[inline(always)]
-            fn is_zero(self) -> bool {
-                Self::bits(unsafe { $compare::<_CMP_NEQ_UQ>(self.0, $splat(0.0)) }) == 0
+            fn all_zero(self) -> bool {
+                Self::mask_to_bits(unsafe { $compare::<_CMP_NEQ_UQ>(self.0, $splat(0.0)) }) == 0
             }
 
             #[inline(always)]
@@ -117,12 +117,12 @@ real! { F64x4, 4, "avx2", __m256d, _mm256_set1_pd, _mm256_sqrt_pd, _mm256_cmp_pd
     }
 
     #[inline(always)]
-    fn bits(mask: __m256d) -> u8 {
+    fn mask_to_bits(mask: __m256d) -> u8 {
         unsafe { _mm256_movemask_pd(mask) as u8 }
     }
 
     #[inline(always)]
-    fn mask(bits: u8) -> __m256d {
+    fn mask_from_bits(bits: u8) -> __m256d {
         let lane = |bit: u8| if bits & bit != 0 { -1 } else { 0 };
         unsafe { _mm256_castsi256_pd(_mm256_set_epi64x(lane(8), lane(4), lane(2), lane(1))) }
     }
@@ -142,12 +142,12 @@ real! { F64x8, 8, "avx512f", __mmask8, _mm512_set1_pd, _mm512_sqrt_pd, _mm512_cm
     }
 
     #[inline(always)]
-    fn bits(mask: __mmask8) -> u8 {
+    fn mask_to_bits(mask: __mmask8) -> u8 {
         mask
     }
 
     #[inline(always)]
-    fn mask(bits: u8) -> __mmask8 {
+    fn mask_from_bits(bits: u8) -> __mmask8 {
         bits
     }
 }

@@ -219,7 +219,7 @@ impl Route {
                     let angular = frame.axes[axis.index()].scale(R::splat(sign));
                     each(coordinate, Screw { linear: frame.origin.cross(angular), angular });
                     // Springs of a rigid configuration stand at zero.
-                    if !values[coordinate].is_zero() {
+                    if !values[coordinate].all_zero() {
                         frame.rotate_about(axis, R::splat(sign) * values[coordinate]);
                     }
                 }

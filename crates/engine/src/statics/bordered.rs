@@ -95,7 +95,7 @@ impl<R: Real> Bordered<R> {
         let is_stiff = upper[0].greater(idle);
         let is_negative = (-upper[0]).greater(idle);
         let inverse = R::select(is_stiff, R::splat(1.0) / upper[0], R::zero());
-        let good = R::ALL & !R::bits(is_negative) & !R::bits(upper[0].is_nan());
+        let good = R::ALL & !R::mask_to_bits(is_negative) & !R::mask_to_bits(upper[0].is_nan());
         upper[0] = -inverse;
         subtract_pivot_rows(below, size - 1, [(inverse, &upper[1..]), (inverse, &[])]);
         good
@@ -115,7 +115,7 @@ impl<R: Real> Bordered<R> {
 /// Replaces the leading entry of `row` by `−1/pivot` and returns `1/pivot`; clears lanes of `good` where `sign` · pivot is not above `least`.
 #[inline(always)]
 fn invert_pivot<R: Real>(row: &mut [R], sign: f64, least: R, good: &mut u8) -> R {
-    *good &= R::bits((row[0] * R::splat(sign)).greater(least));
+    *good &= R::mask_to_bits((row[0] * R::splat(sign)).greater(least));
     let inverse = R::splat(1.0) / row[0];
     row[0] = -inverse;
     inverse
@@ -130,9 +130,9 @@ fn subtract_pivot_rows<R: Real>(below: &mut [R], mut length: usize, [(a, mut a_r
         let (target, others) = below.split_at_mut(length);
         let target = &mut target[..a_row.len()];
         // Entries that are zero in all lanes are so by the structure of the chain.
-        let uses_a = !a_first.is_zero();
+        let uses_a = !a_first.all_zero();
         match b_row.first() {
-            Some(&b_first) if !b_first.is_zero() => {
+            Some(&b_first) if !b_first.all_zero() => {
                 let b_factor = b_first * b;
                 if uses_a {
                     subtract_both(target, (a_first * a, a_row), (b_factor, b_row));

@@ -56,8 +56,8 @@ pub fn equilibrium(
     outcome
 }
 
-/// Fractions of `load` between which the buckled equilibrium `state` loses its stability, found by bisection with weight and chain errors in
-/// full, see [`Status::Buckled`]; `None` where the machine has no equilibrium without the load that `state` leads to.
+/// Returns `[stable, buckled]`, two fractions of `load` (0 to 1) that bracket the loss of stability, at most `BUCKLING_WIDTH` apart unless
+/// a solve between them fails; `[0, 0]` if unstable without load; `None` if no unloaded equilibrium can be continued from `state`.
 fn buckling_fractions(
     machine: &Machine,
     drives: &[f64],

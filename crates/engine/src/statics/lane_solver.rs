@@ -193,7 +193,7 @@ impl<R: Real> LaneSolver<R> {
             let task = tasks.as_ref().map(|tasks| &tasks.square);
             self.step_lanes(machine, imbalance, task, &mut progress);
             if let (Some(commands), Some(command)) = (&commands, &mut self.command) {
-                let (step, mask) = (&self.command_step, R::mask(progress.active));
+                let (step, mask) = (&self.command_step, R::mask_from_bits(progress.active));
                 R::vectorized(
                     #[inline(always)]
                     || command.advance(commands.nominal, step, mask),
@@ -495,7 +495,7 @@ impl<R: Real> LaneSolver<R> {
         R::vectorized(
             #[inline(always)]
             || {
-                let mask = R::mask(active);
+                let mask = R::mask_from_bits(active);
                 for (drive, &step) in pairs(&mut self.drives, &self.drive_step) {
                     *drive = R::select(mask, *drive + step, *drive);
                 }

@@ -238,7 +238,7 @@ pub(super) fn definite_beyond<R: Real>(tangent: &Square<R>, scale: f64, share: f
     let mut definite = R::ALL;
     for k in 0..6 {
         let pivot_row = upper[k];
-        definite &= R::bits(pivot_row[k].greater(least));
+        definite &= R::mask_to_bits(pivot_row[k].greater(least));
         let inverse = R::splat(1.0) / pivot_row[k];
         for (i, row) in upper.iter_mut().enumerate().skip(k + 1) {
             let factor = pivot_row[i] * inverse;

@@ -116,7 +116,7 @@ impl<R: Real> RigidDirections<R> {
             let pivot_row = &above[k * count..];
             let size = pivot_row[k].abs();
             let is_regular = size.greater(regular);
-            good &= R::bits(is_regular) | R::bits(dependent.greater(size));
+            good &= R::mask_to_bits(is_regular) | R::mask_to_bits(dependent.greater(size));
             self.inverse[k] = R::select(is_regular, R::splat(1.0) / pivot_row[k], R::zero());
             for row in below.chunks_exact_mut(count) {
                 let factor = row[k] * self.inverse[k];

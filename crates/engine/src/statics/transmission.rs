@@ -226,7 +226,7 @@ impl<R: Real> Transmission<R> {
                 square += entry * entry;
             }
             let bound = R::splat(INDEPENDENT * INDEPENDENT) * (above + square);
-            good &= R::bits(square.greater(bound));
+            good &= R::mask_to_bits(square.greater(bound));
             let norm = square.sqrt();
             let head = column[j];
             let diagonal = R::select(head.greater(R::zero()), -norm, norm);

@@ -101,7 +101,7 @@ impl Real for Counted {
         self.0.is_nan()
     }
 
-    fn is_zero(self) -> bool {
+    fn all_zero(self) -> bool {
         self.0 == 0.0
     }
 
@@ -109,11 +109,11 @@ impl Real for Counted {
         if mask { yes } else { no }
     }
 
-    fn bits(mask: bool) -> u8 {
+    fn mask_to_bits(mask: bool) -> u8 {
         u8::from(mask)
     }
 
-    fn mask(bits: u8) -> bool {
+    fn mask_from_bits(bits: u8) -> bool {
         bits & 1 == 1
     }
 }

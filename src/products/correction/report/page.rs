@@ -91,12 +91,11 @@ fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-/// Returns the interactive view of the residual errors, with a choice of the way to correct.
+/// Returns the interactive map of the largest residual error at each grid point, mm, with a selector of the correction method.
 fn residual_explorer(report: &Report<'_>) -> Explorer {
-    let labels = ["without correction", "with the table", "with exact corrections", "with a table for each joint"];
-    let ways = report.residuals.first().map_or(0, |point| point.residual_mm.len());
-    let value = |way: usize| GroupValue { cells: vec![ResidualPoint::WAYS[way].into()], label: labels[way].into() };
-    let values = (0..ways).map(value).collect();
+    let method_count = report.residuals.first().map_or(0, |point| point.residual_mm.len());
+    let value = |[word, label, _]: [&str; 3]| GroupValue { cells: vec![word.into()], label: label.into() };
+    let values = ResidualPoint::CORRECTION_METHODS.into_iter().take(method_count).map(value).collect();
     let group = Group { columns: vec!["correction".into()], label: "correction".into(), values };
     let quantity = Quantity::new(["error_mm"], "largest error of the tool", "mm", Better::Smaller);
     grid_view(&report.question.machine, (MAP, "residual.csv"), Some(group), vec![quantity])
@@ -109,27 +108,22 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Returns the maps of the residual errors by file name, that with the table first as `answer`; none where the box has no area.
 pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     let Some(plane) = slice_axes(report.question) else { return Vec::new() };
-    let titles = [
-        "Error without correction",
-        "Residual error with the table",
-        "Residual error with exact corrections",
-        "Residual error where each joint has a table of its own",
-    ];
-    let ways = report.residuals.first().map_or(0, |point| point.residual_mm.len());
-    let map = |way: usize| Figure::Slices(slice_figure(report, plane, way, titles[way]));
+    let method_count = report.residuals.first().map_or(0, |point| point.residual_mm.len());
+    let map = |method: usize| Figure::Slices(slice_figure(report, plane, method));
     let table = ("answer".to_string(), map(TABLE));
-    let all = (0..ways).map(|way| (format!("slices_error_{}", ResidualPoint::WAYS[way]), map(way)));
+    let methods = ResidualPoint::CORRECTION_METHODS.into_iter().take(method_count).enumerate();
+    let all = methods.map(|(method, [word, ..])| (format!("slices_error_{word}"), map(method)));
     std::iter::once(table).chain(all).collect()
 }
 
-/// Positions of the table and of exact corrections in [`ResidualPoint::WAYS`].
+/// Positions of the table and of exact corrections in [`ResidualPoint::CORRECTION_METHODS`].
 const TABLE: usize = 1;
 const EXACT: usize = 2;
 
 /// Returns the common colour range of the maps with the table and with exact corrections, from 0, mm; `None` for others.
-fn colour_range(report: &Report<'_>, way: usize) -> Option<(f64, f64)> {
+fn colour_range(report: &Report<'_>, method: usize) -> Option<(f64, f64)> {
     let errors = report.residuals.iter().map(|point| point.residual_mm[TABLE]);
-    [TABLE, EXACT].contains(&way).then(|| (0.0, errors.fold(report.question.tolerance_mm, f64::max)))
+    [TABLE, EXACT].contains(&method).then(|| (0.0, errors.fold(report.question.tolerance_mm, f64::max)))
 }
 
 /// Returns the axes of O across, up and through the maps; `None` where the box has no area.
@@ -139,13 +133,13 @@ fn slice_axes(question: &CorrectionQuestion) -> Option<[usize; 3]> {
     (question.axes().count() >= 2).then(|| [axes[0], axes[1], axes[2]])
 }
 
-/// Returns the map of the residual errors of one way to correct, in planes through the box.
-fn slice_figure(report: &Report<'_>, [across, up, through]: [usize; 3], way: usize, title: &str) -> SliceFigure {
+/// Returns the map of the residual errors of one correction method, in planes through the box.
+fn slice_figure(report: &Report<'_>, [across, up, through]: [usize; 3], method: usize) -> SliceFigure {
     let grid = report.grid;
     let value = |i: usize, j: usize, k: usize| {
         let mut node = [0; 3];
         (node[across], node[up], node[through]) = (i, j, k);
-        let error = report.residuals[grid.index(node)].residual_mm[way];
+        let error = report.residuals[grid.index(node)].residual_mm[method];
         // Rounding is no pattern.
         Some(if error <= ROUNDING_MM { 0.0 } else { error })
     };
@@ -163,7 +157,7 @@ fn slice_figure(report: &Report<'_>, [across, up, through]: [usize; 3], way: usi
         marks: Vec::new(),
     };
     SliceFigure {
-        title: title.into(),
+        title: ResidualPoint::CORRECTION_METHODS[method][2].into(),
         subtitle: format!(
             "{}, forces of {} N along each axis and none, table of {} nodes",
             report.question.machine.name,
@@ -174,8 +168,8 @@ fn slice_figure(report: &Report<'_>, [across, up, through]: [usize; 3], way: usi
         y_label: format!("{} [mm]", AXES[up]),
         quantity: "largest error of the tool [mm]".into(),
         panels: planes.iter().map(panel).collect(),
-        range: colour_range(report, way),
-        contour: (way == TABLE).then_some(report.question.tolerance_mm),
+        range: colour_range(report, method),
+        contour: (method == TABLE).then_some(report.question.tolerance_mm),
         shading: Shading::Ordered,
         remark: String::new(),
         missing: "no solution".into(),

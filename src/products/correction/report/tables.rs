@@ -47,15 +47,15 @@ pub(super) fn motions(machine: &Machine) -> Vec<Motion> {
     machine.drives().map(|(_, drive)| drive.motion).collect()
 }
 
-/// Returns the residual errors with a row per grid point and way to correct.
+/// Returns the residual errors with a row per grid point and correction method.
 pub(super) fn residuals(report: &Report<'_>) -> Table {
     let mut columns = numbers(["x_mm", "y_mm", "z_mm"]);
     columns.extend(texts(["correction"]));
     columns.extend(numbers(["error_mm"]));
     let rows = report.residuals.iter().flat_map(|point| {
-        point.residual_mm.iter().zip(ResidualPoint::WAYS).map(|(left, way)| {
+        point.residual_mm.iter().zip(ResidualPoint::CORRECTION_METHODS).map(|(error, [method, ..])| {
             let mut row: Row = cells(point.position_mm).collect();
-            row.extend([way.into(), (*left).into()]);
+            row.extend([method.into(), (*error).into()]);
             row
         })
     });

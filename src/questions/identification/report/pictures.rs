@@ -100,18 +100,15 @@ fn line_figure(report: &Report<'_>, title: &str, labels: [&str; 2], series: Vec<
 /// Draws predicted against measured lengths.
 fn predicted_over_measured(report: &Report<'_>) -> LineFigure {
     let series_of = |Lengths { name, mut points }| {
-        points.sort_by(|a, b| a.1.total_cmp(&b.1));
-        LineSeries::new(
-            name,
-            points.into_iter().map(|(_, measured, residual)| (measured, measured - residual)).collect(),
-            false,
-        )
+        points.sort_by(|(_, a, _), (_, b, _)| a.total_cmp(b));
+        let predicted = points.into_iter().map(|(_, measured, residual)| (measured, measured - residual));
+        LineSeries::new(name, predicted.collect(), false)
     };
     let lengths = lengths(report);
-    let values = || lengths.iter().flat_map(|group| group.points.iter().map(|point| point.1));
+    let values = || lengths.iter().flat_map(|group| group.points.iter().map(|&(_, measured, _)| measured));
     let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-    let perfect = (low < high).then(|| LineSeries::new("as measured", vec![(low, low), (high, high)], false));
-    let series = perfect.into_iter().chain(lengths.into_iter().map(series_of)).collect();
+    let diagonal = (low < high).then(|| LineSeries::new("as measured", vec![(low, low), (high, high)], false));
+    let series = diagonal.into_iter().chain(lengths.into_iter().map(series_of)).collect();
     line_figure(report, "Predicted against measured", ["measured [mm]", "predicted [mm]"], series)
 }
 

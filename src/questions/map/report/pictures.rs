@@ -115,7 +115,7 @@ pub(super) fn worst_deflected_pose(WorkspaceMapStudy { scene, .. }: &WorkspaceMa
         let Ok(at) = machine.command(position) else { continue };
         for &phi in &scene.phis {
             let place = format!("at {name}, tool angle {:.0}°", phi.to_degrees());
-            let task = scene.task(at.pose, Some(phi));
+            let task = scene.task_point(at.pose, Some(phi));
             let Some(bent) = deflected_pose(machine, &scene.errors, &task, place) else { continue };
             let size = |bent: &DeflectedPose| bent.tool_displacement_mm.norm();
             if worst.as_ref().is_none_or(|worst| size(&bent) > size(worst)) {

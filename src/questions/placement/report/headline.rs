@@ -141,7 +141,7 @@ fn gamma_words(study: &PlacementStudy, entry: &Entry) -> String {
         let degrees = gamma.as_ref()?.to_degrees();
         Some((job.feature.name.clone(), typographic(&format!("{degrees:.0}°"))))
     };
-    let gammas: Vec<(String, String)> = study.features.iter().zip(&entry.turns).filter_map(gamma).collect();
+    let gammas: Vec<(String, String)> = study.features.iter().zip(&entry.gammas).filter_map(gamma).collect();
     match gammas.as_slice() {
         [] => String::new(),
         [(_, gamma)] => format!(", the arm rotated about its tool by γ = {gamma}"),

@@ -119,7 +119,7 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
         let worst = |entry: &Entry, f: usize| entry.outcome.as_ref().ok()?.features[f].get(Metric::WorstDeflection);
         quantities.extend(named().map(|(f, (_, name))| of_feature(format!("worst_deflection_{name}_mm"), worst, f)));
     }
-    let gamma = |entry: &Entry, f: usize| entry.turns[f].map(f64::to_degrees);
+    let gamma = |entry: &Entry, f: usize| entry.gammas[f].map(f64::to_degrees);
     let with_gamma = named().filter(|(_, (job, _))| job.gamma_search.is_some());
     quantities.extend(with_gamma.map(|(f, (_, name))| of_feature(format!("gamma_{name}_deg"), gamma, f)));
     quantities.extend(spread_values(study));

@@ -146,16 +146,17 @@ pub fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     lower
 }
 
-/// Returns the traces at the best place.
-fn best_traces(results: &PlacementResults) -> impl Iterator<Item = &Trace> {
-    let best = results.best.as_ref().map(|best| &results.entries[best.entry].name);
-    results.traces.iter().filter(move |trace| Some(&trace.place) == best)
+/// Returns the traces at the best place, one for each feature; none without a best place.
+fn traces_at_best_place(results: &PlacementResults) -> impl Iterator<Item = &Trace> {
+    let place = results.best.as_ref().map(|best| &results.entries[best.entry].name);
+    results.traces.iter().filter(move |trace| Some(&trace.place) == place)
 }
 
 /// Returns the factor by which position errors are magnified in drawings.
 fn error_magnification(results: &PlacementResults) -> f64 {
-    let wanted: Vec<Vector3<f64>> = best_traces(results).flat_map(|trace| trace.wanted.iter().copied()).collect();
-    let errors = best_traces(results).flat_map(|trace| trace.before.iter().flatten());
+    let wanted: Vec<Vector3<f64>> =
+        traces_at_best_place(results).flat_map(|trace| trace.wanted.iter().copied()).collect();
+    let errors = traces_at_best_place(results).flat_map(|trace| trace.before.iter().flatten());
     amplification(&wanted, errors.map(Vector3::norm).fold(0.0, f64::max))
 }
 
@@ -163,7 +164,7 @@ fn error_magnification(results: &PlacementResults) -> f64 {
 fn drawn_paths(results: &PlacementResults, version: PathVersion) -> Vec<Vec<Vector3<f64>>> {
     let factor = error_magnification(results);
     let along = |trace: &Trace| cutting_pieces(trace, |k| Some(trace.wanted[k] + factor * version.error(trace, k)?));
-    best_traces(results).flat_map(along).filter(|piece| piece.len() > 1).collect()
+    traces_at_best_place(results).flat_map(along).filter(|piece| piece.len() > 1).collect()
 }
 
 /// Margins along x and y below this are rounding, mm.
@@ -187,7 +188,7 @@ fn margin_shape(results: &PlacementResults, site: &Site) -> Option<PlanShape> {
 /// Returns the note on the factor by which deviations are magnified; `None` if none are drawn.
 fn deviation_note(results: &PlacementResults) -> Option<String> {
     let factor = error_magnification(results);
-    let has_errors = best_traces(results).any(|trace| trace.before.iter().any(Option::is_some));
+    let has_errors = traces_at_best_place(results).any(|trace| trace.before.iter().any(Option::is_some));
     has_errors.then(|| format!("deviations drawn {factor} times as large"))
 }
 
@@ -237,19 +238,20 @@ fn sweep_slice(results: &PlacementResults, metric: Metric) -> Option<PlanField> 
     })
 }
 
-/// Draws the machine in 3-D at the recommended place, at the worst point of the path; `None` without a place or a pose.
+/// Draws the machine in 3-D at the recommended place, at the point of all features where the uncompensated tool is farthest from its path;
+/// `None` without a place or a pose.
 pub(super) fn pose_figure(results: &PlacementResults) -> Option<Figure> {
     let study = &results.study;
     let best = results.best.as_ref()?;
     let entry = &results.entries[best.entry];
-    let trace = results.traces.iter().find(|trace| trace.place == entry.name)?;
-    let size = |k: usize| trace.before[k].map_or(-1.0, |error| error.norm());
-    let farthest = (0..trace.before.len()).reduce(|a, b| if size(b) > size(a) { b } else { a })?;
+    let points = traces_at_best_place(results).flat_map(|trace| (0..trace.before.len()).map(move |k| (trace, k)));
+    let deviation_mm = |(trace, k): (&Trace, usize)| trace.before[k].map_or(-1.0, |error| error.norm());
+    let (trace, farthest) = points.reduce(|a, b| if deviation_mm(b) > deviation_mm(a) { b } else { a })?;
     let job = &study.features[trace.feature];
     let machine = job.machine();
-    let gamma = entry.turns[trace.feature].unwrap_or_default();
+    let gamma = entry.gammas[trace.feature].unwrap_or_default();
     let tasks = job.tasks_at_gamma(&entry.site, gamma).ok()?;
-    let bent = deflected_pose(machine, &job.errors, tasks.get(farthest)?, String::new())?;
+    let deflected = deflected_pose(machine, &job.errors, tasks.get(farthest)?, String::new())?;
     let described = MachineDescription::new(machine);
     let solid = |name: String, corners: [Vector3<f64>; 8]| Solid { name, corners: corners.map(Into::into) };
     let obstacles = study.forbidden.iter().map(|forbidden| solid(forbidden.name.clone(), forbidden.extent.corners()));
@@ -259,11 +261,11 @@ pub(super) fn pose_figure(results: &PlacementResults) -> Option<Figure> {
     Some(Figure::Pose(Box::new(PoseFigure {
         title: "The machine and the part at its best place".into(),
         subtitle: format!("{}, {}; where the tool is farthest from its path", study.machine.name, position(x, y, z)),
-        pose: bent.commanded,
+        pose: deflected.commanded,
         displaced: None,
         rails: described.rails,
         workspace: described.workspace_mm,
-        around: Surroundings {
+        surroundings: Surroundings {
             part: Some(solid("part".into(), workpiece_corners(&study.extent, &study.workpiece_pose(&best.site)))),
             obstacles: obstacles.collect(),
             paths: lines(PathVersion::Wanted),

@@ -28,9 +28,9 @@ impl RobotProgram {
         writing: impl Into<WriteOptions>,
     ) -> Result<RewrittenRobot, RewriteError> {
         check_corrected(path, corrected_mm, orientations)?;
-        let writing = writing.into();
+        let writing = writing.into().checked()?;
         let format = PoseFormat { language: self.language, format: writing.format, decimals: self.decimals };
-        let mut writer = Writer::new(&self.source, format, writing.tolerance_mm.max(0.0));
+        let mut writer = Writer::new(&self.source, format, writing.tolerance_mm);
         let foreign = || RewriteError::ForeignPath { program: self.name.clone() };
         let (mut segment, mut next) = (0, 0);
         self.walk(|motion| {

@@ -62,7 +62,7 @@ impl<R: Real> SquareMatrix<R> {
         for k in 0..count {
             let (above, below) = self.entries.split_at_mut((k + 1) * size);
             let pivot_row = &above[k * size + k..];
-            good &= R::bits(pivot_row[0].greater(least));
+            good &= R::mask_to_bits(pivot_row[0].greater(least));
             let inverse = R::splat(1.0) / pivot_row[0];
             for row in below.chunks_exact_mut(size) {
                 let factor = row[k] * inverse;

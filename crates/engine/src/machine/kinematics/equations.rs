@@ -206,7 +206,7 @@ impl<R: Real> Equations<R> {
         for &(column, share) in columns {
             let share = R::splat(sign * share);
             let [x, y, z] = screw.angular.0;
-            let is_revolute = !(x.is_zero() && y.is_zero() && z.is_zero());
+            let is_revolute = !(x.all_zero() && y.all_zero() && z.all_zero());
             let unit = R::splat(if is_revolute { 1.0 / self.scale } else { 1.0 });
             let entries = &mut self.jacobian[column * self.rows + row..][..6];
             for i in 0..3 {

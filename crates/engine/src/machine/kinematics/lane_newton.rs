@@ -102,7 +102,7 @@ impl<R: Real> LaneNewton<R> {
             }
             R::vectorized(
                 #[inline(always)]
-                || self.start.copy_lanes(&self.at, R::mask(regular)),
+                || self.start.copy_lanes(&self.at, R::mask_from_bits(regular)),
             );
             active = unfinished;
         }
@@ -114,7 +114,7 @@ impl<R: Real> LaneNewton<R> {
         let (mut searches, mut solved) = ([Search::new(); MAX_LANES], 0);
         R::vectorized(
             #[inline(always)]
-            || self.at.copy_lanes(&self.start, R::mask(R::ALL)),
+            || self.at.copy_lanes(&self.start, R::mask_from_bits(R::ALL)),
         );
         for iteration in 0..MAX_ITERATIONS {
             let (error, turned) = self.linearise(machine, is_task);
@@ -179,8 +179,8 @@ impl<R: Real> LaneNewton<R> {
                 let closures = 6 * machine.closure_count();
                 let (step, good) = self.normal_step.solve(machine, jacobian, residual, closures, damping);
                 let length = dot(step, step).sqrt();
-                let good = good & !R::bits(length.is_nan()) & !length.lanes_greater(f64::MAX);
-                self.at.advance(machine, &self.motions, step, R::mask(active & good));
+                let good = good & !R::mask_to_bits(length.is_nan()) & !length.lanes_greater(f64::MAX);
+                self.at.advance(machine, &self.motions, step, R::mask_from_bits(active & good));
                 (length, good)
             },
         )

@@ -36,15 +36,11 @@ impl Machine {
         at.drives.iter_mut().zip(turns).for_each(|(rho, turns)| *rho += turns);
     }
 
-    /// Takes hinge drives beyond their travel a full turn back or on where that brings them within.
+    /// Takes hinge drives beyond their travel full turns back or on where that brings them within.
     fn turn_within_travel(&self, at: &mut Configuration) {
         for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {
-            let (Some((low, high)), Some(turn)) = (drive.travel, turn) else { continue };
-            let (up, down) = (*rho + ((low - *rho) / turn).ceil() * turn, *rho - ((*rho - high) / turn).ceil() * turn);
-            match *rho {
-                value if value < low && up <= high => *rho = up,
-                value if value > high && down >= low => *rho = down,
-                _ => {}
+            if let Some(within) = drive.travel.and_then(|travel| wrap_into_travel(*rho, travel, turn)) {
+                *rho = within;
             }
         }
     }
@@ -150,10 +146,10 @@ pub(in crate::machine) fn wrap_into_travel(value: f64, (low, high): (f64, f64), 
     if overrun(value, low, high) == 0.0 {
         return Some(value);
     }
-    let turn = turn?;
+    let (turn, rounding) = (turn?, limit_rounding(low, high));
     let back = match value < low {
-        true => value + ((low - value) / turn).ceil() * turn,
-        false => value - ((value - high) / turn).ceil() * turn,
+        true => value + ((low - rounding - value) / turn).ceil() * turn,
+        false => value - ((value - high - rounding) / turn).ceil() * turn,
     };
     (overrun(back, low, high) == 0.0).then_some(back)
 }

@@ -13,6 +13,7 @@ use super::{
 use crate::{
     lanes::{Frame, dot, subtract},
     machine::Machine,
+    spatial::larger,
 };
 
 /// A pivot below this fraction of the largest is zero.
@@ -252,9 +253,9 @@ fn sign_product<'p>(pivots: impl Iterator<Item = &'p f64>) -> f64 {
     pivots.map(|pivot| pivot.signum()).product()
 }
 
-/// Whether one of the pivots is zero, compared with the largest.
+/// Whether one of the pivots is zero, compared with the largest, or one is not a number.
 fn is_singular<'p>(pivots: impl Iterator<Item = &'p f64>) -> bool {
     let (least, largest) = pivots
-        .fold((f64::INFINITY, 0.0f64), |(least, largest), pivot| (least.min(pivot.abs()), largest.max(pivot.abs())));
-    least < RANK_TOLERANCE * largest
+        .fold((f64::INFINITY, 0.0), |(least, most), pivot| (f64::min(least, pivot.abs()), larger(most, pivot.abs())));
+    largest.is_nan() || least < RANK_TOLERANCE * largest
 }
