@@ -62,7 +62,7 @@ impl SpreadCounts {
     pub fn add(&mut self, spread: &DeflectionSpread) {
         self.known += 1;
         self.checked += usize::from(spread.solved_draws > 0);
-        self.corrected += usize::from(spread.solved_draws > 1);
+        self.corrected += usize::from(spread.is_corrected());
         self.solved_draws += spread.solved_draws;
         self.unknown += usize::from(spread.p95_mm.is_none());
         self.failed_draws += spread.failed_draws;
@@ -113,7 +113,7 @@ impl SpreadCounts {
         match self.checked {
             0 => "Nothing moves the tool by more than rounding: no draw was solved by the engine.\n".into(),
             checked => format!(
-                "The engine, solved at each of {} in the draw at the 95 % quantile, agrees with the estimate within 0.5 %{corrected}.\n{audit}",
+                "The engine, solved at each of {} in draws next to the 95 % quantile, agrees with the estimate within 0.5 %{corrected}.\n{audit}",
                 counted(checked, point)
             ),
         }

@@ -35,7 +35,7 @@ pub struct DeflectionSpread {
     pub main_cause: Option<String>,
     /// Its share of the sum of variances by each alone, 0 to 1.
     pub main_cause_share: Option<f64>,
-    /// Engine less surrogate in the draw next to the 95 % quantile, over that quantile; `None` where the surrogate was not used.
+    /// Engine less surrogate in the first draw solved next to the 95 % quantile, over that quantile; `None` where the surrogate was not used.
     pub check_difference: Option<f64>,
     /// Number of draws solved by the engine.
     pub solved_draws: usize,
@@ -401,6 +401,11 @@ impl WantedSpread<'_> {
 }
 
 impl DeflectionSpread {
+    /// Whether the engine differs from the estimate, so that it was corrected or is by the engine.
+    pub fn is_corrected(&self) -> bool {
+        self.solved_draws >= FEWEST_NEXT
+    }
+
     /// Why there is no 95 % quantile; `None` where there is one.
     pub fn reason(&self) -> Option<String> {
         let Self { p95_mm: None, solved_draws, failed_draws, first_failure, .. } = self else { return None };

@@ -509,11 +509,11 @@ fn the_verdict_says_what_is_known() {
 // ---- all built-in machines ------------------------------------------------------------------------------------------
 
 /// P95 at up to 20 points of every built-in machine: stiffness 30 %, force 15 %, errors of chains ±0.1°, against draws solved one by one. Wanted is 1 % at
-/// 99 % of the points; that is so but for delta_3puu, rotary_delta and a point of delta_3prpar, where it is up to 3.7 % too low.
+/// 99 % of the points; that is so but for a point of delta_3puu (and one at 1 % of delta_3prpar), and rotary_delta, of which 1 % of the draws buckle: up to 2.8 % too low.
 #[test]
 #[ignore = "takes minutes; .ci/full runs it"]
 fn long_maps_of_all_machines_agree_with_brute_force() {
-    let count: usize = std::env::var("DRAWS").map_or(4096, |own| own.parse().unwrap());
+    let count = 4096;
     let errors_of = |name: &str| -> Vec<f64> {
         let machine = Machine::named(name).unwrap();
         let is_elastic = |own: &kinetostat::machine::Parameter| {
@@ -557,5 +557,5 @@ fn long_maps_of_all_machines_agree_with_brute_force() {
     assert!(kept.iter().all(|(_, own)| far(own) == 0), "{kept:?}");
     // What is not reached yet must not get worse.
     let far: usize = open.iter().map(|(_, own)| far(own)).sum();
-    assert!(far <= 17 && open.iter().all(|(_, own)| own.iter().all(|error| error.abs() < 0.045)), "{far}: {open:?}");
+    assert!(far <= 13 && open.iter().all(|(_, own)| own.iter().all(|error| error.abs() < 0.03)), "{far}: {open:?}");
 }

@@ -152,7 +152,7 @@ fn unconfirmed_text(results: &PlacementResults) -> String {
     let is_open = |entry: &&Entry| entry.spread.as_ref().is_some_and(is_open);
     let open: Vec<&str> = results.entries.iter().filter(is_open).map(|entry| entry.name.as_str()).collect();
     match open[..] {
-        [] => "The engine, solved along all paths at each place in the draw at the 95 % quantile, confirms the estimates.\n".into(),
+        [] => "The engine, solved along all paths at each place in draws next to the 95 % quantile, confirms the estimates.\n".into(),
         _ => format!("Estimates that draws of the engine along all paths do not confirm: {}.\n", join_words(&open)),
     }
 }
