@@ -179,7 +179,7 @@ fn merged(py: Python<'_>, study: &Study, parts: Vec<Part>, out: &Path, options: 
     wait_for(py, |_| Ok(()), merge)?.map_err(raised)
 }
 
-fn opened(py: Python<'_>, path: &PathBuf, grid: Option<[usize; 3]>, points: Option<usize>) -> PyResult<Study> {
+fn opened(py: Python<'_>, path: &std::path::Path, grid: Option<[usize; 3]>, points: Option<usize>) -> PyResult<Study> {
     let overrides = Overrides { grid, points, ..Overrides::default() };
     py.detach(|| Study::open(path, &overrides)).map_err(raised)
 }

@@ -223,13 +223,13 @@ const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_370),
     (&["src/toolpath"], 15_880),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_665),
-    (&["src/simulation", "src/redundancy"], 4_700),
+    (&["src/simulation", "src/redundancy"], 4_705),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_550),
     (&["src/figures", "src/page"], 9_180),
     (&["src/questions"], 23_625),
     (&["src/products", "src/inspect", "src/explore"], 9_330),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 101_365),
+    (&["crates/engine/src", "crates/input/src", "src"], 101_375),
 ];
 
 #[test]

@@ -34,7 +34,7 @@ const MAX_CORRECTIONS: usize = 200;
 
 impl CompensationSettings {
     /// Returns settings that solve each equilibrium to `tolerance` (relative to the characteristic length) and accept task errors up to
-    /// [`TASK_TO_EQUILIBRIUM_TOLERANCE`] times that; at most [`MAX_CORRECTIONS`] corrections.
+    /// `TASK_TO_EQUILIBRIUM_TOLERANCE` times that; at most `MAX_CORRECTIONS` corrections.
     pub fn with_equilibrium_tolerance(tolerance: f64) -> Self {
         let equilibrium = statics::Settings { tolerance, ..statics::Settings::default() };
         Self { tolerance: TASK_TO_EQUILIBRIUM_TOLERANCE * tolerance, max_iterations: MAX_CORRECTIONS, equilibrium }
