@@ -163,7 +163,16 @@ const MOST_NAMED: usize = 4;
 /// exact.
 pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts, point: &str) -> String {
     let Some(uncertainty) = uncertainty else { return String::new() };
-    let mut text = counts.next_step(point);
+    let SpreadCounts { unknown, failed_draws, solved_draws, audit, .. } = counts;
+    let mut text = match audit.failed {
+        0 => String::new(),
+        failed => format!(
+            "Of {}, chosen at random, the machine has no equilibrium in {}: where no draw next to the 95 % quantile shows it, what is said here leaves it out.\n",
+            counted(audit.draws, "draw"),
+            share_of(failed, audit.draws)
+        ),
+    };
+    text += &counts.next_step(point);
     let assumed = listed_up_to(MOST_NAMED, uncertainty.assumed().map(String::from));
     if !assumed.is_empty() {
         text += &format!(
@@ -192,18 +201,10 @@ pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts,
             listed_up_to(MOST_NAMED, uncertainty.cut.iter().cloned())
         );
     }
-    let SpreadCounts { unknown, failed_draws, solved_draws, audit, .. } = counts;
     if *failed_draws > 0 {
         text += &format!(
             "In {failed_draws} of {} that the engine solved the machine has no equilibrium.\n",
             counted(*solved_draws, "draw")
-        );
-    }
-    if audit.failed > 0 {
-        text += &format!(
-            "In {} of {}, chosen at random, the machine has no equilibrium: so many more than is said here may be out of tolerance.\n",
-            share_of(audit.failed, audit.draws),
-            counted(audit.draws, "draw")
         );
     }
     if *unknown > 0 {
