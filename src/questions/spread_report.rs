@@ -62,7 +62,7 @@ impl SpreadCounts {
     pub fn add(&mut self, spread: &DeflectionSpread) {
         self.known += 1;
         self.checked += usize::from(spread.solved_draws > 0);
-        self.corrected += usize::from(spread.is_corrected());
+        self.corrected += usize::from(spread.is_corrected);
         self.solved_draws += spread.solved_draws;
         self.unknown += usize::from(spread.p95_mm.is_none());
         self.failed_draws += spread.failed_draws;
@@ -101,13 +101,13 @@ impl SpreadCounts {
         };
         let audit = match self.audit {
             Audit { draws: 0, .. } => String::new(),
-            Audit { draws, failed, apart, largest } => format!(
-                "Of {} that it solved there as well, chosen at random, the estimate is off by more than 1 % of the 95 % quantile in {} (by at most {:.1} %), \
-                 and the machine has no equilibrium in {}.\n",
+            Audit { draws, failed, compared, apart, largest } => format!(
+                "Of {} that it solved there as well, chosen at random, the machine has no equilibrium in {}; of the {compared} others at which nothing was \
+                 corrected, the estimate is off by more than 1 % of the 95 % quantile in {}, by at most {:.1} %.\n",
                 counted(draws, "draw"),
-                share_of(apart, draws),
+                share_of(failed, draws),
+                share_of(apart, compared),
                 100.0 * largest,
-                share_of(failed, draws)
             ),
         };
         match self.checked {
@@ -120,8 +120,11 @@ impl SpreadCounts {
     }
 }
 
-/// Formats a count out of independent ones with its share and the 95 % interval of that (Wilson's): "3 (0.3 %, 0.1 to 0.9 %)".
+/// Formats a count out of independent ones with its share and the 95 % interval of that (Wilson's): "3 (0.3 %; 95 % interval 0.1 to 0.9 %)".
 fn share_of(count: usize, all: usize) -> String {
+    if all == 0 {
+        return "none".into();
+    }
     let [low, high] = share_interval(count, all).map(|share| 100.0 * share);
     format!("{count} ({:.1} %; 95 % interval {low:.1} to {high:.1} %)", 100.0 * count as f64 / all as f64)
 }

@@ -2,7 +2,6 @@
 
 use std::{
     borrow::Cow,
-    cell::OnceCell,
     collections::{BTreeMap, btree_map::Entry},
     sync::OnceLock,
 };
@@ -35,8 +34,10 @@ pub struct DeflectionSpread {
     pub main_cause: Option<String>,
     /// Its share of the sum of variances by each alone, 0 to 1.
     pub main_cause_share: Option<f64>,
-    /// Engine less surrogate in the first draw solved next to the 95 % quantile, over that quantile; `None` where the surrogate was not used.
+    /// Engine less surrogate in the first draw solved next to the 95 % quantile, over that quantile; `None` where none was solved, or it has no equilibrium.
     pub check_difference: Option<f64>,
+    /// Whether the engine differs from the surrogate, so that quantiles and probability are corrected, or by the engine.
+    pub is_corrected: bool,
     /// Number of draws solved by the engine.
     pub solved_draws: usize,
     /// Number of those in which the machine has no equilibrium, or there is no such machine; they do not count as within tolerance.
@@ -54,7 +55,9 @@ pub struct Audit {
     pub draws: usize,
     /// Number of those in which the machine has no equilibrium.
     pub failed: usize,
-    /// Number of the others in which the estimate is off by more than 1 % of the 95 % quantile, where it was not corrected.
+    /// Number of the others at points where the estimate is not corrected.
+    pub compared: usize,
+    /// Number of these in which it is off by more than 1 % of the 95 % quantile.
     pub apart: usize,
     /// Largest difference there, as a share of that quantile.
     pub largest: f64,
@@ -65,6 +68,7 @@ impl Audit {
     pub fn add(&mut self, other: &Self) {
         self.draws += other.draws;
         self.failed += other.failed;
+        self.compared += other.compared;
         self.apart += other.apart;
         self.largest = self.largest.max(other.largest);
     }
@@ -76,7 +80,8 @@ const APART: f64 = 0.01;
 /// Largest difference of the engine from the surrogate that needs no further draws, as a share of the 95 % quantile, and in mm.
 const CLOSE: f64 = 0.005;
 const CLOSE_MM: f64 = 1e-6;
-/// Largest standard error of the 95 % quantile by the check, as a share, where that by the number of draws is below half of it; and of the probability.
+/// Largest standard error of the 95 % quantile by the check, as a share, where that by the number of draws is below half of it; and largest difference
+/// of the probability by one such error to each side.
 const LARGEST_ERROR: f64 = 0.003;
 const LARGEST_PROBABILITY_ERROR: f64 = 0.01;
 /// Fewest draws, at a point or at those next to it, that show how far engine and surrogate differ in others.
@@ -179,6 +184,8 @@ pub(crate) struct WantedSpread<'a> {
     pub most_next: Option<usize>,
     /// Draws chosen at random and solved at each point as well.
     pub audits: usize,
+    /// A number that no other point has, from which these are chosen.
+    pub seed: &'a dyn Fn(usize) -> u64,
 }
 
 impl WantedSpread<'_> {
@@ -211,16 +218,16 @@ impl WantedSpread<'_> {
         };
         let estimates: Vec<_> = points.iter().enumerate().map(estimate).collect::<error::Result<_>>()?;
         let nearby: Vec<f64> = estimates.iter().flatten().filter_map(Estimate::first_share).collect();
+        let nearby = root_mean_square(&nearby).filter(|share| nearby.len() >= FEWEST_ALIKE && *share <= CLOSE);
         let finish = |(point, (estimate, wanted)): (usize, (Option<Estimate<'_>>, _))| match (estimate, wanted) {
             (_, &None) => Ok(None),
-            (None, _) => self.spread_by_engine(point, DeflectionSpread::default()).map(Some),
-            (Some(mut own), _) => match self.correct(&mut own, &nearby)? {
+            (None, _) => self.spread_by_engine(point, DeflectionSpread::default(), &BTreeMap::new()).map(Some),
+            (Some(mut own), _) => match self.correct(&mut own, nearby)? {
                 true => {
                     own.spread.audit = self.audit(&own)?;
-                    let Estimate { spread, sizes, is_corrected, .. } = own;
-                    Ok(Some((spread, Sizes { mm: sizes.into_owned(), is_by_engine: false, is_corrected })))
+                    Ok(Some((own.spread, Sizes { mm: own.sizes.into_owned(), is_by_engine: false })))
                 }
-                false => self.spread_by_engine(point, own.spread).map(Some),
+                false => self.spread_by_engine(point, own.spread, &own.solved).map(Some),
             },
         };
         estimates.into_iter().zip(points).enumerate().map(finish).collect()
@@ -243,12 +250,11 @@ impl WantedSpread<'_> {
     /// engine differs. Returns also whether the engine agrees or corrected it.
     pub fn check(&self, sizes: &[f64], spread: DeflectionSpread) -> error::Result<(DeflectionSpread, bool)> {
         let mut own = self.estimate(0, Cow::Borrowed(sizes), spread)?;
-        let nearby: Vec<f64> = own.first_share().into_iter().collect();
-        let agrees = self.correct(&mut own, &nearby)?;
+        let agrees = self.correct(&mut own, None)?;
         Ok((own.spread, agrees))
     }
 
-    /// The distribution of `sizes` at `point`, begun as `spread`, with the draw next to its 95 % quantile solved by the engine.
+    /// The distribution of `sizes` at `point`, begun as `spread`, with a draw next to its 95 % quantile solved by the engine.
     fn estimate<'s>(
         &self,
         point: usize,
@@ -257,9 +263,8 @@ impl WantedSpread<'_> {
     ) -> error::Result<Estimate<'s>> {
         let quantiles = Quantiles::of(&sizes);
         spread.fill(quantiles.median, quantiles.p95, quantiles.p95_standard_error);
-        spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(&sizes, &[0.0], tolerance));
-        let mut own =
-            Estimate { point, sizes, quantiles, spread, solved: BTreeMap::new(), first: None, is_corrected: false };
+        spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(&sizes, tolerance));
+        let mut own = Estimate { point, sizes, quantiles, spread, solved: BTreeMap::new(), first: None };
         if own.is_checked() {
             let order = own.in_order(Draws::PER_SCRAMBLE);
             let nearest = own.next_to(&order, quantiles.p95, FEWEST_NEXT);
@@ -269,18 +274,18 @@ impl WantedSpread<'_> {
         Ok(own)
     }
 
-    /// Solves draws at the point of `estimate` whatever it says of them: which ones is chosen by the digits of its quantile, so that they differ from point to
-    /// point and not from run to run.
+    /// Solves draws at the point of `estimate` whatever it says of them.
     fn audit(&self, estimate: &Estimate<'_>) -> error::Result<Audit> {
-        let Estimate { point, sizes, quantiles: Quantiles { p95, .. }, is_corrected, .. } = estimate;
+        let Estimate { point, sizes, quantiles: Quantiles { p95, .. }, spread, .. } = estimate;
         let mut audit = Audit::default();
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(p95.to_bits());
+        let mut random = Xoshiro256PlusPlus::seed_from_u64((self.seed)(*point));
         while estimate.is_checked() && audit.draws < self.audits {
             let index = random.random_range(0..sizes.len());
             let solved = self.solve_draw(*point, index, &mut DeflectionSpread::default())?;
-            let share = solved.map_or(0.0, |size| if *is_corrected { 0.0 } else { (size - sizes[index]).abs() / p95 });
-            let (failed, apart) = (usize::from(solved.is_none()), usize::from(share > APART));
-            audit.add(&Audit { draws: 1, failed, apart, largest: share });
+            let compared = solved.filter(|_| !spread.is_corrected);
+            let largest = compared.map_or(0.0, |size| share_of(size - sizes[index], *p95).abs());
+            let [failed, apart] = [solved.is_none(), largest > APART].map(usize::from);
+            audit.add(&Audit { draws: 1, failed, compared: usize::from(compared.is_some()), apart, largest });
         }
         Ok(audit)
     }
@@ -294,96 +299,115 @@ impl WantedSpread<'_> {
         Ok(solved.map(|size| size - estimate.sizes[index]))
     }
 
-    /// Where the engine differs at the 95 % quantile of `estimate`, or at points next to it (the differences `nearby`, as shares of that quantile),
-    /// moves quantiles and probability by the differences in draws next to each. Returns whether the engine agrees or corrected them: not where
-    /// these differ too much among one another, or one has no equilibrium.
-    fn correct(&self, estimate: &mut Estimate<'_>, nearby: &[f64]) -> error::Result<bool> {
+    /// Where the engine differs at the 95 % quantile of `estimate`, moves quantiles and probability by the differences in draws next to each; a single draw
+    /// shows that it agrees where `nearby` says that it does at the points next to it ([`Self::differences_next_to`]). Returns whether the engine agrees or corrected
+    /// them: not where these differences are too different, or one has no equilibrium.
+    fn correct(&self, estimate: &mut Estimate<'_>, nearby: Option<f64>) -> error::Result<bool> {
         if !estimate.is_checked() {
             return Ok(true);
         }
         let Quantiles { median, p95, p95_standard_error } = estimate.quantiles;
-        let (few, all) = (estimate.in_order(Draws::PER_SCRAMBLE), OnceCell::new());
-        let mut differences_at = |value: f64, nearby: &[f64], is_known: &IsKnown<'_>| {
+        let (few, all) = (estimate.in_order(Draws::PER_SCRAMBLE), estimate.in_order(estimate.sizes.len()));
+        let sorted: Vec<f64> = all.iter().map(|index| estimate.sizes[*index]).collect();
+        let count = estimate.sizes.len();
+        let mut found_at = |value: f64, nearby: Option<f64>, is_known: &IsKnown<'_>| {
             let most_next = self.most_next.unwrap_or(usize::MAX).max(FEWEST_NEXT);
             let [most, most_of_all] = MOST_NEXT.map(|most| most.min(most_next));
-            match self.differences_next_to(value, (&few, most), nearby, is_known, estimate)? {
+            match self.differences_next_to(value, (&few, most), (true, nearby), is_known, estimate)? {
+                // What has just been seen to differ does not agree after all.
                 None if estimate.spread.failed_draws == 0 => {
-                    let all = all.get_or_init(|| estimate.in_order(estimate.sizes.len()));
-                    self.differences_next_to(value, (all, most_of_all), nearby, is_known, estimate)
+                    self.differences_next_to(value, (&all, most_of_all), (false, None), is_known, estimate)
                 }
                 found => Ok(found),
             }
         };
         // Solving all draws instead would leave the error by their number.
         let largest_error = (LARGEST_ERROR * p95).max(2.0 * p95_standard_error).max(CLOSE_MM);
-        let is_small = |_: &Estimate<'_>, found: &[f64]| mean_and_error(found).1 <= largest_error;
-        let Some(by_p95) = differences_at(p95, nearby, &is_small)? else { return Ok(false) };
-        let (mut by_median, mut by_tolerance) = (vec![0.0], vec![0.0]);
-        if by_p95 != [0.0] {
-            let Some(found) = differences_at(median, &[], &is_small)? else { return Ok(false) };
-            by_median = found;
-            if let Some(tolerance) = self.tolerance_mm {
-                // Far from all draws it changes nothing.
-                let is_sure = |own: &Estimate<'_>, found: &[f64]| {
-                    let (_, error_mm) = mean_and_error(found);
-                    let [most, least] =
-                        [1.0, -1.0].map(|sign| share_within(&own.sizes, found, tolerance + sign * error_mm));
-                    most - least <= LARGEST_PROBABILITY_ERROR
-                };
-                let Some(found) = differences_at(tolerance, &[], &is_sure)? else { return Ok(false) };
-                by_tolerance = found;
+        let is_small = |found: &[f64]| mean_and_error(found).1 <= largest_error;
+        let by_p95 = match found_at(p95, nearby, &is_small)? {
+            None => return Ok(false),
+            Some(Found::Agrees { error_mm }) => {
+                estimate.spread.fill(median, p95, libm::hypot(p95_standard_error, error_mm));
+                return Ok(true);
             }
-        }
-        estimate.is_corrected = by_p95 != [0.0];
-        let Estimate { sizes, spread, first, .. } = estimate;
-        let error_mm = match by_p95[..] {
-            [_] => first.unwrap_or_default().abs(),
-            _ => mean_and_error(&by_p95).1,
+            Some(Found::Differs(found)) => found,
         };
-        let moved = |by: &[f64], share| quantile(&mut differing(sizes, by).collect::<Vec<f64>>(), share);
-        spread.fill(moved(&by_median, 0.5), moved(&by_p95, P95), libm::hypot(p95_standard_error, error_mm));
-        spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(sizes, &by_tolerance, tolerance));
+        let Some(by_median) = found_at(median, None, &is_small)? else { return Ok(false) };
+        if let Some(tolerance) = self.tolerance_mm {
+            // Far from all draws it changes nothing.
+            let within = |by: &[f64], tolerance: f64| {
+                let each = by.iter().map(|difference| sorted.partition_point(|size| size + difference <= tolerance));
+                each.sum::<usize>() as f64 / (count * by.len()) as f64
+            };
+            let is_sure = |found: &[f64]| {
+                let (_, error_mm) = mean_and_error(found);
+                let [most, least] = [1.0, -1.0].map(|sign| within(found, tolerance + sign * error_mm));
+                most - least <= LARGEST_PROBABILITY_ERROR
+            };
+            let Some(found) = found_at(tolerance, None, &is_sure)? else { return Ok(false) };
+            estimate.spread.within_tolerance = Some(within(found.differences(), tolerance));
+        }
+        let moved = |by: &[f64], share| {
+            let sizes = estimate.sizes.iter().flat_map(|size| by.iter().map(move |difference| size + difference));
+            quantile(&mut sizes.collect::<Vec<f64>>(), share)
+        };
+        let (median, error_mm) = (moved(by_median.differences(), 0.5), mean_and_error(&by_p95).1);
+        let p95 = moved(&by_p95, P95);
+        estimate.spread.fill(median, p95, libm::hypot(p95_standard_error, error_mm));
+        estimate.spread.is_corrected = true;
         Ok(true)
     }
 
-    /// Differences of engine and surrogate in the `most` draws of `order` (by ascending size) on both sides of `value`, mm: a single zero if these, or
-    /// those `nearby`, agree. `None` where they are not known well enough after so many, or one has no equilibrium.
+    /// What the engine says in the `most` draws of `order` (by ascending size) on both sides of `value`. It agrees, if it `may`, where four of them are
+    /// close, or one where `nearby`, the root mean square of the first differences at points next to it as shares of their quantiles, is. `None` where
+    /// differences are not known well enough after so many draws, or one has no equilibrium.
     fn differences_next_to(
         &self,
         value: f64,
         (order, most): (&[usize], usize),
-        nearby: &[f64],
+        (may_agree, nearby): (bool, Option<f64>),
         is_known: &IsKnown<'_>,
         estimate: &mut Estimate<'_>,
-    ) -> error::Result<Option<Vec<f64>>> {
+    ) -> error::Result<Option<Found>> {
         let p95 = estimate.quantiles.p95;
-        let is_alike = |own: &[f64]| {
-            let squares: f64 = own.iter().map(|share| share * share).sum();
-            own.len() >= FEWEST_ALIKE && squares <= CLOSE * CLOSE * own.len() as f64
-        };
         let (mut differences, mut shares): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
         for index in estimate.next_to(order, value, most) {
             let Some(difference) = self.difference(index, estimate)? else { return Ok(None) };
             differences.push(difference);
             shares.push(share_of(difference, p95));
-            let is_close = shares.iter().all(|share| share.abs() <= CLOSE);
-            if is_close && (is_alike(&shares) || is_alike(nearby)) {
-                return Ok(Some(vec![0.0]));
+            let is_close = may_agree && shares.iter().all(|share| share.abs() <= CLOSE);
+            let error = nearby.or_else(|| root_mean_square(&shares).filter(|_| shares.len() >= FEWEST_ALIKE));
+            if let Some(error) = error.filter(|_| is_close) {
+                return Ok(Some(Found::Agrees { error_mm: error * p95 }));
             }
-            if differences.len() >= FEWEST_NEXT && is_known(estimate, &differences) {
-                return Ok(Some(differences));
+            if differences.len() >= FEWEST_NEXT && is_known(&differences) {
+                return Ok(Some(Found::Differs(differences)));
             }
         }
         Ok(None)
     }
 
-    /// Fills `spread` by draws of the engine, scramble after scramble, until the 95 % quantile is known well enough; returns their sizes as well.
-    fn spread_by_engine(&self, point: usize, spread: DeflectionSpread) -> error::Result<(DeflectionSpread, Sizes)> {
-        let mut spread = DeflectionSpread { solved_draws: 0, failed_draws: 0, first_failure: None, ..spread };
+    /// Fills `spread` at `point` by draws of the engine, scramble after scramble, until the 95 % quantile is known well enough; returns their sizes as well.
+    /// Those that are `known` are not solved again.
+    fn spread_by_engine(
+        &self,
+        point: usize,
+        spread: DeflectionSpread,
+        known: &BTreeMap<usize, Option<f64>>,
+    ) -> error::Result<(DeflectionSpread, Sizes)> {
+        let mut spread = DeflectionSpread { solved_draws: 0, failed_draws: 0, is_corrected: true, ..spread };
         let mut solved: Vec<f64> = Vec::new();
         let quantiles = loop {
             for index in solved.len()..solved.len() + Draws::PER_SCRAMBLE {
-                solved.push(self.solve_draw(point, index, &mut spread)?.unwrap_or(f64::INFINITY));
+                let size = match known.get(&index) {
+                    None => self.solve_draw(point, index, &mut spread)?,
+                    Some(size) => {
+                        spread.solved_draws += 1;
+                        spread.failed_draws += usize::from(size.is_none());
+                        *size
+                    }
+                };
+                solved.push(size.unwrap_or(f64::INFINITY));
             }
             let found = Quantiles::of(&solved);
             let is_known = found.p95_standard_error <= LARGEST_ERROR * found.p95 || found.p95 == f64::INFINITY;
@@ -395,17 +419,12 @@ impl WantedSpread<'_> {
             }
         };
         spread.fill(quantiles.median, quantiles.p95, quantiles.p95_standard_error);
-        spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(&solved, &[0.0], tolerance));
-        Ok((spread, Sizes { mm: solved, is_by_engine: true, is_corrected: false }))
+        spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(&solved, tolerance));
+        Ok((spread, Sizes { mm: solved, is_by_engine: true }))
     }
 }
 
 impl DeflectionSpread {
-    /// Whether the engine differs from the estimate, so that it was corrected or is by the engine.
-    pub fn is_corrected(&self) -> bool {
-        self.solved_draws >= FEWEST_NEXT
-    }
-
     /// Why there is no 95 % quantile; `None` where there is one.
     pub fn reason(&self) -> Option<String> {
         let Self { p95_mm: None, solved_draws, failed_draws, first_failure, .. } = self else { return None };
@@ -426,12 +445,28 @@ impl DeflectionSpread {
 pub(crate) struct Sizes {
     pub mm: Vec<f64>,
     pub is_by_engine: bool,
-    /// Whether the engine differs from these, so that their quantiles were corrected.
-    pub is_corrected: bool,
 }
 
-/// Whether differences of engine and surrogate in some draws say enough of an estimate.
-type IsKnown<'a> = dyn Fn(&Estimate<'_>, &[f64]) -> bool + 'a;
+/// Whether differences of engine and surrogate in some draws say enough.
+type IsKnown<'a> = dyn Fn(&[f64]) -> bool + 'a;
+
+/// What draws of the engine say of an estimate.
+enum Found {
+    /// It agrees; the estimate may be off by so much, mm.
+    Agrees { error_mm: f64 },
+    /// Engine less surrogate in each, mm.
+    Differs(Vec<f64>),
+}
+
+impl Found {
+    /// Differences by which the estimate is moved, mm.
+    fn differences(&self) -> &[f64] {
+        match self {
+            Self::Agrees { .. } => &[0.0],
+            Self::Differs(found) => found,
+        }
+    }
+}
 
 /// A distribution by the surrogate.
 struct Estimate<'a> {
@@ -444,8 +479,6 @@ struct Estimate<'a> {
     solved: BTreeMap<usize, Option<f64>>,
     /// Engine less surrogate in the draw next to the 95 % quantile, mm; `None` where it was not solved, or has no equilibrium.
     first: Option<f64>,
-    /// Whether quantiles and probability are corrected.
-    is_corrected: bool,
 }
 
 impl Estimate<'_> {
@@ -471,14 +504,15 @@ impl Estimate<'_> {
             _ => below.next().or_else(|| above.next()),
         });
         let mut nearest: Vec<usize> = nearest.take(most).copied().collect();
-        let first = self.point % nearest.len().clamp(1, FEWEST_NEXT);
-        nearest.rotate_left(first);
+        let few = nearest.len().min(FEWEST_NEXT);
+        nearest[..few].rotate_left(self.point % few.max(1));
         nearest
     }
 
-    /// `first` as a share of the 95 % quantile.
+    /// `first` as a share of the 95 % quantile, infinite where that draw has no equilibrium; `None` where there is nothing to check.
     fn first_share(&self) -> Option<f64> {
-        self.first.map(|difference| share_of(difference, self.quantiles.p95))
+        let share = self.first.map_or(f64::INFINITY, |difference| share_of(difference, self.quantiles.p95));
+        self.is_checked().then_some(share)
     }
 }
 
@@ -493,12 +527,13 @@ pub(crate) fn under(task: &TaskPoint, factor: f64) -> TaskPoint {
     if factor == 1.0 { task } else { TaskPoint { load: task.load.scale(factor), ..task } }
 }
 
-/// Each of `sizes` with each of the differences `by`.
-fn differing<'a>(sizes: &'a [f64], by: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-    sizes.iter().flat_map(move |size| by.iter().map(move |difference| size + difference))
+/// Root of the mean of the squares of `values`; `None` for none.
+fn root_mean_square(values: &[f64]) -> Option<f64> {
+    let squares: f64 = values.iter().map(|value| value * value).sum();
+    (!values.is_empty()).then(|| (squares / values.len() as f64).sqrt())
 }
 
-/// Share of `sizes`, each with each of the differences `by`, that are at most `tolerance`.
-fn share_within(sizes: &[f64], by: &[f64], tolerance: f64) -> f64 {
-    differing(sizes, by).filter(|size| *size <= tolerance).count() as f64 / (sizes.len() * by.len()) as f64
+/// Share of `sizes` that are at most `tolerance`.
+fn share_within(sizes: &[f64], tolerance: f64) -> f64 {
+    sizes.iter().filter(|size| **size <= tolerance).count() as f64 / sizes.len() as f64
 }

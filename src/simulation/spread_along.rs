@@ -110,7 +110,7 @@ enum Command {
     Compensated,
 }
 
-/// Most points that draws of the engine along a whole path are solved at, next to each quantile: a long path has fewer of them.
+/// Most points that draws of the engine along a whole path are solved at, next to each value and of one order: a long path has fewer of them, but not fewer than eight.
 const MOST_POINTS: usize = 2_000_000;
 
 /// Points solved one after another, of which several stretches are solved side by side.
@@ -187,6 +187,8 @@ pub(crate) struct SpreadPath<'a> {
     pub tolerance_mm: Option<f64>,
     /// Difference of two distances that means nothing, such as by rounding a written program, mm.
     pub margin_mm: f64,
+    /// Draws chosen at random and solved at each point at the compensated commands, as reports of the points say.
+    pub audits: usize,
     /// Whether the point with this index counts in the largest distance.
     pub counts: &'a (dyn Fn(usize) -> bool + Sync),
 }
@@ -275,7 +277,8 @@ pub(crate) fn whole(
             Ok(Ok(most))
         };
         let most_next = MOST_POINTS.checked_div(largest.points);
-        let wanted = WantedSpread { drawn: first.drawn, tolerance_mm, solve: &solve, most_next, audits: 0 };
+        let wanted =
+            WantedSpread { drawn: first.drawn, tolerance_mm, solve: &solve, most_next, audits: 0, seed: &|_| 0 };
         let DeflectionSpread { main_cause, main_cause_share, .. } = largest.worst.clone();
         let spread = DeflectionSpread { main_cause, main_cause_share, ..DeflectionSpread::default() };
         let (spread, agrees) = wanted.check(&largest.sizes, spread)?;
@@ -417,16 +420,17 @@ impl<'a> Block<'a> {
         Ok(loaded.iter().enumerate().map(size).collect())
     }
 
-    /// Distributions at `points` from `first` on, with their sizes in the draws.
+    /// Distributions at `points` from `first` on, with their sizes in the draws, and `audits` draws chosen at random at each.
     fn spreads_at(
         &self,
         first: usize,
-        commanded: &Commanded,
+        (commanded, audits): (&Commanded, usize),
         points: &[Option<Solved>],
     ) -> Result<Vec<Option<(DeflectionSpread, Sizes)>>> {
         let solve = |k, draw: Draw<'_>| self.size_at(first + k, commanded, draw);
         let SpreadPath { drawn, tolerance_mm, .. } = *self.path;
-        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None, audits: 1 };
+        let seed = |k| (self.first + first + k) as u64;
+        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None, audits, seed: &seed };
         wanted.spreads(&points.iter().map(|point| point.as_ref().map(Solved::known)).collect::<Vec<_>>())
     }
 
@@ -434,15 +438,20 @@ impl<'a> Block<'a> {
     fn spread(&self) -> Result<SpreadBlock> {
         let [plain, compensated] = [self.commanded(Command::Plain)?, self.commanded(Command::Compensated)?];
         let all_plain = self.responses(&plain)?;
-        let all_compensated = self.responses(&compensated)?;
+        let mut all_compensated = self.responses(&compensated)?;
+        // Without the one the other is not told.
+        all_compensated
+            .iter_mut()
+            .zip(&all_plain)
+            .for_each(|(with, own)| *with = with.take().filter(|_| own.is_some()));
         let mut largest = LargestBoth::default();
         let mut points = Vec::with_capacity(all_plain.len());
         for (group, (at_plain, at_compensated)) in
             all_plain.chunks(Batch::WIDTH).zip(all_compensated.chunks(Batch::WIDTH)).enumerate()
         {
             let first = group * Batch::WIDTH;
-            let of_plain = self.spreads_at(first, &plain, at_plain)?;
-            let of_compensated = self.spreads_at(first, &compensated, at_compensated)?;
+            let of_plain = self.spreads_at(first, (&plain, 0), at_plain)?;
+            let of_compensated = self.spreads_at(first, (&compensated, self.path.audits), at_compensated)?;
             for (k, (own, with)) in (first..).zip(of_plain.into_iter().zip(of_compensated)) {
                 let Some((own, sizes)) = own else {
                     points.push(None);
@@ -450,8 +459,9 @@ impl<'a> Block<'a> {
                 };
                 let mut point = PointSpread { plain: own, compensated: None, worse: None, without_force_mm: None };
                 if let Some((own, left)) = with {
-                    let are_comparable =
-                        left.is_by_engine == sizes.is_by_engine || !(left.is_corrected || sizes.is_corrected);
+                    let is_off = |spread: &DeflectionSpread, sizes: &Sizes| spread.is_corrected && !sizes.is_by_engine;
+                    let are_comparable = left.is_by_engine == sizes.is_by_engine
+                        || !(is_off(&own, &left) || is_off(&point.plain, &sizes));
                     point.worse = are_comparable.then(|| share_larger(&left.mm, &sizes.mm, self.path.margin_mm));
                     let unloaded = all_compensated[k].as_ref().and_then(|solved| solved.unloaded);
                     point.without_force_mm = unloaded.map(|error| error.norm());

@@ -3,7 +3,7 @@
 //! The displacement under one load is `u + (I + E) f (d − u)`: f is the factor of the cutting force, E what the model leaves out
 //! ([`ModelError`](super::ModelError)), u the displacement without load and d that under the nominal force, each a sum over the parameters of polynomials of the second degree in the coordinate of one parameter
 //! ([`UncertainParameter::coordinate`](super::UncertainParameter::coordinate)), through the nominal value and both [`Response::ENDS`]. What two
-//! parameters do to one another is left out: who uses it checks it by a draw solved in full.
+//! parameters do to one another is left out: who uses it checks it by draws solved in full.
 
 use nalgebra::Vector3;
 

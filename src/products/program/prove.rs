@@ -83,6 +83,7 @@ impl ProgramJob {
             drawn,
             tolerance_mm,
             margin_mm: written.rounded_mm,
+            audits: 1,
             counts: &counts,
         };
         let uncertain = drawn.as_ref().map(path);

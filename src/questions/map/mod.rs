@@ -159,8 +159,8 @@ pub(super) fn block_count(study: &WorkspaceMapStudy) -> usize {
     study.grid.len().div_ceil(block_size(study))
 }
 
-/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid give none.
-/// `Err` as [`run`].
+/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid give none. With uncertain
+/// inputs a range that is not between multiples of 8 may differ from the whole map by what its check lets pass. `Err` as [`run`].
 pub fn run_range(study: &WorkspaceMapStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<MapPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
     let machines = study.scene.machines()?;
@@ -258,7 +258,7 @@ struct PhiSweep {
     effect: SourceEffect,
 }
 
-/// Solver of neighbouring grid points side by side; the result of one point does not depend on the others.
+/// Solver of neighbouring grid points side by side; the result of one point, but for its spread, does not depend on the others.
 struct GroupSolver<'a> {
     study: &'a WorkspaceMapStudy,
     /// Sessions of the machine that each source acts on.

@@ -20,7 +20,13 @@ use crate::{
 const FEWEST_AUDITS: usize = 1024;
 const MOST_AUDITS_AT_POINT: usize = 32;
 
-/// Solver of the spread at neighbouring grid points side by side; that of one point does not depend on the others.
+/// Adds the digits of a coordinate to those of the others, so that each point has a number of its own.
+fn place_bits(others: u64, coordinate: &f64) -> u64 {
+    others.rotate_left(21) ^ coordinate.to_bits()
+}
+
+/// Solver of the spread at neighbouring grid points side by side; that of one point depends on the others as far as they show how well engine and estimate
+/// agree.
 pub(super) struct SpreadSolver<'a> {
     study: &'a WorkspaceMapStudy,
     drawn: &'a DrawnMachines<'a>,
@@ -69,7 +75,8 @@ impl<'a> SpreadSolver<'a> {
         };
         let (tolerance_mm, audits) = (study.scene.tolerance_mm, FEWEST_AUDITS.div_ceil(study.grid.len()));
         let audits = audits.min(MOST_AUDITS_AT_POINT);
-        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None, audits };
+        let seed = |point: usize| configurations[point].pose.translation.iter().fold(0, place_bits);
+        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None, audits, seed: &seed };
         let responses = points.iter().map(|point| point.as_ref().map(|found| found.as_deref().ok()));
         let found = wanted.spreads(&responses.collect::<Vec<_>>())?;
         Ok(found.into_iter().map(|own| own.map(|(spread, _)| spread)).collect())

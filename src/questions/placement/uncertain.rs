@@ -90,7 +90,7 @@ fn spread_at(
     let counts: Vec<_> = evaluator.features.iter().map(|own| |k: usize| own.is_counted[k]).collect();
     let path = |f: usize| {
         let (machines, tolerance_mm) = (&jobs[f].machines, Some(jobs[f].feature.tolerance_mm));
-        SpreadPath { machines, drawn: &drawn[f], tolerance_mm, margin_mm: 0.0, counts: &counts[f] }
+        SpreadPath { machines, drawn: &drawn[f], tolerance_mm, margin_mm: 0.0, audits: 0, counts: &counts[f] }
     };
     let paths: Vec<SpreadPath<'_>> = (0..jobs.len()).map(path).collect();
     let each_part: Vec<_> = jobs.iter().zip(&tasks).map(|(job, tasks)| parts_of(job.machine(), tasks)).collect();
