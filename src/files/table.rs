@@ -47,8 +47,8 @@ fn each_drive(machine: &Machine) -> impl Iterator<Item = (String, Motion)> {
 
 /// Yields index and label of each drive of one kind.
 pub(crate) fn drives_of_kind(machine: &Machine, kind: Motion) -> impl Iterator<Item = (usize, String)> {
-    let drive = machine.drive_labels().into_iter().enumerate().zip(machine.drives());
-    drive.filter(move |(_, (_, drive))| drive.motion == kind).map(|(drive, _)| drive)
+    let drives = machine.drive_labels().into_iter().enumerate().zip(machine.drives());
+    drives.filter(move |(_, (_, drive))| drive.motion == kind).map(|(label, _)| label)
 }
 
 /// Converts drive positions or corrections from mm or rad to the units of tables, mm or degrees.

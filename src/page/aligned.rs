@@ -46,17 +46,17 @@ impl Aligned {
         let mut remarks = Vec::new();
         let shared = shared_part(explorer, &views, letters, &mut remarks);
         let mut data = Vec::new();
-        for ((folder, views), letter) in folders.iter().zip(&views).zip(letters) {
-            let table = folder.table(&views.table)?;
+        for ((folder, view), letter) in folders.iter().zip(&views).zip(letters) {
+            let table = folder.table(&view.table)?;
             let mut notes = folder.description.tables.iter();
-            if let Some(kept) = notes.find(|note| note.file == views.table).and_then(|note| note.kept.as_ref()) {
+            if let Some(kept) = notes.find(|note| note.file == view.table).and_then(|note| note.kept.as_ref()) {
                 remarks.push(format!(
                     "{letter}: {kept} Here, means, smallest values and shares are of the rows that the table has."
                 ));
             }
-            data.push(Dataset::read(&reordered_like(views, &shared), &table, MOST_NUMBERS / 2 / folders.len())?);
+            data.push(Dataset::read(&reordered_like(view, &shared), &table, MOST_NUMBERS / 2 / folders.len())?);
         }
-        let parts = data.iter().map(|views| data.iter().fold(views.clone(), |part, other| part.restricted_to(other)));
+        let parts = data.iter().map(|own| data.iter().fold(own.clone(), |part, other| part.restricted_to(other)));
         Ok(Some(Self { common: parts.collect(), letters: letters.to_vec(), floors: Vec::new(), shared, data, remarks }))
     }
 

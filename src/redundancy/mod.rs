@@ -163,7 +163,7 @@ pub fn lattice_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::resul
 }
 
 /// Values of γ on the lattice (rad) at which the machine reaches every point of the path, each on its own, least cost first; with γ = 0 if
-/// it is in range. The inner `Err` is the first point without any; `Err` if the machine cannot rotate its tool freely, or from `work`.
+/// it is in range. The inner `Err` is the first point up to which none is left; `Err` if the machine cannot rotate its tool freely, or from `work`.
 #[cfg(not(target_family = "wasm"))]
 pub fn gammas_by_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<Vec<f64>, DeadEnd>> {
     let path = RotatablePath::new(problem)?;

@@ -26,9 +26,9 @@ pub fn table(found: &FoundGamma, arc_lengths_mm: impl Iterator<Item = f64>) -> T
     columns.extend(numbers(["programmed_cost_mm", "constant_gamma_deg", "constant_cost_mm", "gamma_deg", "cost_mm"]));
     columns.extend(texts(["branch", "status", "reason"]));
     let rows = arc_lengths_mm.enumerate().map(|(k, arc_length_mm)| {
-        let rotated = |rotated: &Result<RotatedPath, DeadEnd>| {
-            let rotated = rotated.as_ref().ok();
-            [rotated.map(|rotated| rotated.turns_deg[k]), rotated.and_then(|rotated| rotated.along.cost_mm[k])]
+        let rotated = |path: &Result<RotatedPath, DeadEnd>| {
+            let path = path.as_ref().ok();
+            [path.map(|path| path.turns_deg[k]), path.and_then(|path| path.along.cost_mm[k])]
         };
         let [constant, best] = [rotated(&found.best_constant), rotated(&found.best)];
         let (branch, status, reason) = match &found.best {

@@ -80,8 +80,8 @@ const APART: f64 = 0.01;
 /// Largest difference of the engine from the surrogate that needs no further draws, as a share of the 95 % quantile, and in mm.
 const CLOSE: f64 = 0.005;
 const CLOSE_MM: f64 = 1e-6;
-/// Largest standard error of the 95 % quantile by the check, as a share, where that by the number of draws is below half of it; and largest difference
-/// of the probability by one such error to each side.
+/// Largest standard error of the 95 % quantile by the check, as a share, and after the last draw where that by their number is below half of it; and
+/// largest difference of the probability by one such error to each side.
 const LARGEST_ERROR: f64 = 0.003;
 const LARGEST_PROBABILITY_ERROR: f64 = 0.01;
 /// Fewest draws, at a point or at those next to it, that show how far engine and surrogate differ in others.
@@ -321,9 +321,9 @@ impl WantedSpread<'_> {
                 found => Ok(found),
             }
         };
-        // Solving all draws instead would leave the error by their number.
-        let largest_error = (LARGEST_ERROR * p95).max(2.0 * p95_standard_error).max(CLOSE_MM);
-        let is_small = |found: &[f64]| mean_and_error(found).1 <= largest_error;
+        // At last: solving all draws instead would leave the error by their number.
+        let largest_error = [0.0, 2.0 * p95_standard_error].map(|own| own.max(LARGEST_ERROR * p95).max(CLOSE_MM));
+        let is_small = |found: &[f64], is_last: bool| mean_and_error(found).1 <= largest_error[usize::from(is_last)];
         let by_p95 = match found_at(p95, nearby, &is_small)? {
             None => return Ok(false),
             Some(Found::Agrees { error_mm }) => {
@@ -339,7 +339,7 @@ impl WantedSpread<'_> {
                 let each = by.iter().map(|difference| sorted.partition_point(|size| size + difference <= tolerance));
                 each.sum::<usize>() as f64 / (count * by.len()) as f64
             };
-            let is_sure = |found: &[f64]| {
+            let is_sure = |found: &[f64], _| {
                 let (_, error_mm) = mean_and_error(found);
                 let [most, least] = [1.0, -1.0].map(|sign| within(found, tolerance + sign * error_mm));
                 most - least <= LARGEST_PROBABILITY_ERROR
@@ -371,7 +371,8 @@ impl WantedSpread<'_> {
     ) -> error::Result<Option<Found>> {
         let p95 = estimate.quantiles.p95;
         let (mut differences, mut shares): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-        for index in estimate.next_to(order, value, most) {
+        let nearest = estimate.next_to(order, value, most);
+        for &index in &nearest {
             let Some(difference) = self.difference(index, estimate)? else { return Ok(None) };
             differences.push(difference);
             shares.push(share_of(difference, p95));
@@ -380,7 +381,8 @@ impl WantedSpread<'_> {
             if let Some(error) = error.filter(|_| is_close) {
                 return Ok(Some(Found::Agrees { error_mm: error * p95 }));
             }
-            if differences.len() >= FEWEST_NEXT && is_known(&differences) {
+            let is_last = !may_agree && differences.len() == nearest.len();
+            if differences.len() >= FEWEST_NEXT && is_known(&differences, is_last) {
                 return Ok(Some(Found::Differs(differences)));
             }
         }
@@ -447,8 +449,8 @@ pub(crate) struct Sizes {
     pub is_by_engine: bool,
 }
 
-/// Whether differences of engine and surrogate in some draws say enough.
-type IsKnown<'a> = dyn Fn(&[f64]) -> bool + 'a;
+/// Whether differences of engine and surrogate in some draws say enough, and whether there are no more.
+type IsKnown<'a> = dyn Fn(&[f64], bool) -> bool + 'a;
 
 /// What draws of the engine say of an estimate.
 enum Found {

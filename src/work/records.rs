@@ -39,7 +39,7 @@ pub(super) enum Record {
     End,
 }
 
-/// Reads the next record, if it is not longer than the `left` bytes of the file. Nothing that is written is of length 0, but what a power
+/// Reads the next record, if it is not longer than the `remaining` bytes of the file. Nothing that is written is of length 0, but what a power
 /// cut leaves often is.
 pub(super) fn next_record(reader: &mut impl Read, remaining: u64) -> IoResult<Record> {
     let mut head = [0; HEAD];

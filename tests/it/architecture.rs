@@ -220,16 +220,16 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// Most lines of folders, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
-    (&["crates/engine/src"], 21_370),
+    (&["crates/engine/src"], 21_375),
     (&["src/toolpath"], 15_880),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_665),
-    (&["src/simulation", "src/redundancy"], 4_705),
+    (&["src/simulation", "src/redundancy"], 4_750),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_550),
     (&["src/figures", "src/page"], 9_180),
-    (&["src/questions"], 23_625),
+    (&["src/questions"], 23_640),
     (&["src/products", "src/inspect", "src/explore"], 9_330),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 101_375),
+    (&["crates/engine/src", "crates/input/src", "src"], 101_440),
 ];
 
 #[test]

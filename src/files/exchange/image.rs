@@ -167,6 +167,6 @@ impl Layer {
 fn status_number(cell: &Cell) -> io::Result<i32> {
     let index_of = |word: &String| STATUSES.iter().position(|status| status == word);
     let index = if let Cell::Text(word) = cell { index_of(word) } else { None };
-    let number = index.and_then(|index_of| i32::try_from(index_of).ok());
+    let number = index.and_then(|index| i32::try_from(index).ok());
     number.ok_or_else(|| io::Error::other(format!("status {cell:?} has no number in images")))
 }

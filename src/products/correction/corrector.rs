@@ -120,7 +120,7 @@ pub(super) fn joint_tables(
 
 /// Returns the table of `drive` from samples (position, correction): at each entry, the middle of the corrections sampled near it.
 fn middle_table(drive: String, samples: &[(f64, f64)]) -> JointTable {
-    let widen = |widen: [f64; 2], value: f64| [widen[0].min(value), widen[1].max(value)];
+    let widen = |range: [f64; 2], value: f64| [range[0].min(value), range[1].max(value)];
     let [low, high] = samples.iter().map(|sample| sample.0).fold([f64::INFINITY, f64::NEG_INFINITY], widen);
     if low >= high {
         let [least, most] = samples.iter().map(|sample| sample.1).fold([f64::INFINITY, f64::NEG_INFINITY], widen);
@@ -132,8 +132,8 @@ fn middle_table(drive: String, samples: &[(f64, f64)]) -> JointTable {
         let entry = (((position - low) / step).round() as usize).min(ENTRIES - 1);
         ranges[entry] = widen(ranges[entry], *correction);
     }
-    let filled = ranges.iter().enumerate().filter(|(_, widen)| widen[0] <= widen[1]);
+    let filled = ranges.iter().enumerate().filter(|(_, range)| range[0] <= range[1]);
     let (positions_mm, corrections_mm) =
-        filled.map(|(entry, widen)| (low + step * entry as f64, 0.5 * (widen[0] + widen[1]))).unzip();
+        filled.map(|(entry, range)| (low + step * entry as f64, 0.5 * (range[0] + range[1]))).unzip();
     JointTable { drive, positions_mm, corrections_mm }
 }

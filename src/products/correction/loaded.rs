@@ -92,9 +92,9 @@ pub(super) fn map_places<T: Send>(
 ) -> Result<Vec<T>> {
     let solve_place = |loaded: &mut LoadedMachine<'_>, place: usize| {
         work.check()?;
-        let solve_place = each(loaded, place)?;
+        let result = each(loaded, place)?;
         work.tell(Event::Computed(1));
-        Ok(solve_place)
+        Ok(result)
     };
     let all: Vec<Result<T>> =
         (0..places).into_par_iter().map_init(|| LoadedMachine::new(question, machines), solve_place).collect();

@@ -42,7 +42,7 @@ impl CorrectedPath {
         self.sent.positions.len()
     }
 
-    /// Adds the corrected points of the next `part`, whose results are `answers`; a cutting point without a command is noted as a failure.
+    /// Adds the corrected points of the next `part`, with their `results`; a cutting point without a command is noted as a failure.
     pub fn add(&mut self, job: &ProgramJob, part: &Part<'_>, results: &[PathPointResult]) {
         let mut track = job.tracker();
         for ((point, task), result) in part.points.iter().zip(part.tasks()).zip(results) {

@@ -213,7 +213,7 @@ impl ProgramJob {
         }
     }
 
-    /// Adds to `sums` the residuals of those points that count; `answers` begin at point `first`.
+    /// Adds to `sums` the residuals of those points that count; `results` begin at point `first`.
     fn sum_up(&self, sums: &mut PathSums, first: usize, results: &[PathPointResult]) {
         let counted = results.iter().enumerate().filter(|(k, _)| self.is_counted(first + k));
         counted.for_each(|(_, result)| sums.add(&PointResidual::of(result, &self.machine)));

@@ -424,15 +424,15 @@ impl Tally {
         }
     }
 
-    /// Adds one load at tool angle `phi` (rad): its result `nominal` without compensation, which ended in `state`.
-    fn add(&mut self, machine: &Machine, phi: Option<f64>, nominal: Compensation, state: &State) {
-        for (largest, force) in self.drive_force.iter_mut().zip(&nominal.drive_forces) {
+    /// Adds one load at tool angle `phi` (rad): its result `uncompensated`, which ended in `state`.
+    fn add(&mut self, machine: &Machine, phi: Option<f64>, uncompensated: Compensation, state: &State) {
+        for (largest, force) in self.drive_force.iter_mut().zip(&uncompensated.drive_forces) {
             *largest = largest.max(force.abs());
         }
-        let displacement = nominal.tool_displacement;
+        let displacement = uncompensated.tool_displacement;
         if self.worst.as_ref().is_none_or(|worst| displacement.norm() > worst.displacement.norm()) {
             let lever = state.pose.rotation * machine.tool_tip;
-            self.worst = Some(Worst { displacement, phi, outcome: nominal.outcome, lever });
+            self.worst = Some(Worst { displacement, phi, outcome: uncompensated.outcome, lever });
         }
         self.displacements.push(displacement);
     }

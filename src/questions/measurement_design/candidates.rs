@@ -25,7 +25,7 @@ fn is_in_box([min, max]: &[Vector3<f64>; 2], p: &Vector3<f64>) -> bool {
 }
 
 impl Region {
-    /// Returns whether the tool tip, or P if no box for the tip is given, at `pose` is in the allowed box and outside the forbidden ones.
+    /// Returns whether at `pose` the tool tip (P if no box for the tip is given) is in the allowed box, and the tip outside the forbidden ones.
     fn contains(&self, machine: &Machine, pose: &Pose) -> bool {
         let tip = pose.transform(machine.tool_tip);
         let is_inside = match &self.tip {

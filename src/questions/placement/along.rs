@@ -132,7 +132,7 @@ fn place_point(
     failure: Option<Failure>,
 ) -> PlacePoint {
     let with_equilibrium = |result: &Option<Compensation>| result.clone().filter(|result| result.outcome.is_some());
-    let plain = with_equilibrium(&solution.plain);
+    let plain = with_equilibrium(&solution.uncompensated);
     let exact = with_equilibrium(&solution.exact).filter(|exact| exact.status.is_success());
     let error = |result: &Option<Compensation>| result.as_ref().map(|result| result.position_error);
     let correction = |exact: &Compensation, plain: &Compensation| {

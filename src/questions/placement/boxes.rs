@@ -82,7 +82,7 @@ impl Evaluator {
         gap.max(0.0)
     }
 
-    /// Returns how far the workpiece can move along the unit `direction`, of O or of the workpiece carrier, before it meets a box, mm.
+    /// Returns how far the workpiece can move along the unit `direction`, of O or of the carrier, before it meets a box or leaves table or workspace, mm.
     pub(super) fn free_translation(&self, site: &Site, direction: &Vector3<f64>) -> f64 {
         let study = &self.study;
         let workpiece = study.workpiece_pose(site);

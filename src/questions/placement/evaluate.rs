@@ -130,13 +130,13 @@ impl Evaluator {
         }
     }
 
-    /// Starts an evaluation at `site`, with no points added. `Err` says which of workspace box, table and forbidden boxes is violated.
+    /// Starts an evaluation at `site`, with no points added. `Err` says why the workpiece must not stand there.
     pub(super) fn begin_evaluation(&self, site: &Site) -> Result<PartialEvaluation, Failure> {
         self.check_workspace(site)?;
         self.begin_without_workspace_check(site)
     }
 
-    /// Starts an evaluation at `site` also where the path leaves the workspace box. `Err` says why table, boxes or γ do not allow it.
+    /// Starts an evaluation at `site` also where the path leaves the workspace box. `Err` says why else the workpiece must not stand there.
     pub(super) fn begin_without_workspace_check(&self, site: &Site) -> Result<PartialEvaluation, Failure> {
         self.check_boxes(site)?;
         #[cfg(not(target_family = "wasm"))]
@@ -305,7 +305,7 @@ impl Evaluator {
         (k, task): (usize, &TaskPoint),
         walk: &PathWalk<'_>,
     ) -> PointValues {
-        let Some(nominal) = walk.last.plain.as_ref().filter(|_| self.needs.across) else { return values };
+        let Some(found) = walk.last.uncompensated.as_ref().filter(|_| self.needs.across) else { return values };
         let machine = job.machine();
         let workpiece = match task.external {
             Some(axes) => {
@@ -315,7 +315,7 @@ impl Evaluator {
         };
         let along = workpiece.rotation * job.feature.path.points()[k].tangent;
         let axis = task.pose.rotation * machine.tool_axes.column(2);
-        let part = |part: RedundancyCost| part.deviation(&nominal.position_error, along, axis);
+        let part = |part: RedundancyCost| part.deviation(&found.position_error, along, axis);
         PointValues { across: [part(RedundancyCost::AcrossPath), part(RedundancyCost::AcrossSurface)], ..values }
     }
 

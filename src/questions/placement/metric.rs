@@ -224,7 +224,7 @@ impl Objective {
         self.weights.iter().map(term).sum()
     }
 
-    /// Returns the metrics that the objective is computed from: those with weights, then those of the Pareto front.
+    /// Returns the metrics that a study with this objective needs: those with weights, then those of the Pareto front.
     pub fn metrics(&self) -> Vec<Metric> {
         let mut needed: Vec<Metric> = self.weights.iter().map(|(metric, _)| *metric).collect();
         needed.extend(&self.pareto);

@@ -380,7 +380,7 @@ fn resolve_forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<Forbi
 /// Keys of a site's coordinates.
 const KEYS: [&str; 6] = ["x_mm", "y_mm", "z_mm", "yaw_deg", "pitch_deg", "roll_deg"];
 
-/// Returns the bounds of the coordinates, mm and rad, equal ends for `fixed` ones. `Err` for both or neither, or a tilt it cannot do.
+/// Returns the bounds of the coordinates, mm and rad, equal ends for `fixed` ones; an angle in neither is 0. `Err` for both, a length in neither, or a tilt it cannot do.
 fn resolve_bounds(
     bounds: &OfCoordinates<[f64; 2]>,
     fixed: &OfCoordinates<f64>,

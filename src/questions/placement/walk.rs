@@ -22,7 +22,7 @@ pub(super) enum ExactMode {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Solution {
     /// Result at the nominal command.
-    pub plain: Option<Compensation>,
+    pub uncompensated: Option<Compensation>,
     /// Result at the exact correction, if it was sought.
     pub exact: Option<Compensation>,
 }
@@ -102,28 +102,28 @@ impl<'a> PathWalk<'a> {
     /// Solves one point from the one before, and returns its numbers. `Err` says why it cannot be cut.
     pub fn visit(&mut self, task: &TaskPoint) -> Result<PointValues, Refusal> {
         self.last.exact = None;
-        let nominal = compensate(&mut self.all_sources, task, Method::None);
-        let values = self.point_values(task, &nominal);
-        self.last.plain = Some(nominal);
+        let uncompensated = compensate(&mut self.all_sources, task, Method::None);
+        let values = self.point_values(task, &uncompensated);
+        self.last.uncompensated = Some(uncompensated);
         values
     }
 
-    /// Returns the numbers of a point from its result `nominal` at the nominal command, and solves what other numbers need.
-    fn point_values(&mut self, task: &TaskPoint, nominal: &Compensation) -> Result<PointValues, Refusal> {
-        if !nominal.status.is_success() {
-            return Err(refusal(&nominal.status, nominal.status.reason(self.nominal)));
+    /// Returns the numbers of a point from its result `uncompensated` at the nominal command, and solves what other numbers need.
+    fn point_values(&mut self, task: &TaskPoint, uncompensated: &Compensation) -> Result<PointValues, Refusal> {
+        if !uncompensated.status.is_success() {
+            return Err(refusal(&uncompensated.status, uncompensated.status.reason(self.nominal)));
         }
         self.check_branch()?;
         self.record_limit_shares();
-        let mut values = PointValues { deflection: nominal.position_error.norm(), ..PointValues::default() };
+        let mut values = PointValues { deflection: uncompensated.position_error.norm(), ..PointValues::default() };
         if self.needs.stability {
-            values.stability = nominal
+            values.stability = uncompensated
                 .outcome
                 .as_ref()
                 .and_then(|outcome| outcome.least_stiffness(self.nominal.characteristic_length));
         }
         if !self.single_sources.is_empty() {
-            let mut superposition_error = -nominal.position_error;
+            let mut superposition_error = -uncompensated.position_error;
             for (source, session) in &mut self.single_sources {
                 let single = success_or_refusal(self.nominal, compensate(session, &source.task(task), Method::None))?;
                 superposition_error += single.position_error;
@@ -131,7 +131,7 @@ impl<'a> PathWalk<'a> {
             values.superposition_error = superposition_error.norm();
         }
         if self.exact != ExactMode::NotAsked {
-            self.correct(task, nominal, &mut values)?;
+            self.correct(task, uncompensated, &mut values)?;
         }
         Ok(values)
     }
@@ -157,9 +157,14 @@ impl<'a> PathWalk<'a> {
     }
 
     /// Solves the exact correction of a point and adds its numbers to `values`. `Err` as of [`PathWalk::add_exact`].
-    fn correct(&mut self, task: &TaskPoint, nominal: &Compensation, values: &mut PointValues) -> Result<(), Refusal> {
+    fn correct(
+        &mut self,
+        task: &TaskPoint,
+        uncompensated: &Compensation,
+        values: &mut PointValues,
+    ) -> Result<(), Refusal> {
         let exact = compensate(&mut self.all_sources, task, Method::Direct);
-        let added = self.add_exact(nominal, &exact, values);
+        let added = self.add_exact(uncompensated, &exact, values);
         self.last.exact = Some(exact);
         added
     }
@@ -168,7 +173,7 @@ impl<'a> PathWalk<'a> {
     /// limit.
     fn add_exact(
         &mut self,
-        nominal: &Compensation,
+        uncompensated: &Compensation,
         exact: &Compensation,
         values: &mut PointValues,
     ) -> Result<(), Refusal> {
@@ -185,7 +190,7 @@ impl<'a> PathWalk<'a> {
         }
         let is_mixed = self.nominal.has_mixed_drives();
         for (k, (_, drive)) in self.nominal.drives().enumerate() {
-            let delta = (exact.drives[k] - nominal.drives[k]).abs();
+            let delta = (exact.drives[k] - uncompensated.drives[k]).abs();
             let correction = drive.motion.to_shown(delta);
             let (force, limit) = (exact.drive_forces[k].abs(), self.force_limits[k]);
             if is_mixed && drive.motion == Motion::Revolute {

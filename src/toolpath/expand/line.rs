@@ -163,7 +163,7 @@ fn code_text(bytes: &[u8]) -> String {
     text
 }
 
-/// Returns the line with values for its expressions, after executing and removing its assignments. `Err` gives the faulty byte.
+/// Returns the line with values for its expressions and without its assignments, which take effect after them. `Err` gives the faulty byte.
 pub(crate) fn evaluate_line(line: &SourceLine, variables: &mut Variables) -> Result<Vec<u8>, (usize, Fault)> {
     if !line.code.contains(['#', '[']) {
         return Ok(line.bytes.clone());

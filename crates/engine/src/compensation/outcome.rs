@@ -67,7 +67,7 @@ impl CompensationStatus {
         }
     }
 
-    /// Whether the method converged or made its fixed number of passes.
+    /// Whether the method converged, or was applied without a test of convergence.
     pub fn is_success(&self) -> bool {
         matches!(self, CompensationStatus::Converged | CompensationStatus::Applied)
     }

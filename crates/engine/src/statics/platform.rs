@@ -31,8 +31,8 @@ pub(super) fn to_rows(matrix: &Matrix6<f64>) -> Square<f64> {
 /// The matrix that `rows` hold in `lane`.
 pub(super) fn lane_matrix<R: Real>(rows: &Square<R>, lane: usize) -> Square<f64> {
     let mut matrix = [[0.0; 6]; 6];
-    for (matrix, row) in pairs(&mut matrix, rows) {
-        for (entry, number) in pairs(matrix, row) {
+    for (to, row) in pairs(&mut matrix, rows) {
+        for (entry, number) in pairs(to, row) {
             *entry = number.lane(lane);
         }
     }
@@ -64,7 +64,7 @@ pub(super) fn subtract_half_moment(tangent: &mut Matrix6<f64>, wrench: Wrench) {
     block -= skew(wrench.moment) * 0.5;
 }
 
-/// Wrench (N, N·mm) that the platform's step has to balance: `imbalance` less the change of the chain wrenches with the platform held.
+/// Wrench (N, N·mm) that the platform's step has to balance: `imbalance` less the change of the chain wrenches with the platform held and their closure moments.
 #[inline(always)]
 pub(super) fn right_hand_side<R: Real>(chains: &[ChainSystem<R>], imbalance: &[R; 6]) -> [R; 6] {
     let mut right = *imbalance;

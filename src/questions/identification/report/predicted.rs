@@ -69,7 +69,7 @@ impl PredictedRows {
     }
 }
 
-/// Makes the table of predicted readings, a row for each: mm, rotations in degrees; a pose without equilibrium has one row with the reason.
+/// Makes the table of predicted readings, a row for each: mm, rotations in degrees; a pose without a prediction has one row with the reason.
 fn table(poses: &[Measurement], predicted: &[Result<Vec<Prediction>, Failure>]) -> Table {
     let mut columns = texts(["pose", "reading", "status", "reason"]);
     columns.extend(numbers(["predicted", "low_95", "high_95", "std_numbers", "std_misfit", "std_reading", "measured"]));

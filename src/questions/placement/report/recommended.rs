@@ -170,7 +170,7 @@ fn drawn_paths(results: &PlacementResults, version: PathVersion) -> Vec<Vec<Vect
 /// Margins along x and y below this are rounding, mm.
 const NO_ROOM_MM: f64 = 1e-3;
 
-/// Returns the margins along ±x and ±y as a rhombus around the best place, as no others were computed; `None` if all are rounding.
+/// Returns the margins along ±x and ±y as a quadrilateral around the best place, as no others were computed; `None` if all are rounding.
 fn margin_shape(results: &PlacementResults, site: &Site) -> Option<PlanShape> {
     let margin_along = |coordinate: usize, direction: f64| {
         let margin = results.flatness.iter().find(|room| room.coordinate == coordinate && room.direction == direction);
@@ -178,7 +178,7 @@ fn margin_shape(results: &PlacementResults, site: &Site) -> Option<PlanShape> {
     };
     let margins = [margin_along(0, -1.0), margin_along(1, -1.0), margin_along(0, 1.0), margin_along(1, 1.0)];
     let [x, y, ..] = site.0;
-    margins.iter().any(|margin_along| *margin_along > NO_ROOM_MM).then(|| PlanShape {
+    margins.iter().any(|margin| *margin > NO_ROOM_MM).then(|| PlanShape {
         look: Look::Room,
         points: vec![(x - margins[0], y), (x, y - margins[1]), (x + margins[2], y), (x, y + margins[3])],
         label: String::new(),

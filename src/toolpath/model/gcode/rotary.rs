@@ -147,7 +147,7 @@ impl Rotary {
         table.inverse().transform(machine + head.translation)
     }
 
-    /// Converts head coordinates to tip coordinates (`to_tip`) or back, mm, at `angles` (degrees); unknown where an axis is.
+    /// Converts head coordinates to tip coordinates (`to_tip`) or back, mm, at `angles` (degrees): as it is at angles of 0, unknown if a coordinate or axis is.
     pub(crate) fn convert_position(&self, position: PartialPosition, angles: &Angles, to_tip: bool) -> PartialPosition {
         if !FOLLOWED || *angles == [0.0; 3] {
             return position;

@@ -54,7 +54,7 @@ impl Simulator {
         Self { session: Session::new(nominal, real, settings), with_forces }
     }
 
-    /// Simulates a task without and with the unbounded correction, near the point simulated last; `Err` if neither has an equilibrium.
+    /// Simulates a task without and with the unbounded correction, near the last one; `Err` if neither has an equilibrium, or no command is there.
     pub fn simulate_point(&mut self, unresolved: &TaskPoint) -> Result<Point, CompensationStatus> {
         let task = &self.session.with_wanted_pose(unresolved)?;
         let exact = compensate(&mut self.session, unresolved, Method::Direct);

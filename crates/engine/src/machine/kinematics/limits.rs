@@ -6,7 +6,7 @@ use crate::{
     spatial::Pose,
 };
 
-/// Share of a limit by which a position beyond it still counts as within: rounding by searches, and of a program's numbers.
+/// Share of the largest of limits and travel by which a position beyond a limit still counts as within: rounding by searches, and of a program's numbers.
 const LIMIT_ROUNDING: f64 = 1e-9;
 
 impl Machine {

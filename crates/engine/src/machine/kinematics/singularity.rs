@@ -190,7 +190,11 @@ impl ReducedEquations {
             return SignChange::FromSingular;
         }
         let there = matrix.view((0, others), (others, others)).into_owned().determinant();
-        if self.sign * sign_product(pivots.iter()) * there < 0.0 { SignChange::OfSign } else { SignChange::None }
+        match self.sign * sign_product(pivots.iter()) * there {
+            product if product < 0.0 => SignChange::OfSign,
+            product if product.is_nan() => SignChange::FromSingular,
+            _ => SignChange::None,
+        }
     }
 }
 
@@ -225,7 +229,7 @@ fn eliminate_joints(block: &mut DMatrix<f64>, joints: usize, others: usize) -> O
     Some(sign)
 }
 
-/// Makes the first `count` columns upper triangular by reflections of all columns; returns their diagonal. Entries below it are undefined.
+/// Makes the first `count` columns upper triangular by reflections of all columns; returns their diagonal. Entries on and below it hold no result.
 fn make_triangular(matrix: &mut DMatrix<f64>, count: usize) -> DVector<f64> {
     let rows = matrix.nrows();
     let mut pivots = DVector::zeros(count);
