@@ -509,7 +509,7 @@ fn the_verdict_says_what_is_known() {
 // ---- all built-in machines ------------------------------------------------------------------------------------------
 
 /// P95 at up to 20 points of every built-in machine: stiffness 30 %, force 15 %, errors of chains ±0.1°, against draws solved one by one. Wanted is 1 % at
-/// 99 % of the points; that is so but for a point of delta_3puu (and one at 1 % of delta_3prpar), and rotary_delta, of which 1 % of the draws buckle: up to 2.8 % too low.
+/// 99 % of the points; that is so but for a point of delta_3puu, and rotary_delta, of which 1 % of the draws buckle: up to 2.8 % too low.
 #[test]
 #[ignore = "takes minutes; .ci/full runs it"]
 fn long_maps_of_all_machines_agree_with_brute_force() {
