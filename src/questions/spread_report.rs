@@ -10,6 +10,7 @@ use crate::{
     page::{Fact, headline::KeyNumber, table::format_number},
     process::uncertainty::{
         ASSUMED_RELATIVE_STD, Cause, Draws, ModelError, P95, SpreadSource, UncertainParameter, Uncertainty,
+        Z_95_INTERVAL,
     },
     simulation::{
         spread::{Audit, DeflectionSpread},
@@ -131,7 +132,7 @@ fn share_of(count: usize, all: usize) -> String {
 
 /// Returns the 95 % interval (Wilson's) of a probability, of which `count` of `all` independent cases came true.
 fn share_interval(count: usize, all: usize) -> [f64; 2] {
-    let (share, all, square) = (count as f64 / all as f64, all as f64, 1.959_964f64 * 1.959_964);
+    let (share, all, square) = (count as f64 / all as f64, all as f64, Z_95_INTERVAL * Z_95_INTERVAL);
     let half = (square * (share * (1.0 - share) / all + square / (4.0 * all * all))).sqrt();
     [-half, half].map(|half| ((share + square / (2.0 * all) + half) / (1.0 + square / all)).clamp(0.0, 1.0))
 }

@@ -2,6 +2,7 @@
 
 use std::{
     borrow::Cow,
+    cell::OnceCell,
     collections::{BTreeMap, btree_map::Entry},
     sync::OnceLock,
 };
@@ -264,12 +265,12 @@ impl WantedSpread<'_> {
         let quantiles = Quantiles::of(&sizes);
         spread.fill(quantiles.median, quantiles.p95, quantiles.p95_standard_error);
         spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(&sizes, tolerance));
-        let mut own = Estimate { point, sizes, quantiles, spread, solved: BTreeMap::new(), first: None };
+        let mut own = Estimate { point, sizes, quantiles, spread, solved: BTreeMap::new() };
         if own.is_checked() {
             let order = own.in_order(Draws::PER_SCRAMBLE);
             let nearest = own.next_to(&order, quantiles.p95, FEWEST_NEXT);
-            own.first = nearest.first().map(|index| self.difference(*index, &mut own)).transpose()?.flatten();
-            own.spread.check_difference = own.first.map(|difference| difference / quantiles.p95);
+            let first = nearest.first().map(|index| self.difference(*index, &mut own)).transpose()?.flatten();
+            own.spread.check_difference = first.map(|difference| difference / quantiles.p95);
         }
         Ok(own)
     }
@@ -307,16 +308,15 @@ impl WantedSpread<'_> {
             return Ok(true);
         }
         let Quantiles { median, p95, p95_standard_error } = estimate.quantiles;
-        let (few, all) = (estimate.in_order(Draws::PER_SCRAMBLE), estimate.in_order(estimate.sizes.len()));
-        let sorted: Vec<f64> = all.iter().map(|index| estimate.sizes[*index]).collect();
-        let count = estimate.sizes.len();
-        let mut found_at = |value: f64, nearby: Option<f64>, is_known: &IsKnown<'_>| {
+        let (few, all, count) = (estimate.in_order(Draws::PER_SCRAMBLE), OnceCell::new(), estimate.sizes.len());
+        let found_at = |estimate: &mut Estimate<'_>, value: f64, nearby: Option<f64>, is_known: &IsKnown<'_>| {
             let most_next = self.most_next.unwrap_or(usize::MAX).max(FEWEST_NEXT);
             let [most, most_of_all] = MOST_NEXT.map(|most| most.min(most_next));
             match self.differences_next_to(value, (&few, most), (true, nearby), is_known, estimate)? {
                 // What has just been seen to differ does not agree after all.
                 None if estimate.spread.failed_draws == 0 => {
-                    self.differences_next_to(value, (&all, most_of_all), (false, None), is_known, estimate)
+                    let all = all.get_or_init(|| estimate.in_order(count));
+                    self.differences_next_to(value, (all, most_of_all), (false, None), is_known, estimate)
                 }
                 found => Ok(found),
             }
@@ -324,7 +324,7 @@ impl WantedSpread<'_> {
         // At last: solving all draws instead would leave the error by their number.
         let largest_error = [0.0, 2.0 * p95_standard_error].map(|own| own.max(LARGEST_ERROR * p95).max(CLOSE_MM));
         let is_small = |found: &[f64], is_last: bool| mean_and_error(found).1 <= largest_error[usize::from(is_last)];
-        let by_p95 = match found_at(p95, nearby, &is_small)? {
+        let by_p95 = match found_at(estimate, p95, nearby, &is_small)? {
             None => return Ok(false),
             Some(Found::Agrees { error_mm }) => {
                 estimate.spread.fill(median, p95, libm::hypot(p95_standard_error, error_mm));
@@ -332,19 +332,21 @@ impl WantedSpread<'_> {
             }
             Some(Found::Differs(found)) => found,
         };
-        let Some(by_median) = found_at(median, None, &is_small)? else { return Ok(false) };
+        let Some(by_median) = found_at(estimate, median, None, &is_small)? else { return Ok(false) };
         if let Some(tolerance) = self.tolerance_mm {
-            // Far from all draws it changes nothing.
+            let mut sorted = estimate.sizes.to_vec();
+            sorted.sort_by(f64::total_cmp);
             let within = |by: &[f64], tolerance: f64| {
                 let each = by.iter().map(|difference| sorted.partition_point(|size| size + difference <= tolerance));
                 each.sum::<usize>() as f64 / (count * by.len()) as f64
             };
+            // Far from all draws it changes nothing.
             let is_sure = |found: &[f64], _| {
                 let (_, error_mm) = mean_and_error(found);
                 let [most, least] = [1.0, -1.0].map(|sign| within(found, tolerance + sign * error_mm));
                 most - least <= LARGEST_PROBABILITY_ERROR
             };
-            let Some(found) = found_at(tolerance, None, &is_sure)? else { return Ok(false) };
+            let Some(found) = found_at(estimate, tolerance, None, &is_sure)? else { return Ok(false) };
             estimate.spread.within_tolerance = Some(within(found.differences(), tolerance));
         }
         let moved = |by: &[f64], share| {
@@ -479,8 +481,6 @@ struct Estimate<'a> {
     spread: DeflectionSpread,
     /// Sizes by the engine in draws, mm; `None` without equilibrium.
     solved: BTreeMap<usize, Option<f64>>,
-    /// Engine less surrogate in the draw next to the 95 % quantile, mm; `None` where it was not solved, or has no equilibrium.
-    first: Option<f64>,
 }
 
 impl Estimate<'_> {
@@ -511,9 +511,11 @@ impl Estimate<'_> {
         nearest
     }
 
-    /// `first` as a share of the 95 % quantile, infinite where that draw has no equilibrium; `None` where there is nothing to check.
+    /// Difference in the first draw solved as a share of the 95 % quantile, infinite where that draw has no equilibrium; `None` where there is nothing to
+    /// check.
     fn first_share(&self) -> Option<f64> {
-        let share = self.first.map_or(f64::INFINITY, |difference| share_of(difference, self.quantiles.p95));
+        let p95 = self.quantiles.p95;
+        let share = self.spread.check_difference.map_or(f64::INFINITY, |share| share_of(share * p95, p95));
         self.is_checked().then_some(share)
     }
 }

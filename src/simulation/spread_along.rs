@@ -440,10 +440,11 @@ impl<'a> Block<'a> {
         let all_plain = self.responses(&plain)?;
         let mut all_compensated = self.responses(&compensated)?;
         // Without the one the other is not told.
-        all_compensated
-            .iter_mut()
-            .zip(&all_plain)
-            .for_each(|(with, own)| *with = with.take().filter(|_| own.is_some()));
+        for (with, own) in all_compensated.iter_mut().zip(&all_plain) {
+            if own.is_none() {
+                *with = None;
+            }
+        }
         let mut largest = LargestBoth::default();
         let mut points = Vec::with_capacity(all_plain.len());
         for (group, (at_plain, at_compensated)) in
