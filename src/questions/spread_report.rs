@@ -46,6 +46,8 @@ pub(crate) struct SpreadCounts {
     pub unknown: usize,
     /// Number of points at which the engine differed from the surrogate, so that more draws were solved.
     corrected: usize,
+    /// Number of points at which some draws have no equilibrium, the largest share of them at one point, and why the first there has none.
+    failing: (usize, f64, String),
     /// Draws solved by the engine at all points that have no equilibrium.
     failed_draws: usize,
     /// Draws solved by the engine at all points.
@@ -67,6 +69,14 @@ impl SpreadCounts {
         self.solved_draws += spread.solved_draws;
         self.unknown += usize::from(spread.p95_mm.is_none());
         self.failed_draws += spread.failed_draws;
+        if spread.failed_share > 0.0 {
+            let (count, most, reason) = &mut self.failing;
+            *count += 1;
+            if spread.failed_share > *most {
+                *most = spread.failed_share;
+                *reason = spread.first_failure.clone().unwrap_or_default();
+            }
+        }
         self.audit.add(&spread.audit);
         if let Some(cause) = &spread.main_cause {
             let (count, shares) = self.causes.entry(cause.clone()).or_default();
@@ -102,9 +112,9 @@ impl SpreadCounts {
         };
         let audit = match self.audit {
             Audit { draws: 0, .. } => String::new(),
-            Audit { draws, failed, compared, apart, largest } => format!(
-                "Of {} that it solved there as well, chosen at random, the machine has no equilibrium in {}; of the {compared} others at which nothing was \
-                 corrected, the estimate is off by more than 1 % of the 95 % quantile in {}, by at most {:.1} %.\n",
+            Audit { draws, failed, unforeseen, compared, apart, largest } => format!(
+                "Of {} that it solved there as well, chosen at random, the machine has no equilibrium in {}, of which the estimate left out {unforeseen}; of the \
+                 {compared} others at which nothing was corrected, it is off by more than 1 % of the 95 % quantile in {}, by at most {:.1} %.\n",
                 counted(draws, "draw"),
                 share_of(failed, draws),
                 share_of(apart, compared),
@@ -167,15 +177,23 @@ const MOST_NAMED: usize = 4;
 /// exact.
 pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts, point: &str) -> String {
     let Some(uncertainty) = uncertainty else { return String::new() };
-    let SpreadCounts { unknown, failed_draws, solved_draws, audit, .. } = counts;
-    let mut text = match audit.failed {
-        0 => String::new(),
-        failed => format!(
-            "Of {}, chosen at random, the machine has no equilibrium in {}: where no draw next to the 95 % quantile shows it, what is said here leaves it out.\n",
-            counted(audit.draws, "draw"),
-            share_of(failed, audit.draws)
+    let SpreadCounts { unknown, audit, .. } = counts;
+    let mut text = match &counts.failing {
+        (0, ..) => String::new(),
+        (failing, most, reason) => format!(
+            "At {} the machine has no equilibrium in some draws, in up to {}, which count as out of tolerance: {}.\n",
+            counted(*failing, point),
+            probability(*most),
+            reason.trim_end_matches('.')
         ),
     };
+    if audit.unforeseen > 0 {
+        text += &format!(
+            "Of {}, chosen at random, the machine has no equilibrium in {} that are not counted here.\n",
+            counted(audit.draws, "draw"),
+            share_of(audit.unforeseen, audit.draws)
+        );
+    }
     text += &counts.next_step(point);
     let assumed = listed_up_to(MOST_NAMED, uncertainty.assumed().map(String::from));
     if !assumed.is_empty() {
@@ -203,12 +221,6 @@ pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts,
         text += &format!(
             "Not taken from the identification, but varied by themselves or not at all: {}.\n",
             listed_up_to(MOST_NAMED, uncertainty.cut.iter().cloned())
-        );
-    }
-    if *failed_draws > 0 {
-        text += &format!(
-            "In {failed_draws} of {} that the engine solved the machine has no equilibrium.\n",
-            counted(*solved_draws, "draw")
         );
     }
     if *unknown > 0 {

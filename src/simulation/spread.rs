@@ -17,7 +17,9 @@ use crate::{
     compensation::TaskPoint,
     input::error,
     machine::ChainError,
-    process::uncertainty::{Cause, Draws, P95, Quantiles, Response, Surrogate, Uncertainty, mean_and_error, quantile},
+    process::uncertainty::{
+        Cause, Draws, P95, Quantiles, Response, Surrogate, Uncertainty, Values, mean_and_error, quantile,
+    },
 };
 
 /// Distribution of a deflection over the draws.
@@ -43,6 +45,8 @@ pub struct DeflectionSpread {
     pub solved_draws: usize,
     /// Number of those in which the machine has no equilibrium, or there is no such machine; they do not count as within tolerance.
     pub failed_draws: usize,
+    /// Share of the draws that are known to have none, 0 to 1; the others are taken to have one.
+    pub failed_share: f64,
     /// Why the first of these failed.
     pub first_failure: Option<String>,
     /// What draws say of it that were chosen at random, whatever the estimate is in them.
@@ -56,6 +60,8 @@ pub struct Audit {
     pub draws: usize,
     /// Number of those in which the machine has no equilibrium.
     pub failed: usize,
+    /// Number of these in which the estimate has one.
+    pub unforeseen: usize,
     /// Number of the others at points where the estimate is not corrected.
     pub compared: usize,
     /// Number of these in which it is off by more than 1 % of the 95 % quantile.
@@ -69,6 +75,7 @@ impl Audit {
     pub fn add(&mut self, other: &Self) {
         self.draws += other.draws;
         self.failed += other.failed;
+        self.unforeseen += other.unforeseen;
         self.compared += other.compared;
         self.apart += other.apart;
         self.largest = self.largest.max(other.largest);
@@ -93,6 +100,9 @@ const MOST_NEXT: [usize; 2] = [32, 256];
 /// Fewest scrambles of which all draws are solved, where those next to the quantile do not suffice.
 const FEWEST_SCRAMBLES: usize = 4;
 
+/// Where the weakest machine under the strongest force falls over, the weakest draws are solved until so many one after another stand.
+const STANDING: usize = 64;
+
 /// Share of draws without equilibrium from which no more are solved: three times that at which there is no 95 % quantile.
 const MANY_FAILED: f64 = 0.15;
 
@@ -110,6 +120,8 @@ pub(crate) struct DrawnMachines<'a> {
     causes: Vec<(String, Cause)>,
     /// Machines of the draws of the first scramble, made when they are needed.
     drawn: Vec<OnceLock<Result<Machines, Failure>>>,
+    /// The machine with all stiffnesses so low that none of the draws is weaker under the largest factor of the force, made when it is needed.
+    weakest: OnceLock<Result<Machines, Failure>>,
 }
 
 impl<'a> DrawnMachines<'a> {
@@ -133,7 +145,8 @@ impl<'a> DrawnMachines<'a> {
         let drawn = (0..Draws::PER_SCRAMBLE).map(|_| OnceLock::new()).collect();
         let (ends, end_coordinates) = (ends.collect::<error::Result<_>>()?, uncertainty.end_coordinates());
         let causes = uncertainty.causes().collect();
-        Ok(Some(Self { uncertainty, nominal, errors, ends, end_coordinates, causes, drawn }))
+        let weakest = OnceLock::new();
+        Ok(Some(Self { uncertainty, nominal, errors, ends, end_coordinates, causes, drawn, weakest }))
     }
 
     /// Words for the machine with `parameter` alone at one of its ends.
@@ -153,15 +166,15 @@ impl<'a> DrawnMachines<'a> {
 
     /// Returns what `on` makes of the machines of the draw `index`; those of the first scramble are kept.
     pub fn on_draw<T>(&self, index: usize, on: impl FnOnce(&Machines) -> T) -> Result<T, Failure> {
+        let make = || self.machines_with(self.uncertainty.values_of_draw(index));
         match self.drawn.get(index) {
-            Some(kept) => kept.get_or_init(|| self.machines_of(index)).as_ref().map(on).map_err(Failure::clone),
-            None => self.machines_of(index).as_ref().map(on).map_err(Failure::clone),
+            Some(kept) => kept.get_or_init(make).as_ref().map(on).map_err(Failure::clone),
+            None => make().as_ref().map(on).map_err(Failure::clone),
         }
     }
 
-    /// Makes the machines of the draw `index`.
-    fn machines_of(&self, index: usize) -> Result<Machines, Failure> {
-        let values = self.uncertainty.values_of_draw(index);
+    /// Makes the machines with these values of parameters.
+    fn machines_with(&self, values: [Values<'_>; 2]) -> Result<Machines, Failure> {
         let machines = self.nominal.drawn(&self.uncertainty.machine, &values, self.errors);
         machines.map_err(|error| Failure { status: "no_equilibrium".into(), reason: error.to_string() })
     }
@@ -203,6 +216,35 @@ impl WantedSpread<'_> {
         Ok(found.ok())
     }
 
+    /// Solves at `point`, where the weakest machine falls over, the draws from the weakest on until enough of them stand. Those that do not have an infinite
+    /// size in `sizes`; returns all that were solved.
+    fn solve_weakest(
+        &self,
+        point: usize,
+        sizes: &mut [f64],
+        spread: &mut DeflectionSpread,
+    ) -> error::Result<BTreeMap<usize, Option<f64>>> {
+        let (uncertainty, mut solved) = (self.drawn.uncertainty, BTreeMap::new());
+        let weakest = self.drawn.weakest.get_or_init(|| self.drawn.machines_with(uncertainty.weakest_values()));
+        let largest_force = 1.0 + uncertainty.draws.force_range;
+        if let Ok(weakest) = weakest
+            && (self.solve)(point, (0, weakest, largest_force))?.is_ok()
+        {
+            return Ok(solved);
+        }
+        let mut standing = 0;
+        for &index in &uncertainty.draws.from_weakest {
+            let size = self.solve_draw(point, index, spread)?;
+            sizes[index] = if size.is_some() { sizes[index] } else { f64::INFINITY };
+            solved.insert(index, size);
+            standing = if size.is_some() { standing + 1 } else { 0 };
+            if standing == STANDING {
+                break;
+            }
+        }
+        Ok(solved)
+    }
+
     /// Distribution at each of `points` of the longest of the displacements without load (the first response) and under each load, and its size in the
     /// draws. Where there are no responses, or the engine does not agree with the surrogate of them, by the engine. `None` for points that are `None`.
     pub fn spreads(
@@ -214,8 +256,10 @@ impl WantedSpread<'_> {
             let draws = &self.drawn.uncertainty.draws;
             let surrogate = Surrogate::new(&self.drawn.end_coordinates, unloaded, loaded, draws);
             let causes = self.drawn.causes.iter().map(|(_, cause)| cause);
-            let spread = self.spread_with_cause(&surrogate.variances(draws, causes));
-            self.estimate(point, Cow::Owned(surrogate.largest_displacements(draws)), spread).map(Some)
+            let mut spread = self.spread_with_cause(&surrogate.variances(draws, causes));
+            let mut sizes = surrogate.largest_displacements(draws);
+            let solved = self.solve_weakest(point, &mut sizes, &mut spread)?;
+            self.estimate((point, solved), Cow::Owned(sizes), spread).map(Some)
         };
         let estimates: Vec<_> = points.iter().enumerate().map(estimate).collect::<error::Result<_>>()?;
         let nearby: Vec<f64> = estimates.iter().flatten().filter_map(Estimate::first_share).collect();
@@ -250,22 +294,23 @@ impl WantedSpread<'_> {
     /// Distribution of `sizes` at the first point in the draws (infinite without equilibrium), begun as `spread`: checked, and corrected where the
     /// engine differs. Returns also whether the engine agrees or corrected it.
     pub fn check(&self, sizes: &[f64], spread: DeflectionSpread) -> error::Result<(DeflectionSpread, bool)> {
-        let mut own = self.estimate(0, Cow::Borrowed(sizes), spread)?;
+        let mut own = self.estimate((0, BTreeMap::new()), Cow::Borrowed(sizes), spread)?;
         let agrees = self.correct(&mut own, None)?;
         Ok((own.spread, agrees))
     }
 
-    /// The distribution of `sizes` at `point`, begun as `spread`, with a draw next to its 95 % quantile solved by the engine.
+    /// The distribution of `sizes` at `point`, where the engine has `solved` some draws, begun as `spread`, with a draw next to its 95 % quantile solved by it.
     fn estimate<'s>(
         &self,
-        point: usize,
+        (point, solved): (usize, BTreeMap<usize, Option<f64>>),
         sizes: Cow<'s, [f64]>,
         mut spread: DeflectionSpread,
     ) -> error::Result<Estimate<'s>> {
         let quantiles = Quantiles::of(&sizes);
         spread.fill(quantiles.median, quantiles.p95, quantiles.p95_standard_error);
         spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(&sizes, tolerance));
-        let mut own = Estimate { point, sizes, quantiles, spread, solved: BTreeMap::new() };
+        spread.failed_share = 1.0 - share_within(&sizes, f64::MAX);
+        let mut own = Estimate { point, sizes, quantiles, spread, solved };
         if own.is_checked() {
             let order = own.in_order(Draws::PER_SCRAMBLE);
             let nearest = own.next_to(&order, quantiles.p95, FEWEST_NEXT);
@@ -282,11 +327,16 @@ impl WantedSpread<'_> {
         let mut random = Xoshiro256PlusPlus::seed_from_u64((self.seed)(*point));
         while estimate.is_checked() && audit.draws < self.audits {
             let index = random.random_range(0..sizes.len());
-            let solved = self.solve_draw(*point, index, &mut DeflectionSpread::default())?;
+            let known = estimate.solved.get(&index).copied();
+            let solved = match known {
+                Some(size) => size,
+                None => self.solve_draw(*point, index, &mut DeflectionSpread::default())?,
+            };
             let compared = solved.filter(|_| !spread.is_corrected);
             let largest = compared.map_or(0.0, |size| share_of(size - sizes[index], *p95).abs());
-            let [failed, apart] = [solved.is_none(), largest > APART].map(usize::from);
-            audit.add(&Audit { draws: 1, failed, compared: usize::from(compared.is_some()), apart, largest });
+            let [failed, apart, compared] = [solved.is_none(), largest > APART, compared.is_some()].map(usize::from);
+            let unforeseen = failed * usize::from(sizes[index].is_finite());
+            audit.add(&Audit { draws: 1, failed, unforeseen, compared, apart, largest });
         }
         Ok(audit)
     }
@@ -314,7 +364,7 @@ impl WantedSpread<'_> {
             let [most, most_of_all] = MOST_NEXT.map(|most| most.min(most_next));
             match self.differences_next_to(value, (&few, most), (true, nearby), is_known, estimate)? {
                 // What has just been seen to differ does not agree after all.
-                None if estimate.spread.failed_draws == 0 => {
+                None if estimate.foresees_failures() => {
                     let all = all.get_or_init(|| estimate.in_order(count));
                     self.differences_next_to(value, (all, most_of_all), (false, None), is_known, estimate)
                 }
@@ -330,6 +380,8 @@ impl WantedSpread<'_> {
                 estimate.spread.fill(median, p95, libm::hypot(p95_standard_error, error_mm));
                 return Ok(true);
             }
+            // Next to draws that fall over, differences grow with the size.
+            Some(Found::Differs(_)) if estimate.spread.failed_share > 0.0 => return Ok(false),
             Some(Found::Differs(found)) => found,
         };
         let Some(by_median) = found_at(estimate, median, None, &is_small)? else { return Ok(false) };
@@ -424,6 +476,7 @@ impl WantedSpread<'_> {
         };
         spread.fill(quantiles.median, quantiles.p95, quantiles.p95_standard_error);
         spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(&solved, tolerance));
+        spread.failed_share = 1.0 - share_within(&solved, f64::MAX);
         Ok((spread, Sizes { mm: solved, is_by_engine: true }))
     }
 }
@@ -487,6 +540,11 @@ impl Estimate<'_> {
     /// Whether there is something to check.
     fn is_checked(&self) -> bool {
         self.quantiles.p95 > ROUNDING_MM && self.quantiles.p95.is_finite()
+    }
+
+    /// Whether no draw that has a size turned out to have no equilibrium.
+    fn foresees_failures(&self) -> bool {
+        self.solved.iter().all(|(index, size)| size.is_some() || self.sizes[*index].is_infinite())
     }
 
     /// The first of `draws` draws by ascending size.

@@ -8,7 +8,10 @@ use kinetostat::{
     map::{self, MapPoint, WorkspaceMapStudy},
     process::uncertainty::{P95, Spread, normal_cdf, normal_quantile, quantile, sobol},
     questions::StudyKind,
-    simulation::{Source, settings, spread::DeflectionSpread},
+    simulation::{
+        Source, settings,
+        spread::{Audit, DeflectionSpread},
+    },
     statics::Sensitivities,
 };
 use nalgebra::Vector3;
@@ -389,28 +392,29 @@ chain = "arm"
     assert!(spread.median_mm.is_some_and(f64::is_finite));
 }
 
-/// Rods of carbon that buckle where they are soft: the tool says nothing of it before, and draws next to the 95 % quantile need not. Those chosen at random do.
+/// Rods of carbon that buckle where they are soft: the tool says nothing of it before, and draws next to the 95 % quantile need not. Each point counts them all.
 #[test]
-fn draws_at_random_find_rods_that_buckle() {
+fn rods_that_buckle_count_at_each_point() {
     let uncertainty = "[[uncertainty.parameter]]\nname = \"material.carbon.youngs_modulus\"\nrelative_std = 0.4\n"
         .to_string()
         + TOLERANCES;
     let map = "grid = [4, 4, 2]\nphi_step_deg = 180.0";
     let text = study_of("rotary_delta", &force(300.0, -100.0, -100.0), &uncertainty, map);
     let study = map_study(&on_the_floor(&text, "rotary_delta"));
-    let (mut draws, mut failed, mut positions) = (0, 0.0, Vec::new());
+    let (mut audit, mut shares, mut positions) = (Audit::default(), Vec::new(), Vec::new());
     for point in map::run(&study, &Work::default()).unwrap().points {
         let Some(spread) = point.effect(Source::All).and_then(|own| own.spread.clone()) else { continue };
-        draws += spread.audit.draws;
-        failed += spread.audit.failed as f64;
+        audit.add(&spread.audit);
+        shares.push(spread.failed_share);
         positions.push(Vector3::from(point.position_mm));
     }
-    let sizes = brute_force(&study, &positions, 256).concat();
-    let share = sizes.iter().filter(|size| size.is_infinite()).count() as f64 / sizes.len() as f64;
-    assert!(
-        draws > 500 && share > 0.01 && (failed / draws as f64 - share).abs() < 0.015,
-        "{share}: {failed} of {draws}"
-    );
+    let failed = |sizes: &Vec<f64>| sizes.iter().filter(|size| size.is_infinite()).count() as f64 / sizes.len() as f64;
+    let expected: Vec<f64> = brute_force(&study, &positions, 512).iter().map(failed).collect();
+    let most = expected.iter().fold(0.0, |most: f64, own| most.max(*own));
+    // Three standard deviations of a share of 512 draws.
+    let is_near = |(own, share): (&f64, &f64)| (own - share).abs() < 3.0 * (most * (1.0 - most) / 512.0).sqrt();
+    assert!(most > 0.02 && shares.iter().zip(&expected).all(is_near), "{shares:?} instead of {expected:?}");
+    assert!(audit.draws > 500 && audit.failed > 5 && audit.unforeseen == 0, "{audit:?}");
 }
 
 #[test]
@@ -543,19 +547,16 @@ fn long_maps_of_all_machines_agree_with_brute_force() {
         let sum = |of: fn(&DeflectionSpread) -> usize| -> usize {
             known.iter().map(|(point, _)| of(point.effect(Source::All).unwrap().spread.as_ref().unwrap())).sum()
         };
-        let [draws, failed, apart] =
-            [sum(|own| own.audit.draws), sum(|own| own.audit.failed), sum(|own| own.audit.apart)];
-        println!("{name}: {apart} of {draws} draws apart, {failed} without equilibrium");
+        let [draws, unforeseen, apart] =
+            [sum(|own| own.audit.draws), sum(|own| own.audit.unforeseen), sum(|own| own.audit.apart)];
+        println!("{name}: {apart} of {draws} draws apart, {unforeseen} without equilibrium that were not foreseen");
+        assert_eq!(unforeseen, 0, "{name}");
         println!("{name}: {} points, P95 off by at most {:.2} %", errors.len(), 100.0 * most);
         errors
     };
     let names: Vec<&str> = kinetostat::machine::catalogue::names().collect();
     let errors: Vec<Vec<f64>> = names.par_iter().map(|name| errors_of(name)).collect();
     let far = |own: &Vec<f64>| own.iter().filter(|error| error.abs() > 0.01).count();
-    let (open, kept): (Vec<_>, Vec<_>) =
-        names.iter().zip(&errors).partition(|(name, _)| name.starts_with("delta_3") || **name == "rotary_delta");
-    assert!(kept.iter().all(|(_, own)| far(own) == 0), "{kept:?}");
-    // What is not reached yet must not get worse.
-    let far: usize = open.iter().map(|(_, own)| far(own)).sum();
-    assert!(far <= 13 && open.iter().all(|(_, own)| own.iter().all(|error| error.abs() < 0.03)), "{far}: {open:?}");
+    let (far, all): (usize, usize) = (errors.iter().map(far).sum(), errors.iter().map(Vec::len).sum());
+    assert!(far * 100 <= all && errors.iter().flatten().all(|error| error.abs() < 0.015), "{far} of {all}: {errors:?}");
 }

@@ -23,6 +23,10 @@ pub struct Draws {
     pub model: Vec<Vec<f64>>,
     /// Largest norm of these matrices.
     pub model_range: f64,
+    /// Largest compliance over the nominal one of any stiffness in any draw, times the factor of the force, over the largest such factor; at least 1.
+    pub largest_compliance: f64,
+    /// The draws by that of each, beginning with the largest: in these something buckles first.
+    pub from_weakest: Vec<usize>,
 }
 
 impl Draws {
@@ -64,7 +68,27 @@ impl Draws {
         let range =
             |own: &Vec<f64>| own.iter().fold([0.0f64; 2], |[least, largest], x| [least.min(*x), largest.max(*x)]);
         let ranges = coordinates.iter().map(range).collect();
-        Self { normal, coordinates, ranges, correlated: correlated.into(), force, force_range, model, model_range }
+        let compliance = |draw: usize| {
+            let own = parameters.iter().zip(&normal).filter_map(|(own, normal)| own.compliance_ratio(normal[draw]));
+            own.fold(1.0, f64::max) * force[draw]
+        };
+        let compliances: Vec<f64> = (0..Self::COUNT).map(compliance).collect();
+        let mut from_weakest: Vec<usize> = (0..Self::COUNT).collect();
+        from_weakest.sort_by(|a, b| compliances[*b].total_cmp(&compliances[*a]));
+        let largest_force = 1.0 + force_range;
+        let largest_compliance = (compliances[from_weakest[0]] / largest_force).max(1.0);
+        Self {
+            normal,
+            coordinates,
+            ranges,
+            correlated: correlated.into(),
+            force,
+            force_range,
+            model,
+            model_range,
+            largest_compliance,
+            from_weakest,
+        }
     }
 
     /// What the model leaves out of the displacement `by_force` in the draw `index`.

@@ -84,9 +84,15 @@ impl UncertainParameter {
     /// Coordinate in which displacements are nearly linear, for the standard normal number `z`: the relative change of the compliance of what is a
     /// stiffness, else the difference from the nominal value.
     pub fn coordinate(&self, z: f64) -> f64 {
-        let (nominal, value) = (self.nominal(), self.spread.value(self.nominal(), z));
-        let is_compliance = self.unit.is_stiffness() && !matches!(self.spread, Spread::Difference { .. });
-        if is_compliance { nominal / value - 1.0 } else { value - nominal }
+        let is_compliance = !matches!(self.spread, Spread::Difference { .. });
+        let ratio = self.compliance_ratio(z).filter(|_| is_compliance);
+        ratio.map_or_else(|| self.spread.value(self.nominal(), z) - self.nominal(), |ratio| ratio - 1.0)
+    }
+
+    /// Compliance over the nominal one of what is a stiffness, for the standard normal number `z`; `None` of what is none.
+    pub fn compliance_ratio(&self, z: f64) -> Option<f64> {
+        let is_stiffness = self.unit.is_stiffness() && self.nominal() != 0.0;
+        is_stiffness.then(|| self.nominal() / self.spread.value(self.nominal(), z))
     }
 
     /// Interval that holds 95 % of the values of its first parameter.
@@ -182,6 +188,14 @@ impl Uncertainty {
     /// Parameter values with only `parameter` off its median, by the standard normal number `z`.
     pub fn values_at(&self, parameter: usize, z: f64) -> [Values<'_>; 2] {
         self.values(std::iter::once((parameter, z)))
+    }
+
+    /// Parameter values with all stiffnesses as low as in the weakest draw under the largest factor of the force.
+    pub fn weakest_values(&self) -> [Values<'_>; 2] {
+        let stiffnesses = self.parameters.iter().filter(|own| own.compliance_ratio(0.0).is_some());
+        let values = stiffnesses.flat_map(|own| &own.values);
+        let lowest = values.map(|(name, nominal)| (name.as_str(), nominal / self.draws.largest_compliance));
+        [lowest.collect(), Vec::new()]
     }
 
     /// Interval that holds 95 % of the factors of the cutting force; `None` where that is exact.
