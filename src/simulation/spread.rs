@@ -100,7 +100,9 @@ const MOST_NEXT: [usize; 2] = [32, 256];
 /// Fewest scrambles of which all draws are solved, where those next to the quantile do not suffice.
 const FEWEST_SCRAMBLES: usize = 4;
 
-/// Where the weakest machine under the strongest force falls over, the weakest draws are solved until so many one after another stand.
+/// Where a machine as weak as the weakest draw falls over under the strongest force, so many draws are solved if one as weak as the next stands; else from
+/// the weakest on until so many one after another stand.
+const WEAKER: [usize; 2] = [0, 16];
 const STANDING: usize = 64;
 
 /// Share of draws without equilibrium from which no more are solved: three times that at which there is no 95 % quantile.
@@ -120,8 +122,8 @@ pub(crate) struct DrawnMachines<'a> {
     causes: Vec<(String, Cause)>,
     /// Machines of the draws of the first scramble, made when they are needed.
     drawn: Vec<OnceLock<Result<Machines, Failure>>>,
-    /// The machine with all stiffnesses so low that none of the draws is weaker under the largest factor of the force, made when it is needed.
-    weakest: OnceLock<Result<Machines, Failure>>,
+    /// The machines with all stiffnesses so low that so many draws ([`WEAKER`]) are weaker under the largest factor of the force, made when they are needed.
+    weakest: [OnceLock<Result<Machines, Failure>>; 2],
 }
 
 impl<'a> DrawnMachines<'a> {
@@ -145,7 +147,7 @@ impl<'a> DrawnMachines<'a> {
         let drawn = (0..Draws::PER_SCRAMBLE).map(|_| OnceLock::new()).collect();
         let (ends, end_coordinates) = (ends.collect::<error::Result<_>>()?, uncertainty.end_coordinates());
         let causes = uncertainty.causes().collect();
-        let weakest = OnceLock::new();
+        let weakest = Default::default();
         Ok(Some(Self { uncertainty, nominal, errors, ends, end_coordinates, causes, drawn, weakest }))
     }
 
@@ -225,15 +227,17 @@ impl WantedSpread<'_> {
         spread: &mut DeflectionSpread,
     ) -> error::Result<BTreeMap<usize, Option<f64>>> {
         let (uncertainty, mut solved) = (self.drawn.uncertainty, BTreeMap::new());
-        let weakest = self.drawn.weakest.get_or_init(|| self.drawn.machines_with(uncertainty.weakest_values()));
-        let largest_force = 1.0 + uncertainty.draws.force_range;
-        if let Ok(weakest) = weakest
-            && (self.solve)(point, (0, weakest, largest_force))?.is_ok()
-        {
-            return Ok(solved);
+        let mut count = Draws::COUNT;
+        for (kept, weaker) in self.drawn.weakest.iter().zip(WEAKER) {
+            let machines = kept.get_or_init(|| self.drawn.machines_with(uncertainty.weakest_values(weaker)));
+            let Ok(machines) = machines else { continue };
+            if (self.solve)(point, (0, machines, 1.0 + uncertainty.draws.force_range))?.is_ok() {
+                count = weaker;
+                break;
+            }
         }
         let mut standing = 0;
-        for &index in &uncertainty.draws.from_weakest {
+        for &index in &uncertainty.draws.from_weakest[..count] {
             let size = self.solve_draw(point, index, spread)?;
             sizes[index] = if size.is_some() { sizes[index] } else { f64::INFINITY };
             solved.insert(index, size);

@@ -23,9 +23,9 @@ pub struct Draws {
     pub model: Vec<Vec<f64>>,
     /// Largest norm of these matrices.
     pub model_range: f64,
-    /// Largest compliance over the nominal one of any stiffness in any draw, times the factor of the force, over the largest such factor; at least 1.
-    pub largest_compliance: f64,
-    /// The draws by that of each, beginning with the largest: in these something buckles first.
+    /// Largest compliance of any stiffness over its nominal one times the factor of the force in each draw.
+    weakness: Vec<f64>,
+    /// The draws, beginning with those where that is the largest: something buckles in them first.
     pub from_weakest: Vec<usize>,
 }
 
@@ -68,15 +68,13 @@ impl Draws {
         let range =
             |own: &Vec<f64>| own.iter().fold([0.0f64; 2], |[least, largest], x| [least.min(*x), largest.max(*x)]);
         let ranges = coordinates.iter().map(range).collect();
-        let compliance = |draw: usize| {
+        let weakness = |draw: usize| {
             let own = parameters.iter().zip(&normal).filter_map(|(own, normal)| own.compliance_ratio(normal[draw]));
             own.fold(1.0, f64::max) * force[draw]
         };
-        let compliances: Vec<f64> = (0..Self::COUNT).map(compliance).collect();
+        let weakness: Vec<f64> = (0..Self::COUNT).map(weakness).collect();
         let mut from_weakest: Vec<usize> = (0..Self::COUNT).collect();
-        from_weakest.sort_by(|a, b| compliances[*b].total_cmp(&compliances[*a]));
-        let largest_force = 1.0 + force_range;
-        let largest_compliance = (compliances[from_weakest[0]] / largest_force).max(1.0);
+        from_weakest.sort_by(|a, b| weakness[*b].total_cmp(&weakness[*a]));
         Self {
             normal,
             coordinates,
@@ -86,9 +84,14 @@ impl Draws {
             force_range,
             model,
             model_range,
-            largest_compliance,
+            weakness,
             from_weakest,
         }
+    }
+
+    /// Compliance over the nominal one that, under the largest factor of the force, is as weak as the weakest draw but for `weaker`; at least 1.
+    pub fn compliance_of_weakest(&self, weaker: usize) -> f64 {
+        (self.weakness[self.from_weakest[weaker]] / (1.0 + self.force_range)).max(1.0)
     }
 
     /// What the model leaves out of the displacement `by_force` in the draw `index`.

@@ -190,11 +190,12 @@ impl Uncertainty {
         self.values(std::iter::once((parameter, z)))
     }
 
-    /// Parameter values with all stiffnesses as low as in the weakest draw under the largest factor of the force.
-    pub fn weakest_values(&self) -> [Values<'_>; 2] {
+    /// Parameter values with all stiffnesses so low that under the largest factor of the force no draw but `weaker` ones is weaker.
+    pub fn weakest_values(&self, weaker: usize) -> [Values<'_>; 2] {
+        let compliance = self.draws.compliance_of_weakest(weaker);
         let stiffnesses = self.parameters.iter().filter(|own| own.compliance_ratio(0.0).is_some());
         let values = stiffnesses.flat_map(|own| &own.values);
-        let lowest = values.map(|(name, nominal)| (name.as_str(), nominal / self.draws.largest_compliance));
+        let lowest = values.map(|(name, nominal)| (name.as_str(), nominal / compliance));
         [lowest.collect(), Vec::new()]
     }
 
