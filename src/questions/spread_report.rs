@@ -113,8 +113,8 @@ impl SpreadCounts {
         let audit = match self.audit {
             Audit { draws: 0, .. } => String::new(),
             Audit { draws, failed, unforeseen, compared, apart, largest } => format!(
-                "Of {} that it solved there as well, chosen at random, the machine has no equilibrium in {}, of which the estimate left out {unforeseen}; of the \
-                 {compared} others at which nothing was corrected, it is off by more than 1 % of the 95 % quantile in {}, by at most {:.1} %.\n",
+                "Of {} that it solved there as well, chosen at random, the machine has no equilibrium in {}, {unforeseen} of them left out by the estimate; of \
+                 the {compared} others at which nothing was corrected, it is off by more than 1 % of the 95 % quantile in {}, by at most {:.1} %.\n",
                 counted(draws, "draw"),
                 share_of(failed, draws),
                 share_of(apart, compared),
