@@ -3,7 +3,7 @@
 use crate::{
     files::words::join_words,
     machine::{ChainError, Machine, ZeroState},
-    page::{Group, GroupValue},
+    page::Group,
     simulation::Source,
 };
 
@@ -24,13 +24,9 @@ pub(crate) fn acting_words(machine: &Machine, errors: &[ChainError], has_force: 
 
 /// Returns the sources of error of a machine as a choice on a page, all at once first.
 pub(crate) fn source_group(machine: &Machine) -> Group {
-    let value = |source: &Source| GroupValue { cells: vec![source.label().into()], label: source.words().into() };
     let alone = Source::of(machine).iter().filter(|source| **source != Source::All);
-    Group {
-        columns: vec!["source".into()],
-        label: "source of error".into(),
-        values: std::iter::once(&Source::All).chain(alone).map(value).collect(),
-    }
+    let sources = std::iter::once(&Source::All).chain(alone).map(|source| (source.label(), source.words()));
+    Group::by_column("source", "source of error", sources)
 }
 
 impl Source {

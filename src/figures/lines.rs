@@ -64,6 +64,17 @@ pub struct LineFigure {
 }
 
 impl LineFigure {
+    /// Returns a figure with free linear axes and these labels of x and y, without a note.
+    pub(crate) fn new(
+        title: impl Into<String>,
+        subtitle: impl Into<String>,
+        [x_label, y_label]: [&str; 2],
+        series: Vec<LineSeries>,
+    ) -> Self {
+        let (title, subtitle) = (title.into(), subtitle.into());
+        Self { title, subtitle, x_label: x_label.into(), y_label: y_label.into(), series, ..Self::default() }
+    }
+
     /// Checks that there is a point, the axes do not contradict each other, and every value can be drawn on its axis.
     fn check(&self) -> Result<(), FigureError> {
         if self.series.iter().all(|s| s.points.is_empty()) {

@@ -268,6 +268,18 @@ impl Description {
 }
 
 impl Explorer {
+    /// Returns a view of curves over the first of the `coordinates`, without marks.
+    pub(crate) fn curve(
+        title: impl Into<String>,
+        table: impl Into<String>,
+        coordinates: Vec<Column>,
+        group: Option<Group>,
+        quantities: Vec<Quantity>,
+    ) -> Self {
+        let (title, table) = (title.into(), table.into());
+        Self { title, table, shape: Shape::Curve, coordinates, group, quantities, marks: Vec::new() }
+    }
+
     /// Returns the columns that identify a row: of a curve only the first coordinate.
     pub(crate) fn keys(&self) -> &[Column] {
         let count = if self.shape == Shape::Curve { 1 } else { self.coordinates.len() };
@@ -335,6 +347,18 @@ impl Column {
     /// Returns the column with this header, label and unit.
     pub fn new(column: impl Into<String>, label: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { column: column.into(), label: label.into(), unit: unit.into() }
+    }
+}
+
+impl Group {
+    /// Returns the grouping by one column, called `label`, from the cell and the name of each group.
+    pub(crate) fn by_column<C: Into<String>, N: Into<String>>(
+        column: &str,
+        label: &str,
+        groups: impl IntoIterator<Item = (C, N)>,
+    ) -> Self {
+        let value = |(cell, name): (C, N)| GroupValue { cells: vec![cell.into()], label: name.into() };
+        Self { columns: vec![column.into()], label: label.into(), values: groups.into_iter().map(value).collect() }
     }
 }
 

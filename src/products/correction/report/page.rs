@@ -5,7 +5,7 @@ use crate::{
     answer::{facts_of, grid_view},
     figures::{Figure, Shading, SliceFigure, SlicePanel},
     files::words::typographic,
-    page::{Better, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Quantity, Section, TableNote},
+    page::{Better, Description, Explorer, Fact, Group, MachineDescription, Quantity, Section, TableNote},
     products::correction::{CorrectionQuestion, ResidualPoint},
     simulation::ROUNDING_MM,
 };
@@ -94,9 +94,8 @@ fn rounded(value: f64) -> f64 {
 /// Returns the interactive map of the largest residual error at each grid point, mm, with a selector of the correction method.
 fn residual_explorer(report: &Report<'_>) -> Explorer {
     let method_count = report.residuals.first().map_or(0, |point| point.residual_mm.len());
-    let value = |[word, label, _]: [&str; 3]| GroupValue { cells: vec![word.into()], label: label.into() };
-    let values = ResidualPoint::CORRECTION_METHODS.into_iter().take(method_count).map(value).collect();
-    let group = Group { columns: vec!["correction".into()], label: "correction".into(), values };
+    let methods = ResidualPoint::CORRECTION_METHODS.into_iter().take(method_count);
+    let group = Group::by_column("correction", "correction", methods.map(|[word, label, _]| (word, label)));
     let quantity = Quantity::new(["error_mm"], "largest error of the tool", "mm", Better::Smaller);
     grid_view(&report.question.machine, (MAP, "residual.csv"), Some(group), vec![quantity])
 }

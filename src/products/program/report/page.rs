@@ -15,7 +15,7 @@ use crate::{
     figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
     files::words::{counted, join_words, millimetres, or_dash},
     page::{
-        Better, Description, Explorer, Fact, MachineDescription, Quantity, Section, Shape, SmallTable, TableNote,
+        Better, Description, Explorer, Fact, MachineDescription, Quantity, Section, SmallTable, TableNote,
         drive_quantities,
         headline::{Headline, KeyNumber},
         largest_drive_quantities,
@@ -159,15 +159,7 @@ fn along_explorer(job: &ProgramJob, points: &str) -> Explorer {
     quantities.extend(drive_quantities(&job.machine, Better::Neither));
     quantities.extend(cutting_force::quantities());
     quantities.push(Quantity::new([ANGLE[0]], ANGLE[1], "°", Better::Neither));
-    Explorer {
-        title: ALONG.into(),
-        table: points.into(),
-        shape: Shape::Curve,
-        coordinates: along_columns(),
-        group: None,
-        quantities,
-        marks: Vec::new(),
-    }
+    Explorer::curve(ALONG, points, along_columns(), None, quantities)
 }
 
 /// Returns all figures by name: the path on the part, errors along it, those by each source, and the cutting force.
@@ -203,23 +195,10 @@ pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
 
 /// Returns curves over the arc length of the path: those of a single source, and the size of a force, are dashed.
 fn curve_figure(job: &ProgramJob, title: &str, y_label: &str, curves: &[(String, &Curve)]) -> Figure {
-    let series = curves.iter().map(|(label, curve)| LineSeries {
-        label: label.clone(),
-        points: curve.points(),
-        dashed: label.ends_with("alone") || label == cutting_force::SIZE,
-        band: Vec::new(),
-    });
-    Figure::Lines(LineFigure {
-        title: title.into(),
-        subtitle: format!("{}, {}", job.machine.name, counted(job.path.len(), "point")),
-        x_label: "length along the path [mm]".into(),
-        y_label: y_label.into(),
-        series: series.collect(),
-        equal_axes: false,
-        log_x: false,
-        log_y: false,
-        closed_note: None,
-    })
+    let is_dashed = |label: &str| label.ends_with("alone") || label == cutting_force::SIZE;
+    let series = curves.iter().map(|(label, curve)| LineSeries::new(label, curve.points(), is_dashed(label)));
+    let subtitle = format!("{}, {}", job.machine.name, counted(job.path.len(), "point"));
+    Figure::Lines(LineFigure::new(title, subtitle, ["length along the path [mm]", y_label], series.collect()))
 }
 
 /// Returns the path seen from above: wanted, without compensation and as written, with the worst point marked.

@@ -16,10 +16,7 @@ use crate::{
     answer::{Output, Run},
     files::{Manifest, OutputFile},
     input::error::Result,
-    page::{
-        Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Quantity, Section, Shape,
-        TableNote,
-    },
+    page::{Better, Column, Description, Explorer, Fact, Group, MachineDescription, Quantity, Section, TableNote},
     questions::{
         Answered,
         identification::{
@@ -142,26 +139,16 @@ fn residuals_view(study: &IdentificationStudy) -> Explorer {
             columns.push(reading.column);
         }
     }
-    let value = |column: &str| GroupValue { cells: vec![column.into()], label: column.into() };
-    let quantity = |column: &str, label: &str, better| Quantity::new([column], label, "mm", better);
-    Explorer {
-        title: RESIDUALS.into(),
-        table: "residuals.csv".into(),
-        shape: Shape::Curve,
-        coordinates: vec![Column::new("order", "measurement", "")],
-        group: Some(Group {
-            columns: vec!["reading".into()],
-            label: "what was read".into(),
-            values: columns.into_iter().map(value).collect(),
-        }),
-        quantities: vec![
-            quantity("residual", "measured less predicted", Better::Neither),
-            quantity("left_out_residual", "the same, predicted without its own measurement", Better::Neither),
-            quantity("measured", "measured", Better::Neither),
-            quantity("predicted", "predicted", Better::Neither),
-        ],
-        marks: Vec::new(),
-    }
+    let group = Group::by_column("reading", "what was read", columns.into_iter().map(|column| (column, column)));
+    let quantity = |column: &str, label: &str| Quantity::new([column], label, "mm", Better::Neither);
+    let quantities = vec![
+        quantity("residual", "measured less predicted"),
+        quantity("left_out_residual", "the same, predicted without its own measurement"),
+        quantity("measured", "measured"),
+        quantity("predicted", "predicted"),
+    ];
+    let over = vec![Column::new("order", "measurement", "")];
+    Explorer::curve(RESIDUALS, "residuals.csv", over, Some(group), quantities)
 }
 
 /// Returns the facts about the study that the page lists.

@@ -15,11 +15,13 @@ const MOST: usize = 12;
 
 /// Returns all figures with their file stems, without those that have nothing to draw.
 pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
+    let in_order = ["Residuals of the fit, in the order of measuring", "number of the measurement"];
+    let against_load = ["Residuals of the fit against the load", "size of the force [N]"];
     let all = [
         ("answer", parameter_bars(report)),
         ("predicted", predicted_over_measured(report)),
-        ("residuals", over_order(report)),
-        ("residuals_over_load", over_load(report)),
+        ("residuals", plot_over(report, in_order, |order, _| (order + 1) as f64)),
+        ("residuals_over_load", plot_over(report, against_load, |_, row| force(row).norm())),
         ("residuals_over_direction", over_direction(report)),
         ("residuals_over_pose", over_pose(report)),
     ];
@@ -47,12 +49,6 @@ fn parameter_bars(report: &Report<'_>) -> LineFigure {
         _ => Some("bars are 95 % intervals; unknowns without one are not drawn".to_string()),
     };
     LineFigure { closed_note: note, ..line_figure(report, "What was found, against the machine file", labels, bars) }
-}
-
-/// Returns the subtitle of all figures: machine, number of measurements, loss.
-fn subtitle(report: &Report<'_>) -> String {
-    let study = report.study;
-    format!("{}, {} measurements, loss: {}", study.machine.name, study.measurements.len(), study.loss.label())
 }
 
 /// Measured lengths along one axis, or by gauges.
@@ -85,16 +81,11 @@ fn lengths(report: &Report<'_>) -> Vec<Lengths> {
     all
 }
 
-/// Makes a line figure with the common subtitle.
+/// Makes a line figure with the common subtitle: machine, number of measurements, loss.
 fn line_figure(report: &Report<'_>, title: &str, labels: [&str; 2], series: Vec<LineSeries>) -> LineFigure {
-    LineFigure {
-        title: title.into(),
-        subtitle: subtitle(report),
-        x_label: labels[0].into(),
-        y_label: labels[1].into(),
-        series,
-        ..LineFigure::default()
-    }
+    let (machine, count) = (&report.study.machine.name, report.study.measurements.len());
+    let subtitle = format!("{machine}, {count} measurements, loss: {}", report.study.loss.label());
+    LineFigure::new(title, subtitle, labels, series)
 }
 
 /// Draws predicted against measured lengths.
@@ -127,21 +118,9 @@ fn plot_over(report: &Report<'_>, [title, label]: [&str; 2], value: impl Fn(usiz
     line_figure(report, title, [label, LEFT], series)
 }
 
-/// Draws the residuals over the order of measuring.
-fn over_order(report: &Report<'_>) -> LineFigure {
-    plot_over(report, ["Residuals of the fit, in the order of measuring", "number of the measurement"], |order, _| {
-        (order + 1) as f64
-    })
-}
-
 /// Returns the force on the tool tip less that of the reference load, axes of O, N.
 fn force(row: &Measurement) -> Vector3<f64> {
     row.load.force - row.reference.force
-}
-
-/// Draws the residuals over the size of the force.
-fn over_load(report: &Report<'_>) -> LineFigure {
-    plot_over(report, ["Residuals of the fit against the load", "size of the force [N]"], |_, row| force(row).norm())
 }
 
 /// Draws the residuals over the direction of the force in the x–y plane of O.

@@ -20,12 +20,12 @@ use crate::{
         error::{Error, Result},
     },
     page::{
-        Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Quantity, Section, Shape,
-        SmallTable, TableNote,
+        Better, Column, Description, Explorer, Fact, Group, MachineDescription, Quantity, Section, SmallTable,
+        TableNote,
     },
     questions::{
         Answered,
-        identification::{Reading, Unknown},
+        identification::Reading,
         measurement_design::{CriterionSpec, MeasurementDesignStudy, run},
     },
     simulation::SOLVED,
@@ -147,24 +147,15 @@ const WIDTHS: &str = "Half intervals by the number of measurements";
 
 /// Returns the interactive view of half intervals by the number of measurements.
 fn widths_view(study: &MeasurementDesignStudy) -> Explorer {
-    let value = |unknown: &Unknown| GroupValue { cells: vec![unknown.name.clone()], label: unknown.name.clone() };
+    let names = study.unknowns.iter().map(|unknown| (&unknown.name, &unknown.name));
+    let group = Group::by_column("parameter", "number", names);
     let quantity = |column: &str, label: &str| Quantity::new([column], label, "", Better::Smaller);
-    Explorer {
-        title: WIDTHS.into(),
-        table: "widths.csv".into(),
-        shape: Shape::Curve,
-        coordinates: vec![Column::new("measurements", "measurements", "")],
-        group: Some(Group {
-            columns: vec!["parameter".into()],
-            label: "number".into(),
-            values: study.unknowns.iter().map(value).collect(),
-        }),
-        quantities: vec![
-            quantity("half_width", "half interval, chosen"),
-            quantity("random_half_width", "half interval, random (median)"),
-        ],
-        marks: Vec::new(),
-    }
+    let quantities = vec![
+        quantity("half_width", "half interval, chosen"),
+        quantity("random_half_width", "half interval, random (median)"),
+    ];
+    let over = vec![Column::new("measurements", "measurements", "")];
+    Explorer::curve(WIDTHS, "widths.csv", over, Some(group), quantities)
 }
 
 /// Returns the measurement sheet as a small table on the page, rounded for printing.

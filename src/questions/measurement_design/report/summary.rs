@@ -104,15 +104,11 @@ const DRAWN: f64 = 10.0;
 /// Makes the figure of half the 95 % intervals over the number of measurements, a line for each of `series`.
 fn interval_figure(report: &Report<'_>, series: Vec<LineSeries>) -> LineFigure {
     let study = report.study;
-    let note = format!("intervals wider than {DRAWN} are not drawn");
+    let subtitle = format!("{}, {} candidates", study.machine.name, study.candidates.len());
+    let labels = ["number of measurements", "half 95 % interval [ln, mm, °]"];
     LineFigure {
-        title: "How well the parameters will be known".into(),
-        subtitle: format!("{}, {} candidates", study.machine.name, study.candidates.len()),
-        x_label: "number of measurements".into(),
-        y_label: "half 95 % interval [ln, mm, °]".into(),
-        series,
         log_y: true,
-        closed_note: Some(note),
-        ..LineFigure::default()
+        closed_note: Some(format!("intervals wider than {DRAWN} are not drawn")),
+        ..LineFigure::new("How well the parameters will be known", subtitle, labels, series)
     }
 }

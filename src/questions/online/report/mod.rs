@@ -13,7 +13,7 @@ use crate::{
         words::{counted, millimetres},
     },
     input::error::Result,
-    page::{Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Section, Shape, TableNote},
+    page::{Column, Description, Explorer, Fact, Group, MachineDescription, Section, TableNote},
     questions::Answered,
 };
 use quantities::{FORCE_ERROR, HIGH, LOW, MEDIAN, WAYS};
@@ -142,18 +142,8 @@ fn setting(study: &OnlineStudy) -> Vec<Fact> {
 
 /// Returns the interactive view of the bands over the force error.
 fn bands_view() -> Explorer {
-    let by_force = |way: &str| GroupValue { cells: vec![way.into()], label: format!("by the {way} force") };
-    Explorer {
-        title: OVER_ERROR.into(),
-        table: "bands.csv".into(),
-        shape: Shape::Curve,
-        coordinates: vec![Column::new(FORCE_ERROR, "force error", "%")],
-        group: Some(Group {
-            columns: vec!["correction".into()],
-            label: "correction".into(),
-            values: WAYS.map(by_force).into(),
-        }),
-        quantities: layers(&[MEDIAN, LOW, HIGH]),
-        marks: Vec::new(),
-    }
+    let ways = WAYS.map(|way| (way, format!("by the {way} force")));
+    let group = Group::by_column("correction", "correction", ways);
+    let over = vec![Column::new(FORCE_ERROR, "force error", "%")];
+    Explorer::curve(OVER_ERROR, "bands.csv", over, Some(group), layers(&[MEDIAN, LOW, HIGH]))
 }

@@ -81,13 +81,8 @@ pub(super) fn residual_figure(compared: &Compared<'_>) -> Option<Figure> {
     ];
     let (name, seeds) = (&compared.study.path.machine.name, counted(compared.study.seeds, "seed"));
     series.iter().any(|series| !series.points.is_empty()).then(|| {
-        Figure::Lines(LineFigure {
-            title: "Residual error against the error of the predicted force".into(),
-            subtitle: format!("{name}, {seeds}: median and 5 % to 95 %"),
-            x_label: "standard deviation of the force error [%]".into(),
-            y_label: "rms distance from the path [mm]".into(),
-            series,
-            ..LineFigure::default()
-        })
+        let title = "Residual error against the error of the predicted force";
+        let labels = ["standard deviation of the force error [%]", "rms distance from the path [mm]"];
+        Figure::Lines(LineFigure::new(title, format!("{name}, {seeds}: median and 5 % to 95 %"), labels, series))
     })
 }

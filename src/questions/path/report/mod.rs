@@ -201,15 +201,7 @@ pub(crate) fn points_view(
     let (displacement, drives) = (quantities::displacement_components(), quantities::drives(machine).each);
     let mut quantities = layers(first.iter().chain(&displacement).chain(&drives));
     quantities.push(crate::page::Quantity::new([ANGLE[0]], ANGLE[1], "°", Better::Neither));
-    Explorer {
-        title,
-        table,
-        shape: Shape::Curve,
-        coordinates: along_columns(),
-        group: Some(source_group(machine)),
-        quantities,
-        marks: Vec::new(),
-    }
+    Explorer::curve(title, table, along_columns(), Some(source_group(machine)), quantities)
 }
 
 /// Returns the columns over which curves along a path are drawn: length and tool angle φ.

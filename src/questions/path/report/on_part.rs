@@ -131,22 +131,19 @@ impl<'a> PathDrawing<'a> {
             all if all == self.wanted.len() => String::new(),
             some => format!(", {some} of {} drawn", counted(self.wanted.len(), "point")),
         };
+        let series = vec![
+            drawn("wanted", false, &|_| Some(Vector3::zeros())),
+            drawn("moved by chain errors", true, &|shifts| shifts.displacement[Source::Errors]),
+            drawn("moved by the cutting force", true, &|shifts| shifts.displacement[Source::Cutting]),
+            drawn("moved by all", false, &|shifts| shifts.displacement[Source::All]),
+            drawn("commanded instead", false, &|shifts| shifts.commanded),
+            drawn("after compensation", true, &|shifts| shifts.left),
+        ];
+        let subtitle = format!("{}, seen along −z{thinned}", self.study.machine.name);
         Figure::Lines(LineFigure {
-            title: "Path wanted, real, commanded and compensated".into(),
-            subtitle: format!("{}, seen along −z{thinned}", self.study.machine.name),
-            x_label: "x [mm]".into(),
-            y_label: "y [mm]".into(),
-            series: vec![
-                drawn("wanted", false, &|_| Some(Vector3::zeros())),
-                drawn("moved by chain errors", true, &|shifts| shifts.displacement[Source::Errors]),
-                drawn("moved by the cutting force", true, &|shifts| shifts.displacement[Source::Cutting]),
-                drawn("moved by all", false, &|shifts| shifts.displacement[Source::All]),
-                drawn("commanded instead", false, &|shifts| shifts.commanded),
-                drawn("after compensation", true, &|shifts| shifts.left),
-            ],
             equal_axes: true,
             closed_note: Some(format!("deviations from the wanted path drawn {factor} times as large")),
-            ..LineFigure::default()
+            ..LineFigure::new("Path wanted, real, commanded and compensated", subtitle, ["x [mm]", "y [mm]"], series)
         })
     }
 }

@@ -102,14 +102,9 @@ impl<'a> Pictures<'a> {
             1 => String::new(),
             step => format!(", the smallest and the largest value of each {step} drawn"),
         };
-        Figure::Lines(LineFigure {
-            title: title.into(),
-            subtitle: format!("{}, {}{thinned}", self.study.machine.name, counted(points, "point")),
-            x_label: if self.shown.is_circle { "tool angle φ [°]" } else { "path length [mm]" }.into(),
-            y_label: y_label.into(),
-            series,
-            ..LineFigure::default()
-        })
+        let subtitle = format!("{}, {}{thinned}", self.study.machine.name, counted(points, "point"));
+        let x_label = if self.shown.is_circle { "tool angle φ [°]" } else { "path length [mm]" };
+        Figure::Lines(LineFigure::new(title, subtitle, [x_label, y_label], series))
     }
 
     /// Makes a series of a curve, closed to one revolution on a circle.

@@ -13,7 +13,7 @@ use crate::{
     },
     input::error::Result,
     page::{
-        Description, Explorer, Fact, Group, GroupValue, Section, TableNote,
+        Description, Explorer, Fact, Group, Section, TableNote,
         headline::{Extreme, Headline, InTable, KeyNumber},
     },
     questions::{
@@ -96,11 +96,9 @@ fn setting(report: &Report<'_>) -> Vec<Fact> {
 /// Returns the view of the map, to be filtered by direction.
 fn map_view(report: &Report<'_>) -> Explorer {
     let axes = report.study.axes.len();
-    let value = |cell: String, label: String| GroupValue { cells: vec![cell], label };
-    let directions = (0..axes).map(|axis| value(report.axis_name(axis), format!("along {}", report.axis_name(axis))));
-    let worst = (axes > 1).then(|| value(quantities::ALL.into(), "the worst of all directions".into()));
-    let (columns, label) = (vec!["direction".into()], "direction of the tool".into());
-    let group = Group { columns, label, values: worst.into_iter().chain(directions).collect() };
+    let directions = (0..axes).map(|axis| (report.axis_name(axis), format!("along {}", report.axis_name(axis))));
+    let worst = (axes > 1).then(|| (quantities::ALL.into(), "the worst of all directions".into()));
+    let group = Group::by_column("direction", "direction of the tool", worst.into_iter().chain(directions));
     let layers = layers(&quantities::page_quantities());
     Explorer { marks: Vec::new(), ..report.study.scene.view(MAP, "redundancy_map.csv", Some(group), layers) }
 }

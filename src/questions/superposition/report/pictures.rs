@@ -124,20 +124,12 @@ fn growth_figure(study: &SuperpositionStudy, location: &LocationResult) -> Optio
             }
         }
     }
-    (!series.is_empty()).then(|| LineFigure {
-        title: format!("How the superposition error grows at {}", location.location.name),
-        subtitle: format!(
-            "{}, {}, {}; factor 1: load and errors of the study",
-            study.scene.machine.name,
-            position_words(location),
-            study.scene.worst_words()
-        ),
-        x_label: "factor on the scaled sources [1]".into(),
-        y_label: "superposition error of the tool tip [mm]".into(),
-        series,
-        log_x: true,
-        log_y: true,
-        ..LineFigure::default()
+    (!series.is_empty()).then(|| {
+        let title = format!("How the superposition error grows at {}", location.location.name);
+        let (machine, at, of) = (&study.scene.machine.name, position_words(location), study.scene.worst_words());
+        let subtitle = format!("{machine}, {at}, {of}; factor 1: load and errors of the study");
+        let labels = ["factor on the scaled sources [1]", "superposition error of the tool tip [mm]"];
+        LineFigure { log_x: true, log_y: true, ..LineFigure::new(title, subtitle, labels, series) }
     })
 }
 
@@ -164,17 +156,13 @@ fn ablation_figure(study: &SuperpositionStudy, location: &LocationResult) -> Opt
         let points = closed_over_turn(ablations.iter().map(|(phi, _, parts)| (*phi, parts[index])));
         series.push(LineSeries::new(cause_words(cause), points, index > 1));
     }
-    Some(LineFigure {
-        title: format!("Causes of the superposition error at {}", location.location.name),
-        subtitle: format!(
-            "{}, {}, {}; parts along the superposition error of the tool tip, which at each angle add up to it",
-            study.scene.machine.name,
-            position_words(location),
-            study.scene.force_words()
-        ),
-        x_label: "tool angle φ [°]".into(),
-        y_label: "part of the superposition error [mm]".into(),
-        series,
-        ..LineFigure::default()
-    })
+    let title = format!("Causes of the superposition error at {}", location.location.name);
+    let subtitle = format!(
+        "{}, {}, {}; parts along the superposition error of the tool tip, which at each angle add up to it",
+        study.scene.machine.name,
+        position_words(location),
+        study.scene.force_words()
+    );
+    let labels = ["tool angle φ [°]", "part of the superposition error [mm]"];
+    Some(LineFigure::new(title, subtitle, labels, series))
 }

@@ -53,15 +53,11 @@ fn shifted(path: &PathResults, label: &str, dashed: bool, error: &dyn Fn(usize) 
 
 /// Makes a figure of lines in the xy-plane.
 fn xy_figure(results: &ValidationResults, picture: &Picture, series: Vec<LineSeries>) -> Figure {
+    let subtitle = format!("{}, seen along −z", subtitle(results, &picture.cases));
     Figure::Lines(LineFigure {
-        title: picture.title.clone(),
-        subtitle: format!("{}, seen along −z", subtitle(results, &picture.cases)),
-        x_label: "x [mm]".into(),
-        y_label: "y [mm]".into(),
-        series,
         equal_axes: true,
         closed_note: Some("drawn to scale, errors not amplified".into()),
-        ..LineFigure::default()
+        ..LineFigure::new(&picture.title, subtitle, ["x [mm]", "y [mm]"], series)
     })
 }
 
