@@ -19,6 +19,7 @@ mod panels;
 mod plan;
 pub mod png;
 mod pose;
+mod projection;
 pub mod scene;
 pub mod shapes;
 mod slices;

@@ -14,7 +14,7 @@ use super::field::Picture;
 use super::scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::WHITE;
 use super::svg::HATCHING;
-use super::text;
+use super::text::{self, Letter};
 
 /// Drawing units per page pixel, along each axis.
 const SCALE: f64 = 3.0;
@@ -29,7 +29,7 @@ const FINE: u32 = 160;
 
 /// Returns the scene as the bytes of a PNG file; `Err` when it cannot be drawn or encoded.
 pub fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
-    let [width, height] = size_in_units(scene);
+    let [width, height] = [scene.width, scene.height].map(|length| (SCALE * length.round()) as u32);
     let mut units = RgbImage::new(width, height);
     Painter { backend: BitMapBackend::with_buffer(&mut units, (width, height)) }.draw_scene(scene)?;
     let mut out = Vec::new();
@@ -84,11 +84,6 @@ pub(super) fn cells_png(picture: &Picture) -> Result<Vec<u8>, FigureError> {
         false => encoder.write_image(&image, width, height, ColorType::Rgba8).map_err(fault)?,
     }
     Ok(out)
-}
-
-/// Returns width and height of the scene in drawing units.
-fn size_in_units(scene: &Scene) -> [u32; 2] {
-    [scene.width, scene.height].map(|length| (SCALE * length.round()) as u32)
 }
 
 /// Converts an error of the drawing or encoding library.
@@ -175,8 +170,8 @@ impl<B: DrawingBackend> Painter<B> {
         let font = text::font(height, text.weight).transform(turn.clone());
         let style = TextStyle::from(font).color(&ink).pos(Pos::new(HPos::Left, VPos::Top));
         let start = SCALE * text.start();
-        for (letter, x) in text::ink_positions(&text.content, em, text.weight) {
-            let at = place(start + x, -height / 2.0);
+        for Letter { letter, ink, .. } in text::layout(&text.content, em, text.weight).0 {
+            let at = place(start + ink, -height / 2.0);
             self.backend.draw_text(letter.encode_utf8(&mut [0; 4]), &style, at).map_err(fault)?;
         }
         Ok(())

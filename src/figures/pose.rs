@@ -4,6 +4,7 @@ use super::error::{FigureError, check_drawable};
 use super::labels::{Occupied, Spot, rect_around};
 use super::legend::{self, Sample, line_sample};
 use super::plan;
+use super::projection::Projection;
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, Weight};
@@ -127,12 +128,9 @@ impl PoseFigure {
     }
 }
 
-/// Parallel projection of frame O (mm) onto the page (pixels); `right` and `up` are the directions in O that point so on the page.
+/// Where the machine stands on the page.
 struct View {
-    right: [f64; 3],
-    up: [f64; 3],
-    scale: f64,
-    origin: Point,
+    projection: Projection,
     top: f64,
     bottom: f64,
     /// Largest extent of what is drawn, mm.
@@ -142,36 +140,21 @@ struct View {
 impl View {
     /// Returns the projection that fits the whole figure between the page's borders, below `top`.
     fn fitted(figure: &PoseFigure, top: f64) -> Self {
-        let (az, el) = (AZIMUTH.to_radians(), ELEVATION.to_radians());
-        let mut view = Self {
-            right: [-libm::sin(az), libm::cos(az), 0.0],
-            up: [-libm::sin(el) * libm::cos(az), -libm::sin(el) * libm::sin(az), libm::cos(el)],
-            scale: 1.0,
-            origin: [0.0, 0.0],
-            top,
-            bottom: top,
-            size: 1.0,
-        };
+        let mut projection = Projection::new(AZIMUTH, ELEVATION);
         let corners = box_corners(figure.workspace);
-        let points: Vec<Point> = figure.points().chain(corners).map(|p| view.project(p)).collect();
-        let span = |axis: usize| {
-            let values = points.iter().map(|p| p[axis]);
-            (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max))
-        };
-        let ((x0, x1), (y0, y1)) = (span(0), span(1));
-        view.size = (x1 - x0).max(y1 - y0).max(1e-3);
+        let [(x0, x1), (y0, y1)] = projection.ranges(figure.points().chain(corners));
         let room = PAGE_WIDTH - 2.0 * (BORDER + SIDE);
-        view.scale = (room / (x1 - x0).max(1e-3)).min(TALLEST / (y1 - y0).max(1e-3));
-        let slack = (room - view.scale * (x1 - x0)) / 2.0;
-        view.origin = [BORDER + SIDE + slack - view.scale * x0, top + SIZES.tick - view.scale * y0];
-        view.bottom = top + SIZES.tick + view.scale * (y1 - y0);
-        view
+        let scale = (room / (x1 - x0).max(1e-3)).min(TALLEST / (y1 - y0).max(1e-3));
+        let slack = (room - scale * (x1 - x0)) / 2.0;
+        projection.scale = scale;
+        projection.origin = [BORDER + SIDE + slack - scale * x0, top + SIZES.tick - scale * y0];
+        let bottom = top + SIZES.tick + scale * (y1 - y0);
+        Self { projection, top, bottom, size: (x1 - x0).max(y1 - y0).max(1e-3) }
     }
 
     /// Projects a point in O (mm) onto the page.
     fn project(&self, point: [f64; 3]) -> Point {
-        let dot = |along: [f64; 3]| (0..3).map(|axis| along[axis] * point[axis]).sum::<f64>();
-        [self.origin[0] + self.scale * dot(self.right), self.origin[1] - self.scale * dot(self.up)]
+        self.projection.project(point)
     }
 
     /// Draws the projection of a polyline in O (mm).

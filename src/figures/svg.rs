@@ -18,7 +18,7 @@ use super::png;
 use super::scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::shapes::simplify_line;
 use super::style::{HATCH, WHITE};
-use super::text::{self, Weight};
+use super::text::{self, Letter, Weight};
 use super::theme;
 
 /// Drawing units per page pixel, along each axis.
@@ -210,7 +210,7 @@ fn text_as_glyphs(texts: &[&Text]) -> String {
              transform=\"translate({x} {y}){turn} scale({size:.4} -{size:.4})\">",
             hex(text.colour)
         );
-        for (letter, pen) in text::pen_positions(&text.content, em, text.weight) {
+        for Letter { letter, pen, .. } in text::layout(&text.content, em, text.weight).0 {
             let id = letter_id(letter, text.weight);
             if let Some(path) = outline(letter, text.weight) {
                 outlines.entry(id.clone()).or_insert(path);

@@ -53,14 +53,14 @@ fn font_height(font: &FontRef<'_>, size: f64) -> f64 {
 }
 
 /// A letter of a line, with the x of its pen position and of the left end of its ink.
-struct Letter {
-    letter: char,
-    pen: f64,
-    ink: f64,
+pub(super) struct Letter {
+    pub letter: char,
+    pub pen: f64,
+    pub ink: f64,
 }
 
 /// Returns the letters of one line that starts at x = 0, and the width of the line in pixels.
-fn layout(content: &str, size: f64, weight: Weight) -> (Vec<Letter>, f64) {
+pub(super) fn layout(content: &str, size: f64, weight: Weight) -> (Vec<Letter>, f64) {
     let font = weight.font();
     let font = font.as_scaled(PxScale::from(font_height(font, size) as f32));
     let mut x = 0.0;
@@ -74,16 +74,6 @@ fn layout(content: &str, size: f64, weight: Weight) -> (Vec<Letter>, f64) {
         previous = Some(id);
     }
     (letters, f64::from(x))
-}
-
-/// Returns the letters of one line, each with the x of the left end of its ink.
-pub(super) fn ink_positions(content: &str, size: f64, weight: Weight) -> Vec<(char, f64)> {
-    layout(content, size, weight).0.into_iter().map(|letter| (letter.letter, letter.ink)).collect()
-}
-
-/// Returns the letters of one line, each with the x of its pen position.
-pub(super) fn pen_positions(content: &str, size: f64, weight: Weight) -> Vec<(char, f64)> {
-    layout(content, size, weight).0.into_iter().map(|letter| (letter.letter, letter.pen)).collect()
 }
 
 /// Returns the font units per type size.

@@ -6,6 +6,7 @@ use super::colours::{Colours, Shading};
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
 use super::labels::{self, PlacedMark};
+use super::projection::Projection;
 use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
 use super::style::{self, BORDER, INK, PAGE_WIDTH, Sizes, WHITE, outline};
 use super::text::{self, Weight};
@@ -102,7 +103,8 @@ pub(super) fn scene(figure: &VolumeFigure, colours: Colours) -> Result<Scene, Fi
     let bar_width = bar.width(BAR_HEIGHT);
     let view = View::fitted(figure, &edges, top, PAGE_WIDTH - BORDER - bar_width - BAR_GAP);
     draw_faces(&mut scene, figure, &edges, &view, scale);
-    draw_edges(&mut scene, &view);
+    // The nine visible edges of the box.
+    FACES.iter().for_each(|face| scene.outline(&face.corners(&view), outline()));
     for axis in 0..3 {
         draw_axis(&mut scene, &view, axis, &figure.axis_labels[axis]);
     }
@@ -118,14 +120,11 @@ pub(super) fn scene(figure: &VolumeFigure, colours: Colours) -> Result<Scene, Fi
     Ok(scene)
 }
 
-/// Parallel projection of the box (mm) onto the page (pixels); `right` and `up` are directions, `scale` is in pixels per mm.
+/// The box (mm), and where it stands on the page.
 struct View {
     low: [f64; 3],
     high: [f64; 3],
-    right: [f64; 3],
-    up: [f64; 3],
-    scale: f64,
-    origin: Point,
+    projection: Projection,
     /// Largest x on the page for axis labels.
     limit: f64,
     /// Rectangle on the page around the projected box and marks.
@@ -135,36 +134,26 @@ struct View {
 impl View {
     /// Returns the projection that fits box and marks between `BORDER` and `limit`, below `top`, with room for the axis labels.
     fn fitted(figure: &VolumeFigure, edges: &[Vec<f64>; 3], top: f64, limit: f64) -> Self {
-        let (az, el) = (AZIMUTH.to_radians(), ELEVATION.to_radians());
         let low = [0, 1, 2].map(|axis: usize| edges[axis][0]);
         let high = [0, 1, 2].map(|axis: usize| edges[axis][edges[axis].len() - 1]);
         let mut view = Self {
             low,
             high,
-            right: [-libm::sin(az), libm::cos(az), 0.0],
-            up: [-libm::sin(el) * libm::cos(az), -libm::sin(el) * libm::sin(az), libm::cos(el)],
-            scale: 1.0,
-            origin: [0.0, 0.0],
+            projection: Projection::new(AZIMUTH, ELEVATION),
             limit,
             bounds: Rect { x: 0.0, y: 0.0, width: 0.0, height: 0.0 },
         };
         let corners = (0..8).map(|k| view.corner([k & 1 != 0, k & 2 != 0, k & 4 != 0]));
-        let points: Vec<Point> =
-            corners.chain(figure.marks.iter().map(|m| m.position)).map(|p| view.project(p)).collect();
-        let span = |axis: usize| {
-            let ends = points.iter().map(|p| p[axis]);
-            (ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max))
-        };
-        let ((x0, x1), (y0, y1)) = (span(0), span(1));
+        let [(x0, x1), (y0, y1)] = view.projection.ranges(corners.chain(figure.marks.iter().map(|mark| mark.position)));
         let numbers = Axis::vertical(low[2], high[2], Spacing::Linear, 0.5 * TALLEST, SIZES.tick);
         let left = BORDER + axis::label_depth(SIZES.body) + numbers.depth_beside(SIZES.tick);
         let right = limit - SIZES.tick * 2.0;
         let above = SIZES.tick;
-        view.scale = ((right - left) / (x1 - x0)).min(TALLEST / (y1 - y0));
-        let slack = (right - left - view.scale * (x1 - x0)) / 2.0;
-        view.origin = [left + slack - view.scale * x0, top + above - view.scale * y0];
-        view.bounds =
-            Rect { x: left + slack, y: top + above, width: view.scale * (x1 - x0), height: view.scale * (y1 - y0) };
+        let scale = ((right - left) / (x1 - x0)).min(TALLEST / (y1 - y0));
+        let slack = (right - left - scale * (x1 - x0)) / 2.0;
+        view.projection.scale = scale;
+        view.projection.origin = [left + slack - scale * x0, top + above - scale * y0];
+        view.bounds = Rect { x: left + slack, y: top + above, width: scale * (x1 - x0), height: scale * (y1 - y0) };
         view
     }
 
@@ -175,8 +164,7 @@ impl View {
 
     /// Projects a point (mm) onto the page.
     fn project(&self, point: [f64; 3]) -> Point {
-        let dot = |along: [f64; 3]| (0..3).map(|axis| along[axis] * point[axis]).sum::<f64>();
-        [self.origin[0] + self.scale * dot(self.right), self.origin[1] - self.scale * dot(self.up)]
+        self.projection.project(point)
     }
 
     /// Returns whether a point lies on one of the three visible faces.
@@ -228,13 +216,6 @@ fn draw_faces(scene: &mut Scene, figure: &VolumeFigure, edges: &[Vec<f64>; 3], v
             figure.value(node).zip(scale).map(|(value, scale)| scale.colour(value))
         };
         scene.picture(Picture::new([origin, across, down], &edges[face.columns], &edges[face.rows], colour));
-    }
-}
-
-/// Draws the nine visible edges of the box.
-fn draw_edges(scene: &mut Scene, view: &View) {
-    for face in FACES {
-        scene.outline(&face.corners(view), outline());
     }
 }
 
