@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use toml::Value;
 
-use crate::input::Inputs;
+use crate::input::{Inputs, to_hex};
 
 /// Most keys recorded of one file: a larger one is identified by its hash alone.
 const MOST_KEYS: usize = 4000;
@@ -52,7 +52,7 @@ impl Recorded {
             if keys.len() > MOST_KEYS {
                 keys.clear();
             }
-            all.push(Recorded { part: part.into(), name: name.into(), sha256: sha256_hex(text), keys });
+            all.push(Recorded { part: part.into(), name: name.into(), sha256: to_hex(&Sha256::digest(text)), keys });
         }
         all
     }
@@ -76,11 +76,6 @@ impl Recorded {
         }
         keys
     }
-}
-
-/// Returns the SHA-256 of a text in hexadecimal.
-fn sha256_hex(text: &str) -> String {
-    Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Adds all values below the key `at` to `keys`. A table in a list is identified by its name, or by its number without one.

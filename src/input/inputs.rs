@@ -86,6 +86,6 @@ impl Inputs {
 }
 
 /// Formats bytes as hexadecimal digits.
-fn to_hex(bytes: &[u8]) -> String {
+pub(crate) fn to_hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

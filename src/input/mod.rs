@@ -7,4 +7,5 @@ mod inputs;
 
 pub use folder::Folder;
 pub use inputs::Inputs;
+pub(crate) use inputs::to_hex;
 pub use kinetostat_input::{check, error, file, toml_file};

@@ -75,10 +75,7 @@ impl Drilling {
     #[must_use]
     pub fn force(&self, f: f64) -> CutForce {
         let (thrust, torque) = self.thrust_and_torque(f);
-        let side = match self.spindle {
-            TurnDirection::Clockwise => 1.0,
-            TurnDirection::CounterClockwise => -1.0,
-        };
+        let side = -self.spindle.sign();
         CutForce { force_N: Vector3::new(0.0, 0.0, thrust), torque_Nmm: side * torque }
     }
 

@@ -129,10 +129,7 @@ impl EndMilling {
 
     /// Converts the force of a clockwise spindle (N) and the sum of tangential forces (N) to force and torque for the actual direction.
     fn for_spindle_direction(&self, force: Vector3<f64>, tangential: f64) -> CutForce {
-        let side = match self.spindle {
-            TurnDirection::Clockwise => 1.0,
-            TurnDirection::CounterClockwise => -1.0,
-        };
+        let side = -self.spindle.sign();
         CutForce {
             force_N: Vector3::new(force.x, side * force.y, force.z),
             torque_Nmm: side * tangential * self.diameter_mm / 2.0,

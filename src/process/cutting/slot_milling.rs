@@ -53,10 +53,7 @@ impl SlotMilling {
     pub fn mean_force(&self, c: f64) -> Vector3<f64> {
         let edges = f64::from(self.teeth) * self.depth_mm;
         let in_plane = |k: EdgeForce| edges * (k.cutting * c / 4.0 + k.edge / PI);
-        let side = match self.spindle {
-            TurnDirection::Clockwise => 1.0,
-            TurnDirection::CounterClockwise => -1.0,
-        };
+        let side = -self.spindle.sign();
         let axial = edges * (self.axial.cutting * c / PI + self.axial.edge / 2.0);
         Vector3::new(-in_plane(self.radial), side * in_plane(self.tangential), axial)
     }

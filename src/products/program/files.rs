@@ -28,7 +28,7 @@ use crate::{
     },
     input::{
         error::{Error, Result},
-        file,
+        file, to_hex,
     },
     machine::Machine,
     page::{Description, ResultFolder, headline::Headline, page_with},
@@ -320,7 +320,7 @@ fn hash(mut bytes: impl Read) -> IoResult<String> {
     let (mut hasher, mut part) = (Sha256::new(), vec![0; 1 << 16]);
     loop {
         match bytes.read(&mut part)? {
-            0 => return Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()),
+            0 => return Ok(to_hex(&hasher.finalize())),
             length => hasher.update(&part[..length]),
         }
     }

@@ -49,10 +49,7 @@ impl Program {
         let mut blocks = blocks.iter().enumerate().peekable();
         let mut is_behind_cycle = false;
         for index in 0..self.lines.len() {
-            let ending = match &self.source[self.lines.ending(index)] {
-                [] => b"\n",
-                ending => ending,
-            };
+            let ending = self.lines.ending_or_newline(&self.source, index);
             let block = blocks.next_if(|(_, block)| block.line == index);
             let expanded = block.filter(|(number, _)| expandable.contains(number));
             let lines = match expanded {

@@ -31,10 +31,7 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
     let mut line = 0;
     while line < lines.len() {
         let content = &source[lines.content(line)];
-        let ending = match &source[lines.ending(line)] {
-            [] => b"\n",
-            ending => ending,
-        };
+        let ending = lines.ending_or_newline(source, line);
         let start =
             block_numbers::leading_number(content).map_or_else(|| lines::prefix_len(content), |(range, _)| range.end);
         let prefix = &content[..start];

@@ -37,10 +37,7 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
     let (mut modal, mut motion, mut is_changed, mut is_across) = (None, None, false, false);
     for line in 0..lines.len() {
         let content = &source[lines.content(line)];
-        let ending = match &source[lines.ending(line)] {
-            [] => b"\n",
-            ending => ending,
-        };
+        let ending = lines.ending_or_newline(source, line);
         let mut write_line = |text: &[u8]| {
             out.extend_from_slice(text);
             out.extend_from_slice(ending);

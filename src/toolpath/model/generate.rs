@@ -66,10 +66,7 @@ impl Circle {
     /// finite, or there are fewer than 4 points or more than [`Sampling::MAX_POINTS`].
     pub fn toolpath(&self) -> Result<Toolpath, GenerateError> {
         self.check()?;
-        let sign = match self.turn {
-            TurnDirection::CounterClockwise => 1.0,
-            TurnDirection::Clockwise => -1.0,
-        };
+        let sign = self.turn.sign();
         let [first, second, _] = self.plane.axes();
         let radius_mm = self.diameter_mm / 2.0;
         let last = self.points - 1;

@@ -203,6 +203,13 @@ pub enum TurnDirection {
     CounterClockwise,
 }
 
+impl TurnDirection {
+    /// Returns the sign of the angle turned through: −1 for clockwise.
+    pub(crate) fn sign(self) -> f64 {
+        if self == Self::Clockwise { -1.0 } else { 1.0 }
+    }
+}
+
 /// Gives every point without a tangent that of the last point before it that has one, in the order of `points`.
 fn fill_tangents<'a>(points: impl Iterator<Item = &'a mut PathPoint>) {
     let mut known = Vector3::zeros();

@@ -48,6 +48,11 @@ impl Lines {
         let [content, ending] = self.ends[index];
         content..ending
     }
+
+    /// Returns the ending of line `index` of `source` for lines written in its place: `\n` if it has none.
+    pub fn ending_or_newline<'a>(&self, source: &'a [u8], index: usize) -> &'a [u8] {
+        if self.ending(index).is_empty() { b"\n" } else { &source[self.ending(index)] }
+    }
 }
 
 /// Kind of a line, without its comments.

@@ -208,15 +208,11 @@ impl Program {
                     self.set_external_axes(motion, points);
                 };
                 let done = sampler.sample_motion(|segment| parameters(segment, motion), add);
-                done.map_err(|why| {
-                    self.error_at(
-                        motion,
-                        match why {
-                            SampleFault::TooMany => Fault::TooManyPoints { most },
-                            SampleFault::TooFar => Fault::TooFar,
-                        },
-                    )
-                })?;
+                let fault = |why| match why {
+                    SampleFault::TooMany => Fault::TooManyPoints { most },
+                    SampleFault::TooFar => Fault::TooFar,
+                };
+                done.map_err(|why| self.error_at(motion, fault(why)))?;
             }
             Ok(())
         })?;

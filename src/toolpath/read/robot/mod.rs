@@ -142,15 +142,11 @@ impl RobotProgram {
                 motion.sample(segment, parameters, length_mm, points);
             };
             let done = sampler.sample_motion(|segment| parameters(segment, motion), add);
-            done.map_err(|why| {
-                self.error_at(
-                    &motion.statement,
-                    match why {
-                        SampleFault::TooMany => RobotFault::TooManyPoints { most },
-                        SampleFault::TooFar => RobotFault::TooFar,
-                    },
-                )
-            })
+            let fault = |why| match why {
+                SampleFault::TooMany => RobotFault::TooManyPoints { most },
+                SampleFault::TooFar => RobotFault::TooFar,
+            };
+            done.map_err(|why| self.error_at(&motion.statement, fault(why)))
         })?;
         Ok(())
     }
