@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    io::{Error as IoError, ErrorKind},
+    io::ErrorKind,
     path::{Component, Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
 };
@@ -99,7 +99,10 @@ impl Folder {
     fn read(&self, name: &str, from_disk: impl Fn(&Path) -> Result<Vec<u8>>) -> Result<Vec<u8>> {
         let path = self.path(name);
         let bytes = match &self.memory {
-            Some(files) => files.get(&normalized(&path)).cloned().ok_or_else(|| not_found(&path)),
+            Some(files) => files
+                .get(&normalized(&path))
+                .cloned()
+                .ok_or_else(|| Error::Read { file: path, source: ErrorKind::NotFound.into() }),
             None => from_disk(&path),
         }?;
         self.record(name, &bytes);
@@ -119,11 +122,6 @@ fn normalized(path: &Path) -> PathBuf {
         }
         plain
     })
-}
-
-/// Returns the error that a file in memory does not exist.
-fn not_found(file: &Path) -> Error {
-    Error::Read { file: file.to_path_buf(), source: IoError::from(ErrorKind::NotFound) }
 }
 
 mod disk {

@@ -116,7 +116,8 @@ impl MachineDescription {
     /// Returns a figure of the machine deflected by a load, with displacements amplified so that they can be seen.
     pub(crate) fn bent_figure(&self, bent: &DeflectedPose) -> Figure {
         let size = bent.tool_displacement_mm.norm();
-        let points: Vec<_> = link_points(&bent.commanded).into_iter().map(Into::into).collect();
+        let links = bent.commanded.chains.iter().flat_map(|chain| chain.links.iter().flatten());
+        let points: Vec<_> = links.map(|point| (*point).into()).collect();
         let factor = amplification(&points, size);
         let [x, y, z]: [f64; 3] = bent.force_n.map(|part| part.round() + 0.0).into();
         Figure::Pose(Box::new(PoseFigure {
@@ -133,11 +134,6 @@ impl MachineDescription {
             note: Some(format!("displacements drawn {factor} times as large")),
         }))
     }
-}
-
-/// Returns the points of all links, O, mm.
-fn link_points(skeleton: &Skeleton) -> Vec<[f64; 3]> {
-    skeleton.chains.iter().flat_map(|chain| chain.links.iter().flatten().copied()).collect()
 }
 
 /// Returns the pose `from` displaced by `factor` times the displacement to `to`; both are poses of the same machine.

@@ -135,8 +135,8 @@ impl FoundGamma {
 pub fn search_gamma(problem: GammaProblem<'_>, work: &Work) -> Result<FoundGamma> {
     let path = RotatablePath::new(problem)?;
     let lattice = Lattice::new(&path)?;
-    let as_programmed =
-        along::path_cost(&path, &Machines::new(problem.machine, problem.errors)?, &programmed_tasks(&path));
+    let programmed: Vec<TaskPoint> = (0..path.points().len()).map(|point| path.task(point, 0.0)).collect();
+    let as_programmed = along::path_cost(&path, &Machines::new(problem.machine, problem.errors)?, &programmed);
     let walk = lattice.walk(problem.settings.objective, f64::INFINITY, work)?;
     let best_constant = match walk.best_constant() {
         Some((gamma, on_branch)) => {
@@ -224,11 +224,6 @@ pub(crate) fn infeasible_step(
 pub fn rotated_by(problem: GammaProblem<'_>, gamma: f64) -> Result<Toolpath> {
     let path = RotatablePath::new(problem)?;
     Ok(path.rotated(&vec![gamma; path.points().len()]))
-}
-
-/// Task points (pose and load) of the path at γ = 0, one for each point.
-fn programmed_tasks(path: &RotatablePath<'_>) -> Vec<TaskPoint> {
-    (0..path.points().len()).map(|k| path.task(k, 0.0)).collect()
 }
 
 /// The best γ at each point: on the lattice, and refined, or the constant γ if that is as good. `Err` if `work` is stopped.

@@ -348,7 +348,7 @@ impl Work {
 
     /// Returns the bytes of `value`, a key or a piece; `Err` if it cannot be encoded, which is recorded.
     fn encoded(&self, value: &impl Serialize) -> Result<Vec<u8>> {
-        encode(value).map_err(|source| self.record_fault(memory_error(source)))
+        encode(value).map_err(|source| self.record_fault(Error::Write { file: "a piece of the work".into(), source }))
     }
 
     /// Returns the bytes under `key` in the parts; `None` without parts or if none has it; `Err` if they cannot be read, which is recorded.
@@ -393,11 +393,6 @@ pub fn if_this_shard<T>(result: Result<T>) -> Result<Option<T>> {
         Err(Error::OtherShard) => Ok(None),
         other => other.map(Some),
     }
-}
-
-/// Returns the error that a piece cannot be encoded because of `source`.
-fn memory_error(source: io::Error) -> Error {
-    Error::Write { file: "a piece of the work".into(), source }
 }
 
 /// Locks `mutex`, also after a panic elsewhere: each piece is written at once, so that what it left is whole.

@@ -277,14 +277,4 @@ impl Process {
         process.inputs = Inputs::of_file(origin, text).and(process.inputs);
         Ok(process)
     }
-
-    /// Checks a process whose tables are part of another file, at `check`; that file's text is not among its inputs.
-    pub(crate) fn from_tables(
-        spec: &ProcessSpec,
-        check: &Check,
-        folder: &Folder,
-        machine: &Machine,
-    ) -> Result<Process> {
-        resolve::tables(spec, check, folder, machine)
-    }
 }

@@ -38,12 +38,14 @@ pub(super) fn file(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: 
     process(spec, check, folder, machine, "")
 }
 
-/// Checks the tables of a process that stand in another file at `check`, and converts them to a process for `machine`.
-pub(super) fn tables(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
-    if spec.schema.is_some() {
-        return check.key("schema").fail("belongs at the top of the file".into());
+impl Process {
+    /// Checks a process whose tables are part of another file, at `check`; that file's text is not among its inputs.
+    pub(crate) fn from_tables(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Self> {
+        if spec.schema.is_some() {
+            return check.key("schema").fail("belongs at the top of the file".into());
+        }
+        process(spec, check, folder, machine, "process.")
     }
-    process(spec, check, folder, machine, "process.")
 }
 
 /// Checks all tables of a process, whose keys begin with `key_prefix` in messages; its inputs are the files that it names.

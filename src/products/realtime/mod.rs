@@ -180,11 +180,6 @@ fn recording_points() -> impl Iterator<Item = Sample> {
     })
 }
 
-/// Returns the points whose equilibria the polynomials are fitted to.
-fn fit_points() -> impl Iterator<Item = Sample> {
-    corners().step_by(3).chain((0..FIT_POINTS).map(point_near_faces))
-}
-
 /// Equilibria of a machine: `postures`, at which steps are recorded, and `solved`, which polynomials are fitted to.
 struct Equilibria {
     postures: Vec<TipState>,
@@ -194,7 +189,8 @@ struct Equilibria {
 /// Solves the equilibria for recording and fitting.
 fn equilibria(search: &Search<'_>) -> Result<Equilibria> {
     let solved = |places: &mut dyn Iterator<Item = Sample>| search.exact.solve_all(search.domain, places);
-    Ok(Equilibria { postures: solved(&mut recording_points())?, solved: solved(&mut fit_points())? })
+    let mut fitted = corners().step_by(3).chain((0..FIT_POINTS).map(point_near_faces));
+    Ok(Equilibria { postures: solved(&mut recording_points())?, solved: solved(&mut fitted)? })
 }
 
 /// Returns the function with the first of `degrees` whose last error, by `trial_errors`, is small enough; else the one with the smallest error.

@@ -216,13 +216,16 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let basis = format!("{points}, {cutting} of them cutting, {length:.1} mm of path, {inputs}");
     let verdict = report.findings.outside.verdict(&report.job.machine, report.name);
     let distribution = report.proved.spread.as_ref();
-    let (sure, numbers) = match distribution {
+    let (sure, numbers): (_, Vec<KeyNumber>) = match distribution {
         Some(distribution) => {
             let gouge = without_force_number(report);
             let numbers = spread_report::along_numbers(&along(report), distribution).into_iter().chain(gouge).collect();
             (spread_report::along_verdict(&along(report), distribution), numbers)
         }
-        None => (main_sentence(report), nominal_numbers(report)),
+        None => {
+            let numbers = distances(report).into_iter().flatten().chain(largest_correction(report)).collect();
+            (main_sentence(report), numbers)
+        }
     };
     let uncertain = report.job.uncertainty.as_ref();
     let mut headline = Headline::new(verdict + &sure, basis)
@@ -237,11 +240,6 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_numbers(numbers);
     headline.unsolved = report.proved.unsolved_as_written();
     headline
-}
-
-/// Returns the largest errors and the largest correction with nominal numbers.
-fn nominal_numbers(report: &Report<'_>) -> Vec<KeyNumber> {
-    distances(report).into_iter().flatten().chain(largest_correction(report)).collect()
 }
 
 /// Returns how sentences about the distribution along the program name it.
