@@ -127,7 +127,7 @@ impl VerdictWriter<'_> {
     /// Returns a sentence on by how much the worst value of the result `best` is better than those of the others.
     pub(super) fn worst_case_sentence(&self, quantity: usize, best: usize, extremes: &[Extremes]) -> String {
         let q = &self.aligned.shared.quantities[quantity];
-        let worst_of = |who: usize| self.worst_extreme(quantity, &extremes[who]).0;
+        let worst_of = |who: usize| self.worst_and_best(quantity, &extremes[who])[0].0;
         let others: Vec<String> = (0..extremes.len())
             .filter(|who| *who != best)
             .map(|who| self.comparison(quantity, worst_of(best), who, worst_of(who)))

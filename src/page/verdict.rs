@@ -75,23 +75,15 @@ impl VerdictWriter<'_> {
     /// Returns the result with the best worst value.
     fn best_worst_case(&self, quantity: usize, extremes: &[Extremes]) -> usize {
         let sign = if self.aligned.shared.quantities[quantity].better == Better::Larger { -1.0 } else { 1.0 };
-        let cost = |who: &usize| sign * self.worst_extreme(quantity, &extremes[*who]).0;
+        let cost = |who: &usize| sign * self.worst_and_best(quantity, &extremes[*who])[0].0;
         (0..extremes.len()).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0)
     }
 
-    /// Returns the worst value of a result and its node.
-    pub(super) fn worst_extreme(&self, quantity: usize, extremes: &Extremes) -> (f64, usize) {
+    /// Returns the worst and the best value of a result, each with its node.
+    pub(super) fn worst_and_best(&self, quantity: usize, extremes: &Extremes) -> [(f64, usize); 2] {
         match self.aligned.shared.quantities[quantity].better {
-            Better::Larger => extremes.smallest,
-            _ => extremes.largest,
-        }
-    }
-
-    /// Returns the best value of a result and its node.
-    fn best_extreme(&self, quantity: usize, extremes: &Extremes) -> (f64, usize) {
-        match self.aligned.shared.quantities[quantity].better {
-            Better::Larger => extremes.largest,
-            _ => extremes.smallest,
+            Better::Larger => [extremes.smallest, extremes.largest],
+            _ => [extremes.largest, extremes.smallest],
         }
     }
 
@@ -101,9 +93,8 @@ impl VerdictWriter<'_> {
         let (data, _) = self.aligned.extremes_basis();
         let is_larger = q.better == Better::Larger;
         let which = if is_larger { ["smallest", "largest"] } else { ["largest", "smallest"] };
-        type Of<'b> = &'b dyn Fn(&Extremes) -> (f64, usize);
-        let extreme_of: [Of<'_>; 2] = [&|e| self.worst_extreme(quantity, e), &|e| self.best_extreme(quantity, e)];
-        for (which, extreme_of) in which.into_iter().zip(extreme_of) {
+        for (end, which) in which.into_iter().enumerate() {
+            let extreme_of = |extremes: &Extremes| self.worst_and_best(quantity, extremes)[end];
             let (value, node) = extreme_of(&extremes[best]);
             let comparison = |who: usize| self.comparison(quantity, value, who, extreme_of(&extremes[who]).0);
             let others: Vec<String> = (0..extremes.len()).filter(|who| *who != best).map(comparison).collect();

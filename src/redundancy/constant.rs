@@ -1,11 +1,9 @@
 //! The best constant γ of a whole path, between the values of the lattice.
 
-use rayon::prelude::*;
-
 use super::{
     knots::length_and_time,
     lattice::{Shape, TIE_MM},
-    nodes::{Node, NodeState, Solver},
+    nodes::{Node, NodeState, map_points},
     turnable::RotatablePath,
 };
 use crate::{input::error::Result, process::RedundancyObjective, statics::Batch, work::Work};
@@ -14,8 +12,6 @@ use crate::{input::error::Result, process::RedundancyObjective, statics::Batch, 
 const ROUNDS: usize = 3;
 /// Values of γ tried in a round.
 const TRIALS: usize = Batch::WIDTH;
-/// Points that one thread takes at a time.
-const CHUNK: usize = 64;
 
 /// Returns the best constant γ (rad) within one `step` (rad) of `gamma` on the branch with index `branch`. `Err` if `work` is stopped.
 pub(super) fn refine(
@@ -55,11 +51,7 @@ pub(super) fn refine(
 /// Objective (mm) of the path at each of `gammas` (rad) as constant γ, on branch index `branch`; infinite where it is infeasible.
 fn constant_costs(path: &RotatablePath<'_>, shape: &Shape, branch: usize, gammas: &[f64]) -> Vec<f64> {
     let points: Vec<usize> = (0..path.points().len()).collect();
-    let chunks = points.par_chunks(CHUNK).map(|points| {
-        let mut solver = Solver::new(path);
-        points.iter().map(|k| solver.nodes_on_branch(*k, branch, gammas)).collect::<Vec<Vec<Node>>>()
-    });
-    let layers: Vec<Vec<Node>> = chunks.flatten_iter().collect();
+    let layers: Vec<Vec<Node>> = map_points(path, &points, |solver, k| solver.nodes_on_branch(k, branch, gammas));
     let objective = path.problem.settings.objective;
     let cost = |gamma: usize| -> Option<f64> {
         let (mut sum, mut before): (f64, Option<NodeState>) = (0.0, None);

@@ -1,6 +1,7 @@
 //! Nodes of the lattice: at each point, γ and branch the drive positions and the distance of the loaded tool from its path, if any.
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::turnable::{BranchMachine, MOST_DRIVES, RotatablePath};
@@ -66,6 +67,22 @@ pub type Node = std::result::Result<NodeState, Infeasible>;
 
 /// Tolerance and iterations of equilibria on the lattice.
 const SETTINGS: statics::Settings = statics::Settings { tolerance: 1e-9, max_iterations: 12 };
+
+/// Points that one thread takes at a time.
+const CHUNK: usize = 64;
+
+/// Applies `find` to each point index in `points` of `path`, in parallel, and returns the results in order.
+pub(super) fn map_points<T: Send>(
+    path: &RotatablePath<'_>,
+    points: &[usize],
+    find: impl Fn(&mut Solver<'_>, usize) -> T + Sync,
+) -> Vec<T> {
+    let chunks = points.par_chunks(CHUNK).map(|points| {
+        let mut solver = Solver::new(path);
+        points.iter().map(|k| find(&mut solver, *k)).collect::<Vec<T>>()
+    });
+    chunks.flatten_iter().collect()
+}
 
 /// Solver of nodes, one for each thread.
 #[derive(Debug)]

@@ -1,11 +1,9 @@
 //! Refinement of γ between the values of the lattice: lowers the cost of each point as far as the γ of its neighbours and the limits allow.
 
-use rayon::prelude::*;
-
 use super::{
     knots::length_and_time,
     lattice::{Shape, TIE_MM},
-    nodes::{Node, NodeState, Solver},
+    nodes::{Node, NodeState, Solver, map_points},
     turnable::RotatablePath,
 };
 use crate::{
@@ -20,9 +18,6 @@ const SWEEPS: usize = 6;
 const ROUNDS: usize = 2;
 /// Values of γ tried in a round.
 const TRIALS: usize = Batch::WIDTH;
-
-/// Points that one thread takes at a time.
-const CHUNK: usize = 64;
 
 /// Path, limits and branch of a refinement.
 pub(super) struct Refinement<'a> {
@@ -40,7 +35,7 @@ pub(super) struct Refinement<'a> {
 impl Refinement<'_> {
     /// Refines `gammas` (rad, one for each point) sweep by sweep, within the band between points. `Err` if `work` is stopped.
     pub fn refine(&self, mut gammas: Vec<f64>) -> Result<Vec<f64>> {
-        let mut nodes: Vec<Node> = self.map_points(&(0..gammas.len()).collect::<Vec<_>>(), |solver, k| {
+        let mut nodes: Vec<Node> = map_points(self.path, &(0..gammas.len()).collect::<Vec<_>>(), |solver, k| {
             solver.nodes_on_branch(k, self.branch, &[gammas[k]]).swap_remove(0)
         });
         for _ in 0..SWEEPS {
@@ -53,7 +48,7 @@ impl Refinement<'_> {
                     .step_by(2)
                     .filter(|k| self.path.is_counted(*k) || nodes[*k].is_err())
                     .collect();
-                let moved = self.map_points(&points, |solver, k| self.improve(solver, k, &gammas, &nodes));
+                let moved = map_points(self.path, &points, |solver, k| self.improve(solver, k, &gammas, &nodes));
                 self.work.tell(Event::Computed(points.len()));
                 for (k, found) in points.into_iter().zip(moved) {
                     if let Some((gamma, at)) = found {
@@ -67,15 +62,6 @@ impl Refinement<'_> {
             }
         }
         Ok(gammas)
-    }
-
-    /// Applies `find` to each point index in `points`, in parallel, and returns the results in order.
-    fn map_points<T: Send>(&self, points: &[usize], find: impl Fn(&mut Solver<'_>, usize) -> T + Sync) -> Vec<T> {
-        let chunks = points.par_chunks(CHUNK).map(|points| {
-            let mut solver = Solver::new(self.path);
-            points.iter().map(|k| find(&mut solver, *k)).collect::<Vec<T>>()
-        });
-        chunks.flatten_iter().collect()
     }
 
     /// A γ (rad) of path point `k` that costs less than `gammas[k]`, with its state; `None` if there is none within the limits.

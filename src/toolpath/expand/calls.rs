@@ -80,10 +80,7 @@ impl Run<'_> {
         if let Some(rest) = line.without_words(&call_words) {
             self.write_evaluated(&rest)?;
         }
-        match times.unwrap_or(1) {
-            0 => Ok(Next::Line),
-            times => self.call(begin, times, None).map_err(at),
-        }
+        self.call(begin, times.unwrap_or(1), None).map_err(at)
     }
 
     /// Runs a line with G65: calls subprogram P L times, with the other words as arguments, letter by letter.
@@ -105,10 +102,7 @@ impl Run<'_> {
             arguments.extend(word.value.map(|value| (number, value)));
         }
         let begin = self.find_subprogram(&p.to_string(), CallTarget::Number).map_err(at)?;
-        match l.unwrap_or(1) {
-            0 => Ok(Next::Line),
-            times => self.call(begin, times, Some(arguments)).map_err(at),
-        }
+        self.call(begin, l.unwrap_or(1), Some(arguments)).map_err(at)
     }
 
     /// Runs a line with M99: writes its other words, then returns behind the call, or to line N`P` of the calling program.
@@ -178,8 +172,12 @@ impl Run<'_> {
         Err(Fault::Macro(MacroFault::NoSubprogram { name: bare.to_owned() }))
     }
 
-    /// Calls the subprogram at `begin` for `times` runs, with local variables if there are `arguments`. `Err` if calls nest too deep.
+    /// Calls the subprogram at `begin` for `times` runs, with local variables if there are `arguments`; goes on with the next line if that is
+    /// not even once. `Err` if calls nest too deep.
     pub(crate) fn call(&mut self, begin: Origin, times: u32, arguments: Option<Arguments>) -> Result<Next, Fault> {
+        if times == 0 {
+            return Ok(Next::Line);
+        }
         if self.calls.len() == DEEPEST {
             return Err(Fault::Macro(MacroFault::TooDeep { most: DEEPEST }));
         }

@@ -152,3 +152,10 @@ pub enum RobotFault {
         most: usize,
     },
 }
+
+impl RobotFault {
+    /// Refuses `what`, with its verb, where `expected` is followed instead.
+    pub(crate) fn not_followed<T>(what: &'static str, expected: &'static str) -> Result<T, Self> {
+        Err(Self::NotFollowed { what, expected })
+    }
+}

@@ -136,10 +136,7 @@ impl<'a> Reader<'a> {
             "LOADTL" => self.tool = number().filter(|tool| *tool >= 0.0 && tool.fract() == 0.0).map(|tool| tool as u32),
             "MSYS" | "MCSYS" => {
                 if *self.system.get_or_insert_with(|| words.clone()) != words {
-                    return Err(RobotFault::NotFollowed {
-                        what: "second systems of coordinates are",
-                        expected: "one MSYS",
-                    });
+                    return RobotFault::not_followed("second systems of coordinates are", "one MSYS");
                 }
             }
             "FINI" => self.end_line = Some(line),
@@ -147,10 +144,10 @@ impl<'a> Reader<'a> {
             "CYCLE" | "CUTCOM" | "TRACUT" | "ROTABL" | "ROTHED"
                 if words.first().is_some_and(|word| word == "OFF" || word == "NOMORE") => {}
             _ if is_in_list(word, REFUSED) => {
-                return Err(RobotFault::NotFollowed {
-                    what: "circles, cycles, compensation, turned tables and computed motions are",
-                    expected: "GOTO/x,y,z,i,j,k",
-                });
+                return RobotFault::not_followed(
+                    "circles, cycles, compensation, turned tables and computed motions are",
+                    "GOTO/x,y,z,i,j,k",
+                );
             }
             _ if major.contains('=') || is_in_list(word, IGNORED) => {}
             _ => {

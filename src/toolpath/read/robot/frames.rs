@@ -135,10 +135,7 @@ pub(crate) fn check_index(name: &str, open: char, close: char) -> Result<(), Rob
     let index = name.split_once(open).map_or("", |(_, rest)| rest.split(close).next().unwrap_or_default());
     match index.bytes().all(|byte| byte.is_ascii_digit() || byte == b' ') {
         true => Ok(()),
-        false => Err(RobotFault::NotFollowed {
-            what: "bases and tools whose index is computed are",
-            expected: "the index as a number",
-        }),
+        false => RobotFault::not_followed("bases and tools whose index is computed are", "the index as a number"),
     }
 }
 

@@ -111,10 +111,7 @@ impl PoseFormat {
             && current.angle_to(&corrected) > self.half_turn_unit()
         {
             if statement.is_step {
-                return Err(RobotFault::NotFollowed {
-                    what: "corrected orientations of steps are",
-                    expected: "LIN with a pose",
-                });
+                return RobotFault::not_followed("corrected orientations of steps are", "LIN with a pose");
             }
             changes.extend(self.rotation_texts(&corrected, statement, target));
         }

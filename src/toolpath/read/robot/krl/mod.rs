@@ -112,10 +112,7 @@ impl<'a> Reader<'a> {
             "IF" | "FOR" | "WHILE" | "LOOP" | "REPEAT" | "SWITCH" => self.enclosing.push((word, self.lines.line)),
             "ENDIF" | "ENDFOR" | "ENDWHILE" | "ENDLOOP" | "UNTIL" | "ENDSWITCH" => drop(self.enclosing.pop()),
             "GOTO" => {
-                return Err(RobotFault::NotFollowed {
-                    what: "jumps are",
-                    expected: "the motions in the order they run",
-                });
+                return RobotFault::not_followed("jumps are", "the motions in the order they run");
             }
             "INTERRUPT" => check_interrupt(scan, text)?,
             "TRIGGER" => self.check_trigger(scan, text)?,
@@ -123,7 +120,7 @@ impl<'a> Reader<'a> {
                 self.points.declare(code, self.lines.line);
             }
             "RESUME" | "CWRITE" | "ASYPTP" | "ASYCONT" | "ASYSTOP" | "BRAKE" => {
-                return Err(RobotFault::NotFollowed { what: "motions beside the program are", expected: "none" });
+                return RobotFault::not_followed("motions beside the program are", "none");
             }
             "RETURN" | "ELSE" | "CASE" | "DEFAULT" | "DEFDAT" | "ENDDAT" | "PUBLIC" | "INI" | "WAIT" | "HALT"
             | "PULSE" | "ANIN" | "ANOUT" | "DIGIN" | "SIGNAL" | "EXT" | "EXTFCT" | "IMPORT" | "ENUM" | "STRUC"
@@ -153,10 +150,10 @@ impl<'a> Reader<'a> {
             && scan.takes(b'=')
             && scan.number().is_ok_and(|(number, _)| number == 0.0);
         if !at_start {
-            return Err(RobotFault::NotFollowed {
-                what: "triggers on the way or at the end of a motion are",
-                expected: "TRIGGER WHEN DISTANCE=0",
-            });
+            return RobotFault::not_followed(
+                "triggers on the way or at the end of a motion are",
+                "TRIGGER WHEN DISTANCE=0",
+            );
         }
         let text = String::from_utf8_lossy(text).to_ascii_uppercase();
         let action = text.split_once(" DO ").map_or("", |(_, action)| action);
@@ -208,7 +205,7 @@ fn check_interrupt(mut scan: Scan<'_>, text: &[u8]) -> Result<(), RobotFault> {
     let is_declared = scan.name().0.eq_ignore_ascii_case("DECL");
     let stops = String::from_utf8_lossy(text).to_ascii_uppercase().contains("IR_STOPM");
     match is_declared && !stops {
-        true => Err(RobotFault::NotFollowed { what: "interrupts are", expected: "none but that of IR_STOPM" }),
+        true => RobotFault::not_followed("interrupts are", "none but that of IR_STOPM"),
         false => Ok(()),
     }
 }

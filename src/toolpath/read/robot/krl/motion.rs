@@ -33,9 +33,9 @@ impl Reader<'_> {
             "PTP_REL" => (MotionKind::PointToPoint, true),
             "CIRC" => (MotionKind::Circle, false),
             "CIRC_REL" => {
-                return Err(RobotFault::NotFollowed { what: "circles by steps are", expected: "CIRC" });
+                return RobotFault::not_followed("circles by steps are", "CIRC");
             }
-            _ => return Err(RobotFault::NotFollowed { what: "splines are", expected: "LIN, CIRC and PTP" }),
+            _ => return RobotFault::not_followed("splines are", "LIN, CIRC and PTP"),
         };
         self.check_runs_once()?;
         if let Some(end) = self.end_line {
@@ -71,17 +71,17 @@ impl Reader<'_> {
             let moves_axes =
                 |target: &Target| target.numbers.iter().any(|n| matches!(n.component, Component::External(_)));
             if in_tool || end.as_ref().is_some_and(|end| turns(end) || moves_axes(end)) {
-                return Err(RobotFault::NotFollowed {
-                    what: "steps along the axes of the tool, turns and external axes by steps are",
-                    expected: "steps of X, Y and Z in the base",
-                });
+                return RobotFault::not_followed(
+                    "steps along the axes of the tool, turns and external axes by steps are",
+                    "steps of X, Y and Z in the base",
+                );
             }
         }
         if let (MotionKind::Circle, Some(_)) = (kind, self.circ_type_line) {
-            return Err(RobotFault::NotFollowed {
-                what: "circles that carry the orientation along ($CIRC_TYPE) are",
-                expected: "$CIRC_TYPE=#BASE before it",
-            });
+            return RobotFault::not_followed(
+                "circles that carry the orientation along ($CIRC_TYPE) are",
+                "$CIRC_TYPE=#BASE before it",
+            );
         }
         let end = end.map(|end| if is_step { without_rotation(end) } else { end });
         let frames = match &end {

@@ -62,10 +62,10 @@ impl Reader<'_> {
             "$VEL" => self.set_speed(None),
             "$IPO_MODE" if !is("#BASE") => return Err(FIXED_TOOL),
             "$ORI_TYPE" if !is("#VAR") => {
-                return Err(RobotFault::NotFollowed {
-                    what: "orientations that do not turn evenly along a motion ($ORI_TYPE) are",
-                    expected: "#VAR",
-                });
+                return RobotFault::not_followed(
+                    "orientations that do not turn evenly along a motion ($ORI_TYPE) are",
+                    "#VAR",
+                );
             }
             "$CIRC_TYPE" => self.circ_type_line = (!is("#BASE")).then_some(self.lines.line),
             "FDAT_ACT" => {
@@ -77,7 +77,7 @@ impl Reader<'_> {
                 self.frame_data = frame::frame_numbers(data)?;
             }
             _ if name.starts_with("$BASE.") || name.starts_with("$TOOL.") || name.starts_with("$BASE_C") => {
-                return Err(RobotFault::NotFollowed { what: "parts of frames are", expected: "a whole frame" });
+                return RobotFault::not_followed("parts of frames are", "a whole frame");
             }
             _ if name.starts_with('$') => {}
             _ => {
@@ -102,10 +102,10 @@ impl Reader<'_> {
         }
         let name = variable_name(&mut scan)?;
         if scan.takes(b'(') {
-            return Err(RobotFault::NotFollowed {
-                what: "bases that move with external axes (EK, EB) are",
-                expected: "a base that stands still",
-            });
+            return RobotFault::not_followed(
+                "bases that move with external axes (EK, EB) are",
+                "a base that stands still",
+            );
         }
         if !scan.is_done() {
             return Err(FRAME_VALUE);
@@ -146,10 +146,7 @@ impl Reader<'_> {
             "TOOL" => self.set_frames([index, None])?,
             "BASE" => self.set_frames([None, index])?,
             "EX_BASE" => {
-                return Err(RobotFault::NotFollowed {
-                    what: "bases that move are",
-                    expected: "a base that stands still",
-                });
+                return RobotFault::not_followed("bases that move are", "a base that stands still");
             }
             _ => {}
         }

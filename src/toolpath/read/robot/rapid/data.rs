@@ -185,10 +185,7 @@ pub(crate) fn tool_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
     let mut scan = Scan::new(text);
     scan.expect(b'[', "[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]")?;
     if !parse_bool(&mut scan)? {
-        return Err(RobotFault::NotFollowed {
-            what: "tools that stand still are",
-            expected: "a tool that the robot holds",
-        });
+        return RobotFault::not_followed("tools that stand still are", "a tool that the robot holds");
     }
     scan.expect(b',', ", and the frame of the tool")?;
     parse_pose(&mut scan)
@@ -202,10 +199,10 @@ pub(crate) fn work_object_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFaul
     scan.expect(b',', ",")?;
     let is_fixed = parse_bool(&mut scan)?;
     if is_held || !is_fixed {
-        return Err(RobotFault::NotFollowed {
-            what: "work objects that move are",
-            expected: "one that stands still (robhold FALSE, ufprog TRUE)",
-        });
+        return RobotFault::not_followed(
+            "work objects that move are",
+            "one that stands still (robhold FALSE, ufprog TRUE)",
+        );
     }
     scan.expect(b',', ", and the name of a unit")?;
     scan.expect(b'"', "\"\"")?;

@@ -110,30 +110,24 @@ impl<'a> Reader<'a> {
         match unit.word.as_str() {
             "MOVEL" | "MOVEC" | "MOVEJ" | "MOVEABSJ" => return self.motion(unit).map(Some),
             word if is_other_motion(word) => {
-                return Err(RobotFault::NotFollowed {
-                    what: "motions with signals, searches and processes are",
-                    expected: "MoveL, MoveC, MoveJ and MoveAbsJ",
-                });
+                return RobotFault::not_followed(
+                    "motions with signals, searches and processes are",
+                    "MoveL, MoveC, MoveJ and MoveAbsJ",
+                );
             }
             "IF" => self.check_one_line_if(unit)?,
             "GOTO" => {
-                return Err(RobotFault::NotFollowed {
-                    what: "jumps are",
-                    expected: "the motions in the order they run",
-                });
+                return RobotFault::not_followed("jumps are", "the motions in the order they run");
             }
             "RETURN" | "EXIT" if self.enclosing.is_empty() => self.end_line = Some(unit.line),
             "PDISPON" | "PDISPSET" | "EOFFSON" | "EOFFSSET" | "SOFTACT" | "CORRCON" | "CORRWRITE" | "WORLDACCLIM" => {
-                return Err(RobotFault::NotFollowed {
-                    what: "displaced programs are",
-                    expected: "targets where they are",
-                });
+                return RobotFault::not_followed("displaced programs are", "targets where they are");
             }
             "CIRPATHMODE" if !self.text(unit).to_ascii_uppercase().contains("\\PATHFRAME") => {
-                return Err(RobotFault::NotFollowed {
-                    what: "circles that carry the orientation along are",
-                    expected: "CirPathMode\\PathFrame",
-                });
+                return RobotFault::not_followed(
+                    "circles that carry the orientation along are",
+                    "CirPathMode\\PathFrame",
+                );
             }
             "VELSET" => {
                 let first = Scan::new(&self.text(unit).as_bytes()[unit.word.len()..]).number();

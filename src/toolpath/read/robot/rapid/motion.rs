@@ -100,7 +100,7 @@ impl Reader<'_> {
     fn target(&self, argument: Range<usize>) -> Result<Target, RobotFault> {
         let (at, options) = self.expression_and_options(argument);
         if !options.is_empty() {
-            return Err(RobotFault::NotFollowed { what: "synchronised motions (\\ID) are", expected: "none" });
+            return RobotFault::not_followed("synchronised motions (\\ID) are", "none");
         }
         let mut scan = Scan::new(&self.source[at.clone()]);
         let mut ahead = scan;
@@ -132,18 +132,12 @@ impl Reader<'_> {
         match name.as_str() {
             "" => return Err(POINT),
             "RELTOOL" | "OFFS" | "CROBT" | "CALCROBT" | "ORIENTZYX" => {
-                return Err(RobotFault::NotFollowed {
-                    what: "computed targets are",
-                    expected: "a target, or Offs of one",
-                });
+                return RobotFault::not_followed("computed targets are", "a target, or Offs of one");
             }
             _ => {}
         }
         if scan.takes(b'{') {
-            return Err(RobotFault::NotFollowed {
-                what: "arrays of targets are",
-                expected: "a target with a name of its own",
-            });
+            return RobotFault::not_followed("arrays of targets are", "a target with a name of its own");
         }
         let known = self.data.as_ref().map_or(Ok(None), |data| data.find(self.source, DataType::Target, &name))?;
         let written = known.ok_or(RobotFault::NoPoint { name, beside: String::new() })?;
@@ -185,7 +179,7 @@ impl Reader<'_> {
             }
         }
         if !options.is_empty() {
-            return Err(RobotFault::NotFollowed { what: "times of motions (\\T) are", expected: "a speed" });
+            return RobotFault::not_followed("times of motions (\\T) are", "a speed");
         }
         let text = &self.source[at];
         let speed = if text.starts_with(b"[") {
@@ -213,10 +207,7 @@ impl Reader<'_> {
                     base = Base { name: name.to_ascii_lowercase(), in_world };
                 }
                 _ => {
-                    return Err(RobotFault::NotFollowed {
-                        what: "options other than \\WObj and \\TLoad are",
-                        expected: "none",
-                    });
+                    return RobotFault::not_followed("options other than \\WObj and \\TLoad are", "none");
                 }
             }
         }
