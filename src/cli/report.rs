@@ -1,10 +1,6 @@
 //! `kinetostat report`: makes the page of results again, or one that compares several.
 
-use std::{
-    fs::File,
-    io::Read,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use kinetostat::{
@@ -13,7 +9,7 @@ use kinetostat::{
     page::{GENERATOR, PAGE, ResultFolder, comparison, page},
 };
 
-use super::{Ending, print};
+use super::{Ending, print, reporting::begin_of};
 
 /// Make the page of a result folder again, or one page that compares several. Computes nothing.
 #[derive(Debug, Args)]
@@ -61,15 +57,9 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
 /// Writes the page that `make` returns as `out`, in place of a page of this program, or of anything with `--force`.
 pub(super) fn write_page(out: &Path, force: bool, make: impl FnOnce() -> Result<String>) -> Result<Ending> {
     let name = prepare_beside(out)?;
-    check_may_replace(out, Foreign::forced(force), || is_page(out))?;
+    let is_page = || begin_of(out, 1024).is_ok_and(|begin| begin.contains(GENERATOR));
+    check_may_replace(out, Foreign::forced(force), is_page)?;
     write_beside(out, vec![OutputFile::new(name, make()?)])?;
     print(&format!("Written to {}\n", out.display()))?;
     Ok(Ending::Complete)
-}
-
-/// Returns whether `file` is a page that this program wrote.
-fn is_page(file: &Path) -> bool {
-    let mut begin = Vec::new();
-    let read = File::open(file).and_then(|file| file.take(1024).read_to_end(&mut begin));
-    read.is_ok() && String::from_utf8_lossy(&begin).contains(GENERATOR)
 }

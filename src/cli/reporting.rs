@@ -107,10 +107,15 @@ impl Reporting {
 
 /// Returns whether `file` is empty or begins as a log of this program does.
 fn is_log(file: &Path) -> bool {
+    let is_ours = |line: &str| line.is_empty() || line.starts_with('[') && line.contains("] kinetostat ");
+    begin_of(file, 200).is_ok_and(|line| is_ours(&line))
+}
+
+/// Returns the text of the first bytes of `file`, `most` of them.
+pub(super) fn begin_of(file: &Path, most: u64) -> std::io::Result<String> {
     let mut begin = Vec::new();
-    let read = File::open(file).and_then(|file| file.take(200).read_to_end(&mut begin));
-    let line = String::from_utf8_lossy(&begin);
-    read.is_ok() && (line.is_empty() || line.starts_with('[') && line.contains("] kinetostat "))
+    File::open(file)?.take(most).read_to_end(&mut begin)?;
+    Ok(String::from_utf8_lossy(&begin).into_owned())
 }
 
 /// Flags that Ctrl-C sets, and whether it ends the program at once.

@@ -44,14 +44,15 @@ impl Table {
         Ok(csv::Reader::from_reader(file::open(&self.file)?))
     }
 
+    /// Returns the error that the file has a `problem` in the line of `position`, in the column `key`.
+    fn error_at(&self, position: Option<&csv::Position>, key: &str, problem: String) -> Error {
+        let line = position.map(|at| at.line() as usize);
+        Error::Syntax { file: self.file.display().to_string(), line, key: key.into(), problem }
+    }
+
     /// Returns an error of the CSV library with file and line.
     fn csv_error(&self, fault: &csv::Error) -> Error {
-        Error::Syntax {
-            file: self.file.display().to_string(),
-            line: fault.position().map(|at| at.line() as usize),
-            key: String::new(),
-            problem: fault.to_string(),
-        }
+        self.error_at(fault.position(), "", fault.to_string())
     }
 
     /// Calls `visit` with each row, its texts without the mark against formulas; `Err` when a row cannot be read.
@@ -79,12 +80,8 @@ impl Table {
 
     /// Returns the error for a cell of `row` that should hold a number or nothing.
     pub(crate) fn not_a_number(&self, row: &StringRecord, column: usize) -> Error {
-        Error::Syntax {
-            file: self.file.display().to_string(),
-            line: row.position().map(|at| at.line() as usize),
-            key: self.header[column].clone(),
-            problem: format!("expected a number or nothing, got {:?}", row.get(column).unwrap_or_default()),
-        }
+        let problem = format!("expected a number or nothing, got {:?}", row.get(column).unwrap_or_default());
+        self.error_at(row.position(), &self.header[column], problem)
     }
 
     /// Returns the index of the column `name`; `Err` when there is none.
@@ -275,17 +272,13 @@ struct LeadingRows {
 impl LeadingRows {
     /// Inserts the row if it belongs to the leading ones.
     fn add(&mut self, key: &Key, row: usize) {
-        let is_late = |last: &(Key, usize)| match self.is_largest {
-            true => key.compare(&last.0) != Ordering::Greater,
-            false => key.compare(&last.0) != Ordering::Less,
+        let is_before = |(kept, _): &(Key, usize)| match self.is_largest {
+            true => kept.compare(key) != Ordering::Less,
+            false => kept.compare(key) != Ordering::Greater,
         };
-        if self.kept.len() == MOST_SORTED && self.kept.last().is_some_and(is_late) {
+        if self.kept.len() == MOST_SORTED && self.kept.last().is_some_and(is_before) {
             return;
         }
-        let is_before = |kept: &(Key, usize)| match self.is_largest {
-            true => kept.0.compare(key) != Ordering::Less,
-            false => kept.0.compare(key) != Ordering::Greater,
-        };
         let at = self.kept.partition_point(is_before);
         self.kept.insert(at, (key.clone(), row));
         self.kept.truncate(MOST_SORTED);

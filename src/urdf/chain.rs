@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector3;
 
 use super::{
+    home::drives,
     masses::Mass,
     notes::ImportNotes,
     read::{Joint, JointKind, Origin, Robot},
@@ -268,11 +269,7 @@ fn travel(joint: &Joint, motion: Motion) -> Option<[f64; 2]> {
 fn note_limits(robot: &Robot, joints_to_tip: &[usize], elements: &[Element], notes: &mut ImportNotes) {
     let joints: Vec<&Joint> =
         joints_to_tip.iter().map(|&joint| &robot.joints[joint]).filter(|joint| is_movable(joint)).collect();
-    let drives = elements.iter().filter_map(|element| match element {
-        Element::Drive(drive) => Some(drive),
-        _ => None,
-    });
-    let pairs: Vec<(&Joint, &Drive)> = joints.into_iter().zip(drives).collect();
+    let pairs: Vec<(&Joint, &Drive)> = joints.into_iter().zip(drives(elements)).collect();
     let mut named = |what: &str, is_it: &dyn Fn(&Joint, &Drive) -> bool| {
         notes.add_names(
             what,

@@ -166,10 +166,7 @@ impl Process {
         if self.cutting_rule.max_feed_mm_per_min.is_some() && cuts(&path) && !feeds {
             let problem =
                 format!("{origin} has no feeds to compare with it: remove the key, or use below_z_mm or above_z_mm");
-            return Err(Error::Argument {
-                argument: format!("{}cutting.max_feed_mm_per_min", self.key_prefix),
-                problem,
-            });
+            return Err(Error::argument(format!("{}cutting.max_feed_mm_per_min", self.key_prefix), problem));
         }
         let (may_cut, path) = (cuts(&path), self.cutting_rule.apply(path));
         if may_cut && !cuts(&path) {

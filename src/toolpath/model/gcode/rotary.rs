@@ -99,20 +99,22 @@ impl Rotary {
         self.axes.iter().find(turned).map(|axis| axis.letter)
     }
 
-    /// Returns the displacement (mm in W) that the axes of one side, tool or workpiece, give at `angles` (degrees), relative to all at 0.
-    fn displacement(&self, side: RotarySide, angles: &Angles) -> Pose {
-        let axes = self.axes.iter().filter(|axis| axis.turns == side);
-        axes.fold(Pose::identity(), |so_far, axis| {
-            let rotation = rotation_exp(axis.about * angles[axis_index(axis.letter)].to_radians());
-            let through = axis.through_mm.unwrap_or_default();
-            so_far.compose(&Pose { rotation, translation: through - rotation * through })
+    /// Returns the displacements (mm in W) that the axes on the side of the workpiece, and those on the side of the tool, give at `angles`
+    /// (degrees), relative to all at 0.
+    fn displacements(&self, angles: &Angles) -> [Pose; 2] {
+        [RotarySide::Workpiece, RotarySide::Tool].map(|side| {
+            let axes = self.axes.iter().filter(|axis| axis.turns == side);
+            axes.fold(Pose::identity(), |so_far, axis| {
+                let rotation = rotation_exp(axis.about * angles[axis_index(axis.letter)].to_radians());
+                let through = axis.through_mm.unwrap_or_default();
+                so_far.compose(&Pose { rotation, translation: through - rotation * through })
+            })
         })
     }
 
     /// Returns the tool axis from tip to spindle at `angles` (degrees), a unit vector in W.
     pub fn tool_axis(&self, angles: &Angles) -> Vector3<f64> {
-        let (table, head) =
-            (self.displacement(RotarySide::Workpiece, angles), self.displacement(RotarySide::Tool, angles));
+        let [table, head] = self.displacements(angles);
         table.rotation.tr_mul(&(head.rotation * Vector3::z())).normalize()
     }
 
@@ -142,8 +144,7 @@ impl Rotary {
 
     /// Returns the position of the tool tip in W, mm, for the programmed head position `machine` (mm) and `angles` (degrees).
     pub fn tip_position(&self, machine: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
-        let (table, head) =
-            (self.displacement(RotarySide::Workpiece, angles), self.displacement(RotarySide::Tool, angles));
+        let [table, head] = self.displacements(angles);
         table.inverse().transform(machine + head.translation)
     }
 
@@ -159,8 +160,7 @@ impl Rotary {
 
     /// Returns the programmed head position, mm, for a tool tip at `tip` in W (mm) and `angles` (degrees).
     pub fn head_position(&self, tip: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
-        let (table, head) =
-            (self.displacement(RotarySide::Workpiece, angles), self.displacement(RotarySide::Tool, angles));
+        let [table, head] = self.displacements(angles);
         table.transform(tip) - head.translation
     }
 }

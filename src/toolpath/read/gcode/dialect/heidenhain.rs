@@ -155,15 +155,12 @@ impl Reader {
                 "X" => &TOOL_X,
                 "DL" | "DR" => continue,
                 "S" | "F" => {
-                    scan.next();
-                    let (value, number) = scan
-                        .take_decimal()?
-                        .ok_or_else(|| scan.refuse(start, heidenhain_words::number_fault(&scan)))?;
-                    if letters == "F" {
-                        self.tool_feed = Some(value);
-                    }
                     let letter = if letters == "S" { 'S' } else { 'F' };
-                    words.push(heidenhain_words::numbered_word(letter, value, start, number)?);
+                    let word = heidenhain_words::coordinate_word(&mut scan, letter, None, start)?;
+                    if letter == 'F' {
+                        self.tool_feed = Some(word.value);
+                    }
+                    words.push(word);
                     continue;
                 }
                 "U" | "V" | "W" => {
@@ -232,9 +229,7 @@ fn preset_words(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
     if !scan.takes(b'=') {
         return Err(scan.refuse(at, Foreign::NoNumber));
     }
-    scan.next();
-    let (value, number) = scan.take_decimal()?.ok_or_else(|| scan.refuse(at, heidenhain_words::number_fault(&scan)))?;
-    Ok(vec![Word { meaning: Some(&PRESET), ..heidenhain_words::numbered_word('G', value, at, number)? }])
+    Ok(vec![Word { meaning: Some(&PRESET), ..heidenhain_words::coordinate_word(&mut scan, 'G', None, at)? }])
 }
 
 /// Returns the rest of the line, in upper case with single blanks.

@@ -103,8 +103,13 @@ fn parse_axis(letters: &str) -> Option<(char, Option<Distance>)> {
     }
 }
 
-/// Reads the number of the coordinate `letter`, which begins at byte `start`, and returns its word.
-fn coordinate_word(scan: &mut Scan, letter: char, distance: Option<Distance>, start: usize) -> Result<Word, Refusal> {
+/// Reads the number behind `letter`, which begins at byte `start`, and returns its word.
+pub(crate) fn coordinate_word(
+    scan: &mut Scan,
+    letter: char,
+    distance: Option<Distance>,
+    start: usize,
+) -> Result<Word, Refusal> {
     scan.next();
     let (value, number) = scan.take_decimal()?.ok_or_else(|| scan.refuse(start, number_fault(scan)))?;
     Ok(Word { distance, ..numbered_word(letter, value, start, number)? })
