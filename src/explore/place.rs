@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use super::{Explorer, Workpiece, check_numbers};
 use crate::{
-    files::table::shown_positions,
     input::error::{Error, Result},
     machine::Machine,
     questions::placement::{Metric, Metrics, PlacePoint, PlaceResults, Site, is_angle, stride},
@@ -120,7 +119,7 @@ pub(super) fn columns(pose: &Pose) -> [[f64; 3]; 4] {
 
 /// Returns a point of a path in the units that pages show.
 fn shown_point(point: PlacePoint, machine: &Machine) -> PointShown {
-    let positions = |values: Vec<f64>| shown_positions(machine, &values);
+    let positions = |values: Vec<f64>| super::tool::shown_values(machine, &values);
     PointShown {
         index: point.index,
         wanted: point.wanted_mm.into(),

@@ -2,10 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, tool::LoadRequest};
+use super::{
+    Explorer,
+    tool::{LoadRequest, shown_values},
+};
 use crate::{
     compensation::{Method, Session, Target, TaskPoint, compensate},
-    files::table::shown_positions,
     input::{
         check::LARGEST,
         error::{Error, Result},
@@ -124,7 +126,7 @@ impl Explorer {
             }
             let exact = compensate(&mut corrected, &task, Method::Direct);
             let delta: Vec<f64> = exact.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect();
-            let correction = exact.status.is_success().then(|| self.largest_of_kind(&shown_positions(machine, &delta)));
+            let correction = exact.status.is_success().then(|| self.largest_of_kind(&shown_values(machine, &delta)));
             node.correction = node.correction.zip(correction).map(|(most, own)| most.max(own));
         }
         Ok(node)

@@ -6,10 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::{Explorer, check_numbers};
 use crate::{
     compensation::Target,
-    files::table::shown_positions,
     input::error::{Error, Result},
     inspect::point::{NominalCommand, PointLoad, PointQuestion, solve},
-    machine::{ChainError, Clearance, Skeleton},
+    machine::{ChainError, Clearance, Machine, Skeleton},
     process::{ForceLaw, MillingForce},
     simulation::{Failure, SOLVED, Source, settled::equilibrium_under},
     spatial::{Pose, Wrench},
@@ -158,9 +157,9 @@ impl Explorer {
             reason: if is_solved { String::new() } else { loaded.status.reason(machine) },
             displacement: displacement.filter(|_| is_solved).map(Into::into),
             wrench: Some(answer.wrench.to_array()),
-            drives: shown_positions(machine, &answer.nominal.drives),
+            drives: shown_values(machine, &answer.nominal.drives),
             forces: if is_solved { loaded.drive_forces() } else { Vec::new() },
-            corrections: answer.corrections().map(|change| shown_positions(machine, &change)),
+            corrections: answer.corrections().map(|change| shown_values(machine, &change)),
             forces_after: compensated.ok().map(|done| done.solution.drive_forces()),
             not_compensated: compensated.err().cloned(),
             stiffness: answer.tool_stiffness,
@@ -210,4 +209,9 @@ fn command_from(place: ToolPlace) -> Result<NominalCommand> {
             NominalCommand::Pose(Pose { translation: Vector3::new(x, y, z), ..rotation })
         }
     })
+}
+
+/// Returns drive values (mm, rad) in the units that pages show.
+pub(super) fn shown_values(machine: &Machine, values: &[f64]) -> Vec<f64> {
+    values.iter().zip(machine.drives()).map(|(value, (_, drive))| drive.motion.to_shown(*value)).collect()
 }

@@ -51,7 +51,7 @@ pub(crate) fn drives_of_kind(machine: &Machine, kind: Motion) -> impl Iterator<I
     drives.filter(move |(_, (_, drive))| drive.motion == kind).map(|(label, _)| label)
 }
 
-/// Converts drive positions or corrections from mm or rad to the units of tables and pages, mm or degrees.
+/// Converts drive positions or corrections from mm or rad to the units of tables, mm or degrees.
 pub(crate) fn shown_positions(machine: &Machine, values: &[f64]) -> Vec<f64> {
     let shown = |(value, (_, drive)): (&f64, (usize, &Drive))| drive.motion.to_shown(*value);
     values.iter().zip(machine.drives()).map(shown).collect()

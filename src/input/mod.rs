@@ -7,5 +7,6 @@ mod inputs;
 
 pub use folder::Folder;
 pub use inputs::Inputs;
+#[cfg(feature = "report")]
 pub(crate) use inputs::to_hex;
 pub use kinetostat_input::{check, error, file, toml_file};
