@@ -1,9 +1,6 @@
 //! The numbers of an interactive view, read from its table.
 
-use std::{
-    cmp::Ordering,
-    collections::{BTreeSet, HashMap},
-};
+use std::collections::{HashMap, HashSet};
 
 use csv::StringRecord;
 
@@ -163,16 +160,10 @@ impl Dataset {
         if let Some(name) = self.names.get(node) {
             return name.clone();
         }
-        let mut rest = node;
-        let mut parts = Vec::new();
-        for (axis, coordinate) in self.axes.iter().zip(&explorer.coordinates) {
-            let value = axis[rest % axis.len()];
-            rest /= axis.len();
-            if axis.len() > 1 {
-                parts.push(format!("{} {} {}", coordinate.label, format_number(value), coordinate.unit));
-            }
-        }
-        parts.join(", ")
+        let values = self.position(node).unwrap_or_default();
+        let coordinates = explorer.coordinates.iter().zip(values).zip(&self.axes).filter(|(_, axis)| axis.len() > 1);
+        let words = coordinates.map(|((of, value), _)| format!("{} {} {}", of.label, format_number(value), of.unit));
+        words.collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -203,13 +194,15 @@ pub(super) enum Nodes {
 impl Nodes {
     /// Returns the nodes of a grid, thinned so that at most `most` remain.
     pub fn grid(columns: &Columns, table: &Table, most: usize) -> Result<Axes> {
-        let mut axes: Vec<BTreeSet<OrderedNumber>> = vec![BTreeSet::new(); columns.coordinates.len()];
+        let mut axes: Vec<HashSet<u64>> = vec![HashSet::new(); columns.coordinates.len()];
         table.each_row(|row| {
             for (axis, column) in axes.iter_mut().zip(&columns.coordinates) {
-                axis.extend(row.get(*column).and_then(coordinate).map(OrderedNumber));
+                axis.extend(row.get(*column).and_then(coordinate).map(f64::to_bits));
             }
         })?;
-        let all: Vec<Vec<f64>> = axes.into_iter().map(|axis| axis.into_iter().map(|v| v.0).collect()).collect();
+        let mut all: Vec<Vec<f64>> =
+            axes.into_iter().map(|axis| axis.into_iter().map(f64::from_bits).collect()).collect();
+        all.iter_mut().for_each(|axis| axis.sort_by(f64::total_cmp));
         let kept = thin_axes(&all, most);
         let thinned_from = (kept != all).then(|| all.iter().map(Vec::len).collect());
         let positions = |axis: &Vec<f64>| axis.iter().enumerate().map(|(i, value)| (value.to_bits(), i)).collect();
@@ -265,24 +258,6 @@ pub(super) struct Axes {
     pub values: Vec<Vec<f64>>,
     /// Number of nodes of the table along each axis, if some are left out.
     pub thinned_from: Option<Vec<usize>>,
-}
-
-/// A number ordered by size, NaN included.
-#[derive(Clone, Copy, PartialEq)]
-struct OrderedNumber(f64);
-
-impl Eq for OrderedNumber {}
-
-impl PartialOrd for OrderedNumber {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for OrderedNumber {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.0.total_cmp(&other.0)
-    }
 }
 
 /// Returns the axes with evenly chosen values, both ends kept, so that at most `most` nodes remain.

@@ -81,11 +81,8 @@ impl WrenchTable {
     }
 }
 
-/// A fault at a byte of the file.
-type ParseResult<T> = Result<T, (usize, TableFault)>;
-
 /// Parses the rows of a table: arc length (mm) and load each; a fault comes with its byte in the file.
-fn parse(source: &[u8]) -> ParseResult<Vec<(f64, Load)>> {
+fn parse(source: &[u8]) -> Result<Vec<(f64, Load)>, (usize, TableFault)> {
     let rows = csv_rows::read(source).map_err(|(at, reason)| (at, TableFault::NotCsv { reason }))?;
     let Some((header, rows)) = rows.split_first() else {
         return Err((0, TableFault::TooFewRows { found: 0 }));

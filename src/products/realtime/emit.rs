@@ -8,11 +8,8 @@ use crate::{
     statics::one_step::StepInput,
 };
 
-/// Names and lengths of a function's array arguments.
-type Arrays<'a> = &'a [(&'a str, usize)];
-
-/// Returns the text of a Rust function `name` that computes `program` from its `arrays`, with `about` as its doc.
-fn function_text(name: &str, about: &str, arrays: Arrays, program: &Program) -> String {
+/// Returns the text of a Rust function `name` that computes `program` from its `arrays`, with names and lengths, and with `about` as its doc.
+fn function_text(name: &str, about: &str, arrays: &[(&str, usize)], program: &Program) -> String {
     let given: Vec<String> = arrays.iter().map(|(name, length)| format!("{name}: &[f64; {length}]")).collect();
     let mut text = format!("/// {about}\npub fn {name}({}) -> [f64; {}] {{\n", given.join(", "), program.outputs.len());
     let mut is_used = vec![false; program.inputs];

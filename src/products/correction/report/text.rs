@@ -11,23 +11,16 @@ use crate::{
 
 /// Returns the cautions of the result, a sentence per line.
 pub(super) fn cautions(report: &Report<'_>) -> String {
-    let CorrectionQuestion { machine, errors, corners, .. } = report.question;
-    let known = cautions::machine_cautions(machine, errors, "box corner", corners.iter().copied());
-    tolerance_text(report) + &known + &uncontrolled_text(report)
-}
-
-/// Returns a caution if the table is out of tolerance.
-fn tolerance_text(report: &Report<'_>) -> String {
-    match report.is_within() {
-        true => String::new(),
-        false => format!("The table is out of tolerance ({} mm).\n", report.question.tolerance_mm),
+    let CorrectionQuestion { machine, errors, corners, tolerance_mm, .. } = report.question;
+    let mut text = String::new();
+    if !report.is_within() {
+        text += &format!("The table is out of tolerance ({tolerance_mm} mm).\n");
     }
-}
-
-/// Returns which axes keep their errors, since the drives do not control them.
-fn uncontrolled_text(report: &Report<'_>) -> String {
-    let axes = report.question.machine.uncontrolled_names();
-    axes.map_or_else(String::new, |axes| format!("Errors along {axes} stay: the drives do not control {axes}.\n"))
+    text += &cautions::machine_cautions(machine, errors, "box corner", corners.iter().copied());
+    if let Some(axes) = machine.uncontrolled_names() {
+        text += &format!("Errors along {axes} stay: the drives do not control {axes}.\n");
+    }
+    text
 }
 
 /// Returns the residual error with the table, and how it was found.

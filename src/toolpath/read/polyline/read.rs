@@ -32,9 +32,6 @@ impl Polyline {
     }
 }
 
-/// A result, or a fault at a byte of the file.
-type Located<T> = Result<T, (usize, PolylineFault)>;
-
 /// Content of a polyline file.
 struct Parsed {
     columns: Vec<Column>,
@@ -47,7 +44,7 @@ struct Parsed {
 }
 
 /// Parses a polyline file; the tangents and arc lengths of its points are set. `Err` gives the byte of the fault.
-fn parse(source: &[u8]) -> Located<Parsed> {
+fn parse(source: &[u8]) -> Result<Parsed, (usize, PolylineFault)> {
     let rows = csv_rows::read(source).map_err(|(at, reason)| (at, PolylineFault::NotCsv { reason }))?;
     let Some((header, rows)) = rows.split_first() else {
         return Err((0, PolylineFault::NoPoints));
