@@ -221,15 +221,15 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_375),
-    (&["src/toolpath"], 15_880),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_665),
-    (&["src/simulation", "src/redundancy"], 4_750),
-    (&["src/answer", "src/files", "src/work", "src/run"], 5_550),
-    (&["src/figures", "src/page"], 9_180),
-    (&["src/questions"], 23_640),
-    (&["src/products", "src/inspect", "src/explore"], 9_330),
+    (&["src/toolpath"], 15_840),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_680),
+    (&["src/simulation", "src/redundancy"], 4_800),
+    (&["src/answer", "src/files", "src/work", "src/run"], 5_540),
+    (&["src/figures", "src/page"], 9_160),
+    (&["src/questions"], 23_560),
+    (&["src/products", "src/inspect", "src/explore"], 9_290),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 101_440),
+    (&["crates/engine/src", "crates/input/src", "src"], 101_320),
 ];
 
 #[test]

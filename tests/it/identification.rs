@@ -1024,6 +1024,80 @@ fn readings_of_poses_left_out_are_within_their_intervals() {
     }
 }
 
+/// Stiffnesses that are not known, some of which the measurements tell barely: of robots with six joints, of which the last hardly moves the tool, and of
+/// parallel machines, of whose parts shear hardly counts.
+const UNKNOWN: [(&str, &[&str]); 6] = [
+    ("fanuc_r2000ic", &["arm.J1", "arm.J2", "arm.J3", "arm.J4", "arm.J5", "arm.J6"]),
+    ("kr270", &["arm.A1", "arm.A2", "arm.A3", "arm.A4", "arm.A5", "arm.A6"]),
+    ("kr500", &["arm.A1", "arm.A2", "arm.A3", "arm.A4", "arm.A5", "arm.A6"]),
+    ("irb7600", &["arm.axis1", "arm.axis2", "arm.axis3", "arm.axis4", "arm.axis5", "arm.axis6"]),
+    ("hybrid_3ups", &["leg.screw", "machine.A", "machine.B", "material.steel.youngs", "material.steel.shear"]),
+    (
+        "orthoglide",
+        &["leg.rail", "material.aluminium.youngs", "material.aluminium.shear", "leg.foot.height", "leg.q2.width"],
+    ),
+];
+
+/// Machines as they may be, of which a prediction at a pose that was not measured is held against what is then read there: all that vary by 30 %
+/// (lengths by 3 %), noise of 3 % of what is measured, one reading of one pose for each of 100 machines;
+/// `INVARIANT_CASES=5` makes them 500.
+#[test]
+#[ignore = "600 identifications take minutes"]
+fn predictions_of_machines_as_they_may_be_hold_in_95_of_100_cases() {
+    let of = |(name, parts): &(&str, &[&str])| -> (String, [usize; 3]) {
+        let machine = catalogue_machine(name);
+        let full = |part: &&str| match part {
+            part if part.contains("material.") => format!("{part}_modulus"),
+            part if part.starts_with("leg.foot") || part.starts_with("leg.q2") => (*part).to_string(),
+            part => format!("{part}.stiffness"),
+        };
+        let names: Vec<String> = parts.iter().map(full).collect();
+        let case = |seed: u64| -> Option<bool> {
+            let mut random = Random::seed_from_u64(seed);
+            let normal = Normal::new(0.0, 1.0).unwrap();
+            let spread =
+                |name: &str| if name.starts_with("leg.foot") || name.starts_with("leg.q2") { 0.03 } else { 0.3 };
+            let value = |name: &String| {
+                let nominal = machine.parameter(name).unwrap_or_else(|e| panic!("{e}")).value.unwrap();
+                (name.clone(), nominal * f64::exp(spread(name) * normal.sample(&mut random)))
+            };
+            let truth: Vec<(String, f64)> = names.iter().map(value).collect();
+            let real = machine.with_parameters(&truth).unwrap();
+            let all = places(&machine, 13, 600.0, &mut random);
+            let exact: Vec<Vector3<f64>> = all.iter().map(|place| displacement(&real, place)).collect();
+            let squares: f64 = exact.iter().map(|d| d.norm_squared()).sum();
+            let noise = 0.03 * (squares / (3 * exact.len()) as f64).sqrt();
+            let read_there: Vec<Vector3<f64>> =
+                exact.iter().map(|d| d.map(|d| d + noise * normal.sample(&mut random))).collect();
+            let keys = unknowns(&names.iter().map(String::as_str).collect::<Vec<_>>()) + "folds = 2\nprofile = false\n";
+            let study = open(name, &keys, &csv(&machine, &all[1..], &read_there[1..])).unwrap();
+            let found = run(&study, &Work::default()).unwrap().ok()?;
+            let pose = csv(&machine, &all[..1], &read_there[..1]);
+            let poses = read(pose.as_bytes(), "pose.csv", &study.machine, RowUse::Predictions).unwrap();
+            let answers = predict(&study, &found, &poses).ok()?.pop()?.ok()?;
+            let own = &answers[seed as usize % 3];
+            own.half_width.is_finite().then(|| (own.measured.unwrap() - own.value).abs() <= own.half_width)
+        };
+        let all: Vec<Option<bool>> = (0..u64::from(cases(100).cases)).into_par_iter().map(case).collect();
+        let count = |wanted: Option<bool>| all.iter().filter(|own| **own == wanted).count();
+        ((*name).to_string(), [count(Some(true)), count(Some(false)), count(None)])
+    };
+    let found: Vec<(String, [usize; 3])> = UNKNOWN.iter().map(of).collect();
+    let share = |[held, missed, _]: [usize; 3]| held as f64 / (held + missed) as f64;
+    for (name, own) in &found {
+        println!("{name}: {own:?} held, missed, refused: {:.3}", share(*own));
+    }
+    let pooled = found.iter().fold([0; 3], |sum, (_, own)| [0, 1, 2].map(|i| sum[i] + own[i]));
+    println!("all: {pooled:?}: {:.3}", share(pooled));
+    // Of 500 machines 91.8 to 98.2 %, of all together 94 to 96 %.
+    let is_near = |own: [usize; 3], deviations: f64| {
+        let std = (0.95 * 0.05 / (own[0] + own[1]) as f64).sqrt();
+        (share(own) - 0.95).abs() < deviations * std
+    };
+    assert!(found.iter().all(|(_, own)| is_near(*own, 3.3)), "{found:?}");
+    assert!(is_near(pooled, 2.5), "{pooled:?}");
+}
+
 #[test]
 fn predict_answers_at_given_poses() {
     let folder = tempfile::tempdir().unwrap();
