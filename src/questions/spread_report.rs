@@ -170,6 +170,11 @@ pub(crate) fn basis(uncertainty: Option<&Uncertainty>) -> String {
     uncertainty.map_or_else(|| "inputs taken as exact".into(), |_| counted(Draws::COUNT, "draw"))
 }
 
+/// Adds a reason to `words`, if there is one.
+fn join_reason(words: &str, reason: &str) -> String {
+    if reason.is_empty() { words.into() } else { format!("{words}: {}", reason.trim_end_matches('.')) }
+}
+
 /// Parameters that a caution names.
 const MOST_NAMED: usize = 4;
 
@@ -181,10 +186,10 @@ pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts,
     let mut text = match &counts.failing {
         (0, ..) => String::new(),
         (failing, most, reason) => format!(
-            "At {} the machine has no equilibrium in some draws, in up to {}, which count as out of tolerance: {}.\n",
+            "At {} the machine has no equilibrium in up to {} of the draws, which {}.\n",
             counted(*failing, point),
-            probability(*most),
-            reason.trim_end_matches('.')
+            percent(*most),
+            join_reason("count as out of tolerance", reason)
         ),
     };
     if audit.unforeseen > 0 {

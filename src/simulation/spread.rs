@@ -100,10 +100,12 @@ const MOST_NEXT: [usize; 2] = [32, 256];
 /// Fewest scrambles of which all draws are solved, where those next to the quantile do not suffice.
 const FEWEST_SCRAMBLES: usize = 4;
 
-/// Where a machine as weak as the weakest draw falls over under the strongest force, so many draws are solved if one as weak as the next stands; else from
-/// the weakest on until so many one after another stand.
-const WEAKER: [usize; 2] = [0, 16];
-const STANDING: usize = 64;
+/// Where the weakest machine falls over, the draws are solved from the weakest on until so many one after another stand, for the force and for each stiffness.
+const STANDING: usize = 12;
+/// Share of draws without equilibrium from which those next to the 95 % quantile are near them.
+const FEW_FAILED: f64 = 0.002;
+/// Share of draws without equilibrium from which all are solved: there is no 95 % quantile.
+const LOST: f64 = 1.0 - P95;
 
 /// Share of draws without equilibrium from which no more are solved: three times that at which there is no 95 % quantile.
 const MANY_FAILED: f64 = 0.15;
@@ -122,8 +124,8 @@ pub(crate) struct DrawnMachines<'a> {
     causes: Vec<(String, Cause)>,
     /// Machines of the draws of the first scramble, made when they are needed.
     drawn: Vec<OnceLock<Result<Machines, Failure>>>,
-    /// The machines with all stiffnesses so low that so many draws ([`WEAKER`]) are weaker under the largest factor of the force, made when they are needed.
-    weakest: [OnceLock<Result<Machines, Failure>>; 2],
+    /// The machine with all stiffnesses as low as any in the weakest draw, made when it is needed.
+    weakest: OnceLock<Result<Machines, Failure>>,
 }
 
 impl<'a> DrawnMachines<'a> {
@@ -147,7 +149,7 @@ impl<'a> DrawnMachines<'a> {
         let drawn = (0..Draws::PER_SCRAMBLE).map(|_| OnceLock::new()).collect();
         let (ends, end_coordinates) = (ends.collect::<error::Result<_>>()?, uncertainty.end_coordinates());
         let causes = uncertainty.causes().collect();
-        let weakest = Default::default();
+        let weakest = OnceLock::new();
         Ok(Some(Self { uncertainty, nominal, errors, ends, end_coordinates, causes, drawn, weakest }))
     }
 
@@ -219,34 +221,41 @@ impl WantedSpread<'_> {
     }
 
     /// Solves at `point`, where the weakest machine falls over, the draws from the weakest on until enough of them stand. Those that do not have an infinite
-    /// size in `sizes`; returns all that were solved.
+    /// size in `sizes`; returns all that were solved, `None` where these are too many.
     fn solve_weakest(
         &self,
         point: usize,
         sizes: &mut [f64],
         spread: &mut DeflectionSpread,
-    ) -> error::Result<BTreeMap<usize, Option<f64>>> {
+    ) -> error::Result<Option<BTreeMap<usize, Option<f64>>>> {
         let (uncertainty, mut solved) = (self.drawn.uncertainty, BTreeMap::new());
-        let mut count = Draws::COUNT;
-        for (kept, weaker) in self.drawn.weakest.iter().zip(WEAKER) {
-            let machines = kept.get_or_init(|| self.drawn.machines_with(uncertainty.weakest_values(weaker)));
-            let Ok(machines) = machines else { continue };
-            if (self.solve)(point, (0, machines, 1.0 + uncertainty.draws.force_range))?.is_ok() {
-                count = weaker;
-                break;
+        let make = || {
+            let values = uncertainty.weakest_values();
+            self.drawn.machines_with([values.iter().map(|(name, value)| (name.as_str(), *value)).collect(), Vec::new()])
+        };
+        if let Ok(weakest) = self.drawn.weakest.get_or_init(make)
+            && (self.solve)(point, (0, weakest, 1.0))?.is_ok()
+        {
+            return Ok(Some(solved));
+        }
+        for from_weakest in &uncertainty.draws.from_weakest {
+            let mut standing = 0;
+            for &index in from_weakest {
+                let size = match solved.entry(index) {
+                    Entry::Occupied(kept) => *kept.get(),
+                    Entry::Vacant(place) => *place.insert(self.solve_draw(point, index, spread)?),
+                };
+                sizes[index] = if size.is_some() { sizes[index] } else { f64::INFINITY };
+                standing = if size.is_some() { standing + 1 } else { 0 };
+                if spread.failed_draws as f64 > LOST * Draws::COUNT as f64 {
+                    return Ok(None);
+                }
+                if standing == STANDING {
+                    break;
+                }
             }
         }
-        let mut standing = 0;
-        for &index in &uncertainty.draws.from_weakest[..count] {
-            let size = self.solve_draw(point, index, spread)?;
-            sizes[index] = if size.is_some() { sizes[index] } else { f64::INFINITY };
-            solved.insert(index, size);
-            standing = if size.is_some() { standing + 1 } else { 0 };
-            if standing == STANDING {
-                break;
-            }
-        }
-        Ok(solved)
+        Ok(Some(solved))
     }
 
     /// Distribution at each of `points` of the longest of the displacements without load (the first response) and under each load, and its size in the
@@ -262,7 +271,7 @@ impl WantedSpread<'_> {
             let causes = self.drawn.causes.iter().map(|(_, cause)| cause);
             let mut spread = self.spread_with_cause(&surrogate.variances(draws, causes));
             let mut sizes = surrogate.largest_displacements(draws);
-            let solved = self.solve_weakest(point, &mut sizes, &mut spread)?;
+            let Some(solved) = self.solve_weakest(point, &mut sizes, &mut spread)? else { return Ok(None) };
             self.estimate((point, solved), Cow::Owned(sizes), spread).map(Some)
         };
         let estimates: Vec<_> = points.iter().enumerate().map(estimate).collect::<error::Result<_>>()?;
@@ -385,7 +394,7 @@ impl WantedSpread<'_> {
                 return Ok(true);
             }
             // Next to draws that fall over, differences grow with the size.
-            Some(Found::Differs(_)) if estimate.spread.failed_share > 0.0 => return Ok(false),
+            Some(Found::Differs(_)) if estimate.spread.failed_share > FEW_FAILED => return Ok(false),
             Some(Found::Differs(found)) => found,
         };
         let Some(by_median) = found_at(estimate, median, None, &is_small)? else { return Ok(false) };

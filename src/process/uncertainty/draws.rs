@@ -23,10 +23,10 @@ pub struct Draws {
     pub model: Vec<Vec<f64>>,
     /// Largest norm of these matrices.
     pub model_range: f64,
-    /// Largest compliance of any stiffness over its nominal one times the factor of the force in each draw.
-    weakness: Vec<f64>,
-    /// The draws, beginning with those where that is the largest: something buckles in them first.
-    pub from_weakest: Vec<usize>,
+    /// The draws for the force, and for each stiffness with and without it, beginning with the largest force and the softest: it buckles in them first.
+    pub from_weakest: Vec<Vec<usize>>,
+    /// Largest compliance of any stiffness over its nominal one in any draw, times the factor of the force or not.
+    pub weakest: f64,
 }
 
 impl Draws {
@@ -68,13 +68,20 @@ impl Draws {
         let range =
             |own: &Vec<f64>| own.iter().fold([0.0f64; 2], |[least, largest], x| [least.min(*x), largest.max(*x)]);
         let ranges = coordinates.iter().map(range).collect();
-        let weakness = |draw: usize| {
-            let own = parameters.iter().zip(&normal).filter_map(|(own, normal)| own.compliance_ratio(normal[draw]));
-            own.fold(1.0, f64::max) * force[draw]
+        let in_order = |weakness: &Vec<f64>| {
+            let mut order: Vec<usize> = (0..Self::COUNT).collect();
+            order.sort_by(|a, b| weakness[*b].total_cmp(&weakness[*a]));
+            order
         };
-        let weakness: Vec<f64> = (0..Self::COUNT).map(weakness).collect();
-        let mut from_weakest: Vec<usize> = (0..Self::COUNT).collect();
-        from_weakest.sort_by(|a, b| weakness[*b].total_cmp(&weakness[*a]));
+        // Where weight makes it fall over, the force says nothing.
+        let softness = |(own, normal): (&UncertainParameter, &Vec<f64>)| -> Option<[Vec<f64>; 2]> {
+            let alone = normal.iter().map(|z| own.compliance_ratio(*z)).collect::<Option<Vec<f64>>>()?;
+            Some([alone.iter().zip(&force).map(|(own, factor)| own * factor).collect(), alone])
+        };
+        let softest = parameters.iter().zip(&normal).filter_map(softness).flatten();
+        let weakness: Vec<Vec<f64>> = std::iter::once(force.clone()).chain(softest).collect();
+        let weakest = weakness.iter().flatten().fold(1.0, |most: f64, own| most.max(*own));
+        let from_weakest = weakness.iter().map(in_order).collect();
         Self {
             normal,
             coordinates,
@@ -84,14 +91,9 @@ impl Draws {
             force_range,
             model,
             model_range,
-            weakness,
             from_weakest,
+            weakest,
         }
-    }
-
-    /// Compliance over the nominal one that, under the largest factor of the force, is as weak as the weakest draw but for `weaker`; at least 1.
-    pub fn compliance_of_weakest(&self, weaker: usize) -> f64 {
-        (self.weakness[self.from_weakest[weaker]] / (1.0 + self.force_range)).max(1.0)
     }
 
     /// What the model leaves out of the displacement `by_force` in the draw `index`.

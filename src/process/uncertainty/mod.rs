@@ -190,13 +190,10 @@ impl Uncertainty {
         self.values(std::iter::once((parameter, z)))
     }
 
-    /// Parameter values with all stiffnesses so low that under the largest factor of the force no draw but `weaker` ones is weaker.
-    pub fn weakest_values(&self, weaker: usize) -> [Values<'_>; 2] {
-        let compliance = self.draws.compliance_of_weakest(weaker);
-        let stiffnesses = self.parameters.iter().filter(|own| own.compliance_ratio(0.0).is_some());
-        let values = stiffnesses.flat_map(|own| &own.values);
-        let lowest = values.map(|(name, nominal)| (name.as_str(), nominal / compliance));
-        [lowest.collect(), Vec::new()]
+    /// Values of all stiffnesses of the machine, so low that under the nominal force it is as weak as the weakest draw.
+    pub fn weakest_values(&self) -> Vec<(String, f64)> {
+        let stiffnesses = self.machine.parameters().into_iter().filter(|own| own.unit.is_stiffness());
+        stiffnesses.filter_map(|own| Some((own.name, own.value? / self.draws.weakest))).collect()
     }
 
     /// Interval that holds 95 % of the factors of the cutting force; `None` where that is exact.
