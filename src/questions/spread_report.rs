@@ -46,8 +46,10 @@ pub(crate) struct SpreadCounts {
     pub unknown: usize,
     /// Number of points at which the engine differed from the surrogate, so that more draws were solved.
     corrected: usize,
-    /// Number of points at which some draws have no equilibrium, the largest share of them at one point, and why the first there has none.
-    failing: (usize, f64, String),
+    /// Number of points at which some draws have no equilibrium.
+    failing: usize,
+    /// The largest share of draws without equilibrium at one point, and why the first there has none.
+    most_failing: (f64, String),
     /// Draws solved by the engine at all points that have no equilibrium.
     failed_draws: usize,
     /// Draws solved by the engine at all points.
@@ -69,13 +71,9 @@ impl SpreadCounts {
         self.solved_draws += spread.solved_draws;
         self.unknown += usize::from(spread.p95_mm.is_none());
         self.failed_draws += spread.failed_draws;
-        if spread.failed_share > 0.0 {
-            let (count, most, reason) = &mut self.failing;
-            *count += 1;
-            if spread.failed_share > *most {
-                *most = spread.failed_share;
-                *reason = spread.first_failure.clone().unwrap_or_default();
-            }
+        self.failing += usize::from(spread.failed_share > 0.0);
+        if spread.failed_share > self.most_failing.0 {
+            self.most_failing = (spread.failed_share, spread.first_failure.clone().unwrap_or_default());
         }
         self.audit.add(&spread.audit);
         if let Some(cause) = &spread.main_cause {
@@ -170,11 +168,6 @@ pub(crate) fn basis(uncertainty: Option<&Uncertainty>) -> String {
     uncertainty.map_or_else(|| "inputs taken as exact".into(), |_| counted(Draws::COUNT, "draw"))
 }
 
-/// Adds a reason to `words`, if there is one.
-fn join_reason(words: &str, reason: &str) -> String {
-    if reason.is_empty() { words.into() } else { format!("{words}: {}", reason.trim_end_matches('.')) }
-}
-
 /// Parameters that a caution names.
 const MOST_NAMED: usize = 4;
 
@@ -183,13 +176,13 @@ const MOST_NAMED: usize = 4;
 pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts, point: &str) -> String {
     let Some(uncertainty) = uncertainty else { return String::new() };
     let SpreadCounts { unknown, audit, .. } = counts;
-    let mut text = match &counts.failing {
-        (0, ..) => String::new(),
-        (failing, most, reason) => format!(
-            "At {} the machine has no equilibrium in up to {} of the draws, which {}.\n",
-            counted(*failing, point),
-            percent(*most),
-            join_reason("count as out of tolerance", reason)
+    let mut text = match (counts.failing, &counts.most_failing) {
+        (0, _) => String::new(),
+        (failing, (share, reason)) => format!(
+            "At {} the machine has no equilibrium in up to {} of the draws, which count as out of tolerance: {}.\n",
+            counted(failing, point),
+            percent(*share),
+            reason.trim_end_matches('.')
         ),
     };
     if audit.unforeseen > 0 {

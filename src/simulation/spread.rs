@@ -220,14 +220,27 @@ impl WantedSpread<'_> {
         Ok(found.ok())
     }
 
-    /// Solves at `point`, where the weakest machine falls over, the draws from the weakest on until enough of them stand. Those that do not have an infinite
-    /// size in `sizes`; returns all that were solved, `None` where these are too many.
+    /// Size at `point` in the draw `index`, mm, solved unless it is in `solved`; `None` if it has none.
+    fn solve_once(
+        &self,
+        (point, index): (usize, usize),
+        solved: &mut BTreeMap<usize, Option<f64>>,
+        spread: &mut DeflectionSpread,
+    ) -> error::Result<Option<f64>> {
+        Ok(match solved.entry(index) {
+            Entry::Occupied(kept) => *kept.get(),
+            Entry::Vacant(place) => *place.insert(self.solve_draw(point, index, spread)?),
+        })
+    }
+
+    /// Solves at `point`, where the weakest machine falls over, the draws from the weakest on until enough of them stand or too many do not. These have an
+    /// infinite size in `sizes`; returns all that were solved.
     fn solve_weakest(
         &self,
         point: usize,
         sizes: &mut [f64],
         spread: &mut DeflectionSpread,
-    ) -> error::Result<Option<BTreeMap<usize, Option<f64>>>> {
+    ) -> error::Result<BTreeMap<usize, Option<f64>>> {
         let (uncertainty, mut solved) = (self.drawn.uncertainty, BTreeMap::new());
         let make = || {
             let values = uncertainty.weakest_values();
@@ -236,26 +249,25 @@ impl WantedSpread<'_> {
         if let Ok(weakest) = self.drawn.weakest.get_or_init(make)
             && (self.solve)(point, (0, weakest, 1.0))?.is_ok()
         {
-            return Ok(Some(solved));
+            return Ok(solved);
         }
-        for from_weakest in &uncertainty.draws.from_weakest {
+        'all: for from_weakest in &uncertainty.draws.from_weakest {
             let mut standing = 0;
             for &index in from_weakest {
-                let size = match solved.entry(index) {
-                    Entry::Occupied(kept) => *kept.get(),
-                    Entry::Vacant(place) => *place.insert(self.solve_draw(point, index, spread)?),
-                };
-                sizes[index] = if size.is_some() { sizes[index] } else { f64::INFINITY };
-                standing = if size.is_some() { standing + 1 } else { 0 };
+                if self.solve_once((point, index), &mut solved, spread)?.is_some() {
+                    standing += 1;
+                } else {
+                    (standing, sizes[index]) = (0, f64::INFINITY);
+                }
                 if spread.failed_draws as f64 > LOST * Draws::COUNT as f64 {
-                    return Ok(None);
+                    break 'all;
                 }
                 if standing == STANDING {
                     break;
                 }
             }
         }
-        Ok(Some(solved))
+        Ok(solved)
     }
 
     /// Distribution at each of `points` of the longest of the displacements without load (the first response) and under each load, and its size in the
@@ -271,7 +283,7 @@ impl WantedSpread<'_> {
             let causes = self.drawn.causes.iter().map(|(_, cause)| cause);
             let mut spread = self.spread_with_cause(&surrogate.variances(draws, causes));
             let mut sizes = surrogate.largest_displacements(draws);
-            let Some(solved) = self.solve_weakest(point, &mut sizes, &mut spread)? else { return Ok(None) };
+            let solved = self.solve_weakest(point, &mut sizes, &mut spread)?;
             self.estimate((point, solved), Cow::Owned(sizes), spread).map(Some)
         };
         let estimates: Vec<_> = points.iter().enumerate().map(estimate).collect::<error::Result<_>>()?;
@@ -356,10 +368,7 @@ impl WantedSpread<'_> {
 
     /// Engine less surrogate in the draw `index`, mm, solved once; `None` where the engine has no equilibrium.
     fn difference(&self, index: usize, estimate: &mut Estimate<'_>) -> error::Result<Option<f64>> {
-        let solved = match estimate.solved.entry(index) {
-            Entry::Occupied(kept) => *kept.get(),
-            Entry::Vacant(place) => *place.insert(self.solve_draw(estimate.point, index, &mut estimate.spread)?),
-        };
+        let solved = self.solve_once((estimate.point, index), &mut estimate.solved, &mut estimate.spread)?;
         Ok(solved.map(|size| size - estimate.sizes[index]))
     }
 
@@ -367,6 +376,9 @@ impl WantedSpread<'_> {
     /// shows that it agrees where `nearby` says that it does at the points next to it ([`Self::differences_next_to`]). Returns whether the engine agrees or corrected
     /// them: not where these differences are too different, or one has no equilibrium.
     fn correct(&self, estimate: &mut Estimate<'_>, nearby: Option<f64>) -> error::Result<bool> {
+        if estimate.spread.failed_share > LOST {
+            return Ok(false);
+        }
         if !estimate.is_checked() {
             return Ok(true);
         }
@@ -497,9 +509,9 @@ impl WantedSpread<'_> {
 impl DeflectionSpread {
     /// Why there is no 95 % quantile; `None` where there is one.
     pub fn reason(&self) -> Option<String> {
-        let Self { p95_mm: None, solved_draws, failed_draws, first_failure, .. } = self else { return None };
+        let Self { p95_mm: None, failed_share, first_failure, .. } = self else { return None };
         let first = first_failure.as_deref().unwrap_or_default();
-        Some(format!("{failed_draws} of {solved_draws} draws have no equilibrium; the first: {first}"))
+        Some(format!("{:.1} % of the draws have no equilibrium; the first: {first}", 100.0 * failed_share))
     }
 
     /// Sets quantiles and standard error as far as they are finite, mm.

@@ -67,7 +67,7 @@ pub struct LargestSpread {
 pub(crate) struct Largest {
     sizes: Vec<f64>,
     points: usize,
-    /// Distribution at the point with the largest 95 % quantile.
+    /// Distribution at the point with the largest 95 % quantile, but for the first failure, which is that at the first point with one.
     worst: DeflectionSpread,
 }
 
@@ -85,9 +85,11 @@ impl Largest {
             _ => self.sizes.truncate(next.sizes.len()),
         }
         self.points += next.points;
+        let first_failure = self.worst.first_failure.take().or_else(|| next.worst.first_failure.clone());
         if next.worst.p95_mm > self.worst.p95_mm {
             self.worst.clone_from(&next.worst);
         }
+        self.worst.first_failure = first_failure;
         self.sizes.iter_mut().zip(&next.sizes).for_each(|(own, size)| *own = own.max(*size));
     }
 }
@@ -279,8 +281,8 @@ pub(crate) fn whole(
         let most_next = MOST_POINTS.checked_div(largest.points);
         let wanted =
             WantedSpread { drawn: first.drawn, tolerance_mm, solve: &solve, most_next, audits: 0, seed: &|_| 0 };
-        let DeflectionSpread { main_cause, main_cause_share, .. } = largest.worst.clone();
-        let spread = DeflectionSpread { main_cause, main_cause_share, ..DeflectionSpread::default() };
+        let DeflectionSpread { main_cause, main_cause_share, first_failure, .. } = largest.worst.clone();
+        let spread = DeflectionSpread { main_cause, main_cause_share, first_failure, ..DeflectionSpread::default() };
         let (spread, agrees) = wanted.check(&largest.sizes, spread)?;
         let is_confirmed = agrees && (spread.solved_draws > 0 || spread.p95_mm.is_some_and(|p95| p95 <= ROUNDING_MM));
         Ok(Some(LargestSpread { spread, is_confirmed, points: largest.points }))

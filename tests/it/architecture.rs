@@ -223,13 +223,13 @@ const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_375),
     (&["src/toolpath"], 15_840),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_680),
-    (&["src/simulation", "src/redundancy"], 4_810),
+    (&["src/simulation", "src/redundancy"], 4_825),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_540),
     (&["src/figures", "src/page"], 9_160),
     (&["src/questions"], 23_560),
     (&["src/products", "src/inspect", "src/explore"], 9_290),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 101_330),
+    (&["crates/engine/src", "crates/input/src", "src"], 101_340),
 ];
 
 #[test]

@@ -84,9 +84,10 @@ impl UncertainParameter {
     /// Coordinate in which displacements are nearly linear, for the standard normal number `z`: the relative change of the compliance of what is a
     /// stiffness, else the difference from the nominal value.
     pub fn coordinate(&self, z: f64) -> f64 {
-        let is_compliance = !matches!(self.spread, Spread::Difference { .. });
-        let ratio = self.compliance_ratio(z).filter(|_| is_compliance);
-        ratio.map_or_else(|| self.spread.value(self.nominal(), z) - self.nominal(), |ratio| ratio - 1.0)
+        match self.compliance_ratio(z) {
+            Some(ratio) if !matches!(self.spread, Spread::Difference { .. }) => ratio - 1.0,
+            _ => self.spread.value(self.nominal(), z) - self.nominal(),
+        }
     }
 
     /// Compliance over the nominal one of what is a stiffness, for the standard normal number `z`; `None` of what is none.
