@@ -9,7 +9,7 @@ use crate::{
     files::words::{counted, join_words, listed_up_to, millimetres, percent},
     page::{Fact, headline::KeyNumber, table::format_number},
     process::uncertainty::{
-        ASSUMED_RELATIVE_STD, Cause, Draws, ModelError, P95, SpreadSource, UncertainParameter, Uncertainty,
+        ASSUMED_RELATIVE_STD, Cause, Draws, ModelError, P95, Role, SpreadSource, UncertainParameter, Uncertainty,
         Z_95_INTERVAL,
     },
     simulation::{
@@ -33,7 +33,7 @@ pub(crate) fn columns<E: WithSpread>([error, cause, share]: [&'static str; 3]) -
         Quantity::in_table(share, |own: &E| own.distribution()?.main_cause_share),
         Quantity::in_table("spread_check_difference", |own: &E| own.distribution()?.check_difference),
         Quantity::count("spread_solved_draws", |own: &E| Some(own.distribution()?.solved_draws)),
-        Quantity::count("spread_failed_draws", |own: &E| Some(own.distribution()?.failed_draws)),
+        Quantity::in_table("spread_failed_share", |own: &E| Some(own.distribution()?.failed_share)),
     ]
 }
 
@@ -49,9 +49,7 @@ pub(crate) struct SpreadCounts {
     /// Number of points at which some draws have no equilibrium.
     failing: usize,
     /// The largest share of draws without equilibrium at one point, and why the first there has none.
-    most_failing: (f64, String),
-    /// Draws solved by the engine at all points that have no equilibrium.
-    failed_draws: usize,
+    pub most_failing: (f64, String),
     /// Draws solved by the engine at all points.
     solved_draws: usize,
     /// Number of points at which a draw was solved by the engine.
@@ -70,7 +68,6 @@ impl SpreadCounts {
         self.corrected += usize::from(spread.is_corrected);
         self.solved_draws += spread.solved_draws;
         self.unknown += usize::from(spread.p95_mm.is_none());
-        self.failed_draws += spread.failed_draws;
         self.failing += usize::from(spread.failed_share > 0.0);
         if spread.failed_share > self.most_failing.0 {
             self.most_failing = (spread.failed_share, spread.first_failure.clone().unwrap_or_default());
@@ -83,17 +80,18 @@ impl SpreadCounts {
         }
     }
 
-    /// Returns the sentence about the main cause, the first by name of equally frequent ones: what to do next.
-    fn next_step(&self, point: &str) -> String {
+    /// Returns the sentence about the main cause, the first by name of equally frequent ones, with what to do `next` if that is known.
+    fn next_step(&self, point: &str, next: Option<&str>) -> String {
         let most = self.causes.iter().max_by(|a, b| a.1.0.cmp(&b.1.0).then(b.0.cmp(a.0)));
         most.map_or_else(String::new, |(name, (count, shares))| {
             let (share, known) = (percent(shares / *count as f64), counted(self.known, point));
-            let next = match name == Cause::MODEL {
+            let first = match name == Cause::MODEL {
                 true => "measure the machine under load and identify it first",
                 false => "know that better first",
             };
             format!(
-                "What spreads the answer most is {name}, with {share} of the variance at {count} of {known}: {next}.\n"
+                "What spreads the answer most is {name}, with {share} of the variance at {count} of {known}: {}.\n",
+                next.unwrap_or(first)
             )
         })
     }
@@ -168,23 +166,41 @@ pub(crate) fn basis(uncertainty: Option<&Uncertainty>) -> String {
     uncertainty.map_or_else(|| "inputs taken as exact".into(), |_| counted(Draws::COUNT, "draw"))
 }
 
+/// Returns the condition of a verdict behind its first words where no stiffness varies, so that it says little of the machine; else empty.
+pub(crate) fn condition(uncertainty: Option<&Uncertainty>) -> &'static str {
+    let varies = |own: &Uncertainty| own.parameters.iter().any(|own| own.role == Role::Elasticity);
+    let is_exact = uncertainty.is_some_and(|own| !varies(own) && own.exact_stiffnesses().next().is_some());
+    if is_exact { ", if all stiffnesses are exact" } else { "" }
+}
+
 /// Parameters that a caution names.
 const MOST_NAMED: usize = 4;
 
-/// Returns what to know better first, and the cautions about what the distributions that `counts` counts rest on; empty where inputs are taken as
-/// exact.
-pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts, point: &str) -> String {
+/// Returns what to know better first, or do `next` if that is known, and the cautions about what the distributions that `counts` counts rest on; empty where
+/// inputs are taken as exact.
+pub(crate) fn cautions(
+    uncertainty: Option<&Uncertainty>,
+    counts: &SpreadCounts,
+    point: &str,
+    next: Option<&str>,
+) -> String {
     let Some(uncertainty) = uncertainty else { return String::new() };
     let SpreadCounts { unknown, audit, .. } = counts;
     let mut text = match (counts.failing, &counts.most_failing) {
         (0, _) => String::new(),
         (failing, (share, reason)) => format!(
-            "At {} the machine has no equilibrium in up to {} of the draws, which count as out of tolerance: {}.\n",
+            "At {} the machine has no equilibrium in some draws ({} of them at the worst), which count as out of any tolerance: {}.\n",
             counted(failing, point),
             percent(*share),
             reason.trim_end_matches('.')
         ),
     };
+    if *unknown > 0 {
+        text += &format!(
+            "At {} these are more than 5 %: there is no 95 % quantile, and the tool is not within tolerance. The largest 95 % quantile is that of the others.\n",
+            counted(*unknown, point)
+        );
+    }
     if audit.unforeseen > 0 {
         text += &format!(
             "Of {}, chosen at random, the machine has no equilibrium in {} that are not counted here.\n",
@@ -192,7 +208,7 @@ pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts,
             share_of(audit.unforeseen, audit.draws)
         );
     }
-    text += &counts.next_step(point);
+    text += &counts.next_step(point, next);
     let assumed = listed_up_to(MOST_NAMED, uncertainty.assumed().map(String::from));
     if !assumed.is_empty() {
         text += &format!(
@@ -203,8 +219,8 @@ pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts,
     let ModelError { relative_std, source } = uncertainty.model;
     if source == SpreadSource::Assumed && relative_std > 0.0 {
         text += &format!(
-            "What the model leaves out is assumed: {} of what the force does, as of a measured arm (FANUC R-2000iC); an identification of this machine, \
-             or [uncertainty.model], says it.\n",
+            "The model itself is assumed to be wrong by {} of what the force does, as it was of one measured robot (FANUC R-2000iC). An identification of this \
+             machine, or [uncertainty.model], says it.\n",
             percent(relative_std)
         );
     }
@@ -219,12 +235,6 @@ pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts,
         text += &format!(
             "Not taken from the identification, but varied by themselves or not at all: {}.\n",
             listed_up_to(MOST_NAMED, uncertainty.cut.iter().cloned())
-        );
-    }
-    if *unknown > 0 {
-        text += &format!(
-            "At {} more than 5 % of the draws have no equilibrium: there is no 95 % quantile, and the tool is not within tolerance.\n",
-            counted(*unknown, point)
         );
     }
     text
@@ -242,6 +252,8 @@ pub(crate) struct Along<'a> {
     pub missing: &'a str,
     /// Number of points that the largest distance should be of.
     pub points: usize,
+    /// What is uncertain.
+    pub uncertainty: Option<&'a Uncertainty>,
     /// Largest distance that is within tolerance, mm.
     pub tolerance_mm: Option<f64>,
     /// Why there is no verdict, such as "Nothing is cut"; `None` where there is.
@@ -283,6 +295,12 @@ pub(crate) fn along_cautions(along: &Along<'_>, whole: Option<&PathSpread>) -> S
                 counted(points, "point")
             );
         }
+        if own.spread.failed_share > 0.0 {
+            text += &format!(
+                "The machine has no equilibrium somewhere along the path, {name}, in {} of the draws: they count as out of any tolerance.\n",
+                percent(own.spread.failed_share)
+            );
+        }
         if !own.is_confirmed {
             text += &match own.spread.solved_draws {
                 0 => format!(
@@ -304,7 +322,7 @@ pub(crate) fn along_cautions(along: &Along<'_>, whole: Option<&PathSpread>) -> S
 }
 
 /// Returns the sentences about the distribution of the largest distance.
-pub(crate) fn along_sentences(along: &Along<'_>, whole: &PathSpread, uncertainty: &Uncertainty) -> String {
+pub(crate) fn along_sentences(along: &Along<'_>, whole: &PathSpread) -> String {
     let within = |own: &LargestSpread| {
         let share = own.spread.within_tolerance.zip(along.judged_by());
         share.map_or_else(String::new, |(share, tolerance)| {
@@ -313,7 +331,7 @@ pub(crate) fn along_sentences(along: &Along<'_>, whole: &PathSpread, uncertainty
     };
     let mut text = format!(
         "With {} (one machine and one force for the whole path), the tool without compensation stays within {} of its path with 95 % probability{}.\n",
-        counted_inputs(uncertainty),
+        along.uncertainty.map(counted_inputs).unwrap_or_default(),
         quantile_words(whole.plain.spread.p95_mm),
         within(&whole.plain)
     );
@@ -370,9 +388,10 @@ pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
                 _ => "Probably within tolerance",
             };
             let all_along = if missing == 0 { format!(" {all_along}") } else { String::new() };
+            let condition = condition(along.uncertainty);
             let probability = probability(share);
             format!(
-                "{word}: the tool of {machine}, {how}, stays within {tolerance} mm{all_along} with {probability} probability, {stays}."
+                "{word}{condition}: the tool of {machine}, {how}, stays within {tolerance} mm{all_along} with {probability} probability, {stays}."
             )
         }
     };
@@ -440,7 +459,7 @@ pub(crate) fn json(uncertainty: &Uncertainty, counts: &SpreadCounts) -> Value {
         "draws": Draws::COUNT,
         "points_corrected": counts.corrected,
         "points_without_p95": counts.unknown,
-        "failed_draws": counts.failed_draws,
+        "largest_failed_share": counts.most_failing.0,
         "audit": counts.audit,
         "main_causes": counts.causes.iter().map(|(name, (count, _))| (name.clone(), json!(count))).collect::<Map<_, _>>(),
     })

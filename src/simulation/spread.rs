@@ -501,7 +501,9 @@ impl WantedSpread<'_> {
         };
         spread.fill(quantiles.median, quantiles.p95, quantiles.p95_standard_error);
         spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(&solved, tolerance));
-        spread.failed_share = 1.0 - share_within(&solved, f64::MAX);
+        // The weakest draws may be beyond those that were solved here.
+        let known = known.values().filter(|size| size.is_none()).count() as f64 / Draws::COUNT as f64;
+        spread.failed_share = known.max(1.0 - share_within(&solved, f64::MAX));
         Ok((spread, Sizes { mm: solved, is_by_engine: true }))
     }
 }

@@ -393,9 +393,10 @@ impl<'a> Block<'a> {
         Ok(points)
     }
 
-    /// Why there is no equilibrium in `answer`; `words` say with which machine.
+    /// Why there is no equilibrium in `answer`; `words` say with which machine, empty of a draw.
     fn failure(&self, answer: &PathPointResult, words: &str) -> Failure {
-        let reason = format!("{words}: {}", answer.status.reason(&self.path.machines.nominal));
+        let reason = answer.status.reason(&self.path.machines.nominal);
+        let reason = if words.is_empty() { reason } else { format!("{words}: {reason}") };
         Failure { status: answer.status.label().into(), reason }
     }
 
@@ -414,7 +415,7 @@ impl<'a> Block<'a> {
     ) -> Result<Vec<std::result::Result<f64, Failure>>> {
         let loaded = self.solve(machines, factor, commands)?;
         let free = if self.path.drawn.has_model_error() { self.solve(machines, 0.0, commands)? } else { Vec::new() };
-        let error = |answer: &PathPointResult| answer.solved_error().ok_or_else(|| self.failure(answer, "draw"));
+        let error = |answer: &PathPointResult| answer.solved_error().ok_or_else(|| self.failure(answer, ""));
         let size = |(k, answer): (usize, &PathPointResult)| {
             let (free, loaded) = (free.get(k).map(error).transpose()?, error(answer)?);
             Ok(free.map_or(loaded, |free| self.path.drawn.real_displacement(index, free, loaded)).norm())

@@ -117,6 +117,9 @@ pub struct ModelError {
     pub source: SpreadSource,
 }
 
+/// What the best models fitted to the displacements of a measured arm left out of others of them (FANUC R-2000iC).
+const FITTED_MODEL_ERROR: f64 = 0.19;
+
 /// What may spread a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cause {
@@ -212,6 +215,33 @@ impl Uncertainty {
         let alone = (0..self.parameters.len()).filter(|own| !correlated.contains(own));
         let alone = alone.map(|own| (self.parameters[own].name().to_string(), Cause::Parameters(vec![own])));
         alone.chain(together).chain([("cutting force".into(), Cause::Force), (Cause::MODEL.into(), Cause::Model)])
+    }
+
+    /// The same with the cause called `name` measured, and how well it is known then; `None` of parameters that are correlated, as measurements of one tell the
+    /// others, and of what the model leaves out unless that is assumed.
+    pub fn measured(&self, name: &str) -> Option<(Self, &'static str)> {
+        let mut own = self.clone();
+        let words = match self.causes().find(|(own, _)| own == name)?.1 {
+            Cause::Parameters(which) => {
+                let [one] = which[..] else { return None };
+                let (spread, words) = self.parameters[one].spread.measured();
+                own.parameters[one].spread = spread;
+                words
+            }
+            Cause::Force => {
+                let (spread, words) = self.force?.measured();
+                own.force = Some(spread);
+                words
+            }
+            Cause::Model if self.model.source == SpreadSource::Assumed => {
+                own.model.relative_std = FITTED_MODEL_ERROR;
+                "as well as by the best model fitted to that robot (19 %)"
+            }
+            Cause::Model => return None,
+        };
+        let Draws { correlated, origin: (factor, seed), .. } = &self.draws;
+        own.draws = Draws::new(&own.parameters, (correlated, factor), (own.force, own.model.relative_std), *seed);
+        Some((own, words))
     }
 
     /// Names of parameters that vary by a default.

@@ -42,6 +42,26 @@ impl Spread {
         }
     }
 
+    /// The distribution if the quantity is measured: its logarithm to ±5 % with 95 % probability, all else twice as well as it is known; and that in words.
+    pub fn measured(&self) -> (Self, &'static str) {
+        let known = libm::log(1.05) / Z_95_INTERVAL;
+        let half = |own: f64| 0.5 * own;
+        match *self {
+            Spread::Logarithm { below, above } if below.max(above) > known => {
+                (Spread::Logarithm { below: below.min(known), above: above.min(known) }, "to ±5 %")
+            }
+            Spread::Logarithm { below, above } => {
+                (Spread::Logarithm { below: half(below), above: half(above) }, "twice as well")
+            }
+            Spread::Difference { below, above } => {
+                (Spread::Difference { below: half(below), above: half(above) }, "twice as well")
+            }
+            Spread::Uniform { least, largest } => {
+                (Spread::Uniform { least: half(least), largest: half(largest) }, "twice as well")
+            }
+        }
+    }
+
     /// Logarithm whose values have the standard deviation `relative_std` over the nominal value, their median.
     pub fn of_relative_std(relative_std: f64) -> Self {
         let std = Self::std_of_logarithm(relative_std);

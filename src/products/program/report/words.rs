@@ -235,7 +235,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         )
         .with_cautions(&spread_report::along_cautions(&along(report), distribution))
         .with_cautions(&without_force_text(report))
-        .with_cautions(&spread_report::cautions(uncertain, &report.findings.spread, "point"))
+        .with_cautions(&spread_report::cautions(uncertain, &report.findings.spread, "point", None))
         .with_cautions(&caution_text(report))
         .with_numbers(numbers);
     headline.unsolved = report.proved.unsolved_as_written();
@@ -252,6 +252,7 @@ fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
         path: report.name.into(),
         missing: "have no equilibrium",
         commands: if is_programmed { spread_report::AS_PROGRAMMED } else { "with the compensated program" },
+        uncertainty: report.job.uncertainty.as_ref(),
         points: report.proved.passes.first().map_or(0, |pass| pass.summary.points),
         tolerance_mm: report.job.process.tolerance_mm,
         unjudged: match off {
@@ -267,10 +268,8 @@ fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
 
 /// Returns how sure the errors are, in sentences; empty where inputs are taken as exact.
 pub fn spread_text(report: &Report<'_>) -> String {
-    let (Some(uncertainty), Some(whole)) = (&report.job.uncertainty, &report.proved.spread) else {
-        return String::new();
-    };
-    spread_report::along_sentences(&along(report), whole, uncertainty) + &report.findings.spread.sentences("point")
+    let Some(whole) = &report.proved.spread else { return String::new() };
+    spread_report::along_sentences(&along(report), whole) + &report.findings.spread.sentences("point")
 }
 
 /// Returns the largest distance of the written program where the force is absent, as a key number.

@@ -22,7 +22,7 @@ use crate::{
     process::ForceLaw,
     questions::{
         Answered,
-        map::{MapPoint, WorkspaceMapStudy, run_in_blocks},
+        map::{MapPoint, WorkspaceMapStudy, run_in_blocks, uncertain},
         over_workspace::Shown,
         spread_report,
     },
@@ -45,6 +45,9 @@ impl Answered for WorkspaceMapStudy {
             }
             streams.write_block(&points)
         })?;
+        if let Some((position, p95, cause)) = &summary.worst {
+            summary.advice = uncertain::advise(self, (*position, *p95), cause, run.work)?;
+        }
         let text = text(&summary, &shown.not_used);
         Ok(Output {
             streamed: streams.finish()?,

@@ -10,7 +10,7 @@ use crate::{
     answer::{DriveQuantities, Quantity, QuantityExtremes, ShareWithin, ValueAt},
     files::StatusCount,
     questions::{
-        map::{MapPoint, SourceEffect, WorkspaceMapStudy},
+        map::{MapPoint, SourceEffect, WorkspaceMapStudy, uncertain::Advice},
         spread_report::{self, SpreadCounts, WithSpread},
     },
     simulation::{BySource, SOLVED, Source, spread::DeflectionSpread},
@@ -56,6 +56,10 @@ pub struct Summary<'a> {
     /// The same of its 95 % quantile, where inputs are uncertain.
     pub(super) within_p95: ShareWithin,
     pub(super) spread: SpreadCounts,
+    /// Position, value and main cause of the largest 95 % quantile.
+    pub(super) worst: Option<([f64; 3], f64, String)>,
+    /// What becomes of it if that is measured.
+    pub(super) advice: Option<Advice>,
     /// Rows per status.
     pub(super) statuses: Vec<StatusCount>,
 }
@@ -82,6 +86,8 @@ impl<'a> Summary<'a> {
             within: ShareWithin::default(),
             within_p95: ShareWithin::default(),
             spread: SpreadCounts::default(),
+            worst: None,
+            advice: None,
             statuses: Vec::new(),
         }
     }
@@ -100,6 +106,11 @@ impl<'a> Summary<'a> {
         }
         if let Some(spread) = point.effect(Source::All).and_then(WithSpread::distribution) {
             self.spread.add(spread);
+            if let Some((p95, cause)) = spread.p95_mm.zip(spread.main_cause.as_ref())
+                && self.worst.as_ref().is_none_or(|(_, most, _)| p95 > *most)
+            {
+                self.worst = Some((point.position_mm, p95, cause.clone()));
+            }
         }
         self.points += 1;
         for (source, sums) in self.sources.iter_mut() {
@@ -138,6 +149,7 @@ impl<'a> Summary<'a> {
         let mut summary = json!({ "schema": SCHEMA, "rows": rows(&mut self.statuses.iter()), "rows_solved": solved, "sources": sources });
         if let Some(uncertainty) = &self.study.uncertainty {
             summary["uncertainty"] = spread_report::json(uncertainty, &self.spread);
+            summary["uncertainty"]["if_measured"] = json!(self.advice);
             summary["uncertainty"]["share_within_tolerance_p95"] = json!(self.within_p95.get());
         }
         summary

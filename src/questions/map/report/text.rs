@@ -13,7 +13,7 @@ use crate::{
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
     questions::{
-        map::{SourceEffect, WorkspaceMapStudy},
+        map::{SourceEffect, WorkspaceMapStudy, uncertain::Advice},
         spread_report,
     },
     simulation::{ROUNDING_MM, Source},
@@ -39,7 +39,12 @@ fn cautions_text(summary: &Summary<'_>, not_used: &[&str]) -> String {
         rows => format!("At {} the correction is missing; the deflection is known.\n", counted(rows, "row")),
     };
     missing
-        + &spread_report::cautions(summary.study.uncertainty.as_ref(), &summary.spread, "point")
+        + &spread_report::cautions(
+            summary.study.uncertainty.as_ref(),
+            &summary.spread,
+            "point",
+            next_step(summary).as_deref(),
+        )
         + &scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)))
 }
 
@@ -85,6 +90,19 @@ fn spread_text(summary: &Summary<'_>) -> String {
         text += &format!("The tool is {within}.\n");
     }
     text + &summary.spread.sentences("point")
+}
+
+/// Returns what to do next, behind the main cause: nothing of it helps where nominally nothing is within tolerance; `None` if only the cause says it.
+fn next_step(summary: &Summary<'_>) -> Option<String> {
+    if summary.within.get() == Some(0.0) {
+        return Some("but nominally nothing is within tolerance, so a stiffer machine, less force or a compensation comes first".into());
+    }
+    let Advice { cause, known, p95_mm: [now, then] } = summary.advice.as_ref()?;
+    Some(format!(
+        "with {cause} known {known}, the largest 95 % quantile would be {} instead of {}, as computed anew there",
+        millimetres(*then, 3),
+        millimetres(*now, 3)
+    ))
 }
 
 /// Words for the share of the box in which the tolerance is met.
@@ -195,11 +213,12 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let spread = all.of(&P95_DEFLECTION);
     let moves = match (spread, low == high) {
         (Some([least, most]), _) => format!(
-            "{acting}, the tool of {name} moves with 95 % probability by at most {} at best and {} at worst (nominally {low} and {high}); best near \
-             {}.",
+            "{acting}, the tool of {name} moves with 95 % probability, at each place by itself, by at most {} at the best place, {}, and by at most {} at \
+             the worst{} (nominally {low} and {high}).",
             millimetres(least.value, 3),
+            least.place(),
             millimetres(most.value, 3),
-            least.place()
+            if summary.spread.unknown > 0 { " of those where that can be said" } else { "" }
         ),
         (None, true) => format!("{acting}, the tool of {name} moves by {high} everywhere."),
         (None, false) => format!(
@@ -230,8 +249,12 @@ fn verdict(summary: &Summary<'_>) -> String {
         _ => "Partly within tolerance",
     };
     let nominally =
-        summary.within.get().map_or_else(String::new, |share| format!(" (nominally in {} of it)", percent(share)));
-    format!("{word}: {within}{nominally}. ")
+        summary.within.get().map_or_else(String::new, |share| format!(" (nominally in {} of the box)", percent(share)));
+    let falls = match summary.spread.most_failing.0 {
+        0.0 => String::new(),
+        share => format!("; the machine has no equilibrium in some draws, {} of them at the worst place", percent(share)),
+    };
+    format!("{word}{}: {within}{nominally}{falls}. ", spread_report::condition(summary.study.uncertainty.as_ref()))
 }
 
 /// Returns the share of the box within tolerance with 95 % probability, also in words; `None` without tolerance or uncertain inputs.

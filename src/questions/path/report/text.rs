@@ -62,14 +62,14 @@ fn cautions_text(summary: &Summary<'_>) -> String {
     failed
         + &gamma
         + &spread_report::along_cautions(&along(summary), summary.whole.as_ref())
-        + &spread_report::cautions(study.uncertainty.as_ref(), summary.spread_counts(), "point")
+        + &spread_report::cautions(study.uncertainty.as_ref(), summary.spread_counts(), "point", None)
         + &cautions_of(study)
 }
 
 /// Returns the sentences about the distribution of the distance from the path; empty where inputs are taken as exact.
 fn spread_text(summary: &Summary<'_>) -> String {
-    let (Some(uncertainty), Some(whole)) = (&summary.study.uncertainty, &summary.whole) else { return String::new() };
-    let mut text = spread_report::along_sentences(&along(summary), whole, uncertainty);
+    let Some(whole) = &summary.whole else { return String::new() };
+    let mut text = spread_report::along_sentences(&along(summary), whole);
     if let Some((off, k)) = summary.largest(Source::All, &WITHOUT_FORCE) {
         text += &format!(
             "Where the force is absent (in air, in a spring pass, with a broken tool), the compensated commands lead the tool off by up to {}, {}.\n",
@@ -88,6 +88,7 @@ fn along<'a>(summary: &'a Summary<'_>) -> Along<'a> {
         commands: "compensated",
         missing: "could not be compensated",
         points: summary.study.stations.len(),
+        uncertainty: summary.study.uncertainty.as_ref(),
         tolerance_mm: summary.study.tolerance_mm,
         unjudged: match (has_force(summary.study), outside(summary.study).is_empty()) {
             _ if summary.study.stations.iter().all(|station| !station.cutting) => Some(spread_report::NOTHING_CUT),

@@ -55,7 +55,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     };
     let spread_cautions = entry.spread.as_ref().map_or_else(String::new, |spread| {
         spread_report::along_cautions(&along(study), Some(&spread.largest))
-            + &spread_report::cautions(uncertainty, &spread_counts(results), "place")
+            + &spread_report::cautions(uncertainty, &spread_counts(results), "place", None)
     });
     Headline::new(sentence, basis)
         .with_cautions(&robust_text(results))
@@ -88,6 +88,7 @@ pub(super) fn along(study: &PlacementStudy) -> Along<'_> {
         commands: if study.has_limits() { "compensated without the limits given" } else { "compensated" },
         missing: "could not be compensated",
         points: points.sum(),
+        uncertainty: study.features[0].uncertainty.as_deref(),
         tolerance_mm: common_tolerance(study),
         unjudged: match common_tolerance(study) {
             _ if study.features.iter().all(cuts_nowhere) => Some(spread_report::NOTHING_CUT),

@@ -136,11 +136,9 @@ pub(super) fn certainty_text(results: &PlacementResults) -> String {
 
 /// Returns the sentences about the distributions at the recommended place; empty where inputs are taken as exact.
 fn spread_text(results: &PlacementResults) -> String {
-    let uncertainty = results.study.features[0].uncertainty.as_deref();
     let spread = best_entry(results).and_then(|(entry, _)| entry.spread.as_ref());
-    let Some((uncertainty, spread)) = uncertainty.zip(spread) else { return String::new() };
-    spread_report::along_sentences(&headline::along(&results.study), &spread.largest, uncertainty)
-        + &unconfirmed_text(results)
+    let Some(spread) = spread else { return String::new() };
+    spread_report::along_sentences(&headline::along(&results.study), &spread.largest) + &unconfirmed_text(results)
 }
 
 /// Returns the sentence about estimates that draws of the engine along the whole paths do not confirm; empty where they confirm all.
