@@ -56,6 +56,8 @@ fn key_number(number: &KeyNumber, column: usize, width: usize) -> String {
 /// Returns `text` in lines of at most `width` characters that begin with `indent`.
 fn paragraph(text: &str, indent: &str, style: Style, width: usize) -> String {
     let options = textwrap::Options::new(width).initial_indent(indent).subsequent_indent(indent);
-    let lines = textwrap::wrap(text, options);
-    lines.iter().map(|line| format!("{style}{}{style:#}\n", visible(line))).collect()
+    // A number stays with its percent sign.
+    let text = text.replace(" %", "\u{a0}%");
+    let lines = textwrap::wrap(&text, options);
+    lines.iter().map(|line| format!("{style}{}{style:#}\n", visible(&line.replace('\u{a0}', " ")))).collect()
 }

@@ -80,6 +80,11 @@ impl SpreadCounts {
         }
     }
 
+    /// Returns the names of the causes that spread the answer most somewhere.
+    pub fn causes(&self) -> impl Iterator<Item = &str> {
+        self.causes.keys().map(String::as_str)
+    }
+
     /// Returns the sentence about the main cause, the first by name of equally frequent ones, with what to do `next` if that is known.
     fn next_step(&self, point: &str, next: Option<&str>) -> String {
         let most = self.causes.iter().max_by(|a, b| a.1.0.cmp(&b.1.0).then(b.0.cmp(a.0)));
@@ -447,6 +452,7 @@ pub(crate) fn fact(uncertainty: Option<&Uncertainty>) -> Fact {
 pub(crate) fn json(uncertainty: &Uncertainty, counts: &SpreadCounts) -> Value {
     let parameter = |own: &UncertainParameter| {
         let names: Vec<&str> = own.values.iter().map(|(name, _)| name.as_str()).collect();
+        let names = if names.is_empty() { vec![own.name()] } else { names };
         let (unit, [low, high]) = (own.unit.in_files(), own.interval_95());
         let (distribution, source) = (own.spread.words(), own.source.label());
         json!({ "names": names, "unit": unit, "low_95": low, "high_95": high, "distribution": distribution, "source": source })

@@ -102,6 +102,8 @@ const FEWEST_SCRAMBLES: usize = 4;
 
 /// Where the weakest machine falls over, the draws are solved from the weakest on until so many one after another stand, for the force and for each stiffness.
 const STANDING: usize = 12;
+/// Machines of so many of these are kept for other points.
+const KEPT: usize = 5 * STANDING;
 /// Share of draws without equilibrium from which those next to the 95 % quantile are near them.
 const FEW_FAILED: f64 = 0.002;
 /// Share of draws without equilibrium from which all are solved: there is no 95 % quantile.
@@ -111,32 +113,33 @@ const LOST: f64 = 1.0 - P95;
 const MANY_FAILED: f64 = 0.15;
 
 /// The machines that uncertain inputs make of a nominal one.
-pub(crate) struct DrawnMachines<'a> {
+#[derive(Debug)]
+pub(crate) struct DrawnMachines {
     /// What varies.
-    pub uncertainty: &'a Uncertainty,
-    nominal: &'a Machines,
-    errors: &'a [ChainError],
+    pub uncertainty: Uncertainty,
+    nominal: Machines,
+    errors: Vec<ChainError>,
     /// Machines with each parameter alone at its ends ([`Response::ENDS`]), as far as they are solved.
     pub ends: Vec<[Option<Machines>; 2]>,
     /// Coordinates of each parameter at these ends.
-    end_coordinates: Vec<[f64; 2]>,
+    pub end_coordinates: Vec<[f64; 2]>,
     /// What spreads a result ([`Uncertainty::causes`]).
     causes: Vec<(String, Cause)>,
-    /// Machines of the draws of the first scramble, made when they are needed.
-    drawn: Vec<OnceLock<Result<Machines, Failure>>>,
+    /// Machines of draws that many points need, made when the first does: those of the first scramble and the weakest; `None` of others.
+    drawn: Vec<Option<OnceLock<Result<Machines, Failure>>>>,
     /// The machine with all stiffnesses as low as any in the weakest draw, made when it is needed.
     weakest: OnceLock<Result<Machines, Failure>>,
 }
 
-impl<'a> DrawnMachines<'a> {
+impl DrawnMachines {
     /// Makes the machines with each parameter at its ends; `None` where inputs are exact. `errors` are the chain errors of `nominal`.
     ///
     /// # Errors
     /// As [`Machines::drawn`].
     pub fn new(
-        uncertainty: Option<&'a Uncertainty>,
-        nominal: &'a Machines,
-        errors: &'a [ChainError],
+        uncertainty: Option<&Uncertainty>,
+        nominal: &Machines,
+        errors: &[ChainError],
     ) -> error::Result<Option<Self>> {
         // Pages compute with nominal numbers.
         let Some(uncertainty) = uncertainty.filter(|_| !cfg!(target_family = "wasm")) else { return Ok(None) };
@@ -146,10 +149,14 @@ impl<'a> DrawnMachines<'a> {
             uncertainty.solved_ends(parameter)[end].then(machines).transpose()
         };
         let ends = (0..uncertainty.parameters.len()).map(|own| Ok([end(own, 0)?, end(own, 1)?]));
-        let drawn = (0..Draws::PER_SCRAMBLE).map(|_| OnceLock::new()).collect();
+        let mut drawn: Vec<_> =
+            (0..Draws::COUNT).map(|index| (index < Draws::PER_SCRAMBLE).then(OnceLock::new)).collect();
+        let weakest = uncertainty.draws.from_weakest.iter().flat_map(|order| &order[..KEPT]);
+        weakest.for_each(|index| drawn[*index] = Some(OnceLock::new()));
         let (ends, end_coordinates) = (ends.collect::<error::Result<_>>()?, uncertainty.end_coordinates());
         let causes = uncertainty.causes().collect();
         let weakest = OnceLock::new();
+        let (uncertainty, nominal, errors) = (uncertainty.clone(), nominal.clone(), errors.to_vec());
         Ok(Some(Self { uncertainty, nominal, errors, ends, end_coordinates, causes, drawn, weakest }))
     }
 
@@ -163,15 +170,16 @@ impl<'a> DrawnMachines<'a> {
         !self.uncertainty.draws.model.is_empty()
     }
 
-    /// The displacement `loaded` that the engine found in the draw `index`, with what the model leaves out of it; `free` is that without cutting force.
-    pub fn real_displacement(&self, index: usize, free: Vector3<f64>, loaded: Vector3<f64>) -> Vector3<f64> {
-        loaded + self.uncertainty.draws.model_error(index, &(loaded - free))
+    /// The displacement `loaded` that the engine found in the draw `index`, with what the model leaves out of it; `free` is that without cutting force, where
+    /// the model leaves something out.
+    pub fn real_displacement(&self, index: usize, free: Option<Vector3<f64>>, loaded: Vector3<f64>) -> Vector3<f64> {
+        free.map_or(loaded, |free| loaded + self.uncertainty.draws.model_error(index, &(loaded - free)))
     }
 
-    /// Returns what `on` makes of the machines of the draw `index`; those of the first scramble are kept.
+    /// Returns what `on` makes of the machines of the draw `index`, which are kept if many points need them.
     pub fn on_draw<T>(&self, index: usize, on: impl FnOnce(&Machines) -> T) -> Result<T, Failure> {
         let make = || self.machines_with(self.uncertainty.values_of_draw(index));
-        match self.drawn.get(index) {
+        match &self.drawn[index] {
             Some(kept) => kept.get_or_init(make).as_ref().map(on).map_err(Failure::clone),
             None => make().as_ref().map(on).map_err(Failure::clone),
         }
@@ -179,7 +187,7 @@ impl<'a> DrawnMachines<'a> {
 
     /// Makes the machines with these values of parameters.
     fn machines_with(&self, values: [Values<'_>; 2]) -> Result<Machines, Failure> {
-        let machines = self.nominal.drawn(&self.uncertainty.machine, &values, self.errors);
+        let machines = self.nominal.drawn(&self.uncertainty.machine, &values, &self.errors);
         machines.map_err(|error| Failure { status: "no_equilibrium".into(), reason: error.to_string() })
     }
 }
@@ -193,11 +201,13 @@ type Solve<'a> = dyn Fn(usize, Draw<'_>) -> error::Result<Result<f64, Failure>> 
 /// Deflections at points next to one another whose distributions are wanted.
 pub(crate) struct WantedSpread<'a> {
     /// The draws, and machines of them.
-    pub drawn: &'a DrawnMachines<'a>,
+    pub drawn: &'a DrawnMachines,
     /// Largest deflection that is within tolerance, mm.
     pub tolerance_mm: Option<f64>,
     /// The engine.
     pub solve: &'a Solve<'a>,
+    /// Whether it checks each point, and seeks draws in which the machine falls over; else it only takes the place of missing estimates.
+    pub checks: bool,
     /// Most draws solved next to a value, where each takes long.
     pub most_next: Option<usize>,
     /// Draws chosen at random and solved at each point as well.
@@ -241,7 +251,7 @@ impl WantedSpread<'_> {
         sizes: &mut [f64],
         spread: &mut DeflectionSpread,
     ) -> error::Result<BTreeMap<usize, Option<f64>>> {
-        let (uncertainty, mut solved) = (self.drawn.uncertainty, BTreeMap::new());
+        let (uncertainty, mut solved) = (&self.drawn.uncertainty, BTreeMap::new());
         let make = || {
             let values = uncertainty.weakest_values();
             self.drawn.machines_with([values.iter().map(|(name, value)| (name.as_str(), *value)).collect(), Vec::new()])
@@ -280,9 +290,12 @@ impl WantedSpread<'_> {
             let Some(Some([unloaded, loaded @ ..])) = responses else { return Ok(None) };
             let draws = &self.drawn.uncertainty.draws;
             let surrogate = Surrogate::new(&self.drawn.end_coordinates, unloaded, loaded, draws);
+            let mut sizes = surrogate.largest_displacements(draws);
+            if !self.checks {
+                return Ok(Some(Estimate::unchecked(point, sizes)));
+            }
             let causes = self.drawn.causes.iter().map(|(_, cause)| cause);
             let mut spread = self.spread_with_cause(&surrogate.variances(draws, causes));
-            let mut sizes = surrogate.largest_displacements(draws);
             let solved = self.solve_weakest(point, &mut sizes, &mut spread)?;
             self.estimate((point, solved), Cow::Owned(sizes), spread).map(Some)
         };
@@ -564,6 +577,13 @@ struct Estimate<'a> {
 }
 
 impl Estimate<'_> {
+    /// The sizes alone, of which there is nothing to check.
+    fn unchecked(point: usize, sizes: Vec<f64>) -> Self {
+        let quantiles = Quantiles { median: 0.0, p95: 0.0, p95_standard_error: 0.0 };
+        let (spread, solved) = (DeflectionSpread::default(), BTreeMap::new());
+        Self { point, sizes: Cow::Owned(sizes), quantiles, spread, solved }
+    }
+
     /// Whether there is something to check.
     fn is_checked(&self) -> bool {
         self.quantiles.p95 > ROUNDING_MM && self.quantiles.p95.is_finite()
@@ -623,6 +643,6 @@ fn root_mean_square(values: &[f64]) -> Option<f64> {
 }
 
 /// Share of `sizes` that are at most `tolerance`.
-fn share_within(sizes: &[f64], tolerance: f64) -> f64 {
+pub(crate) fn share_within(sizes: &[f64], tolerance: f64) -> f64 {
     sizes.iter().filter(|size| **size <= tolerance).count() as f64 / sizes.len() as f64
 }

@@ -115,7 +115,7 @@ enum Command {
 /// Most points that draws of the engine along a whole path are solved at, next to each value and of one order: a long path has fewer of them, but not fewer than eight.
 const MOST_POINTS: usize = 2_000_000;
 
-/// Points solved one after another, of which several stretches are solved side by side.
+/// Most points solved one after another, of which several stretches are solved side by side.
 const STRETCH: usize = along_path::BLOCK / Batch::WIDTH;
 
 /// Distances from the path at a point where even the nominal machine has an equilibrium.
@@ -184,7 +184,7 @@ pub(crate) struct SpreadPath<'a> {
     /// Nominal and actual machine.
     pub machines: &'a Machines,
     /// The machines that uncertain inputs make of them.
-    pub drawn: &'a DrawnMachines<'a>,
+    pub drawn: &'a DrawnMachines,
     /// Largest distance that is within tolerance, mm.
     pub tolerance_mm: Option<f64>,
     /// Difference of two distances that means nothing, such as by rounding a written program, mm.
@@ -193,6 +193,8 @@ pub(crate) struct SpreadPath<'a> {
     pub audits: usize,
     /// Whether the point with this index counts in the largest distance.
     pub counts: &'a (dyn Fn(usize) -> bool + Sync),
+    /// Whether the compensated commands are computed as well, and each point is checked by itself; a search wants the largest distance alone.
+    pub compensates: bool,
 }
 
 impl SpreadPath<'_> {
@@ -279,8 +281,15 @@ pub(crate) fn whole(
             Ok(Ok(most))
         };
         let most_next = MOST_POINTS.checked_div(largest.points);
-        let wanted =
-            WantedSpread { drawn: first.drawn, tolerance_mm, solve: &solve, most_next, audits: 0, seed: &|_| 0 };
+        let wanted = WantedSpread {
+            drawn: first.drawn,
+            tolerance_mm,
+            solve: &solve,
+            checks: true,
+            most_next,
+            audits: 0,
+            seed: &|_| 0,
+        };
         let DeflectionSpread { main_cause, main_cause_share, first_failure, .. } = largest.worst.clone();
         let spread = DeflectionSpread { main_cause, main_cause_share, first_failure, ..DeflectionSpread::default() };
         let (spread, agrees) = wanted.check(&largest.sizes, spread)?;
@@ -333,8 +342,9 @@ impl<'a> Block<'a> {
     fn solve(&self, machines: &Machines, factor: f64, commands: &Commands<'_>) -> Result<Vec<PathPointResult>> {
         let tasks: Vec<TaskPoint> = self.tasks.iter().map(|task| under(task, factor)).collect();
         let case = PathCase::new(machines, Source::All, &tasks);
-        let stretch = |(k, track)| (k * STRETCH, track);
-        let stretches: Vec<Stretch<'_>> = self.track.chunks(STRETCH).enumerate().map(stretch).collect();
+        let points = self.track.len().div_ceil(Batch::WIDTH).clamp(1, STRETCH);
+        let stretch = |(k, track)| (k * points, track);
+        let stretches: Vec<Stretch<'_>> = self.track.chunks(points).enumerate().map(stretch).collect();
         Ok(solve_stretches(&case, commands, &stretches, &|| self.work.check())?.concat())
     }
 
@@ -364,7 +374,8 @@ impl<'a> Block<'a> {
         let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; drawn.ends.len()] };
         let unloaded = self.solve(self.path.machines, 0.0, &commands)?;
         let loaded = self.solve(self.path.machines, 1.0, &commands)?;
-        let begin = |((unloaded, loaded), is_known): ((&PathPointResult, &PathPointResult), &bool)| {
+        let begin = |(k, ((unloaded, loaded), is_known)): (usize, ((&PathPointResult, &PathPointResult), &bool))| {
+            let response = |nominal| self.with_setup(k, response(nominal));
             let loaded = loaded.solved_error().filter(|_| *is_known)?;
             let free = unloaded.solved_error();
             let responses = free
@@ -373,7 +384,7 @@ impl<'a> Block<'a> {
             Some(Solved { unloaded: free, responses })
         };
         let mut points: Vec<Option<Solved>> =
-            unloaded.iter().zip(&loaded).zip(&commanded.is_known).map(begin).collect();
+            unloaded.iter().zip(&loaded).zip(&commanded.is_known).enumerate().map(begin).collect();
         for (own, ends) in drawn.ends.iter().enumerate() {
             for (end, machines) in ends.iter().enumerate() {
                 let Some(machines) = machines else { continue };
@@ -391,6 +402,22 @@ impl<'a> Block<'a> {
             }
         }
         Ok(points)
+    }
+
+    /// Axis of the tool at point `k`, from the spindle to the tip (O axes).
+    fn tool_axis(&self, k: usize) -> Vector3<f64> {
+        self.tasks[k].pose.rotation * self.path.machines.nominal.tool_axes.column(2)
+    }
+
+    /// The `response` at point `k` with what the setup does, which no machine says.
+    fn with_setup(&self, k: usize, mut response: Response) -> Response {
+        let drawn = self.path.drawn;
+        for (own, ends) in response.ends.iter_mut().enumerate() {
+            let direction = drawn.uncertainty.setup_direction(own, self.tool_axis(k));
+            let at = |end: usize| direction.map(|way| response.nominal + drawn.end_coordinates[own][end] * way);
+            *ends = [at(0), at(1)];
+        }
+        response
     }
 
     /// Why there is no equilibrium in `answer`; `words` say with which machine, empty of a draw.
@@ -418,7 +445,8 @@ impl<'a> Block<'a> {
         let error = |answer: &PathPointResult| answer.solved_error().ok_or_else(|| self.failure(answer, ""));
         let size = |(k, answer): (usize, &PathPointResult)| {
             let (free, loaded) = (free.get(k).map(error).transpose()?, error(answer)?);
-            Ok(free.map_or(loaded, |free| self.path.drawn.real_displacement(index, free, loaded)).norm())
+            let moved = self.path.drawn.uncertainty.setup_displacement(index, self.tool_axis(k));
+            Ok((self.path.drawn.real_displacement(index, free, loaded) + moved).norm())
         };
         Ok(loaded.iter().enumerate().map(size).collect())
     }
@@ -433,15 +461,20 @@ impl<'a> Block<'a> {
         let solve = |k, draw: Draw<'_>| self.size_at(first + k, commanded, draw);
         let SpreadPath { drawn, tolerance_mm, .. } = *self.path;
         let seed = |k| (self.first + first + k) as u64;
-        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None, audits, seed: &seed };
+        let (checks, most_next) = (self.path.compensates, None);
+        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, checks, most_next, audits, seed: &seed };
         wanted.spreads(&points.iter().map(|point| point.as_ref().map(Solved::known)).collect::<Vec<_>>())
     }
 
     /// Distributions at the points, and the largest distances over them.
     fn spread(&self) -> Result<SpreadBlock> {
-        let [plain, compensated] = [self.commanded(Command::Plain)?, self.commanded(Command::Compensated)?];
+        let with = if self.path.compensates { Command::Compensated } else { Command::Plain };
+        let [plain, compensated] = [self.commanded(Command::Plain)?, self.commanded(with)?];
         let all_plain = self.responses(&plain)?;
-        let mut all_compensated = self.responses(&compensated)?;
+        let mut all_compensated = match self.path.compensates {
+            true => self.responses(&compensated)?,
+            false => self.tasks.iter().map(|_| None).collect(),
+        };
         // Without the one the other is not told.
         for (with, own) in all_compensated.iter_mut().zip(&all_plain) {
             if own.is_none() {

@@ -101,6 +101,45 @@ fn a_model_that_leaves_something_out_is_not_compensated() {
     assert!(whole.is_confirmed && whole.spread.check_difference.unwrap().abs() < 1e-5, "{whole:?}");
 }
 
+/// Errors of the setup are what is left where everything else is exact: a length with three normal components, and with one along the tool.
+#[test]
+fn a_setup_that_is_not_exact_is_not_compensated() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
+    let process = "process.placement = { origin_mm = [0.0, 0.0, 50.0] }\n".to_string() + &force(0.0, 1000.0, 0.0);
+    let path = "line = { start_mm = [-0.5, 0.0, 0.0], end_mm = [0.5, 0.0, 0.0] }";
+    let run = |uncertainty: &str| {
+        let text = study_of("lever.toml", &process, &format!("[uncertainty.process]\n{uncertainty}"), path);
+        path::run(&path_study(folder.path().to_path_buf(), &text), &Work::default()).unwrap()
+    };
+    let chi = [2.795_483, 1.538_172];
+    let normal = [normal_quantile(0.975), normal_quantile(0.75)];
+    for (uncertainty, exact) in [
+        ("workpiece_position_mm = { std = 0.03 }", chi.map(|own| 0.03 * own)),
+        ("tool_length_mm = { std = 0.02 }", normal.map(|own| 0.02 * own)),
+    ] {
+        let found = run(uncertainty);
+        let whole = found.spread.clone().unwrap().compensated.unwrap();
+        for (found, exact) in [whole.spread.p95_mm, whole.spread.median_mm].into_iter().zip(exact) {
+            assert!((found.unwrap() / exact - 1.0).abs() < 0.01, "{uncertainty}: {found:?} instead of {exact}");
+        }
+        assert!(whole.is_confirmed && whole.spread.check_difference.unwrap().abs() < 1e-5, "{whole:?}");
+        let at_point = found.whole.sources[Source::All][0].spread.as_ref().unwrap();
+        let cause = at_point.compensated.as_ref().unwrap().main_cause.as_deref().unwrap();
+        assert!(uncertainty.starts_with(&cause.replace(' ', "_")[..9]), "{cause}");
+    }
+    // A tool that lies along the slide, which the axial force pushes back by 0.1 mm: what it is longer by takes from that.
+    let sideways =
+        LEVER.replace("tool_tip_mm = [0.0, 0.0, 50.0]", "tool_tip_mm = [50.0, 0.0, 0.0]\ntool_axis = [1.0, 0.0, 0.0]");
+    std::fs::write(folder.path().join("lever.toml"), sideways).unwrap();
+    let process = "process.placement = { origin_mm = [50.0, 0.0, 0.0] }\n".to_string() + &force(0.0, 0.0, -1000.0);
+    let uncertainty = "[uncertainty.process]\ntool_length_mm = { uniform = [0.0, 0.02] }";
+    let text = study_of("lever.toml", &process, uncertainty, path);
+    let found = path::run(&path_study(folder.path().to_path_buf(), &text), &Work::default()).unwrap();
+    let plain = found.whole.sources[Source::All][0].spread.as_ref().unwrap().plain.clone();
+    assert!((plain.median_mm.unwrap() - 0.09).abs() < 2e-4, "{plain:?}");
+}
+
 /// Largest distance along the path, and that at each point, without and with compensation, in draws computed one by one: without surrogate, lanes,
 /// blocks and draws of the study.
 fn brute_force(found: &PathResults, count: usize) -> Vec<[Vec<f64>; 2]> {

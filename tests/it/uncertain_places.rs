@@ -11,7 +11,7 @@ use kinetostat::{
     questions::{
         StudyKind,
         path::PathStudy,
-        placement::{self, Entry, PlacementResults, PlacementStudy},
+        placement::{self, Cell, Entry, Evaluator, Metric, PlacementResults, PlacementStudy, Search, SiteGrid},
     },
     simulation::settings,
 };
@@ -208,6 +208,45 @@ fn places_are_as_sure_on_any_number_of_threads() {
         pool.install(|| placement::run(&study, &Work::default()).unwrap().entries)
     };
     assert_eq!(on(1), on(3));
+}
+
+/// A search by the 95 % quantile: no place on a finer grid is better by what the engine says at it, and pruning loses none.
+#[test]
+fn a_search_may_look_for_the_best_95_percent_quantile() {
+    let sought = |objective: &str, more: &str| {
+        let text = placement_text(&uncertain()).replace("worst_deflection = 1.0", &format!("{objective} = 1.0"));
+        let study = placement(&text.replace("starts = 1", &format!("starts = 1\n{more}")));
+        placement::run(&study, &Work::default()).unwrap()
+    };
+    let found = sought("p95_deflection", "");
+    assert_eq!(found.best, sought("p95_deflection", "coarse_to_fine = false").best);
+    let best = found.best.clone().unwrap();
+    for entry in &found.entries {
+        let (metrics, spread) = (&entry.outcome.as_ref().unwrap().metrics, entry.spread.as_ref().unwrap());
+        let (estimate, checked) =
+            (metrics.get(Metric::P95Deflection).unwrap(), spread.largest.plain.spread.p95_mm.unwrap());
+        assert!((estimate - checked).abs() < 0.02 * checked, "{}: {estimate} {checked}", entry.name);
+        assert!(checked > 0.99 * best.value && (entry.value - estimate).abs() < 1e-12, "{}", entry.name);
+    }
+    let mut finer = found.study.clone();
+    finer.grid = SiteGrid::new(&finer.bounds, [6, 6, 1, 1, 1, 1]);
+    finer.search = Search { starts: 36, max_iterations: 1, coarse_to_fine: false, ..finer.search };
+    let all = placement::run(&finer, &Work::default()).unwrap().cells;
+    let p95 = |cell: &Cell| cell.complete().and_then(|metrics| metrics.get(Metric::P95Deflection));
+    let values: Vec<f64> = all.iter().filter_map(p95).collect();
+    assert_eq!(values.len(), 36);
+    assert!(values.iter().all(|value| best.value < value * (1.0 + 1e-3)), "{best:?} {values:?}");
+
+    let likely = sought("probability_within_tolerance", "");
+    let (probability, of_best) = (-likely.best.as_ref().unwrap().value, -sought_value(&found, &likely));
+    assert!((0.0..=1.0).contains(&probability) && probability >= of_best, "{probability} {of_best}");
+}
+
+/// The objective of `likely` at the best place of `found`.
+fn sought_value(found: &PlacementResults, likely: &PlacementResults) -> f64 {
+    let evaluator = Evaluator::new(&likely.study, &likely.study.objective.metrics());
+    let site = found.best.as_ref().unwrap().site;
+    likely.study.objective.value(&evaluator.evaluate(&site).unwrap().metrics)
 }
 
 /// The command line: the verdict first, which places cannot be told apart, and the columns.

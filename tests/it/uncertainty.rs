@@ -17,7 +17,10 @@ use kinetostat::{
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::support::uncertain::{Drawn, EXACT_MODEL, LEVER, TOLERANCES, draws, force, study_text};
+use crate::support::{
+    command::told,
+    uncertain::{Drawn, EXACT_MODEL, LEVER, TOLERANCES, draws, force, study_text},
+};
 
 // ---- draws ----------------------------------------------------------------------------------------------------------
 
@@ -256,7 +259,7 @@ fn what_a_model_leaves_out_has_a_default() {
     let study = map_study(&on_the_floor(&text.replace(EXACT_MODEL, ""), "kr270"));
     assert_eq!(study.uncertainty.as_ref().unwrap().model.relative_std, 0.26);
     let said = map::report::text(&map::report::Summary::new(&study), &[]).cautions;
-    assert!(said.contains("What the model leaves out is assumed: 26 % of what the force does"), "{said}");
+    assert!(said.contains("The model itself is assumed to be wrong by 26 % of what the force does"), "{said}");
     assert_eq!(map_study(&on_the_floor(&text, "kr270")).uncertainty.unwrap().model.relative_std, 0.0);
 }
 
@@ -508,6 +511,48 @@ fn the_verdict_says_what_is_known() {
         "{none}"
     );
     assert!(!none.contains("probability the tool is out of tolerance"), "{none}");
+}
+
+/// With the stiffness of the lever known to ±5 % the quantile is that of other lognormal numbers; the model, of which nobody says anything, is fitted.
+#[test]
+fn an_answer_says_what_a_measurement_gains() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    std::fs::create_dir(&study).unwrap();
+    std::fs::write(study.join("lever.toml"), LEVER).unwrap();
+    let said = |tolerance: f64, stiffness: &str, model: &str| -> (String, serde_json::Value) {
+        let process = format!("process.tolerance_mm = {tolerance}\n{}", force(1000.0, 0.0, 0.0));
+        let uncertainty =
+            format!("[uncertainty]\n{stiffness}[uncertainty.process]\nforce_relative_std = 0.15\n{model}");
+        let text = study_of("lever.toml", &process, &uncertainty, "grid = [2, 1, 1]");
+        let text = if model.is_empty() { text.replace(EXACT_MODEL, "") } else { text };
+        std::fs::write(study.join("study.toml"), text).unwrap();
+        let out = folder.path().join("out");
+        let own = ["run", study.to_str().unwrap(), "--out", out.to_str().unwrap(), "--no-figures"];
+        let (code, printed, err) = told(&own);
+        assert_eq!(code, Some(0), "{printed}{err}");
+        let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+        let words = printed.split_whitespace().collect::<Vec<_>>().join(" ");
+        (words, serde_json::from_str(&summary).unwrap())
+    };
+    let stiffness = "[[uncertainty.parameter]]\nname = \"guide.slide.stiffness\"\nrelative_std = 0.3\n";
+    let (words, summary) = said(0.12, stiffness, EXACT_MODEL);
+    let log = |relative: f64| (0.5 * (1.0 + (1.0 + 4.0 * relative * relative).sqrt())).ln().sqrt();
+    let exact = |std: f64| 0.1 * (std.hypot(log(0.15)) * normal_quantile(P95)).exp();
+    let found = summary["uncertainty"]["if_measured"]["p95_mm"].as_array().unwrap();
+    for (found, exact) in found.iter().zip([exact(log(0.3)), exact(1.05f64.ln() / normal_quantile(0.975))]) {
+        assert!((found.as_f64().unwrap() / exact - 1.0).abs() < 0.005, "{found} {exact}");
+    }
+    assert!(words.contains("what is worth most is guide.slide.stiffness known to ±5 %: the largest 95 % quantile would be 0.128 mm instead of 0.1"), "{words}");
+    let (words, _) = said(0.05, stiffness, EXACT_MODEL);
+    assert!(words.contains("but nominally nothing is within tolerance, so a stiffer machine"), "{words}");
+    let (words, summary) = said(0.12, "", "");
+    assert_eq!(summary["uncertainty"]["if_measured"]["cause"], "what the model leaves out");
+    assert!(
+        words.contains("Within tolerance, if all stiffnesses are exact: ")
+            || words.contains("Out of tolerance, if all stiffnesses are exact: "),
+        "{words}"
+    );
 }
 
 // ---- all built-in machines ------------------------------------------------------------------------------------------

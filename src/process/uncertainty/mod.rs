@@ -17,12 +17,14 @@ pub use resolve::{ASSUMED_RELATIVE_STD, UncertaintyTable, refuse};
 pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
 pub use surrogate::{P95, Quantiles, Response, Surrogate, mean_and_error, quantile};
 
+use nalgebra::Vector3;
+
 use crate::machine::{Machine, Parameter, Unit};
 
 /// A parameter of the machine that is not known exactly, or several that have the same draws.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainParameter {
-    /// Names in [`Uncertainty::machine`], each with its nominal value.
+    /// Names in [`Uncertainty::machine`], each with its nominal value; none of a setup, whose nominal error is 0.
     pub values: Vec<(String, f64)>,
     /// Unit of the values.
     pub unit: Unit,
@@ -43,6 +45,38 @@ pub enum Role {
     Geometry,
     /// An error of a chain: geometry that is small.
     ChainError,
+    /// No number of the machine: how it is set up. It moves the tool against the workpiece, and nothing else.
+    Setup(Setup),
+}
+
+/// What is set up for a job, and not exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Setup {
+    /// The tool is longer than the control knows.
+    ToolLength,
+    /// The workpiece is farther along this axis of the base (0, 1, 2).
+    Workpiece(usize),
+}
+
+impl Setup {
+    /// All, in the order of the parameters.
+    const ALL: [Setup; 4] = [Setup::ToolLength, Setup::Workpiece(0), Setup::Workpiece(1), Setup::Workpiece(2)];
+
+    /// Its name.
+    fn name(self) -> &'static str {
+        match self {
+            Setup::ToolLength => "tool length",
+            Setup::Workpiece(axis) => ["workpiece x", "workpiece y", "workpiece z"][axis],
+        }
+    }
+
+    /// How the tool moves against the workpiece for each mm, where `tool_axis` is its axis from the spindle to the tip (O axes).
+    fn direction(self, tool_axis: Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Setup::ToolLength => tool_axis,
+            Setup::Workpiece(axis) => -Vector3::ith(axis, 1.0),
+        }
+    }
 }
 
 /// Where a spread comes from.
@@ -73,7 +107,10 @@ impl SpreadSource {
 impl UncertainParameter {
     /// Name for readers: that of the first parameter.
     pub fn name(&self) -> &str {
-        self.values.first().map_or("", |(name, _)| name)
+        match self.role {
+            Role::Setup(setup) => setup.name(),
+            _ => self.values.first().map_or("", |(name, _)| name),
+        }
     }
 
     /// Values of its parameters for the standard normal number `z`.
@@ -235,13 +272,19 @@ impl Uncertainty {
             }
             Cause::Model if self.model.source == SpreadSource::Assumed => {
                 own.model.relative_std = FITTED_MODEL_ERROR;
-                "as well as by the best model fitted to that robot (19 %)"
+                "at 19 %, as by the best model fitted to a measured robot"
             }
             Cause::Model => return None,
         };
         let Draws { correlated, origin: (factor, seed), .. } = &self.draws;
         own.draws = Draws::new(&own.parameters, (correlated, factor), (own.force, own.model.relative_std), *seed);
         Some((own, words))
+    }
+
+    /// Whether the median of each parameter is its nominal value, so that a 95 % quantile of a distance is not below the nominal one.
+    pub fn has_nominal_medians(&self) -> bool {
+        let is_nominal = |own: &UncertainParameter| own.coordinate(0.0).abs() <= 1e-9 * own.coordinate(1.0).abs();
+        self.parameters.iter().all(is_nominal)
     }
 
     /// Names of parameters that vary by a default.
@@ -256,11 +299,36 @@ impl Uncertainty {
         self.machine.parameters().into_iter().filter(is_exact).map(|own| own.name)
     }
 
-    /// Which ends of `parameter` are solved: both, but of an error of a chain, which is small and acts linearly, the farther.
+    /// How the tool moves against the workpiece for each mm of the parameter with this index, where `tool_axis` is its axis from the spindle to the tip
+    /// (O axes); `None` of a number of the machine.
+    pub fn setup_direction(&self, parameter: usize, tool_axis: Vector3<f64>) -> Option<Vector3<f64>> {
+        match self.parameters[parameter].role {
+            Role::Setup(setup) => Some(setup.direction(tool_axis)),
+            _ => None,
+        }
+    }
+
+    /// How far the setup of the draw `index` moves the tool against the workpiece, mm (O axes), where `tool_axis` is its axis.
+    pub fn setup_displacement(&self, index: usize, tool_axis: Vector3<f64>) -> Vector3<f64> {
+        let moved = |own: usize| Some(self.draws.coordinates[own][index] * self.setup_direction(own, tool_axis)?);
+        (0..self.parameters.len()).filter_map(moved).sum()
+    }
+
+    /// Names of what is set up and not exact.
+    pub fn setups(&self) -> impl Iterator<Item = &str> {
+        let is_setup = |own: &&UncertainParameter| matches!(own.role, Role::Setup(_));
+        self.parameters.iter().filter(is_setup).map(UncertainParameter::name)
+    }
+
+    /// Which ends of `parameter` are solved: both, but of an error of a chain, which is small and acts linearly, the farther; of a setup none.
     pub fn solved_ends(&self, parameter: usize) -> [bool; 2] {
         let own = &self.parameters[parameter];
         let [low, high] = Response::ENDS.map(|z| own.coordinate(z).abs());
-        if own.role == Role::ChainError { [low > high, low <= high] } else { [true; 2] }
+        match own.role {
+            Role::ChainError => [low > high, low <= high],
+            Role::Setup(_) => [false; 2],
+            _ => [true; 2],
+        }
     }
 
     /// Coordinates of each parameter at one end of what the response is computed at, and at the other ([`Response`]).

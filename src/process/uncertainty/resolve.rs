@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 
 use super::{
-    Draws, ModelError, Role, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
+    Draws, ModelError, Role, Setup, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
     covariance::Covariance,
     spec::{ChainErrorToleranceSpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
     varies,
@@ -151,6 +151,19 @@ fn resolve(
             ));
         }
     }
+    let process = spec.process.clone().unwrap_or_default();
+    for setup in Setup::ALL {
+        let (key, spec) = match setup {
+            Setup::ToolLength => ("process.tool_length_mm", process.tool_length_mm),
+            Setup::Workpiece(_) => ("process.workpiece_position_mm", process.workpiece_position_mm),
+        };
+        let Some(spec) = spec else { continue };
+        let (name, unit) = (setup.name().to_string(), Unit::MM);
+        let exact = Parameter { name, value: Some(0.0), unit, key: None, grade: None, interval: None };
+        let spread = spread(&spec, &exact, &check.key(key))?;
+        let (values, role, source) = (Vec::new(), Role::Setup(setup), SpreadSource::Given);
+        found.parameters.push(UncertainParameter { values, unit, spread, role, source });
+    }
     let parameters = found.parameters;
     let is_of_file = |own: &UncertainParameter| matches!(own.source, SpreadSource::Provenance | SpreadSource::Assumed);
     let finds_no_provenance = spec.machine.is_some() && !parameters.iter().any(is_of_file);
@@ -158,8 +171,10 @@ fn resolve(
         return check
             .fail(format!("at most {MOST_PARAMETERS} parameters may vary by themselves, got {}", parameters.len()));
     }
-    let force = spec.process.as_ref().and_then(|own| own.force_relative_std);
-    let force = force.map(|std| relative_std(std, &check.key("process.force_relative_std"))).transpose()?;
+    let force = process
+        .force_relative_std
+        .map(|std| relative_std(std, &check.key("process.force_relative_std")))
+        .transpose()?;
     let force = force.filter(|std| *std > 0.0).map(Spread::of_relative_std);
     let identified = covariance.as_ref().and_then(|own| own.model);
     let model = match (spec.model, identified) {
@@ -177,7 +192,7 @@ fn resolve(
                 "varies nothing: the machine file has neither intervals nor assumed stiffnesses in [[provenance]]"
             }
             None => {
-                "varies nothing: expected machine = \"provenance\", covariance, parameter, chain_error, model or process.force_relative_std"
+                "varies nothing: expected machine = \"provenance\", covariance, parameter, chain_error, model or process"
             }
         };
         return check.fail(nothing.into());

@@ -48,16 +48,16 @@ impl Spread {
         let half = |own: f64| 0.5 * own;
         match *self {
             Spread::Logarithm { below, above } if below.max(above) > known => {
-                (Spread::Logarithm { below: below.min(known), above: above.min(known) }, "to ±5 %")
+                (Spread::Logarithm { below: below.min(known), above: above.min(known) }, "known to ±5 %")
             }
             Spread::Logarithm { below, above } => {
-                (Spread::Logarithm { below: half(below), above: half(above) }, "twice as well")
+                (Spread::Logarithm { below: half(below), above: half(above) }, "known twice as well")
             }
             Spread::Difference { below, above } => {
-                (Spread::Difference { below: half(below), above: half(above) }, "twice as well")
+                (Spread::Difference { below: half(below), above: half(above) }, "known twice as well")
             }
             Spread::Uniform { least, largest } => {
-                (Spread::Uniform { least: half(least), largest: half(largest) }, "twice as well")
+                (Spread::Uniform { least: half(least), largest: half(largest) }, "known twice as well")
             }
         }
     }

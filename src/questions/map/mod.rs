@@ -168,10 +168,7 @@ pub fn run_range(study: &WorkspaceMapStudy, indices: Range<usize>, work: &Work) 
 }
 
 /// Returns the machines that draws of uncertain inputs make of `machines`; `None` where inputs are exact. `Err` if they make no machine.
-fn drawn_machines<'a>(
-    study: &'a WorkspaceMapStudy,
-    machines: &'a Machines,
-) -> error::Result<Option<DrawnMachines<'a>>> {
+fn drawn_machines(study: &WorkspaceMapStudy, machines: &Machines) -> error::Result<Option<DrawnMachines>> {
     DrawnMachines::new(study.uncertainty.as_ref(), machines, &study.scene.errors)
 }
 
@@ -179,7 +176,7 @@ fn drawn_machines<'a>(
 fn run_block(
     study: &WorkspaceMapStudy,
     machines: &Machines,
-    drawn: Option<&DrawnMachines<'_>>,
+    drawn: Option<&DrawnMachines>,
     indices: Range<usize>,
     work: &Work,
 ) -> error::Result<Vec<MapPoint>> {

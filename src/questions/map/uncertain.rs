@@ -31,7 +31,7 @@ fn place_bits(others: u64, coordinate: &f64) -> u64 {
 /// agree.
 pub(super) struct SpreadSolver<'a> {
     study: &'a WorkspaceMapStudy,
-    drawn: &'a DrawnMachines<'a>,
+    drawn: &'a DrawnMachines,
     nominal: SessionGroup,
     /// Sessions of the machines with each parameter alone at its ends.
     ends: Vec<[Option<SessionGroup>; 2]>,
@@ -39,7 +39,7 @@ pub(super) struct SpreadSolver<'a> {
 
 impl<'a> SpreadSolver<'a> {
     /// Sessions for a group of grid points, of `nominal` machines and of those `drawn`.
-    pub fn new(study: &'a WorkspaceMapStudy, nominal: &Machines, drawn: &'a DrawnMachines<'a>) -> Self {
+    pub fn new(study: &'a WorkspaceMapStudy, nominal: &Machines, drawn: &'a DrawnMachines) -> Self {
         let group = |machines: &Machines| SessionGroup::new(machines, Source::All);
         let ends = drawn.ends.iter().map(|ends| ends.each_ref().map(|own| own.as_ref().map(group))).collect();
         Self { study, drawn, nominal: group(nominal), ends }
@@ -78,7 +78,8 @@ impl<'a> SpreadSolver<'a> {
         let (tolerance_mm, audits) = (study.scene.tolerance_mm, FEWEST_AUDITS.div_ceil(study.grid.len()));
         let audits = audits.min(MOST_AUDITS_AT_POINT);
         let seed = |point: usize| configurations[point].pose.translation.iter().fold(0, place_bits);
-        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None, audits, seed: &seed };
+        let (checks, most_next) = (true, None);
+        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, checks, most_next, audits, seed: &seed };
         let responses = points.iter().map(|point| point.as_ref().map(|found| found.as_deref().ok()));
         let found = wanted.spreads(&responses.collect::<Vec<_>>())?;
         Ok(found.into_iter().map(|own| own.map(|(spread, _)| spread)).collect())
@@ -87,18 +88,18 @@ impl<'a> SpreadSolver<'a> {
 
 /// Length of the longest displacement over φ at `at` in a draw, mm, undeflected to begin with.
 fn largest_displacement(
-    (study, drawn): (&WorkspaceMapStudy, &DrawnMachines<'_>),
+    (study, drawn): (&WorkspaceMapStudy, &DrawnMachines),
     at: &Configuration,
     (index, machines, factor): Draw<'_>,
 ) -> Result<f64, Failure> {
     let mut group = SessionGroup::new(machines, Source::All);
     group.set_rigid(&[at; Batch::WIDTH]);
-    let (mut largest, mut free) = (0.0f64, Vector3::zeros());
+    let (mut largest, mut free) = (0.0f64, None);
     if drawn.has_model_error() {
         let task = under(&study.scene.task_point(at.pose, None), 0.0);
         let found = group.command(&study.scene.machine, None, Method::None, &[0], |_| task);
         for answer in found {
-            free = answer?.tool_displacement;
+            free = Some(answer?.tool_displacement);
         }
     }
     for phis in study.scene.phis.chunks(Batch::WIDTH) {
@@ -123,25 +124,34 @@ pub(super) struct Advice {
     pub p95_mm: [f64; 2],
 }
 
-/// Solves `study` anew with `cause` measured at `position` of P (O, mm), where the 95 % quantile is `p95_mm`; `None` where it cannot be measured alone. `Err` if
-/// `work` is stopped, or an input makes no machine.
-pub(super) fn advise(
+/// Solves `study` anew at `position` of P (O, mm), where the 95 % quantile is `p95_mm`, with each of `causes` measured, as far as it can be alone; returns what
+/// is worth most. `Err` if `work` is stopped, or an input makes no machine.
+pub(super) fn advise<'c>(
     study: &WorkspaceMapStudy,
     (position, p95_mm): ([f64; 3], f64),
-    cause: &str,
+    causes: impl Iterator<Item = &'c str>,
     work: &Work,
 ) -> error::Result<Option<Advice>> {
-    let Some((uncertainty, known)) = study.uncertainty.as_ref().and_then(|own| own.measured(cause)) else {
-        return Ok(None);
-    };
-    let grid = Grid { axes: position.map(|own| vec![own]) };
-    let there = WorkspaceMapStudy { grid, uncertainty: Some(uncertainty), scene: study.scene.clone() };
-    work.part("measured").piece(&0, |_| 0, || {
-        let points = run_range(&there, 0..1, &work.part("measured"))?;
+    let work = work.part("measured");
+    let measured = |cause: &str| -> error::Result<Option<Advice>> {
+        let Some((uncertainty, known)) = study.uncertainty.as_ref().and_then(|own| own.measured(cause)) else {
+            return Ok(None);
+        };
+        let grid = Grid { axes: position.map(|own| vec![own]) };
+        let there = WorkspaceMapStudy { grid, uncertainty: Some(uncertainty), scene: study.scene.clone() };
+        let points = run_range(&there, 0..1, &work)?;
         let effect = points.first().and_then(|point| point.effect(Source::All));
         let then = effect.and_then(|own| own.spread.as_ref()?.p95_mm);
         Ok(then.map(|then| Advice { cause: cause.into(), known: known.into(), p95_mm: [p95_mm, then] }))
-    })
+    };
+    work.piece(
+        &0,
+        |_| 0,
+        || {
+            let all = causes.map(measured).collect::<error::Result<Vec<_>>>()?;
+            Ok(all.into_iter().flatten().min_by(|a, b| a.p95_mm[1].total_cmp(&b.p95_mm[1])))
+        },
+    )
 }
 
 /// Displacements at one point without load and then under each load, or why one of them is missing.

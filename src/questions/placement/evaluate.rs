@@ -11,6 +11,7 @@ use super::{
     metric::{Metric, Metrics},
     site::Site,
     tally::{Needs, PointValues, ResidualTally, Tally},
+    uncertain,
     walk::{ExactMode, PathWalk, Refusal, UNMEASURED, excess},
 };
 use crate::{
@@ -21,6 +22,7 @@ use crate::{
     questions::placement::FeatureJob,
     simulation::{
         Failure, Machines,
+        spread::DrawnMachines,
         tasks::{place_workpiece, tasks_under},
         within_limits,
     },
@@ -39,6 +41,8 @@ pub struct Evaluator {
     /// Whether the exact correction is computed and required: by the objective, whatever metrics are asked for.
     exact: ExactMode,
     pub(super) features: Vec<PreparedFeature>,
+    /// Machines of the draws, for each feature, or why there are none; `None` where the objective does not ask for them.
+    pub(super) drawn: std::result::Result<Option<Vec<DrawnMachines>>, String>,
     /// Sum of the shares of all features: 1 up to multiples of [`GRAIN`].
     share: f64,
     /// Number of levels of the feature with most of them.
@@ -114,6 +118,14 @@ impl Evaluator {
         };
         needs.bounded &= study.has_limits();
         needs.across &= study.objective.has(Metric::WorstAcrossPath);
+        // Pages compute with nominal numbers.
+        needs.uncertain &= study.objective.has(Metric::P95Deflection) && !cfg!(target_family = "wasm");
+        let asked = study.features.iter().filter(|_| needs.uncertain);
+        let of_feature = |job: &FeatureJob| {
+            let found = DrawnMachines::new(job.uncertainty.as_deref(), &job.machines, &job.errors);
+            found.map_err(|error| error.to_string())
+        };
+        let drawn = asked.map(of_feature).collect();
         let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
         let share = features.iter().map(|feature| feature.share).sum();
         Self {
@@ -125,6 +137,7 @@ impl Evaluator {
             asks_bounded,
             exact,
             features,
+            drawn,
             share,
             levels,
         }
@@ -332,6 +345,13 @@ impl Evaluator {
         if self.needs.bounded {
             ResidualTally::perfect().write_into(&mut metrics);
         }
+        if self.needs.uncertain {
+            let is_bounded =
+                self.study.features.iter().flat_map(|job| &job.uncertainty).all(|own| own.has_nominal_medians());
+            let nominal = metrics.get(Metric::WorstDeflection).filter(|_| is_bounded);
+            metrics.set(Metric::P95Deflection, nominal.unwrap_or(0.0));
+            metrics.set(Metric::WithinProbability, 1.0);
+        }
         metrics
     }
 
@@ -352,6 +372,9 @@ impl Evaluator {
         let mut evaluation = Evaluation { metrics, features, not_corrected: None, outside_workspace: None };
         if self.needs.bounded {
             self.correct_within_limits(partial, &mut evaluation);
+        }
+        if self.needs.uncertain {
+            uncertain::write_metrics(self, &partial.site, self.levels, &mut evaluation.metrics)?;
         }
         match evaluation.not_corrected {
             Some(reason) if self.asks_bounded => Err(Failure { status: "limits".into(), reason }),
@@ -407,8 +430,16 @@ impl Evaluator {
         let mut partial = self.begin_evaluation(site).ok()?;
         while partial.level < self.levels {
             self.add_level(&mut partial).ok()?;
-            if value(&self.best_possible(&partial)) >= below {
+            let mut best = self.best_possible(&partial);
+            if value(&best) >= below {
                 return None;
+            }
+            // A few points tell most places apart, at a part of the price.
+            if self.needs.uncertain && partial.level == 1 && self.levels > 1 {
+                uncertain::write_metrics(self, site, partial.level, &mut best).ok()?;
+                if value(&best) >= below {
+                    return None;
+                }
             }
         }
         self.check_reach(site, |f, k| !self.features[f].is_counted[k]).ok()?;

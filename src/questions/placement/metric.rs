@@ -73,6 +73,10 @@ metrics! {
     WorstAcrossSurface: "worst_across_surface", "worst deflection normal to the wall", "worst, wall", Length;
     /// Root mean square of that part over the length of the path.
     RmsAcrossSurface: "rms_across_surface", "rms deflection normal to the wall", "rms, wall", Length;
+    /// 95 % quantile of the worst deflection, where inputs are uncertain; infinite where too many draws have no equilibrium.
+    P95Deflection: "p95_deflection", "95 % quantile of the worst deflection", "P95", Length;
+    /// Probability that all of the path is within tolerance at the nominal command, where inputs are uncertain. Larger is better.
+    WithinProbability: "probability_within_tolerance", "probability that all is within tolerance", "probability", Share;
 }
 
 impl Metric {
@@ -179,6 +183,11 @@ impl Metric {
         )
     }
 
+    /// Returns whether it is of a distribution, which is computed only where the objective asks for one.
+    pub fn is_uncertain(self) -> bool {
+        matches!(self, Metric::P95Deflection | Metric::WithinProbability)
+    }
+
     /// Returns whether the metric comes from the correction within limits.
     pub fn is_bounded(self) -> bool {
         matches!(self, Metric::WorstResidual | Metric::RmsResidual | Metric::ShareWithinCorrected)
@@ -231,9 +240,10 @@ impl Objective {
         needed
     }
 
-    /// Returns whether a study with this objective computes `metric`: parts across the motion only if the objective has one.
+    /// Returns whether a study with this objective computes `metric`: parts across the motion and what is uncertain only if the objective has one.
     pub fn has(&self, metric: Metric) -> bool {
-        !metric.is_across() || self.metrics().iter().any(|needed| needed.is_across())
+        let needs = |group: fn(Metric) -> bool| self.metrics().into_iter().any(group);
+        (!metric.is_across() || needs(Metric::is_across)) && (!metric.is_uncertain() || needs(Metric::is_uncertain))
     }
 
     /// Returns the objective in words: the metric, or the weighted sum of several.

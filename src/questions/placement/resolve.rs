@@ -506,6 +506,19 @@ fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check:
     if metric.is_bounded() && !features.iter().any(|job| job.limits.is_limited()) {
         return check.fail("needs [limits] of corrections or forces in a process file".into());
     }
+    if metric.is_uncertain() {
+        #[cfg(not(target_family = "wasm"))]
+        if features.iter().any(|job| job.gamma_search.is_some()) {
+            return check.fail("is not computed where [compensate.redundancy] seeks γ: expected another metric".into());
+        }
+        if features.iter().any(|job| job.uncertainty.is_none()) {
+            return check.fail("needs the table [uncertainty]".into());
+        }
+        let tolerances = features.windows(2).all(|pair| pair[0].feature.tolerance_mm == pair[1].feature.tolerance_mm);
+        if metric == Metric::WithinProbability && !tolerances {
+            return check.fail("needs the same tolerance for all features".into());
+        }
+    }
     let has_force_limit = features.iter().any(|job| job.limits.force_N.is_some())
         || machine.drives().any(|(_, drive)| drive.force_limit.is_some());
     if metric == Metric::ForceMargin && !has_force_limit {

@@ -44,6 +44,8 @@ pub(super) struct Needs {
     pub bounded: bool,
     /// The parts of the deflection across the direction of motion.
     pub across: bool,
+    /// Metrics of a distribution.
+    pub uncertain: bool,
 }
 
 impl Needs {
@@ -62,6 +64,7 @@ impl Needs {
             stability: any(&[Metric::StabilityMargin]),
             bounded: metrics.iter().any(|metric| metric.is_bounded()),
             across: metrics.iter().any(|metric| metric.is_across()),
+            uncertain: metrics.iter().any(|metric| metric.is_uncertain()),
         }
     }
 }

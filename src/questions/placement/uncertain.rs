@@ -6,15 +6,20 @@ use serde::Serialize;
 use super::{
     PlacementStudy,
     evaluate::Evaluator,
+    metric::{Metric, Metrics},
     outcome::{Entry, EntryEvaluators},
+    site::Site,
 };
 use crate::{
     compensation::TaskPoint,
     input::error::Result,
+    process::uncertainty::{P95, quantile},
     simulation::{
-        ROUNDING_MM,
-        spread::DrawnMachines,
-        spread_along::{ALIKE, EachPart, LargestBoth, PathSpread, SpreadPath, parts_of, share_larger, whole},
+        Failure, ROUNDING_MM,
+        spread::{DrawnMachines, share_within},
+        spread_along::{
+            ALIKE, EachPart, LargestBoth, PathSpread, SpreadPart, SpreadPath, parts_of, share_larger, whole,
+        },
     },
     work::{Event, Stage, Work, if_this_shard},
 };
@@ -52,7 +57,8 @@ pub(super) fn add_spread(
     work.tell(Event::Stage(Stage { of: "points of uncertain places", items: can_be_cut.len() * points }));
     let found = can_be_cut.par_iter().enumerate().filter_map(|(number, own)| {
         let work = work.shard(number).part("uncertain").part(&number.to_string());
-        if_this_shard(spread_at(evaluators.of(entries[*own].found), &drawn, &entries[*own], &work)).transpose()
+        let site = &entries[*own].site;
+        if_this_shard(spread_at(evaluators.of(entries[*own].found), &drawn, site, &work)).transpose()
     });
     let found: Vec<Option<(PathSpread, LargestBoth)>> = found.collect::<Result<_>>()?;
     work.barrier()?;
@@ -78,19 +84,56 @@ pub(super) fn add_spread(
     Ok(())
 }
 
-/// Returns the distributions at the place of `entry`, and the largest distances in the draws; `None` where they are of no point.
+/// Writes the metrics of the distribution without compensation at `site`, as estimated, over the points of the levels before `level`, into `metrics`. `Err`
+/// says why there is none.
+pub(super) fn write_metrics(
+    evaluator: &Evaluator,
+    site: &Site,
+    level: usize,
+    metrics: &mut Metrics,
+) -> std::result::Result<(), Failure> {
+    let none = |reason: String| Failure { status: "no_equilibrium".into(), reason };
+    let drawn = evaluator.drawn.as_ref().map_err(|problem| none(problem.clone()))?.iter().flatten();
+    let (jobs, mut largest) = (&evaluator.study.features, LargestBoth::default());
+    for (f, (job, drawn)) in jobs.iter().zip(drawn).enumerate() {
+        let mut points: Vec<usize> = evaluator.features[f].levels.iter().take(level).flatten().copied().collect();
+        points.sort_unstable();
+        let all = evaluator.tasks(site, f);
+        let tasks: Vec<TaskPoint> = points.into_iter().map(|k| all[k]).collect();
+        let (machines, tolerance_mm) = (&job.machines, Some(job.feature.tolerance_mm));
+        let path = SpreadPath {
+            machines,
+            drawn,
+            tolerance_mm,
+            margin_mm: 0.0,
+            audits: 0,
+            counts: &|_| true,
+            compensates: false,
+        };
+        let mut add = |part: &SpreadPart<'_>| path.solve_part(part, 1, &Work::default(), &mut largest).map(drop);
+        parts_of(job.machine(), &tasks)(&mut add).map_err(|error| none(error.to_string()))?;
+    }
+    let sizes = largest[0].sizes();
+    // Infinite where too many draws have no equilibrium: such a place is the worst of all.
+    metrics.set(Metric::P95Deflection, quantile(&mut sizes.to_vec(), P95));
+    metrics.set(Metric::WithinProbability, share_within(sizes, jobs[0].feature.tolerance_mm));
+    Ok(())
+}
+
+/// Returns the distributions at a place, and the largest distances in the draws; `None` where they are of no point.
 fn spread_at(
     evaluator: &Evaluator,
-    drawn: &[DrawnMachines<'_>],
-    entry: &Entry,
+    drawn: &[DrawnMachines],
+    site: &Site,
     work: &Work,
 ) -> Result<Option<(PathSpread, LargestBoth)>> {
     let jobs = &evaluator.study.features;
-    let tasks: Vec<Vec<TaskPoint>> = (0..jobs.len()).map(|f| evaluator.tasks(&entry.site, f)).collect();
+    let tasks: Vec<Vec<TaskPoint>> = (0..jobs.len()).map(|f| evaluator.tasks(site, f)).collect();
     let counts: Vec<_> = evaluator.features.iter().map(|own| |k: usize| own.is_counted[k]).collect();
     let path = |f: usize| {
         let (machines, tolerance_mm) = (&jobs[f].machines, Some(jobs[f].feature.tolerance_mm));
-        SpreadPath { machines, drawn: &drawn[f], tolerance_mm, margin_mm: 0.0, audits: 0, counts: &counts[f] }
+        let (drawn, counts) = (&drawn[f], &counts[f]);
+        SpreadPath { machines, drawn, tolerance_mm, margin_mm: 0.0, audits: 0, counts, compensates: true }
     };
     let paths: Vec<SpreadPath<'_>> = (0..jobs.len()).map(path).collect();
     let each_part: Vec<_> = jobs.iter().zip(&tasks).map(|(job, tasks)| parts_of(job.machine(), tasks)).collect();

@@ -45,8 +45,8 @@ impl Answered for WorkspaceMapStudy {
             }
             streams.write_block(&points)
         })?;
-        if let Some((position, p95, cause)) = &summary.worst {
-            summary.advice = uncertain::advise(self, (*position, *p95), cause, run.work)?;
+        if let Some(worst) = summary.worst {
+            summary.advice = uncertain::advise(self, worst, summary.spread.causes(), run.work)?;
         }
         let text = text(&summary, &shown.not_used);
         Ok(Output {

@@ -56,9 +56,9 @@ pub struct Summary<'a> {
     /// The same of its 95 % quantile, where inputs are uncertain.
     pub(super) within_p95: ShareWithin,
     pub(super) spread: SpreadCounts,
-    /// Position, value and main cause of the largest 95 % quantile.
-    pub(super) worst: Option<([f64; 3], f64, String)>,
-    /// What becomes of it if that is measured.
+    /// Position and value of the largest 95 % quantile.
+    pub(super) worst: Option<([f64; 3], f64)>,
+    /// What becomes of it if that is measured which is worth most.
     pub(super) advice: Option<Advice>,
     /// Rows per status.
     pub(super) statuses: Vec<StatusCount>,
@@ -106,10 +106,8 @@ impl<'a> Summary<'a> {
         }
         if let Some(spread) = point.effect(Source::All).and_then(WithSpread::distribution) {
             self.spread.add(spread);
-            if let Some((p95, cause)) = spread.p95_mm.zip(spread.main_cause.as_ref())
-                && self.worst.as_ref().is_none_or(|(_, most, _)| p95 > *most)
-            {
-                self.worst = Some((point.position_mm, p95, cause.clone()));
+            if let Some(p95) = spread.p95_mm.filter(|p95| self.worst.is_none_or(|(_, most)| *p95 > most)) {
+                self.worst = Some((point.position_mm, p95));
             }
         }
         self.points += 1;

@@ -8,7 +8,7 @@ use crate::{
     answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words},
     files::{
         table::kind_word,
-        words::{counted, millimetres, percent},
+        words::{counted, join_words, millimetres, percent},
     },
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
@@ -38,7 +38,13 @@ fn cautions_text(summary: &Summary<'_>, not_used: &[&str]) -> String {
         0 => String::new(),
         rows => format!("At {} the correction is missing; the deflection is known.\n", counted(rows, "row")),
     };
+    let setups = summary.study.uncertainty.iter().flat_map(|own| own.setups());
+    let setups = match join_words(&setups.collect::<Vec<_>>()) {
+        none if none.is_empty() => none,
+        names => format!("Not in the map, as it is no deflection: the error of {names}. A path or a program has it.\n"),
+    };
     missing
+        + &setups
         + &spread_report::cautions(
             summary.study.uncertainty.as_ref(),
             &summary.spread,
@@ -95,11 +101,14 @@ fn spread_text(summary: &Summary<'_>) -> String {
 /// Returns what to do next, behind the main cause: nothing of it helps where nominally nothing is within tolerance; `None` if only the cause says it.
 fn next_step(summary: &Summary<'_>) -> Option<String> {
     if summary.within.get() == Some(0.0) {
-        return Some("but nominally nothing is within tolerance, so a stiffer machine, less force or a compensation comes first".into());
+        return Some(
+            "but nominally nothing is within tolerance, so a stiffer machine, less force or a compensation comes first"
+                .into(),
+        );
     }
     let Advice { cause, known, p95_mm: [now, then] } = summary.advice.as_ref()?;
     Some(format!(
-        "with {cause} known {known}, the largest 95 % quantile would be {} instead of {}, as computed anew there",
+        "what is worth most is {cause} {known}: the largest 95 % quantile would be {} instead of {}, as solved anew",
         millimetres(*then, 3),
         millimetres(*now, 3)
     ))
@@ -252,7 +261,9 @@ fn verdict(summary: &Summary<'_>) -> String {
         summary.within.get().map_or_else(String::new, |share| format!(" (nominally in {} of the box)", percent(share)));
     let falls = match summary.spread.most_failing.0 {
         0.0 => String::new(),
-        share => format!("; the machine has no equilibrium in some draws, {} of them at the worst place", percent(share)),
+        share => {
+            format!("; the machine has no equilibrium in some draws, {} of them at the worst place", percent(share))
+        }
     };
     format!("{word}{}: {within}{nominally}{falls}. ", spread_report::condition(summary.study.uncertainty.as_ref()))
 }
