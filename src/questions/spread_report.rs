@@ -202,7 +202,7 @@ pub(crate) fn cautions(
     };
     if *unknown > 0 {
         text += &format!(
-            "At {} these are more than 5 %: there is no 95 % quantile, and the tool is not within tolerance. The largest 95 % quantile is that of the others.\n",
+            "At {} these are more than 5 %: there is no 95 % quantile, and the tolerance is not met. The largest 95 % quantile is that of the others.\n",
             counted(*unknown, point)
         );
     }
@@ -429,6 +429,11 @@ const MOST_SHOWN: usize = 12;
 
 /// Returns the fact of the page about what varies in which 95 % interval.
 pub(crate) fn fact(uncertainty: Option<&Uncertainty>) -> Fact {
+    fact_of_draws(uncertainty, Draws::COUNT)
+}
+
+/// Returns the fact of [`fact`] where the first `draws` are used.
+pub(crate) fn fact_of_draws(uncertainty: Option<&Uncertainty>, draws: usize) -> Fact {
     let words = |uncertainty: &Uncertainty| {
         let interval = |ends: [f64; 2]| ends.map(format_number).join(" to ");
         let parameter = |own: &UncertainParameter| {
@@ -440,10 +445,11 @@ pub(crate) fn fact(uncertainty: Option<&Uncertainty>) -> Fact {
         let words: Vec<String> = Some(parameters).filter(|words| !words.is_empty()).into_iter().chain(force).collect();
         let ModelError { relative_std, source } = uncertainty.model;
         let model =
-            format!("the model leaves out {} of what the force does ({})", percent(relative_std), source.label());
+            || format!("the model leaves out {} of what the force does ({}); ", percent(relative_std), source.label());
+        let model = if relative_std > 0.0 { model() } else { String::new() };
         let intervals =
             if words.is_empty() { String::new() } else { format!("95 % intervals: {}; ", words.join(", ")) };
-        format!("{intervals}{model}; {} draws", Draws::COUNT)
+        format!("{intervals}{model}{draws} draws")
     };
     Fact::new("uncertain inputs", uncertainty.map_or_else(|| "none: all are taken as exact".into(), words))
 }

@@ -10,6 +10,7 @@ use std::{
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{Failure, Machines, ROUNDING_MM, Source};
@@ -183,6 +184,35 @@ impl DrawnMachines {
             Some(kept) => kept.get_or_init(make).as_ref().map(on).map_err(Failure::clone),
             None => make().as_ref().map(on).map_err(Failure::clone),
         }
+    }
+
+    /// Distribution over the draws of the first scramble, all solved: of the size, mm, that `size` finds on the machines of a draw and with its factor of the
+    /// cutting force. `Err` if the work is stopped.
+    pub fn spread_in_first_scramble(
+        &self,
+        tolerance_mm: f64,
+        size: impl Fn(&Machines, f64) -> error::Result<Result<f64, Failure>> + Sync,
+    ) -> error::Result<DeflectionSpread> {
+        let in_draw = |index: usize| {
+            let found = self.on_draw(index, |machines| size(machines, self.uncertainty.draws.force[index]));
+            found.unwrap_or_else(|failure| Ok(Err(failure)))
+        };
+        let draws = (0..Draws::PER_SCRAMBLE).into_par_iter().map(in_draw);
+        let found: Vec<Result<f64, Failure>> = draws.collect::<error::Result<_>>()?;
+        let sizes: Vec<f64> = found.iter().map(|own| *own.as_ref().unwrap_or(&f64::INFINITY)).collect();
+        let failed_share = 1.0 - share_within(&sizes, f64::MAX);
+        let mut spread = DeflectionSpread {
+            within_tolerance: Some(share_within(&sizes, tolerance_mm)),
+            solved_draws: sizes.len(),
+            failed_draws: found.iter().filter(|own| own.is_err()).count(),
+            failed_share,
+            first_failure: found.into_iter().find_map(|own| Some(own.err()?.reason)),
+            ..DeflectionSpread::default()
+        };
+        let Quantiles { median, p95, .. } = Quantiles::of(&sizes);
+        // Of one scramble there is no spread over scrambles.
+        spread.fill(median, p95, f64::NAN);
+        Ok(spread)
     }
 
     /// Makes the machines with these values of parameters.

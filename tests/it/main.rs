@@ -128,6 +128,7 @@ mod uncertain_covariance;
 mod uncertain_paths;
 mod uncertain_places;
 mod uncertain_programs;
+mod uncertain_superposition;
 mod uncertainty;
 mod units;
 mod urdf_import;

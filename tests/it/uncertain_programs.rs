@@ -270,7 +270,10 @@ fn uncertain_inputs_are_refused_where_nothing_computes_them() {
         assert!(err.contains(&format!("is not computed for {name}")) && err.contains("process.toml"), "{name}: {err}");
     }
     for (table, problem) in [
-        ("[superposition]\ngrid = [2, 2, 2]\nslices_z_mm = [0.0]\ntolerance_mm = 0.1\n", "is not computed for "),
+        (
+            "[online]\ncircle = { centre_mm = [0.0, 0.0, 0.0], diameter_mm = 40.0, points = 9 }\nfeed_mm_per_min = 600.0\n",
+            "is not computed for an online study",
+        ),
         (
             "[path]\nfile = \"part.nc\"\nmethods = [\"direct\"]\n[uncertainty.process]\nforce_relative_std = 0.1\n",
             "is also given by",

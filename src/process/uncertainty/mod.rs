@@ -211,6 +211,13 @@ impl Uncertainty {
         values
     }
 
+    /// Returns these inputs without what the model leaves out.
+    #[must_use]
+    pub fn without_model(self) -> Self {
+        let model = ModelError { relative_std: 0.0, source: SpreadSource::Given };
+        Self { model, draws: Draws { model: Vec::new(), model_range: 0.0, ..self.draws }, ..self }
+    }
+
     /// Parameter values of the draw `index`, without those that say where parts are, and those.
     pub fn values_of_draw(&self, index: usize) -> [Values<'_>; 2] {
         self.values(self.draws.normal.iter().map(|own| own[index]).enumerate())

@@ -14,6 +14,8 @@
 //!
 //! - [`GridPoint`]: superposition error over the workspace, and the largest load that keeps it below a tolerance
 //! - [`LocationResult`]: superposition error, its [`growth`] with the sources, largest [`safe`] factors, [`ablation`]
+//!
+//! Where inputs are uncertain, the machine that bends, `u(F, 0)`, is that of a draw, and `E` is all that it differs in where its parts are.
 
 pub mod ablation;
 pub mod growth;
@@ -35,10 +37,13 @@ use safe::LargestFactor;
 use serde::{Deserialize, Serialize};
 use superposition_error::{Case, SuperpositionErrors};
 
-use crate::simulation::{Failure, Machines};
+use crate::simulation::{
+    Failure, Machines, Scene,
+    spread::{DeflectionSpread, DrawnMachines},
+};
 use crate::{
     input::error,
-    simulation::Scene,
+    process::uncertainty::Uncertainty,
     spatial::Grid,
     work::{Event, Work, compute_overlapped, if_this_shard},
 };
@@ -67,6 +72,9 @@ pub struct SuperpositionStudy {
     pub scales: Vec<f64>,
     /// Largest factor tried in the search for the largest one within tolerance.
     pub largest_factor: f64,
+    /// What is not known exactly; `None` where all inputs are taken as exact. Without what the model leaves out: it is a share of the displacement by
+    /// the cutting force, and has no meaning for a difference between two sums of displacements.
+    pub uncertainty: Option<Uncertainty>,
 }
 
 /// The sources that are multiplied by a factor: the load, the chain errors or both.
@@ -127,6 +135,8 @@ pub struct LocationResult {
     pub growth: [Growth; 3],
     /// Parts of the superposition error by cause, at each φ.
     pub ablation: Result<Vec<Ablation>, Failure>,
+    /// Distribution of the superposition error of the tool tip, worst over φ; `None` where inputs are taken as exact, or the nominal one is not solved.
+    pub spread: Option<DeflectionSpread>,
 }
 
 /// Results of a superposition study.
@@ -213,10 +223,19 @@ fn map_part(
 /// Computes the locations, in parallel on the current rayon pool. `Err` if `work` was stopped or cannot be kept.
 pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<Vec<LocationResult>> {
     let machines = study.scene.machines()?;
+    let drawn = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.scene.errors)?;
     let named = work.part("locations").numbered_after(map_pieces(study));
     let locations = study.locations.par_iter().enumerate().filter_map(|(index, location)| {
         let compute = || {
-            let result = location_result(study, &machines, location);
+            let mut result = location_result(study, &machines, location);
+            if let Some(drawn) = drawn.as_ref().filter(|_| result.superposition_errors.is_ok()) {
+                let in_draw = |machines: &Machines, factor: f64| {
+                    work.check()?;
+                    let case = Case::new(study, machines, location.position);
+                    Ok(case.and_then(|case| case.superposed_tool_mm(machines, factor)))
+                };
+                result.spread = Some(drawn.spread_in_first_scramble(study.tolerance, in_draw)?);
+            }
             named.tell(Event::Computed(1));
             Ok(result)
         };
@@ -258,6 +277,7 @@ fn location_result(study: &SuperpositionStudy, machines: &Machines, location: &L
             }),
             growth: Scaling::ALL.map(|scaled| growth::measure_growth(&case, scaled)),
             ablation: ablation::ablate(&case),
+            spread: None,
         },
         Err(failure) => LocationResult {
             location: location.clone(),
@@ -265,6 +285,7 @@ fn location_result(study: &SuperpositionStudy, machines: &Machines, location: &L
             largest: Scaling::ALL.map(|_| LargestFactor::Unsolved(failure.clone())),
             growth: Scaling::ALL.map(|_| Growth::unsolved(study, &failure)),
             ablation: Err(failure),
+            spread: None,
         },
     }
 }

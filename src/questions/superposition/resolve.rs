@@ -7,6 +7,7 @@ use super::{
 use crate::{
     input::{check::Check, error::Result},
     machine::Machine,
+    process::uncertainty::Uncertainty,
     questions::{
         Question, Resolved, StudyContext, Template,
         over_workspace::{Region, SceneKeys, Shown, scene},
@@ -54,15 +55,31 @@ impl Question for SuperpositionStudy {
         if !(1.0..=1e6).contains(&largest_factor) {
             return check.key("largest_factor").fail(format!("must be between 1 and 1e6, got {largest_factor}"));
         }
+        let locations = locations(spec.location.as_deref(), &scene.machine, check)?;
+        let table = context.uncertainty_of_process.borrow().clone();
+        let (uncertainty, read) = context.uncertainty(table.as_ref(), &scene.machine, &scene.errors)?;
+        let uncertainty = uncertainty.map(Uncertainty::without_model);
+        if let Some(own) = &uncertainty {
+            if own.parameters.is_empty() && own.force.is_none() {
+                let check = table.map_or_else(|| check.root().key("uncertainty"), |table| table.check);
+                return check.fail("varies nothing of a superposition error, of which [uncertainty.model] is no part: expected a machine or a force that varies".into());
+            }
+            if locations.is_empty() {
+                return check
+                    .key("location")
+                    .fail("missing: the distribution is computed at locations, and none is given".into());
+            }
+        }
         let study = SuperpositionStudy {
-            locations: locations(spec.location.as_deref(), &scene.machine, check)?,
+            locations,
             scales: scales(&spec.scales, &check.key("scales"))?,
             tolerance,
             largest_factor,
             grid,
             scene,
+            uncertainty,
         };
-        Ok(Resolved { study, shown: Shown { slices_z, not_used }, inputs: inputs.and(size) })
+        Ok(Resolved { study, shown: Shown { slices_z, not_used }, inputs: inputs.and(read).and(size) })
     }
 
     /// Returns the number of grid points and locations.

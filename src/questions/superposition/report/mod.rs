@@ -22,9 +22,11 @@ use crate::{
     },
     input::error::Result,
     page::{Description, Explorer, Fact, Group, GroupValue, Section, TableNote},
+    process::uncertainty::Draws,
     questions::{
         Answered,
         over_workspace::Shown,
+        spread_report,
         superposition::{
             GridPoint, LocationResult, SuperpositionStudy,
             ablation::{Ablation, Cause},
@@ -79,7 +81,10 @@ impl Answered for SuperpositionStudy {
                 }),
                 statuses,
                 summary.json(&locations),
-                Description { headline: text::headline(&summary, &shown.not_used), ..page(&summary, &locations) },
+                Description {
+                    headline: text::headline(&summary, &locations, &shown.not_used),
+                    ..page(&summary, &locations)
+                },
             )
         })
     }
@@ -91,7 +96,7 @@ const SAFE: &str = "Largest load within tolerance";
 
 /// Returns sections, setting, views and tables of the page; first screen, figures and question are added by the run.
 fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
-    let SuperpositionStudy { scene, grid, locations: study_locations, tolerance, .. } = summary.study;
+    let SuperpositionStudy { scene, grid, locations: study_locations, tolerance, uncertainty, .. } = summary.study;
     let meaning = "sum of the effects less both at once, worst over φ";
     let names: Vec<&str> = study_locations.iter().map(|location| location.name.as_str()).collect();
     let largest = &quantities::SUPERPOSITION_ERROR.name;
@@ -99,6 +104,7 @@ fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
     Description {
         setting: scene.facts([
             scene.angles_fact("tool angles"),
+            spread_report::fact_of_draws(uncertainty.as_ref(), Draws::PER_SCRAMBLE),
             Fact::new("grid", format!("{} positions of P", size_words(grid))),
             Fact::new("locations", names.join(", ")),
             Fact::new("tolerance", format!("{tolerance} mm")),

@@ -17,7 +17,7 @@ use crate::{
         safe::LargestFactor,
         superposition_error::{Followed, Sum, SuperpositionErrors, Worst},
     },
-    simulation::Failure,
+    simulation::{Failure, spread::DeflectionSpread},
 };
 
 type OfWorst = Quantity<Worst>;
@@ -88,14 +88,41 @@ pub fn map_table(points: &[GridPoint]) -> Table {
     worst_table(position_columns(), points.iter().map(|p| (cells(p.position_mm).collect(), &p.superposition_errors)))
 }
 
-/// Makes the table of superposition errors at locations, worst over φ.
+type OfSpread = Quantity<DeflectionSpread>;
+
+/// The distribution of the superposition error of the tool tip at a location.
+pub(super) const P95_ERROR: OfSpread = Quantity::in_table("superposition_error_p95_mm", |own| own.p95_mm);
+pub(super) const MEDIAN_ERROR: OfSpread = Quantity::in_table("superposition_error_median_mm", |own| own.median_mm);
+pub(super) const PROBABILITY: OfSpread = Quantity::in_table("within_tolerance_probability", |own| own.within_tolerance);
+const SPREAD: [OfSpread; 6] = [
+    P95_ERROR,
+    MEDIAN_ERROR,
+    PROBABILITY,
+    Quantity::text("spread_reason", |found| found.ok().and_then(DeflectionSpread::reason).into()),
+    Quantity::count("spread_solved_draws", |own| Some(own.solved_draws)),
+    Quantity::count("spread_failed_draws", |own| Some(own.failed_draws)),
+];
+
+/// Makes the table of superposition errors at locations, worst over φ; where inputs are uncertain, with their distribution at the tool tip.
 pub fn locations_table(locations: &[LocationResult]) -> Table {
     let row = |found: &'_ LocationResult| {
         let position = cells(found.location.position.iter().copied());
         std::iter::once(name_cell(found)).chain(position).collect()
     };
     let rows = locations.iter().map(|location| (row(location), &location.superposition_errors));
-    worst_table([texts(["location"]), position_columns()].concat(), rows)
+    let nominal = worst_table([texts(["location"]), position_columns()].concat(), rows);
+    if locations.iter().all(|location| location.spread.is_none()) {
+        return nominal;
+    }
+    let none = Failure { status: "".into(), reason: String::new() };
+    let spreads = locations.iter().flat_map(|location| {
+        sums_and_points().map(|of| location.spread.as_ref().filter(|_| of == (Sum::Superposition, Followed::Tool)))
+    });
+    let rows = nominal.rows().iter().zip(spreads).map(|(row, spread)| {
+        let cell = |quantity: &OfSpread| quantity.cell_of(spread.ok_or(&none));
+        row.iter().cloned().chain(SPREAD.iter().map(cell)).collect()
+    });
+    Table::new([nominal.columns(), &SPREAD.each_ref().map(OfSpread::column)].concat(), rows)
 }
 
 /// Returns the cell with the name of a location.

@@ -3,17 +3,21 @@
 use serde_json::{Map, Value, json};
 
 use super::{
-    quantities::{RATIO, RELATIVE, SUPERPOSITION_ERROR, sums_and_points},
+    quantities::{MEDIAN_ERROR, P95_ERROR, PROBABILITY, RATIO, RELATIVE, SUPERPOSITION_ERROR, sums_and_points},
     worst_ablation,
 };
 use crate::{
     answer::{Extremes, Quantity, QuantityExtremes, ShareWithin, ValueAt},
     files::StatusCount,
-    questions::superposition::{
-        GridPoint, LocationResult, Scaling, SuperpositionStudy,
-        ablation::Cause,
-        safe::LargestFactor,
-        superposition_error::{Followed, Sum, Worst},
+    process::uncertainty::Draws,
+    questions::{
+        spread_report::{self, SpreadCounts},
+        superposition::{
+            GridPoint, LocationResult, Scaling, SuperpositionStudy,
+            ablation::Cause,
+            safe::LargestFactor,
+            superposition_error::{Followed, Sum, Worst},
+        },
     },
     simulation::status_of,
 };
@@ -109,15 +113,27 @@ impl<'a> Summary<'a> {
             let place = |ValueAt { value, position_mm, at }: &ValueAt<LargestFactor>| json!({ "factor": value, "status": at.status(), "position_mm": position_mm });
             safe["largest_load"] = json!({ "everywhere": place(least), "at_best": place(most) });
         }
-        json!({
+        let mut summary = json!({
             "schema": 1,
             "grid_points": self.points,
             "grid_points_solved": self.solved,
             "superposition_errors": sums_and_points().map(of_kind).collect::<Map<_, _>>(),
             "safe": safe,
             "locations": locations.iter().map(location_json).collect::<Vec<_>>(),
-        })
+        });
+        if let Some(uncertainty) = &self.study.uncertainty {
+            summary["uncertainty"] = spread_report::json(uncertainty, &spread_counts(locations));
+            summary["uncertainty"]["draws"] = json!(Draws::PER_SCRAMBLE);
+        }
+        summary
     }
+}
+
+/// Counts the distributions at locations.
+pub(super) fn spread_counts(locations: &[LocationResult]) -> SpreadCounts {
+    let mut counts = SpreadCounts::default();
+    locations.iter().filter_map(|location| location.spread.as_ref()).for_each(|spread| counts.add(spread));
+    counts
 }
 
 /// Returns a JSON object of the entries that have a value.
@@ -137,6 +153,12 @@ fn location_json(location: &LocationResult) -> Value {
             }
         }
         Err(failure) => entry["reason"] = json!(failure.reason),
+    }
+    if let Some(spread) = &location.spread {
+        for quantity in [P95_ERROR, MEDIAN_ERROR, PROBABILITY] {
+            entry[&*quantity.name] = json!(quantity.value(spread));
+        }
+        entry["failed_draws_share"] = json!(spread.failed_share);
     }
     entry["slopes"] = json_object(Scaling::ALL.map(|scaled| {
         let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool);

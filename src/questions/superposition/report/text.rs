@@ -1,22 +1,28 @@
 //! Sentences and first screen of a superposition study: whether effects may be added, and with which error.
 
+use std::cmp::Ordering;
+
 use super::{
     cause_words,
-    quantities::{LARGEST_LOAD, RATIO, RELATIVE, SUPERPOSITION_ERROR},
-    summary::Summary,
+    quantities::{LARGEST_LOAD, P95_ERROR, RATIO, RELATIVE, SUPERPOSITION_ERROR},
+    summary::{Summary, spread_counts},
     worst_ablation,
 };
 use crate::{
     answer::{Tolerance, ValueAt},
-    files::words::{counted, join_words, millimetres, percent, typographic},
+    files::words::{counted, join_words, listed_up_to, millimetres, or_dash, percent, typographic},
     page::headline::{Extreme, Headline, KeyNumber},
-    questions::superposition::{
-        LocationResult, Scaling, SuperpositionStudy,
-        ablation::Cause,
-        safe::LargestFactor,
-        superposition_error::{Followed, Sum, Worst},
+    process::uncertainty::{Draws, P95},
+    questions::{
+        spread_report,
+        superposition::{
+            LocationResult, Scaling, SuperpositionStudy,
+            ablation::Cause,
+            safe::LargestFactor,
+            superposition_error::{Followed, Sum, Worst},
+        },
     },
-    simulation::{ROUNDING_MM, Source},
+    simulation::{ROUNDING_MM, Source, spread::DeflectionSpread},
 };
 
 /// Formats a superposition error in mm.
@@ -128,7 +134,79 @@ fn location_sentences(location: &LocationResult) -> String {
         largest(Scaling::Errors),
         largest(Scaling::Both)
     );
-    text + &ablation_sentence(location)
+    text + &location.spread.as_ref().map_or_else(String::new, spread_sentence) + &ablation_sentence(location)
+}
+
+/// Describes the distribution at a location.
+fn spread_sentence(spread: &DeflectionSpread) -> String {
+    let quantile = |quantile| or_dash(quantile, millimetre_words);
+    let failed = match spread.failed_draws {
+        0 => String::new(),
+        failed => format!(", no equilibrium in {failed} of {}", counted(spread.solved_draws, "draw")),
+    };
+    format!(
+        "  With uncertain inputs: median {}, 95 % quantile {}{failed}; within tolerance with {} probability.\n",
+        quantile(spread.median_mm),
+        quantile(spread.p95_mm),
+        probability(spread)
+    )
+}
+
+/// Formats the probability that the superposition error is within tolerance: that none of the draws, or all, are does not make it impossible or certain.
+fn probability(spread: &DeflectionSpread) -> String {
+    match spread.within_tolerance.unwrap_or_default() {
+        0.0 => "less than 1 %".into(),
+        1.0 => "more than 99 %".into(),
+        share => percent(share),
+    }
+}
+
+/// Returns the locations with a distribution, the least probably within tolerance first.
+fn by_probability(locations: &[LocationResult]) -> Vec<(&str, &DeflectionSpread)> {
+    let mut known: Vec<_> =
+        locations.iter().filter_map(|own| Some((&*own.location.name, own.spread.as_ref()?))).collect();
+    known.sort_by(|(_, a), (_, b)| a.within_tolerance.partial_cmp(&b.within_tolerance).unwrap_or(Ordering::Equal));
+    known
+}
+
+/// Locations whose probability the first screen names.
+const MOST_NAMED: usize = 4;
+
+/// Returns the verdict by the distributions at the locations; empty where inputs are taken as exact.
+fn probable_verdict(summary: &Summary<'_>, locations: &[LocationResult]) -> String {
+    if summary.study.uncertainty.is_none() {
+        return String::new();
+    }
+    let (known, tolerance) = (by_probability(locations), summary.study.tolerance);
+    let share = |(_, spread): &(&str, &DeflectionSpread)| spread.within_tolerance.unwrap_or_default();
+    let word = match (known.first().map(share), known.last().map(share)) {
+        (Some(least), _) if least >= P95 && known.len() == locations.len() => "Within tolerance",
+        (_, Some(most)) if most < 1.0 - P95 => "Out of tolerance",
+        (_, Some(most)) if most >= P95 => "Partly within tolerance",
+        (Some(_), _) => "Uncertain",
+        (None, _) => return "The probability is known at no location, as none was solved. ".into(),
+    };
+    let at = |(index, (name, spread)): (usize, &(&str, &DeflectionSpread))| {
+        format!("{}{} at {name}", probability(spread), if index == 0 { " probability" } else { "" })
+    };
+    let unsolved = match locations.len() - known.len() {
+        0 => String::new(),
+        unsolved => format!("; not known at {unsolved} of {}", counted(locations.len(), "location")),
+    };
+    let all = listed_up_to(MOST_NAMED, known.iter().enumerate().map(at));
+    format!("{word}: superposition is within {tolerance} mm with {all}{unsolved}. ")
+}
+
+/// Returns what the distributions at locations are and what they rest on; empty where inputs are taken as exact.
+fn spread_cautions(summary: &Summary<'_>, locations: &[LocationResult]) -> String {
+    let Some(uncertainty) = &summary.study.uncertainty else { return String::new() };
+    format!(
+        "With {}: at each location the superposition error of the tool tip is solved in {}. The map, largest factors, growth and causes are nominal.\n\
+         What the model leaves out does not count here: it is a share of what the force does, and says nothing of the difference between two sums.\n{}",
+        spread_report::counted_inputs(uncertainty),
+        counted(Draws::PER_SCRAMBLE, "draw"),
+        spread_report::cautions(Some(uncertainty), &spread_counts(locations), "location")
+    )
 }
 
 /// Describes with which power of each source the superposition error grows, where that is known.
@@ -185,14 +263,18 @@ fn main_causes(locations: &[LocationResult]) -> String {
 }
 
 /// Returns the first screen: main sentence, cautions and key numbers.
-pub(super) fn headline(summary: &Summary<'_>, not_used: &[&str]) -> Headline {
-    let SuperpositionStudy { scene, grid, tolerance, .. } = summary.study;
+pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_used: &[&str]) -> Headline {
+    let SuperpositionStudy { scene, grid, tolerance, uncertainty, .. } = summary.study;
     let places = counted(summary.points, "grid point");
-    let basis = format!("{places}, {}", counted(scene.phis.len(), "tool angle"));
-    let cautions = scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)));
+    let inputs =
+        uncertainty.as_ref().map_or_else(|| spread_report::basis(None), |_| counted(Draws::PER_SCRAMBLE, "draw"));
+    let basis = format!("{places}, {}, {inputs}", counted(scene.phis.len(), "tool angle"));
+    let probable = probable_verdict(summary, locations);
+    let cautions = spread_cautions(summary, locations)
+        + &scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)));
     let most = summary.largest(Sum::Superposition, Followed::Tool, &SUPERPOSITION_ERROR);
     let (Some(most), Some(share)) = (most, summary.safe_share()) else {
-        let sentence = format!("Nothing can be said about adding effects: none of the {places} was solved.");
+        let sentence = format!("{probable}Nothing can be said about adding effects: none of the {places} was solved.");
         return Headline::new(sentence, basis).with_cautions(&cautions);
     };
     let parts: Vec<&str> = Source::parts(&scene.machine).iter().map(|source| source.words()).collect();
@@ -212,10 +294,22 @@ pub(super) fn headline(summary: &Summary<'_>, not_used: &[&str]) -> Headline {
             percent(share)
         ),
     };
-    Headline::new(format!("The effects of {effects} {verdict}"), basis)
+    let begin = if probable.is_empty() { "The".into() } else { format!("{probable}Nominally, the") };
+    Headline::new(format!("{begin} effects of {effects} {verdict}"), basis)
         .with_cautions(&cautions)
+        .with_numbers(p95_key_number(locations))
         .with(error_key_number(Tolerance(*tolerance), most, &wrong))
         .with_numbers(load_key_number(summary))
+}
+
+/// Returns the largest 95 % quantile of the superposition error at a location; `None` where there is none.
+fn p95_key_number(locations: &[LocationResult]) -> Option<KeyNumber> {
+    let known = by_probability(locations).into_iter().filter_map(|(name, spread)| Some((spread.p95_mm?, name, spread)));
+    let (p95, name, spread) = known.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let what = format!("largest superposition error not exceeded with 95 % probability, at the tool tip, at {name}");
+    let against = format!("within tolerance with {} probability", probability(spread));
+    let reference = P95_ERROR.found_in("locations.csv", &[], Extreme::Largest, p95);
+    Some(KeyNumber::new(&millimetre_words(p95), what, against).found(reference))
 }
 
 /// Returns the largest superposition error, written as `wrong`, as a key number, compared with the tolerance.
