@@ -194,7 +194,8 @@ fn probable_verdict(summary: &Summary<'_>, locations: &[LocationResult]) -> Stri
         unsolved => format!("; not known at {unsolved} of {}", counted(locations.len(), "location")),
     };
     let all = listed_up_to(MOST_NAMED, known.iter().enumerate().map(at));
-    format!("{word}: superposition is within {tolerance} mm with {all}{unsolved}. ")
+    let condition = spread_report::condition(summary.study.uncertainty.as_ref());
+    format!("{word}{condition}: superposition is within {tolerance} mm with {all}{unsolved}. ")
 }
 
 /// Returns what the distributions at locations are and what they rest on; empty where inputs are taken as exact.
@@ -205,7 +206,7 @@ fn spread_cautions(summary: &Summary<'_>, locations: &[LocationResult]) -> Strin
          What the model leaves out does not count here: it is a share of what the force does, and says nothing of the difference between two sums.\n{}",
         spread_report::counted_inputs(uncertainty),
         counted(Draws::PER_SCRAMBLE, "draw"),
-        spread_report::cautions(Some(uncertainty), &spread_counts(locations), "location")
+        spread_report::cautions(Some(uncertainty), &spread_counts(locations), "location", None)
     )
 }
 
