@@ -6,10 +6,10 @@ use clap::Args;
 use kinetostat::{
     files::{Foreign, OutputFile, check_may_replace, prepare_beside, write_beside},
     input::error::{Error, Result},
-    page::{GENERATOR, PAGE, ResultFolder, comparison, page},
+    page::{GENERATOR, PAGE, ResultFolder, comparison, page, probability_words},
 };
 
-use super::{Ending, print, reporting::begin_of};
+use super::{Ending, headline::sentences, print, reporting::begin_of};
 
 /// Make the page of a result folder again, or one page that compares several. Computes nothing.
 #[derive(Debug, Args)]
@@ -48,6 +48,9 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
         (None, [folder]) => folder.path.join(PAGE),
         (None, _) => PathBuf::from("comparison.html"),
     };
+    if let (true, Some(words)) = (folders.len() > 1, probability_words(&folders)?) {
+        print(&sentences(&words))?;
+    }
     write_page(&out, arguments.force, || match folders.as_slice() {
         [folder] => page(folder, &out),
         several => comparison(several, &out, arguments.tolerance),

@@ -8,6 +8,7 @@ use super::{
     aligned::Aligned,
     compared::{Compared, compare_view},
     description::Shape,
+    drawn::compare_draws,
     folder::{ResultFolder, href, relative_display},
     picture::{Picture, winner_picture},
     record::{Changes, input_changes, manifest_facts, tolerance_mm},
@@ -86,7 +87,15 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     let best_places = views.iter().find_map(|aligned| writer(aligned).best_place_verdict());
     let headline = views.iter().find(|aligned| writer(aligned).main_quantity().is_some());
     let is_of_places = best_places.is_some();
-    let verdict = best_places.or_else(|| writer(headline?).verdict());
+    let nominal = best_places.or_else(|| writer(headline?).verdict());
+    let verdict = match compare_draws(folders)? {
+        Some(Ok(drawn)) => Some(drawn.before(nominal)),
+        Some(Err(words)) => {
+            notes.push(words);
+            nominal
+        }
+        None => nominal,
+    };
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
         let quantity = writer(aligned).main_quantity()?;
         let winners = aligned.winners(quantity)?;
@@ -126,6 +135,13 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         manifest: setting_rows(manifest.map(Iterator::collect).collect()),
     };
     render("comparison.html", &context)
+}
+
+/// Returns with which probability one of `folders` is better than another where inputs are uncertain, or why that is not known, as a sentence; `None` where all
+/// inputs are exact. `Err` as [`comparison`].
+pub fn probability_words(folders: &[ResultFolder]) -> Result<Option<String>> {
+    check_comparable(folders)?;
+    Ok(compare_draws(folders)?.map(|found| found.map_or_else(|words| words, |drawn| drawn.sentence)))
 }
 
 /// Returns the question that all studies ask, or a general one if they differ.

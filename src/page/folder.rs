@@ -80,6 +80,11 @@ impl ResultFolder {
         read_text(&file)
     }
 
+    /// Reads the summary of the folder; `Err` when it cannot be read.
+    pub(super) fn summary(&self) -> Result<Value> {
+        parse_json(&self.path.join("summary.json"), &self.text("summary.json")?)
+    }
+
     /// Returns the path of a file of the folder; `Err` if `name` leads out of it.
     fn file_path(&self, name: &str) -> Result<PathBuf> {
         if Path::new(name).file_name().is_none_or(|file_name| file_name != name) {

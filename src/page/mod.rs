@@ -7,6 +7,7 @@ mod compared;
 mod comparison;
 pub mod dataset;
 mod description;
+mod drawn;
 mod explore;
 mod folder;
 pub mod headline;
@@ -22,7 +23,7 @@ mod template;
 mod verdict;
 pub mod winners;
 
-pub use comparison::comparison;
+pub use comparison::{comparison, probability_words};
 pub use description::{
     Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, Section, Shape,
     SmallTable, TableNote,

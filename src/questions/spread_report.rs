@@ -468,6 +468,7 @@ pub(crate) fn json(uncertainty: &Uncertainty, counts: &SpreadCounts) -> Value {
         "force_factor_95": uncertainty.force_factor_95(),
         "model_relative_std": uncertainty.model.relative_std,
         "model_source": uncertainty.model.source.label(),
+        "seed": uncertainty.draws.seed,
         "draws": Draws::COUNT,
         "points_corrected": counts.corrected,
         "points_without_p95": counts.unknown,

@@ -124,6 +124,7 @@ mod tool_of_process;
 mod toolpaths;
 mod turn_lattice;
 mod turning_platforms;
+mod uncertain_comparison;
 mod uncertain_covariance;
 mod uncertain_paths;
 mod uncertain_places;

@@ -7,6 +7,8 @@ use super::{Spread, UncertainParameter, normal_quantile, sobol};
 /// Draws of all uncertain quantities, in scrambles that are independent of one another.
 #[derive(Debug, Clone)]
 pub struct Draws {
+    /// Number from which they are made.
+    pub seed: u32,
     /// Standard normal number of each parameter in each draw.
     pub normal: Vec<Vec<f64>>,
     /// Coordinate of each parameter in each draw ([`UncertainParameter::coordinate`]).
@@ -85,6 +87,7 @@ impl Draws {
         let weakest = weakness.iter().flatten().fold(1.0, |most: f64, own| most.max(*own));
         let from_weakest = weakness.iter().map(in_order).collect();
         Self {
+            seed,
             normal,
             coordinates,
             ranges,

@@ -193,6 +193,9 @@ pub struct WholePath {
     pub methods: Vec<MethodAlongPath>,
     /// Distribution of the largest distance from the path; `None` where inputs are taken as exact, or the machine is at none of its points.
     pub spread: Option<PathSpread>,
+    /// Estimates of the largest distance in each draw without and with compensation, mm, infinite without equilibrium: those of the first draws, as far
+    /// as they are known at all points.
+    pub draws: [Vec<f64>; 2],
 }
 
 /// Results of a path study, held in memory at once.
@@ -214,7 +217,7 @@ pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
     let at_gamma = study.with_gamma(work)?;
     let study = at_gamma.as_ref();
     let mut whole = PathPart::empty(&study.machine);
-    let WholePath { methods, spread } = run_in_parts(study, work, |part| {
+    let WholePath { methods, spread, .. } = run_in_parts(study, work, |part| {
         part.sources.map(|source, next| whole.sources[source].extend(next));
         Ok(())
     })?;
@@ -255,7 +258,8 @@ pub fn run_in_parts(
     let each_part = spread_along::parts_of(&machines.nominal, &study.tasks);
     let whole =
         spread_path.as_ref().map(|path| spread_along::whole(&[(path, &*each_part)], &largest, work)).transpose()?;
-    Ok(WholePath { methods, spread: whole.flatten() })
+    let draws = largest.each_ref().map(|own| own.sizes().to_vec());
+    Ok(WholePath { methods, spread: whole.flatten(), draws })
 }
 
 /// What each method leaves at points.

@@ -53,7 +53,7 @@ impl Answered for PathStudy {
         let mut table = Streams::new(run, None).with_kept("points", (empty, kept), |part| points_table(study, part))?;
         let mut summary = Summary::new(study, *shown);
         let mut pictures = run.figures.then(|| Pictures::new(study, *shown));
-        let WholePath { methods, spread } = run_in_parts(study, run.work, |part| {
+        let WholePath { methods, spread, draws } = run_in_parts(study, run.work, |part| {
             summary.add(&part);
             pictures.iter_mut().for_each(|pictures| pictures.add(&part));
             table.write_block(&part)
@@ -80,6 +80,12 @@ impl Answered for PathStudy {
                 Description { headline: headline(&summary, &text), ..page },
             )
         };
+        if spread.is_some() {
+            output.tables.push(("draws".into(), quantities::draws_table(&draws)));
+            let caption =
+                "One row per draw: the largest distance from the path, as estimated; nothing without equilibrium.";
+            output.page.tables.push(TableNote::ranked("draws.csv", caption, quantities::LARGEST_DISTANCE));
+        }
         if let Some((found, how)) = found_gamma(study) {
             let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
             let table = redundancy::report::table(found, arc_lengths_mm);

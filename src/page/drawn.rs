@@ -1,0 +1,200 @@
+//! Results with uncertain inputs side by side, draw by draw: with which probability one is better than another.
+
+use serde_json::{Value, json};
+
+use super::{
+    folder::ResultFolder,
+    sentences::three_digits,
+    verdict::{LargeNumber, Verdict},
+};
+use crate::{
+    files::words::{counted, millimetres, percent},
+    input::error::Result,
+    process::uncertainty::P95,
+    simulation::spread_along::share_larger,
+};
+
+/// The largest distance from the path without compensation and with it: key in the summary, column of `draws.csv`, words.
+const DISTANCES: [[&str; 3]; 2] = [
+    ["plain", "largest_distance_mm", "without compensation"],
+    ["compensated", "compensated_largest_distance_mm", "compensated"],
+];
+
+/// The draws of a result along a path.
+struct Draws {
+    uncertainty: Value,
+    points: Value,
+    /// The largest distance in each draw, mm, infinite without equilibrium, in the order of [`DISTANCES`]; no draws where it is known in none.
+    sizes: [Vec<f64>; 2],
+}
+
+impl Draws {
+    /// Reads the draws of `folder`, of which this is the summary.
+    fn read(folder: &ResultFolder, summary: &Value) -> Result<Self> {
+        let (table, mut sizes, mut wrong) = (folder.table("draws.csv")?, [Vec::new(), Vec::new()], None);
+        let columns = [table.column(DISTANCES[0][1])?, table.column(DISTANCES[1][1])?];
+        table.each_row(|row| {
+            for (column, sizes) in columns.iter().zip(&mut sizes) {
+                match row.get(*column).unwrap_or_default() {
+                    "" => sizes.push(f64::INFINITY),
+                    cell => match cell.parse::<f64>() {
+                        Ok(size) if size >= 0.0 => sizes.push(size),
+                        _ => wrong = wrong.take().or_else(|| Some(table.not_a_number(row, *column))),
+                    },
+                }
+            }
+        })?;
+        if let Some(error) = wrong {
+            return Err(error);
+        }
+        let known = sizes.map(|own| if own.iter().any(|size| size.is_finite()) { own } else { Vec::new() });
+        Ok(Self { uncertainty: summary["uncertainty"].clone(), points: summary["points"].clone(), sizes: known })
+    }
+
+    /// The distribution of the largest distance `which` of [`DISTANCES`].
+    fn largest(&self, which: usize) -> &Value {
+        &self.uncertainty["largest"][DISTANCES[which][0]]
+    }
+
+    /// The 95 % quantile of that, in words.
+    fn p95(&self, which: usize) -> String {
+        let p95 = self.largest(which)["spread"]["p95_mm"].as_f64();
+        p95.map_or_else(|| "unknown".into(), |p95| millimetres(p95, 3))
+    }
+
+    /// Why the draws with the same number are not of the same machine and force in `other`; `None` where they are.
+    fn differs(&self, other: &Self) -> Option<String> {
+        let of = |own: &Self, key: &str| own.uncertainty[key].clone();
+        let names = |own: &Self| -> Vec<Value> {
+            own.uncertainty["parameters"].as_array().into_iter().flatten().map(|own| own["names"].clone()).collect()
+        };
+        let differ = |key: &str, words: &str| {
+            let [a, b] = [of(self, key), of(other, key)];
+            (a != b).then(|| format!("their {words} differ ({a} and {b})"))
+        };
+        let parameters = || (names(self) != names(other)).then(|| "their uncertain parameters differ".into());
+        differ("seed", "seeds").or_else(|| differ("draws", "numbers of draws")).or_else(parameters)
+    }
+}
+
+/// Probability that `sizes` is smaller than `than` by more than what is alike: draw by draw where they are the `same` draws, else over all pairs.
+fn share_smaller(sizes: &[f64], than: &[f64], same: bool) -> f64 {
+    match same {
+        true => share_larger(than, sizes, 0.0),
+        false => {
+            sizes.iter().map(|size| share_larger(than, &vec![*size; than.len()], 0.0)).sum::<f64>() / sizes.len() as f64
+        }
+    }
+}
+
+/// What draws say of results, for the first screen.
+#[derive(Debug, Default)]
+pub(super) struct DrawnVerdict {
+    pub sentence: String,
+    numbers: Vec<LargeNumber>,
+    lines: Vec<String>,
+}
+
+impl DrawnVerdict {
+    /// Returns the first screen with this before what nominal numbers say.
+    pub fn before(self, nominal: Option<Verdict>) -> Verdict {
+        let Verdict { sentence, numbers, lines, checks } = nominal.unwrap_or_default();
+        let nominally = if sentence.is_empty() { String::new() } else { format!(" With nominal numbers: {sentence}") };
+        let numbers = self.numbers.into_iter().chain(numbers).take(3).collect();
+        let nominal = (!lines.is_empty()).then(|| "With nominal numbers:".into());
+        let lines = self.lines.into_iter().chain(nominal).chain(lines).collect();
+        Verdict { sentence: self.sentence + &nominally, numbers, lines, checks }
+    }
+}
+
+/// Holds the draws of `folders` against those of the first; only a sentence on what is compared where no draws are kept, or inputs of one are exact. `None`
+/// where all inputs are exact.
+pub(super) fn compare_draws(folders: &[ResultFolder]) -> Result<Option<std::result::Result<DrawnVerdict, String>>> {
+    let letters: Vec<char> = ('A'..).take(folders.len()).collect();
+    let summaries: Vec<Value> = folders.iter().map(ResultFolder::summary).collect::<Result<_>>()?;
+    let is_exact = |summary: &Value| summary["uncertainty"].is_null();
+    let Some(exact) = summaries.iter().position(is_exact) else {
+        let has_draws = |folder: &ResultFolder| {
+            folder.manifest["files"].as_array().is_some_and(|files| files.contains(&json!("draws.csv")))
+        };
+        if !folders.iter().all(has_draws) {
+            let words = "Draws are not kept of these results: quantiles and probabilities are compared as they stand, each by itself, and with which \
+                         probability one result is better than another is not known.";
+            return Ok(Some(Err(words.into())));
+        }
+        let draws: Vec<Draws> =
+            folders.iter().zip(&summaries).map(|(own, summary)| Draws::read(own, summary)).collect::<Result<_>>()?;
+        return Ok(Some(Ok(verdict(&draws, &letters))));
+    };
+    let words = format!("{} takes its inputs as exact: only nominal numbers are compared.", letters[exact]);
+    Ok((!summaries.iter().all(is_exact)).then_some(Err(words)))
+}
+
+/// Returns what the `draws` of results with these letters say, each held against the first.
+fn verdict(draws: &[Draws], letters: &[char]) -> DrawnVerdict {
+    let (mut verdict, mut sentences, first) = (DrawnVerdict::default(), Vec::new(), letters[0]);
+    let differs: Vec<Option<String>> = draws.iter().map(|other| draws[0].differs(other)).collect();
+    for (letter, differs) in letters.iter().zip(&differs).skip(1) {
+        verdict.lines.push(match differs {
+            None => format!("{first} and {letter} have the same draws: in each, the force and every parameter lie at the same quantile of their distributions."),
+            Some(why) => format!("{first} and {letter} do not have the same draws, as {why}: machine and force of each are taken as independent of the other's."),
+        });
+    }
+    // What the tool does as it is to be run comes first.
+    for which in [1, 0] {
+        let (words, mut against) = (DISTANCES[which][2], Vec::new());
+        if let Some(unknown) = draws.iter().position(|own| own.sizes[which].is_empty()) {
+            verdict.lines.push(format!("The largest distance {words} is known in no draw of {}.", letters[unknown]));
+            continue;
+        }
+        let is_first = sentences.is_empty();
+        for other in 1..draws.len() {
+            let sizes = |who: usize| &draws[who].sizes[which];
+            let share = |own, other_one| share_smaller(sizes(own), sizes(other_one), differs[other].is_none());
+            let (of_first, of_other) = (share(0, other), share(other, 0));
+            let [better, worse] = if of_first >= of_other { [0, other] } else { [other, 0] };
+            let (most, least) = (of_first.max(of_other), of_first.min(of_other));
+            let unseen = 2.0 / sizes(0).len() as f64;
+            let probability = |share: f64| percent(share.clamp(unseen, 1.0 - unseen));
+            let [name, other_name] = [better, worse].map(|who| letters[who]);
+            let p95 = format!("95 % quantile {} against {}", draws[better].p95(which), draws[worse].p95(which));
+            let (sure, unsure) = (probability(most), probability(least));
+            sentences.extend(is_first.then(|| match most >= P95 {
+                true => format!(
+                    "{name} is better than {other_name} with {sure} probability: its largest distance from the path, {words}, is smaller by more \
+                     than 0.5 % ({p95})."
+                ),
+                false => format!(
+                    "{name} and {other_name} cannot be told apart: the largest distance from the path, {words}, is smaller by more than 0.5 % in {name} \
+                     with {sure} probability, in {other_name} with {unsure} ({p95})."
+                ),
+            }));
+            let p95 = draws[other].p95(which);
+            against.push(format!("in {} {p95}; {name} better with {sure} probability", letters[other]));
+        }
+        let what = format!("largest distance from the path not exceeded with 95 % probability in {first}, {words}");
+        let p95 = draws[0].largest(which)["spread"]["p95_mm"].as_f64();
+        let value = p95.map_or_else(|| "–".into(), three_digits);
+        verdict.numbers.push(LargeNumber { value, unit: "mm".into(), what, against: against.join("; ") });
+        for (own, letter) in draws.iter().zip(letters) {
+            let (largest, points) = (own.largest(which), &own.points);
+            if largest["points"] != *points || largest["is_confirmed"] != true {
+                let how = if largest["is_confirmed"] == true { "" } else { ", and the engine does not confirm it" };
+                let known = &largest["points"];
+                verdict
+                    .lines
+                    .push(format!("In {letter} the largest distance {words} is of {known} of {points} points{how}."));
+            }
+        }
+    }
+    let known = draws.iter().flat_map(|own| &own.sizes).map(Vec::len).filter(|known| *known > 0).min();
+    verdict.lines.push(format!(
+        "Probabilities are of {}, whose distances are estimates; only the quantiles are corrected by the engine.",
+        counted(known.unwrap_or_default(), "draw")
+    ));
+    verdict.sentence = match sentences.is_empty() {
+        true => "With which probability one is better is not known, as no draw has an equilibrium.".into(),
+        false => sentences.join(" "),
+    };
+    verdict
+}
