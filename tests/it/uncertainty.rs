@@ -547,7 +547,7 @@ fn an_answer_says_what_a_measurement_gains() {
     let (words, _) = said(0.05, stiffness, EXACT_MODEL);
     assert!(words.contains("but nominally nothing is within tolerance, so a stiffer machine"), "{words}");
     let (words, summary) = said(0.12, "", "");
-    assert_eq!(summary["uncertainty"]["if_measured"]["cause"], "what the model leaves out");
+    assert_eq!(summary["uncertainty"]["if_measured"]["cause"], "cutting force");
     assert!(
         words.contains("Within tolerance, if all stiffnesses are exact: ")
             || words.contains("Out of tolerance, if all stiffnesses are exact: "),
