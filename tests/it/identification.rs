@@ -32,17 +32,17 @@ use rand_distr::{Distribution as _, Normal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-type Random = Xoshiro256PlusPlus;
+pub(crate) type Random = Xoshiro256PlusPlus;
 
 /// Where a machine is measured, under which force.
 #[derive(Clone)]
-struct Place {
+pub(crate) struct Place {
     at: Configuration,
     force: Vector3<f64>,
 }
 
 /// Random places in the middle of the workspace, each under a random force of about `force_n`.
-fn places(machine: &Machine, count: usize, force_n: f64, random: &mut Random) -> Vec<Place> {
+pub(crate) fn places(machine: &Machine, count: usize, force_n: f64, random: &mut Random) -> Vec<Place> {
     let size = machine.workspace.max - machine.workspace.min;
     let mut places = Vec::new();
     while places.len() < count {
@@ -87,7 +87,7 @@ fn mastered(machine: &Machine) -> Machine {
 }
 
 /// Displacement of the tool tip by the force, from rest under weight.
-fn displacement(machine: &Machine, place: &Place) -> Vector3<f64> {
+pub(crate) fn displacement(machine: &Machine, place: &Place) -> Vector3<f64> {
     let machine = &mastered(machine);
     let mut workspace = Workspace::new(machine);
     let mut settle = |load: Wrench| {
@@ -109,7 +109,7 @@ fn read_with_noise(machine: &Machine, places: &[Place], std_mm: f64, seed: u64) 
 }
 
 /// A file of measurements.
-fn csv(machine: &Machine, places: &[Place], displacements: &[Vector3<f64>]) -> String {
+pub(crate) fn csv(machine: &Machine, places: &[Place], displacements: &[Vector3<f64>]) -> String {
     let units = machine.drives().map(|(_, drive)| if drive.motion.position_unit() == "mm" { "mm" } else { "rad" });
     let mut text: String =
         machine.drive_labels().iter().zip(units).map(|(label, unit)| format!("{label}_{unit},")).collect();
@@ -121,7 +121,7 @@ fn csv(machine: &Machine, places: &[Place], displacements: &[Vector3<f64>]) -> S
     text
 }
 
-fn open(machine: &str, keys: &str, data: &str) -> Result<IdentificationStudy, String> {
+pub(crate) fn open(machine: &str, keys: &str, data: &str) -> Result<IdentificationStudy, String> {
     open_beside(machine, keys, data, &[("bearings.toml", &robot_with_bearings())])
 }
 
@@ -144,7 +144,7 @@ fn identified(machine: &str, keys: &str, data: &str) -> Identified {
     run(&study, &Work::default()).unwrap().unwrap_or_else(|e| panic!("{machine}: {}", e.reason))
 }
 
-fn unknowns(names: &[&str]) -> String {
+pub(crate) fn unknowns(names: &[&str]) -> String {
     format!("unknowns = {names:?}\n")
 }
 

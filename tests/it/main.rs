@@ -69,6 +69,7 @@ mod jacobians;
 mod kinematics;
 mod labels;
 mod lanes;
+mod left_out_poses;
 mod library;
 mod list_lengths;
 mod long_program;

@@ -1,6 +1,6 @@
 //! Combinations of unknowns that the measurements do not identify, and which further force at one of their poses would identify them best.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
+use nalgebra::{DMatrix, SymmetricEigen, Vector3};
 
 use super::{
     fit::{Fit, Search},
@@ -79,18 +79,15 @@ pub fn advise(search: &Search<'_>, fit: &Fit, measurements: &[Measurement], work
         (eigen.eigenvalues[index], eigen.eigenvalues.amax(), eigen.eigenvectors.column(index).into_owned())
     };
     let (before, most, direction) = weakest(&fit.information);
-    let loads = (0..3).map(|axis| AppliedLoad { force: Vector3::ith(axis, largest), moment: Vector3::zeros() });
-    let loads: Vec<AppliedLoad> = loads.collect();
+    let loads = [0, 1, 2].map(|axis| AppliedLoad { force: Vector3::ith(axis, largest), moment: Vector3::zeros() });
     let displacements = Reading::planned_displacements();
-    let candidates: Vec<(usize, Measurement)> = (measurements.iter().enumerate())
-        .flat_map(|(i, row)| loads.iter().map(move |load| (i, row, *load)))
-        .map(|(i, row, load)| (i, row.planned_under(load, &displacements)))
-        .collect();
-    let plans: Vec<&Measurement> = candidates.iter().map(|(_, candidate)| candidate).collect();
+    let candidates = measurements.iter().flat_map(|row| loads.map(|load| row.planned_under(load, &displacements)));
+    let candidates: Vec<Measurement> = candidates.collect();
+    let plans: Vec<&Measurement> = candidates.iter().collect();
     work.check()?;
     let model = LoadedModel::new(search.machine, search.unknowns, &fit.x, search.unknowns)?;
     let mut best: Option<(f64, Advice)> = None;
-    for ((measurement, candidate), predicted) in candidates.iter().zip(model.each(&plans)) {
+    for (i, predicted) in model.each(&plans).into_iter().enumerate() {
         let Ok(Predicted { slopes, .. }) = predicted else { continue };
         let slopes = slopes / std;
         // What it tells of the least known combination decides where the least of all is one of several that are equal.
@@ -98,7 +95,7 @@ pub fn advise(search: &Search<'_>, fit: &Fit, measurements: &[Measurement], work
         let (after, most, _) = weakest(&(&fit.information + slopes.transpose() * &slopes));
         let score = after.max(0.0) + 1e-9 * gain;
         if gain > NOTHING * most && best.as_ref().is_none_or(|(found, _)| score > *found) {
-            let (measurement, force) = (*measurement, candidate.load.force);
+            let (measurement, force) = (i / loads.len(), candidates[i].load.force);
             best = Some((score, Advice { measurement, force, std: [0.0, std_along(after, most)] }));
         }
     }
@@ -107,9 +104,7 @@ pub fn advise(search: &Search<'_>, fit: &Fit, measurements: &[Measurement], work
 
 /// Returns the mean standard deviation of the lengths read, mm; 1 without any.
 fn typical_std(fit: &Fit, measurements: &[Measurement]) -> f64 {
-    let quantities = measurements.iter().flat_map(|m| m.readings.iter().map(|reading| reading.quantity));
-    let lengths: DVector<f64> = DVector::from_vec(
-        quantities.zip(fit.stds.iter()).filter(|(quantity, _)| !quantity.is_rotation()).map(|(_, std)| *std).collect(),
-    );
-    if lengths.is_empty() { 1.0 } else { lengths.mean() }
+    let readings = measurements.iter().flat_map(|row| &row.readings).zip(&fit.stds);
+    let lengths: Vec<f64> = readings.filter(|(own, _)| !own.quantity.is_rotation()).map(|(_, std)| *std).collect();
+    if lengths.is_empty() { 1.0 } else { lengths.iter().sum::<f64>() / lengths.len() as f64 }
 }

@@ -1,5 +1,7 @@
 //! Fits unknown parameters to measurements: Gauss–Newton steps along the identifiable directions, damped where they do not descend.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{
@@ -82,8 +84,10 @@ pub struct Fit {
     pub covariance: DMatrix<f64>,
     /// Orthonormal basis of the directions of coordinates that are not identifiable.
     pub null_space: Vec<DVector<f64>>,
-    /// Factor on the covariance of plain least squares: by a robust loss, or by residuals beyond the given noise.
+    /// Factor on the covariance of plain least squares: by a robust loss, by residuals beyond the given noise, and by the design effect.
     pub inflation: f64,
+    /// Design effect: variance of the estimates over that by independent readings; above 1 where readings of a pose share an error.
+    pub design_effect: f64,
     /// Whether the residual is larger than the given noise makes it once in a hundred times.
     pub is_beyond_noise: bool,
     /// Information matrix `JᵀWJ` of the readings over their standard deviations, with priors.
@@ -116,7 +120,7 @@ impl Search<'_> {
         );
         let values = measured_values(measurements);
         let mut x = start.clone();
-        let mut predicted = predict(self.machine, self.unknowns, &x, measurements)?;
+        let mut predicted = predict(self.machine, self.unknowns, &x, measurements, self.unknowns)?;
         let mut scale = self.noise_scale(&((&values - &predicted.values).component_div(&noise_stds)));
         let (mut steps, mut is_converged, mut damping) = (0, false, 1e-6);
         while steps < STEPS {
@@ -161,7 +165,8 @@ impl Search<'_> {
                     self.cost(&r, &next) <= cost
                 });
                 if is_better {
-                    better = predict(self.machine, self.unknowns, &next, measurements).ok().map(|trial| (next, trial));
+                    let trial = predict(self.machine, self.unknowns, &next, measurements, self.unknowns);
+                    better = trial.ok().map(|trial| (next, trial));
                     break;
                 }
                 damping = (damping * 10.0).max(1e-9);
@@ -177,7 +182,7 @@ impl Search<'_> {
             // The scatter is that of the values found so far.
             scale = self.noise_scale(&((&values - &predicted.values).component_div(&noise_stds)));
         }
-        Ok(self.fit_at(x, predicted, &values, &noise_stds, scale, (steps, is_converged)))
+        Ok(self.fit_at(x, predicted, measurements, &noise_stds, scale, (steps, is_converged)))
     }
 
     /// Clamps coordinates `x` to the limits of the search.
@@ -227,18 +232,17 @@ impl Search<'_> {
         (information, gradient)
     }
 
-    /// Returns the fit at coordinates `x` with the readings `predicted` there: residuals from measured `values`, covariance, null space,
-    /// noise test.
+    /// Returns the fit at coordinates `x` with the readings `predicted` there: residuals of `measurements`, covariance, null space, noise test.
     fn fit_at(
         &self,
         x: DVector<f64>,
         predicted: Predicted,
-        values: &DVector<f64>,
+        measurements: &[&Measurement],
         noise_stds: &DVector<f64>,
         scale: f64,
         (steps, is_converged): (usize, bool),
     ) -> Fit {
-        let residuals = values - &predicted.values;
+        let residuals = measured_values(measurements) - &predicted.values;
         let r = residuals.component_div(noise_stds) / scale;
         let weights = r.map(|r| self.loss.weight(r));
         // Covariances of M-estimators are those of squares, inflated.
@@ -249,7 +253,7 @@ impl Search<'_> {
         let count = self.unknowns.len();
         let is_identifiable = |value: f64| value > RANK * largest && value > 0.0;
         let identifiable_count = eigen.eigenvalues.iter().filter(|value| is_identifiable(**value)).count();
-        let degrees_of_freedom = (values.len() + self.priors.len()).saturating_sub(identifiable_count);
+        let degrees_of_freedom = (residuals.len() + self.priors.len()).saturating_sub(identifiable_count);
         let of_priors: f64 = self.priors.iter().map(|&(k, expected, std)| ((x[k] - expected) / std).powi(2)).sum();
         let squares: f64 = r.iter().zip(weights.iter()).map(|(r, weight)| weight * r * r).sum::<f64>() + of_priors;
         let mean_square = squares / degrees_of_freedom.max(1) as f64;
@@ -266,7 +270,7 @@ impl Search<'_> {
                 false => null_space.push(vector.into_owned()),
             }
         }
-        Fit {
+        let mut fit = Fit {
             stds: noise_stds * if self.noise.is_estimated { scale } else { 1.0 },
             scale: if is_noise_given { mean_square.sqrt() } else { scale },
             is_beyond_noise: is_noise_given && mean_square > scatter::mean_square_limit(degrees_of_freedom),
@@ -276,11 +280,19 @@ impl Search<'_> {
             weights,
             covariance,
             inflation,
+            design_effect: 1.0,
             null_space,
             information,
             steps,
             is_converged,
+        };
+        // Noise that is given, and explains the residuals, is of each reading by itself.
+        if !is_noise_given || mean_square > 1.0 {
+            fit.design_effect = fit.design_effect(measurements, mean_square);
+            fit.covariance *= fit.design_effect;
+            fit.inflation *= fit.design_effect;
         }
+        fit
     }
 }
 
@@ -297,6 +309,30 @@ fn damped_step(eigen: &SymmetricEigen<f64, nalgebra::Dyn>, gradient: &DVector<f6
 }
 
 impl Fit {
+    /// Returns the variance of the estimates over that by independent readings of this `mean_square`, at least 1: readings of
+    /// a pose share what the model lacks. The squares of the gradients of poses, in the metric of the covariance, say it.
+    fn design_effect(&self, measurements: &[&Measurement], mean_square: f64) -> f64 {
+        let (inverse, count) = (&self.covariance / self.inflation, self.x.len());
+        let residuals = self.residuals.component_div(&self.stds).component_mul(&self.weights.map(f64::sqrt));
+        let (mut sums, mut first) = (BTreeMap::new(), 0);
+        for row in measurements {
+            let slopes = self.weighted_slopes(first, row.readings.len());
+            let none = || (DVector::zeros(count), DMatrix::zeros(count, count));
+            let (gradient, information) = sums.entry(&row.name).or_insert_with(none);
+            *gradient += slopes.transpose() * residuals.rows(first, row.readings.len());
+            *information += slopes.transpose() * slopes;
+            first += row.readings.len();
+        }
+        let (found, expected) = sums.values().fold((0.0, 0.0), |(found, expected), (gradient, information)| {
+            let hat = &inverse * information;
+            (found + gradient.dot(&(&inverse * gradient)), expected + hat.trace() - (&hat * &hat).trace())
+        });
+        // One pose says nothing of others.
+        let is_known = sums.len() > 1 && expected > 1e-9 && mean_square > 0.0;
+        let most = (residuals.len() as f64 / (count + 1) as f64).max(1.0);
+        if is_known { (found / expected / mean_square).clamp(1.0, most) } else { 1.0 }
+    }
+
     /// Returns Jacobian rows of `count` readings from `first` on, over their standard deviations and times the root of their weights.
     pub(super) fn weighted_slopes(&self, first: usize, count: usize) -> DMatrix<f64> {
         let mut slopes = self.predicted.slopes.rows(first, count).into_owned();

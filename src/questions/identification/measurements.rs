@@ -16,7 +16,7 @@ use crate::{
 /// One measurement: commanded configuration, load, and readings.
 #[derive(Debug, Clone)]
 pub struct Measurement {
-    /// Name: the column `pose`, or the number of the row from 1.
+    /// Name of the pose: the column `pose`, or the number of the row from 1. Rows of one name share what the model lacks there.
     pub name: String,
     /// Line in the file, from 1; 0 if it is from none.
     pub line: usize,
@@ -30,6 +30,16 @@ pub struct Measurement {
     pub marker: Option<Vector3<f64>>,
     /// Readings under the load.
     pub readings: Vec<Reading>,
+}
+
+/// Returns the number of the pose of each row, from 0 by first appearance: rows of one name are one pose.
+pub(super) fn pose_numbers<'a>(rows: impl IntoIterator<Item = &'a Measurement>) -> Vec<usize> {
+    let mut numbers = BTreeMap::new();
+    let number = |row: &'a Measurement| {
+        let next = numbers.len();
+        *numbers.entry(row.name.as_str()).or_insert(next)
+    };
+    rows.into_iter().map(number).collect()
 }
 
 /// A load on the tool tip, in the axes of O.

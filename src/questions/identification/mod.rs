@@ -254,9 +254,11 @@ fn add_profile_intervals(
     Ok(())
 }
 
-/// Returns the number of readings and priors less that of unknowns; `None` where the noise is given, not estimated.
+/// Returns the number of independent readings and priors less that of unknowns; `None` where the noise is given, not estimated.
 fn degrees_of_freedom(study: &IdentificationStudy, fit: &Fit) -> Option<usize> {
-    study.noise.is_estimated.then(|| (study.reading_count() + study.priors.len()).saturating_sub(fit.x.len()))
+    let count = study.reading_count() + study.priors.len();
+    let independent = (count as f64 / fit.design_effect) as usize;
+    study.noise.is_estimated.then(|| independent.saturating_sub(fit.x.len()).max(usize::from(count > fit.x.len())))
 }
 
 /// Returns `failure` with the name, file and line of the measurement with index `at` before its reason.

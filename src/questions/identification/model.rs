@@ -34,19 +34,6 @@ pub fn machine_with(machine: &Machine, unknowns: &[Unknown], x: &DVector<f64>) -
     machine.with_parameters(&values)
 }
 
-/// Predicts the readings of `measurements` with the unknowns at coordinates `x`, and their derivatives by all of these.
-///
-/// # Errors
-/// The index of a measurement at which the machine has no equilibrium, and why; or [`None`] and why these values make no machine.
-pub fn predict(
-    machine: &Machine,
-    unknowns: &[Unknown],
-    x: &DVector<f64>,
-    measurements: &[&Measurement],
-) -> std::result::Result<Predicted, (Option<usize>, Failure)> {
-    predict_with_slopes(machine, unknowns, x, measurements, unknowns)
-}
-
 /// Predicts the readings of `measurements` with `unknowns` at coordinates `x`, mm and rad, without derivatives; `Err` as of [`predict`].
 pub(super) fn predict_values(
     machine: &Machine,
@@ -54,11 +41,14 @@ pub(super) fn predict_values(
     x: &DVector<f64>,
     measurements: &[&Measurement],
 ) -> std::result::Result<DVector<f64>, (Option<usize>, Failure)> {
-    predict_with_slopes(machine, unknowns, x, measurements, &[]).map(|predicted| predicted.values)
+    predict(machine, unknowns, x, measurements, &[]).map(|predicted| predicted.values)
 }
 
-/// Predicts the readings of `measurements` with `unknowns` at coordinates `x`; `by`, the first of them, are those to differentiate by.
-fn predict_with_slopes(
+/// Predicts the readings of `measurements` with `unknowns` at coordinates `x`, and their derivatives by `by`, the first of these.
+///
+/// # Errors
+/// The index of a measurement at which the machine has no equilibrium, and why; or [`None`] and why these values make no machine.
+pub(super) fn predict(
     machine: &Machine,
     unknowns: &[Unknown],
     x: &DVector<f64>,

@@ -91,10 +91,11 @@ pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> V
             patterns.push(Pattern { of, with, hint, correlation, limit });
         }
     };
-    let sizes = |value: &dyn Fn(usize, &Measurement) -> f64| -> Vec<(f64, f64)> {
+    let pairs = |value: &dyn Fn(usize, &Measurement) -> f64, of: &dyn Fn(&LengthResidual) -> Option<f64>| {
         let rows = residuals.iter().zip(measurements).enumerate();
-        rows.filter_map(|(i, (residuals, m))| Some((value(i, m), residuals.as_ref()?.size))).collect()
+        rows.filter_map(|(i, (residuals, m))| Some((value(i, m), of(residuals.as_ref()?)?))).collect::<Vec<_>>()
     };
+    let sizes = |value: &dyn Fn(usize, &Measurement) -> f64| pairs(value, &|residual| Some(residual.size));
     const DRIFT: &str = "drift: something changed while measuring";
     const LOAD: &str = "yielding that the model lacks; try play of the drives, bearings that tilt (an arm's elbow first), elastic links";
     const POSE: &str = "a stiffness or an error that changes with the pose: links, bearings, gravity springs";
@@ -114,18 +115,11 @@ pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> V
         add(SIZE, format!("position of {label}"), POSE, sizes(&|_, m| m.at.drives[k]));
     }
     for axis in 0..3 {
-        let along = |value: &dyn Fn(usize, &Measurement) -> f64| -> Vec<(f64, f64)> {
-            let rows = residuals.iter().zip(measurements).enumerate();
-            rows.filter_map(|(i, (residuals, m))| Some((value(i, m), residuals.as_ref()?.along[axis]?))).collect()
-        };
+        let along = |value: &dyn Fn(usize, &Measurement) -> f64| pairs(value, &|residual| residual.along[axis]);
         add(ALONG[axis], "order of measuring".into(), DRIFT, along(&|i, _| i as f64));
         let force = |_: usize, m: &Measurement| m.load.force[axis] - m.reference.force[axis];
-        add(
-            ALONG[axis],
-            format!("force along {}", ["x", "y", "z"][axis]),
-            "yielding along the force that the model lacks",
-            along(&force),
-        );
+        let with = format!("force along {}", ["x", "y", "z"][axis]);
+        add(ALONG[axis], with, "yielding along the force that the model lacks", along(&force));
     }
     patterns
 }

@@ -1,10 +1,10 @@
 //! Predictions of an identified machine at other poses and loads: readings with their 95 % intervals.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::{
     IdentificationStudy, Identified, degrees_of_freedom,
-    fit::{Fit, Noise},
+    fit::Fit,
     measurements::{Measurement, Reading},
     model::{LoadedModel, Predicted},
     scatter,
@@ -36,14 +36,15 @@ pub fn predict(
 ) -> Result<Vec<std::result::Result<Vec<Prediction>, Failure>>> {
     let fit = &results.fit;
     let model = LoadedModel::new(&study.machine, &study.unknowns, &fit.x, &study.unknowns)?;
-    let null_space = DMatrix::from_fn(fit.x.len(), fit.null_space.len(), |i, j| fit.null_space[j][i]);
     let quantile = scatter::half_width(degrees_of_freedom(study, fit));
-    let scatters = [false, true].map(|is_rotation| ResidualScatter::of(study, fit, is_rotation));
+    let scatters = [false, true].map(|is_rotation| residual_stds(study, fit, is_rotation));
     let interval = |predicted: &Predicted, i: usize, reading: &Reading| {
         let slopes: DVector<f64> = predicted.slopes.row(i).transpose();
         let by_numbers = slopes.dot(&(&fit.covariance * &slopes)).max(0.0).sqrt();
-        let is_unidentifiable = (null_space.transpose() * &slopes).amax() > UNIDENTIFIABLE * slopes.amax();
-        let [misfit, noise] = scatters[usize::from(reading.quantity.is_rotation())].reading_stds(study.noise, reading);
+        let least = UNIDENTIFIABLE * slopes.amax();
+        let is_unidentifiable = fit.null_space.iter().any(|direction| direction.dot(&slopes).abs() > least);
+        let [misfit, noise] = scatters[usize::from(reading.quantity.is_rotation())];
+        let noise = study.noise.given_std(reading).unwrap_or(if study.noise.is_estimated { 0.0 } else { noise });
         let stds = [if is_unidentifiable { f64::INFINITY } else { by_numbers }, misfit, noise];
         (quantile * stds.iter().map(|std| std * std).sum::<f64>().sqrt(), stds)
     };
@@ -60,13 +61,18 @@ pub fn predict_as_is(
     Ok(predictions(&model, poses, |_, _, _| (f64::INFINITY, [f64::INFINITY; 3])))
 }
 
-/// Predicts the readings of each pose by `model`; `interval` returns half the 95 % interval of a reading and the standard deviations in it.
+/// Predicts the readings of each pose by `model`, displacements of the tool tip where it has none; `interval` returns half the 95 %
+/// interval of a reading and the standard deviations in it.
 fn predictions(
     model: &LoadedModel,
     poses: &[Measurement],
     interval: impl Fn(&Predicted, usize, &Reading) -> (f64, [f64; 3]),
 ) -> Vec<std::result::Result<Vec<Prediction>, Failure>> {
-    let planned = with_readings_to_predict(poses);
+    let with_readings = |pose: &Measurement| match pose.readings.is_empty() {
+        true => Measurement { readings: Reading::planned_displacements(), ..pose.clone() },
+        false => pose.clone(),
+    };
+    let planned: Vec<Measurement> = poses.iter().map(with_readings).collect();
     let of_pose = |predicted: Predicted, plan: &Measurement, pose: &Measurement| {
         let each = plan.readings.iter().enumerate().map(|(i, reading)| {
             let (half_width, stds) = interval(&predicted, i, reading);
@@ -82,42 +88,19 @@ fn predictions(
 /// Largest change along the null space, over the largest change by any unknown, of a reading that does not depend on it.
 const UNIDENTIFIABLE: f64 = 1e-6;
 
-/// Returns `poses` with the readings to predict: those of the row, or displacements of the tool tip where it has none.
-fn with_readings_to_predict(poses: &[Measurement]) -> Vec<Measurement> {
-    let readings = |pose: &Measurement| match pose.readings.is_empty() {
-        true => Reading::planned_displacements(),
-        false => pose.readings.clone(),
-    };
-    poses.iter().map(|row| Measurement { readings: readings(row), ..row.clone() }).collect()
-}
-
-/// Scatter of the residuals of lengths, or of rotations.
-struct ResidualScatter {
-    /// Standard deviation of residuals beyond the given noise, mm or rad; infinite where no reading of the kind was fitted.
-    misfit: f64,
-    /// Root mean square noise of the fitted readings, mm or rad.
-    noise: f64,
-}
-
-impl ResidualScatter {
-    /// Returns the scatter of the residuals of the fitted rotations, or lengths.
-    fn of(study: &IdentificationStudy, fit: &Fit, is_rotation: bool) -> Self {
-        let readings = study.measurements.iter().flat_map(|measurement| &measurement.readings).zip(&fit.stds);
-        let squares: Vec<f64> = readings
-            .filter(|(reading, _)| reading.quantity.is_rotation() == is_rotation)
-            .map(|(_, std)| std * std)
-            .collect();
-        if squares.is_empty() {
-            return Self { misfit: f64::INFINITY, noise: f64::INFINITY };
-        }
-        let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-        let share = if study.noise.is_estimated { 1.0 } else { (fit.scale * fit.scale - 1.0).max(0.0).sqrt() };
-        Self { misfit: noise * share, noise }
+/// Returns what the model leaves of the fitted rotations, or lengths, beyond the given noise, and their noise: standard deviations, mm or
+/// rad; infinite where none was fitted.
+fn residual_stds(study: &IdentificationStudy, fit: &Fit, is_rotation: bool) -> [f64; 2] {
+    let readings = study.measurements.iter().flat_map(|measurement| &measurement.readings).zip(&fit.stds);
+    let of_kind = readings.filter(|(reading, _)| reading.quantity.is_rotation() == is_rotation);
+    let squares: Vec<f64> = of_kind.map(|(_, std)| std * std).collect();
+    if squares.is_empty() {
+        return [f64::INFINITY; 2];
     }
-
-    /// Returns the standard deviations of a reading by the misfit of the model and by its own noise, mm or rad.
-    fn reading_stds(&self, noise: Noise, reading: &Reading) -> [f64; 2] {
-        let other = if noise.is_estimated { 0.0 } else { noise.given_std(reading).unwrap_or(self.noise) };
-        [self.misfit, reading.std.unwrap_or(other)]
-    }
+    let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    // A fit follows what readings of a pose share more than it follows independent ones.
+    let (count, unknowns) = ((study.reading_count() + study.priors.len()) as f64, fit.x.len() as f64);
+    let wider = (count - unknowns).max(1.0) / (count - fit.design_effect * unknowns).max(1.0);
+    let share = if study.noise.is_estimated { wider } else { (fit.scale * fit.scale * wider - 1.0).max(0.0) };
+    [noise * share.sqrt(), noise]
 }

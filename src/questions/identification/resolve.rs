@@ -50,12 +50,13 @@ impl Question for IdentificationStudy {
         }
         let noise = noise(spec, &measured, check)?;
         let readings: usize = measured.iter().map(|measurement| measurement.readings.len()).sum();
-        let folds = spec.folds.unwrap_or(FOLDS.min(measured.len()));
-        if spec.folds.is_some() && measured.len() < 2 {
-            return check.key("folds").fail("has no effect: there is one measurement, which no other predicts".into());
-        }
-        if spec.folds.is_some() && !(2..=measured.len()).contains(&folds) {
-            let problem = format!("must be from 2 to {}, the number of measurements, got {folds}", measured.len());
+        let poses = measurements::pose_numbers(&measured).into_iter().max().map_or(0, |last| last + 1);
+        let folds = spec.folds.unwrap_or(FOLDS.min(poses));
+        if spec.folds.is_some() && !(2..=poses).contains(&folds) {
+            let problem = match poses {
+                1 => "has no effect: there is one pose, which no other predicts".into(),
+                _ => format!("must be from 2 to {poses}, the number of poses, got {folds}"),
+            };
             return check.key("folds").fail(problem);
         }
         if noise.is_estimated && readings + spec.prior.len() <= found.len() {

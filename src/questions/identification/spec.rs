@@ -20,7 +20,7 @@ pub struct IdentificationSpec {
     /// Loss function, which says how much outliers count.
     #[serde(default)]
     pub loss: LossSpec,
-    /// Number of folds in cross-validation; 5 if not given.
+    /// Number of folds in cross-validation, of whole poses; 5 if not given.
     pub folds: Option<usize>,
     /// Whether intervals are computed from the profile likelihood as well; if not given, for up to 20 unknowns.
     pub profile: Option<bool>,

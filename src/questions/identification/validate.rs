@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{
     fit::{Fit, Search},
-    measurements::{Measurement, Quantity},
+    measurements::{Measurement, Quantity, Reading, pose_numbers},
     model::predict_values,
     scatter::PER_MEDIAN,
 };
@@ -36,8 +36,8 @@ pub fn leave_one_out(fit: &Fit, measurements: &[Measurement]) -> Vec<f64> {
     residuals
 }
 
-/// Returns the residuals of all readings in k-fold cross-validation, mm and rad, by fits to the other folds from coordinates `start`. `Err`
-/// if the work was stopped; the inner one if a fit or prediction failed.
+/// Returns the residuals of all readings in k-fold cross-validation, mm and rad, by fits to the other folds from coordinates `start`; rows of
+/// one pose are in one fold. `Err` if the work was stopped; the inner one if a fit or prediction failed.
 pub fn k_fold_residuals(
     search: &Search<'_>,
     start: &DVector<f64>,
@@ -46,13 +46,13 @@ pub fn k_fold_residuals(
     work: &Work,
 ) -> Result<std::result::Result<Vec<f64>, Failure>> {
     let mut residuals: Vec<Vec<f64>> = vec![Vec::new(); measurements.len()];
+    let poses = pose_numbers(measurements);
     for fold in 0..folds {
         work.check()?;
-        let is_in_fold = |i: &usize| i % folds == fold;
-        let training: Vec<&Measurement> =
-            (0..measurements.len()).filter(|i| !is_in_fold(i)).map(|i| &measurements[i]).collect();
-        let fold_indices: Vec<usize> = (0..measurements.len()).filter(is_in_fold).collect();
-        let tested: Vec<&Measurement> = fold_indices.iter().map(|&i| &measurements[i]).collect();
+        let (inside, outside): (Vec<usize>, Vec<usize>) =
+            (0..measurements.len()).partition(|i| poses[*i] % folds == fold);
+        let [tested, training] =
+            [&inside, &outside].map(|own| own.iter().map(|&i| &measurements[i]).collect::<Vec<_>>());
         let refit = search.fit(&training, start);
         let prediction = refit.and_then(|fit| predict_values(search.machine, search.unknowns, &fit.x, &tested));
         let predicted = match prediction {
@@ -60,7 +60,7 @@ pub fn k_fold_residuals(
             Err((_, failure)) => return Ok(Err(failure)),
         };
         let mut first = 0;
-        for &i in &fold_indices {
+        for &i in &inside {
             let readings = &measurements[i].readings;
             let errors = readings.iter().enumerate().map(|(k, reading)| reading.value - predicted[first + k]);
             residuals[i] = errors.collect();
@@ -111,14 +111,13 @@ pub fn outliers(fit: &Fit, measurements: &[Measurement]) -> Vec<Outlier> {
     sizes.sort_by(f64::total_cmp);
     let typical = PER_MEDIAN * sizes[sizes.len() / 2];
     let readings = measurements.iter().enumerate().flat_map(|(m, own)| own.readings.iter().map(move |r| (m, r)));
-    let mut far: Vec<(f64, Outlier)> = Vec::new();
-    for (i, (measurement, reading)) in readings.enumerate() {
-        let (residual, Some(size)) = (fit.residuals[i], all[i]) else { continue };
-        if size > FAR * typical && residual.abs() > ROUNDING {
-            let by = if reading.quantity.is_rotation() { residual.to_degrees() } else { residual };
-            far.push((size, Outlier { measurement, column: reading.column, by }));
-        }
-    }
+    let outlier = |(i, (measurement, reading)): (usize, (usize, &Reading))| {
+        let (residual, size) = (fit.residuals[i], all[i]?);
+        let by = if reading.quantity.is_rotation() { residual.to_degrees() } else { residual };
+        let is_far = size > FAR * typical && residual.abs() > ROUNDING;
+        is_far.then_some((size, Outlier { measurement, column: reading.column, by }))
+    };
+    let mut far: Vec<(f64, Outlier)> = readings.enumerate().filter_map(outlier).collect();
     far.sort_by(|a, b| b.0.total_cmp(&a.0));
     far.into_iter().map(|(_, own)| own).collect()
 }

@@ -35,10 +35,9 @@ fn parameter_bars(report: &Report<'_>) -> LineFigure {
     let bar = |(k, estimate): (usize, &Estimate)| {
         let (x, y) = (report.results.fit.x[k], (k + 1) as f64);
         let points = vec![(x - estimate.half_width, y), (x, y), (x + estimate.half_width, y)];
-        let label = if estimate.open.is_none() {
-            text::brief(estimate)
-        } else {
-            format!("{}: not identified", estimate.unknown.name)
+        let label = match estimate.open {
+            None => text::brief(estimate),
+            Some(_) => format!("{}: not identified", estimate.unknown.name),
         };
         LineSeries::new(format!("{} {label}", k + 1), points, false)
     };
@@ -61,21 +60,18 @@ struct Lengths {
 /// Returns the measured lengths and their residuals, grouped by axis or gauge.
 fn lengths(report: &Report<'_>) -> Vec<Lengths> {
     let mut all: Vec<Lengths> = Vec::new();
-    let mut i = 0;
-    for (order, measurement) in report.study.measurements.iter().enumerate() {
-        for reading in &measurement.readings {
-            let residual = report.results.fit.residuals[i];
-            i += 1;
-            if reading.quantity.is_rotation() {
-                continue;
-            }
-            let axis = AXES.iter().find(|axis| reading.column.ends_with(&format!("_{axis}_mm")));
-            let name = axis.map_or("gauge".to_string(), |axis| format!("along {axis}"));
-            let point = (order, reading.value, residual);
-            match all.iter_mut().find(|other| other.name == name) {
-                Some(group) => group.points.push(point),
-                None => all.push(Lengths { name, points: vec![point] }),
-            }
+    let rows = report.study.measurements.iter().enumerate();
+    let readings = rows.flat_map(|(order, row)| row.readings.iter().map(move |reading| (order, reading)));
+    for ((order, reading), residual) in readings.zip(&report.results.fit.residuals) {
+        if reading.quantity.is_rotation() {
+            continue;
+        }
+        let axis = AXES.iter().find(|axis| reading.column.ends_with(&format!("_{axis}_mm")));
+        let name = axis.map_or("gauge".to_string(), |axis| format!("along {axis}"));
+        let point = (order, reading.value, *residual);
+        match all.iter_mut().find(|other| other.name == name) {
+            Some(group) => group.points.push(point),
+            None => all.push(Lengths { name, points: vec![point] }),
         }
     }
     all
@@ -126,11 +122,8 @@ fn force(row: &Measurement) -> Vector3<f64> {
 /// Draws the residuals over the direction of the force in the x–y plane of O.
 fn over_direction(report: &Report<'_>) -> LineFigure {
     let angle = |_, row: &Measurement| libm::atan2(force(row).y, force(row).x).to_degrees();
-    plot_over(
-        report,
-        ["Residuals of the fit against the direction of the force", "direction in the x–y plane of O, from x to y [°]"],
-        angle,
-    )
+    let title = "Residuals of the fit against the direction of the force";
+    plot_over(report, [title, "direction in the x–y plane of O, from x to y [°]"], angle)
 }
 
 /// Draws the size of the residual over the position of each drive, as a share of the range in which it was measured.
