@@ -222,14 +222,14 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_375),
     (&["src/toolpath"], 15_840),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_690),
-    (&["src/simulation", "src/redundancy"], 4_855),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_830),
+    (&["src/simulation", "src/redundancy"], 4_910),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_540),
     (&["src/figures", "src/page"], 9_375),
-    (&["src/questions"], 23_770),
+    (&["src/questions"], 23_990),
     (&["src/products", "src/inspect", "src/explore"], 9_290),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 101_810),
+    (&["crates/engine/src", "crates/input/src", "src"], 102_240),
 ];
 
 #[test]
