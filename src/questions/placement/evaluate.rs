@@ -42,6 +42,7 @@ pub struct Evaluator {
     exact: ExactMode,
     pub(super) features: Vec<PreparedFeature>,
     /// Machines of the draws, for each feature, or why there are none; `None` where the objective does not ask for them.
+    #[cfg(not(target_family = "wasm"))]
     pub(super) drawn: std::result::Result<Option<Vec<DrawnMachines>>, String>,
     /// Sum of the shares of all features: 1 up to multiples of [`GRAIN`].
     share: f64,
@@ -118,14 +119,17 @@ impl Evaluator {
         };
         needs.bounded &= study.has_limits();
         needs.across &= study.objective.has(Metric::WorstAcrossPath);
+        needs.uncertain &= study.objective.has(Metric::P95Deflection);
         // Pages compute with nominal numbers.
-        needs.uncertain &= study.objective.has(Metric::P95Deflection) && !cfg!(target_family = "wasm");
-        let asked = study.features.iter().filter(|_| needs.uncertain);
-        let of_feature = |job: &FeatureJob| {
-            let found = DrawnMachines::new(job.uncertainty.as_deref(), &job.machines, &job.errors);
-            found.map_err(|error| error.to_string())
+        #[cfg(not(target_family = "wasm"))]
+        let drawn = {
+            let asked = study.features.iter().filter(|_| needs.uncertain);
+            let of_feature = |job: &FeatureJob| {
+                let found = DrawnMachines::new(job.uncertainty.as_deref(), &job.machines, &job.errors);
+                found.map_err(|error| error.to_string())
+            };
+            asked.map(of_feature).collect()
         };
-        let drawn = asked.map(of_feature).collect();
         let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
         let share = features.iter().map(|feature| feature.share).sum();
         Self {
@@ -137,6 +141,7 @@ impl Evaluator {
             asks_bounded,
             exact,
             features,
+            #[cfg(not(target_family = "wasm"))]
             drawn,
             share,
             levels,
@@ -345,6 +350,7 @@ impl Evaluator {
         if self.needs.bounded {
             ResidualTally::perfect().write_into(&mut metrics);
         }
+        #[cfg(not(target_family = "wasm"))]
         if self.needs.uncertain {
             let is_bounded =
                 self.study.features.iter().flat_map(|job| &job.uncertainty).all(|own| own.has_nominal_medians());
@@ -373,6 +379,7 @@ impl Evaluator {
         if self.needs.bounded {
             self.correct_within_limits(partial, &mut evaluation);
         }
+        #[cfg(not(target_family = "wasm"))]
         if self.needs.uncertain {
             uncertain::write_metrics(self, &partial.site, self.levels, &mut evaluation.metrics)?;
         }
@@ -430,14 +437,16 @@ impl Evaluator {
         let mut partial = self.begin_evaluation(site).ok()?;
         while partial.level < self.levels {
             self.add_level(&mut partial).ok()?;
-            let mut best = self.best_possible(&partial);
+            let best = self.best_possible(&partial);
             if value(&best) >= below {
                 return None;
             }
             // A few points tell most places apart, at a part of the price.
+            #[cfg(not(target_family = "wasm"))]
             if self.needs.uncertain && partial.level == 1 && self.levels > 1 {
-                uncertain::write_metrics(self, site, partial.level, &mut best).ok()?;
-                if value(&best) >= below {
+                let mut of_few = best;
+                uncertain::write_metrics(self, site, partial.level, &mut of_few).ok()?;
+                if value(&of_few) >= below {
                     return None;
                 }
             }

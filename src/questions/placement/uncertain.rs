@@ -86,6 +86,7 @@ pub(super) fn add_spread(
 
 /// Writes the metrics of the distribution without compensation at `site`, as estimated, over the points of the levels before `level`, into `metrics`. `Err`
 /// says why there is none.
+#[cfg(not(target_family = "wasm"))]
 pub(super) fn write_metrics(
     evaluator: &Evaluator,
     site: &Site,
