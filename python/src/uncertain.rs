@@ -59,7 +59,10 @@ impl Uncertainty {
         }
         let own = uncertainty::Uncertainty::from_toml(toml, origin, folder, machine.own()).map_err(raised)?;
         if let Some(setup) = own.setups().next() {
-            return Err(refused("table", &format!("{setup} is no deflection of the machine: expected it in a path or a program")));
+            return Err(refused(
+                "table",
+                &format!("{setup} is no deflection of the machine: expected it in a path or a program"),
+            ));
         }
         let names = own.parameters.iter().flat_map(|parameter| &parameter.values).map(|(name, _)| name.clone());
         Ok(Self { names: names.collect(), machines: machine.machines().clone(), own })
