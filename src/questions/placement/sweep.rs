@@ -63,7 +63,7 @@ impl Cell {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 enum State {
     Open(PartialEvaluation),
-    Closed(Verdict),
+    Closed(Box<Verdict>),
 }
 
 impl State {
@@ -89,7 +89,7 @@ pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) 
         step_open_states(&mut states, &work.part("rest"), |state| complete(evaluator, state, work))?;
         work.barrier()?;
         let verdict = |state| match state {
-            State::Closed(verdict) => verdict,
+            State::Closed(verdict) => *verdict,
             // No state is open once all are complete.
             State::Open(partial) => Verdict::Pruned(evaluator.best_possible(&partial)),
         };
@@ -153,7 +153,7 @@ fn step_open_states(states: &mut [State], work: &Work, step: impl Fn(&mut State)
 /// Returns the state of a place that has its verdict, and reports the place to `work` as computed.
 fn closed_state(verdict: Verdict, work: &Work) -> State {
     work.tell(Event::Computed(1));
-    State::Closed(verdict)
+    State::Closed(Box::new(verdict))
 }
 
 /// Evaluates the next level of an open state; closes it if the workpiece cannot be cut there.
@@ -212,8 +212,11 @@ fn prune(evaluator: &Evaluator, study: &PlacementStudy, states: &mut [State], wo
     let known: Vec<Metrics> = states
         .iter()
         .filter_map(|state| match state {
-            State::Closed(Verdict::Complete(metrics)) => Some(*metrics),
-            _ => None,
+            State::Closed(verdict) => match **verdict {
+                Verdict::Complete(metrics) => Some(metrics),
+                _ => None,
+            },
+            State::Open(_) => None,
         })
         .collect();
     let mut values: Vec<f64> = known.iter().map(|metrics| study.objective.value(metrics)).collect();
