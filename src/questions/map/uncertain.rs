@@ -1,9 +1,8 @@
 //! Spread of the deflection by all sources at grid points, where inputs are uncertain.
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
-use super::{SessionGroup, WorkspaceMapStudy, run_range};
+use super::{SessionGroup, WorkspaceMapStudy};
 use crate::{
     compensation::{Method, TaskPoint},
     input::error,
@@ -13,7 +12,6 @@ use crate::{
         Failure, Machines, Source,
         spread::{DeflectionSpread, Draw, DrawnMachines, WantedSpread, under},
     },
-    spatial::Grid,
     statics::Batch,
     work::Work,
 };
@@ -111,47 +109,6 @@ fn largest_displacement(
         }
     }
     Ok(largest)
-}
-
-/// What becomes of the largest 95 % quantile of a map if its main cause is measured.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Advice {
-    /// The cause.
-    pub cause: String,
-    /// How well it is known then.
-    pub known: String,
-    /// The quantile as it is, and then, mm.
-    pub p95_mm: [f64; 2],
-}
-
-/// Solves `study` anew at `position` of P (O, mm), where the 95 % quantile is `p95_mm`, with each of `causes` measured, as far as it can be alone; returns what
-/// is worth most. `Err` if `work` is stopped, or an input makes no machine.
-pub(super) fn advise<'c>(
-    study: &WorkspaceMapStudy,
-    (position, p95_mm): ([f64; 3], f64),
-    causes: impl Iterator<Item = &'c str>,
-    work: &Work,
-) -> error::Result<Option<Advice>> {
-    let work = work.part("measured");
-    let measured = |cause: &str| -> error::Result<Option<Advice>> {
-        let Some((uncertainty, known)) = study.uncertainty.as_ref().and_then(|own| own.measured(cause)) else {
-            return Ok(None);
-        };
-        let grid = Grid { axes: position.map(|own| vec![own]) };
-        let there = WorkspaceMapStudy { grid, uncertainty: Some(uncertainty), scene: study.scene.clone() };
-        let points = run_range(&there, 0..1, &work)?;
-        let effect = points.first().and_then(|point| point.effect(Source::All));
-        let then = effect.and_then(|own| own.spread.as_ref()?.p95_mm);
-        Ok(then.map(|then| Advice { cause: cause.into(), known: known.into(), p95_mm: [p95_mm, then] }))
-    };
-    work.piece(
-        &0,
-        |_| 0,
-        || {
-            let all = causes.map(measured).collect::<error::Result<Vec<_>>>()?;
-            Ok(all.into_iter().flatten().min_by(|a, b| a.p95_mm[1].total_cmp(&b.p95_mm[1])))
-        },
-    )
 }
 
 /// Displacements at one point without load and then under each load, or why one of them is missing.

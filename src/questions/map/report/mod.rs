@@ -1,5 +1,6 @@
 //! Report of a workspace map, collected block by block, so that memory does not grow with the grid.
 
+mod advice;
 mod pictures;
 mod quantities;
 mod summary;
@@ -22,7 +23,7 @@ use crate::{
     process::ForceLaw,
     questions::{
         Answered,
-        map::{MapPoint, WorkspaceMapStudy, run_in_blocks, uncertain},
+        map::{MapPoint, WorkspaceMapStudy, run_in_blocks},
         over_workspace::Shown,
         spread_report,
     },
@@ -46,7 +47,7 @@ impl Answered for WorkspaceMapStudy {
             streams.write_block(&points)
         })?;
         if let Some(worst) = summary.worst {
-            summary.advice = uncertain::advise(self, worst, summary.spread.causes(), run.work)?;
+            summary.advice = advice::advise(self, worst, summary.spread.causes(), run.work)?;
         }
         let text = text(&summary, &shown.not_used);
         Ok(Output {

@@ -3,14 +3,15 @@
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::quantities::{
-    DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, drives,
+use super::{
+    advice::Advice,
+    quantities::{DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, drives},
 };
 use crate::{
     answer::{DriveQuantities, Quantity, QuantityExtremes, ShareWithin, ValueAt},
     files::StatusCount,
     questions::{
-        map::{MapPoint, SourceEffect, WorkspaceMapStudy, uncertain::Advice},
+        map::{MapPoint, SourceEffect, WorkspaceMapStudy},
         spread_report::{self, SpreadCounts, WithSpread},
     },
     simulation::{BySource, SOLVED, Source, spread::DeflectionSpread},

@@ -1,6 +1,7 @@
 //! Sentences and first screen of a map: best and worst deflection over the workspace, and the corrections of the drives.
 
 use super::{
+    advice::Advice,
     quantities::{DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE},
     summary::{AtAngle, SourceExtremes, Summary},
 };
@@ -13,7 +14,7 @@ use crate::{
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
     questions::{
-        map::{SourceEffect, WorkspaceMapStudy, uncertain::Advice},
+        map::{SourceEffect, WorkspaceMapStudy},
         spread_report,
     },
     simulation::{ROUNDING_MM, Source},
