@@ -226,10 +226,10 @@ const MOST_LINES: [(&[&str], usize); 10] = [
     (&["src/simulation", "src/redundancy"], 4_910),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_540),
     (&["src/figures", "src/page"], 9_375),
-    (&["src/questions"], 23_990),
+    (&["src/questions"], 24_015),
     (&["src/products", "src/inspect", "src/explore"], 9_290),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 102_240),
+    (&["crates/engine/src", "crates/input/src", "src"], 102_255),
 ];
 
 #[test]
