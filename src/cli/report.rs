@@ -6,7 +6,7 @@ use clap::Args;
 use kinetostat::{
     files::{Foreign, OutputFile, check_may_replace, prepare_beside, write_beside},
     input::error::{Error, Result},
-    page::{GENERATOR, PAGE, ResultFolder, comparison, page, probability_words},
+    page::{GENERATOR, PAGE, ResultFolder, comparison, page},
 };
 
 use super::{Ending, headline::sentences, print, reporting::begin_of};
@@ -48,12 +48,13 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
         (None, [folder]) => folder.path.join(PAGE),
         (None, _) => PathBuf::from("comparison.html"),
     };
-    if let (true, Some(words)) = (folders.len() > 1, probability_words(&folders)?) {
-        print(&sentences(&words))?;
-    }
     write_page(&out, arguments.force, || match folders.as_slice() {
         [folder] => page(folder, &out),
-        several => comparison(several, &out, arguments.tolerance),
+        several => {
+            let found = comparison(several, &out, arguments.tolerance)?;
+            found.probability.map_or(Ok(()), |words| print(&sentences(&words)))?;
+            Ok(found.page)
+        }
     })
 }
 

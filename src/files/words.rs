@@ -85,6 +85,12 @@ pub fn percent(share: f64) -> String {
     }
 }
 
+/// Formats a probability, a share of so many `draws`: that none of them, or each, does something does not make it impossible or certain.
+pub fn probability(share: f64, draws: usize) -> String {
+    let unseen = 2.0 / draws as f64;
+    percent(share.clamp(unseen, 1.0 - unseen))
+}
+
 /// Joins words to a list: "a", "a and b", "a, b and c".
 pub fn join_words(words: &[&str]) -> String {
     match words {

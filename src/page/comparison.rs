@@ -61,9 +61,18 @@ struct SettingRow {
     differs: bool,
 }
 
-/// Returns the comparison of `folders` as an HTML page that will lie at `out`. `tolerance` is the difference in mm from which one
+/// Results held against each other.
+#[derive(Debug)]
+pub struct Comparison {
+    /// The HTML page.
+    pub page: String,
+    /// With which probability one is better than another where inputs are uncertain, or why that is not known; `None` where all inputs are exact.
+    pub probability: Option<String>,
+}
+
+/// Returns the comparison of `folders`, whose page will lie at `out`. `tolerance` is the difference in mm from which one
 /// matters; by default that of the first study that has one. `Err` for no or too many folders, different kinds, or unreadable files.
-pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) -> Result<String> {
+pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) -> Result<Comparison> {
     let first = check_comparable(folders)?;
     let letters: Vec<char> = ('A'..).take(folders.len()).collect();
     let mut notes = Vec::new();
@@ -88,13 +97,13 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     let headline = views.iter().find(|aligned| writer(aligned).main_quantity().is_some());
     let is_of_places = best_places.is_some();
     let nominal = best_places.or_else(|| writer(headline?).verdict());
-    let verdict = match compare_draws(folders)? {
-        Some(Ok(drawn)) => Some(drawn.before(nominal)),
+    let (probability, verdict) = match compare_draws(folders)? {
+        Some(Ok(drawn)) => (Some(drawn.sentence.clone()), Some(drawn.before(nominal))),
         Some(Err(words)) => {
-            notes.push(words);
-            nominal
+            notes.push(words.clone());
+            (Some(words), nominal)
         }
-        None => nominal,
+        None => (None, nominal),
     };
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
         let quantity = writer(aligned).main_quantity()?;
@@ -134,14 +143,7 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         rules: rule_sentences(&floors, tolerance.as_ref()),
         manifest: setting_rows(manifest.map(Iterator::collect).collect()),
     };
-    render("comparison.html", &context)
-}
-
-/// Returns with which probability one of `folders` is better than another where inputs are uncertain, or why that is not known, as a sentence; `None` where all
-/// inputs are exact. `Err` as [`comparison`].
-pub fn probability_words(folders: &[ResultFolder]) -> Result<Option<String>> {
-    check_comparable(folders)?;
-    Ok(compare_draws(folders)?.map(|found| found.map_or_else(|words| words, |drawn| drawn.sentence)))
+    Ok(Comparison { page: render("comparison.html", &context)?, probability })
 }
 
 /// Returns the question that all studies ask, or a general one if they differ.

@@ -8,10 +8,10 @@ use super::{
     verdict::{LargeNumber, Verdict},
 };
 use crate::{
-    files::words::{counted, millimetres, percent},
+    files::words::{counted, millimetres, probability},
     input::error::Result,
     process::uncertainty::P95,
-    simulation::spread_along::share_larger,
+    simulation::spread_along::{is_larger, share_larger},
 };
 
 /// The largest distance from the path without compensation and with it: key in the summary, column of `draws.csv`, words.
@@ -79,11 +79,10 @@ impl Draws {
 
 /// Probability that `sizes` is smaller than `than` by more than what is alike: draw by draw where they are the `same` draws, else over all pairs.
 fn share_smaller(sizes: &[f64], than: &[f64], same: bool) -> f64 {
+    let larger = |size: &f64| than.iter().filter(|than| is_larger(**than, *size, 0.0)).count();
     match same {
         true => share_larger(than, sizes, 0.0),
-        false => {
-            sizes.iter().map(|size| share_larger(than, &vec![*size; than.len()], 0.0)).sum::<f64>() / sizes.len() as f64
-        }
+        false => sizes.iter().map(larger).sum::<usize>() as f64 / (sizes.len() * than.len()) as f64,
     }
 }
 
@@ -154,11 +153,9 @@ fn verdict(draws: &[Draws], letters: &[char]) -> DrawnVerdict {
             let (of_first, of_other) = (share(0, other), share(other, 0));
             let [better, worse] = if of_first >= of_other { [0, other] } else { [other, 0] };
             let (most, least) = (of_first.max(of_other), of_first.min(of_other));
-            let unseen = 2.0 / sizes(0).len() as f64;
-            let probability = |share: f64| percent(share.clamp(unseen, 1.0 - unseen));
             let [name, other_name] = [better, worse].map(|who| letters[who]);
             let p95 = format!("95 % quantile {} against {}", draws[better].p95(which), draws[worse].p95(which));
-            let (sure, unsure) = (probability(most), probability(least));
+            let [sure, unsure] = [most, least].map(|share| probability(share, sizes(0).len()));
             sentences.extend(is_first.then(|| match most >= P95 {
                 true => format!(
                     "{name} is better than {other_name} with {sure} probability: its largest distance from the path, {words}, is smaller by more \

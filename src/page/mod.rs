@@ -23,7 +23,7 @@ mod template;
 mod verdict;
 pub mod winners;
 
-pub use comparison::{comparison, probability_words};
+pub use comparison::{Comparison, comparison};
 pub use description::{
     Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, Section, Shape,
     SmallTable, TableNote,

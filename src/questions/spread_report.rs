@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::{
     answer::Quantity,
-    files::words::{counted, join_words, listed_up_to, millimetres, percent},
+    files::words::{self, counted, join_words, listed_up_to, millimetres, percent},
     page::{Fact, headline::KeyNumber, table::format_number},
     process::uncertainty::{
         ASSUMED_RELATIVE_STD, Cause, Draws, ModelError, P95, Role, SpreadSource, UncertainParameter, Uncertainty,
@@ -160,10 +160,21 @@ pub(crate) fn counted_inputs(uncertainty: &Uncertainty) -> String {
     join_words(&words.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
-/// Formats a probability: that no draw, or each, does something does not make it impossible or certain.
+/// Formats a probability that is a share of all draws.
 pub(crate) fn probability(share: f64) -> String {
-    let unseen = 2.0 / Draws::COUNT as f64;
-    percent(share.clamp(unseen, 1.0 - unseen))
+    words::probability(share, Draws::COUNT)
+}
+
+/// Returns the caution of `what`, such as "the map", that errors of the setup are no part of it; empty where there are none.
+pub(crate) fn setups_left_out(uncertainty: Option<&Uncertainty>, what: &str) -> String {
+    let setups: Vec<&str> = uncertainty.into_iter().flat_map(Uncertainty::setups).collect();
+    match setups[..] {
+        [] => String::new(),
+        _ => format!(
+            "Not in {what}, as it is no deflection: the error of {}. A path or a program has it.\n",
+            join_words(&setups)
+        ),
+    }
 }
 
 /// Words for the first screen: how inputs were taken.

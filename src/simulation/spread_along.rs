@@ -306,10 +306,15 @@ pub(crate) fn whole(
 /// Largest difference at which two distances are alike, as a share: what the estimate is good for.
 pub(crate) const ALIKE: f64 = 0.005;
 
-/// Share of the draws, as far as both are known, in which `sizes` is larger than `than` by more than what is alike and by more than `margin_mm`.
+/// Whether `size` is larger than `than`, mm, by more than what is alike and by more than `margin_mm`.
+pub(crate) fn is_larger(size: f64, than: f64, margin_mm: f64) -> bool {
+    size > than * (1.0 + ALIKE) + margin_mm + ROUNDING_MM
+}
+
+/// Share of the draws, as far as both are known, in which `sizes` [is larger](is_larger) than `than`.
 pub(crate) fn share_larger(sizes: &[f64], than: &[f64], margin_mm: f64) -> f64 {
     let pairs = || sizes.iter().zip(than);
-    let larger = pairs().filter(|(size, than)| **size > **than * (1.0 + ALIKE) + margin_mm + ROUNDING_MM).count();
+    let larger = pairs().filter(|(size, than)| is_larger(**size, **than, margin_mm)).count();
     larger as f64 / pairs().count().max(1) as f64
 }
 

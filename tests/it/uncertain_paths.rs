@@ -26,6 +26,19 @@ fn study_of(machine: &str, process: &str, uncertainty: &str, path: &str) -> Stri
     study_text(machine, process, uncertainty, &format!("[path]\nmethods = [\"direct\"]\n{path}"))
 }
 
+/// Where the workpiece stands so that the lever's tip is moved along its slide, and a force along the feed: radial, tangential, axial, N.
+const ALONG: (&str, [f64; 3]) = ("[0.0, 0.0, 50.0]", [0.0, 1000.0, 0.0]);
+
+/// A machine like the lever, moved along x from -0.5 to 0.5 mm.
+fn on_lever(machine: &str, (origin_mm, load): (&str, [f64; 3]), uncertainty: &str) -> PathResults {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lever.toml"), machine).unwrap();
+    let process = format!("process.placement = {{ origin_mm = {origin_mm} }}\n{}", force(load[0], load[1], load[2]));
+    let path = "line = { start_mm = [-0.5, 0.0, 0.0], end_mm = [0.5, 0.0, 0.0] }";
+    let text = study_of("lever.toml", &process, uncertainty, path);
+    path::run(&path_study(folder.path().to_path_buf(), &text), &Work::default()).unwrap()
+}
+
 /// A slide that is moved along x under a force along y: force over stiffness is lognormal, and what the nominal correction leaves has known quantiles.
 #[test]
 fn what_a_compensation_leaves_on_a_lever_has_the_exact_quantiles() {
@@ -86,12 +99,7 @@ fn what_a_compensation_leaves_on_a_lever_has_the_exact_quantiles() {
 /// What the model leaves out is what is left of a compensation: a length with three normal components.
 #[test]
 fn a_model_that_leaves_something_out_is_not_compensated() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
-    let process = "process.placement = { origin_mm = [0.0, 0.0, 50.0] }\n".to_string() + &force(0.0, 1000.0, 0.0);
-    let path = "line = { start_mm = [-0.5, 0.0, 0.0], end_mm = [0.5, 0.0, 0.0] }";
-    let text = study_of("lever.toml", &process, "[uncertainty.model]\nrelative_std = 0.3", path);
-    let found = path::run(&path_study(folder.path().to_path_buf(), &text), &Work::default()).unwrap();
+    let found = on_lever(LEVER, ALONG, "[uncertainty.model]\nrelative_std = 0.3");
     let whole = found.spread.unwrap().compensated.unwrap();
     // Quantiles of the length of three standard normal numbers.
     for (found, chi) in [(whole.spread.p95_mm, 2.795_483), (whole.spread.median_mm, 1.538_172)] {
@@ -104,21 +112,13 @@ fn a_model_that_leaves_something_out_is_not_compensated() {
 /// Errors of the setup are what is left where everything else is exact: a length with three normal components, and with one along the tool.
 #[test]
 fn a_setup_that_is_not_exact_is_not_compensated() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
-    let process = "process.placement = { origin_mm = [0.0, 0.0, 50.0] }\n".to_string() + &force(0.0, 1000.0, 0.0);
-    let path = "line = { start_mm = [-0.5, 0.0, 0.0], end_mm = [0.5, 0.0, 0.0] }";
-    let run = |uncertainty: &str| {
-        let text = study_of("lever.toml", &process, &format!("[uncertainty.process]\n{uncertainty}"), path);
-        path::run(&path_study(folder.path().to_path_buf(), &text), &Work::default()).unwrap()
-    };
     let chi = [2.795_483, 1.538_172];
     let normal = [normal_quantile(0.975), normal_quantile(0.75)];
     for (uncertainty, exact) in [
         ("workpiece_position_mm = { std = 0.03 }", chi.map(|own| 0.03 * own)),
         ("tool_length_mm = { std = 0.02 }", normal.map(|own| 0.02 * own)),
     ] {
-        let found = run(uncertainty);
+        let found = on_lever(LEVER, ALONG, &format!("[uncertainty.process]\n{uncertainty}"));
         let whole = found.spread.clone().unwrap().compensated.unwrap();
         for (found, exact) in [whole.spread.p95_mm, whole.spread.median_mm].into_iter().zip(exact) {
             assert!((found.unwrap() / exact - 1.0).abs() < 0.01, "{uncertainty}: {found:?} instead of {exact}");
@@ -131,11 +131,8 @@ fn a_setup_that_is_not_exact_is_not_compensated() {
     // A tool that lies along the slide, which the axial force pushes back by 0.1 mm: what it is longer by takes from that.
     let sideways =
         LEVER.replace("tool_tip_mm = [0.0, 0.0, 50.0]", "tool_tip_mm = [50.0, 0.0, 0.0]\ntool_axis = [1.0, 0.0, 0.0]");
-    std::fs::write(folder.path().join("lever.toml"), sideways).unwrap();
-    let process = "process.placement = { origin_mm = [50.0, 0.0, 0.0] }\n".to_string() + &force(0.0, 0.0, -1000.0);
     let uncertainty = "[uncertainty.process]\ntool_length_mm = { uniform = [0.0, 0.02] }";
-    let text = study_of("lever.toml", &process, uncertainty, path);
-    let found = path::run(&path_study(folder.path().to_path_buf(), &text), &Work::default()).unwrap();
+    let found = on_lever(&sideways, ("[50.0, 0.0, 0.0]", [0.0, 0.0, -1000.0]), uncertainty);
     let plain = found.whole.sources[Source::All][0].spread.as_ref().unwrap().plain.clone();
     assert!((plain.median_mm.unwrap() - 0.09).abs() < 2e-4, "{plain:?}");
 }

@@ -29,8 +29,8 @@ pub struct Draws {
     pub from_weakest: Vec<Vec<usize>>,
     /// Largest compliance of any stiffness over its nominal one in any draw, times the factor of the force or not.
     pub weakest: f64,
-    /// Matrix whose products with independent numbers are those of `correlated`, and the number from which all are made.
-    pub(super) origin: (DMatrix<f64>, u32),
+    /// Matrix whose products with independent numbers are those of `correlated`.
+    pub(super) factor: DMatrix<f64>,
 }
 
 impl Draws {
@@ -98,7 +98,7 @@ impl Draws {
             model_range,
             from_weakest,
             weakest,
-            origin: (factor.clone(), seed),
+            factor: factor.clone(),
         }
     }
 

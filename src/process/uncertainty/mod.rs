@@ -154,9 +154,6 @@ pub struct ModelError {
     pub source: SpreadSource,
 }
 
-/// What the best models fitted to the displacements of a measured arm left out of others of them (FANUC R-2000iC).
-const FITTED_MODEL_ERROR: f64 = 0.19;
-
 /// What may spread a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cause {
@@ -278,12 +275,12 @@ impl Uncertainty {
                 words
             }
             Cause::Model if self.model.source == SpreadSource::Assumed => {
-                own.model.relative_std = FITTED_MODEL_ERROR;
+                own.model.relative_std = resolve::FITTED_MODEL_ERROR;
                 "at 19 %, as by the best model fitted to a measured robot"
             }
             Cause::Model => return None,
         };
-        let Draws { correlated, origin: (factor, seed), .. } = &self.draws;
+        let Draws { correlated, factor, seed, .. } = &self.draws;
         own.draws = Draws::new(&own.parameters, (correlated, factor), (own.force, own.model.relative_std), *seed);
         Some((own, words))
     }
@@ -321,10 +318,14 @@ impl Uncertainty {
         (0..self.parameters.len()).filter_map(moved).sum()
     }
 
+    /// Whether a number of the machine or the force varies, and not the setup alone.
+    pub fn varies_machine_or_force(&self) -> bool {
+        self.force.is_some() || self.setups().count() < self.parameters.len()
+    }
+
     /// Names of what is set up and not exact.
     pub fn setups(&self) -> impl Iterator<Item = &str> {
-        let is_setup = |own: &&UncertainParameter| matches!(own.role, Role::Setup(_));
-        self.parameters.iter().filter(is_setup).map(UncertainParameter::name)
+        self.parameters.iter().filter(|own| matches!(own.role, Role::Setup(_))).map(UncertainParameter::name)
     }
 
     /// Which ends of `parameter` are solved: both, but of an error of a chain, which is small and acts linearly, the farther; of a setup none.

@@ -26,6 +26,8 @@ const MOST_PARAMETERS: usize = 200;
 /// What the model of a machine leaves out of which nobody says it: as much of its displacements as that of a measured arm left, with published
 /// stiffnesses (FANUC R-2000iC, `studies/07_robot_arm`).
 const MODEL_ERROR: f64 = 0.26;
+/// What the best models fitted to others of its displacements left out.
+pub(super) const FITTED_MODEL_ERROR: f64 = 0.19;
 /// Largest standard deviation over the nominal value.
 pub(super) const LARGEST_RELATIVE_STD: f64 = 2.0;
 /// Standard deviation over the value of stiffnesses and masses that a machine file grades as assumed: they are known to ten or

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::summary::AtAngle;
 use crate::{
+    answer::ValueAt,
     input::error,
     questions::map::{WorkspaceMapStudy, run_range},
     simulation::Source,
@@ -21,11 +23,10 @@ pub(super) struct Advice {
     pub p95_mm: [f64; 2],
 }
 
-/// Solves `study` anew at `position` of P (O, mm), where the 95 % quantile is `p95_mm`, with each of `causes` measured, as far as it can be alone; returns what
-/// is worth most. `Err` if `work` is stopped, or an input makes no machine.
+/// Solves `study` anew where the 95 % quantile is the largest, `worst`, with each of `causes` measured, as far as it can be alone; returns what is worth most. `Err` if `work` is stopped, or an input makes no machine.
 pub(super) fn advise<'c>(
     study: &WorkspaceMapStudy,
-    (position, p95_mm): ([f64; 3], f64),
+    worst: &ValueAt<AtAngle>,
     causes: impl Iterator<Item = &'c str>,
     work: &Work,
 ) -> error::Result<Option<Advice>> {
@@ -34,12 +35,12 @@ pub(super) fn advise<'c>(
         let Some((uncertainty, known)) = study.uncertainty.as_ref().and_then(|own| own.measured(cause)) else {
             return Ok(None);
         };
-        let grid = Grid { axes: position.map(|own| vec![own]) };
+        let grid = Grid { axes: worst.position_mm.map(|own| vec![own]) };
         let there = WorkspaceMapStudy { grid, uncertainty: Some(uncertainty), scene: study.scene.clone() };
         let points = run_range(&there, 0..1, &work)?;
         let effect = points.first().and_then(|point| point.effect(Source::All));
         let then = effect.and_then(|own| own.spread.as_ref()?.p95_mm);
-        Ok(then.map(|then| Advice { cause: cause.into(), known: known.into(), p95_mm: [p95_mm, then] }))
+        Ok(then.map(|then| Advice { cause: cause.into(), known: known.into(), p95_mm: [worst.value, then] }))
     };
     work.piece(
         &0,

@@ -27,6 +27,7 @@ use crate::{
         over_workspace::Shown,
         spread_report,
     },
+    simulation::Source,
 };
 
 impl Answered for WorkspaceMapStudy {
@@ -46,7 +47,7 @@ impl Answered for WorkspaceMapStudy {
             }
             streams.write_block(&points)
         })?;
-        if let Some(worst) = summary.worst {
+        if let Some([_, worst]) = summary.of(Source::All).of(&quantities::P95_DEFLECTION) {
             summary.advice = advice::advise(self, worst, summary.spread.causes(), run.work)?;
         }
         let text = text(&summary, &shown.not_used);

@@ -57,9 +57,7 @@ pub struct Summary<'a> {
     /// The same of its 95 % quantile, where inputs are uncertain.
     pub(super) within_p95: ShareWithin,
     pub(super) spread: SpreadCounts,
-    /// Position and value of the largest 95 % quantile.
-    pub(super) worst: Option<([f64; 3], f64)>,
-    /// What becomes of it if that is measured which is worth most.
+    /// What becomes of the largest 95 % quantile if that is measured which is worth most.
     pub(super) advice: Option<Advice>,
     /// Rows per status.
     pub(super) statuses: Vec<StatusCount>,
@@ -87,7 +85,6 @@ impl<'a> Summary<'a> {
             within: ShareWithin::default(),
             within_p95: ShareWithin::default(),
             spread: SpreadCounts::default(),
-            worst: None,
             advice: None,
             statuses: Vec::new(),
         }
@@ -107,9 +104,6 @@ impl<'a> Summary<'a> {
         }
         if let Some(spread) = point.effect(Source::All).and_then(WithSpread::distribution) {
             self.spread.add(spread);
-            if let Some(p95) = spread.p95_mm.filter(|p95| self.worst.is_none_or(|(_, most)| *p95 > most)) {
-                self.worst = Some((point.position_mm, p95));
-            }
         }
         self.points += 1;
         for (source, sums) in self.sources.iter_mut() {

@@ -9,7 +9,7 @@ use crate::{
     answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words},
     files::{
         table::kind_word,
-        words::{counted, join_words, millimetres, percent},
+        words::{counted, millimetres, percent},
     },
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
@@ -39,13 +39,8 @@ fn cautions_text(summary: &Summary<'_>, not_used: &[&str]) -> String {
         0 => String::new(),
         rows => format!("At {} the correction is missing; the deflection is known.\n", counted(rows, "row")),
     };
-    let setups = summary.study.uncertainty.iter().flat_map(|own| own.setups());
-    let setups = match join_words(&setups.collect::<Vec<_>>()) {
-        none if none.is_empty() => none,
-        names => format!("Not in the map, as it is no deflection: the error of {names}. A path or a program has it.\n"),
-    };
     missing
-        + &setups
+        + &spread_report::setups_left_out(summary.study.uncertainty.as_ref(), "the map")
         + &spread_report::cautions(
             summary.study.uncertainty.as_ref(),
             &summary.spread,
