@@ -60,9 +60,9 @@ impl Question for SuperpositionStudy {
         let (uncertainty, read) = context.uncertainty(table.as_ref(), &scene.machine, &scene.errors)?;
         let uncertainty = uncertainty.map(Uncertainty::without_model);
         if let Some(own) = &uncertainty {
-            if own.parameters.is_empty() && own.force.is_none() {
+            if !own.varies_machine_or_force() {
                 let check = table.map_or_else(|| check.root().key("uncertainty"), |table| table.check);
-                return check.fail("varies nothing of a superposition error, of which [uncertainty.model] is no part: expected a machine or a force that varies".into());
+                return check.fail("varies nothing of a superposition error, of which [uncertainty.model] and errors of the setup are no part: expected a machine or a force that varies".into());
             }
             if locations.is_empty() {
                 return check

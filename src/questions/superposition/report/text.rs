@@ -207,7 +207,7 @@ fn spread_cautions(summary: &Summary<'_>, locations: &[LocationResult]) -> Strin
         spread_report::counted_inputs(uncertainty),
         counted(Draws::PER_SCRAMBLE, "draw"),
         spread_report::cautions(Some(uncertainty), &spread_counts(locations), "location", None)
-    )
+    ) + &spread_report::setups_left_out(Some(uncertainty), "the superposition error")
 }
 
 /// Describes with which power of each source the superposition error grows, where that is known.
