@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from . import _kinetostat
 from ._cases import Cases, numbers
 from .results import Compensation, Equilibrium, shared
+
+if TYPE_CHECKING:
+    from .uncertainty import Sample
 
 Target = Literal["tool_tip", "platform_point", "full_pose"]
 
@@ -197,6 +200,15 @@ class Machine:
         """
         set_values = [(name, float(value)) for name, value in values.items()]
         return self._of(self._machine.with_parameters(set_values), self.notes)
+
+    def sample(self, n: int, seed: int = 0, what: Mapping[str, Any] | None = None) -> Sample:
+        """`n` machines and forces of the table ``[uncertainty]`` that `what` is: :meth:`Uncertainty.sample`.
+
+        Without it, numbers of the machine vary in the intervals of its file, and stiffnesses graded there as assumed by 30 %.
+        """
+        from .uncertainty import Uncertainty  # noqa: PLC0415, as that module needs this one
+
+        return Uncertainty(self, {"machine": "provenance"} if what is None else what).sample(n, seed)
 
     def forward_kinematics(self, drives: ArrayLike) -> NDArray[np.float64]:
         """``[n, 4, 4]``: pose of P in O of the nominal, unloaded machine with its drives at `drives`, ``[n, d]``.

@@ -74,6 +74,48 @@ def test_quantiles_are_those_of_random_machines(uncertainty: Uncertainty) -> Non
     assert found == pytest.approx(random, rel=0.025)
 
 
+def test_total_indices_of_a_product_are_the_exact_ones() -> None:
+    # One number for all legs at a place where only they bend: the distance is a constant times compliance times force.
+    toml = """
+schema = 1
+name = "lever"
+title = "a slide"
+gravity_m_per_s2 = [0.0, 0.0, 0.0]
+platform = { tool_tip_mm = [0.0, 0.0, 50.0], controls = ["x"] }
+workspace = { min_mm = [-1.0, 0.0, 0.0], max_mm = [1.0, 0.0, 0.0] }
+mount = [{ name = "guide", chain = "guide" }]
+[[chain]]
+name = "guide"
+elements = [{ prismatic_drive = { name = "slide", axis = "x", stiffness_N_per_mm = 1e4 } }]
+"""
+    table = {"parameter": [{"name": "guide.slide.stiffness", "relative_std": 0.3}], "process": {"force_relative_std": 0.15}}
+    lever = Uncertainty(Machine.from_toml(toml), table)
+    found = lever.total_indices([0.0, 0.0, 0.0], [1000.0, 0.0, 0.0, 0.0, 0.0, 0.0], n=8192, seed=5)
+    logarithms = np.array([lever.inputs[0].numbers[0], np.log((lever.force_factor or (0, 1))[1]) / 1.959964])
+    squares = np.exp(logarithms**2)
+    exact = (squares - 1.0) * squares[::-1] / (squares.prod() - 1.0)
+    for (index, error), expected in zip(found.values(), exact, strict=True):
+        assert 0.0 < error[0] < 0.03 and abs(index[0] - expected) < 4.0 * error[0] + 0.02
+    together = lever.total_indices(
+        [0.0, 0.0, 0.0], [1000.0, 0, 0, 0, 0, 0], groups={"all": ["*"], "machine": ["guide.*"]}, n=8192, seed=5
+    )
+    assert together["all"][0, 0] == pytest.approx(1.0, abs=0.06)
+    assert together["machine"][0, 0] == pytest.approx(found["guide.slide.stiffness"][0, 0])
+    with pytest.raises(ValueError, match="groups: legs: expected names of numbers that vary, or force, got 'leg"):
+        lever.total_indices([0.0, 0.0, 0.0], groups={"legs": ["leg.*"]})
+    with pytest.raises(ValueError, match="n: expected at least 32 pairs, got 8"):
+        lever.total_indices([0.0, 0.0, 0.0], n=8)
+
+
+def test_a_machine_samples_itself(uncertainty: Uncertainty) -> None:
+    machine = Machine("orthoglide")
+    own = machine.sample(5, 2, TABLE)
+    assert np.array_equal(own.values, uncertainty.sample(5, 2).values)
+    # The stiffness of its drives is graded as assumed.
+    values = machine.sample(4000, seed=1).values
+    assert values.shape == (4000, 3) and np.std(values[:, 0]) / np.mean(values[:, 0]) == pytest.approx(0.3, abs=0.02)
+
+
 def test_a_length_that_is_wrong_moves_the_tool_without_load() -> None:
     table = {"parameter": [{"name": "leg.q2.length", "std": 0.1}], "process": {"force_relative_std": 0.1}}
     rod = Uncertainty(Machine("orthoglide"), table)

@@ -50,9 +50,9 @@ impl OutsidePositions {
         }
     }
 
-    /// Returns whether any position is outside the workspace box.
-    pub fn has_any(&self) -> bool {
-        self.outside > 0
+    /// Returns the number of positions outside the workspace box.
+    pub fn outside(&self) -> usize {
+        self.outside
     }
 
     /// Returns a sentence for the first screen that `machine` cannot run `what` as it is placed; empty if no position is outside.

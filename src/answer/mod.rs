@@ -22,7 +22,7 @@ mod tolerance;
 pub(crate) use drives::DriveQuantities;
 pub(crate) use extremes::{Extremes, QuantityExtremes, ValueAt};
 pub(crate) use grid_map::{GridMap, MapLayer};
-pub(crate) use of_sources::{acting_words, source_group};
+pub(crate) use of_sources::{acting_words, force_words, source_group};
 pub use output::{Output, Run};
 pub(crate) use quantity::{FoundOr, Quantity, layers};
 pub use report_text::ReportText;

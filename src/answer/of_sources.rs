@@ -22,6 +22,11 @@ pub(crate) fn acting_words(machine: &Machine, errors: &[ChainError], has_force: 
     }
 }
 
+/// Returns on which cutting force of `size`, N, an answer rests, such as "a cutting force of up to 217 N" with "up to " as `most`.
+pub(crate) fn force_words(most: &str, size: f64) -> String {
+    if size > 0.0 { format!("a cutting force of {most}{size:.0} N") } else { "no cutting force".into() }
+}
+
 /// Returns the sources of error of a machine as a choice on a page, all at once first.
 pub(crate) fn source_group(machine: &Machine) -> Group {
     let alone = Source::of(machine).iter().filter(|source| **source != Source::All);

@@ -97,14 +97,16 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     let headline = views.iter().find(|aligned| writer(aligned).main_quantity().is_some());
     let is_of_places = best_places.is_some();
     let nominal = best_places.or_else(|| writer(headline?).verdict());
+    let cannot_run = cannot_run(folders, &letters)?;
     let (probability, verdict) = match compare_draws(folders)? {
-        Some(Ok(drawn)) => (Some(drawn.sentence.clone()), Some(drawn.before(nominal))),
+        Some(Ok(drawn)) => (Some(cannot_run.clone() + &drawn.sentence), Some(drawn.before(nominal))),
         Some(Err(words)) => {
             notes.push(words.clone());
             (Some(words), nominal)
         }
         None => (None, nominal),
     };
+    let verdict = verdict.map(|own| Verdict { sentence: cannot_run + &own.sentence, ..own });
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
         let quantity = writer(aligned).main_quantity()?;
         let winners = aligned.winners(quantity)?;
@@ -144,6 +146,21 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         manifest: setting_rows(manifest.map(Iterator::collect).collect()),
     };
     Ok(Comparison { page: render("comparison.html", &context)?, probability })
+}
+
+/// Returns a sentence for each result along a path of which positions are outside the workspace box: what is better of what cannot be run is no answer.
+fn cannot_run(folders: &[ResultFolder], letters: &[char]) -> Result<String> {
+    let mut text = String::new();
+    for (folder, letter) in folders.iter().zip(letters) {
+        let summary = folder.summary()?;
+        if let Some(outside) = summary["points_outside_workspace"].as_u64().filter(|outside| *outside > 0) {
+            let (all, machine) = (&summary["points"], &folder.description.machine.name);
+            text += &format!(
+                "As placed, {letter} cannot be run: {outside} of {all} points are outside the workspace box of {machine}. "
+            );
+        }
+    }
+    Ok(text)
 }
 
 /// Returns the question that all studies ask, or a general one if they differ.

@@ -11,7 +11,10 @@ use crate::{
     files::words::{counted, millimetres, probability},
     input::error::Result,
     process::uncertainty::P95,
-    simulation::spread_along::{is_larger, share_larger},
+    simulation::{
+        ROUNDING_MM,
+        spread_along::{is_larger, share_larger},
+    },
 };
 
 /// The largest distance from the path without compensation and with it: key in the summary, column of `draws.csv`, words.
@@ -57,9 +60,13 @@ impl Draws {
     }
 
     /// The 95 % quantile of that, in words.
-    fn p95(&self, which: usize) -> String {
-        let p95 = self.largest(which)["spread"]["p95_mm"].as_f64();
-        p95.map_or_else(|| "unknown".into(), |p95| millimetres(p95, 3))
+    fn p95_words(&self, which: usize) -> String {
+        self.p95_mm(which).map_or_else(|| "unknown".into(), |p95| millimetres(p95, 3))
+    }
+
+    /// The 95 % quantile of that, mm; `None` where too many draws have no equilibrium.
+    fn p95_mm(&self, which: usize) -> Option<f64> {
+        self.largest(which)["spread"]["p95_mm"].as_f64()
     }
 
     /// Why the draws with the same number are not of the same machine and force in `other`; `None` where they are.
@@ -86,6 +93,14 @@ fn share_smaller(sizes: &[f64], than: &[f64], same: bool) -> f64 {
     }
 }
 
+/// From which ratio on two 95 % quantiles differ: twice what 4096 draws can say of them.
+const P95_APART: f64 = 1.02;
+
+/// Whether the 95 % quantile `p95` is surely smaller than `other`, mm; one that does not exist is the larger.
+fn is_safer(p95: Option<f64>, other: Option<f64>) -> bool {
+    p95.is_some_and(|p95| other.is_none_or(|other| other > p95 * P95_APART + ROUNDING_MM))
+}
+
 /// What draws say of results, for the first screen.
 #[derive(Debug, Default)]
 pub(super) struct DrawnVerdict {
@@ -98,11 +113,10 @@ impl DrawnVerdict {
     /// Returns the first screen with this before what nominal numbers say.
     pub fn before(self, nominal: Option<Verdict>) -> Verdict {
         let Verdict { sentence, numbers, lines, checks } = nominal.unwrap_or_default();
-        let nominally = if sentence.is_empty() { String::new() } else { format!(" With nominal numbers: {sentence}") };
         let numbers = self.numbers.into_iter().chain(numbers).take(3).collect();
-        let nominal = (!lines.is_empty()).then(|| "With nominal numbers:".into());
+        let nominal = (!sentence.is_empty()).then(|| format!("With nominal numbers: {sentence}"));
         let lines = self.lines.into_iter().chain(nominal).chain(lines).collect();
-        Verdict { sentence: self.sentence + &nominally, numbers, lines, checks }
+        Verdict { sentence: self.sentence, numbers, lines, checks }
     }
 }
 
@@ -154,24 +168,37 @@ fn verdict(draws: &[Draws], letters: &[char]) -> DrawnVerdict {
             let [better, worse] = if of_first >= of_other { [0, other] } else { [other, 0] };
             let (most, least) = (of_first.max(of_other), of_first.min(of_other));
             let [name, other_name] = [better, worse].map(|who| letters[who]);
-            let p95 = format!("95 % quantile {} against {}", draws[better].p95(which), draws[worse].p95(which));
+            let [p95, other_p95] = [better, worse].map(|who| draws[who].p95_words(which));
             let [sure, unsure] = [most, least].map(|share| probability(share, sizes(0).len()));
-            sentences.extend(is_first.then(|| match most >= P95 {
-                true => format!(
+            let smaller = format!(
+                "the largest distance from the path, {words}, is smaller by more than 0.5 % in {name} with {sure} probability, in {other_name} with {unsure}"
+            );
+            // Of machines that are alike in most draws the worse ones may differ: what one can rely on is then the finding.
+            let [safer, other_one] = if is_safer(draws[worse].p95_mm(which), draws[better].p95_mm(which)) {
+                [worse, better]
+            } else {
+                [better, worse]
+            };
+            let is_apart = is_safer(draws[safer].p95_mm(which), draws[other_one].p95_mm(which));
+            let [safe, unsafe_one] = [safer, other_one].map(|who| (letters[who], draws[who].p95_words(which)));
+            sentences.extend(is_first.then(|| match (most >= P95, is_apart) {
+                (true, _) => format!(
                     "{name} is better than {other_name} with {sure} probability: its largest distance from the path, {words}, is smaller by more \
-                     than 0.5 % ({p95})."
+                     than 0.5 % (95 % quantile {p95} against {other_p95})."
                 ),
-                false => format!(
-                    "{name} and {other_name} cannot be told apart: the largest distance from the path, {words}, is smaller by more than 0.5 % in {name} \
-                     with {sure} probability, in {other_name} with {unsure} ({p95})."
+                (false, true) => format!(
+                    "{} is the safer one: with 95 % probability it stays within {}, {} within {}. In a single draw either may be better: {smaller}.",
+                    safe.0, safe.1, unsafe_one.0, unsafe_one.1
+                ),
+                (false, false) => format!(
+                    "{name} and {other_name} cannot be told apart: {smaller} (95 % quantile {p95} against {other_p95})."
                 ),
             }));
-            let p95 = draws[other].p95(which);
+            let p95 = draws[other].p95_words(which);
             against.push(format!("in {} {p95}; {name} better with {sure} probability", letters[other]));
         }
         let what = format!("largest distance from the path not exceeded with 95 % probability in {first}, {words}");
-        let p95 = draws[0].largest(which)["spread"]["p95_mm"].as_f64();
-        let value = p95.map_or_else(|| "–".into(), three_digits);
+        let value = draws[0].p95_mm(which).map_or_else(|| "–".into(), three_digits);
         verdict.numbers.push(LargeNumber { value, unit: "mm".into(), what, against: against.join("; ") });
         for (own, letter) in draws.iter().zip(letters) {
             let (largest, points) = (own.largest(which), &own.points);

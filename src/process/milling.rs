@@ -60,6 +60,11 @@ impl MillingForce {
         [self.radial, self.tangential, self.axial] == [0.0; 3]
     }
 
+    /// Returns the size of the force, N, the same at each angle of engagement.
+    pub fn size(&self) -> f64 {
+        Vector3::new(self.radial, self.tangential, self.axial).norm()
+    }
+
     /// Returns the force on the tool tip at the angle of engagement `phi` (rad), axes of the tool frame T, N; eq. (17).
     pub fn force(&self, phi: f64) -> Vector3<f64> {
         let (sin, cos) = libm::sincos(phi);

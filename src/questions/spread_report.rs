@@ -91,11 +91,11 @@ impl SpreadCounts {
         most.map_or_else(String::new, |(name, (count, shares))| {
             let (share, known) = (percent(shares / *count as f64), counted(self.known, point));
             let first = match name == Cause::MODEL {
-                true => "measure the machine under load and identify it first",
-                false => "know that better first",
+                true => ": measure the machine under load and identify it first.",
+                false => ": know that better first.",
             };
             format!(
-                "What spreads the answer most is {name}, with {share} of the variance at {count} of {known}: {}.\n",
+                "What spreads the answer most is {name}, with {share} of the variance at {count} of {known}{}\n",
                 next.unwrap_or(first)
             )
         })

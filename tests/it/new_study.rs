@@ -399,7 +399,7 @@ fn a_changed_machine_is_told_every_key_that_no_longer_fits() {
 fn one_key_that_does_not_fit_is_named_alone_with_its_line() {
     let folder = tempfile::tempdir().unwrap();
     printed(folder.path(), &["new", "path", "mine"]);
-    let said = said_of(folder.path(), "mine/study.toml", &[("centre_point = \"Q1\"", "centre_point = \"Q9\"")]);
+    let said = said_of(folder.path(), "mine/study.toml", &[("centre_point = \"Q0\"", "centre_point = \"Q9\"")]);
     let line = line_of(folder.path(), "mine/study.toml", "circle");
     assert_eq!(
         said,

@@ -84,7 +84,12 @@ fn the_probability_that_one_is_better_is_the_exact_one() {
 
     // Known better, its distance without compensation is smaller where it is above the nominal one: the same number decides both.
     let known = run(at, "known", 1e4, 0.1, "");
-    let (_, page) = compared(at, [&first, &known]);
+    let (said, page) = compared(at, [&first, &known]);
+    assert!(said.starts_with("B is the safer one: with 95 % probability it stays within 0.0"), "{said}");
+    assert!(
+        said.contains(" In a single draw either may be better: the largest distance from the path, compensated"),
+        "{said}"
+    );
     let alike = 1.005f64.ln() / (std(0.3) - std(0.1));
     let found = probability_behind(" better with", page.split_once("in A, without compensation").unwrap().1);
     let expected = 100.0 * normal_cdf(-alike);
@@ -97,10 +102,7 @@ fn the_probability_that_one_is_better_is_the_exact_one() {
     let expected = 100.0 * normal_cdf((1.1f64 / 1.005).ln() / both);
     let found = probability_behind("B better with", page.split_once("in A, without compensation").unwrap().1);
     assert!((found - expected).abs() < 1.0, "{found}, not {expected}");
-    assert!(
-        said.starts_with("B and A cannot be told apart: the largest distance from the path, compensated, is smaller"),
-        "{said}"
-    );
+    assert!(said.starts_with("B is the safer one: with 95 % probability it stays within 0.0"), "{said}");
     assert!(page.contains("do not have the same draws, as their seeds differ (0 and 7)"));
 
     // So they are where other parameters are uncertain.
@@ -153,6 +155,29 @@ fn the_table_of_draws_is_that_of_the_largest_distances() {
         code == Some(2) && err.contains("draws.csv:3: largest_distance_mm: expected a number or nothing"),
         "{code:?} {err}"
     );
+}
+
+/// What is better of what cannot be run comes second.
+#[test]
+fn a_path_that_cannot_be_run_is_named_before_the_comparison() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = run(folder.path(), "out", 1e4, 0.3, "");
+    let study = folder.path().join("study_out/study.toml");
+    let moved = std::fs::read_to_string(&study).unwrap().replace("end_mm = [0.5,", "end_mm = [2.5,");
+    std::fs::write(&study, moved).unwrap();
+    let outside = folder.path().join("outside");
+    done(&["run", text(&folder.path().join("study_out")), "--out", text(&outside), "--no-figures"]);
+    let summary: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(outside.join("summary.json")).unwrap()).unwrap();
+    let (all, beyond) = (&summary["points"], &summary["points_outside_workspace"]);
+    let expected =
+        format!("As placed, B cannot be run: {beyond} of {all} points are outside the workspace box of lever. ");
+    let (said, page) = compared(folder.path(), [&out, &outside]);
+    assert!(
+        beyond.as_u64().unwrap() > 0 && said.starts_with(&expected) && page.contains(expected.trim_end()),
+        "{said}"
+    );
+    assert!(!compared(folder.path(), [&out, &out]).0.contains("cannot be run"));
 }
 
 /// Maps keep no draws, and that is said.

@@ -221,13 +221,13 @@ fn the_answer_begins_with_the_probability() {
     assert_eq!(code, Some(0), "{said}{err}");
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     for expected in [
-        "superposition is within 0.01 mm with ",
+        "the superposition error is within 0.01 mm with ",
         " probability at Q",
         "Nominally, the effects of cutting force and chain errors may ",
         "not exceeded with 95 % probability, at the tool tip, at Q",
         "solved in 256 draws. The map, largest factors, growth and causes are nominal.",
         "What the model leaves out does not count here",
-        "1 grid point, 6 tool angles, 256 draws, all points solved",
+        "1 grid point, 6 tool angles, a cutting force of 217 N, 256 draws, all points solved",
         "With uncertain inputs: median ",
     ] {
         assert!(said.contains(expected), "{expected}: {said}");
@@ -254,5 +254,5 @@ fn the_answer_begins_with_the_probability() {
     assert_eq!(summary["locations"][0]["failed_draws_share"], 0.0);
     assert_eq!(summary["uncertainty"]["draws"], 256);
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(page.contains("256 draws") && page.contains("superposition is within"), "the page");
+    assert!(page.contains("256 draws") && page.contains("the superposition error is within"), "the page");
 }

@@ -43,7 +43,7 @@ pub fn use_text(report: &Report<'_>) -> String {
             turned.to_degrees()
         );
     }
-    if report.findings.outside.has_any() {
+    if report.findings.outside.outside() > 0 {
         let machine = &report.job.machine.name;
         text += &format!(
             "Do not load the program: {machine} cannot run it as placed. Place the workpiece inside its workspace box, and compute again.\n"

@@ -5,7 +5,7 @@ use super::{
     tables::{WITHOUT_FORCE, error_before_column},
 };
 use crate::{
-    answer::{ShareWithin, cautions},
+    answer::{ShareWithin, cautions, force_words},
     compensation::{BoundedPath, LimitKind, Method, Price},
     files::{
         table::kind_word,
@@ -213,7 +213,8 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let length = report.job.path.length_mm();
     let (points, inputs) =
         (counted(report.job.path.len(), "point"), spread_report::basis(report.job.uncertainty.as_ref()));
-    let basis = format!("{points}, {cutting} of them cutting, {length:.1} mm of path, {inputs}");
+    let force = force_words("up to ", report.findings.force.largest);
+    let basis = format!("{points}, {cutting} of them cutting, {length:.1} mm of path, {force}, {inputs}");
     let verdict = report.findings.outside.verdict(&report.job.machine, report.name);
     let distribution = report.proved.spread.as_ref();
     let (sure, numbers): (_, Vec<KeyNumber>) = match distribution {

@@ -6,7 +6,7 @@ use super::{
     summary::{AtAngle, SourceExtremes, Summary},
 };
 use crate::{
-    answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words},
+    answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words, force_words},
     files::{
         table::kind_word,
         words::{counted, millimetres, percent},
@@ -94,17 +94,18 @@ fn spread_text(summary: &Summary<'_>) -> String {
     text + &summary.spread.sentences("point")
 }
 
-/// Returns what to do next, behind the main cause: nothing of it helps where nominally nothing is within tolerance; `None` if only the cause says it.
+/// Returns what to do next, behind the main cause at most points: nothing of it helps where nominally nothing is within tolerance; `None` if only the cause
+/// says it.
 fn next_step(summary: &Summary<'_>) -> Option<String> {
     if summary.within.get() == Some(0.0) {
         return Some(
-            "but nominally nothing is within tolerance, so a stiffer machine, less force or a compensation comes first"
+            ": but nominally nothing is within tolerance, so a stiffer machine, less force or a compensation comes first."
                 .into(),
         );
     }
     let Advice { cause, known, p95_mm: [now, then] } = summary.advice.as_ref()?;
     Some(format!(
-        "what is worth most is {cause} {known}: the largest 95 % quantile would be {} instead of {}, as solved anew",
+        ". Where the 95 % quantile is the largest, {cause} {known} is worth most: it would be {} instead of {}, as solved anew there.",
         millimetres(*then, 3),
         millimetres(*now, 3)
     ))
@@ -202,7 +203,8 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let name = &scene.machine.name;
     let points = counted(summary.study.grid.len(), "grid point");
     let inputs = spread_report::basis(summary.study.uncertainty.as_ref());
-    let basis = format!("{points}, {}, {inputs}", counted(scene.phis.len(), "tool angle"));
+    let angles = counted(scene.phis.len(), "tool angle");
+    let basis = format!("{points}, {angles}, {}, {inputs}", force_words("", scene.force.size()));
     let Some([least, most]) = all.of(&DEFLECTION).filter(|_| summary.is_enough(all.known)) else {
         let sentence = match all.known {
             0 => format!("How far the tool of {name} moves could be computed at none of the {points}."),

@@ -1,7 +1,5 @@
 //! Columns, view and curves of the cutting force on the tool along a path, in base axes (O).
 
-use nalgebra::Vector3;
-
 use crate::{
     compensation::TaskPoint,
     files::exchange::{Row, cells},
@@ -40,7 +38,8 @@ pub const SIZE: &str = "size";
 #[derive(Debug, Clone)]
 pub struct ForceCurves {
     count: usize,
-    acts: bool,
+    /// The largest norm so far, N.
+    pub(crate) largest: f64,
     /// Curves along x, y and z, and of the norm.
     curves: [Curve; 4],
 }
@@ -48,13 +47,13 @@ pub struct ForceCurves {
 impl ForceCurves {
     /// Makes empty curves for a path of `points` points.
     pub fn new(points: usize) -> Self {
-        Self { count: 0, acts: false, curves: std::array::from_fn(|_| Curve::new(points)) }
+        Self { count: 0, largest: 0.0, curves: std::array::from_fn(|_| Curve::new(points)) }
     }
 
     /// Adds the next point, at `x` on the horizontal axis; without `x` it is not drawn.
     pub fn add(&mut self, x: Option<f64>, task: &TaskPoint) {
         let force = &task.load.force;
-        self.acts |= *force != Vector3::zeros();
+        self.largest = self.largest.max(force.norm());
         if let Some(x) = x {
             let values = [force.x, force.y, force.z, force.norm()];
             self.curves.iter_mut().zip(values).for_each(|(curve, value)| curve.add(self.count, x, value));
@@ -65,6 +64,6 @@ impl ForceCurves {
     /// Returns the curves with their labels; none if the force is zero everywhere.
     pub fn labelled_curves(&self) -> Vec<(String, &Curve)> {
         let labels = AXES.iter().map(|axis| format!("along {axis}")).chain([SIZE.to_string()]);
-        if self.acts { labels.zip(&self.curves).collect() } else { Vec::new() }
+        if self.largest > 0.0 { labels.zip(&self.curves).collect() } else { Vec::new() }
     }
 }

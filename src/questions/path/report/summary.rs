@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::quantities::{DISPLACEMENT, P95_RESIDUAL, RESIDUAL_ERROR, WITHOUT_FORCE, drives, plain_spread};
 use crate::{
-    answer::{DriveQuantities, Quantity, ShareWithin},
+    answer::{DriveQuantities, Quantity, ShareWithin, cautions::OutsidePositions},
     files::StatusCount,
     questions::{
         path::{MethodAlongPath, PathPart, PathSpread, PathStudy, PointEffect, Shown},
@@ -164,7 +164,14 @@ impl<'a> Summary<'a> {
         let sources: Map<String, Value> = self.sources.sources().iter().copied().map(of_source).collect();
         let methods: Vec<Value> = methods.iter().map(of_method).collect();
         let points = self.study.stations.len();
-        let mut summary = json!({ "schema": SCHEMA, "points": points, "sources": sources, "methods": methods });
+        let outside = OutsidePositions::of(&self.study.machine, self.study.positions()).outside();
+        let mut summary = json!({
+            "schema": SCHEMA,
+            "points": points,
+            "points_outside_workspace": outside,
+            "sources": sources,
+            "methods": methods,
+        });
         if let Some(uncertainty) = &self.study.uncertainty {
             summary["uncertainty"] = spread_report::json(uncertainty, self.spread_counts());
             summary["uncertainty"]["largest"] = json!(self.whole);

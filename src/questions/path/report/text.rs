@@ -9,6 +9,7 @@ use crate::{
     answer::{
         Quantity, ReportText, Tolerance, acting_words,
         cautions::{self, OutsidePositions},
+        force_words,
     },
     files::{
         table::kind_word,
@@ -219,9 +220,10 @@ pub fn failures_text<'a>(passes: impl Iterator<Item = (String, &'a PathSummary)>
 pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let study = summary.study;
     let basis = format!(
-        "a path of {:.1} mm, {}, {}",
+        "a path of {:.1} mm, {}, {}, {}",
         study.length_mm(),
         counted(study.stations.len(), "point"),
+        force_words("up to ", study.tasks.iter().map(|task| task.load.force.norm()).fold(0.0, f64::max)),
         spread_report::basis(study.uncertainty.as_ref())
     );
     let name = &study.machine.name;

@@ -9,7 +9,7 @@ use super::{
     worst_ablation,
 };
 use crate::{
-    answer::{Tolerance, ValueAt},
+    answer::{Tolerance, ValueAt, force_words},
     files::words::{counted, join_words, listed_up_to, millimetres, or_dash, percent, typographic},
     page::headline::{Extreme, Headline, KeyNumber},
     process::uncertainty::{Draws, P95},
@@ -180,10 +180,10 @@ fn probable_verdict(summary: &Summary<'_>, locations: &[LocationResult]) -> Stri
     let (known, tolerance) = (by_probability(locations), summary.study.tolerance);
     let share = |(_, spread): &(&str, &DeflectionSpread)| spread.within_tolerance.unwrap_or_default();
     let word = match (known.first().map(share), known.last().map(share)) {
-        (Some(least), _) if least >= P95 && known.len() == locations.len() => "Within tolerance",
-        (_, Some(most)) if most < 1.0 - P95 => "Out of tolerance",
-        (_, Some(most)) if most >= P95 => "Partly within tolerance",
-        (Some(_), _) => "Uncertain",
+        (Some(least), _) if least >= P95 && known.len() == locations.len() => "Effects may be added",
+        (_, Some(most)) if most < 1.0 - P95 => "Effects may not be added",
+        (_, Some(most)) if most >= P95 => "Effects may be added at some locations",
+        (Some(_), _) => "Uncertain whether effects may be added",
         (None, _) => return "The probability is known at no location, as none was solved. ".into(),
     };
     let at = |(index, (name, spread)): (usize, &(&str, &DeflectionSpread))| {
@@ -195,7 +195,7 @@ fn probable_verdict(summary: &Summary<'_>, locations: &[LocationResult]) -> Stri
     };
     let all = listed_up_to(MOST_NAMED, known.iter().enumerate().map(at));
     let condition = spread_report::condition(summary.study.uncertainty.as_ref());
-    format!("{word}{condition}: superposition is within {tolerance} mm with {all}{unsolved}. ")
+    format!("{word}{condition}: the superposition error is within {tolerance} mm with {all}{unsolved}. ")
 }
 
 /// Returns what the distributions at locations are and what they rest on; empty where inputs are taken as exact.
@@ -269,7 +269,8 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
     let places = counted(summary.points, "grid point");
     let inputs =
         uncertainty.as_ref().map_or_else(|| spread_report::basis(None), |_| counted(Draws::PER_SCRAMBLE, "draw"));
-    let basis = format!("{places}, {}, {inputs}", counted(scene.phis.len(), "tool angle"));
+    let angles = counted(scene.phis.len(), "tool angle");
+    let basis = format!("{places}, {angles}, {}, {inputs}", force_words("", scene.force.size()));
     let probable = probable_verdict(summary, locations);
     let cautions = spread_cautions(summary, locations)
         + &scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)));
@@ -296,11 +297,12 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
         ),
     };
     let begin = if probable.is_empty() { "The".into() } else { format!("{probable}Nominally, the") };
+    let nominally = if uncertainty.is_some() { "nominal " } else { "" };
     Headline::new(format!("{begin} effects of {effects} {verdict}"), basis)
         .with_cautions(&cautions)
         .with_numbers(p95_key_number(locations))
-        .with(error_key_number(Tolerance(*tolerance), most, &wrong))
-        .with_numbers(load_key_number(summary))
+        .with(error_key_number(Tolerance(*tolerance), most, &wrong, nominally))
+        .with_numbers(load_key_number(summary, nominally))
 }
 
 /// Returns the largest 95 % quantile of the superposition error at a location; `None` where there is none.
@@ -314,21 +316,23 @@ fn p95_key_number(locations: &[LocationResult]) -> Option<KeyNumber> {
 }
 
 /// Returns the largest superposition error, written as `wrong`, as a key number, compared with the tolerance.
-fn error_key_number(tolerance: Tolerance, largest: &ValueAt<Worst>, wrong: &str) -> KeyNumber {
-    let what = format!("largest superposition error, at the tool tip, at {}", largest.place());
+fn error_key_number(tolerance: Tolerance, largest: &ValueAt<Worst>, wrong: &str, nominally: &str) -> KeyNumber {
+    let what = format!("largest {nominally}superposition error, at the tool tip, at {}", largest.place());
     let rows = [["sum", Sum::Superposition.label()], ["followed", Followed::Tool.label()]];
     let reference = SUPERPOSITION_ERROR.found_in("map.csv", &rows, Extreme::Largest, largest.value);
     KeyNumber::new(wrong, what, tolerance.against(largest.value)).found(reference)
 }
 
 /// Returns the largest load within tolerance in the whole box as a key number.
-fn load_key_number(summary: &Summary<'_>) -> Option<KeyNumber> {
+fn load_key_number(summary: &Summary<'_>, nominally: &str) -> Option<KeyNumber> {
     let [least, most] = summary.load_factor_extremes()?;
     let end = match least.at {
-        LargestFactor::BelowToLimit(_) => ", at least".to_string(),
+        LargestFactor::BelowToLimit(_) => "; at least so much".to_string(),
         _ => format!("; the limit is at {}", least.place()),
     };
-    let what = format!("largest load within tolerance in the whole box, over that of the study{end}");
+    let what = format!(
+        "largest load, over that of the study, up to which the {nominally}superposition error is within tolerance in the whole box{end}"
+    );
     let against = format!("up to {} × where it is best", largest_words(&most.at));
     let reference = LARGEST_LOAD.found_in("safe_load.csv", &[], Extreme::Smallest, least.value);
     Some(KeyNumber::new(&format!("{:.2} ×", least.value), what, against).found(reference))
