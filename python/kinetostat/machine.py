@@ -204,9 +204,11 @@ class Machine:
     def sample(self, n: int, seed: int = 0, what: Mapping[str, Any] | None = None) -> Sample:
         """`n` machines and forces of the table ``[uncertainty]`` that `what` is: :meth:`Uncertainty.sample`.
 
-        Without it, numbers of the machine vary in the intervals of its file, and stiffnesses graded there as assumed by 30 %.
+        Without it, numbers of the machine vary in the intervals of its file, and stiffnesses that it grades as assumed
+        by 30 %.
         """
-        from .uncertainty import Uncertainty  # noqa: PLC0415, as that module needs this one
+        # That module needs this one.
+        from .uncertainty import Uncertainty
 
         return Uncertainty(self, {"machine": "provenance"} if what is None else what).sample(n, seed)
 

@@ -15,7 +15,6 @@ from . import _kinetostat
 from ._cases import Cases, numbers
 from .machine import Machine
 
-
 _BATCHES = 16
 """Batches whose scatter tells standard errors."""
 
@@ -162,15 +161,17 @@ class Uncertainty:
                 found.setdefault(own.group, []).append(own.name)
             groups = {own[0]: own for own in found.values()}
             groups = {**groups, **({"force": ["force"]} if self.force_factor is not None else {})}
-        which = {key: [any(fnmatchcase(own, name) for name in names) for own in columns] for key, names in groups.items()}
+        which = {
+            key: [any(fnmatchcase(own, name) for name in names) for own in columns] for key, names in groups.items()
+        }
         for key, names in groups.items():
             for name in names:
                 if not any(fnmatchcase(own, name) for own in columns):
                     raise ValueError(f"groups: {key}: expected names of numbers that vary, or force, got {name!r}")
         if n < 2 * _BATCHES:
             raise ValueError(f"n: expected at least {2 * _BATCHES} pairs, got {n}")
-        numbers_ = self.sample(2 * n, seed)
-        rows = np.column_stack(numbers_)
+        drawn = self.sample(2 * n, seed)
+        rows = np.column_stack([drawn.values, drawn.force])
         first, second = rows[:n], rows[n:]
 
         def solved(sets: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -180,11 +181,11 @@ class Uncertainty:
                 raise ValueError(f"sample: {missing} of {len(sets)} machines have no equilibrium: there is no variance")
             return distances
 
-        own = solved(first)
-        variance = np.maximum(own.var(axis=0), np.finfo(float).tiny)
+        distances = solved(first)
+        variance = np.maximum(distances.var(axis=0), np.finfo(float).tiny)
 
         def index(chosen: list[bool]) -> NDArray[np.float64]:
-            squares = (own - solved(np.where(chosen, second, first))) ** 2 / (2.0 * variance)
+            squares = (distances - solved(np.where(chosen, second, first))) ** 2 / (2.0 * variance)
             batches = np.stack([batch.mean(axis=0) for batch in np.array_split(squares, _BATCHES)])
             return np.stack([squares.mean(axis=0), batches.std(axis=0, ddof=1) / np.sqrt(_BATCHES)])
 

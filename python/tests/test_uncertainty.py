@@ -88,7 +88,10 @@ mount = [{ name = "guide", chain = "guide" }]
 name = "guide"
 elements = [{ prismatic_drive = { name = "slide", axis = "x", stiffness_N_per_mm = 1e4 } }]
 """
-    table = {"parameter": [{"name": "guide.slide.stiffness", "relative_std": 0.3}], "process": {"force_relative_std": 0.15}}
+    table = {
+        "parameter": [{"name": "guide.slide.stiffness", "relative_std": 0.3}],
+        "process": {"force_relative_std": 0.15},
+    }
     lever = Uncertainty(Machine.from_toml(toml), table)
     found = lever.total_indices([0.0, 0.0, 0.0], [1000.0, 0.0, 0.0, 0.0, 0.0, 0.0], n=8192, seed=5)
     logarithms = np.array([lever.inputs[0].numbers[0], np.log((lever.force_factor or (0, 1))[1]) / 1.959964])
