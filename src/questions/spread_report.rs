@@ -13,7 +13,7 @@ use crate::{
         Z_95_INTERVAL,
     },
     simulation::{
-        spread::{Audit, DeflectionSpread},
+        spread::{Audit, DeflectionSpread, IfMeasured},
         spread_along::{LargestSpread, PathSpread},
     },
 };
@@ -130,6 +130,15 @@ impl SpreadCounts {
             ),
         }
     }
+}
+
+/// Says behind the main cause what is worth most to measure.
+pub(crate) fn worth_most(IfMeasured { cause, known, p95_mm: [now, then] }: &IfMeasured) -> String {
+    format!(
+        ". Where the 95 % quantile is the largest, {cause} {known} is worth most: it would be {} instead of {}, as solved anew there.",
+        millimetres(*then, 3),
+        millimetres(*now, 3)
+    )
 }
 
 /// Formats a count out of independent ones with its share and the 95 % interval of that (Wilson's): "3 (0.3 %; 95 % interval 0.1 to 0.9 %)".
@@ -417,6 +426,11 @@ pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
         format!("Probably worse than without compensation, with {} probability. ", probability(worse))
     });
     unknown + &unjudged + &worse + &sure
+}
+
+/// Returns what to do next along a path, behind the main cause; `None` if only the cause says it.
+pub(crate) fn next_along(whole: Option<&PathSpread>) -> Option<String> {
+    whole?.compensated.as_ref()?.if_measured.as_ref().map(worth_most)
 }
 
 /// Returns the 95 % quantiles of the largest distance as key numbers, compensated first.

@@ -54,6 +54,24 @@ pub struct DeflectionSpread {
     pub audit: Audit,
 }
 
+/// What becomes of a 95 % quantile if what spreads the deflection is measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct IfMeasured {
+    /// What is measured, a parameter, "cutting force" or "what the model leaves out".
+    pub cause: String,
+    /// How well it is known then.
+    pub known: String,
+    /// The quantile as it is, and then, mm.
+    pub p95_mm: [f64; 2],
+}
+
+impl IfMeasured {
+    /// The one of `all` that is worth most; `None` for none.
+    pub fn worth_most(all: impl IntoIterator<Item = Self>) -> Option<Self> {
+        all.into_iter().min_by(|a, b| a.p95_mm[1].total_cmp(&b.p95_mm[1]))
+    }
+}
+
 /// Draws chosen at random and solved by the engine beside those of the check.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Audit {
@@ -82,6 +100,9 @@ impl Audit {
         self.largest = self.largest.max(other.largest);
     }
 }
+
+/// Share of the variance from which on it may be worth a measurement.
+const WORTH_MEASURING: f64 = 0.05;
 
 /// Largest difference from the estimate that an audit lets pass, as a share of the 95 % quantile.
 const APART: f64 = 0.01;
@@ -159,6 +180,24 @@ impl DrawnMachines {
         let weakest = OnceLock::new();
         let (uncertainty, nominal, errors) = (uncertainty.clone(), nominal.clone(), errors.to_vec());
         Ok(Some(Self { uncertainty, nominal, errors, ends, end_coordinates, causes, drawn, weakest }))
+    }
+
+    /// The same machines with the cause called `name` measured, and how well it is known then ([`Uncertainty::measured`]).
+    ///
+    /// # Errors
+    /// As [`DrawnMachines::new`].
+    pub fn measured(&self, name: &str) -> error::Result<Option<(Self, &'static str)>> {
+        let Some((uncertainty, known)) = self.uncertainty.measured(name) else { return Ok(None) };
+        Ok(Self::new(Some(&uncertainty), &self.nominal, &self.errors)?.map(|own| (own, known)))
+    }
+
+    /// Names of what spreads displacements without load and under `loads` most, with a share of the variance that is worth a measurement.
+    pub fn main_causes(&self, [unloaded, loads @ ..]: &[Response; 2]) -> Vec<&str> {
+        let surrogate = Surrogate::new(&self.end_coordinates, unloaded, loads, &self.uncertainty.draws);
+        let variances = surrogate.variances(&self.uncertainty.draws, self.causes.iter().map(|(_, cause)| cause));
+        let least = WORTH_MEASURING * variances.iter().sum::<f64>();
+        let causes = self.causes.iter().zip(&variances).filter(|(_, variance)| **variance > least);
+        causes.map(|((name, _), _)| name.as_str()).collect()
     }
 
     /// Words for the machine with `parameter` alone at one of its ends.

@@ -12,7 +12,7 @@ use super::{
     Failure, Machines, ROUNDING_MM, Source,
     along_path::{self, Commands, PathCase, PathPointResult, TrackBlocks, block_pieces},
     path_blocks::{Stretch, solve_stretches},
-    spread::{DeflectionSpread, Draw, DrawnMachines, Sizes, WantedSpread, under},
+    spread::{DeflectionSpread, Draw, DrawnMachines, IfMeasured, Sizes, WantedSpread, under},
     tracking::TrackPoint,
 };
 use crate::{
@@ -60,6 +60,9 @@ pub struct LargestSpread {
     pub is_confirmed: bool,
     /// Number of points that it covers: those with an equilibrium at the nominal numbers.
     pub points: usize,
+    /// What is worth most to measure at the compensated command of the point with the largest 95 % quantile; `None` where no measurement tells, of several paths at
+    /// once, and at the nominal commands.
+    pub if_measured: Option<IfMeasured>,
 }
 
 /// Sizes in the draws of the largest distance over points, mm: the first draws, as far as they are known at all of these points.
@@ -69,6 +72,8 @@ pub(crate) struct Largest {
     points: usize,
     /// Distribution at the point with the largest 95 % quantile, but for the first failure, which is that at the first point with one.
     worst: DeflectionSpread,
+    /// Index of that point in its path.
+    worst_point: usize,
 }
 
 impl Largest {
@@ -88,6 +93,7 @@ impl Largest {
         let first_failure = self.worst.first_failure.take().or_else(|| next.worst.first_failure.clone());
         if next.worst.p95_mm > self.worst.p95_mm {
             self.worst.clone_from(&next.worst);
+            self.worst_point = next.worst_point;
         }
         self.worst.first_failure = first_failure;
         self.sizes.iter_mut().zip(&next.sizes).for_each(|(own, size)| *own = own.max(*size));
@@ -223,6 +229,35 @@ impl SpreadPath<'_> {
         Ok(blocks.into_iter().flat_map(|block| block.points).collect())
     }
 
+    /// Returns what is worth most to measure at the point with the index `k` under the compensated command, where the 95 % quantile is `now`, mm, as the engine
+    /// finds with each main cause there as if it were measured.
+    fn worth_measuring(&self, each_part: &EachPart<'_>, k: usize, now: f64, work: &Work) -> Result<Option<IfMeasured>> {
+        let mut all = Vec::new();
+        each_part(&mut |part| {
+            let Some(own) = k.checked_sub(part.first).filter(|own| *own < part.tasks.len()) else { return Ok(()) };
+            let start = own - own % along_path::BLOCK;
+            let block = Block::new(self, part, &(start..(start + along_path::BLOCK).min(part.tasks.len())), work);
+            let point = block.only(own - start);
+            let commanded = point.commanded(Command::Compensated)?;
+            let nominal = point.responses(&commanded)?.into_iter().flatten().next();
+            let Some(Ok(responses)) = nominal.map(|solved| solved.responses) else { return Ok(()) };
+            for cause in self.drawn.main_causes(&responses) {
+                let Some((drawn, known)) = self.drawn.measured(cause)? else { continue };
+                let path = SpreadPath { drawn: &drawn, audits: 0, ..*self };
+                let point = Block { path: &path, ..point };
+                let found = point.spreads_at(0, (&commanded, 0), &point.responses(&commanded)?)?;
+                let then = found.into_iter().flatten().find_map(|(spread, _)| spread.p95_mm);
+                all.extend(then.map(|then| IfMeasured {
+                    cause: cause.into(),
+                    known: known.into(),
+                    p95_mm: [now, then],
+                }));
+            }
+            Ok(())
+        })?;
+        Ok(IfMeasured::worth_most(all))
+    }
+
     /// Largest distance from the path over all its points in a draw, its machines and its factor of the force, mm, or why there is none.
     fn largest_along(
         &self,
@@ -294,7 +329,15 @@ pub(crate) fn whole(
         let spread = DeflectionSpread { main_cause, main_cause_share, first_failure, ..DeflectionSpread::default() };
         let (spread, agrees) = wanted.check(&largest.sizes, spread)?;
         let is_confirmed = agrees && (spread.solved_draws > 0 || spread.p95_mm.is_some_and(|p95| p95 <= ROUNDING_MM));
-        Ok(Some(LargestSpread { spread, is_confirmed, points: largest.points }))
+        let worst = largest.worst.p95_mm.filter(|now| command == Command::Compensated && *now > ROUNDING_MM);
+        let if_measured = match (paths, worst) {
+            ([(path, each_part)], Some(now)) => {
+                let measured = || path.worth_measuring(each_part, largest.worst_point, now, &work);
+                work.part("measured").piece(&0, |_| 0, measured)?
+            }
+            _ => None,
+        };
+        Ok(Some(LargestSpread { spread, is_confirmed, points: largest.points, if_measured }))
     };
     let Some(of_plain) = of(plain, Command::Plain, "plain")? else { return Ok(None) };
     let of_compensated = of(compensated, Command::Compensated, "compensated")?;
@@ -336,6 +379,12 @@ impl<'a> Block<'a> {
         let (tasks, track) = (&part.tasks[points.clone()], part.track.block(points.start));
         let written = part.written.map(|poses| &poses[points.clone()]);
         Self { path, first: part.first + points.start, tasks, track, written, work }
+    }
+
+    /// Its point `k` alone.
+    fn only(&self, k: usize) -> Self {
+        let written = self.written.map(|poses| &poses[k..=k]);
+        Self { first: self.first + k, tasks: &self.tasks[k..=k], track: &self.track[k..=k], written, ..*self }
     }
 
     /// Whether point `k` counts in the largest distance.
@@ -435,8 +484,7 @@ impl<'a> Block<'a> {
     /// Distance from the path at point `k` in a draw, mm.
     fn size_at(&self, k: usize, commanded: &Commanded, draw: Draw<'_>) -> Result<std::result::Result<f64, Failure>> {
         let none = Failure { status: "not_converged".into(), reason: "there is no point".into() };
-        let point = Self { tasks: &self.tasks[k..=k], track: &self.track[k..=k], ..*self };
-        Ok(point.sizes(draw, &commanded.of(k..k + 1))?.pop().unwrap_or(Err(none)))
+        Ok(self.only(k).sizes(draw, &commanded.of(k..k + 1))?.pop().unwrap_or(Err(none)))
     }
 
     /// Distances from the path at each point in the draw `index`, its machines and its factor of the force, mm, or why there is none.
@@ -499,6 +547,7 @@ impl<'a> Block<'a> {
                     points.push(None);
                     continue;
                 };
+                let worst_point = self.first + k;
                 let mut point = PointSpread { plain: own, compensated: None, worse: None, without_force_mm: None };
                 if let Some((own, left)) = with {
                     let is_off = |spread: &DeflectionSpread, sizes: &Sizes| spread.is_corrected && !sizes.is_by_engine;
@@ -508,12 +557,12 @@ impl<'a> Block<'a> {
                     let unloaded = all_compensated[k].as_ref().and_then(|solved| solved.unloaded);
                     point.without_force_mm = unloaded.map(|error| error.norm());
                     if self.counts(k) {
-                        largest[1].add(&Largest { sizes: left.mm, points: 1, worst: own.clone() });
+                        largest[1].add(&Largest { sizes: left.mm, points: 1, worst: own.clone(), worst_point });
                     }
                     point.compensated = Some(own);
                 }
                 if self.counts(k) {
-                    largest[0].add(&Largest { sizes: sizes.mm, points: 1, worst: point.plain.clone() });
+                    largest[0].add(&Largest { sizes: sizes.mm, points: 1, worst: point.plain.clone(), worst_point });
                 }
                 points.push(Some(point));
             }

@@ -236,7 +236,12 @@ pub fn headline(report: &Report<'_>) -> Headline {
         )
         .with_cautions(&spread_report::along_cautions(&along(report), distribution))
         .with_cautions(&without_force_text(report))
-        .with_cautions(&spread_report::cautions(uncertain, &report.findings.spread, "point", None))
+        .with_cautions(&spread_report::cautions(
+            uncertain,
+            &report.findings.spread,
+            "point",
+            spread_report::next_along(distribution).as_deref(),
+        ))
         .with_cautions(&caution_text(report))
         .with_numbers(numbers);
     headline.unsolved = report.proved.unsolved_as_written();

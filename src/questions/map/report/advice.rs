@@ -1,27 +1,14 @@
 //! What one measurement would gain, where inputs are uncertain.
 
-use serde::{Deserialize, Serialize};
-
 use super::summary::AtAngle;
 use crate::{
     answer::ValueAt,
     input::error,
     questions::map::{WorkspaceMapStudy, run_range},
-    simulation::Source,
+    simulation::{Source, spread::IfMeasured},
     spatial::Grid,
     work::Work,
 };
-
-/// What becomes of the largest 95 % quantile of a map if its main cause is measured.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Advice {
-    /// The cause.
-    pub cause: String,
-    /// How well it is known then.
-    pub known: String,
-    /// The quantile as it is, and then, mm.
-    pub p95_mm: [f64; 2],
-}
 
 /// Solves `study` anew where the 95 % quantile is the largest, `worst`, with each of `causes` measured, as far as it can be alone; returns what is worth most. `Err` if `work` is stopped, or an input makes no machine.
 pub(super) fn advise<'c>(
@@ -29,9 +16,9 @@ pub(super) fn advise<'c>(
     worst: &ValueAt<AtAngle>,
     causes: impl Iterator<Item = &'c str>,
     work: &Work,
-) -> error::Result<Option<Advice>> {
+) -> error::Result<Option<IfMeasured>> {
     let work = work.part("measured");
-    let measured = |cause: &str| -> error::Result<Option<Advice>> {
+    let measured = |cause: &str| -> error::Result<Option<IfMeasured>> {
         let Some((uncertainty, known)) = study.uncertainty.as_ref().and_then(|own| own.measured(cause)) else {
             return Ok(None);
         };
@@ -40,14 +27,14 @@ pub(super) fn advise<'c>(
         let points = run_range(&there, 0..1, &work)?;
         let effect = points.first().and_then(|point| point.effect(Source::All));
         let then = effect.and_then(|own| own.spread.as_ref()?.p95_mm);
-        Ok(then.map(|then| Advice { cause: cause.into(), known: known.into(), p95_mm: [worst.value, then] }))
+        Ok(then.map(|then| IfMeasured { cause: cause.into(), known: known.into(), p95_mm: [worst.value, then] }))
     };
     work.piece(
         &0,
         |_| 0,
         || {
             let all = causes.map(measured).collect::<error::Result<Vec<_>>>()?;
-            Ok(all.into_iter().flatten().min_by(|a, b| a.p95_mm[1].total_cmp(&b.p95_mm[1])))
+            Ok(IfMeasured::worth_most(all.into_iter().flatten()))
         },
     )
 }

@@ -3,9 +3,8 @@
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::{
-    advice::Advice,
-    quantities::{DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, drives},
+use super::quantities::{
+    DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, drives,
 };
 use crate::{
     answer::{DriveQuantities, Quantity, QuantityExtremes, ShareWithin, ValueAt},
@@ -14,7 +13,10 @@ use crate::{
         map::{MapPoint, SourceEffect, WorkspaceMapStudy},
         spread_report::{self, SpreadCounts, WithSpread},
     },
-    simulation::{BySource, SOLVED, Source, spread::DeflectionSpread},
+    simulation::{
+        BySource, SOLVED, Source,
+        spread::{DeflectionSpread, IfMeasured},
+    },
 };
 
 /// The tool angle φ at which a value was found.
@@ -58,7 +60,7 @@ pub struct Summary<'a> {
     pub(super) within_p95: ShareWithin,
     pub(super) spread: SpreadCounts,
     /// What becomes of the largest 95 % quantile if that is measured which is worth most.
-    pub(super) advice: Option<Advice>,
+    pub(super) advice: Option<IfMeasured>,
     /// Rows per status.
     pub(super) statuses: Vec<StatusCount>,
 }

@@ -1,7 +1,6 @@
 //! Sentences and first screen of a map: best and worst deflection over the workspace, and the corrections of the drives.
 
 use super::{
-    advice::Advice,
     quantities::{DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE},
     summary::{AtAngle, SourceExtremes, Summary},
 };
@@ -103,12 +102,7 @@ fn next_step(summary: &Summary<'_>) -> Option<String> {
                 .into(),
         );
     }
-    let Advice { cause, known, p95_mm: [now, then] } = summary.advice.as_ref()?;
-    Some(format!(
-        ". Where the 95 % quantile is the largest, {cause} {known} is worth most: it would be {} instead of {}, as solved anew there.",
-        millimetres(*then, 3),
-        millimetres(*now, 3)
-    ))
+    summary.advice.as_ref().map(spread_report::worth_most)
 }
 
 /// Words for the share of the box in which the tolerance is met.

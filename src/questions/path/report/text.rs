@@ -63,7 +63,12 @@ fn cautions_text(summary: &Summary<'_>) -> String {
     failed
         + &gamma
         + &spread_report::along_cautions(&along(summary), summary.whole.as_ref())
-        + &spread_report::cautions(study.uncertainty.as_ref(), summary.spread_counts(), "point", None)
+        + &spread_report::cautions(
+            study.uncertainty.as_ref(),
+            summary.spread_counts(),
+            "point",
+            spread_report::next_along(summary.whole.as_ref()).as_deref(),
+        )
         + &cautions_of(study)
 }
 

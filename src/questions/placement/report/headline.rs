@@ -55,7 +55,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     };
     let spread_cautions = entry.spread.as_ref().map_or_else(String::new, |spread| {
         spread_report::along_cautions(&along(study), Some(&spread.largest))
-            + &spread_report::cautions(uncertainty, &spread_counts(results), "place", None)
+            + &spread_report::cautions(uncertainty, &spread_counts(results), "place", spread_report::next_along(Some(&spread.largest)).as_deref())
     });
     Headline::new(sentence, basis)
         .with_cautions(&robust_text(results))
