@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 use crate::{
     answer::Quantity,
     files::words::{self, counted, join_words, listed_up_to, millimetres, percent},
+    machine::Machine,
     page::{Fact, headline::KeyNumber, table::format_number},
     process::uncertainty::{
         ASSUMED_RELATIVE_STD, Cause, Draws, ModelError, P95, Role, SpreadSource, UncertainParameter, Uncertainty,
@@ -267,8 +268,8 @@ pub(crate) fn cautions(
 
 /// How sentences about the distribution along a path name it.
 pub(crate) struct Along<'a> {
-    /// Name of the machine.
-    pub machine: &'a str,
+    /// The machine.
+    pub machine: &'a Machine,
     /// The path, such as "this path".
     pub path: String,
     /// Words for the compensated commands, behind "the tool of …": "compensated".
@@ -343,7 +344,12 @@ pub(crate) fn along_cautions(along: &Along<'_>, whole: Option<&PathSpread>) -> S
     };
     let compensated = whole.compensated.as_ref();
     let compensated = compensated.map(|own| of(along.commands, along.missing, own)).unwrap_or_default();
-    of("without compensation", "have no equilibrium", &whole.plain) + &compensated
+    let harmful = by_drive(along, whole).into_iter().filter(|(_, worse)| *worse > 0.5);
+    let harmful = harmful.map(|(drive, worse)| {
+        let worse = probability(worse);
+        format!("The correction of drive {drive} probably does harm: without it the largest distance is smaller with {worse} probability.\n")
+    });
+    of("without compensation", "have no equilibrium", &whole.plain) + &compensated + &harmful.collect::<String>()
 }
 
 /// Returns the sentences about the distribution of the largest distance.
@@ -371,14 +377,31 @@ pub(crate) fn along_sentences(along: &Along<'_>, whole: &PathSpread) -> String {
         );
     }
     let worse = whole.worse.filter(|_| compensated.is_some()).map(probability);
-    text + &worse.map_or_else(String::new, |worse| {
+    text += &worse.map_or_else(String::new, |worse| {
         format!("Compensation makes the largest distance larger by more than 0.5 % with {worse} probability.\n")
-    })
+    });
+    let by_drive = by_drive(along, whole);
+    if !by_drive.is_empty() {
+        let words: Vec<String> =
+            by_drive.iter().map(|(drive, worse)| format!("{drive} {}", probability(*worse))).collect();
+        text += &format!(
+            "Probability that the correction of a single drive, all others being corrected, makes it larger by more than 0.5 % (estimates): {}.\n",
+            words.join(", ")
+        );
+    }
+    text
+}
+
+/// Returns each drive with the probability that its correction makes the largest distance larger; none where that is not known, or there is one drive.
+fn by_drive<'a>(along: &Along<'a>, whole: &PathSpread) -> Vec<(&'a str, f64)> {
+    let names = along.machine.drives().map(|(_, drive)| drive.name.as_str());
+    let all: Vec<(&str, f64)> = names.zip(whole.worse_by_drive.iter().copied()).collect();
+    if all.len() > 1 { all } else { Vec::new() }
 }
 
 /// Returns the verdict by the distribution of the largest distance after compensation.
 pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
-    let Along { machine, path, points, .. } = along;
+    let (Along { path, points, .. }, name) = (along, &along.machine.name);
     let (judged, how) = match &whole.compensated {
         Some(own) => (own, along.commands),
         None => (&whole.plain, "without compensation, as none was found"),
@@ -403,7 +426,7 @@ pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
         None => "within an unknown distance with 95 %, as too many draws have no equilibrium,".into(),
     };
     let sure = match judged.spread.within_tolerance.zip(along.judged_by()) {
-        None => format!("The tool of {machine}, {how}, stays {stays} {all_along}."),
+        None => format!("The tool of {name}, {how}, stays {stays} {all_along}."),
         Some((share, tolerance)) => {
             let word = match share {
                 _ if missing > 0 => "At the others",
@@ -416,7 +439,7 @@ pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
             let condition = condition(along.uncertainty);
             let probability = probability(share);
             format!(
-                "{word}{condition}: the tool of {machine}, {how}, stays within {tolerance} mm{all_along} with {probability} probability, {stays}."
+                "{word}{condition}: the tool of {name}, {how}, stays within {tolerance} mm{all_along} with {probability} probability, {stays}."
             )
         }
     };

@@ -187,9 +187,17 @@ impl Surrogate {
         Self { unloaded, by_load }
     }
 
-    /// Length of the longest displacement under all loads, in each draw, mm.
-    pub fn largest_displacements(&self, draws: &Draws) -> Vec<f64> {
-        let mut sizes = vec![0.0; Draws::COUNT];
+    /// Returns the surrogate of the same place where the tool is moved by `shift`, mm, whatever is drawn.
+    #[must_use]
+    pub fn shifted(&self, shift: Vector3<f64>) -> Self {
+        let mut own = self.clone();
+        own.unloaded.constant += shift;
+        own
+    }
+
+    /// Length of the longest displacement under all loads, in each of the first `count` draws, mm; whole scrambles.
+    pub fn largest_displacements(&self, draws: &Draws, count: usize) -> Vec<f64> {
+        let mut sizes = vec![0.0; count];
         Level::best().run(Sampling { surrogate: self, draws, sizes: &mut sizes });
         sizes
     }

@@ -85,6 +85,7 @@ impl ProgramJob {
             margin_mm: written.rounded_mm,
             audits: 1,
             counts: &counts,
+            by_drive: true,
             compensates: true,
         };
         let uncertain = drawn.as_ref().map(path);

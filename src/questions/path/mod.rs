@@ -97,7 +97,16 @@ impl PathStudy {
     /// Returns the path with the machines `drawn` from uncertain inputs, of which the spread of the distance is computed.
     fn spread_path<'a>(&self, machines: &'a Machines, drawn: &'a DrawnMachines) -> SpreadPath<'a> {
         let tolerance_mm = self.tolerance_mm;
-        SpreadPath { machines, drawn, tolerance_mm, margin_mm: 0.0, audits: 1, counts: &|_| true, compensates: true }
+        SpreadPath {
+            machines,
+            drawn,
+            tolerance_mm,
+            margin_mm: 0.0,
+            audits: 1,
+            counts: &|_| true,
+            by_drive: true,
+            compensates: true,
+        }
     }
 
     /// Returns the stretch of the path with the indices `points`, along which `track` holds the configurations of the nominal machine.

@@ -254,7 +254,7 @@ fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
     // The pass before the last is of the commands themselves.
     let is_programmed = report.proved.passes.iter().rev().nth(1).is_some_and(|pass| pass.name == Method::None.label());
     Along {
-        machine: &report.job.machine.name,
+        machine: &report.job.machine,
         path: report.name.into(),
         missing: "have no equilibrium",
         commands: if is_programmed { spread_report::AS_PROGRAMMED } else { "with the compensated program" },

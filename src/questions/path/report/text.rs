@@ -89,7 +89,7 @@ fn spread_text(summary: &Summary<'_>) -> String {
 /// Returns the names of the path and its commands for sentences about distributions along it, and why it is not judged, if so.
 fn along<'a>(summary: &'a Summary<'_>) -> Along<'a> {
     Along {
-        machine: &summary.study.machine.name,
+        machine: &summary.study.machine,
         path: "this path".into(),
         commands: "compensated",
         missing: "could not be compensated",

@@ -55,7 +55,12 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     };
     let spread_cautions = entry.spread.as_ref().map_or_else(String::new, |spread| {
         spread_report::along_cautions(&along(study), Some(&spread.largest))
-            + &spread_report::cautions(uncertainty, &spread_counts(results), "place", spread_report::next_along(Some(&spread.largest)).as_deref())
+            + &spread_report::cautions(
+                uncertainty,
+                &spread_counts(results),
+                "place",
+                spread_report::next_along(Some(&spread.largest)).as_deref(),
+            )
     });
     Headline::new(sentence, basis)
         .with_cautions(&robust_text(results))
@@ -82,7 +87,7 @@ fn not_corrected(evaluation: &Evaluation) -> String {
 pub(super) fn along(study: &PlacementStudy) -> Along<'_> {
     let points = study.features.iter().map(|job| evaluate::counted_flags(job).into_iter().filter(|flag| *flag).count());
     Along {
-        machine: &study.machine.name,
+        machine: &study.machine,
         path: format!("the {}", part(study)),
         // The distribution is of the exact correction.
         commands: if study.has_limits() { "compensated without the limits given" } else { "compensated" },
