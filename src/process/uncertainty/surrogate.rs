@@ -64,20 +64,15 @@ impl Polynomial {
         let [x, y, z]: [f64; 3] = self.constant.into();
         (*xs, *ys, *zs) = ([x; CHUNK], [y; CHUNK], [z; CHUNK]);
         for ([linear, square], own) in self.terms.iter().zip(&draws.coordinates) {
-            // Plain loops over three arrays become vector instructions.
-            let own = &own[from..from + CHUNK];
-            if *square == Vector3::zeros() {
-                for (i, own) in own.iter().enumerate() {
-                    xs[i] += own * linear.x;
-                    ys[i] += own * linear.y;
-                    zs[i] += own * linear.z;
+            let own = chunk(own, from);
+            for (all, axis) in [&mut *xs, ys, zs].into_iter().zip(0..) {
+                let (linear, square) = (linear[axis], square[axis]);
+                // Plain loops over arrays of one length become vector instructions.
+                if square == 0.0 {
+                    all.iter_mut().zip(own).for_each(|(sum, own)| *sum += own * linear);
+                } else {
+                    all.iter_mut().zip(own).for_each(|(sum, own)| *sum += own * (linear + square * own));
                 }
-                continue;
-            }
-            for (i, own) in own.iter().enumerate() {
-                xs[i] += own * (linear.x + square.x * own);
-                ys[i] += own * (linear.y + square.y * own);
-                zs[i] += own * (linear.z + square.z * own);
             }
         }
     }
@@ -118,19 +113,20 @@ impl Sampling<'_> {
     fn fill(&mut self) {
         let Self { surrogate, draws, sizes } = self;
         let (mut free, mut own) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
-        for (chunk, sizes) in sizes.chunks_mut(CHUNK).enumerate() {
-            let from = chunk * CHUNK;
+        let (sizes, _) = sizes.as_chunks_mut::<CHUNK>();
+        for (number, sizes) in sizes.iter_mut().enumerate() {
+            let from = number * CHUNK;
             surrogate.unloaded.evaluate(draws, from, &mut free);
-            let force = &draws.force[from..from + CHUNK];
+            let force = chunk(&draws.force, from);
             for load in &surrogate.by_load {
                 load.evaluate(draws, from, &mut own);
                 add_model_error(draws, from, &mut own);
-                for (i, (size, force)) in sizes.iter_mut().zip(force).enumerate() {
-                    let x = free[0][i] + force * own[0][i];
-                    let y = free[1][i] + force * own[1][i];
-                    let z = free[2][i] + force * own[2][i];
+                for i in 0..CHUNK {
+                    let x = free[0][i] + force[i] * own[0][i];
+                    let y = free[1][i] + force[i] * own[1][i];
+                    let z = free[2][i] + force[i] * own[2][i];
                     let square = x * x + y * y + z * z;
-                    *size = if square > *size { square } else { *size };
+                    sizes[i] = if square > sizes[i] { square } else { sizes[i] };
                 }
             }
             for size in sizes {
@@ -144,7 +140,7 @@ impl Sampling<'_> {
 #[inline(always)]
 fn add_model_error(draws: &Draws, from: usize, [xs, ys, zs]: &mut [[f64; CHUNK]; 3]) {
     let [a, b, c, d, e, f, g, h, k] = &draws.model[..] else { return };
-    let [a, b, c, d, e, f, g, h, k] = [a, b, c, d, e, f, g, h, k].map(|own| &own[from..from + CHUNK]);
+    let [a, b, c, d, e, f, g, h, k] = [a, b, c, d, e, f, g, h, k].map(|own| chunk(own, from));
     for i in 0..CHUNK {
         let (x, y, z) = (xs[i], ys[i], zs[i]);
         xs[i] += a[i] * x + b[i] * y + c[i] * z;
@@ -155,6 +151,13 @@ fn add_model_error(draws: &Draws, from: usize, [xs, ys, zs]: &mut [[f64; CHUNK];
 
 /// Draws computed at a time.
 const CHUNK: usize = 256;
+
+/// The numbers of `all` draws from `from` on that are computed at a time, as an array, so that its length is known.
+#[inline(always)]
+fn chunk(all: &[f64], from: usize) -> &[f64; CHUNK] {
+    all[from..].first_chunk().expect("there are whole chunks of draws")
+}
+
 const _: () = assert!(Draws::COUNT.is_multiple_of(CHUNK));
 
 /// Displacements at one place, in all draws.
@@ -204,8 +207,8 @@ impl Surrogate {
 
     /// Variance of the length of the longest displacement under all loads, mm², by each of `causes` alone, over the draws of the first scramble.
     pub fn variances<'a>(&self, draws: &Draws, causes: impl Iterator<Item = &'a Cause>) -> Vec<f64> {
-        let alone = |size: &dyn Fn(&Polynomial, usize) -> f64| {
-            let longest = |draw: usize| self.by_load.iter().fold(0.0, |most: f64, load| most.max(size(load, draw)));
+        let alone = |square: &dyn Fn(&Polynomial, usize) -> f64| {
+            let longest = |draw| self.by_load.iter().fold(0.0, |most: f64, load| most.max(square(load, draw))).sqrt();
             variance(&(0..Draws::PER_SCRAMBLE).map(longest).collect::<Vec<f64>>())
         };
         let by_parameters = |parameters: &[usize]| {
@@ -216,11 +219,12 @@ impl Surrogate {
                 });
                 terms.fold(own.constant, |sum, term| sum + term)
             };
-            alone(&|load, draw| (moved(&self.unloaded, draw) + moved(load, draw)).norm())
+            alone(&|load, draw| (moved(&self.unloaded, draw) + moved(load, draw)).norm_squared())
         };
-        let by_force = || alone(&|load, draw| (self.unloaded.constant + draws.force[draw] * load.constant).norm());
+        let by_force =
+            || alone(&|load, draw| (self.unloaded.constant + draws.force[draw] * load.constant).norm_squared());
         let under_model = |load: &Polynomial, draw| load.constant + draws.model_error(draw, &load.constant);
-        let by_model = || alone(&|load, draw| (self.unloaded.constant + under_model(load, draw)).norm());
+        let by_model = || alone(&|load, draw| (self.unloaded.constant + under_model(load, draw)).norm_squared());
         let by = |cause: &Cause| match cause {
             Cause::Parameters(parameters) => by_parameters(parameters),
             Cause::Force => by_force(),
