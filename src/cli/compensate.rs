@@ -132,8 +132,8 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         reporting.print("Of so many points, other methods are simulated with --all-methods only.\n")?;
     }
     let residual = residual_text(&machine, proved.commanded_max_mm()) + &holes_text(proved.written.in_holes_mm);
-    reporting.print(&(limits_text(&machine, &process.limits, proved.bounded.as_ref()) + &residual))?;
-    reporting.print_styled(&headline::sentences(&(spread + &blocks)))?;
+    let limits = limits_text(&machine, &process.limits, &proved);
+    reporting.print_styled(&headline::sentences(&(limits + &residual + &spread + &blocks)))?;
     if proved.uncorrected > 0 {
         let positions = counted(proved.uncorrected, "position");
         reporting.print(&format!("Left as written, as there is no correction: {positions} where nothing is cut.\n"))?;

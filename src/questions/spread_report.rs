@@ -143,7 +143,7 @@ pub(crate) fn worth_most(IfMeasured { cause, known, p95_mm: [now, then] }: &IfMe
 }
 
 /// Formats a count out of independent ones with its share and the 95 % interval of that (Wilson's): "3 (0.3 %; 95 % interval 0.1 to 0.9 %)".
-fn share_of(count: usize, all: usize) -> String {
+pub(crate) fn share_of(count: usize, all: usize) -> String {
     if all == 0 {
         return "none".into();
     }
@@ -152,7 +152,7 @@ fn share_of(count: usize, all: usize) -> String {
 }
 
 /// Returns the 95 % interval (Wilson's) of a probability, of which `count` of `all` independent cases came true.
-fn share_interval(count: usize, all: usize) -> [f64; 2] {
+pub(crate) fn share_interval(count: usize, all: usize) -> [f64; 2] {
     let (share, all, square) = (count as f64 / all as f64, all as f64, Z_95_INTERVAL * Z_95_INTERVAL);
     let half = (square * (share * (1.0 - share) / all + square / (4.0 * all * all))).sqrt();
     [-half, half].map(|half| ((share + square / (2.0 * all) + half) / (1.0 + square / all)).clamp(0.0, 1.0))

@@ -3,6 +3,7 @@
 
 pub mod along_path;
 pub mod blocks;
+pub(crate) mod drawn_forces;
 pub(crate) mod external_axes;
 pub(crate) mod path_blocks;
 mod path_sums;

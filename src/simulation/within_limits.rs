@@ -18,7 +18,27 @@ pub(crate) fn correct_within_limits(
     tasks: &[TaskPoint],
     given: &CorrectionLimits,
 ) -> Result<BoundedPath> {
-    let limits = engine_limits(nominal, tasks, given)?;
+    correct_within_forces(nominal, real, tasks, given, force_limits(nominal, given))
+}
+
+/// Returns the force limit of each drive, N or N·mm: the smaller one of process and machine, infinite where there is none.
+pub(crate) fn force_limits(machine: &Machine, given: &CorrectionLimits) -> Vec<f64> {
+    let or_inf = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
+    machine.drives().map(|(_, drive)| or_inf(drive.force_limit).min(or_inf(given.force_N))).collect()
+}
+
+/// Corrects as [`correct_within_limits`], but with the limits `force` on drive forces, N or N·mm.
+///
+/// # Errors
+/// As there.
+pub(crate) fn correct_within_forces(
+    nominal: &Machine,
+    real: &Machine,
+    tasks: &[TaskPoint],
+    given: &CorrectionLimits,
+    force: Vec<f64>,
+) -> Result<BoundedPath> {
+    let limits = Limits { force: Some(force), ..engine_limits(nominal, tasks, given)? };
     let settings = BoundedSettings { point: settings(), ..BoundedSettings::default() };
     Ok(compensate_bounded(nominal, real, tasks, &limits, given.objective, &settings, &|_| ())?)
 }
@@ -54,6 +74,6 @@ fn engine_limits(machine: &Machine, tasks: &[TaskPoint], given: &CorrectionLimit
         correction: each(given.correction_mm),
         correction_change: each(given.correction_change_mm),
         travel: None,
-        force: each(given.force_N),
+        force: None,
     })
 }

@@ -146,7 +146,7 @@ fn a_program_too_long_to_be_corrected_at_once_is_refused() {
     let program = parsed(source, "long.nc", &process);
     let job = ProgramJob::new(process, program, "long.nc", &Work::default()).unwrap();
     assert_eq!(job.path.len(), 250_001);
-    let refused = job.bounded_pass(&|| (), |_, _| Ok(())).unwrap_err();
+    let refused = job.bounded_pass(&Work::default(), |_, _| Ok(())).unwrap_err();
     assert_eq!(
         refused.to_string(),
         "--method: bounded corrects the whole path at once: 250001 points, expected at most 200000; a coarser [sampling] or \

@@ -127,6 +127,7 @@ mod turn_lattice;
 mod turning_platforms;
 mod uncertain_comparison;
 mod uncertain_covariance;
+mod uncertain_forces;
 mod uncertain_paths;
 mod uncertain_places;
 mod uncertain_programs;

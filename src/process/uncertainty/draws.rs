@@ -45,12 +45,24 @@ impl Draws {
     /// indices `correlated` are the products of `factor` with independent ones.
     pub fn new(
         parameters: &[UncertainParameter],
-        (correlated, factor): (&[usize], &DMatrix<f64>),
-        (force, model_std): (Option<Spread>, f64),
+        correlated: (&[usize], &DMatrix<f64>),
+        force_and_model: (Option<Spread>, f64),
         seed: u32,
     ) -> Self {
-        let of_model = if model_std > 0.0 { 9 } else { 0 };
-        let points = sobol::points(parameters.len() + 1 + of_model, Self::SCRAMBLES, Self::PER_SCRAMBLE, seed.into());
+        let layout = (Self::SCRAMBLES, Self::PER_SCRAMBLE);
+        Self::in_scrambles(parameters, correlated, force_and_model, (seed, seed.into()), layout)
+    }
+
+    /// The draws as in [`Self::new`], but in other `scrambles` with as many draws each. Their random numbers are those of `random`, made from `seed`.
+    pub(super) fn in_scrambles(
+        parameters: &[UncertainParameter],
+        (correlated, factor): (&[usize], &DMatrix<f64>),
+        (force, model_std): (Option<Spread>, f64),
+        (seed, random): (u32, u64),
+        (scrambles, per_scramble): (usize, usize),
+    ) -> Self {
+        let (of_model, count) = (if model_std > 0.0 { 9 } else { 0 }, scrambles * per_scramble);
+        let points = sobol::points(parameters.len() + 1 + of_model, scrambles, per_scramble, random);
         // The force comes first, so that it is the same with other parameters.
         let mut normal: Vec<Vec<f64>> =
             points.into_iter().map(|own| own.into_iter().map(normal_quantile).collect()).collect();
@@ -60,11 +72,11 @@ impl Draws {
         let entry = |own: Vec<f64>| own.into_iter().map(|z| model_std / 3.0f64.sqrt() * z).collect();
         let model: Vec<Vec<f64>> = normal.split_off(parameters.len()).into_iter().map(entry).collect();
         let norm = |draw: usize| model.iter().map(|own| own[draw] * own[draw]).sum::<f64>().sqrt();
-        let model_range = (0..Self::COUNT).map(norm).fold(0.0, f64::max);
+        let model_range = (0..count).map(norm).fold(0.0, f64::max);
         let independent: Vec<Vec<f64>> = correlated.iter().map(|parameter| normal[*parameter].clone()).collect();
         for (row, parameter) in factor.row_iter().zip(correlated) {
             let product = |draw: usize| row.iter().zip(&independent).map(|(a, own)| a * own[draw]).sum();
-            normal[*parameter] = (0..Self::COUNT).map(product).collect();
+            normal[*parameter] = (0..count).map(product).collect();
         }
         let force_range = force.iter().fold(0.0, |most: f64, factor| most.max((factor - 1.0).abs()));
         let of = |(own, normal): (&UncertainParameter, &Vec<f64>)| normal.iter().map(|z| own.coordinate(*z)).collect();
@@ -73,7 +85,7 @@ impl Draws {
             |own: &Vec<f64>| own.iter().fold([0.0f64; 2], |[least, largest], x| [least.min(*x), largest.max(*x)]);
         let ranges = coordinates.iter().map(range).collect();
         let in_order = |weakness: &Vec<f64>| {
-            let mut order: Vec<usize> = (0..Self::COUNT).collect();
+            let mut order: Vec<usize> = (0..count).collect();
             order.sort_by(|a, b| weakness[*b].total_cmp(&weakness[*a]));
             order
         };

@@ -285,6 +285,18 @@ impl Uncertainty {
         Some((own, words))
     }
 
+    /// The same with `count` draws that are independent of one another and of these.
+    #[must_use]
+    pub fn with_independent_draws(&self, count: usize) -> Self {
+        let Draws { correlated, factor, seed, .. } = &self.draws;
+        let force_and_model = (self.force, self.model.relative_std);
+        // One draw of each scramble; no other random numbers of a seed have this bit ([`sobol::points`]).
+        let (random, layout) = (u64::from(*seed) | 1 << 44, (count, 1));
+        let draws =
+            Draws::in_scrambles(&self.parameters, (correlated, factor), force_and_model, (*seed, random), layout);
+        Self { draws, ..self.clone() }
+    }
+
     /// Whether the median of each parameter is its nominal value, so that a 95 % quantile of a distance is not below the nominal one.
     pub fn has_nominal_medians(&self) -> bool {
         let is_nominal = |own: &UncertainParameter| own.coordinate(0.0).abs() <= 1e-9 * own.coordinate(1.0).abs();

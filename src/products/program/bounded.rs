@@ -1,22 +1,28 @@
 //! Corrects a program within the limits of its process, and finds where the program as written exceeds them.
 
-use super::{Part, Pass, ProgramCommands, ProgramJob};
+use super::{Part, Pass, ProgramCommands, ProgramJob, forces::TightenedForces};
 use crate::{
     compensation::{BoundedPath, BoundedPoint, LimitKind},
     input::error::Result,
-    simulation::{along_path::PathPointResult, within_limits::correct_within_limits},
+    simulation::{
+        along_path::PathPointResult,
+        within_limits::{correct_within_forces, force_limits},
+    },
+    work::{Event, Work},
 };
 
 /// A simulated pass within limits, and the effect of the limits.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct BoundedPass {
     /// The pass, simulated point by point.
     pub pass: Pass,
     /// Limits that bind, where they do, and their cost in error.
     pub path: BoundedPath,
+    /// Force limits as they were tightened; `None` where inputs are exact or no force is limited.
+    pub(super) forces: Option<TightenedForces>,
 }
 
-/// The worst point at which the program as written exceeds a limit, because its positions are rounded.
+/// A quantity against its limit: where the program as written exceeds it most because its positions are rounded, or a force as it may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitExcess {
     /// Which limit.
@@ -29,6 +35,13 @@ pub struct LimitExcess {
     pub value: f64,
     /// The limit, in the same unit.
     pub limit: f64,
+}
+
+impl LimitExcess {
+    /// Returns the quantity as a share of its limit.
+    pub(super) fn share(&self) -> f64 {
+        self.value / self.limit
+    }
 }
 
 /// Collects where the program as written exceeds limits of the process or force limits of the machine.
@@ -92,21 +105,30 @@ impl<'a> ExcessSearch<'a> {
 }
 
 impl ProgramJob {
-    /// Corrects the whole path within the limits of process and machine, and simulates it; `done` and `take` as in [`ProgramJob::pass`].
+    /// Corrects the whole path within the limits of process and machine, and simulates it; `work` is told of each point, `take` as in
+    /// [`ProgramJob::pass`]. Where inputs are uncertain, limits of forces are tightened so that they hold on machines and under forces as they may be.
     ///
     /// # Errors
-    /// Too many points to be corrected at once, limits that do not fit the machine, or that exclude one another: named with point, drive and values.
+    /// Too many points to be corrected at once, limits that do not fit the machine, or that exclude one another: named with point, drive and values;
+    /// errors of `work`.
     pub fn bounded_pass(
         &self,
-        done: &(dyn Fn() + Sync),
+        work: &Work,
         take: impl FnMut(&Part<'_>, &[PathPointResult]) -> Result<()>,
     ) -> Result<BoundedPass> {
-        let path = correct_within_limits(&self.machine, &self.real, &self.all_tasks()?, &self.process.limits)?;
-        // Of a point left out those of home, which its own failure then labels.
+        let (tasks, limits) = (self.all_tasks()?, &self.process.limits);
+        let correct = |force: Vec<f64>| correct_within_forces(&self.machine, &self.real, &tasks, limits, force);
+        let path = correct(force_limits(&self.machine, limits))?;
+        let (path, forces) = self.tighten_forces(path, &correct, work)?;
+        let done = || work.tell(Event::Computed(1));
+        let pass = self.pass("bounded", &ProgramCommands::Drives(&self.drives_along(&path)), &done, take)?;
+        Ok(BoundedPass { pass, path, forces })
+    }
+
+    /// Returns the drive positions at each point of `path`, mm or rad; at a point left out those of home, which its own failure then labels.
+    pub(super) fn drives_along(&self, path: &BoundedPath) -> Vec<Vec<f64>> {
         let home = &self.machine.home.drives;
         let drives_of = |point: &BoundedPoint| point.corrected().map_or(home, |corrected| &corrected.drives).clone();
-        let drives: Vec<Vec<f64>> = path.points.iter().map(drives_of).collect();
-        let pass = self.pass("bounded", &ProgramCommands::Drives(&drives), done, take)?;
-        Ok(BoundedPass { pass, path })
+        path.points.iter().map(drives_of).collect()
     }
 }

@@ -1,7 +1,8 @@
 //! Compensates a program: finds the commands, writes the program that gives them, reads it back and proves it by simulation.
 
 use super::{
-    CorrectedPath, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, Proof, ProvedPart, WithoutForce,
+    CorrectedPath, ForceCheck, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, Proof, ProvedPart,
+    WithoutForce,
     bounded::{ExcessSearch, LimitExcess},
 };
 use crate::{
@@ -87,6 +88,8 @@ pub struct ProvedProgram {
     pub bounded: Option<BoundedPath>,
     /// Limits that the program as written exceeds; `None` where limits were not checked.
     pub exceeded: Option<Vec<LimitExcess>>,
+    /// How sure it is that drive forces stay within their limits; `None` where inputs are taken as exact or no force is limited.
+    pub forces: Option<ForceCheck>,
     /// What the program as written does if the cutting force is absent.
     pub without_force: WithoutForce,
     /// Distributions of the largest error over the points that count, without compensation and as written; `None` where inputs are taken as exact.
@@ -151,7 +154,7 @@ impl ProgramJob {
         }
         let done = || work.tell(Event::Computed(1));
         // First what is asked for: where there is no command, the others are of no use.
-        let (mut corrected, mut bounded) = (CorrectedPath::new(self), None);
+        let (mut corrected, mut bounded, mut tightened) = (CorrectedPath::new(self), None, None);
         let take = |part: &Part<'_>, results: &[PathPointResult]| {
             corrected.add(self, part, results);
             if asked.ends_early && !corrected.failures.is_empty() { Err(Error::Stopped) } else { work.check() }
@@ -161,8 +164,8 @@ impl ProgramJob {
                 self.pass("mirror of the measured pass", &ProgramCommands::CommandedPath(sent), &done, take)
             }
             CommandSource::Method(method) => self.pass_by(*method, &done, take),
-            CommandSource::Bounded => self.bounded_pass(&done, take).map(|found| {
-                bounded = Some(found.path);
+            CommandSource::Bounded => self.bounded_pass(work, take).map(|found| {
+                (bounded, tightened) = (Some(found.path), found.forces);
                 found.pass
             }),
         };
@@ -178,6 +181,10 @@ impl ProgramJob {
         written.keep_calls_only_if(|file| to.may_call(file));
         let uncorrected = corrected.uncorrected;
         drop(corrected);
+        let forces = match (tightened, &bounded) {
+            (Some(tightened), Some(path)) => self.check_forces(tightened, (path, &written), work)?,
+            _ => None,
+        };
         let mut excess = bounded.as_ref().map(|bounded| ExcessSearch::new(self, bounded));
         let name = format!("{}, as written", sought.name);
         let Proof { mut passes, without_force, spread } = self.prove((name, &written), asked, work, |proved| {
@@ -192,6 +199,7 @@ impl ProgramJob {
             written,
             bounded,
             exceeded,
+            forces,
             without_force,
             spread,
             uncorrected,

@@ -5,6 +5,7 @@ mod compensate;
 mod corrected;
 #[cfg(feature = "report")]
 pub mod files;
+mod forces;
 mod part;
 mod prove;
 #[cfg(feature = "report")]
@@ -21,6 +22,7 @@ use self::part::TrackPart;
 use self::turned::with_best_gamma;
 pub use compensate::{Asked, CommandSource, Compensated, InMemory, ProvedProgram, Receiver, Refusal};
 pub use corrected::{CorrectedPath, ProgramAsWritten, WrittenCalls};
+pub use forces::ForceCheck;
 pub use part::Part;
 pub use prove::{CuttingLawCheck, Proof, ProvedPart, WithoutForce};
 
@@ -199,13 +201,13 @@ impl ProgramJob {
     }
 
     /// Returns the results of `commands` at the points of `part`, computed by `run`; `track`, from the part before, turns positions into poses of P.
-    fn part_results(
+    fn part_results<T>(
         &self,
         part: &Part<'_>,
         track: &mut PoseTracker<'_>,
         commands: &ProgramCommands<'_>,
-        run: &dyn Fn(&Commands<'_>) -> Vec<PathPointResult>,
-    ) -> Vec<PathPointResult> {
+        run: &dyn Fn(&Commands<'_>) -> T,
+    ) -> T {
         match commands {
             ProgramCommands::Method(method) => run(&Commands::Method(*method)),
             ProgramCommands::Drives(drives) => run(&Commands::Drives(&drives[part.range()])),

@@ -114,7 +114,7 @@ fn cause_section(report: &Report<'_>) -> Section {
 fn remedy_section(report: &Report<'_>) -> Section {
     let Report { job, proved, .. } = report;
     Section::new("What do the drives do?", "corrections and forces along the path, limits that bind")
-        .text(&limits_text(&job.machine, &job.process.limits, proved.bounded.as_ref()))
+        .text(&limits_text(&job.machine, &job.process.limits, proved))
         .figures(&["corrections"])
 }
 

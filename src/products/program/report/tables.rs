@@ -1,6 +1,6 @@
 //! Tables and JSON of a compensated program: its points, and its passes.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::{
     Report,
@@ -18,14 +18,14 @@ use crate::{
         table::{correction_columns, force_columns, shown_positions},
     },
     page::Better::{Larger, Smaller},
-    products::program::{Pass, ProgramJob, ProvedPart, ProvedProgram, WrittenCalls, bounded::LimitExcess},
+    products::program::{ForceCheck, Pass, ProgramJob, ProvedPart, ProvedProgram, WrittenCalls, bounded::LimitExcess},
     questions::{
         path::{
             Station,
             report::{ANGLE, cutting_force},
             resolve::stations,
         },
-        spread_report::{self, WithSpread},
+        spread_report::{self, WithSpread, share_interval},
     },
     simulation::{
         ProgramFile, Source, along_path::PathPointResult, spread::DeflectionSpread, spread_along::PointSpread,
@@ -194,7 +194,7 @@ fn binding_limits(job: &ProgramJob, bounded: Option<&BoundedPath>, k: usize) -> 
     words.collect::<Vec<_>>().join("; ")
 }
 
-/// Returns the limits that the program as written exceeds, as JSON.
+/// Returns quantities against their limits as JSON, such as where the program as written exceeds them.
 fn exceeded_json(job: &ProgramJob, exceeded: &[LimitExcess]) -> Vec<Value> {
     let labels = job.machine.drive_labels();
     let entry = |found: &LimitExcess| {
@@ -212,7 +212,7 @@ fn exceeded_json(job: &ProgramJob, exceeded: &[LimitExcess]) -> Vec<Value> {
 }
 
 /// Returns status, errors and binding limits of a path corrected within limits, as JSON.
-fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
+fn bounded_json(job: &ProgramJob, path: &BoundedPath, forces: Option<&ForceCheck>) -> Value {
     let labels = job.machine.drive_labels();
     let limits: Vec<Value> = path
         .summary
@@ -229,14 +229,27 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
             })
         })
         .collect();
-    json!({
+    let mut bounded = json!({
         "status": path.summary.status.label(),
         "linearisations": path.summary.iterations,
         "error_max_mm": path.summary.after.worst,
         "error_rms_mm": path.summary.after.rms,
         "force_excess": path.summary.force_excess,
         "limits_binding": limits,
-    })
+    });
+    if let Some(ForceCheck { draws, within, failed, p95, tightened, untightened_mm }) = forces {
+        bounded["forces"] = json!({
+            "probability": *within as f64 / *draws as f64,
+            "probability_interval_95": share_interval(*within, *draws),
+            "draws": draws,
+            "draws_within": within,
+            "draws_without_equilibrium": failed,
+            "p95": exceeded_json(job, std::slice::from_ref(p95)).pop(),
+            "untightened_error_max_mm": untightened_mm,
+            "tightened_share": labels.iter().cloned().zip(tightened.iter().map(|share| json!(share))).collect::<Map<_, _>>(),
+        });
+    }
+    bounded
 }
 
 /// Version of the report. In 1, what limits cost was per rad for hinges and had no unit in its key.
@@ -277,7 +290,7 @@ pub fn program_json(report: &Report<'_>) -> Value {
         "points": job.path.len(),
         "length_mm": job.path.length_mm(),
         "passes": passes,
-        "bounded": bounded.as_ref().map(|path| bounded_json(job, path)),
+        "bounded": bounded.as_ref().map(|path| bounded_json(job, path, proved.forces.as_ref())),
         "without_force": json!({
             "point": proved.without_force.most.map(|(point, _)| point),
             "error_max_mm": proved.without_force.most.map(|(_, size)| size),

@@ -9,7 +9,7 @@ use crate::{
     compensation::{BoundedPath, LimitKind, Method, Price},
     files::{
         table::kind_word,
-        words::{counted, millimetres},
+        words::{counted, millimetres, percent, probability},
     },
     machine::{Machine, Motion},
     page::{
@@ -17,10 +17,10 @@ use crate::{
         headline::{Extreme, Headline, InTable, KeyNumber},
     },
     process::file::CorrectionLimits,
-    products::program::{ProgramJob, ProvedProgram, WithoutForce, bounded::LimitExcess},
+    products::program::{ForceCheck, ProgramJob, ProvedProgram, WithoutForce, bounded::LimitExcess},
     questions::{
         path::report::facts_text,
-        spread_report::{self, Along},
+        spread_report::{self, Along, share_of},
     },
     simulation::{
         ProgramFile, ROUNDING_MM, Source,
@@ -28,15 +28,60 @@ use crate::{
     },
 };
 
-/// Returns in sentences how limits change a path corrected within them, or that limits were not regarded; empty without limits.
-pub fn limits_text(machine: &Machine, limits: &CorrectionLimits, bounded: Option<&BoundedPath>) -> String {
-    match bounded {
-        Some(path) => bounded_text(machine, path),
+/// Returns in sentences how limits change the path of `proved`, if it was corrected within them, or that limits were not regarded; empty without limits.
+pub fn limits_text(machine: &Machine, limits: &CorrectionLimits, proved: &ProvedProgram) -> String {
+    match &proved.bounded {
+        Some(path) => {
+            let forces = proved.forces.as_ref().map_or_else(String::new, |forces| forces_text(machine, path, forces));
+            forces + &bounded_text(machine, path)
+        }
         None if limits.is_limited() => {
             "The limits of the process were not looked at: --method bounded keeps them.\n".into()
         }
         None => String::new(),
     }
+}
+
+/// Returns how sure it is that limits of forces hold along the program as written, in a sentence.
+fn forces_sentence(forces: &ForceCheck) -> String {
+    let within = probability(forces.within as f64 / forces.draws as f64, forces.draws);
+    let most = forces.tightened.iter().fold(0.0, |most: f64, own| most.max(*own));
+    let tightened = match most > 0.0 {
+        true => format!("; for that their limits were tightened by up to {} in the optimisation", percent(most)),
+        false => String::new(),
+    };
+    format!("Drive forces stay within their limits all along it with {within} probability{tightened}.")
+}
+
+/// Returns how sure it is that limits hold along the program as written, in sentences, and that what follows is nominal.
+fn forces_text(machine: &Machine, path: &BoundedPath, forces: &ForceCheck) -> String {
+    let labels = machine.drive_labels();
+    let LimitExcess { drive, point, value, limit, .. } = forces.p95;
+    let unit = shown_limit_unit(machine, LimitKind::Force, drive);
+    let failed = match forces.failed {
+        0 => String::new(),
+        failed => format!(" {failed} have no equilibrium somewhere and do not count."),
+    };
+    let mut text = format!(
+        "Limits of drive forces hold all along the program as written in {} of {} draws that were not used to tighten them, each one machine and one \
+         cutting force for the whole program.{failed} With 95 % probability the force nearest to its limit is up to {value:.1} {unit}, of {limit} {unit} \
+         (drive {} at point {point}).\n",
+        share_of(forces.within, forces.draws),
+        forces.draws,
+        labels[drive]
+    );
+    let tightened = labels.iter().zip(&forces.tightened).filter(|(_, share)| **share > 0.0);
+    let tightened: Vec<String> =
+        tightened.map(|(label, share)| format!("drive {label} by {}", percent(*share))).collect();
+    if !tightened.is_empty() {
+        text += &format!(
+            "Tightened in the optimisation: the force limits of {}. With nominal numbers that leaves up to {} instead of {}.\n",
+            tightened.join(", "),
+            millimetres(path.summary.after.worst, 4),
+            millimetres(forces.untightened_mm, 4)
+        );
+    }
+    text + "Limits of corrections are limits of commands: they hold on any machine. With nominal numbers:\n"
 }
 
 /// Returns which limits bind and what they cost, in sentences.
@@ -229,7 +274,8 @@ pub fn headline(report: &Report<'_>) -> Headline {
         }
     };
     let uncertain = report.job.uncertainty.as_ref();
-    let mut headline = Headline::new(verdict + &sure, basis)
+    let forces = report.proved.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
+    let mut headline = Headline::new(verdict + &sure + &forces, basis)
         .with_cautions(&report.proved.worse_as_written().unwrap_or_default())
         .with_cautions(
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
