@@ -110,6 +110,7 @@ pub(super) fn write_metrics(
             audits: 0,
             counts: &|_| true,
             compensates: false,
+            play: false,
         };
         let mut add = |part: &SpreadPart<'_>| path.solve_part(part, 1, &Work::default(), &mut largest).map(drop);
         parts_of(job.machine(), &tasks)(&mut add).map_err(|error| none(error.to_string()))?;
@@ -134,7 +135,7 @@ fn spread_at(
     let path = |f: usize| {
         let (machines, tolerance_mm) = (&jobs[f].machines, Some(jobs[f].feature.tolerance_mm));
         let (drawn, counts) = (&drawn[f], &counts[f]);
-        SpreadPath { machines, drawn, tolerance_mm, margin_mm: 0.0, audits: 0, counts, compensates: true }
+        SpreadPath { machines, drawn, tolerance_mm, margin_mm: 0.0, audits: 0, counts, compensates: true, play: false }
     };
     let paths: Vec<SpreadPath<'_>> = (0..jobs.len()).map(path).collect();
     let each_part: Vec<_> = jobs.iter().zip(&tasks).map(|(job, tasks)| parts_of(job.machine(), tasks)).collect();
