@@ -12,6 +12,7 @@ mod extremes;
 mod grid_map;
 mod of_sources;
 mod output;
+pub(crate) mod play;
 pub mod point_words;
 mod quantity;
 mod report_text;

@@ -14,6 +14,7 @@ use crate::{
     simulation::{
         Machines, Source,
         path_blocks::{Stretch, solve_stretches},
+        play::PointPlay,
         tracking::{TrackPoint, join_stretches, last_in_stretch, track_stretches},
     },
     spatial::Pose,
@@ -38,13 +39,15 @@ pub struct PathCase<'a> {
     pub before: Option<&'a Configuration>,
     /// Task points, in path order.
     pub tasks: &'a [TaskPoint],
+    /// Whether play of the drives counts, where they have any: [`PointPlay`].
+    pub play: bool,
 }
 
 impl<'a> PathCase<'a> {
-    /// Creates the case of a whole path on `machines` under `source`.
+    /// Creates the case of a whole path on `machines` under `source`, in which play counts.
     pub(crate) fn new(machines: &'a Machines, source: Source, tasks: &'a [TaskPoint]) -> Self {
         let (nominal, real) = (machines.nominal(source), machines.actual(source));
-        Self { nominal, real, unloaded: machines.unloaded(), before: None, tasks }
+        Self { nominal, real, unloaded: machines.unloaded(), before: None, tasks, play: true }
     }
 }
 
@@ -69,6 +72,8 @@ pub struct PathPointResult {
     pub residual_rotation: Vector3<f64>,
     /// Drive forces in equilibrium, N or N·mm.
     pub drive_forces: Vec<f64>,
+    /// Play of the drives, which is in the errors as far as they are pressed to a side; `None` where they have none or it does not count.
+    pub play: Option<PointPlay>,
 }
 
 impl PathPointResult {

@@ -7,6 +7,7 @@ pub(crate) mod drawn_forces;
 pub(crate) mod external_axes;
 pub(crate) mod path_blocks;
 mod path_sums;
+pub mod play;
 pub(crate) mod program_file;
 mod scene;
 pub(crate) mod settled;

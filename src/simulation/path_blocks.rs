@@ -2,12 +2,13 @@
 
 use super::{
     along_path::{Commands, PathCase, PathPointResult},
+    play::PlayedPoint,
     settings,
     tracking::TrackPoint,
 };
 use crate::{
     compensation::{
-        Compensation, CompensationStatus, Session, TaskPoint, compensate_batch, find_targets, simulate_batch,
+        Compensation, CompensationStatus, Method, Session, TaskPoint, compensate_batch, find_targets, simulate_batch,
         simulate_drives,
     },
     machine::{Configuration, Machine},
@@ -53,7 +54,7 @@ pub(crate) fn solve_stretches<'a, E>(
             blocks.iter_mut().filter(|block| point < block.track.len()).collect();
         let found = solve_points(case, commands, point, &mut going, &mut batch);
         for (block, found) in going.into_iter().zip(found) {
-            let answer = block.result(point, found);
+            let answer = block.result(case, commands, point, found);
             block.answers.push(answer);
             done()?;
         }
@@ -158,18 +159,31 @@ impl<'a> OpenStretch<'a> {
         Some(CompensationStatus::ChangesPosture { change, before_mm: here_mm, here_mm })
     }
 
-    /// Returns the result at point number `point` of the block from its compensation.
-    fn result(&mut self, point: usize, found: Compensation) -> PathPointResult {
+    /// Returns the result of `commands` at point number `point` of the block from its compensation, with the play of the drives.
+    fn result(
+        &mut self,
+        case: &PathCase<'_>,
+        commands: &Commands<'_>,
+        point: usize,
+        mut found: Compensation,
+    ) -> PathPointResult {
+        let mut target = found.outcome.as_ref().and_then(|_| self.session.target().ok());
+        let play = self.track[point].at.as_ref().and_then(|at| {
+            let is_given = !matches!(commands, Commands::Method(method) if *method != Method::None);
+            let played = PlayedPoint { case, task: &case.tasks[self.first + point], at, is_given };
+            played.add(&mut self.session, &mut found, &mut target)
+        });
         PathPointResult {
             is_settled: found.outcome.is_some(),
             corrections: found.iterations(),
-            target: found.outcome.as_ref().and_then(|_| self.session.target().ok()),
+            target,
             status: found.status,
             drives: found.drives,
             nominal_drives: self.track[point].at.as_ref().map(|at| at.drives.clone()).unwrap_or_default(),
             position_error: found.position_error,
             residual_rotation: found.residual_rotation,
             drive_forces: found.drive_forces,
+            play,
         }
     }
 }

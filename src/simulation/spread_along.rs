@@ -219,6 +219,8 @@ pub(crate) struct SpreadPath<'a> {
     pub by_drive: bool,
     /// Whether the compensated commands are computed as well, and each point is checked by itself; a search wants the largest distance alone.
     pub compensates: bool,
+    /// As in [`PathCase`].
+    pub play: bool,
 }
 
 impl SpreadPath<'_> {
@@ -416,7 +418,7 @@ impl<'a> Block<'a> {
     /// Solves `commands` with `machines` under the cutting force times `factor`.
     fn solve(&self, machines: &Machines, factor: f64, commands: &Commands<'_>) -> Result<Vec<PathPointResult>> {
         let tasks: Vec<TaskPoint> = self.tasks.iter().map(|task| under(task, factor)).collect();
-        let case = PathCase::new(machines, Source::All, &tasks);
+        let case = PathCase { play: self.path.play, ..PathCase::new(machines, Source::All, &tasks) };
         let points = self.track.len().div_ceil(Batch::WIDTH).clamp(1, STRETCH);
         let stretch = |(k, track)| (k * points, track);
         let stretches: Vec<Stretch<'_>> = self.track.chunks(points).enumerate().map(stretch).collect();
@@ -432,7 +434,7 @@ impl<'a> Block<'a> {
             (Command::Compensated, None) => {}
         }
         let tasks: Vec<TaskPoint> = self.tasks.iter().map(|task| Source::All.task(task)).collect();
-        let case = PathCase::new(self.path.machines, Source::All, &tasks);
+        let case = PathCase { play: self.path.play, ..PathCase::new(self.path.machines, Source::All, &tasks) };
         let commands = Commands::Method(Method::Direct);
         let answers = solve_stretches(&case, &commands, &[(0, self.track)], &|| self.work.check())?.concat();
         let targets = answers.into_iter().map(|answer| answer.target.filter(|_| answer.status.is_success()));

@@ -220,16 +220,16 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// Most lines of folders, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
-    (&["crates/engine/src"], 21_375),
+    (&["crates/engine/src"], 21_425),
     (&["src/toolpath"], 15_840),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_855),
-    (&["src/simulation", "src/redundancy"], 5_010),
-    (&["src/answer", "src/files", "src/work", "src/run"], 5_545),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_830),
+    (&["src/simulation", "src/redundancy"], 5_130),
+    (&["src/answer", "src/files", "src/work", "src/run"], 5_665),
     (&["src/figures", "src/page"], 9_375),
-    (&["src/questions"], 24_015),
-    (&["src/products", "src/inspect", "src/explore"], 9_580),
+    (&["src/questions"], 24_055),
+    (&["src/products", "src/inspect", "src/explore"], 9_320),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 102_680),
+    (&["crates/engine/src", "crates/input/src", "src"], 102_725),
 ];
 
 #[test]

@@ -299,7 +299,8 @@ fn a_path_that_would_change_branch_says_where_and_only_there() {
     // Within a block of points that are solved one after another, at its border, and beyond.
     for changes in [100, 255, 256, 257, 300] {
         let tasks = upwards(&machine, 320, changes);
-        let case = PathCase { nominal: &machine, real: &machine, unloaded: &machine, before: None, tasks: &tasks };
+        let case =
+            PathCase { nominal: &machine, real: &machine, unloaded: &machine, before: None, tasks: &tasks, play: true };
         let answers = run(&case, &Commands::Method(Method::None), &|| {});
         for (point, answer) in answers.iter().enumerate() {
             let label = if point == changes { "changes_posture" } else { "applied" };
@@ -319,8 +320,14 @@ fn a_path_that_would_change_branch_says_where_and_only_there() {
         // The rest of the path on its own begins where it stands.
         let before = machine.inverse_kinematics(&tasks[changes - 1].pose).unwrap();
         let rest = &tasks[changes..];
-        let case =
-            PathCase { nominal: &machine, real: &machine, unloaded: &machine, before: Some(&before), tasks: rest };
+        let case = PathCase {
+            nominal: &machine,
+            real: &machine,
+            unloaded: &machine,
+            before: Some(&before),
+            tasks: rest,
+            play: true,
+        };
         let answers = run(&case, &Commands::Method(Method::None), &|| {});
         assert_eq!(answers[0].status.reason(&machine), reason);
         assert!(answers[1..].iter().all(|answer| answer.status.is_success()));
@@ -332,7 +339,7 @@ fn an_arm_kept_on_its_branch_swings_its_wrist_and_that_is_said() {
     let machine = kr270(AHEAD, "[-120.0, 120.0]");
     let kept = machine.on_branch(machine.branch_of(&machine.home).unwrap()).unwrap();
     let tasks = upwards(&machine, 40, 20);
-    let case = PathCase { nominal: &kept, real: &kept, unloaded: &kept, before: None, tasks: &tasks };
+    let case = PathCase { nominal: &kept, real: &kept, unloaded: &kept, before: None, tasks: &tasks, play: true };
     let answers = run(&case, &Commands::Method(Method::None), &|| {});
     let failed: Vec<usize> = (0..40).filter(|&point| !answers[point].status.is_success()).collect();
     assert_eq!(failed, [20]);

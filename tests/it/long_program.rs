@@ -67,7 +67,14 @@ fn parts_answer_as_the_whole_does() {
     }
     assert_eq!(tasks.len(), job.path.len());
     assert!(tasks.len() > 4096);
-    let case = PathCase { nominal: &job.machine, real: &job.real, unloaded: &job.machine, before: None, tasks: &tasks };
+    let case = PathCase {
+        nominal: &job.machine,
+        real: &job.real,
+        unloaded: &job.machine,
+        before: None,
+        tasks: &tasks,
+        play: true,
+    };
     let nothing_to_tell = || ();
     let mut corrected = CorrectedPath::new(&job);
     let mut answers: Vec<PathPointResult> = Vec::new();

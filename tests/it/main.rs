@@ -97,6 +97,7 @@ mod placement_features;
 mod placement_search;
 mod placement_table;
 mod placement_turned;
+mod play;
 mod process_input;
 mod program_blocks;
 mod random_machines;

@@ -96,6 +96,8 @@ pub struct ProvedProgram {
     pub spread: Option<PathSpread>,
     /// Number of non-cutting points (rapid moves) that have no correction and keep their position.
     pub uncorrected: usize,
+    /// Whether its commands take back the play of drives that are pressed to a side: those of a compensation method.
+    pub takes_play_back: bool,
 }
 
 impl ProvedProgram {
@@ -203,6 +205,7 @@ impl ProgramJob {
             without_force,
             spread,
             uncorrected,
+            takes_play_back: matches!(asked.way, CommandSource::Method(method) if method != Method::None),
         })))
     }
 }

@@ -42,7 +42,7 @@ impl Part<'_> {
 
     /// Returns the part as a path to solve: `nominal` computes commands, `real` is the actual machine; deflections begin at rest of `unloaded`.
     pub(super) fn case<'a>(&'a self, [nominal, real, unloaded]: [&'a Machine; 3]) -> PathCase<'a> {
-        PathCase { nominal, real, unloaded, before: None, tasks: &self.tasks }
+        PathCase { nominal, real, unloaded, before: None, tasks: &self.tasks, play: true }
     }
 
     /// Returns the part with each task point changed by `change`.

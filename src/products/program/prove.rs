@@ -10,6 +10,7 @@ use crate::{
     simulation::{
         BySource, Machines, Source,
         along_path::{Commands, PathPointResult, PathSums, TrackBlocks, run_tracked},
+        play::Reversals,
         spread::DrawnMachines,
         spread_along::{self, LargestBoth, PathSpread, PointSpread, SpreadPart, SpreadPath},
         tasks::PoseTracker,
@@ -87,9 +88,10 @@ impl ProgramJob {
             counts: &counts,
             by_drive: true,
             compensates: true,
+            play: true,
         };
         let uncertain = drawn.as_ref().map(path);
-        let mut largest = LargestBoth::default();
+        let (mut largest, mut reversals) = (LargestBoth::default(), Reversals::default());
         for part in self.parts() {
             let part = part?;
             law.check(&part)?;
@@ -113,7 +115,8 @@ impl ProgramJob {
             }
             let poses = commanded_poses(&part, &mut written_tracked, &written.sent);
             let commands = Commands::Program(&poses);
-            let answers = run_tracked(&case, &commands, &track, done);
+            let mut answers = run_tracked(&case, &commands, &track, done);
+            answers.iter_mut().for_each(|answer| reversals.note(answer.play.as_mut()));
             self.sum_up(&mut as_written, part.first, &answers);
             let unloaded = part.with_tasks(|task| TaskPoint { load: Wrench::zero(), ..*task });
             let case = unloaded.case([&self.machine, &self.real, &self.machine]);

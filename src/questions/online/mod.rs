@@ -194,7 +194,8 @@ impl CutSimulation<'_> {
 
     /// Simulates `machines` along the path with these tasks and commands, all sources of error acting.
     fn simulate(&self, machines: &Machines, tasks: &[TaskPoint], commands: &Commands<'_>) -> Vec<PathPointResult> {
-        along_path(&PathCase::new(machines, Source::All, tasks), commands, &|| ())
+        let case = PathCase { play: false, ..PathCase::new(machines, Source::All, tasks) };
+        along_path(&case, commands, &|| ())
     }
 
     /// Returns the residual distance over the points at which the tool cuts; over all points where it cuts nowhere.

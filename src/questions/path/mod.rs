@@ -21,6 +21,7 @@ use crate::{
     simulation::{
         BySource, Machines, Source,
         along_path::{self, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, TrackBlocks, run_pieces},
+        play::Reversals,
         spread::DrawnMachines,
         spread_along::{self, LargestBoth, SpreadPart, SpreadPath},
     },
@@ -106,6 +107,7 @@ impl PathStudy {
             counts: &|_| true,
             by_drive: true,
             compensates: true,
+            play: true,
         }
     }
 
@@ -161,6 +163,11 @@ impl PathPart {
     /// Sets the distributions of the distance at the points, in their order, `None` where there is none.
     fn set_spread(&mut self, spreads: Vec<Option<PointSpread>>) {
         self.sources[Source::All].iter_mut().zip(spreads).for_each(|(effect, spread)| effect.spread = spread);
+    }
+
+    /// Sets where drives change their side by all sources; `reversals` of the path before.
+    fn note_reversals(&mut self, reversals: &mut Reversals) {
+        self.sources[Source::All].iter_mut().for_each(|effect| reversals.note(effect.answer.play.as_mut()));
     }
 
     /// Returns the indices of its points.
@@ -245,11 +252,12 @@ pub fn run_in_parts(
     let spread_path = drawn.as_ref().map(|drawn| study.spread_path(&machines, drawn));
     let mut largest = LargestBoth::default();
     let mut methods = vec![PathSums::default(); study.methods.len()];
-    let mut before: Option<Configuration> = None;
+    let (mut before, mut reversals): (Option<Configuration>, _) = (None, Reversals::default());
     let compute = |points: Range<usize>| {
         let track = TrackBlocks::new(&machines.nominal, before.as_ref(), &study.tasks[points.clone()]);
         before = track.last().or(before.take());
         let (mut part, residuals) = compute_part(study, &machines, &track, points.clone(), work)?;
+        part.note_reversals(&mut reversals);
         if let Some(spread_path) = &spread_path {
             let stretch = study.spread_part(points, &track);
             part.set_spread(spread_path.solve_part(&stretch, pass_count(study), work, &mut largest)?);
@@ -283,6 +291,7 @@ pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result
     let passed = TrackBlocks::new(&machines.nominal, None, &study.tasks[..points.start]);
     let track = TrackBlocks::new(&machines.nominal, passed.last().as_ref(), &study.tasks[points.clone()]);
     let mut part = compute_sources(study, &machines, &track, points.clone(), work)?;
+    part.note_reversals(&mut Reversals::default());
     if let Some(drawn) = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)? {
         let spread_path = study.spread_path(&machines, &drawn);
         let (stretch, mut largest) = (study.spread_part(points, &track), LargestBoth::default());

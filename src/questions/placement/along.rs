@@ -198,8 +198,8 @@ fn feature_trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, i
     let machine = job.machine();
     let feature = &job.feature;
     let tasks = evaluator.tasks(&entry.site, index);
-    let case =
-        PathCase { nominal: machine, real: evaluator.actual(index), unloaded: machine, before: None, tasks: &tasks };
+    let real = evaluator.actual(index);
+    let case = PathCase { nominal: machine, real, unloaded: machine, before: None, tasks: &tasks, play: false };
     let errors = |method| {
         let results = run(&case, &Commands::Method(method), &|| {});
         results.iter().map(PathPointResult::solved_error).collect::<Vec<_>>()

@@ -111,6 +111,7 @@ pub(super) fn write_metrics(
             counts: &|_| true,
             by_drive: false,
             compensates: false,
+            play: false,
         };
         let mut add = |part: &SpreadPart<'_>| path.solve_part(part, 1, &Work::default(), &mut largest).map(drop);
         parts_of(job.machine(), &tasks)(&mut add).map_err(|error| none(error.to_string()))?;
@@ -144,6 +145,7 @@ fn spread_at(
             counts,
             by_drive: false,
             compensates: true,
+            play: false,
         }
     };
     let paths: Vec<SpreadPath<'_>> = (0..jobs.len()).map(path).collect();

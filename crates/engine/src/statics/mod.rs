@@ -51,7 +51,7 @@ pub use equilibrium::{equilibrium, equilibrium_at_task};
 pub use force_deflection::{PlatformForce, wrench_at_pose};
 pub use lane_solver::{LaneSolver, one_step};
 pub use outcome::{Outcome, Settings, Status, TaskError};
-pub use play::{lost_motions, tool_play};
+pub use play::{has_play, lost_motions, open_play, seated_commands, seated_sides, tool_play};
 pub use sensitivity::{Sensitivities, Sensitivity};
 pub use solution::{ChainSolution, Solution};
 pub use solver::Solver;

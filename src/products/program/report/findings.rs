@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::tables::{P95_AFTER, P95_BEFORE};
 use crate::{
-    answer::{ShareWithin, cautions::OutsidePositions},
+    answer::{ShareWithin, cautions::OutsidePositions, play::PlayCounts},
     compensation::TaskPoint,
     files::table::largest_position,
     input::error::Result,
@@ -61,6 +61,8 @@ pub struct Findings {
     pub(super) p95_curves: [Curve; 2],
     /// What is counted of the distributions of the error as written, at the points that count.
     pub(super) spread: SpreadCounts,
+    /// Play of the drives as written, at the points that count.
+    pub(super) play: PlayCounts,
     pub(super) force: ForceCurves,
     /// Points outside the workspace box of the machine.
     pub(super) outside: OutsidePositions,
@@ -96,6 +98,7 @@ impl Findings {
             without_force_curve: Curve::new(count),
             p95_curves: [Curve::new(count), Curve::new(count)],
             spread: SpreadCounts::default(),
+            play: PlayCounts::default(),
             force: ForceCurves::new(count),
             outside: outside_workspace(job)?,
             corrections: [None; 2],
@@ -126,6 +129,7 @@ impl Findings {
                 continue;
             }
             spread.and_then(|at| at.compensated.as_ref()).iter().for_each(|distribution| self.spread.add(distribution));
+            self.play.add(k, proved.written[i].play.as_ref(), None);
             let tolerance_mm = job.process.tolerance_mm.unwrap_or(f64::INFINITY);
             self.after.add(1.0, after.map(|error| error.norm() <= tolerance_mm));
             self.before.add(1.0, before.map(|error| error.norm() <= tolerance_mm));

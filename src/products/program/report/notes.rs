@@ -50,7 +50,7 @@ pub fn use_text(report: &Report<'_>) -> String {
         );
         return text;
     }
-    text + &loading_text(report.job, name) + &switch_off_text(report.job) + &dry_run_text(report)
+    text + &loading_text(report.job, name) + &switch_off_text(report) + &dry_run_text(report)
 }
 
 /// Returns how to load the program, and what must be the same on the control.
@@ -74,13 +74,17 @@ fn loading_text(job: &ProgramJob, name: &str) -> String {
 }
 
 /// Returns which compensations of the control to switch off, as they would correct the same error twice.
-fn switch_off_text(job: &ProgramJob) -> String {
+fn switch_off_text(report: &Report<'_>) -> String {
+    let job = report.job;
     let mut off = vec!["corrections for deflection"];
     if Source::parts(&job.machine).contains(&Source::Weight) {
         off.push("for sag under weight");
     }
     if job.process.errors.iter().any(|errors| !errors.is_none()) {
         off.push("for the chain errors of the process (kinematic or volumetric error tables that were off when these were measured)");
+    }
+    if report.proved.takes_play_back && job.machine.drives().any(|(_, drive)| drive.backlash > 0.0) {
+        off.push("for backlash of the drives");
     }
     format!("Switch off in the control what would correct the same twice: {}.\n", off.join(", "))
 }

@@ -10,6 +10,7 @@ use crate::{
     answer::{
         Quantity,
         command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
+        play::{play_cells, play_columns},
     },
     compensation::{BoundedPath, Side},
     files::{
@@ -95,6 +96,7 @@ pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     columns.extend(numbers(drive_columns(machine)));
     columns.extend(numbers(correction_columns(machine).chain(force_columns(machine))));
     columns.extend(spread_columns(job).iter().map(Of::column));
+    columns.extend(play_columns(machine));
     columns
 }
 
@@ -116,7 +118,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
     let columns = program_columns(job);
     let called = job.file.called_files();
     let spread_columns = spread_columns(job);
-    let width = columns.len() - spread_columns.len();
+    let width = columns.len() - spread_columns.len() - play_columns(machine).len();
     let ProvedPart { part, before, written, without_force, spread } = proved;
     let (points, tasks) = (part.points, part.tasks());
     let stations = stations(&job.process, points, tasks, Some(&job.file));
@@ -153,6 +155,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
         row.resize(width, Cell::Missing);
         let spread = spread.get(i).and_then(Option::as_ref);
         row.extend(spread_columns.iter().map(|own| spread.map_or(Cell::Missing, |found| own.cell_of(Ok(found)))));
+        row.extend(play_cells(machine, answer.play.as_ref(), Some(answer)));
         row
     };
     Table::new(columns, written.iter().enumerate().zip(stations).map(row))
@@ -314,6 +317,9 @@ pub fn program_json(report: &Report<'_>) -> Value {
     if let Some(uncertainty) = &job.uncertainty {
         report["uncertainty"] = spread_report::json(uncertainty, &findings.spread);
         report["uncertainty"]["largest"] = json!(proved.spread);
+    }
+    if let Some(play) = findings.play.json() {
+        report["play"] = play;
     }
     report
 }

@@ -282,6 +282,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         )
         .with_cautions(&spread_report::along_cautions(&along(report), distribution))
         .with_cautions(&without_force_text(report))
+        .with_cautions(&play_text(report))
         .with_cautions(&spread_report::cautions(
             uncertain,
             &report.findings.spread,
@@ -346,6 +347,15 @@ fn caution_text(report: &Report<'_>) -> String {
             false => "",
         }
         + &notes_text(report.job, &report.proved.written.calls)
+}
+
+/// Returns what the play of the drives does, in sentences; empty without play.
+fn play_text(report: &Report<'_>) -> String {
+    let taken_back = match report.proved.takes_play_back {
+        true => "the program as written takes it back",
+        false => "the program as written does not take it back, as its commands are not by a compensation method",
+    };
+    report.findings.play.sentences(taken_back, |k| report.job.place_words(k))
 }
 
 /// Returns where the written program leads the tool if the cutting force is absent, unless that is a key number; empty where none is expected, or

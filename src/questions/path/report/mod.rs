@@ -19,7 +19,8 @@ use serde_json::json;
 
 use crate::{
     answer::{
-        Output, Quantity, ReportText, Run, Streams, deflected_pose::deflected_pose, facts_of, layers, source_group,
+        Output, Quantity, ReportText, Run, Streams, deflected_pose::deflected_pose, facts_of, layers,
+        play::play_quantities, source_group,
     },
     files::{
         exchange::{KeptRows, Table},
@@ -194,6 +195,7 @@ fn path_view(study: &PathStudy) -> Explorer {
     first.splice(1..1, quantities::spread_quantities(study));
     let mut view = points_view(machine, ALONG.into(), "points.csv".into(), first);
     view.quantities.extend(cutting_force::quantities());
+    view.quantities.extend(play_quantities(machine));
     view
 }
 

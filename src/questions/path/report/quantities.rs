@@ -5,6 +5,7 @@ use crate::{
     answer::{
         DriveQuantities, Quantity, QuantityTable,
         command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
+        play::{play_cells, play_columns},
     },
     files::exchange::{Row, Table, cells, counts, numbers, texts},
     machine::Machine,
@@ -119,6 +120,7 @@ pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
         numbers(drive_columns(machine)),
         columns(&drives),
         columns(&spread),
+        play_columns(machine),
     ];
     let row = |k: usize, source: Source| {
         let (station, task, at) = (&study.stations[k], &study.tasks[k], part.at(source, k));
@@ -133,6 +135,7 @@ pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
         row.extend(residual.iter().map(|quantity| quantity.cell_of(Ok(at))));
         row.extend(drive_cells(machine, task, result, compensated.is_some()));
         row.extend(drives.iter().chain(&spread).map(|quantity| quantity.cell_of(Ok(at))));
+        row.extend(play_cells(machine, at.plain.play.as_ref(), compensated));
         row
     };
     let sources = part.sources.sources();

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::quantities::{DISPLACEMENT, P95_RESIDUAL, RESIDUAL_ERROR, WITHOUT_FORCE, drives, plain_spread};
 use crate::{
-    answer::{DriveQuantities, Quantity, ShareWithin, cautions::OutsidePositions},
+    answer::{DriveQuantities, Quantity, ShareWithin, cautions::OutsidePositions, play::PlayCounts},
     files::StatusCount,
     questions::{
         path::{MethodAlongPath, PathPart, PathSpread, PathStudy, PointEffect, Shown},
@@ -38,6 +38,8 @@ pub struct Summary<'a> {
     spread: [SpreadCounts; 2],
     /// Distribution of the largest distance from the path, where inputs are uncertain.
     pub(super) whole: Option<PathSpread>,
+    /// Play of the drives.
+    pub(super) play: PlayCounts,
 }
 
 impl<'a> Summary<'a> {
@@ -58,6 +60,7 @@ impl<'a> Summary<'a> {
             single_sources: Vec::new(),
             spread: Default::default(),
             whole: None,
+            play: PlayCounts::default(),
         }
     }
 
@@ -65,6 +68,8 @@ impl<'a> Summary<'a> {
     pub fn add(&mut self, part: &PathPart) {
         for k in part.points() {
             self.note_displacement(part, k);
+            let PointEffect { plain, answer, .. } = part.at(Source::All, k);
+            self.play.add(k, plain.play.as_ref(), answer.play.as_ref());
             let spreads = [WithSpread::distribution, plain_spread].map(|of| of(part.at(Source::All, k)));
             for (counts, spread) in self.spread.iter_mut().zip(spreads) {
                 spread.into_iter().for_each(|spread| counts.add(spread));
@@ -178,6 +183,9 @@ impl<'a> Summary<'a> {
             for quantity in [P95_RESIDUAL, WITHOUT_FORCE] {
                 summary["uncertainty"][format!("{}_max", quantity.name)] = json!(largest(Source::All, &quantity));
             }
+        }
+        if let Some(play) = self.play.json() {
+            summary["play"] = play;
         }
         summary
     }

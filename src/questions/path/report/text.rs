@@ -62,6 +62,7 @@ fn cautions_text(summary: &Summary<'_>) -> String {
     let gamma = found_gamma(study).map_or_else(String::new, |(found, how)| redundancy::report::sentence(found, how));
     failed
         + &gamma
+        + &play_text(summary)
         + &spread_report::along_cautions(&along(summary), summary.whole.as_ref())
         + &spread_report::cautions(
             study.uncertainty.as_ref(),
@@ -70,6 +71,12 @@ fn cautions_text(summary: &Summary<'_>) -> String {
             spread_report::next_along(summary.whole.as_ref()).as_deref(),
         )
         + &cautions_of(study)
+}
+
+/// Returns what the play of the drives does along the path, in sentences; empty without play.
+fn play_text(summary: &Summary<'_>) -> String {
+    let taken_back = "it is in the distance as programmed, and the compensation takes it back";
+    summary.play.sentences(taken_back, |k| point_words(summary, k))
 }
 
 /// Returns the sentences about the distribution of the distance from the path; empty where inputs are taken as exact.
