@@ -32,7 +32,7 @@ pub struct ExportRealtimeArguments {
     /// Built-in machine or machine file: one whose three drives control the three translations
     #[arg(long, short)]
     machine: String,
-    /// Process file: errors of the chains, tool; nothing else of it is used
+    /// Process file: errors of the chains, tool, uncertain inputs and tolerance; nothing else of it is used
     #[arg(long, short)]
     process: Option<PathBuf>,
     /// Folder for the package
@@ -58,15 +58,16 @@ pub struct ExportRealtimeArguments {
 /// Runs `kinetostat export-realtime`: writes the generated package and prints its errors.
 pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
     let nominal = Machine::named_or_file(&arguments.machine)?;
-    let (nominal, errors) = match &arguments.process {
-        None => (nominal, Vec::new()),
+    let (nominal, errors, uncertainty, tolerance_mm) = match &arguments.process {
+        None => (nominal, Vec::new(), None, None),
         Some(file) => {
-            let Process { machine, errors, target, .. } = Process::open(file, &nominal)?.exact_for("real-time code")?;
+            let Process { machine, errors, target, uncertainty, tolerance_mm, .. } = Process::open(file, &nominal)?;
             if target == Target::PlatformPoint {
                 let problem = "compensates P: expected the tool tip, which controllers are asked for";
                 return Check::new(&file.display().to_string()).key("target").fail(problem.into());
             }
-            (machine, errors)
+            let uncertainty = uncertainty.map(|table| table.of(&machine, &errors)).transpose()?;
+            (machine, errors, uncertainty, tolerance_mm)
         }
     };
     let corners = match arguments.tip_box {
@@ -77,7 +78,8 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
     let folder = &arguments.out;
     let _prepared = PreparedFolder::new(folder)?;
     let machines = Machines::new(&nominal, &errors)?;
-    let realtime = generate(Question { machines, errors, domain, steps: arguments.steps, places: PLACES })?;
+    let (steps, places) = (arguments.steps, PLACES);
+    let realtime = generate(Question { machines, errors, domain, steps, places, uncertainty, tolerance_mm })?;
     write(&realtime, folder, Foreign::forced(arguments.replace))?;
     print(&summary_text(&realtime, folder))?;
     Ok(Ending::Complete)
@@ -85,7 +87,7 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
 
 /// Returns errors and operations of each function, and what to do next.
 fn summary_text(realtime: &Realtime, folder: &Path) -> String {
-    let mut text = String::new();
+    let mut text = realtime.field_words().map_or_else(String::new, |words| words.join("\n") + "\n");
     for (name, code) in realtime.functions() {
         let (start, step) = code.operations();
         let errors: Vec<String> = code.errors.found_mm.iter().map(|error| format!("{error:.1e}")).collect();

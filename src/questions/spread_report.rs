@@ -303,7 +303,7 @@ impl Along<'_> {
 }
 
 /// Formats a quantile of the largest distance, or says that there is none.
-fn quantile_words(quantile: Option<f64>) -> String {
+pub(crate) fn quantile_words(quantile: Option<f64>) -> String {
     let unknown = || "an unknown distance (too many draws have no equilibrium)".into();
     quantile.map_or_else(unknown, |own| millimetres(own, 3))
 }
@@ -399,6 +399,16 @@ fn by_drive<'a>(along: &Along<'a>, whole: &PathSpread) -> Vec<(&'a str, f64)> {
     if all.len() > 1 { all } else { Vec::new() }
 }
 
+/// Returns the first words of a verdict, where all is within tolerance with the probability `share`.
+pub(crate) fn verdict_word(share: f64) -> &'static str {
+    match share {
+        share if share >= P95 => "Within tolerance",
+        share if share < 1.0 - P95 => "Out of tolerance",
+        share if share < 0.5 => "Probably out of tolerance",
+        _ => "Probably within tolerance",
+    }
+}
+
 /// Returns the verdict by the distribution of the largest distance after compensation.
 pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
     let (Along { path, points, .. }, name) = (along, &along.machine.name);
@@ -428,13 +438,7 @@ pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
     let sure = match judged.spread.within_tolerance.zip(along.judged_by()) {
         None => format!("The tool of {name}, {how}, stays {stays} {all_along}."),
         Some((share, tolerance)) => {
-            let word = match share {
-                _ if missing > 0 => "At the others",
-                share if share >= P95 => "Within tolerance",
-                share if share < 1.0 - P95 => "Out of tolerance",
-                share if share < 0.5 => "Probably out of tolerance",
-                _ => "Probably within tolerance",
-            };
+            let word = if missing > 0 { "At the others" } else { verdict_word(share) };
             let all_along = if missing == 0 { format!(" {all_along}") } else { String::new() };
             let condition = condition(along.uncertainty);
             let probability = probability(share);

@@ -237,26 +237,21 @@ impl DrawnMachines {
         tolerance_mm: f64,
         size: impl Fn(&Machines, f64) -> error::Result<Result<f64, Failure>> + Sync,
     ) -> error::Result<DeflectionSpread> {
+        let found = self.in_first_scramble(|(_, machines, factor)| size(machines, factor))?;
+        Ok(DeflectionSpread::of_solved(&found, Some(tolerance_mm)))
+    }
+
+    /// What `solve` finds in each draw of the first scramble, or why there are no such machines. `Err` if the work is stopped.
+    pub fn in_first_scramble<T: Send>(
+        &self,
+        solve: impl Fn(Draw<'_>) -> error::Result<Result<T, Failure>> + Sync,
+    ) -> error::Result<Vec<Result<T, Failure>>> {
         let in_draw = |index: usize| {
-            let found = self.on_draw(index, |machines| size(machines, self.uncertainty.draws.force[index]));
+            let factor = self.uncertainty.draws.force[index];
+            let found = self.on_draw(index, |machines| solve((index, machines, factor)));
             found.unwrap_or_else(|failure| Ok(Err(failure)))
         };
-        let draws = (0..Draws::PER_SCRAMBLE).into_par_iter().map(in_draw);
-        let found: Vec<Result<f64, Failure>> = draws.collect::<error::Result<_>>()?;
-        let sizes: Vec<f64> = found.iter().map(|own| *own.as_ref().unwrap_or(&f64::INFINITY)).collect();
-        let failed_share = 1.0 - share_within(&sizes, f64::MAX);
-        let mut spread = DeflectionSpread {
-            within_tolerance: Some(share_within(&sizes, tolerance_mm)),
-            solved_draws: sizes.len(),
-            failed_draws: found.iter().filter(|own| own.is_err()).count(),
-            failed_share,
-            first_failure: found.into_iter().find_map(|own| Some(own.err()?.reason)),
-            ..DeflectionSpread::default()
-        };
-        let Quantiles { median, p95, .. } = Quantiles::of(&sizes);
-        // Of one scramble there is no spread over scrambles.
-        spread.fill(median, p95, f64::NAN);
-        Ok(spread)
+        (0..Draws::PER_SCRAMBLE).into_par_iter().map(in_draw).collect()
     }
 
     /// Makes the machines with these values of parameters.
@@ -596,6 +591,23 @@ impl WantedSpread<'_> {
 }
 
 impl DeflectionSpread {
+    /// Distribution of the sizes in the draws of the first scramble, mm, all solved, or why there is none.
+    pub(crate) fn of_solved(found: &[Result<f64, Failure>], tolerance_mm: Option<f64>) -> Self {
+        let sizes: Vec<f64> = found.iter().map(|own| *own.as_ref().unwrap_or(&f64::INFINITY)).collect();
+        let mut spread = Self {
+            within_tolerance: tolerance_mm.map(|tolerance| share_within(&sizes, tolerance)),
+            solved_draws: sizes.len(),
+            failed_draws: found.iter().filter(|own| own.is_err()).count(),
+            failed_share: 1.0 - share_within(&sizes, f64::MAX),
+            first_failure: found.iter().find_map(|own| Some(own.as_ref().err()?.reason.clone())),
+            ..Self::default()
+        };
+        let Quantiles { median, p95, .. } = Quantiles::of(&sizes);
+        // Of one scramble there is no spread over scrambles.
+        spread.fill(median, p95, f64::NAN);
+        spread
+    }
+
     /// Why there is no 95 % quantile; `None` where there is one.
     pub fn reason(&self) -> Option<String> {
         let Self { p95_mm: None, failed_share, first_failure, .. } = self else { return None };

@@ -127,6 +127,7 @@ mod toolpaths;
 mod turn_lattice;
 mod turning_platforms;
 mod uncertain_comparison;
+mod uncertain_corrections;
 mod uncertain_covariance;
 mod uncertain_forces;
 mod uncertain_paths;

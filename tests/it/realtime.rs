@@ -29,6 +29,8 @@ fn question_of(nominal: Machine, errors_deg: &[f64], steps: usize) -> Question {
         domain: Domain::new(Domain::workspace(&nominal), FORCE, MOMENT).unwrap(),
         steps,
         places: 64,
+        uncertainty: None,
+        tolerance_mm: None,
     }
 }
 
@@ -320,7 +322,8 @@ fn code_of_a_rotary_delta_is_generated_for_its_own_workspace() {
     let machine = Machine::named("rotary_delta").unwrap();
     let domain = Domain::new(Domain::workspace(&machine), 250.0, 2500.0).unwrap();
     let machines = Machines::new(&machine, &[]).unwrap();
-    let realtime = generate(Question { machines, errors: Vec::new(), domain, steps: 2, places: 20 }).unwrap();
+    let question = Question { machines, errors: Vec::new(), domain, places: 20, ..question("orthoglide", &[], 2) };
+    let realtime = generate(question).unwrap();
     // A corner of the workspace, unloaded: there the rigid machine stands with the drives of the engine.
     let at = [-300.0, -300.0, -1100.0];
     let rigid = machine.inverse_kinematics(&machine.pose_at(at.into())).unwrap();

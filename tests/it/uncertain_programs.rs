@@ -253,15 +253,8 @@ fn uncertain_inputs_are_refused_where_nothing_computes_them() {
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (part, file) = (at("part.nc"), at("process.toml"));
     let on = ["--machine", "orthoglide", "--process", &file];
-    let correction = at("correction");
-    let realtime = at("realtime");
     let page = at("page.html");
     for (name, arguments) in [
-        (
-            "a correction table",
-            [&["export-correction"][..], &on, &["--out", &correction, "--tolerance", "0.05"]].concat(),
-        ),
-        ("real-time code", [&["export-realtime"][..], &on, &["--out", &realtime]].concat()),
         ("a comparison of places", [&["compare", "--path", &part][..], &on].concat()),
         ("the explorer", vec!["explore", "orthoglide", "--path", &part, "--process", &file, "--out", &page]),
     ] {

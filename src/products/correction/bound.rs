@@ -269,7 +269,7 @@ fn at_positions(grid: &Grid, forces: &[Vector3<f64>]) -> Vec<Case> {
 }
 
 /// Returns forces of the size `largest` along and between the axes, and about half of it, N.
-fn force_directions(largest: f64) -> Vec<Vector3<f64>> {
+pub(super) fn force_directions(largest: f64) -> Vec<Vector3<f64>> {
     if largest == 0.0 {
         return vec![Vector3::zeros()];
     }

@@ -64,7 +64,7 @@ impl<'a> LoadedMachine<'a> {
     }
 
     /// Resets the session to the rigid machine at `at`, and returns the task point there under `force` (on the tool tip, O axes, N).
-    fn reset_to(&mut self, at: &Configuration, force: Vector3<f64>) -> TaskPoint {
+    pub fn reset_to(&mut self, at: &Configuration, force: Vector3<f64>) -> TaskPoint {
         let machine = &self.question.machine;
         self.session.set_rigid(at);
         let moment = (at.pose.rotation * machine.tool_tip).cross(&force);

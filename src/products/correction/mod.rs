@@ -24,7 +24,8 @@ use crate::{
     compensation::Target,
     input::error::Result,
     machine::{ChainError, Machine},
-    process::{ForceLaw, MillingForce, Process, cutting::CuttingLaw},
+    process::{ForceLaw, MillingForce, Process, cutting::CuttingLaw, uncertainty::Uncertainty},
+    products::field::{self, FieldCase, FieldSpread},
     questions::Overrides,
     simulation::Machines,
     spatial::Grid,
@@ -51,6 +52,8 @@ pub struct CorrectionQuestion {
     pub tolerance_mm: f64,
     /// Number of nodes along x, y and z; `None` for the smallest number within tolerance.
     pub counts: Option<[usize; 3]>,
+    /// What is not known exactly; `None` where all inputs are taken as exact.
+    pub uncertainty: Option<Uncertainty>,
 }
 
 /// A correction table and the residual errors with it.
@@ -66,6 +69,9 @@ pub struct CorrectionResult {
     pub without: Worst,
     /// Tables of single drives and the largest error with them; or why there are none.
     pub per_joint: std::result::Result<(Vec<JointTable>, Worst), String>,
+    /// Distances on machines and under forces as they may be without correction, with the table, and with tables of single drives if there are any; `None`
+    /// where inputs are taken as exact.
+    pub spread: Option<FieldSpread>,
 }
 
 impl CorrectionResult {
@@ -107,6 +113,7 @@ impl CorrectionQuestion {
             largest_force_N,
             tolerance_mm: Overrides::location("tolerance").positive(tolerance_mm)?,
             counts: None,
+            uncertainty: process.uncertainty.as_ref().map(|table| table.of(&machine, &process.errors)).transpose()?,
             machine,
         };
         let counts = counts.map(|counts| table::check_counts(&question, counts)).transpose()?;
@@ -142,7 +149,37 @@ pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionRe
         Err(reason) => Err(reason),
     };
     let smallest::CheckedTable { table, worst: with_table, at_nodes_mm } = found;
-    Ok(CorrectionResult { table, with_table, at_nodes_mm, without, per_joint })
+    let tables = per_joint.as_ref().ok().map(|(tables, _)| Corrector::PerJoint(tables));
+    let ways: Vec<_> = [Corrector::Nothing, Corrector::Table(&table)].into_iter().chain(tables).collect();
+    let cases = || field_cases(question, &machines, &ways, [&without, &with_table]);
+    let inputs = (&machines, &question.errors[..]);
+    let spread = FieldSpread::new(question.uncertainty.as_ref(), inputs, cases, Some(question.tolerance_mm), work)?;
+    Ok(CorrectionResult { table, with_table, at_nodes_mm, without, per_joint, spread })
+}
+
+/// Returns the cases by which `ways` to correct are checked where inputs are uncertain: at corners, middles of edges and faces and the middle of the box and
+/// where the nominal errors `worst` are, each under no force, the largest one along each axis, those of `worst`, and the one that bends most there.
+fn field_cases(
+    question: &CorrectionQuestion,
+    machines: &Machines,
+    ways: &[Corrector<'_>],
+    worst: [&Worst; 2],
+) -> Result<Vec<FieldCase>> {
+    let (grid, mut loaded) = (question.grid(|_| 3), loaded::LoadedMachine::new(question, machines));
+    let places: Vec<Vector3<f64>> =
+        (0..grid.len()).map(|index| grid.position(index)).chain(worst.map(|own| own.position_mm.into())).collect();
+    let mut forces = bound::axis_forces(question.largest_force_N);
+    forces.extend(worst.map(|own| Vector3::from(own.force_N)));
+    let tried = bound::force_directions(question.largest_force_N);
+    field::cases(machines, &places, [&forces, &tried], |&position, &force| {
+        let at = loaded.nominal_at(position)?;
+        let drives = |way: &Corrector<'_>| {
+            let correction = way.correction(&at, position, force);
+            at.drives.iter().zip(correction).map(|(nominal, own)| nominal + own).collect()
+        };
+        let (drives, task) = (ways.iter().map(drives).collect(), loaded.reset_to(&at, force));
+        Ok(FieldCase { task, at, position, drives })
+    })
 }
 
 /// Returns the largest force of a process on the tool tip, N, whatever its path; an error if it is known only along a path.

@@ -52,7 +52,7 @@ impl ReferenceSolver {
     }
 
     /// Returns the task point of a tool tip position (O, mm) under a wrench about it.
-    fn task(&self, (position, wrench): &TipTask) -> TaskPoint {
+    pub fn task(&self, (position, wrench): &TipTask) -> TaskPoint {
         let nominal = &self.machines.nominal;
         let at = Vector3::from(*position) - nominal.home.pose.rotation * nominal.tool_tip;
         let (pose, load) = (nominal.pose_at(at), self.load(wrench));

@@ -85,6 +85,7 @@ fn placeholder_values(realtime: &Realtime) -> Vec<(&'static str, String)> {
         ("MACHINE", comment_text(&machine.name)),
         ("TITLE", comment_text(machine.title.trim_end_matches('.'))),
         ("INCLUDED", included_text(realtime)),
+        ("FIELD", field_section(realtime)),
         ("STEPS_TABLE", steps_table(realtime)),
         ("STEPS", realtime.question.steps.to_string()),
         ("BOX_MIN", format!("{low:?}")),
@@ -140,6 +141,14 @@ fn included_text(realtime: &Realtime) -> String {
         None => String::new(),
     };
     format!("With {errors} {loads}.{zeroed}")
+}
+
+/// Returns the section about machines as they may be; empty where inputs are taken as exact.
+fn field_section(realtime: &Realtime) -> String {
+    let words = realtime.field_words().map(|words| words.map(|own| comment_text(own.trim_end()).replace(". ", ".\n")));
+    words.map_or_else(String::new, |words| {
+        format!("## On machines and under forces as they may be\n\n{}\n\n", words.join("\n\n"))
+    })
 }
 
 /// Returns the largest error after each step as a Markdown table.

@@ -15,8 +15,15 @@ pub use function::{Degrees, Start};
 use crate::{
     input::error::{Error, Result},
     machine::{ChainError, Machine},
+    process::uncertainty::Uncertainty,
+    products::{
+        field::{self, FieldCase, FieldSpread},
+        field_report::Field,
+    },
     simulation::Machines,
+    spatial::Grid,
     statics::one_step::StepInput,
+    work::Work,
 };
 use domain::{Sample, corners, point_near_faces, sequence_point};
 use exact::{ReferenceSolver, TipState};
@@ -36,6 +43,10 @@ pub struct Question {
     pub steps: usize,
     /// Number of places at which errors are searched besides the corners of the domain; [`PLACES`] for errors that are stated.
     pub places: usize,
+    /// What is not known exactly; `None` where all inputs are taken as exact.
+    pub uncertainty: Option<Uncertainty>,
+    /// Largest distance of the tool from where it is wanted that is within tolerance, mm.
+    pub tolerance_mm: Option<f64>,
 }
 
 /// Default number of places at which errors are searched.
@@ -68,6 +79,8 @@ pub struct Realtime {
     pub whereabouts: FunctionCode,
     /// Function from a position to the drives of the rigid machine without errors, as a controller without correction commands them.
     pub nominal: FunctionCode,
+    /// Distances on machines and under forces as they may be without correction and with it; `None` where inputs are taken as exact.
+    pub spread: Option<FieldSpread>,
     /// Equilibria of the engine for the examples in C.
     examples: Vec<TipState>,
     /// Drives of the rigid machine at the examples.
@@ -139,7 +152,7 @@ pub const MOST_STEPS: usize = 8;
 /// A machine for which such code cannot be generated, with what is missing; a place of the box without equilibrium; too many steps.
 pub fn generate(question: Question) -> Result<Realtime> {
     domain::check_machine(&question.machines.nominal)?;
-    let Question { domain, steps, .. } = question;
+    let (domain, steps) = (question.domain, question.steps);
     if !(1..=MOST_STEPS).contains(&steps) {
         let problem = format!("must be from 1 to {MOST_STEPS}, got {steps}");
         return Err(Error::argument("--steps", problem));
@@ -158,15 +171,20 @@ pub fn generate(question: Question) -> Result<Realtime> {
     let examples = exact.solve_all(&domain, (0..EXAMPLES).map(|index| sequence_point(1000 + index)))?;
     let rigid_at = |function: &TipState| Ok(rigid.unloaded(&function.asked.0)?.drives);
     let ([of_drives, of_platform], machine) = (found.last_step, &question.machines.nominal);
-    Ok(Realtime {
+    let mut realtime = Realtime {
         correct: FunctionCode::new(correct, found.correct, of_drives, machine),
         whereabouts: FunctionCode::new(whereabouts, found.whereabouts, of_platform, machine),
         nominal,
         nominal_examples: examples.iter().map(rigid_at).collect::<Result<_>>()?,
         examples,
         drives: [drives.low, drives.high],
+        spread: None,
         question,
-    })
+    };
+    let Question { machines, errors, uncertainty, tolerance_mm, .. } = &realtime.question;
+    let (inputs, cases) = ((machines, &errors[..]), || realtime.field_cases());
+    realtime.spread = FieldSpread::new(uncertainty.as_ref(), inputs, cases, *tolerance_mm, &Work::default())?;
+    Ok(realtime)
 }
 
 /// Returns the points at which steps are recorded: near the corners of the box, away from the symmetry of most machines.
@@ -241,6 +259,43 @@ impl Realtime {
     pub fn nominal(&self, position: &[f64; 3]) -> [f64; 3] {
         let function = &self.nominal.function;
         function.unknowns(&function.last_state(position, &[0.0; 6], self.question.steps))
+    }
+
+    /// Returns what the correction leaves on machines as they may be; `None` where inputs are taken as exact.
+    pub(crate) fn field(&self) -> Option<Field<'_>> {
+        let (spread, uncertainty) = self.spread.as_ref().zip(self.question.uncertainty.as_ref())?;
+        let (machine, corrector) = (&self.question.machines.nominal.name, "kinetostat_correct".into());
+        let nominal_mm = self.correct.errors.found_mm.last().copied().unwrap_or(f64::INFINITY);
+        Some(Field { spread, uncertainty, machine, corrector, nominal_mm, tolerance_mm: self.question.tolerance_mm })
+    }
+
+    /// Returns what the correction leaves on machines as they may be, in sentences: the verdict, what it rests on, and how it was found; `None` where inputs are taken as exact.
+    pub fn field_words(&self) -> Option<[String; 3]> {
+        let field = self.field()?;
+        Some([field.verdict(), field.cautions(), field.details(&["without correction", "with kinetostat_correct"])])
+    }
+
+    /// Returns the cases by which the correction is checked where inputs are uncertain: at corners, middles of edges and faces and the middle of the box, each
+    /// without force, under the largest one along each axis, and under the largest forces and moments that bend most there.
+    fn field_cases(&self) -> Result<Vec<FieldCase>> {
+        let Question { machines, domain, .. } = &self.question;
+        let exact = ReferenceSolver { machines: machines.clone() };
+        let grid = Grid::new(domain.low.into(), domain.high.into(), [3; 3]);
+        let places: Vec<[f64; 3]> = (0..grid.len()).map(|index| grid.position(index).into()).collect();
+        let corner = |corner: usize| {
+            std::array::from_fn(|i| if corner >> i & 1 == 1 { domain.wrench[i] } else { -domain.wrench[i] })
+        };
+        let tried: Vec<[f64; 6]> = (0..64).map(corner).collect();
+        let along =
+            |index: usize| std::array::from_fn(|i| if i == index % 3 { tried[63 * (index / 3)][i] } else { 0.0 });
+        let loads: Vec<[f64; 6]> = std::iter::once([0.0; 6]).chain((0..6).map(along)).collect();
+        field::cases(machines, &places, [&loads, &tried], |place, load| {
+            let task = exact.task(&(*place, *load));
+            let at = machines.nominal.inverse_kinematics(&task.pose);
+            let at = at.map_err(|unreachable| Error::argument("--box", unreachable.to_string()))?;
+            let drives = [self.nominal(place), self.correct(place, load)].map(Vec::from).into();
+            Ok(FieldCase { task, at, position: (*place).into(), drives })
+        })
     }
 
     /// Returns the three functions, each with its name in C.

@@ -23,6 +23,7 @@ use crate::{
     },
     input::{Inputs, error::Result},
     page::{Description, PAGE, headline::Headline},
+    products::field_report::Field,
     questions::Overrides,
     spatial::Grid,
     work::Work,
@@ -48,6 +49,19 @@ impl Report<'_> {
     /// Returns whether the largest error found is within tolerance.
     fn is_within(&self) -> bool {
         self.answer.with_table.error_mm <= self.question.tolerance_mm
+    }
+
+    /// Returns what the table leaves on machines as they may be; `None` where inputs are taken as exact.
+    fn field(&self) -> Option<Field<'_>> {
+        let (spread, uncertainty) = self.answer.spread.as_ref().zip(self.question.uncertainty.as_ref())?;
+        let (machine, corrector) = (&self.question.machine.name, format!("a table of {} points", self.size()));
+        let (nominal_mm, tolerance_mm) = (self.answer.with_table.error_mm, Some(self.question.tolerance_mm));
+        Some(Field { spread, uncertainty, machine, corrector, nominal_mm, tolerance_mm })
+    }
+
+    /// Returns whether the table is within tolerance with nominal numbers, and not probably worse than none.
+    fn is_answered(&self) -> bool {
+        self.is_within() && !self.field().is_some_and(|field| field.is_probably_worse())
     }
 
     /// Returns the largest force on the tool tip, N, rounded for readers.
@@ -104,7 +118,7 @@ pub struct Exported {
     pub headline: Headline,
     /// Full report in sentences.
     pub details: String,
-    /// Whether the largest residual error is within the tolerance.
+    /// Whether the largest residual error is within the tolerance with nominal numbers, and the table not probably worse than none.
     pub is_within: bool,
     /// The files, manifest last.
     pub files: Vec<PathBuf>,
@@ -127,7 +141,7 @@ pub fn export(question: &CorrectionQuestion, export: &CorrectionExport, out: &Pa
     let run = Run { out, formats: &[Format::Csv], rows: WrittenRows::default(), figures: export.figures, work };
     let mut output = output(&report, export, &run);
     let files = output.write(&run, Colours::default(), &export.inputs)?;
-    Ok(Exported { headline: output.page.headline, details: output.details, is_within: report.is_within(), files })
+    Ok(Exported { headline: output.page.headline, details: output.details, is_within: report.is_answered(), files })
 }
 
 /// Returns the formats asked for, or all that are of use; an error if COMP files are asked for and the machine's drives have none.
@@ -149,6 +163,7 @@ fn formats(export: &CorrectionExport, answer: &CorrectionResult) -> Result<Vec<C
 fn output(report: &Report<'_>, export: &CorrectionExport, run: &Run<'_>) -> Output {
     let Report { question, answer, .. } = *report;
     let mut tables_written = vec![("residual".to_string(), tables::residuals(report))];
+    tables_written.extend(answer.spread.as_ref().map(|spread| ("field".to_string(), tables::field(spread))));
     if report.has(CorrectionFormat::Csv) {
         tables_written.push(("correction".into(), tables::correction(&question.machine, &answer.table)));
     }
@@ -161,8 +176,11 @@ fn output(report: &Report<'_>, export: &CorrectionExport, run: &Run<'_>) -> Outp
     let mut summary = tables::bound_json(report);
     summary["schema"] = json!(1);
     summary["nodes"] = json!(answer.table.grid.counts());
+    if let Some(field) = report.field() {
+        summary["uncertainty"] = field.json();
+    }
     Output {
-        is_answered: Some(report.is_within()),
+        is_answered: Some(report.is_answered()),
         tables: tables_written,
         streamed: (files, Vec::new()),
         figures: run.draw_figures(|| figures(report)),

@@ -6,7 +6,9 @@ use crate::{
     figures::{Figure, Shading, SliceFigure, SlicePanel},
     files::words::typographic,
     page::{Better, Description, Explorer, Fact, Group, MachineDescription, Quantity, Section, TableNote},
+    process::uncertainty::Draws,
     products::correction::{CorrectionQuestion, ResidualPoint},
+    questions::spread_report,
     simulation::ROUNDING_MM,
 };
 
@@ -21,6 +23,8 @@ pub(super) fn page(report: &Report<'_>) -> Description {
         "error_mm",
     )];
     tables.extend(has_table.then(|| TableNote::new("correction.csv", caption)));
+    let caption = "One row per check position and way to correct, worst over its loads in each draw.";
+    tables.extend(report.answer.spread.is_some().then(|| TableNote::ranked("field.csv", caption, "error_p95_mm")));
     Description {
         name: format!("Correction table of {}", question.machine.name),
         question: "What must a controller add to the drives so that the loaded tool stays where it is wanted?".into(),
@@ -54,7 +58,11 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
             joints = joints.to_copy(comp_ini(tables));
         }
     }
-    vec![
+    let field = Section::new("What is left on machines as they may be?", "where inputs are uncertain")
+        .text(&text::field_text(report))
+        .tables(["field.csv"]);
+    let mut all = Vec::from_iter(report.field().map(|_| field));
+    all.extend([
         Section::new("Where is the residual error?", "without correction, with the table, with exact corrections")
             .text(&text::residual_text(report))
             .explorers([MAP])
@@ -62,7 +70,8 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
             .tables(["residual.csv"]),
         table,
         joints,
-    ]
+    ]);
+    all
 }
 
 /// Returns the facts about machine, box, forces and tolerance that the page lists.
@@ -83,7 +92,9 @@ fn setting_facts(report: &Report<'_>) -> Vec<Fact> {
         Fact::new("table", format!("{} nodes", report.size())),
         Fact::new("compensation holds", question.target.words()),
     ];
-    facts_of(&question.machine, &question.errors, facts)
+    let uncertain = question.uncertainty.as_ref();
+    let draws = uncertain.map(|_| spread_report::fact_of_draws(uncertain, Draws::PER_SCRAMBLE));
+    facts_of(&question.machine, &question.errors, facts.into_iter().chain(draws))
 }
 
 /// Returns `value` rounded to 1e-6, without the digits of rounding errors.

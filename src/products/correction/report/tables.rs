@@ -10,7 +10,10 @@ use crate::{
     },
     input::Inputs,
     machine::{Machine, Motion},
-    products::correction::{CorrectionTable, ForceTerms, JointTable, ResidualPoint},
+    products::{
+        correction::{CorrectionTable, ForceTerms, JointTable, ResidualPoint},
+        field::FieldSpread,
+    },
 };
 
 /// Returns the table with a row per node and a column for each drive and term: `delta_rho_LABEL_mm`, `delta_rho_LABEL_Fx_mm_per_N`,
@@ -63,6 +66,22 @@ pub(super) fn residuals(report: &Report<'_>) -> Table {
     Table::new(columns, rows)
 }
 
+/// Returns the distributions of the error where inputs are uncertain, with a row per check position and correction method.
+pub(super) fn field(spread: &FieldSpread) -> Table {
+    let mut columns = numbers(["x_mm", "y_mm", "z_mm"]);
+    columns.extend(texts(["correction"]));
+    columns.extend(numbers(["error_p95_mm", "error_median_mm", "within_tolerance_probability"]));
+    let methods = ["none", "table", "per_joint"];
+    let rows = spread.points.iter().flat_map(|point| {
+        point.ways.iter().zip(methods).map(|(own, method)| {
+            let mut row: Row = cells(point.position_mm).collect();
+            row.extend([method.into(), own.p95_mm.into(), own.median_mm.into(), own.within_tolerance.into()]);
+            row
+        })
+    });
+    Table::new(columns, rows.collect::<Vec<Row>>())
+}
+
 /// Version of the JSON file.
 const SCHEMA: u32 = 2;
 
@@ -83,7 +102,7 @@ pub(super) fn correction_json(report: &Report<'_>, inputs: &Inputs) -> Value {
     let values: Vec<f64> =
         table.values.iter().enumerate().map(|(k, v)| motions[k / terms.len() % motions.len()].to_shown(*v)).collect();
     let axes = ["x", "y", "z"].into_iter().zip(&table.grid.axes);
-    json!({
+    let mut all = json!({
         "schema": SCHEMA,
         "program": env!("CARGO_PKG_NAME"),
         "version": env!("CARGO_PKG_VERSION"),
@@ -101,7 +120,11 @@ pub(super) fn correction_json(report: &Report<'_>, inputs: &Inputs) -> Value {
         "columns": coefficient_columns(machine, table.terms),
         "values": values,
         "bound": bound_json(report),
-    })
+    });
+    if let Some(field) = report.field() {
+        all["uncertainty"] = field.json();
+    }
+    all
 }
 
 /// Returns tolerance and largest errors as JSON.

@@ -3,9 +3,15 @@
 use super::{CorrectionFormat, Report};
 use crate::{
     answer::cautions,
+    compensation::Target,
     files::words::{counted, millimetres, position},
     page::headline::{Headline, KeyNumber},
-    products::correction::{CorrectionQuestion, ForceTerms, Worst},
+    process::uncertainty::Draws,
+    products::{
+        correction::{CorrectionQuestion, ForceTerms, Worst},
+        field_report::share_words,
+    },
+    questions::spread_report::quantile_words,
     simulation::ROUNDING_MM,
 };
 
@@ -14,13 +20,43 @@ pub(super) fn cautions(report: &Report<'_>) -> String {
     let CorrectionQuestion { machine, errors, corners, tolerance_mm, .. } = report.question;
     let mut text = String::new();
     if !report.is_within() {
-        text += &format!("The table is out of tolerance ({tolerance_mm} mm).\n");
+        let nominally = if report.answer.spread.is_some() { " even with nominal numbers" } else { "" };
+        text += &format!("The table is out of tolerance{nominally} ({tolerance_mm} mm).\n");
     }
+    text += &field_cautions(report);
     text += &cautions::machine_cautions(machine, errors, "box corner", corners.iter().copied());
     if let Some(axes) = machine.uncontrolled_names() {
         text += &format!("Errors along {axes} stay: the drives do not control {axes}.\n");
     }
     text
+}
+
+/// Returns the cautions where inputs are uncertain: tables for single joints, what is not judged, and what the distributions rest on; else empty.
+fn field_cautions(report: &Report<'_>) -> String {
+    let Some(field) = report.field() else { return String::new() };
+    let joints = field.spread.ways.get(2).filter(|_| report.has(CorrectionFormat::Comp)).map(|joints| {
+        format!(
+            "With the tables for single joints the tool stays within {} with 95 % probability; they are better than no correction with {} probability, worse \
+             with {}.\n",
+            quantile_words(joints.largest.p95_mm),
+            share_words(joints.better),
+            share_words(joints.worse)
+        )
+    });
+    let orientation = match report.question.target {
+        Target::FullPose => {
+            "The distributions are of distances alone: the orientation that full_pose holds is not judged.\n"
+        }
+        _ => "",
+    };
+    joints.unwrap_or_default() + orientation + &field.cautions()
+}
+
+/// Returns what is left on machines as they may be, in sentences; empty where inputs are taken as exact.
+pub(super) fn field_text(report: &Report<'_>) -> String {
+    let names = ["without correction", "with the table", "with tables for single joints"];
+    let Some(field) = report.field() else { return String::new() };
+    field.details(&names) + "The maps and errors elsewhere on this page are those with nominal numbers.\n"
 }
 
 /// Returns the residual error with the table, and how it was found.
@@ -103,13 +139,18 @@ pub(super) fn per_joint_text(report: &Report<'_>) -> String {
 
 /// Returns the full report for a terminal.
 pub(super) fn details(report: &Report<'_>) -> String {
-    residual_text(report) + &how_to_use(report) + &per_joint_text(report)
+    field_text(report) + &residual_text(report) + &how_to_use(report) + &per_joint_text(report)
 }
 
 /// Returns main sentence, numbers and cautions.
 pub(super) fn headline(report: &Report<'_>) -> Headline {
     let answer = report.answer;
     let basis = format!("{} and forces off the grid", counted(answer.with_table.looked_at, "position"));
+    if let Some(field) = report.field() {
+        let basis = format!("{basis}, {}", counted(Draws::PER_SCRAMBLE, "draw"));
+        let headline = Headline::new(sentence(report), basis).with_cautions(&cautions(report));
+        return headline.with_numbers(field.numbers().into_iter().chain([table_number(report)]));
+    }
     Headline::new(sentence(report), basis)
         .with_cautions(&cautions(report))
         .with(table_number(report))
@@ -120,14 +161,15 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
 /// Returns the main sentence; tables that do harm come first.
 fn sentence(report: &Report<'_>) -> String {
     let answer = report.answer;
+    let of_table = report.field().map_or_else(|| table_sentence(report), |field| field.verdict());
     match &answer.per_joint {
         Ok((_, worst)) if answer.is_per_joint_harmful() && report.has(CorrectionFormat::Comp) => format!(
             "Do not use the tables for single joints: with them the tool is off by up to {}, without any correction by {}. {}",
             millimetres(worst.error_mm, 4),
             millimetres(answer.without.error_mm, 4),
-            table_sentence(report)
+            of_table
         ),
-        _ => table_sentence(report),
+        _ => of_table,
     }
 }
 
@@ -160,7 +202,9 @@ fn table_number(report: &Report<'_>) -> KeyNumber {
         report.question.tolerance_mm,
         millimetres(report.answer.at_nodes_mm, 4)
     );
-    error_number(&report.answer.with_table, "largest error with the table that was found", against)
+    let nominally = if report.answer.spread.is_some() { " with nominal numbers" } else { "" };
+    let what = format!("largest error with the table that was found{nominally}");
+    error_number(&report.answer.with_table, &what, against)
 }
 
 /// Returns the largest error with a table of each drive alone as a key number, if such tables are written.
