@@ -50,6 +50,8 @@ pub struct CorrectionQuestion {
     pub largest_force_N: f64,
     /// Tolerance: largest distance of the tool from where it is wanted, mm.
     pub tolerance_mm: f64,
+    /// By which distance machines as they may be are judged, mm: that of the process, else the tolerance of the table.
+    pub judged_mm: f64,
     /// Number of nodes along x, y and z; `None` for the smallest number within tolerance.
     pub counts: Option<[usize; 3]>,
     /// What is not known exactly; `None` where all inputs are taken as exact.
@@ -112,6 +114,7 @@ impl CorrectionQuestion {
             corners: table::corners(&machine, corners)?,
             largest_force_N,
             tolerance_mm: Overrides::location("tolerance").positive(tolerance_mm)?,
+            judged_mm: process.tolerance_mm.unwrap_or(tolerance_mm),
             counts: None,
             uncertainty: process.uncertainty.as_ref().map(|table| table.of(&machine, &process.errors)).transpose()?,
             machine,
@@ -153,7 +156,7 @@ pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionRe
     let ways: Vec<_> = [Corrector::Nothing, Corrector::Table(&table)].into_iter().chain(tables).collect();
     let cases = || field_cases(question, &machines, &ways, [&without, &with_table]);
     let inputs = (&machines, &question.errors[..]);
-    let spread = FieldSpread::new(question.uncertainty.as_ref(), inputs, cases, Some(question.tolerance_mm), work)?;
+    let spread = FieldSpread::new(question.uncertainty.as_ref(), inputs, cases, Some(question.judged_mm), work)?;
     Ok(CorrectionResult { table, with_table, at_nodes_mm, without, per_joint, spread })
 }
 

@@ -55,7 +55,7 @@ impl Report<'_> {
     fn field(&self) -> Option<Field<'_>> {
         let (spread, uncertainty) = self.answer.spread.as_ref().zip(self.question.uncertainty.as_ref())?;
         let (machine, corrector) = (&self.question.machine.name, format!("a table of {} points", self.size()));
-        let (nominal_mm, tolerance_mm) = (self.answer.with_table.error_mm, Some(self.question.tolerance_mm));
+        let (nominal_mm, tolerance_mm) = (self.answer.with_table.error_mm, Some(self.question.judged_mm));
         Some(Field { spread, uncertainty, machine, corrector, nominal_mm, tolerance_mm })
     }
 
