@@ -82,6 +82,16 @@ impl PathPointResult {
         self.drives.iter().zip(&self.nominal_drives).map(|(rho, nominal)| rho - nominal).collect()
     }
 
+    /// Returns the motion by the play of drives that are pressed to a side, which is in the error at a given command (O axes, mm).
+    pub fn seated(&self) -> Vector3<f64> {
+        self.play.as_ref().map_or_else(Vector3::zeros, |play| play.seated_mm)
+    }
+
+    /// Returns the position error at a given command without that (O axes, mm); `None` without equilibrium.
+    pub fn elastic_error(&self) -> Option<Vector3<f64>> {
+        Some(self.solved_error()? - self.seated())
+    }
+
     /// Returns the position error (O axes, mm); `None` without equilibrium.
     pub fn solved_error(&self) -> Option<Vector3<f64>> {
         self.is_settled.then_some(self.position_error)

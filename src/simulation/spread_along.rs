@@ -451,14 +451,16 @@ impl<'a> Block<'a> {
         let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; drawn.ends.len()] };
         let unloaded = self.solve(self.path.machines, 0.0, &commands)?;
         let loaded = self.solve(self.path.machines, 1.0, &commands)?;
+        // Play is no part of what grows with the force; all draws are taken to stand on the sides of the nominal machine.
+        let seated: Vec<Vector3<f64>> = loaded.iter().map(PathPointResult::seated).collect();
         let begin = |(k, ((unloaded, loaded), is_known)): (usize, ((&PathPointResult, &PathPointResult), &bool))| {
-            let response = |nominal| self.with_setup(k, response(nominal));
-            let loaded = loaded.solved_error().filter(|_| *is_known)?;
-            let free = unloaded.solved_error();
-            let responses = free
+            let response = |elastic| self.with_setup(k, response(elastic + seated[k]));
+            let loaded = loaded.elastic_error().filter(|_| *is_known)?;
+            let responses = unloaded
+                .elastic_error()
                 .map(|free| [response(free), response(loaded)])
                 .ok_or_else(|| self.failure(unloaded, "without cutting force"));
-            Some(Solved { unloaded: free, responses })
+            Some(Solved { unloaded: unloaded.solved_error(), responses })
         };
         let mut points: Vec<Option<Solved>> =
             unloaded.iter().zip(&loaded).zip(&commanded.is_known).enumerate().map(begin).collect();
@@ -467,10 +469,10 @@ impl<'a> Block<'a> {
                 let Some(machines) = machines else { continue };
                 for load in 0..2 {
                     let answers = self.solve(machines, load as f64, &commands)?;
-                    for (point, answer) in points.iter_mut().zip(answers) {
+                    for ((point, answer), seated) in points.iter_mut().zip(answers).zip(&seated) {
                         let Some(Solved { responses, .. }) = point else { continue };
-                        match (answer.solved_error(), &mut *responses) {
-                            (Some(error), Ok(responses)) => responses[load].ends[own][end] = Some(error),
+                        match (answer.elastic_error(), &mut *responses) {
+                            (Some(error), Ok(responses)) => responses[load].ends[own][end] = Some(error + seated),
                             (None, Ok(_)) => *responses = Err(self.failure(&answer, &drawn.end_words(own, end))),
                             (_, Err(_)) => {}
                         }
@@ -518,11 +520,11 @@ impl<'a> Block<'a> {
     ) -> Result<Vec<std::result::Result<f64, Failure>>> {
         let loaded = self.solve(machines, factor, commands)?;
         let free = if self.path.drawn.has_model_error() { self.solve(machines, 0.0, commands)? } else { Vec::new() };
-        let error = |answer: &PathPointResult| answer.solved_error().ok_or_else(|| self.failure(answer, ""));
+        let error = |answer: &PathPointResult| answer.elastic_error().ok_or_else(|| self.failure(answer, ""));
         let size = |(k, answer): (usize, &PathPointResult)| {
             let (free, loaded) = (free.get(k).map(error).transpose()?, error(answer)?);
             let moved = self.path.drawn.uncertainty.setup_displacement(index, self.tool_axis(k));
-            Ok((self.path.drawn.real_displacement(index, free, loaded) + moved).norm())
+            Ok((self.path.drawn.real_displacement(index, free, loaded) + answer.seated() + moved).norm())
         };
         Ok(loaded.iter().enumerate().map(size).collect())
     }
