@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::{
     answer::Quantity,
-    files::words::{self, counted, join_words, listed_up_to, millimetres, percent},
+    files::words::{self, counted, join_words, listed_up_to, millimetres, or_dash, percent},
     machine::Machine,
     page::{Fact, headline::KeyNumber, table::format_number},
     process::uncertainty::{
@@ -393,9 +393,9 @@ pub(crate) fn along_sentences(along: &Along<'_>, whole: &PathSpread) -> String {
 }
 
 /// Returns each drive with the probability that its correction makes the largest distance larger; none where that is not known, or there is one drive.
-fn by_drive<'a>(along: &Along<'a>, whole: &PathSpread) -> Vec<(&'a str, f64)> {
-    let names = along.machine.drives().map(|(_, drive)| drive.name.as_str());
-    let all: Vec<(&str, f64)> = names.zip(whole.worse_by_drive.iter().copied()).collect();
+fn by_drive(along: &Along<'_>, whole: &PathSpread) -> Vec<(String, f64)> {
+    let labels = along.machine.drive_labels().into_iter();
+    let all: Vec<(String, f64)> = labels.zip(whole.worse_by_drive.iter().copied()).collect();
     if all.len() > 1 { all } else { Vec::new() }
 }
 
@@ -468,7 +468,7 @@ pub(crate) fn along_numbers(along: &Along<'_>, whole: &PathSpread) -> Vec<KeyNum
     };
     let worse = |share| format!("worse than without compensation with {} probability", probability(share));
     let number = |own: &LargestSpread, how: &str, worse: Option<String>| {
-        let size = own.spread.p95_mm.map_or_else(|| "–".into(), |own| millimetres(own, 3));
+        let size = or_dash(own.spread.p95_mm, |own| millimetres(own, 3));
         let what = format!("largest distance from the path not exceeded with 95 % probability, {how}");
         KeyNumber::new(&size, what, against(own).into_iter().chain(worse).collect::<Vec<_>>().join("; "))
     };

@@ -301,6 +301,9 @@ fn the_verdict_is_that_of_the_compensated_program() {
     let expected = "Within tolerance: the tool of orthoglide, compensated, stays within 10 mm all along this path with more than 99.9 % probability, within ";
     assert!(sentence.starts_with(expected), "{sentence}");
     assert!(place.contains("Where the force is absent (in air, in a spring pass, with a broken tool)"), "{place}");
+    // Its drives are all called alike: by their legs they are not.
+    let (_, drives) = place.split_once("makes it larger by more than 0.5 % (estimates): x ").unwrap();
+    assert!(drives.contains(", y ") && drives.contains(", z "), "{drives}");
     let spread = whole.compensated.unwrap().spread;
     let between = 0.5 * (spread.median_mm.unwrap() + spread.p95_mm.unwrap());
     let (_, sentence, _) = said(between);
