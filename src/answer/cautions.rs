@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::{
-    files::words::with_minus_signs,
+    files::words::{cannot_be_run, with_minus_signs},
     machine::{ChainError, Grade, Machine, OutsideWorkspace, ZeroState},
 };
 
@@ -59,10 +59,10 @@ impl OutsidePositions {
     pub fn verdict(&self, machine: &Machine, what: &str) -> String {
         match self.outside {
             0 => String::new(),
-            outside => format!(
-                "As placed, {what} cannot be run: {outside} of {} points are outside the workspace box of {}. The results were computed all the same. ",
-                self.count, machine.name
-            ),
+            outside => {
+                cannot_be_run(what, outside as u64, self.count as u64, &machine.name)
+                    + "The results were computed all the same. "
+            }
         }
     }
 

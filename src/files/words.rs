@@ -85,6 +85,13 @@ pub fn percent(share: f64) -> String {
     }
 }
 
+/// Returns the sentence that `what` cannot be run by `machine` where it is placed, as so many of its points are outside the workspace box.
+pub fn cannot_be_run(what: &str, outside: u64, points: u64, machine: &str) -> String {
+    format!(
+        "As placed, {what} cannot be run: {outside} of {points} points are outside the workspace box of {machine}. "
+    )
+}
+
 /// Formats a probability, a share of so many `draws`: that none of them, or each, does something does not make it impossible or certain.
 pub fn probability(share: f64, draws: usize) -> String {
     let unseen = 2.0 / draws as f64;

@@ -17,7 +17,10 @@ use super::{
     verdict::{Verdict, VerdictWriter},
     winners::Floors,
 };
-use crate::input::error::{Error, Result};
+use crate::{
+    files::words::cannot_be_run,
+    input::error::{Error, Result},
+};
 
 /// Most results in one comparison: each needs a colour of its own.
 const MOST_RESULTS: usize = 6;
@@ -154,10 +157,8 @@ fn cannot_run(folders: &[ResultFolder], letters: &[char]) -> Result<String> {
     for (folder, letter) in folders.iter().zip(letters) {
         let summary = folder.summary()?;
         if let Some(outside) = summary["points_outside_workspace"].as_u64().filter(|outside| *outside > 0) {
-            let (all, machine) = (&summary["points"], &folder.description.machine.name);
-            text += &format!(
-                "As placed, {letter} cannot be run: {outside} of {all} points are outside the workspace box of {machine}. "
-            );
+            let points = summary["points"].as_u64().unwrap_or_default();
+            text += &cannot_be_run(&letter.to_string(), outside, points, &folder.description.machine.name);
         }
     }
     Ok(text)

@@ -8,7 +8,7 @@ use super::{
     verdict::{LargeNumber, Verdict},
 };
 use crate::{
-    files::words::{counted, millimetres, probability},
+    files::words::{counted, millimetres, or_dash, probability},
     input::error::Result,
     process::uncertainty::P95,
     simulation::{
@@ -198,7 +198,7 @@ fn verdict(draws: &[Draws], letters: &[char]) -> DrawnVerdict {
             against.push(format!("in {} {p95}; {name} better with {sure} probability", letters[other]));
         }
         let what = format!("largest distance from the path not exceeded with 95 % probability in {first}, {words}");
-        let value = draws[0].p95_mm(which).map_or_else(|| "–".into(), three_digits);
+        let value = or_dash(draws[0].p95_mm(which), three_digits);
         verdict.numbers.push(LargeNumber { value, unit: "mm".into(), what, against: against.join("; ") });
         for (own, letter) in draws.iter().zip(letters) {
             let (largest, points) = (own.largest(which), &own.points);

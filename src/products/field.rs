@@ -109,7 +109,7 @@ fn error_at(
     let found = simulate_drives(session, &under(&case.task, factor), &case.drives[way]);
     match found.status.is_success() {
         true => Ok(found.position_error),
-        false => Err(Failure { status: found.status.label().into(), reason: found.status.reason(nominal) }),
+        false => Err(Failure::of(&found.status, nominal)),
     }
 }
 

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::field::{FieldSpread, WaySpread};
 use crate::{
-    files::words::{counted, millimetres, position, probability},
+    files::words::{counted, millimetres, or_dash, position, probability},
     page::headline::KeyNumber,
     process::uncertainty::{Draws, Uncertainty},
     questions::spread_report::{self, SpreadCounts, quantile_words, verdict_word},
@@ -105,7 +105,7 @@ impl Field<'_> {
     /// Returns the 95 % quantiles with and without correction as key numbers.
     pub fn numbers(&self) -> [KeyNumber; 2] {
         let number = |way: &WaySpread, how: &str, against: String| {
-            let size = way.largest.p95_mm.map_or_else(|| "–".into(), |own| millimetres(own, 3));
+            let size = or_dash(way.largest.p95_mm, |own| millimetres(own, 3));
             let what = format!("largest distance in the box not exceeded with 95 % probability, {how}");
             KeyNumber::new(&size, what, against)
         };

@@ -53,9 +53,7 @@ impl DrawnMachines {
                     for ((start, _), answers) in together.iter().zip(solved) {
                         for (point, answer) in (first + start..).zip(answers).filter(|(point, _)| counts(*point)) {
                             if !answer.is_settled {
-                                let (status, reason) =
-                                    (answer.status.label().into(), answer.status.reason(case.nominal));
-                                return Ok(Err(Failure { status, reason }));
+                                return Ok(Err(Failure::of(&answer.status, case.nominal)));
                             }
                             for (most, force) in largest.iter_mut().zip(&answer.drive_forces) {
                                 *most = if force.abs() > most.0 { (force.abs(), point) } else { *most };

@@ -27,7 +27,7 @@ pub(crate) fn equilibrium_under(machines: &Machines, source: Source, task: &Task
     session.set_rigid(&at);
     let answer = compensate(&mut session, &source.task(task), Method::None);
     if !answer.status.is_success() {
-        return Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(nominal) });
+        return Err(Failure::of(&answer.status, nominal));
     }
     let state = session.state();
     let mut first = 0;

@@ -191,14 +191,14 @@ impl DrawnMachines {
         Ok(Self::new(Some(&uncertainty), &self.nominal, &self.errors)?.map(|own| (own, known)))
     }
 
-    /// Returns the surrogate of displacements without load and under a load.
-    pub fn surrogate(&self, [unloaded, loads @ ..]: &[Response; 2]) -> Surrogate {
+    /// Returns the surrogate of displacements without load, and under each of `loads`.
+    pub fn surrogate(&self, unloaded: &Response, loads: &[Response]) -> Surrogate {
         Surrogate::new(&self.end_coordinates, unloaded, loads, &self.uncertainty.draws)
     }
 
     /// Names of what spreads displacements without load and under `loads` most, with a share of the variance that is worth a measurement.
-    pub fn main_causes(&self, responses: &[Response; 2]) -> Vec<&str> {
-        let surrogate = self.surrogate(responses);
+    pub fn main_causes(&self, [unloaded, loads @ ..]: &[Response; 2]) -> Vec<&str> {
+        let surrogate = self.surrogate(unloaded, loads);
         let variances = surrogate.variances(&self.uncertainty.draws, self.causes.iter().map(|(_, cause)| cause));
         let least = WORTH_MEASURING * variances.iter().sum::<f64>();
         let causes = self.causes.iter().zip(&variances).filter(|(_, variance)| **variance > least);
@@ -358,7 +358,7 @@ impl WantedSpread<'_> {
         let estimate = |(point, responses): (usize, &Option<Option<&[Response]>>)| {
             let Some(Some([unloaded, loaded @ ..])) = responses else { return Ok(None) };
             let draws = &self.drawn.uncertainty.draws;
-            let surrogate = Surrogate::new(&self.drawn.end_coordinates, unloaded, loaded, draws);
+            let surrogate = self.drawn.surrogate(unloaded, loaded);
             let mut sizes = surrogate.largest_displacements(draws, Draws::COUNT);
             if !self.checks {
                 return Ok(Some(Estimate::unchecked(point, sizes)));

@@ -501,9 +501,9 @@ impl<'a> Block<'a> {
 
     /// Why there is no equilibrium in `answer`; `words` say with which machine, empty of a draw.
     fn failure(&self, answer: &PathPointResult, words: &str) -> Failure {
-        let reason = answer.status.reason(&self.path.machines.nominal);
-        let reason = if words.is_empty() { reason } else { format!("{words}: {reason}") };
-        Failure { status: answer.status.label().into(), reason }
+        let failure = Failure::of(&answer.status, &self.path.machines.nominal);
+        let reason = if words.is_empty() { failure.reason } else { format!("{words}: {}", failure.reason) };
+        Failure { reason, ..failure }
     }
 
     /// Distance from the path at point `k` in a draw, mm.
@@ -567,8 +567,8 @@ impl<'a> Block<'a> {
 
     /// Sizes at point `k` in the first draws with the correction of each drive left out, which moves the tool by `shifts`; none where it is not known.
     fn sizes_without_drives(&self, k: usize, solved: &Solved, shifts: &[Vec<Option<Vector3<f64>>>]) -> Vec<Vec<f64>> {
-        let (drawn, Ok(responses)) = (self.path.drawn, &solved.responses) else { return Vec::new() };
-        let surrogate = drawn.surrogate(responses);
+        let (drawn, Ok([unloaded, loads @ ..])) = (self.path.drawn, &solved.responses) else { return Vec::new() };
+        let surrogate = drawn.surrogate(unloaded, loads);
         let sizes = |shifts: &Vec<Option<Vector3<f64>>>| {
             Some(surrogate.shifted(shifts[k]?).largest_displacements(&drawn.uncertainty.draws, DRAWS_BY_DRIVE))
         };

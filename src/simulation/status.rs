@@ -4,7 +4,10 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use crate::machine::Unreachable;
+use crate::{
+    compensation::CompensationStatus,
+    machine::{Machine, Unreachable},
+};
 
 /// Reason why a point has no result.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -13,6 +16,13 @@ pub struct Failure {
     pub status: Cow<'static, str>,
     /// Reason in words, with numbers.
     pub reason: String,
+}
+
+impl Failure {
+    /// Why a point has no result by the status of its compensation on `machine`.
+    pub(crate) fn of(status: &CompensationStatus, machine: &Machine) -> Self {
+        Self { status: status.label().into(), reason: status.reason(machine) }
+    }
 }
 
 /// Status word of a solved point.

@@ -223,13 +223,13 @@ const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_425),
     (&["src/toolpath"], 15_840),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_875),
-    (&["src/simulation", "src/redundancy"], 5_400),
-    (&["src/answer", "src/files", "src/work", "src/run"], 5_670),
+    (&["src/simulation", "src/redundancy"], 5_405),
+    (&["src/answer", "src/files", "src/work", "src/run"], 5_675),
     (&["src/figures", "src/page"], 9_420),
     (&["src/questions"], 24_115),
     (&["src/products", "src/inspect", "src/explore"], 10_155),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 103_975),
+    (&["crates/engine/src", "crates/input/src", "src"], 104_005),
 ];
 
 #[test]

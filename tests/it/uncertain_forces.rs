@@ -2,18 +2,14 @@
 
 use crate::support::{
     command::told,
-    uncertain::{Drawn, EXACT_MODEL, LEVER, draws},
+    uncertain::{Drawn, EXACT_MODEL, Kept, NC, draws, job, proved},
 };
 use kinetostat::{
-    compensation::{BoundedPath, Session, TaskPoint, simulate},
-    input::{Folder, error::Result},
-    machine::Machine,
-    process::{Process, uncertainty::normal_cdf},
-    products::program::{Asked, CommandSource, Compensated, ProgramJob, ProvedPart, ProvedProgram, Receiver},
-    simulation::{ProgramFile, settings},
-    spatial::Pose,
-    toolpath::gcode::CalledFile,
-    work::Work,
+    compensation::{Session, TaskPoint, simulate},
+    input::error::Result,
+    process::uncertainty::normal_cdf,
+    products::program::{Asked, CommandSource, ProgramJob, ProvedProgram},
+    simulation::settings,
 };
 use serde_json::Value;
 
@@ -22,7 +18,6 @@ const ALONG: &str = "[placement]\norigin_mm = [0.0, 0.0, 50.0]\n[force.path_fram
 const ALONG_NC: &str = "G21 G90\nG0 X-0.5 Y0 Z0\nG1 X0.5 F600\n";
 const ORTHOGLIDE: &str = "[placement]\nreference = \"platform_point\"\n[sampling]\nmax_segment_mm = 15.0\n\
     [force.path_frame]\nradial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n";
-const NC: &str = "G21 G90\nG0 X0 Y0 Z5\nG1 Z0 F600\nX30 Y5\nY25\nG0 Z20\n";
 
 /// A force limit above the nominal force along [`NC`], 220 N, and below that in 95 of 100, 228 N.
 const LIMIT: f64 = 224.0;
@@ -34,44 +29,10 @@ fn force_std(relative: f64) -> String {
     format!("[uncertainty.process]\nforce_relative_std = {relative:?}\n{EXACT_MODEL}")
 }
 
-fn job(machine: &str, process: &str, program: &str) -> ProgramJob {
-    let machine = match machine {
-        "lever" => Machine::from_toml(LEVER, "lever.toml").unwrap(),
-        name => Machine::named(name).unwrap(),
-    };
-    let text = format!("schema = 1\n{process}");
-    let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), &machine).unwrap();
-    let folder = Folder::in_memory([("part.nc".to_owned(), program.as_bytes().to_vec())]);
-    let program = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
-    ProgramJob::new(process, program, "part.nc", &Work::default()).unwrap()
-}
-
-/// Tasks and commanded poses of a proved program.
-#[derive(Default)]
-struct Kept {
-    tasks: Vec<TaskPoint>,
-    commanded: Vec<Pose>,
-}
-
-impl Receiver for Kept {
-    fn may_call(&self, _: &CalledFile) -> Result<()> {
-        Ok(())
-    }
-
-    fn take(&mut self, proved: &ProvedPart<'_>, _: Option<&BoundedPath>) -> Result<()> {
-        self.tasks.extend_from_slice(proved.part.tasks());
-        self.commanded.extend(proved.written.iter().map(|answer| answer.target.unwrap()));
-        Ok(())
-    }
-}
-
+/// The program of `job` within its limits, proved.
 fn bounded(job: &ProgramJob) -> Result<(ProvedProgram, Kept)> {
-    let mut kept = Kept::default();
     let asked = Asked { way: CommandSource::Bounded, compared: Vec::new(), sources_apart: false, ends_early: false };
-    match job.compensate(&asked, &mut kept, &Work::default())? {
-        Compensated::Proved(proved) => Ok((*proved, kept)),
-        Compensated::Refused(refusal) => panic!("{refusal:?}"),
-    }
+    proved(job, &asked)
 }
 
 /// Share of machines and forces as they may be on which all drive forces along `kept` are at most `limit`, in N: solved point by point, from another seed.
@@ -98,7 +59,7 @@ fn the_force_of_a_slide_is_within_its_limit_with_the_exact_probability() {
     let process =
         |z: f64| format!("{ALONG}[limits]\nforce_limit_N = {:?}\n{}", 1000.0 * (std * z).exp(), force_std(relative));
     for z in [2.1, 2.6] {
-        let (proved, _) = bounded(&job("lever", &process(z), ALONG_NC)).unwrap();
+        let (proved, _) = bounded(&job("lever", &process(z), ("part.nc", ALONG_NC))).unwrap();
         let (forces, exact) = (proved.forces.unwrap(), normal_cdf(z));
         let share = forces.within as f64 / forces.draws as f64;
         let error = 3.0 * (exact * (1.0 - exact) / forces.draws as f64).sqrt();
@@ -109,7 +70,7 @@ fn the_force_of_a_slide_is_within_its_limit_with_the_exact_probability() {
         // What no correction changes cannot be tightened.
         assert_eq!((forces.failed, &forces.tightened[..]), (0, &[0.0][..]));
     }
-    let problem = bounded(&job("lever", &process(1.0), ALONG_NC)).map(|_| ()).unwrap_err().to_string();
+    let problem = bounded(&job("lever", &process(1.0), ("part.nc", ALONG_NC))).map(|_| ()).unwrap_err().to_string();
     assert!(problem.starts_with("limits: drive forces stay within their limits in only 4"), "{problem}");
     assert!(
         problem.contains("in 95 of 100 the force of drive guide is up to 1") && problem.contains("line 3"),
@@ -118,14 +79,14 @@ fn the_force_of_a_slide_is_within_its_limit_with_the_exact_probability() {
     assert!(problem.contains("its force cannot be brought below 1000.000 N"), "{problem}");
     // With exact inputs it holds.
     let exact = process(1.0).split("[uncertainty").next().unwrap().to_owned();
-    assert!(bounded(&job("lever", &exact, ALONG_NC)).unwrap().0.forces.is_none());
+    assert!(bounded(&job("lever", &exact, ("part.nc", ALONG_NC))).unwrap().0.forces.is_none());
 }
 
 /// Corrections move the tool to where forces are smaller: the tightened program is within its limits on other draws, the one by nominal numbers is not.
 #[test]
 fn tightened_forces_agree_with_brute_force() {
     let process = format!("{ORTHOGLIDE}[limits]\nforce_limit_N = {LIMIT:?}\n");
-    let uncertain = job("orthoglide", &format!("{process}{UNCERTAIN}"), NC);
+    let uncertain = job("orthoglide", &format!("{process}{UNCERTAIN}"), ("part.nc", NC));
     let (proved, kept) = bounded(&uncertain).unwrap();
     let forces = proved.forces.unwrap();
     let reported = forces.within as f64 / forces.draws as f64;
@@ -133,7 +94,7 @@ fn tightened_forces_agree_with_brute_force() {
     assert!(found > 0.95 && (found - reported).abs() < 0.025, "{found}: {forces:?}");
     assert!(forces.tightened.iter().any(|share| *share > 0.0), "{forces:?}");
 
-    let (nominal, kept) = bounded(&job("orthoglide", &process, NC)).unwrap();
+    let (nominal, kept) = bounded(&job("orthoglide", &process, ("part.nc", NC))).unwrap();
     assert!(nominal.forces.is_none());
     let without = share_within(&uncertain, &kept, LIMIT * (1.0 + 1e-6), 1024);
     assert!(without < 0.9, "{without}");
@@ -154,8 +115,8 @@ fn nothing_is_tightened_where_no_limited_force_is_uncertain() {
     let setup = format!("[uncertainty.process]\ntool_length_mm = {{ std = 0.02 }}\n{EXACT_MODEL}");
     for (limits, uncertain) in [("max_correction_mm = 0.5", force_std(0.15)), ("force_limit_N = 600.0", setup)] {
         let process = format!("{ORTHOGLIDE}[limits]\n{limits}\n");
-        let (exact, _) = bounded(&job("orthoglide", &process, NC)).unwrap();
-        let (found, _) = bounded(&job("orthoglide", &format!("{process}{uncertain}"), NC)).unwrap();
+        let (exact, _) = bounded(&job("orthoglide", &process, ("part.nc", NC))).unwrap();
+        let (found, _) = bounded(&job("orthoglide", &format!("{process}{uncertain}"), ("part.nc", NC))).unwrap();
         assert!(found.forces.is_none() && found.spread.is_some());
         assert_eq!((found.written.bytes, found.bounded), (exact.written.bytes, exact.bounded), "{limits}");
     }

@@ -2,33 +2,19 @@
 
 use crate::support::{
     command::told,
-    uncertain::{Drawn, EXACT_MODEL, TOLERANCES, draws},
+    uncertain::{Drawn, EXACT_MODEL, NC, TOLERANCES, draws, job, proved},
 };
 use kinetostat::{
-    compensation::{BoundedPath, Method, Session, TaskPoint, compensate, simulate},
-    input::{Folder, error::Result},
-    machine::Machine,
-    process::{
-        Process,
-        uncertainty::{P95, quantile},
-    },
-    products::program::{Asked, Compensated, ProgramJob, ProvedPart, ProvedProgram, Receiver},
-    simulation::{
-        ProgramFile, settings,
-        spread::DeflectionSpread,
-        spread_along::{LargestSpread, PointSpread},
-    },
-    spatial::Pose,
-    toolpath::gcode::CalledFile,
-    work::Work,
+    compensation::{Method, Session, TaskPoint, compensate, simulate},
+    process::uncertainty::{P95, quantile},
+    products::program::Asked,
+    simulation::{settings, spread::DeflectionSpread, spread_along::LargestSpread},
 };
 use serde_json::Value;
 
 const ORTHOGLIDE: &str = "[placement]\nreference = \"platform_point\"\n[force.path_frame]\nradial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n";
 const ARM: &str = "[placement]\norigin_mm = [2100.0, 0.0, 650.0]\n[force.path_frame]\nradial_force_N = 300.0\ntangential_force_N = -200.0\naxial_force_N = -100.0\n";
 const COARSE: &str = "[sampling]\nmax_segment_mm = 15.0\n";
-/// A rapid move, two cuts and a retract.
-const NC: &str = "G21 G90\nG0 X0 Y0 Z5\nG1 Z0 F600\nX30 Y5\nY25\nG0 Z20\n";
 const POLYLINE: &str = "x_mm,y_mm,z_mm,platform_qw,platform_qx,platform_qy,platform_qz,feed_mm_per_min\n\
                         0,0,0,0.5,-0.5,0.5,-0.5,600\n15,0,0,0.5,-0.5,0.5,-0.5,600\n30,5,0,0.5,-0.45,0.55,-0.49497475,600\n";
 
@@ -36,44 +22,6 @@ fn uncertain(pattern: &str) -> String {
     format!(
         "[uncertainty]\n[[uncertainty.parameter]]\nname = \"{pattern}\"\nrelative_std = 0.3\n{TOLERANCES}{EXACT_MODEL}"
     )
-}
-
-fn job(machine: &str, process: &str, name: &str, program: &str) -> ProgramJob {
-    let machine = Machine::named_or_file(machine).unwrap();
-    let text = format!("schema = 1\n{process}");
-    let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), &machine).unwrap();
-    let folder = Folder::in_memory([(name.to_owned(), program.as_bytes().to_vec())]);
-    let program = ProgramFile::in_folder(&folder, name, &process).unwrap();
-    ProgramJob::new(process, program, name, &Work::default()).unwrap()
-}
-
-/// What is known of each point of a proved program.
-#[derive(Default)]
-struct Kept {
-    tasks: Vec<TaskPoint>,
-    commanded: Vec<Pose>,
-    spread: Vec<Option<PointSpread>>,
-}
-
-impl Receiver for Kept {
-    fn may_call(&self, _: &CalledFile) -> Result<()> {
-        Ok(())
-    }
-
-    fn take(&mut self, proved: &ProvedPart<'_>, _: Option<&BoundedPath>) -> Result<()> {
-        self.tasks.extend_from_slice(proved.part.tasks());
-        self.commanded.extend(proved.written.iter().map(|answer| answer.target.unwrap()));
-        self.spread.extend_from_slice(proved.spread);
-        Ok(())
-    }
-}
-
-fn compensated(job: &ProgramJob) -> (ProvedProgram, Kept) {
-    let mut kept = Kept::default();
-    match job.compensate(&Asked::by(Method::Direct), &mut kept, &Work::default()).unwrap() {
-        Compensated::Proved(proved) => (*proved, kept),
-        Compensated::Refused(refusal) => panic!("{refusal:?}"),
-    }
 }
 
 /// Machines whose legs pull against one another, and an arm with weight; programs with moves that do not cut, as they are rounded when written.
@@ -84,8 +32,8 @@ fn written_programs_agree_with_brute_force() {
         ("fanuc_r2000ic", "arm.*.stiffness", ARM, "part.csv", POLYLINE, 0.5),
     ] {
         let process = format!("tolerance_mm = {tolerance}\n{process}{COARSE}{}", uncertain(pattern));
-        let job = job(machine, &process, name, program);
-        let (proved, kept) = compensated(&job);
+        let job = job(machine, &process, (name, program));
+        let (proved, kept) = proved(&job, &Asked::by(Method::Direct)).unwrap();
         let count = 1024;
         // Without compensation and as written: of each point, and of all that count.
         let mut sizes = vec![[Vec::new(), Vec::new()]; kept.tasks.len() + 1];
@@ -225,7 +173,7 @@ fn a_measured_pass_has_no_distribution() {
     let process = format!("tolerance_mm = 5.0\n{ORTHOGLIDE}{COARSE}{}", uncertain("leg.*.stiffness"));
     let folder = tempfile::tempdir().unwrap();
     let measured = folder.path().join("measured.csv");
-    let job = job("orthoglide", &format!("{ORTHOGLIDE}{COARSE}"), "part.nc", NC);
+    let job = job("orthoglide", &format!("{ORTHOGLIDE}{COARSE}"), ("part.nc", NC));
     let rows = job.path.points().iter().map(|point| {
         let [x, y, z]: [f64; 3] = point.position_mm.into();
         format!("{:?},{y:?},{z:?}\n", x + 0.1)

@@ -165,7 +165,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
     let outcome = equilibrium(real, &nominal.drives, &wrench, &mut state, &mut workspace, &TO_ROUNDING);
     let loaded = Solution::new(real, &nominal.drives, &state, &outcome, &mut workspace);
     let task = TaskPoint { pose: nominal.pose, load: wrench, target: question.target, wanted: None, external: None };
-    let failed = |status: CompensationStatus| Failure { status: status.label().into(), reason: status.reason(machine) };
+    let failed = |status: CompensationStatus| Failure::of(&status, machine);
     let mut session_at_rest = machines.session(Source::All);
     let task_at_zero = session_at_rest.with_wanted_pose(&task);
     let carrier = session_at_rest.workpiece_compliance(&task).ok();

@@ -49,6 +49,8 @@ impl LimitExcess {
 pub struct ExcessSearch<'a> {
     job: &'a ProgramJob,
     bounded: &'a BoundedPath,
+    /// Force limit of each drive, N or N·mm.
+    force_limits: Vec<f64>,
     /// Worst excess of each limit and drive.
     worst: Vec<LimitExcess>,
     /// Drive corrections of the previous point, if it was corrected and solved.
@@ -58,7 +60,8 @@ pub struct ExcessSearch<'a> {
 impl<'a> ExcessSearch<'a> {
     /// Starts a search along `job`, whose corrected path `bounded` keeps the limits.
     pub fn new(job: &'a ProgramJob, bounded: &'a BoundedPath) -> Self {
-        Self { job, bounded, worst: Vec::new(), before: None }
+        let force_limits = force_limits(&job.machine, &job.process.limits);
+        Self { job, bounded, force_limits, worst: Vec::new(), before: None }
     }
 
     /// Ends the search and returns the worst excess of each limit and drive.
@@ -77,13 +80,12 @@ impl<'a> ExcessSearch<'a> {
                 continue;
             }
             let corrections = result.delta_rho();
-            for (d, (_, drive)) in self.job.machine.drives().enumerate() {
-                let (correction, force) = (corrections[d], result.drive_forces[d]);
+            for (d, &correction) in corrections.iter().enumerate() {
                 self.note(LimitKind::Correction, d, point, correction, or_inf(limits.correction_mm));
                 if let Some(before) = self.before.as_ref().map(|before| before[d]) {
                     self.note(LimitKind::Change, d, point, correction - before, or_inf(limits.correction_change_mm));
                 }
-                self.note(LimitKind::Force, d, point, force, or_inf(limits.force_N).min(or_inf(drive.force_limit)));
+                self.note(LimitKind::Force, d, point, result.drive_forces[d], self.force_limits[d]);
             }
             self.before = Some(corrections);
         }

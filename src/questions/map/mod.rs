@@ -366,7 +366,7 @@ fn sweep_phi(
         let phi = tally.worst.as_ref().and_then(|worst| worst.phi);
         match group.plain.sessions[i].workpiece_compliance(&task_at(phi, i)) {
             Ok(carrier_compliance) => tally.conclude(&carrier_compliance),
-            Err(status) => Err(Failure { status: status.label().into(), reason: status.reason(machine) }),
+            Err(status) => Err(Failure::of(&status, machine)),
         }
     };
     tallies.into_iter().enumerate().map(conclude).collect()

@@ -1,10 +1,18 @@
 //! Studies with uncertain inputs, and machines of draws made without the draws of a study.
 
 use kinetostat::{
-    Machine,
+    Machine, Work,
+    compensation::{BoundedPath, TaskPoint},
+    input::{Folder, error::Result},
     machine::ChainError,
-    process::uncertainty::{Uncertainty, normal_quantile, sobol},
-    simulation::Machines,
+    process::{
+        Process,
+        uncertainty::{Uncertainty, normal_quantile, sobol},
+    },
+    products::program::{Asked, Compensated, ProgramJob, ProvedPart, ProvedProgram, Receiver},
+    simulation::{Machines, ProgramFile, spread_along::PointSpread},
+    spatial::Pose,
+    toolpath::gcode::CalledFile,
 };
 
 /// A slide of 10 N/µm that pushes back along x, and nothing else.
@@ -29,6 +37,8 @@ chain = "guide"
 
 pub const TOLERANCES: &str = "[[uncertainty.chain_error]]\nchain = \"*\"\nturn_about_drive_axis_deg = { uniform = [-0.1, 0.1] }\n\
      [uncertainty.process]\nforce_relative_std = 0.15\n";
+/// A rapid move, two cuts and a retract.
+pub const NC: &str = "G21 G90\nG0 X0 Y0 Z5\nG1 Z0 F600\nX30 Y5\nY25\nG0 Z20\n";
 /// A model that leaves nothing out.
 pub const EXACT_MODEL: &str = "[uncertainty.model]\nrelative_std = 0.0\n";
 
@@ -43,6 +53,49 @@ pub fn force(radial: f64, tangential: f64, axial: f64) -> String {
     format!(
         "[process.force.path_frame]\nradial_force_N = {radial:?}\ntangential_force_N = {tangential:?}\naxial_force_N = {axial:?}\n"
     )
+}
+
+/// The job of a program with this name and text on the [`LEVER`] or a built-in machine, by the text of a process.
+pub fn job(machine: &str, process: &str, (name, program): (&str, &str)) -> ProgramJob {
+    let machine = match machine {
+        "lever" => Machine::from_toml(LEVER, "lever.toml").unwrap(),
+        name => Machine::named_or_file(name).unwrap(),
+    };
+    let text = format!("schema = 1\n{process}");
+    let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), &machine).unwrap();
+    let folder = Folder::in_memory([(name.to_owned(), program.as_bytes().to_vec())]);
+    let program = ProgramFile::in_folder(&folder, name, &process).unwrap();
+    ProgramJob::new(process, program, name, &Work::default()).unwrap()
+}
+
+/// What is known of each point of a proved program.
+#[derive(Default)]
+pub struct Kept {
+    pub tasks: Vec<TaskPoint>,
+    pub commanded: Vec<Pose>,
+    pub spread: Vec<Option<PointSpread>>,
+}
+
+impl Receiver for Kept {
+    fn may_call(&self, _: &CalledFile) -> Result<()> {
+        Ok(())
+    }
+
+    fn take(&mut self, proved: &ProvedPart<'_>, _: Option<&BoundedPath>) -> Result<()> {
+        self.tasks.extend_from_slice(proved.part.tasks());
+        self.commanded.extend(proved.written.iter().map(|answer| answer.target.unwrap()));
+        self.spread.extend_from_slice(proved.spread);
+        Ok(())
+    }
+}
+
+/// The program of `job` as it was `asked` for, proved.
+pub fn proved(job: &ProgramJob, asked: &Asked) -> Result<(ProvedProgram, Kept)> {
+    let mut kept = Kept::default();
+    match job.compensate(asked, &mut kept, &Work::default())? {
+        Compensated::Proved(proved) => Ok((*proved, kept)),
+        Compensated::Refused(refusal) => panic!("{refusal:?}"),
+    }
 }
 
 /// Whether a parameter is an error of a chain, by its name.
