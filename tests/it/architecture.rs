@@ -222,14 +222,14 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_375),
     (&["src/toolpath"], 15_840),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_830),
-    (&["src/simulation", "src/redundancy"], 4_915),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_875),
+    (&["src/simulation", "src/redundancy"], 4_925),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_545),
     (&["src/figures", "src/page"], 9_375),
     (&["src/questions"], 24_015),
-    (&["src/products", "src/inspect", "src/explore"], 9_290),
+    (&["src/products", "src/inspect", "src/explore"], 9_505),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 102_270),
+    (&["crates/engine/src", "crates/input/src", "src"], 102_540),
 ];
 
 #[test]

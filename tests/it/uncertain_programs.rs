@@ -255,7 +255,6 @@ fn uncertain_inputs_are_refused_where_nothing_computes_them() {
     let on = ["--machine", "orthoglide", "--process", &file];
     let correction = at("correction");
     let realtime = at("realtime");
-    let page = at("page.html");
     for (name, arguments) in [
         (
             "a correction table",
@@ -263,7 +262,6 @@ fn uncertain_inputs_are_refused_where_nothing_computes_them() {
         ),
         ("real-time code", [&["export-realtime"][..], &on, &["--out", &realtime]].concat()),
         ("a comparison of places", [&["compare", "--path", &part][..], &on].concat()),
-        ("the explorer", vec!["explore", "orthoglide", "--path", &part, "--process", &file, "--out", &page]),
     ] {
         let (code, out, err) = told(&arguments);
         assert_eq!(code, Some(2), "{arguments:?}: {out}{err}");

@@ -46,7 +46,7 @@ pub fn force(radial: f64, tangential: f64, axial: f64) -> String {
 }
 
 /// Whether a parameter is an error of a chain, by its name.
-fn is_error(name: &str) -> bool {
+pub fn is_error(name: &str) -> bool {
     [".turn", ".translation.", ".offset"].iter().any(|part| name.contains(part))
 }
 
