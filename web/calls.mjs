@@ -38,7 +38,7 @@ for (const [machine, position] of [["orthoglide", [10, 20, 30]], ["kr270", [1700
   ask(cloud);
   const study = `schema = 3\nquestion = "Where?"\nmachine = "${machine}"\nprocess.force.path_frame = { radial_force_N = 215.0, tangential_force_N = -10.0, axial_force_N = -25.0 }
 [uncertainty]\nmachine = "provenance"\nchain_error = [{ chain = "*", turn_about_drive_axis_deg = { uniform = [-0.1, 0.1] } }]\nprocess.force_relative_std = 0.15
-[workspace_map]\nslices_z_mm = [0.0]\n`;
+[workspace_map]\nslices_z_mm = [${position[2]}]\n`;
   ask({ call: "open", machine, files: { [machine]: toml }, study });
   ask(cloud);
 }

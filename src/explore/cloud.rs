@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::{
-    Explorer, STUDY,
+    Explorer,
     tool::{ToolRequest, command_from},
 };
 use crate::{
@@ -66,13 +66,13 @@ impl Uncertain {
         Self { table, errors: errors.to_vec(), by: "[uncertainty] of study or process", drawn: OnceLock::new() }
     }
 
-    /// What the file of a machine alone says.
-    pub(super) fn of_machine_file() -> Self {
-        let table = UncertaintyTable::of_machine_file(Check::new(STUDY).key("uncertainty"));
+    /// What the file of the `machine` alone says.
+    pub(super) fn of_machine_file(machine: &str) -> Self {
+        let table = UncertaintyTable::of_machine_file(Check::new(machine).key("provenance"));
         Self { by: "[[provenance]] of the machine file", ..Self::new(table, &[]) }
     }
 
-    /// Who says it.
+    /// Where it stands.
     pub(super) fn by(&self) -> &'static str {
         self.by
     }

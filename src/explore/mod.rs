@@ -92,7 +92,12 @@ impl Explorer {
                     PageStudy::Map(study) => (machine, None, Some(Map::new(*study)?), uncertain),
                 }
             }
-            None => (study::machine(&scene, &folder, &overrides)?, None, None, Some(Uncertain::of_machine_file())),
+            None => (
+                study::machine(&scene, &folder, &overrides)?,
+                None,
+                None,
+                Some(Uncertain::of_machine_file(&scene.machine)),
+            ),
         };
         Ok(Self { machines: Machines::new(&machine, &[])?, machine, workpiece, map, uncertain, overrides, scene })
     }

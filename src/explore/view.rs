@@ -19,7 +19,7 @@ pub struct View {
     pub parameters: Vec<ParameterView>,
     /// The workpiece, if there is one.
     pub workpiece: Option<WorkpieceView>,
-    /// Who says what is not known exactly, after "by"; `None` where everything is.
+    /// Where it stands what is not known exactly; `None` where everything is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub uncertain_by: Option<&'static str>,
 }

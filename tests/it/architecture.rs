@@ -227,9 +227,9 @@ const MOST_LINES: [(&[&str], usize); 10] = [
     (&["src/answer", "src/files", "src/work", "src/run"], 5_545),
     (&["src/figures", "src/page"], 9_375),
     (&["src/questions"], 24_015),
-    (&["src/products", "src/inspect", "src/explore"], 9_505),
+    (&["src/products", "src/inspect", "src/explore"], 9_510),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 102_540),
+    (&["crates/engine/src", "crates/input/src", "src"], 102_545),
 ];
 
 #[test]

@@ -150,7 +150,7 @@ function explore(section) {
       const list = [];
       if (answer.displacement) list.push(["along x, y, z", answer.displacement.map(number).join(", ") + " mm"]);
       if (cloud) list.push(["where the tool may be", cloud.p95 != null
-        ? `a dot for each of ${cloud.displacements.length} machines and forces, as uncertain as by ${escape(live.view.uncertain_by)}` : `no cloud can be drawn: ${escape(cloud.reason || cloud.status)}`]);
+        ? `a dot for each of ${cloud.displacements.length} machines and forces; how uncertain they are stands in ${escape(live.view.uncertain_by)}` : `no cloud can be drawn: ${escape(cloud.reason || cloud.status)}`]);
       if (answer.stiffness) list.push(["stiffness of the tool tip", `${number(answer.stiffness[0])} to ${number(answer.stiffness[2])} N/mm`]);
       if (answer.conditioning !== null) list.push(["distance to singularity", number(answer.conditioning)]);
       if (answer.branch) list.push(["branch", answer.branch]);

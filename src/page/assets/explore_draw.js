@@ -27,7 +27,7 @@ function drawScene(view, { state, live, scene, frame, map }) {
     if (live.cloud?.displacements.length) {
       const from = Space.add(moved.tool_tip_mm, tool.displacement ?? [0, 0, 0], -live.factor);
       live.cloud.displacements.forEach((way) => view.dot(Space.add(from, way, live.factor), 1.6, colour.c4 + "99"));
-      view.dot(moved.tool_tip_mm, 3.5, colour.c2, colour.ground);
+      view.dot(moved.tool_tip_mm, 2.5, colour.ink);
     }
   }
   if (workpiece && frame) {
