@@ -143,9 +143,10 @@ function explore(section) {
       if (!answer) return;
       const moved = size(answer.displacement);
       const cloud = answer.displacement && live.cloud;
-      const likely = cloud?.p95 != null ? `${number(cloud.p95)} mm with 95 % probability, ${number(cloud.nominal)} mm nominally (an estimate, not checked by draws of the engine)` : `${number(moved)} mm${cloud ? " nominally" : ""}`;
+      // Errors of chains and lengths move it without load as well.
+      const likely = cloud?.p95 != null ? `The tool is ${number(cloud.p95)} mm off with 95 % probability, ${number(cloud.nominal)} mm nominally (an estimate, not checked by draws of the engine)` : `The load moves the tool by ${number(moved)} mm${cloud ? " nominally" : ""}`;
       headline.textContent = answer.displacement
-        ? `The load moves the tool by ${likely}; the picture shows it ${number(live.factor)} times as large.`
+        ? `${likely}; the picture shows it ${number(live.factor)} times as large.`
         : `The machine cannot be loaded here: ${answer.reason || answer.status}`;
       const list = [];
       if (answer.displacement) list.push(["along x, y, z", answer.displacement.map(number).join(", ") + " mm"]);
