@@ -30,5 +30,17 @@ for (const [folder, files, places] of [
     ask({ call: "place", place });
   }
 }
+// Where the tool may be, as a machine file and as the table of a study says.
+for (const [machine, position] of [["orthoglide", [10, 20, 30]], ["kr270", [1700, 100, 900]]]) {
+  const toml = read(`crates/engine/src/machine/catalogue/${machine}.toml`);
+  const cloud = { call: "cloud", at: { position }, load: { wrench: [120, -40, -60, 0, 500, 0] } };
+  open(machine);
+  ask(cloud);
+  const study = `schema = 3\nquestion = "Where?"\nmachine = "${machine}"\nprocess.force.path_frame = { radial_force_N = 215.0, tangential_force_N = -10.0, axial_force_N = -25.0 }
+[uncertainty]\nmachine = "provenance"\nchain_error = [{ chain = "*", turn_about_drive_axis_deg = { uniform = [-0.1, 0.1] } }]\nprocess.force_relative_std = 0.15
+[workspace_map]\nslices_z_mm = [${position[2]}]\n`;
+  ask({ call: "open", machine, files: { [machine]: toml }, study });
+  ask(cloud);
+}
 ask({ call: "open", machine: "orthoglide", files: { orthoglide: read("crates/engine/src/machine/catalogue/orthoglide.toml") }, study: read("studies/01_workspace_map/study.toml") });
 for (const source of ["all", "cutting", "errors"]) ask({ call: "effect", position: [100, -50, 20], source, phi_deg: source === "errors" ? null : 40 });

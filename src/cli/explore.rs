@@ -71,7 +71,7 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
 /// Reads machine, process and program, so that an error names the file and not the study made of them.
 fn check_files(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let machine = Machine::named_or_file(machine)?;
-    let process = Process::open(process, &machine)?.exact_for("the explorer")?;
+    let process = Process::open(process, &machine)?;
     let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
     check_placeable(program, &process, &path)?;
     if path.is_empty() { Err(no_motion_error(program)) } else { Ok(()) }

@@ -1,9 +1,10 @@
 //! The engine of interactive pages: one place or load after another, asked and answered as JSON. Each answer is what the command line gives
-//! for the same question, computed quickly, so that a page can follow a hand that drags a workpiece.
+//! for the same question, computed quickly, so that a page can follow a hand that drags a workpiece. A [`Cloud`](CloudResult) is an estimate.
 //!
 //! An [`Explorer`] holds the machine, the checked study and everything that need not be made anew between two answers. What it
 //! is asked and what it answers are JSON ([`call()`]).
 
+mod cloud;
 mod effect;
 mod place;
 mod scene;
@@ -14,8 +15,8 @@ mod view;
 
 use serde::{Deserialize, Serialize};
 
-use self::{effect::Map, study::PageStudy};
 pub use self::{
+    cloud::CloudResult,
     effect::{EffectRequest, EffectResult},
     place::{PlaceRequest, PlaceResult},
     scene::{BestPlace, Scene},
@@ -24,6 +25,7 @@ pub use self::{
     tool::{LoadRequest, ToolPlace, ToolRequest, ToolResult},
     view::View,
 };
+use self::{cloud::Uncertain, effect::Map, study::PageStudy};
 use crate::{
     input::{
         check::LARGEST,
@@ -46,6 +48,7 @@ pub struct Explorer {
     machines: Machines,
     workpiece: Option<Workpiece>,
     map: Option<Map>,
+    uncertain: Option<Uncertain>,
 }
 
 /// The workpiece of a scene, with its study and evaluator.
@@ -80,14 +83,23 @@ impl Explorer {
     fn with_parameters(scene: Scene, parameters: Vec<(String, f64)>) -> Result<Self> {
         let overrides = Overrides { parameters, ..Overrides::default() };
         let folder = scene.folder();
-        let (machine, workpiece, map) = match &scene.study {
-            Some(text) => match study::read(text, &folder, &overrides)? {
-                (machine, PageStudy::Placement(study)) => (machine, Some(Workpiece::new(*study)), None),
-                (machine, PageStudy::Map(study)) => (machine, None, Some(Map::new(*study)?)),
-            },
-            None => (study::machine(&scene, &folder, &overrides)?, None, None),
+        let (machine, workpiece, map, uncertain) = match &scene.study {
+            Some(text) => {
+                let (machine, study, table) = study::read(text, &folder, &overrides)?;
+                let uncertain = table.map(|table| Uncertain::new(table, study.errors()));
+                match study {
+                    PageStudy::Placement(study) => (machine, Some(Workpiece::new(*study)), None, uncertain),
+                    PageStudy::Map(study) => (machine, None, Some(Map::new(*study)?), uncertain),
+                }
+            }
+            None => (
+                study::machine(&scene, &folder, &overrides)?,
+                None,
+                None,
+                Some(Uncertain::of_machine_file(&scene.machine)),
+            ),
         };
-        Ok(Self { machines: Machines::new(&machine, &[])?, machine, workpiece, map, overrides, scene })
+        Ok(Self { machines: Machines::new(&machine, &[])?, machine, workpiece, map, uncertain, overrides, scene })
     }
 }
 
@@ -119,6 +131,8 @@ pub enum Call {
     Place(PlaceRequest),
     /// Solves the tool at a place, under a load.
     Tool(ToolRequest),
+    /// Estimates where the tool may be at a place, under a load that is as uncertain as the machine.
+    Cloud(ToolRequest),
     /// Solves the nodes of a plane of the workspace.
     Slice(SliceRequest),
     /// Computes the effect of one error source at a grid point of a map.
@@ -151,6 +165,7 @@ fn dispatch(explorer: &mut Option<Explorer>, call: Call) -> Result<String> {
         }
         Call::Place(request) => to_json(&opened?.place(&request)?),
         Call::Tool(request) => to_json(&opened?.tool(&request)?),
+        Call::Cloud(request) => to_json(&opened?.cloud(&request)?),
         Call::Slice(request) => to_json(&opened?.slice(&request)?),
         Call::Effect(request) => to_json(&opened?.effect(&request)?),
         Call::StudyFile { place } => to_json(&opened?.study_file(place)?),

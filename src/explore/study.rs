@@ -8,7 +8,7 @@ use std::{
 };
 
 use nalgebra::Vector3;
-use serde::{Deserialize, de::IgnoredAny};
+use serde::Deserialize;
 use toml::{Table, Value};
 
 use super::{Explorer, STUDY, Scene, place::site_from_shown};
@@ -19,8 +19,12 @@ use crate::{
         error::{Error, Result},
         toml_file,
     },
-    machine::Machine,
-    process::{PathReference, file::TOLERANCE_MM},
+    machine::{ChainError, Machine},
+    process::{
+        PathReference,
+        file::TOLERANCE_MM,
+        uncertainty::{UncertaintyTable, spec::UncertaintySpec},
+    },
     questions::{
         Overrides, Question, StudyContext, StudyFiles,
         map::{WorkspaceMapStudy, spec::WorkspaceMapSpec},
@@ -41,9 +45,7 @@ struct Written {
     #[serde(default)]
     locked: BTreeMap<String, f64>,
     process: Option<ProcessRef>,
-    // Pages compute with nominal numbers.
-    #[serde(rename = "uncertainty")]
-    _uncertainty: Option<IgnoredAny>,
+    uncertainty: Option<UncertaintySpec>,
     placement: Option<PlacementStudySpec>,
     workspace_map: Option<WorkspaceMapSpec>,
 }
@@ -56,13 +58,26 @@ pub(super) enum PageStudy {
     Map(Box<WorkspaceMapStudy>),
 }
 
-/// Reads the study `text`, whose files are in `folder`; returns its machine without the tool of a process, and the checked study.
+impl PageStudy {
+    /// Returns the errors of the machine's chains; of a placement those of its first feature.
+    pub(super) fn errors(&self) -> &[ChainError] {
+        match self {
+            PageStudy::Placement(study) => study.features.first().map_or(&[], |job| &job.errors),
+            PageStudy::Map(study) => &study.scene.errors,
+        }
+    }
+}
+
+/// A study as read: its machine without the tool of a process, the checked study, and the table `[uncertainty]` of study or process.
+pub(super) type Read = (Machine, PageStudy, Option<UncertaintyTable>);
+
+/// Reads the study `text`, whose files are in `folder`.
 ///
 /// # Errors
 /// As [`crate::questions::Study::from_toml`].
-pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result<(Machine, PageStudy)> {
+pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result<Read> {
     let written: Written = spec::parse(text, STUDY)?;
-    let Written { schema, question, machine, branch, locked, process, placement, workspace_map, .. } = written;
+    let Written { schema, question, machine, branch, locked, process, uncertainty, placement, workspace_map } = written;
     let header = Header { schema, question, machine, branch, locked, process, uncertainty: None };
     let check = Check::new(STUDY);
     let (machine, _) = resolve::resolve_header(&header, folder, overrides, &check)?;
@@ -74,22 +89,27 @@ pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result
         name,
         header: &header,
         is_process_read: Cell::new(false),
-        // Nominal numbers are all that pages compute with.
+        // All but the tool pulled by hand is computed with nominal numbers.
         is_uncertainty_read: Cell::new(true),
         uncertainty_of_process: RefCell::default(),
     };
-    let study = match (placement, workspace_map) {
+    let (study, of_process) = match (placement, workspace_map) {
         (Some(spec), None) => {
-            let study = resolve_question::<PlacementStudy>(&spec, given(check.key("placement"), PlacementStudy::NAME))?;
-            PageStudy::Placement(Box::new(study))
+            let given = given(check.key("placement"), PlacementStudy::NAME);
+            let (study, table) = resolve_question::<PlacementStudy>(&spec, given)?;
+            (PageStudy::Placement(Box::new(study)), table)
         }
         (None, Some(spec)) => {
-            let study = resolve_question(&spec, given(check.key("workspace_map"), WorkspaceMapStudy::NAME))?;
-            PageStudy::Map(Box::new(study))
+            let (study, table) = resolve_question(&spec, given(check.key("workspace_map"), WorkspaceMapStudy::NAME))?;
+            (PageStudy::Map(Box::new(study)), table)
         }
         _ => return check.fail("expected one table, placement or workspace_map".into()),
     };
-    Ok((machine, study))
+    let of_study = match &uncertainty {
+        Some(spec) => Some(UncertaintyTable::read(spec, folder, check.key("uncertainty"))?.0),
+        None => None,
+    };
+    Ok((machine, study, of_study.or(of_process)))
 }
 
 /// Reads the placement study `text`, as [`read`]; a map is an error.
@@ -100,11 +120,11 @@ pub(super) fn read_placement(text: &str, folder: &Folder, overrides: &Overrides)
     }
 }
 
-/// Checks the table of a question, and that no part of the study is unused; returns the question's study.
-fn resolve_question<Q: Question>(spec: &Q::Spec, context: StudyContext<'_>) -> Result<Q> {
+/// Checks the table of a question, and that no part of the study is unused; returns the question's study, and the table `[uncertainty]` of its process.
+fn resolve_question<Q: Question>(spec: &Q::Spec, context: StudyContext<'_>) -> Result<(Q, Option<UncertaintyTable>)> {
     let resolved = Q::resolve(spec, &context)?;
     context.refuse_unused()?;
-    Ok(resolved.study)
+    Ok((resolved.study, context.uncertainty_of_process.into_inner()))
 }
 
 /// Returns the machine of a scene without a study.

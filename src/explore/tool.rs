@@ -196,7 +196,7 @@ impl ToolResult {
 }
 
 /// Returns the commanded place, or an error for an invalid number.
-fn command_from(place: ToolPlace) -> Result<NominalCommand> {
+pub(super) fn command_from(place: ToolPlace) -> Result<NominalCommand> {
     let numbers: &[f64] = match &place {
         ToolPlace::Position(numbers) => numbers,
         ToolPlace::Pose(numbers) => numbers,

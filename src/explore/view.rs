@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Explorer, Workpiece, place::columns};
+use super::{Explorer, Workpiece, cloud::Uncertain, place::columns};
 use crate::{
     input::check::Check,
     machine::{Machine, Skeleton},
@@ -19,6 +19,9 @@ pub struct View {
     pub parameters: Vec<ParameterView>,
     /// The workpiece, if there is one.
     pub workpiece: Option<WorkpieceView>,
+    /// Where it stands what is not known exactly; `None` where everything is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncertain_by: Option<&'static str>,
 }
 
 /// A machine as a page draws it.
@@ -125,6 +128,7 @@ impl Explorer {
             machine: self.machine_view(),
             parameters: parameters.filter_map(parameter).collect(),
             workpiece: self.workpiece.as_ref().map(Workpiece::view),
+            uncertain_by: self.uncertain.as_ref().map(Uncertain::by),
         }
     }
 

@@ -134,6 +134,23 @@ const LOST: f64 = 1.0 - P95;
 /// Share of draws without equilibrium from which no more are solved: three times that at which there is no 95 % quantile.
 const MANY_FAILED: f64 = 0.15;
 
+/// Makes the machines with each parameter alone at its ends ([`Response::ENDS`]), as far as they are solved; `errors` are the chain errors of `nominal`.
+///
+/// # Errors
+/// As [`Machines::drawn`].
+pub(crate) fn machines_at_ends(
+    uncertainty: &Uncertainty,
+    nominal: &Machines,
+    errors: &[ChainError],
+) -> error::Result<Vec<[Option<Machines>; 2]>> {
+    let end = |parameter: usize, end: usize| {
+        let values = uncertainty.values_at(parameter, Response::ENDS[end]);
+        let machines = || nominal.drawn(&uncertainty.machine, &values, errors);
+        uncertainty.solved_ends(parameter)[end].then(machines).transpose()
+    };
+    (0..uncertainty.parameters.len()).map(|own| Ok([end(own, 0)?, end(own, 1)?])).collect()
+}
+
 /// The machines that uncertain inputs make of a nominal one.
 #[derive(Debug)]
 pub(crate) struct DrawnMachines {
@@ -165,17 +182,11 @@ impl DrawnMachines {
     ) -> error::Result<Option<Self>> {
         // Pages compute with nominal numbers.
         let Some(uncertainty) = uncertainty.filter(|_| !cfg!(target_family = "wasm")) else { return Ok(None) };
-        let end = |parameter: usize, end: usize| {
-            let values = uncertainty.values_at(parameter, Response::ENDS[end]);
-            let machines = || nominal.drawn(&uncertainty.machine, &values, errors);
-            uncertainty.solved_ends(parameter)[end].then(machines).transpose()
-        };
-        let ends = (0..uncertainty.parameters.len()).map(|own| Ok([end(own, 0)?, end(own, 1)?]));
         let mut drawn: Vec<_> =
             (0..Draws::COUNT).map(|index| (index < Draws::PER_SCRAMBLE).then(OnceLock::new)).collect();
         let weakest = uncertainty.draws.from_weakest.iter().flat_map(|order| &order[..KEPT]);
         weakest.for_each(|index| drawn[*index] = Some(OnceLock::new()));
-        let (ends, end_coordinates) = (ends.collect::<error::Result<_>>()?, uncertainty.end_coordinates());
+        let (ends, end_coordinates) = (machines_at_ends(uncertainty, nominal, errors)?, uncertainty.end_coordinates());
         let causes = uncertainty.causes().collect();
         let weakest = OnceLock::new();
         let (uncertainty, nominal, errors) = (uncertainty.clone(), nominal.clone(), errors.to_vec());
@@ -205,9 +216,9 @@ impl DrawnMachines {
         causes.map(|((name, _), _)| name.as_str()).collect()
     }
 
-    /// Words for the machine with `parameter` alone at one of its ends.
+    /// Words as [`Uncertainty::end_words`].
     pub fn end_words(&self, parameter: usize, end: usize) -> String {
-        format!("with {} at its {} quantile", self.uncertainty.parameters[parameter].name(), ["5 %", "95 %"][end])
+        self.uncertainty.end_words(parameter, end)
     }
 
     /// Whether the model leaves something out, so that displacements without cutting force are needed as well.

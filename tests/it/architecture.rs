@@ -222,14 +222,14 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_425),
     (&["src/toolpath"], 15_840),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_875),
-    (&["src/simulation", "src/redundancy"], 5_405),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_915),
+    (&["src/simulation", "src/redundancy"], 5_415),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_675),
     (&["src/figures", "src/page"], 9_420),
     (&["src/questions"], 24_115),
-    (&["src/products", "src/inspect", "src/explore"], 10_155),
+    (&["src/products", "src/inspect", "src/explore"], 10_380),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 104_005),
+    (&["crates/engine/src", "crates/input/src", "src"], 104_270),
 ];
 
 #[test]

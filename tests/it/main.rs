@@ -34,6 +34,7 @@ mod equivalent_machines;
 #[cfg(all(feature = "parquet", feature = "vtk"))]
 mod exchange;
 mod explore;
+mod explore_cloud;
 mod export_correction;
 mod external_axes;
 #[cfg(feature = "report")]

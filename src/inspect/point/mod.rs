@@ -56,7 +56,7 @@ impl NominalCommand {
     }
 
     /// Returns the configuration of the nominal machine at this command, or why the machine cannot go there.
-    fn command(&self, machine: &Machine) -> Result<Configuration, Unreachable> {
+    pub(crate) fn command(&self, machine: &Machine) -> Result<Configuration, Unreachable> {
         match self {
             NominalCommand::Position(position) => machine.command(*position),
             NominalCommand::Pose(pose) => {

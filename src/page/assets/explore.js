@@ -7,7 +7,7 @@ function explore(section) {
   const FORCES = [["force along x", "N"], ["force along y", "N"], ["force along z", "N"], ["moment about x", "N·mm"], ["moment about y", "N·mm"], ["moment about z", "N·mm"]];
   const TOOL = [["x", "mm"], ["y", "mm"], ["z", "mm"], ["roll", "°"], ["pitch", "°"], ["yaw", "°"]];
   const state = { mode: "tool", place: null, tool: null, wrench: [100, 0, 0, 0, 0, 0], set: {}, level: 0, quantity: "displacement" };
-  const live = { view: null, part: null, tool: null, exact: false, map: null, factor: 1, fault: null, spent: [], drawn: [] };
+  const live = { view: null, part: null, tool: null, exact: false, map: null, cloud: null, factor: 1, fault: null, spent: [], drawn: [], clouds: [] };
   const say = (words) => { find("status").textContent = words; };
   const number = Data.number;
   const shown = (v) => String(Number(v.toFixed(6)));
@@ -51,6 +51,22 @@ function explore(section) {
     paint();
     if (stale) { stale = false; follow(); }
   }
+  // Where the tool may be, by the other engine: a frame of the tool does not wait for it, and a hand that is faster skips clouds.
+  let clouded = false;
+  let overtaken = false;
+  async function spread() {
+    if (!whole || state.mode !== "tool" || !live.view?.uncertain_by) return;
+    if (clouded) { overtaken = true; return; }
+    clouded = true;
+    try {
+      const { answer, ms } = await whole.ask({ call: "cloud", at: toolAt(), load: load() });
+      live.clouds.push(ms);
+      live.cloud = answer;
+    } catch (fault) { live.cloud = { displacements: [], reason: fault.message }; }
+    clouded = false;
+    paint();
+    if (overtaken) { overtaken = false; spread(); }
+  }
   // All points, once the hand rests.
   async function settle() {
     write();
@@ -70,6 +86,7 @@ function explore(section) {
     version++;
     live.exact = false;
     follow();
+    spread();
     paint();
     clearTimeout(rest);
     rest = setTimeout(settle, REST_MS);
@@ -125,11 +142,16 @@ function explore(section) {
       const answer = live.tool;
       if (!answer) return;
       const moved = size(answer.displacement);
+      const cloud = answer.displacement && live.cloud;
+      // Errors of chains and lengths move it without load as well.
+      const likely = cloud?.p95 != null ? `The tool is ${number(cloud.p95)} mm off with 95 % probability, ${number(cloud.nominal)} mm nominally (an estimate, not checked by draws of the engine)` : `The load moves the tool by ${number(moved)} mm${cloud ? " nominally" : ""}`;
       headline.textContent = answer.displacement
-        ? `The load moves the tool by ${number(moved)} mm; the picture shows it ${number(live.factor)} times as large.`
+        ? `${likely}; the picture shows it ${number(live.factor)} times as large.`
         : `The machine cannot be loaded here: ${answer.reason || answer.status}`;
       const list = [];
       if (answer.displacement) list.push(["along x, y, z", answer.displacement.map(number).join(", ") + " mm"]);
+      if (cloud) list.push(["where the tool may be", cloud.p95 != null
+        ? `a dot for each of ${cloud.displacements.length} machines and forces; how uncertain they are stands in ${escape(live.view.uncertain_by)}` : `no cloud can be drawn: ${escape(cloud.reason || cloud.status)}`]);
       if (answer.stiffness) list.push(["stiffness of the tool tip", `${number(answer.stiffness[0])} to ${number(answer.stiffness[2])} N/mm`]);
       if (answer.conditioning !== null) list.push(["distance to singularity", number(answer.conditioning)]);
       if (answer.branch) list.push(["branch", answer.branch]);
@@ -488,7 +510,7 @@ function explore(section) {
     document.documentElement.dataset.engine = "ready";
   }
   // For tests, and for whoever wants the numbers.
-  const resting = () => !busy && !stale && (state.mode !== "part" || live.exact || live.fault !== null);
+  const resting = () => !busy && !stale && !clouded && (state.mode !== "part" || live.exact || live.fault !== null);
   window.kinetostat = { state, live, map, views, resting, ask: (question) => whole.ask(question), changed, command };
   open().catch((fault) => {
     say(`The engine does not run here: ${fault.message}`);

@@ -21,7 +21,14 @@ function drawScene(view, { state, live, scene, frame, map }) {
   lines(view, stands, state.mode === "part" ? colour.line : colour.muted, state.mode === "part" ? 2 : 2.5);
   if (tool?.commanded && tool.loaded) {
     live.factor = amplification(view, tool);
-    lines(view, bent(tool.commanded, tool.loaded, live.factor), colour.c2, 2.5);
+    const moved = bent(tool.commanded, tool.loaded, live.factor);
+    lines(view, moved, colour.c2, 2.5);
+    // Draws beside the nominal tip: from where the tool is now, of a cloud that may be that of a place just left.
+    if (live.cloud?.displacements.length) {
+      const from = Space.add(moved.tool_tip_mm, tool.displacement ?? [0, 0, 0], -live.factor);
+      live.cloud.displacements.forEach((way) => view.dot(Space.add(from, way, live.factor), 1.6, colour.c4 + "99"));
+      view.dot(moved.tool_tip_mm, 2.5, colour.ink);
+    }
   }
   if (workpiece && frame) {
     if (scene.best) {

@@ -67,7 +67,7 @@ fn process(
     let placement = placement(&spec.placement, machine, &check.key("placement"))?;
     let target = spec.compensate.target;
     let table = |spec| UncertaintyTable::read(spec, folder, check.key("uncertainty"));
-    let uncertainty = spec.uncertainty.as_ref().filter(|_| !cfg!(target_family = "wasm")).map(table).transpose()?;
+    let uncertainty = spec.uncertainty.as_ref().map(table).transpose()?;
     let (uncertainty, covariance) = uncertainty.unzip();
     Ok(Process {
         machine: machine.clone(),

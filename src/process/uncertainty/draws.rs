@@ -86,7 +86,9 @@ impl Draws {
         let ranges = coordinates.iter().map(range).collect();
         let in_order = |weakness: &Vec<f64>| {
             let mut order: Vec<usize> = (0..count).collect();
-            order.sort_by(|a, b| weakness[*b].total_cmp(&weakness[*a]));
+            if !cfg!(target_family = "wasm") {
+                order.sort_by(|a, b| weakness[*b].total_cmp(&weakness[*a]));
+            }
             order
         };
         // Where weight makes it fall over, the force says nothing.
@@ -94,7 +96,9 @@ impl Draws {
             let alone = normal.iter().map(|z| own.compliance_ratio(*z)).collect::<Option<Vec<f64>>>()?;
             Some([alone.iter().zip(&force).map(|(own, factor)| own * factor).collect(), alone])
         };
-        let softest = parameters.iter().zip(&normal).filter_map(softness).flatten();
+        // Pages seek no draws that fall over.
+        let sought = if cfg!(target_family = "wasm") { &[] } else { parameters };
+        let softest = sought.iter().zip(&normal).filter_map(softness).flatten();
         let weakness: Vec<Vec<f64>> = std::iter::once(force.clone()).chain(softest).collect();
         let weakest = weakness.iter().flatten().fold(1.0, |most: f64, own| most.max(*own));
         let from_weakest = weakness.iter().map(in_order).collect();

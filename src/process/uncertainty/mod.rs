@@ -351,6 +351,11 @@ impl Uncertainty {
         }
     }
 
+    /// Words for the machine with `parameter` alone at one of its ends.
+    pub fn end_words(&self, parameter: usize, end: usize) -> String {
+        format!("with {} at its {} quantile", self.parameters[parameter].name(), ["5 %", "95 %"][end])
+    }
+
     /// Coordinates of each parameter at one end of what the response is computed at, and at the other ([`Response`]).
     pub fn end_coordinates(&self) -> Vec<[f64; 2]> {
         self.parameters.iter().map(|own| Response::ENDS.map(|z| own.coordinate(z))).collect()

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::{
     Draws, ModelError, Role, Setup, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
     covariance::Covariance,
-    spec::{ChainErrorToleranceSpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
+    spec::{ChainErrorToleranceSpec, MachineUncertaintySpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
     varies,
 };
 use crate::{
@@ -62,13 +62,19 @@ pub struct UncertaintyTable {
 }
 
 impl UncertaintyTable {
+    /// The table of a machine alone: as its file says how sure its numbers are; `check` names it in errors.
+    pub fn of_machine_file(check: Check) -> Self {
+        let spec = UncertaintySpec { machine: Some(MachineUncertaintySpec::Provenance), ..UncertaintySpec::default() };
+        Self { spec, covariance: None, check }
+    }
+
     /// Reads the files of the table at `check`, relative to `folder`, and returns them as inputs, too.
     ///
     /// # Errors
     /// A file that is not there, or cannot be read.
     pub fn read(spec: &UncertaintySpec, folder: &Folder, check: Check) -> Result<(Self, Inputs)> {
         let (mut covariance, mut inputs) = (None, Inputs::default());
-        if let Some(file) = &spec.covariance {
+        if let Some(file) = spec.covariance.as_ref().filter(|_| !cfg!(target_family = "wasm")) {
             if !folder.has_file(file) {
                 return check.key("covariance").fail(format!("\"{file}\" is not a file in its folder"));
             }
@@ -129,6 +135,11 @@ fn resolve(
     for (i, entry) in spec.chain_error.iter().enumerate() {
         found.add_tolerances(entry, &check.key(&format!("chain_error[{i}]")))?;
     }
+    // Its decompositions would make pages larger by a hundredth.
+    if cfg!(target_family = "wasm") && spec.covariance.is_some() {
+        return check.key("covariance").fail("is not read in pages".into());
+    }
+    let covariance = covariance.filter(|_| !cfg!(target_family = "wasm"));
     let covariance = covariance.map(|(bytes, origin)| Covariance::read(bytes, origin)).transpose()?;
     let (mut correlated, mut cut, mut factor) = (Vec::new(), Vec::new(), DMatrix::zeros(0, 0));
     if let Some(covariance) = &covariance {

@@ -58,6 +58,12 @@ impl Polynomial {
         self
     }
 
+    /// Its value in a draw.
+    fn at(&self, draws: &Draws, draw: usize) -> Vector3<f64> {
+        let terms = self.terms.iter().zip(&draws.coordinates);
+        terms.fold(self.constant, |sum, ([linear, square], own)| sum + own[draw] * (linear + square * own[draw]))
+    }
+
     /// Computes its components in the draws from `from` on.
     #[inline(always)]
     fn evaluate(&self, draws: &Draws, from: usize, [xs, ys, zs]: &mut [[f64; CHUNK]; 3]) {
@@ -190,6 +196,12 @@ impl Surrogate {
         Self { unloaded, by_load }
     }
 
+    /// Makes it of the displacements without load and under a single one; `ends` as in [`Self::new`].
+    pub fn under_one_load(ends: &[[f64; 2]], unloaded: &Response, loaded: &Response) -> Self {
+        let unloaded = Polynomial::through(unloaded, ends);
+        Self { by_load: vec![Polynomial::through(loaded, ends).minus(&unloaded)], unloaded }
+    }
+
     /// Returns the surrogate of the same place where the tool is moved by `shift`, mm, whatever is drawn.
     #[must_use]
     pub fn shifted(&self, shift: Vector3<f64>) -> Self {
@@ -203,6 +215,17 @@ impl Surrogate {
         let mut sizes = vec![0.0; count];
         Level::best().run(Sampling { surrogate: self, draws, sizes: &mut sizes });
         sizes
+    }
+
+    /// Displacement under the first load in each draw, O axes, mm.
+    pub fn displacements(&self, draws: &Draws) -> Vec<[f64; 3]> {
+        let Some(load) = self.by_load.first() else { return Vec::new() };
+        let moved = |draw: usize| {
+            let by_force = load.at(draws, draw);
+            let by_force = by_force + draws.model_error(draw, &by_force);
+            (self.unloaded.at(draws, draw) + draws.force[draw] * by_force).into()
+        };
+        (0..draws.force.len()).map(moved).collect()
     }
 
     /// Variance of the length of the longest displacement under all loads, mm², by each of `causes` alone, over the draws of the first scramble.

@@ -99,7 +99,7 @@ pub fn proved(job: &ProgramJob, asked: &Asked) -> Result<(ProvedProgram, Kept)> 
 }
 
 /// Whether a parameter is an error of a chain, by its name.
-fn is_error(name: &str) -> bool {
+pub fn is_error(name: &str) -> bool {
     [".turn", ".translation.", ".offset"].iter().any(|part| name.contains(part))
 }
 
