@@ -16,7 +16,9 @@ use crate::{
         error::{Error, Result},
     },
     machine::{ChainError, Configuration, Machine, ZeroState},
-    process::uncertainty::{Draws, P95, Response, Role, Surrogate, Uncertainty, UncertaintyTable, quantile},
+    process::uncertainty::{
+        Cause, Draws, ModelError, P95, Response, Role, SpreadSource, Surrogate, Uncertainty, UncertaintyTable, quantile,
+    },
     simulation::{
         Failure, Machines, SOLVED, Source,
         spread::{machines_at_ends, under},
@@ -56,6 +58,8 @@ pub struct CloudResult {
     pub nominal: Option<f64>,
     /// 95 % of all draws move the tool less.
     pub p95: Option<f64>,
+    /// What varies by a default, as nobody has said how well it is known.
+    pub assumed: Vec<String>,
     /// Displacement of the tool tip in each draw of the first scramble, O axes.
     pub displacements: Vec<[f64; 3]>,
 }
@@ -149,11 +153,14 @@ impl Drawn {
         let mut sizes: Vec<f64> = displacements.iter().map(|own| Vector3::from(*own).norm()).collect();
         let p95 = quantile(&mut sizes, P95);
         displacements.truncate(Draws::PER_SCRAMBLE);
+        let ModelError { relative_std, source } = self.uncertainty.model;
+        let model = (relative_std > 0.0 && source == SpreadSource::Assumed).then_some(Cause::MODEL);
         Ok(CloudResult {
             status: SOLVED.into(),
             reason: String::new(),
             nominal: Some(loaded.nominal.norm()),
             p95: Some(p95).filter(|p95| p95.is_finite()),
+            assumed: self.uncertainty.assumed().chain(model).map(String::from).collect(),
             displacements,
         })
     }

@@ -69,7 +69,8 @@ struct SettingRow {
 pub struct Comparison {
     /// The HTML page.
     pub page: String,
-    /// With which probability one is better than another where inputs are uncertain, or why that is not known; `None` where all inputs are exact.
+    /// Which of them cannot be run; where inputs are uncertain, with which probability one is better than another, or why that is not known; `None` where there is
+    /// nothing of this.
     pub probability: Option<String>,
 }
 
@@ -101,14 +102,19 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     let is_of_places = best_places.is_some();
     let nominal = best_places.or_else(|| writer(headline?).verdict());
     let cannot_run = cannot_run(folders, &letters)?;
-    let (probability, verdict) = match compare_draws(folders)? {
-        Some(Ok(drawn)) => (Some(cannot_run.clone() + &drawn.sentence), Some(drawn.before(nominal))),
+    let folder_name =
+        |folder: &ResultFolder| folder.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let called = if names.is_empty() { folders.iter().map(folder_name).collect() } else { names.clone() };
+    let (probability, verdict) = match compare_draws(folders, &called)? {
+        Some(Ok(drawn)) => (Some(drawn.sentence.clone()), Some(drawn.before(nominal))),
         Some(Err(words)) => {
             notes.push(words.clone());
             (Some(words), nominal)
         }
         None => (None, nominal),
     };
+    let told = cannot_run.clone() + probability.as_deref().unwrap_or_default();
+    let probability = Some(told).filter(|told| !told.is_empty());
     let verdict = verdict.map(|own| Verdict { sentence: cannot_run + &own.sentence, ..own });
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
         let quantity = writer(aligned).main_quantity()?;

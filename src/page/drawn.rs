@@ -120,9 +120,12 @@ impl DrawnVerdict {
     }
 }
 
-/// Holds the draws of `folders` against those of the first; only a sentence on what is compared where no draws are kept, or inputs of one are exact. `None`
+/// Holds the draws of `folders`, which sentences call by these `names` and then by letter, against those of the first; only a sentence on what is compared where no draws are kept, or inputs of one are exact. `None`
 /// where all inputs are exact.
-pub(super) fn compare_draws(folders: &[ResultFolder]) -> Result<Option<std::result::Result<DrawnVerdict, String>>> {
+pub(super) fn compare_draws(
+    folders: &[ResultFolder],
+    names: &[String],
+) -> Result<Option<std::result::Result<DrawnVerdict, String>>> {
     let letters: Vec<char> = ('A'..).take(folders.len()).collect();
     let summaries: Vec<Value> = folders.iter().map(ResultFolder::summary).collect::<Result<_>>()?;
     let is_exact = |summary: &Value| summary["uncertainty"].is_null();
@@ -137,15 +140,16 @@ pub(super) fn compare_draws(folders: &[ResultFolder]) -> Result<Option<std::resu
         }
         let draws: Vec<Draws> =
             folders.iter().zip(&summaries).map(|(own, summary)| Draws::read(own, summary)).collect::<Result<_>>()?;
-        return Ok(Some(Ok(verdict(&draws, &letters))));
+        return Ok(Some(Ok(verdict(&draws, &letters, names))));
     };
     let words = format!("{} takes its inputs as exact: only nominal numbers are compared.", letters[exact]);
     Ok((!summaries.iter().all(is_exact)).then_some(Err(words)))
 }
 
 /// Returns what the `draws` of results with these letters say, each held against the first.
-fn verdict(draws: &[Draws], letters: &[char]) -> DrawnVerdict {
+fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> DrawnVerdict {
     let (mut verdict, mut sentences, first) = (DrawnVerdict::default(), Vec::new(), letters[0]);
+    let called = |who: usize| format!("{} ({})", letters[who], names[who]);
     let differs: Vec<Option<String>> = draws.iter().map(|other| draws[0].differs(other)).collect();
     for (letter, differs) in letters.iter().zip(&differs).skip(1) {
         verdict.lines.push(match differs {
@@ -180,10 +184,11 @@ fn verdict(draws: &[Draws], letters: &[char]) -> DrawnVerdict {
                 [better, worse]
             };
             let is_apart = is_safer(draws[safer].p95_mm(which), draws[other_one].p95_mm(which));
-            let [safe, unsafe_one] = [safer, other_one].map(|who| (letters[who], draws[who].p95_words(which)));
+            let [safe, unsafe_one] = [safer, other_one].map(|who| (called(who), draws[who].p95_words(which)));
+            let [called_better, called_worse] = [better, worse].map(called);
             sentences.extend(is_first.then(|| match (most >= P95, is_apart) {
                 (true, _) => format!(
-                    "{name} is better than {other_name} with {sure} probability: its largest distance from the path, {words}, is smaller by more \
+                    "{called_better} is better than {called_worse} with {sure} probability: its largest distance from the path, {words}, is smaller by more \
                      than 0.5 % (95 % quantile {p95} against {other_p95})."
                 ),
                 (false, true) => format!(
@@ -191,7 +196,7 @@ fn verdict(draws: &[Draws], letters: &[char]) -> DrawnVerdict {
                     safe.0, safe.1, unsafe_one.0, unsafe_one.1
                 ),
                 (false, false) => format!(
-                    "{name} and {other_name} cannot be told apart: {smaller} (95 % quantile {p95} against {other_p95})."
+                    "{called_better} and {called_worse} cannot be told apart: {smaller} (95 % quantile {p95} against {other_p95})."
                 ),
             }));
             let p95 = draws[other].p95_words(which);

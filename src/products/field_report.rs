@@ -62,7 +62,7 @@ impl Field<'_> {
             _ => ("With".into(), String::new()),
         };
         format!(
-            "{first}{begin} {} the tool of {} stays {within}within {} with 95 % ({} without correction; {} with nominal numbers), anywhere in the box. It is \
+            "{first}{begin} {} the tool of {} stays {within}within {} with 95 % ({} without correction; {} if all numbers were exact), anywhere in the box. It is \
              better than no correction with {better} probability.",
             self.corrector,
             self.machine,

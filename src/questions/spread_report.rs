@@ -8,7 +8,11 @@ use crate::{
     answer::Quantity,
     files::words::{self, counted, join_words, listed_up_to, millimetres, or_dash, percent},
     machine::Machine,
-    page::{Fact, headline::KeyNumber, table::format_number},
+    page::{
+        Fact,
+        headline::{InTable, KeyNumber},
+        table::format_number,
+    },
     process::uncertainty::{
         ASSUMED_RELATIVE_STD, Cause, Draws, ModelError, P95, Role, SpreadSource, UncertainParameter, Uncertainty,
         Z_95_INTERVAL,
@@ -136,9 +140,9 @@ impl SpreadCounts {
 /// Says behind the main cause what is worth most to measure.
 pub(crate) fn worth_most(IfMeasured { cause, known, p95_mm: [now, then] }: &IfMeasured) -> String {
     format!(
-        ". Where the 95 % quantile is the largest, {cause} {known} is worth most: it would be {} instead of {}, as solved anew there.",
-        millimetres(*then, 3),
-        millimetres(*now, 3)
+        ". Worth most: {cause} {known}. Where the 95 % quantile is the largest, that of this place alone would fall from {} to {}, as solved anew there.",
+        millimetres(*now, 3),
+        millimetres(*then, 3)
     )
 }
 
@@ -196,7 +200,7 @@ pub(crate) fn basis(uncertainty: Option<&Uncertainty>) -> String {
 pub(crate) fn condition(uncertainty: Option<&Uncertainty>) -> &'static str {
     let varies = |own: &Uncertainty| own.parameters.iter().any(|own| own.role == Role::Elasticity);
     let is_exact = uncertainty.is_some_and(|own| !varies(own) && own.exact_stiffnesses().next().is_some());
-    if is_exact { ", if all stiffnesses are exact" } else { "" }
+    if is_exact { ", with all stiffnesses taken as exact" } else { "" }
 }
 
 /// Parameters that a caution names.
@@ -255,7 +259,9 @@ pub(crate) fn cautions(
     }
     let exact = listed_up_to(MOST_NAMED, uncertainty.exact_stiffnesses());
     if !exact.is_empty() {
-        text += &format!("Taken as exact, as nobody says how well they are known: {exact}.\n");
+        text += &format!(
+            "Taken as exact, as nobody says how well they are known: {exact}. Entries [[uncertainty.parameter]] let them vary.\n"
+        );
     }
     if !uncertainty.cut.is_empty() {
         text += &format!(
@@ -284,6 +290,8 @@ pub(crate) struct Along<'a> {
     pub tolerance_mm: Option<f64>,
     /// Why there is no verdict, such as "Nothing is cut"; `None` where there is.
     pub unjudged: Option<&'static str>,
+    /// Largest distance with these commands where the force is absent, mm, and where; `None` where none is known.
+    pub without_force: Option<(f64, String)>,
 }
 
 /// Why a path without cutting force has no verdict.
@@ -299,6 +307,23 @@ impl Along<'_> {
     /// The tolerance by which it is judged.
     fn judged_by(&self) -> Option<f64> {
         self.tolerance_mm.filter(|_| self.unjudged.is_none())
+    }
+
+    /// Where the commands lead the tool out of tolerance if the force is absent, and how far, mm.
+    fn out_without_force(&self) -> Option<&(f64, String)> {
+        let tolerance = self.judged_by()?;
+        self.without_force.as_ref().filter(|(off, _)| *off > tolerance && self.commands != AS_PROGRAMMED)
+    }
+
+    /// Returns the largest distance where the force is absent as a key number, which stands in a table as `found` says.
+    pub fn without_force_number(&self, found: impl FnOnce(f64) -> InTable) -> Option<KeyNumber> {
+        let (off, place) = self.without_force.as_ref()?;
+        let what = format!(
+            "largest distance, {}, where the force is absent: in air, a spring pass, a broken tool",
+            self.commands
+        );
+        let out = if self.out_without_force().is_some() { "out of tolerance; " } else { "" };
+        Some(KeyNumber::new(&millimetres(*off, 3), what, format!("{out}{place}")).found(found(*off)))
     }
 }
 
@@ -442,8 +467,19 @@ pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
             let all_along = if missing == 0 { format!(" {all_along}") } else { String::new() };
             let condition = condition(along.uncertainty);
             let probability = probability(share);
+            let (cutting, absent) = match along.out_without_force().filter(|_| share >= 0.5) {
+                None => ("", String::new()),
+                Some((off, place)) => (
+                    " under the cutting force",
+                    format!(
+                        " Not without it: in air, in a spring pass or with a broken tool the same commands lead it off by up to {}, {place}.",
+                        millimetres(*off, 3)
+                    ),
+                ),
+            };
             format!(
-                "{word}{condition}: the tool of {name}, {how}, stays within {tolerance} mm{all_along} with {probability} probability, {stays}."
+                "{word}{cutting}{condition}: the tool of {name}, {how}, stays within {tolerance} mm{all_along} with {probability} probability, \
+                 {stays}.{absent}"
             )
         }
     };

@@ -3,6 +3,7 @@
 use std::{f64::consts::TAU, path::Path};
 
 use kinetostat::{
+    process::uncertainty::{Spread, normal_cdf},
     questions::{
         Overrides, Study, StudyKind,
         online::{Band, BreakEven, LoopGain, OnlineResults, Residual, Sensor, Trial, run},
@@ -13,7 +14,10 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::support::command::told;
+use crate::support::{
+    command::told,
+    uncertain::{LEVER, force, study_text},
+};
 
 /// A circle on the Orthoglide; `online` and `process` are added to their tables.
 fn study(online: &str, process: &str) -> Study {
@@ -281,4 +285,50 @@ fn quantiles_lie_between_values() {
         assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12), "{found:?}");
     }
     assert_eq!(quantiles(&[]), None);
+}
+
+/// A slide that the force pushes by F / k along it: what is left of a command for the nominal k, and of E F / k that the model leaves out, is known.
+#[test]
+fn what_is_left_on_drawn_machines_is_the_exact_distribution() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
+    let sizes = |uncertainty: &str| {
+        let process = "process.tolerance_mm = 0.05\nprocess.placement = { origin_mm = [0.0, 0.0, 50.0] }\n".to_string()
+            + &force(0.0, 1000.0, 0.0);
+        let online = "[online]\nfeed_mm_per_min = 600.0\ncycle_ms = 1e-2\nforce_errors_percent = [0.0]\n\
+                      line = { start_mm = [-0.5, 0.0, 0.0], end_mm = [0.5, 0.0, 0.0] }";
+        let text = study_text("lever.toml", &process, uncertainty, online);
+        let study = Study::from_toml(&text, "study.toml", folder.path(), &Overrides::default()).unwrap();
+        let StudyKind::Online(study, ()) = &study.kind else { panic!("an online study") };
+        let trials = run(study, &Work::default()).unwrap().trials;
+        assert_eq!(trials.len(), 256);
+        let mut sizes: Vec<[f64; 2]> =
+            trials.iter().map(|own| [own.offline.max_mm.unwrap(), own.online.max_mm.unwrap()]).collect();
+        // The force is known, and so is what is measured: both ways command the same.
+        assert!(sizes.iter().all(|[offline, online]| (offline - online).abs() < 1e-5));
+        sizes.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        [127, 243].map(|rank| sizes[rank][0])
+    };
+    let near = |found: [f64; 2], expected: [f64; 2]| {
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 0.05, "{found}, not {expected}");
+        }
+    };
+    let nominal = 0.1;
+    let Spread::Logarithm { above, .. } = Spread::of_relative_std(0.3) else { unreachable!() };
+    // Softer and stiffer machines are off to the two sides.
+    let is_within = |size: f64| {
+        normal_cdf((size / nominal).ln_1p() / above) - normal_cdf((-(size / nominal).min(1.0)).ln_1p() / above)
+    };
+    let quantile_of = |share: f64| (1..100_000).map(|own| 1e-5 * f64::from(own)).find(|size| is_within(*size) >= share);
+    let stiffness = "[[uncertainty.parameter]]\nname = \"guide.slide.stiffness\"\nrelative_std = 0.3\n";
+    near(sizes(stiffness), [0.5, 0.95].map(|share| quantile_of(share).unwrap()));
+    // The slide moves along x alone, the tool wherever E says: square roots of quantiles of χ² with three degrees of freedom.
+    near(
+        sizes("[uncertainty.model]\nrelative_std = 0.2\n"),
+        [2.365_974f64, 7.814_728].map(|own| nominal * 0.2 / 3f64.sqrt() * own.sqrt()),
+    );
+    // The error of the setup alone.
+    let setup = "[uncertainty.process]\ntool_length_mm = { std = 0.02 }\n[uncertainty.model]\nrelative_std = 0.0\n";
+    near(sizes(setup), [0.674_49, 1.959_964].map(|z| 0.02 * z));
 }

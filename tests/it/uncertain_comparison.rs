@@ -69,11 +69,11 @@ fn the_probability_that_one_is_better_is_the_exact_one() {
     let (said, page) = compared(at, [&first, &stiffer]);
     // The same draws: 10 % in each of them, whatever the spread.
     assert!(
-        said.starts_with("B is better than A with more than 99.9 % probability: its largest distance from"),
+        said.starts_with("B (study_stiffer) is better than A (study_first) with more than 99.9 % probability: its largest distance from"),
         "{said}"
     );
     for words in [
-        "B is better than A with",
+        "B (study_stiffer) is better than A (study_first) with",
         "A and B have the same draws",
         "not exceeded with 95 % probability in A, compensated",
         "not exceeded with 95 % probability in A, without compensation",
@@ -85,7 +85,8 @@ fn the_probability_that_one_is_better_is_the_exact_one() {
     // Known better, its distance without compensation is smaller where it is above the nominal one: the same number decides both.
     let known = run(at, "known", 1e4, 0.1, "");
     let (said, page) = compared(at, [&first, &known]);
-    assert!(said.starts_with("B is the safer one: with 95 % probability it stays within 0.0"), "{said}");
+    let safer = "B (study_known) is the safer one: with 95 % probability it stays within 0.0";
+    assert!(said.starts_with(safer), "{said}");
     assert!(
         said.contains(" In a single draw either may be better: the largest distance from the path, compensated"),
         "{said}"
@@ -102,7 +103,8 @@ fn the_probability_that_one_is_better_is_the_exact_one() {
     let expected = 100.0 * normal_cdf((1.1f64 / 1.005).ln() / both);
     let found = probability_behind("B better with", page.split_once("in A, without compensation").unwrap().1);
     assert!((found - expected).abs() < 1.0, "{found}, not {expected}");
-    assert!(said.starts_with("B is the safer one: with 95 % probability it stays within 0.0"), "{said}");
+    let safer = "B (study_other) is the safer one: with 95 % probability it stays within 0.0";
+    assert!(said.starts_with(safer), "{said}");
     assert!(page.contains("do not have the same draws, as their seeds differ (0 and 7)"));
 
     // So they are where other parameters are uncertain.
@@ -112,7 +114,8 @@ fn the_probability_that_one_is_better_is_the_exact_one() {
     // A result is as good as itself.
     let (said, _) = compared(at, [&first, &first]);
     assert!(
-        said.starts_with("A and B cannot be told apart") && said.contains("in B with less than 0.1 % (95 % quantile"),
+        said.starts_with("A (first) and B (first) cannot be told apart")
+            && said.contains("in B with less than 0.1 % (95 % quantile"),
         "{said}"
     );
 

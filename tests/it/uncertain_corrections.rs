@@ -239,7 +239,7 @@ fn the_first_screen_of_a_table_says_what_it_leaves_on_machines_as_they_may_be() 
     assert_eq!(code, Some(0), "{words}");
     for part in [
         "with a table of 2 × 2 × 2 points the tool of orthoglide stays within 0.05 mm with",
-        "with nominal numbers), anywhere in the box. It is better than no correction with",
+        "if all numbers were exact), anywhere in the box. It is better than no correction with",
         "The model itself is assumed to be wrong",
         "each of 256 draws is one machine and one factor of the force for the whole box",
     ] {

@@ -207,7 +207,7 @@ fn uncertain_inputs_are_refused_where_nothing_computes_them() {
     for (table, problem) in [
         (
             "[online]\ncircle = { centre_mm = [0.0, 0.0, 0.0], diameter_mm = 40.0, points = 9 }\nfeed_mm_per_min = 600.0\n",
-            "is not computed for an online study",
+            "process.force_relative_std: is given by force_errors_percent in an online study",
         ),
         (
             "[path]\nfile = \"part.nc\"\nmethods = [\"direct\"]\n[uncertainty.process]\nforce_relative_std = 0.1\n",

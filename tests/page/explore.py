@@ -138,6 +138,13 @@ def check_tool(own, program, folder):
         return
     off = max(abs(a - b) for a, b in zip(answer["displacement"], printed["tool_displacement_mm"]))
     own.expect(off < 1e-9, f"the displacement is {off} mm off that of: {command}")
+    cloud = page.evaluate("kinetostat.live.cloud")
+    if cloud and cloud["p95"] is not None:
+        size = sum(entry * entry for entry in printed["tool_displacement_mm"]) ** 0.5
+        own.expect(abs(cloud["nominal"] - size) < 1e-9, f"the cloud is about {cloud['nominal']} mm, not {size}")
+        sizes = sorted(sum(entry * entry for entry in tip) ** 0.5 for tip in cloud["displacements"])
+        outside = sum(own_size > cloud["p95"] for own_size in sizes)
+        own.expect(len(sizes) == 256 and 4 <= outside <= 24, f"{outside} of {len(sizes)} dots outside 95 %")
 
 
 def check_part(own, program, folder):

@@ -144,14 +144,14 @@ function explore(section) {
       const moved = size(answer.displacement);
       const cloud = answer.displacement && live.cloud;
       // Errors of chains and lengths move it without load as well.
-      const likely = cloud?.p95 != null ? `The tool is ${number(cloud.p95)} mm off with 95 % probability, ${number(cloud.nominal)} mm nominally (an estimate, not checked by draws of the engine)` : `The load moves the tool by ${number(moved)} mm${cloud ? " nominally" : ""}`;
+      const likely = cloud?.p95 != null ? `The tool is ${number(cloud.p95)} mm off with 95 % probability, ${number(cloud.nominal)} mm nominally (an estimate${cloud.assumed.length ? " that rests on assumptions" : ""}, not checked by draws of the engine)` : `The load moves the tool by ${number(moved)} mm${cloud ? " nominally" : ""}`;
       headline.textContent = answer.displacement
         ? `${likely}; the picture shows it ${number(live.factor)} times as large.`
         : `The machine cannot be loaded here: ${answer.reason || answer.status}`;
       const list = [];
       if (answer.displacement) list.push(["along x, y, z", answer.displacement.map(number).join(", ") + " mm"]);
       if (cloud) list.push(["where the tool may be", cloud.p95 != null
-        ? `a dot for each of ${cloud.displacements.length} machines and forces; how uncertain they are stands in ${escape(live.view.uncertain_by)}` : `no cloud can be drawn: ${escape(cloud.reason || cloud.status)}`]);
+        ? `a dot for each of ${cloud.displacements.length} machines and forces; how uncertain they are stands in ${escape(live.view.uncertain_by)}${cloud.assumed.length ? `, but by a default for ${escape(cloud.assumed.join(", "))}` : ""}` : `no cloud can be drawn: ${escape(cloud.reason || cloud.status)}`]);
       if (answer.stiffness) list.push(["stiffness of the tool tip", `${number(answer.stiffness[0])} to ${number(answer.stiffness[2])} N/mm`]);
       if (answer.conditioning !== null) list.push(["distance to singularity", number(answer.conditioning)]);
       if (answer.branch) list.push(["branch", answer.branch]);

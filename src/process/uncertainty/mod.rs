@@ -276,7 +276,7 @@ impl Uncertainty {
             }
             Cause::Model if self.model.source == SpreadSource::Assumed => {
                 own.model.relative_std = resolve::FITTED_MODEL_ERROR;
-                "at 19 %, as by the best model fitted to a measured robot"
+                "reduced to 19 % by an identification, as by the best one of a measured robot"
             }
             Cause::Model => return None,
         };

@@ -113,7 +113,7 @@ impl Uncertainty {
 /// Always.
 pub fn refuse<T>(check: &Check, name: &str) -> Result<T> {
     check.fail(format!(
-        "is not computed for {name}: expected a workspace map, a path, a placement, a superposition study, a program to compensate, a correction table or real-time code, or no such table"
+        "is not computed for {name}: expected a workspace map, a path, a placement, a superposition study, a program to compensate, a correction table, real-time code or an online study, or no such table"
     ))
 }
 

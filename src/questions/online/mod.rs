@@ -5,6 +5,8 @@
 //! predicted force. On-line, they are those for what the [`Sensor`] reads; torques about the tool tip are taken as known. Both keep
 //! the limits of the process on corrections. The force is assumed not to depend on the correction; the [`LoopGain`] tells whether
 //! that is allowed.
+//!
+//! Where inputs are uncertain, each seed cuts on a machine of its own, the draw with its number, whatever the force error; the model stays as it is.
 
 mod loop_gain;
 #[cfg(feature = "report")]
@@ -35,6 +37,7 @@ use crate::{
         Machines, Source,
         along_path::{Commands, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, run as along_path},
         settings,
+        spread::DrawnMachines,
     },
     spatial::Wrench,
     statics::tool_compliance,
@@ -112,7 +115,8 @@ pub struct OnlineResults {
 pub fn run(study: &OnlineStudy, work: &Work) -> Result<OnlineResults> {
     let machines = Machines::new(&study.path.machine, &study.path.errors)?;
     let model = Machines::new(&study.path.machine, &study.known_errors)?;
-    let cut = CutSimulation { study, machines: &machines, model: &model };
+    let drawn = DrawnMachines::new(study.path.uncertainty.as_ref(), &machines, &study.path.errors)?;
+    let cut = CutSimulation { study, machines: &machines, model: &model, drawn: drawn.as_ref() };
     let uncorrected = || {
         let results = cut.simulate(&machines, &study.path.tasks, &Commands::Method(Method::None));
         work.tell(Event::Computed(1));
@@ -142,6 +146,7 @@ struct CutSimulation<'a> {
     study: &'a OnlineStudy,
     machines: &'a Machines,
     model: &'a Machines,
+    drawn: Option<&'a DrawnMachines>,
 }
 
 impl CutSimulation<'_> {
@@ -157,9 +162,33 @@ impl CutSimulation<'_> {
         let forces: Vec<Vector3<f64>> = tasks.iter().map(|task| task.load.force).collect();
         let measured = study.sensor.measured(&study.times_s, &forces, &mut random);
         let read: Vec<TaskPoint> = tasks.iter().zip(measured).map(|(task, force)| self.measured(task, force)).collect();
-        let residual =
-            |drives: &[Vec<f64>]| self.residual(&self.simulate(self.machines, &tasks, &Commands::Drives(drives)));
+        let residual = |drives: &[Vec<f64>]| self.residual(&self.on_real_machine(seed, &tasks, drives));
         Trial { force_error, seed, force_factor, offline: residual(offline), online: residual(&self.commands(&read)) }
+    }
+
+    /// Simulates the real machine with these drive positions: that of the draw `seed` where inputs are uncertain, no point being settled if there is none.
+    fn on_real_machine(&self, seed: usize, tasks: &[TaskPoint], drives: &[Vec<f64>]) -> Vec<PathPointResult> {
+        let on = |machines: &Machines, tasks: &[TaskPoint]| self.simulate(machines, tasks, &Commands::Drives(drives));
+        let Some(drawn) = self.drawn else { return on(self.machines, tasks) };
+        let real = drawn.on_draw(seed, |machines| {
+            let mut loaded = on(machines, tasks);
+            let unloaded: Vec<TaskPoint> = tasks.iter().map(|task| scale_load(task, 0.0)).collect();
+            let free = drawn.has_model_error().then(|| on(machines, &unloaded));
+            for (k, point) in loaded.iter_mut().enumerate() {
+                let free = free.as_ref().map(|free| &free[k]);
+                // What the model leaves out is known where both are.
+                point.is_settled &= free.is_none_or(|free| free.is_settled);
+                let error = drawn.real_displacement(seed, free.map(|free| free.position_error), point.position_error);
+                let tool_axis = tasks[k].pose.rotation * self.study.path.machine.tool_axes.column(2);
+                point.position_error = error + drawn.uncertainty.setup_displacement(seed, tool_axis);
+            }
+            loaded
+        });
+        real.unwrap_or_else(|_| {
+            let mut lost = on(self.machines, tasks);
+            lost.iter_mut().for_each(|point| point.is_settled = false);
+            lost
+        })
     }
 
     /// Returns `task` with the measured `force` in place of the real one, applied at the tool tip, and the moment about P that follows.

@@ -3,6 +3,7 @@
 use super::{OnlineStudy, Sensor, spec::OnlineSpec};
 use crate::{
     input::{Inputs, check::Check, error::Result},
+    process::uncertainty::Draws,
     questions::{
         Question, Resolved, StudyContext, Template,
         path::{resolve::path, spec::PathSpec},
@@ -49,7 +50,16 @@ impl Question for OnlineStudy {
             file: spec.file.clone(),
             methods: Some(Vec::new()),
         };
-        let (path, program) = path(&path_spec, &process, context, check)?;
+        let (mut path, program) = path(&path_spec, &process, context, check)?;
+        let (uncertainty, read) = context.uncertainty(process.uncertainty.as_ref(), &path.machine, &path.errors)?;
+        if uncertainty.as_ref().is_some_and(|own| own.force.is_some()) {
+            let of_study = || check.root().key("uncertainty");
+            let table = process.uncertainty.as_ref().map_or_else(of_study, |table| table.check.clone());
+            return table
+                .key("process.force_relative_std")
+                .fail("is given by force_errors_percent in an online study: expected none".into());
+        }
+        path.uncertainty = uncertainty;
         let feed_mm_per_min = check.key("feed_mm_per_min").positive(spec.feed)?;
         let times_s: Vec<f64> = path.stations.iter().map(|at| at.arc_length_mm * 60.0 / feed_mm_per_min).collect();
         let sensor = sensor(spec, check)?;
@@ -60,9 +70,13 @@ impl Question for OnlineStudy {
         }
         let known_share = spec.known_chain_errors_percent.unwrap_or(100.0);
         let known_share = share(known_share, 0.0, 200.0, &check.key("known_chain_errors_percent"))?;
-        let (force_errors, seeds) = trials(spec, check)?;
+        let (force_errors, seeds) = trials(spec, path.uncertainty.is_some(), check)?;
         let stiffness = check.key("cutting_stiffness_N_per_mm").optional_positive(spec.cutting_stiffness)?;
-        let inputs = process.inputs.and(program).and(Inputs::of("points of the path", path.stations.len().to_string()));
+        let inputs = process
+            .inputs
+            .and(program)
+            .and(read)
+            .and(Inputs::of("points of the path", path.stations.len().to_string()));
         let study = OnlineStudy {
             times_s,
             feed_mm_per_min,
@@ -111,8 +125,9 @@ fn sensor(spec: &OnlineSpec, check: &Check) -> Result<Sensor> {
     })
 }
 
-/// Returns the force errors as shares, ascending, and the number of seeds. `Err` if they are out of range or give too many trials.
-fn trials(spec: &OnlineSpec, check: &Check) -> Result<(Vec<f64>, usize)> {
+/// Returns the force errors as shares, ascending, and the number of seeds, each a draw where inputs are `uncertain`. `Err` if they are out of range or
+/// give too many trials.
+fn trials(spec: &OnlineSpec, uncertain: bool, check: &Check) -> Result<(Vec<f64>, usize)> {
     let errors_check = check.key("force_errors_percent");
     let percents = spec.force_errors_percent.as_deref().unwrap_or(&FORCE_ERRORS_PERCENT);
     let errors =
@@ -120,9 +135,10 @@ fn trials(spec: &OnlineSpec, check: &Check) -> Result<(Vec<f64>, usize)> {
     if errors.is_empty() || errors.windows(2).any(|pair| pair[0] >= pair[1]) {
         return errors_check.fail("must be at least one, ascending".into());
     }
-    let seeds = spec.seeds.unwrap_or(20);
-    if seeds == 0 || seeds * errors.len() > MOST_TRIALS {
-        let problem = format!("must be from 1 to {}, got {seeds}", MOST_TRIALS / errors.len());
+    let (usual, draws) = if uncertain { (Draws::PER_SCRAMBLE, Draws::COUNT) } else { (20, MOST_TRIALS) };
+    let (seeds, most) = (spec.seeds.unwrap_or(usual), draws.min(MOST_TRIALS / errors.len()));
+    if seeds == 0 || seeds > most {
+        let problem = format!("must be from 1 to {most}, got {seeds}");
         return check.key("seeds").fail(problem);
     }
     Ok((errors, seeds))

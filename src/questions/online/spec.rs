@@ -38,7 +38,7 @@ pub struct OnlineSpec {
     pub known_chain_errors_percent: Option<f64>,
     /// Standard deviations of the error of the predicted force, over seeds; from 0 to 50 if not given.
     pub force_errors_percent: Option<Vec<f64>>,
-    /// Number of random seeds for each force error; 20 if not given.
+    /// Number of random seeds for each force error; 20 if not given, 256 with uncertain inputs, where each is a draw.
     pub seeds: Option<usize>,
     /// Change of the cutting force per mm of depth of cut.
     #[serde(rename = "cutting_stiffness_N_per_mm")]

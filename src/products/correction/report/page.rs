@@ -85,14 +85,21 @@ fn setting_facts(report: &Report<'_>) -> Vec<Fact> {
             false => format!("{name} {}", rounded(min[axis])),
         }
     };
+    let (uncertain, tolerance) = (question.uncertainty.as_ref(), question.tolerance_mm);
+    let tolerance = match uncertain {
+        None => format!("{tolerance} mm"),
+        Some(_) => format!(
+            "{} mm on real machines; the table was made to be within {tolerance} mm with nominal numbers",
+            question.judged_mm
+        ),
+    };
     let facts = [
         Fact::new("box", typographic(&format!("{} mm, positions of P", [0, 1, 2].map(span).join(", ")))),
         Fact::new("forces", format!("up to {} N on the tool tip, in any direction", report.force())),
-        Fact::new("tolerance", format!("{} mm", question.tolerance_mm)),
+        Fact::new("tolerance", tolerance),
         Fact::new("table", format!("{} nodes", report.size())),
         Fact::new("compensation holds", question.target.words()),
     ];
-    let uncertain = question.uncertainty.as_ref();
     let draws = uncertain.map(|_| spread_report::fact_of_draws(uncertain, Draws::PER_SCRAMBLE));
     facts_of(&question.machine, &question.errors, facts.into_iter().chain(draws))
 }

@@ -20,8 +20,12 @@ pub(super) fn cautions(report: &Report<'_>) -> String {
     let CorrectionQuestion { machine, errors, corners, tolerance_mm, .. } = report.question;
     let mut text = String::new();
     if !report.is_within() {
-        let nominally = if report.answer.spread.is_some() { " even with nominal numbers" } else { "" };
-        text += &format!("The table is out of tolerance{nominally} ({tolerance_mm} mm).\n");
+        text += &match report.answer.spread {
+            None => format!("The table is out of tolerance ({tolerance_mm} mm).\n"),
+            Some(_) => format!(
+                "The table is off by more than the {tolerance_mm} mm it was asked to keep with nominal numbers.\n"
+            ),
+        };
     }
     text += &field_cautions(report);
     text += &cautions::machine_cautions(machine, errors, "box corner", corners.iter().copied());
@@ -197,12 +201,15 @@ fn table_sentence(report: &Report<'_>) -> String {
 
 /// Returns the largest error with the table as a key number.
 fn table_number(report: &Report<'_>) -> KeyNumber {
+    let (nominally, tolerance) = match report.answer.spread {
+        None => ("", "tolerance"),
+        Some(_) => (" with nominal numbers", "made to be within"),
+    };
     let against = format!(
-        "tolerance {} mm; {} at the nodes themselves",
+        "{tolerance} {} mm; {} at the nodes themselves",
         report.question.tolerance_mm,
         millimetres(report.answer.at_nodes_mm, 4)
     );
-    let nominally = if report.answer.spread.is_some() { " with nominal numbers" } else { "" };
     let what = format!("largest error with the table that was found{nominally}");
     error_number(&report.answer.with_table, &what, against)
 }

@@ -264,9 +264,11 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let distribution = report.proved.spread.as_ref();
     let (sure, numbers): (_, Vec<KeyNumber>) = match distribution {
         Some(distribution) => {
-            let gouge = without_force_number(report);
-            let numbers = spread_report::along_numbers(&along(report), distribution).into_iter().chain(gouge).collect();
-            (spread_report::along_verdict(&along(report), distribution), numbers)
+            let along = along(report);
+            let in_table = |off| InTable::new("points", [WITHOUT_FORCE], &[], Extreme::Largest, off);
+            let gouge = along.without_force_number(in_table);
+            let numbers = spread_report::along_numbers(&along, distribution).into_iter().chain(gouge).collect();
+            (spread_report::along_verdict(&along, distribution), numbers)
         }
         None => {
             let numbers = distances(report).into_iter().flatten().chain(largest_correction(report)).collect();
@@ -316,6 +318,10 @@ fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
             }
             _ => None,
         },
+        without_force: off
+            .most
+            .filter(|(_, size)| *size > ROUNDING_MM)
+            .map(|(k, size)| (size, report.job.place_words(k))),
     }
 }
 
@@ -323,15 +329,6 @@ fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
 pub fn spread_text(report: &Report<'_>) -> String {
     let Some(whole) = &report.proved.spread else { return String::new() };
     spread_report::along_sentences(&along(report), whole) + &report.findings.spread.sentences("point")
-}
-
-/// Returns the largest distance of the written program where the force is absent, as a key number.
-fn without_force_number(report: &Report<'_>) -> Option<KeyNumber> {
-    let (point, size) = report.proved.without_force.most.filter(|(_, size)| *size > ROUNDING_MM)?;
-    let what =
-        "largest distance with the program as written where the force is absent: in air, a spring pass, a broken tool";
-    let found = InTable::new("points", [WITHOUT_FORCE], &[], Extreme::Largest, size);
-    Some(KeyNumber::new(&millimetres(size, 3), what, report.job.place_words(point)).found(found))
 }
 
 /// Returns the cautions of the result, a sentence per line.

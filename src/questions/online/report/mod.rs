@@ -3,9 +3,9 @@
 mod quantities;
 mod text;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::{Band, BreakEven, OnlineResults, OnlineStudy, run};
+use super::{Band, BreakEven, OnlineResults, OnlineStudy, Residual, Trial, run};
 use crate::{
     answer::{Output, Run, facts_of, layers},
     files::{
@@ -14,7 +14,11 @@ use crate::{
     },
     input::error::Result,
     page::{Column, Description, Explorer, Fact, Group, MachineDescription, Section, TableNote},
-    questions::Answered,
+    questions::{
+        Answered,
+        spread_report::{self, SpreadCounts},
+    },
+    simulation::spread_along::is_larger,
 };
 use quantities::{FORCE_ERROR, HIGH, LOW, MEDIAN, WAYS};
 
@@ -36,6 +40,37 @@ impl<'a> Compared<'a> {
         Self { study, results, offline, online, break_even }
     }
 
+    /// Returns the share of the trials at the largest force error that `counts`; `None` where there is none.
+    fn share_at_largest(&self, counts: impl Fn(&Trial) -> bool) -> Option<f64> {
+        let at_largest = self.results.trials.chunk_by(|a, b| a.force_error == b.force_error).last()?;
+        Some(at_largest.iter().filter(|trial| counts(trial)).count() as f64 / at_largest.len() as f64)
+    }
+
+    /// Returns with which probability, at the largest force error, the rms residual by measured forces is smaller by more than 0.5 %.
+    fn measured_is_smaller(&self) -> Option<f64> {
+        let rms = |residual: &Residual| residual.rms_mm.unwrap_or(f64::INFINITY);
+        self.share_at_largest(|own| is_larger(rms(&own.offline), rms(&own.online), 0.0))
+    }
+
+    /// Returns with which probability, at the largest force error, off-line and on-line correction keep the whole path within tolerance; `None` without one.
+    fn within_tolerance(&self) -> Option<[f64; 2]> {
+        let tolerance = self.study.path.tolerance_mm?;
+        let is_within = |own: &Residual| own.solved == own.points && own.max_mm.is_some_and(|most| most <= tolerance);
+        Some([
+            self.share_at_largest(|own| is_within(&own.offline))?,
+            self.share_at_largest(|own| is_within(&own.online))?,
+        ])
+    }
+
+    /// Returns what varies and the probabilities at the largest force error, as JSON; `None` where inputs are taken as exact.
+    fn uncertainty_json(&self) -> Option<Value> {
+        let mut all = spread_report::json(self.study.path.uncertainty.as_ref()?, &SpreadCounts::default());
+        all["draws"] = json!(self.study.seeds);
+        all["measured_is_smaller"] = json!(self.measured_is_smaller());
+        all["within_tolerance"] = json!(self.within_tolerance());
+        Some(all)
+    }
+
     /// Returns the median RMS residuals of off-line and on-line correction at the largest force error, mm.
     fn medians_at_largest(&self) -> Option<[f64; 2]> {
         Some([(*self.offline.last()?)?.median_mm, (*self.online.last()?)?.median_mm])
@@ -53,6 +88,15 @@ impl Answered for OnlineStudy {
     fn answer(&self, (): &(), asked: &Run<'_>) -> Result<Output> {
         let results = run(self, asked.work)?;
         let compared = Compared::new(self, &results);
+        let mut summary = json!({
+            "schema": 1,
+            "without_correction": results.plain,
+            "break_even": compared.break_even,
+            "loop_gain": results.loop_gain,
+        });
+        if let Some(uncertainty) = compared.uncertainty_json() {
+            summary["uncertainty"] = uncertainty;
+        }
         let figure = || quantities::residual_figure(&compared).map(|figure| ("answer".to_string(), figure));
         Ok(Output {
             is_answered: Some(compared.break_even.is_some()),
@@ -65,12 +109,7 @@ impl Answered for OnlineStudy {
             ..Output::of(
                 json!({ "points": self.path.stations.len(), "trials": results.trials.len() }),
                 Manifest::count(results.trials.iter().map(quantities::status)),
-                json!({
-                    "schema": 1,
-                    "without_correction": results.plain,
-                    "break_even": compared.break_even,
-                    "loop_gain": results.loop_gain,
-                }),
+                summary,
                 Description { headline: text::headline(&compared), ..page(&compared) },
             )
         })
@@ -136,6 +175,7 @@ fn setting(study: &OnlineStudy) -> Vec<Fact> {
     let limit = |label: &str, limit: Option<f64>| limit.map(|limit| Fact::new(label, millimetres(limit, 4)));
     facts.extend(limit("largest correction", study.limits.correction_mm));
     facts.extend(limit("largest change of the correction", study.limits.correction_change_mm));
+    facts.extend(path.uncertainty.as_ref().map(|own| spread_report::fact_of_draws(Some(own), study.seeds)));
     facts.extend(path.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
     facts_of(&path.machine, &path.errors, facts)
 }

@@ -4,19 +4,31 @@ use super::{Compared, percent_of, quantities};
 use crate::{
     files::{
         text_table::text_table,
-        words::{counted, millimetres, millimetres_in_table, or_dash},
+        words::{counted, millimetres, millimetres_in_table, or_dash, probability},
     },
     page::headline::{Headline, KeyNumber},
     questions::{
         online::{Band, BreakEven, LoopGain},
         path::report::{cautions_of, facts_text},
+        spread_report::{self, SpreadCounts},
     },
     simulation::SOLVED,
 };
 
 /// Returns the cautions that a reader must know before the results, a line each.
 pub(super) fn cautions(compared: &Compared<'_>) -> String {
-    unsafe_loop_words(compared) + &unsolved_words(compared) + &cautions_of(&compared.study.path)
+    let uncertainty = compared.study.path.uncertainty.as_ref();
+    let drawn = uncertainty.map_or_else(String::new, |own| {
+        format!(
+            "With {}: each seed cuts on a machine of its own, the same for both ways to correct; their model stays as it is.\n",
+            spread_report::counted_inputs(own)
+        )
+    });
+    unsafe_loop_words(compared)
+        + &unsolved_words(compared)
+        + &drawn
+        + &spread_report::cautions(uncertainty, &SpreadCounts::default(), "trial", None)
+        + &cautions_of(&compared.study.path)
 }
 
 /// Warns if the loop through the cutting force does not converge at the given cutting stiffness; else empty.
@@ -69,13 +81,15 @@ pub(super) fn details(compared: &Compared<'_>) -> String {
 pub(super) fn headline(compared: &Compared<'_>) -> Headline {
     let study = compared.study;
     let basis = format!(
-        "{} at {}, a path of {}",
+        "{} at {}, a path of {}, {}",
         counted(study.seeds, "seed"),
         counted(study.force_errors.len(), "force error"),
-        counted(study.path.stations.len(), "point")
+        counted(study.path.stations.len(), "point"),
+        study.path.uncertainty.as_ref().map_or("inputs taken as exact", |_| "a drawn machine each")
     );
     Headline::new(main_sentence(compared), basis)
         .with_cautions(&cautions(compared))
+        .with_numbers(sure_key_number(compared))
         .with_numbers(break_even_key_number(compared))
         .with_numbers(residual_key_number(compared))
         .with_numbers(compared.results.loop_gain.as_ref().map(stiffness_key_number))
@@ -109,6 +123,23 @@ fn break_even_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
     let number = percent_of(error);
     let what = "error of the predicted force from which on measuring the force pays";
     Some(KeyNumber::new(&number, what, "one standard deviation over programs"))
+}
+
+/// Returns with which probability measured forces leave less at the largest force error as a key number; `None` where inputs are taken as exact.
+fn sure_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
+    let study = compared.study;
+    study.path.uncertainty.as_ref()?;
+    let words = |share| probability(share, study.seeds);
+    let largest = percent_of(study.force_errors.last().copied()?);
+    let what = format!("probability that measured forces leave less, if their prediction is off by {largest}");
+    let within = compared.within_tolerance().zip(study.path.tolerance_mm).map(|([offline, online], tolerance)| {
+        format!(
+            "within {tolerance} mm all along the path with {} probability, by predicted forces with {}",
+            words(online),
+            words(offline)
+        )
+    });
+    Some(KeyNumber::new(&words(compared.measured_is_smaller()?), what, within.unwrap_or_default()))
 }
 
 /// Returns the residual of both ways at the largest force error as a key number.

@@ -109,6 +109,7 @@ fn along<'a>(summary: &'a Summary<'_>) -> Along<'a> {
             (true, false) => Some(spread_report::OUTSIDE),
             (true, true) => None,
         },
+        without_force: summary.largest(Source::All, &WITHOUT_FORCE).map(|(off, k)| (off, point_words(summary, k))),
     }
 }
 
@@ -270,14 +271,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
 fn spread_headline(summary: &Summary<'_>) -> Option<(String, Vec<KeyNumber>)> {
     let whole = summary.whole.as_ref()?;
     let (along, mut numbers) = (along(summary), spread_report::along_numbers(&along(summary), whole));
-    numbers.extend(summary.largest(Source::All, &WITHOUT_FORCE).map(|(off, k)| {
-        let number = KeyNumber::new(
-            &millimetres(off, 3),
-            "largest distance, compensated, where the force is absent: in air, a spring pass, a broken tool",
-            point_words(summary, k),
-        );
-        number.found(in_points_table(&WITHOUT_FORCE, off))
-    }));
+    numbers.extend(along.without_force_number(|off| in_points_table(&WITHOUT_FORCE, off)));
     Some((spread_report::along_verdict(&along, whole), numbers))
 }
 

@@ -102,6 +102,7 @@ pub(super) fn along(study: &PlacementStudy) -> Along<'_> {
             None => Some("The features have different tolerances"),
             Some(_) => None,
         },
+        without_force: None,
     }
 }
 

@@ -182,7 +182,7 @@ fn probable_verdict(summary: &Summary<'_>, locations: &[LocationResult]) -> Stri
     let word = match (known.first().map(share), known.last().map(share)) {
         (Some(least), _) if least >= P95 && known.len() == locations.len() => "Effects may be added",
         (_, Some(most)) if most < 1.0 - P95 => "Effects may not be added",
-        (_, Some(most)) if most >= P95 => "Effects may be added at some locations",
+        (_, Some(most)) if most >= P95 => "Effects may not be added at every location",
         (Some(_), _) => "Uncertain whether effects may be added",
         (None, _) => return "The probability is known at no location, as none was solved. ".into(),
     };
@@ -302,7 +302,7 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
         .with_cautions(&cautions)
         .with_numbers(p95_key_number(locations))
         .with(error_key_number(Tolerance(*tolerance), most, &wrong, nominally))
-        .with_numbers(load_key_number(summary, nominally))
+        .with_numbers(load_key_number(summary, locations, nominally))
 }
 
 /// Returns the largest 95 % quantile of the superposition error at a location; `None` where there is none.
@@ -324,14 +324,19 @@ fn error_key_number(tolerance: Tolerance, largest: &ValueAt<Worst>, wrong: &str,
 }
 
 /// Returns the largest load within tolerance in the whole box as a key number.
-fn load_key_number(summary: &Summary<'_>, nominally: &str) -> Option<KeyNumber> {
+fn load_key_number(summary: &Summary<'_>, locations: &[LocationResult], nominally: &str) -> Option<KeyNumber> {
     let [least, most] = summary.load_factor_extremes()?;
     let end = match least.at {
         LargestFactor::BelowToLimit(_) => "; at least so much".to_string(),
         _ => format!("; the limit is at {}", least.place()),
     };
+    let fails = |(name, spread): &&(&str, &DeflectionSpread)| {
+        (spread.within_tolerance.unwrap_or_default() < P95)
+            .then(|| format!("; at {name} not even that of the study on 95 of 100 machines"))
+    };
+    let not_so = by_probability(locations).first().as_ref().and_then(fails).unwrap_or_default();
     let what = format!(
-        "largest load, over that of the study, up to which the {nominally}superposition error is within tolerance in the whole box{end}"
+        "largest load, over that of the study, up to which the {nominally}superposition error is within tolerance in the whole box{end}{not_so}"
     );
     let against = format!("up to {} × where it is best", largest_words(&most.at));
     let reference = LARGEST_LOAD.found_in("safe_load.csv", &[], Extreme::Smallest, least.value);
