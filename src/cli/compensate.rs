@@ -143,7 +143,8 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     }
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
     reporting.print_styled(&headline::sentences(&used))?;
-    Ok(Ending::of(headline.unsolved.is_none() && proved.worse_as_written().is_none()))
+    let does_harm = proved.worse_as_written().is_some() || proved.is_probably_worse();
+    Ok(Ending::of(headline.unsolved.is_none() && !does_harm))
 }
 
 /// Opens the program to compensate, with progress where γ is sought.

@@ -485,7 +485,7 @@ pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
     };
     let unjudged = along.unjudged.map_or_else(String::new, |why| format!("{why}: there is no verdict. "));
     // What does more harm than good is no success, whatever the tolerance.
-    let worse = whole.worse.filter(|worse| *worse > 0.5).map_or_else(String::new, |worse| {
+    let worse = whole.worse.filter(|_| whole.is_probably_worse()).map_or_else(String::new, |worse| {
         format!("Probably worse than without compensation, with {} probability. ", probability(worse))
     });
     unknown + &unjudged + &worse + &sure

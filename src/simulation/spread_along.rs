@@ -54,6 +54,13 @@ pub struct PathSpread {
     pub worse_by_drive: Vec<f64>,
 }
 
+impl PathSpread {
+    /// Whether compensation more probably makes the largest distance larger than not.
+    pub fn is_probably_worse(&self) -> bool {
+        self.worse.is_some_and(|worse| worse > 0.5)
+    }
+}
+
 /// Distribution of the largest distance over some points of the path.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct LargestSpread {

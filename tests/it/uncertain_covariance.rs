@@ -86,6 +86,32 @@ fn what_is_correlated_spreads_together() {
     }
 }
 
+/// Known twice as well, by four times the measurements: a quarter of each entry of the covariance, and the P95 is that of such a file.
+#[test]
+fn what_is_correlated_is_measured_together() {
+    let read = |share: f64| read(&two_joints([0.04 * share, 0.09 * share], 0.05 * share), "").unwrap();
+    let (study, then) = (read(1.0), read(0.25));
+    let name = "arm.A2.stiffness with arm.A3.stiffness";
+    let (measured, words) = study.uncertainty.as_ref().unwrap().measured(name).unwrap();
+    assert!(words.starts_with("known twice as well"), "{words}");
+    let expected = &then.uncertainty.as_ref().unwrap().draws;
+    for (own, other) in measured.draws.coordinates.iter().flatten().zip(expected.coordinates.iter().flatten()) {
+        assert!((own - other).abs() < 1e-12, "{own} {other}");
+    }
+    let p95 = |study: &WorkspaceMapStudy| {
+        map::run(study, &Work::default()).unwrap().points[0]
+            .effect(Source::All)
+            .unwrap()
+            .spread
+            .clone()
+            .unwrap()
+            .p95_mm
+            .unwrap()
+    };
+    let measured = WorkspaceMapStudy { uncertainty: Some(measured), ..(*study).clone() };
+    assert!((p95(&measured) / p95(&then) - 1.0).abs() < 1e-9 && p95(&then) < 0.95 * p95(&study));
+}
+
 #[test]
 fn an_entry_of_the_study_comes_first_and_cuts_what_it_names() {
     let entry = "[[uncertainty.parameter]]\nname = \"arm.A3.stiffness\"\nrelative_std = 0.1\n";

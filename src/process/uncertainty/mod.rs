@@ -258,13 +258,18 @@ impl Uncertainty {
         alone.chain(together).chain([("cutting force".into(), Cause::Force), (Cause::MODEL.into(), Cause::Model)])
     }
 
-    /// The same with the cause called `name` measured, and how well it is known then; `None` of parameters that are correlated, as measurements of one tell the
-    /// others, and of what the model leaves out unless that is assumed.
+    /// The same with the cause called `name` measured, and how well it is known then; parameters that are correlated, as measurements of one tell the others,
+    /// all of them. `None` of what the model leaves out unless that is assumed.
     pub fn measured(&self, name: &str) -> Option<(Self, &'static str)> {
         let mut own = self.clone();
         let words = match self.causes().find(|(own, _)| own == name)?.1 {
+            Cause::Parameters(which) if which.len() > 1 => {
+                // Deviations of what is identified fall with the square root of the number of measurements.
+                which.iter().for_each(|one| own.parameters[*one].spread = own.parameters[*one].spread.halved());
+                "known twice as well, by four times as many measurements (design-measurements says which)"
+            }
             Cause::Parameters(which) => {
-                let [one] = which[..] else { return None };
+                let one = *which.first()?;
                 let (spread, words) = self.parameters[one].spread.measured();
                 own.parameters[one].spread = spread;
                 words

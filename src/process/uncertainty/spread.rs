@@ -45,20 +45,22 @@ impl Spread {
     /// The distribution if the quantity is measured: its logarithm to ±5 % with 95 % probability, all else twice as well as it is known; and that in words.
     pub fn measured(&self) -> (Self, &'static str) {
         let known = libm::log(1.05) / Z_95_INTERVAL;
-        let half = |own: f64| 0.5 * own;
         match *self {
             Spread::Logarithm { below, above } if below.max(above) > known => {
                 (Spread::Logarithm { below: below.min(known), above: above.min(known) }, "known to ±5 %")
             }
-            Spread::Logarithm { below, above } => {
-                (Spread::Logarithm { below: half(below), above: half(above) }, "known twice as well")
-            }
-            Spread::Difference { below, above } => {
-                (Spread::Difference { below: half(below), above: half(above) }, "known twice as well")
-            }
-            Spread::Uniform { least, largest } => {
-                (Spread::Uniform { least: half(least), largest: half(largest) }, "known twice as well")
-            }
+            _ => (self.halved(), "known twice as well"),
+        }
+    }
+
+    /// The distribution with half the deviations from the nominal value, of its logarithm where that is normal.
+    #[must_use]
+    pub fn halved(&self) -> Self {
+        let half = |own: f64| 0.5 * own;
+        match *self {
+            Spread::Logarithm { below, above } => Spread::Logarithm { below: half(below), above: half(above) },
+            Spread::Difference { below, above } => Spread::Difference { below: half(below), above: half(above) },
+            Spread::Uniform { least, largest } => Spread::Uniform { least: half(least), largest: half(largest) },
         }
     }
 

@@ -25,6 +25,7 @@ use crate::{
     simulation::{
         ProgramFile, ROUNDING_MM, Source,
         blocks::{Blocks, BlocksBeforeAfter, Spread},
+        spread_along::PathSpread,
     },
 };
 
@@ -449,6 +450,11 @@ impl ProvedProgram {
                  none by more than {moved}.\n"
             )
         })
+    }
+
+    /// Returns whether compensation more probably makes the largest distance larger than not; never with exact inputs.
+    pub fn is_probably_worse(&self) -> bool {
+        self.spread.as_ref().is_some_and(PathSpread::is_probably_worse)
     }
 
     /// Returns how many points of the written program have no equilibrium or cannot be reached, in a sentence; `None` if there are none.
