@@ -9,7 +9,7 @@ use crate::{
     page::headline::{Headline, KeyNumber},
     questions::{
         online::{Band, BreakEven, LoopGain},
-        path::report::{cautions_of, facts_text},
+        path::report::{cautions_of, facts_text, outside},
         spread_report::{self, SpreadCounts},
     },
     simulation::SOLVED,
@@ -87,7 +87,7 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         counted(study.path.stations.len(), "point"),
         study.path.uncertainty.as_ref().map_or("inputs taken as exact", |_| "a drawn machine each")
     );
-    Headline::new(main_sentence(compared), basis)
+    Headline::new(outside(&study.path) + &main_sentence(compared), basis)
         .with_cautions(&cautions(compared))
         .with_numbers(sure_key_number(compared))
         .with_numbers(break_even_key_number(compared))

@@ -119,7 +119,7 @@ fn has_force(study: &PathStudy) -> bool {
 }
 
 /// Returns the sentence that the machine cannot run the path as placed, as positions are outside its workspace; empty where it can.
-fn outside(study: &PathStudy) -> String {
+pub(crate) fn outside(study: &PathStudy) -> String {
     OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path")
 }
 
