@@ -34,7 +34,7 @@ pub struct DeflectionSpread {
     pub p95_standard_error_mm: Option<f64>,
     /// Probability that the deflection is within tolerance, 0 to 1; `None` without tolerance.
     pub within_tolerance: Option<f64>,
-    /// What causes the largest part of the variance, a parameter, "cutting force" or "what the model leaves out"; `None` where nothing does, or too few draws have an equilibrium.
+    /// What causes the largest part of the variance, a parameter, "cutting force", "tool wear" or "what the model leaves out"; `None` where nothing does, or too few draws have an equilibrium.
     pub main_cause: Option<String>,
     /// Its share of the sum of variances by each alone, 0 to 1.
     pub main_cause_share: Option<f64>,
@@ -57,7 +57,7 @@ pub struct DeflectionSpread {
 /// What becomes of a 95 % quantile if what spreads the deflection is measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IfMeasured {
-    /// What is measured, a parameter, "cutting force" or "what the model leaves out".
+    /// What is measured, a parameter, "cutting force", "tool wear" or "what the model leaves out".
     pub cause: String,
     /// How well it is known then.
     pub known: String,

@@ -150,6 +150,28 @@ fn a_setup_that_is_not_exact_is_not_compensated() {
     assert!((plain.median_mm.unwrap() - 0.09).abs() < 2e-4, "{plain:?}");
 }
 
+/// A worn tool needs more force than the correction is computed with: what that leaves is uniform, and half of it if tools are changed earlier.
+#[test]
+fn what_tool_wear_leaves_of_a_compensation_is_uniform() {
+    let found = on_lever(LEVER, ALONG, "[uncertainty.process]\nwear_force_increase = 0.3");
+    let whole = found.spread.unwrap();
+    let compensated = whole.compensated.unwrap();
+    let check = |found: Option<f64>, exact: f64| {
+        assert!((found.unwrap() / exact - 1.0).abs() < 3e-3, "{found:?} instead of {exact}");
+    };
+    for (share, plain, left) in [
+        (0.95, whole.plain.spread.p95_mm, compensated.spread.p95_mm),
+        (0.5, whole.plain.spread.median_mm, compensated.spread.median_mm),
+    ] {
+        check(plain, 0.1 * (1.0 + 0.3 * share));
+        check(left, 0.1 * 0.3 * share);
+    }
+    assert!(compensated.is_confirmed && compensated.spread.main_cause.as_deref() == Some("tool wear"));
+    let measured = compensated.if_measured.unwrap();
+    assert_eq!(measured.cause, "tool wear");
+    check(Some(measured.p95_mm[1]), 0.1 * 0.15 * 0.95);
+}
+
 /// Distances at each point, without and with compensation, and the largest last; and the largest with the correction of each drive left out.
 type BruteForce = (Vec<[Vec<f64>; 2]>, Vec<Vec<f64>>);
 

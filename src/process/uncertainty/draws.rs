@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::{Spread, UncertainParameter, normal_quantile, sobol};
+use super::{ForceSpread, UncertainParameter, normal_quantile, sobol};
 
 /// Draws of all uncertain quantities, in scrambles that are independent of one another.
 #[derive(Debug, Clone)]
@@ -17,8 +17,10 @@ pub struct Draws {
     pub ranges: Vec<[f64; 2]>,
     /// Parameters that vary together as an identification found, by their indices; empty where there are none.
     pub correlated: Vec<usize>,
-    /// Factor of the cutting force in each draw.
+    /// Factor of the cutting force in each draw, with tool wear.
     pub force: Vec<f64>,
+    /// Factor of tool wear in these; empty where tools stay sharp.
+    pub wear: Vec<f64>,
     /// Largest difference of these from 1.
     pub force_range: f64,
     /// Rows of the matrix E of a [`ModelError`](super::ModelError) in each draw, one after another; empty where the model leaves nothing out.
@@ -33,6 +35,9 @@ pub struct Draws {
     pub(super) factor: DMatrix<f64>,
 }
 
+/// Entries of the matrix of what the model leaves out.
+const MODEL_DIMENSIONS: usize = 9;
+
 impl Draws {
     /// Number of scrambles.
     pub const SCRAMBLES: usize = 16;
@@ -46,7 +51,7 @@ impl Draws {
     pub fn new(
         parameters: &[UncertainParameter],
         correlated: (&[usize], &DMatrix<f64>),
-        force_and_model: (Option<Spread>, f64),
+        force_and_model: (ForceSpread, f64),
         seed: u32,
     ) -> Self {
         let layout = (Self::SCRAMBLES, Self::PER_SCRAMBLE);
@@ -57,20 +62,25 @@ impl Draws {
     pub(super) fn in_scrambles(
         parameters: &[UncertainParameter],
         (correlated, factor): (&[usize], &DMatrix<f64>),
-        (force, model_std): (Option<Spread>, f64),
+        (force, model_std): (ForceSpread, f64),
         (seed, random): (u32, u64),
         (scrambles, per_scramble): (usize, usize),
     ) -> Self {
-        let (of_model, count) = (if model_std > 0.0 { 9 } else { 0 }, scrambles * per_scramble);
-        let points = sobol::points(parameters.len() + 1 + of_model, scrambles, per_scramble, random);
+        let (of_model, count) = (if model_std > 0.0 { MODEL_DIMENSIONS } else { 0 }, scrambles * per_scramble);
+        // That of tool wear comes last and behind those of the model whether they are drawn or not, so that it changes no other.
+        let dimensions = parameters.len() + 1 + if force.wear.is_some() { MODEL_DIMENSIONS + 1 } else { of_model };
+        let points = sobol::points(dimensions, scrambles, per_scramble, random);
         // The force comes first, so that it is the same with other parameters.
         let mut normal: Vec<Vec<f64>> =
             points.into_iter().map(|own| own.into_iter().map(normal_quantile).collect()).collect();
-        let force_factor = |z: f64| force.map_or(1.0, |spread| spread.value(1.0, z));
-        let force: Vec<f64> = normal.remove(0).into_iter().map(force_factor).collect();
+        let of_wear = force.wear.and_then(|_| normal.pop()).unwrap_or_default();
+        let factors = |(draw, z): (usize, f64)| force.factors([z, of_wear.get(draw).copied().unwrap_or_default()]);
+        let factors: Vec<[f64; 2]> = normal.remove(0).into_iter().enumerate().map(factors).collect();
+        let wear = if of_wear.is_empty() { Vec::new() } else { factors.iter().map(|[_, wear]| *wear).collect() };
+        let force: Vec<f64> = factors.iter().map(|[sharp, wear]| sharp * wear).collect();
         // In each direction a third of the mean square.
         let entry = |own: Vec<f64>| own.into_iter().map(|z| model_std / 3.0f64.sqrt() * z).collect();
-        let model: Vec<Vec<f64>> = normal.split_off(parameters.len()).into_iter().map(entry).collect();
+        let model: Vec<Vec<f64>> = normal.split_off(parameters.len()).into_iter().take(of_model).map(entry).collect();
         let norm = |draw: usize| model.iter().map(|own| own[draw] * own[draw]).sum::<f64>().sqrt();
         let model_range = (0..count).map(norm).fold(0.0, f64::max);
         let independent: Vec<Vec<f64>> = correlated.iter().map(|parameter| normal[*parameter].clone()).collect();
@@ -109,6 +119,7 @@ impl Draws {
             ranges,
             correlated: correlated.into(),
             force,
+            wear,
             force_range,
             model,
             model_range,
@@ -116,6 +127,12 @@ impl Draws {
             weakest,
             factor: factor.clone(),
         }
+    }
+
+    /// Factors of the force of a sharp tool and of tool wear in the draw `index`, whose product is that of the force.
+    pub fn sharp_and_wear(&self, index: usize) -> [f64; 2] {
+        let wear = self.wear.get(index).copied().unwrap_or(1.0);
+        [self.force[index] / wear, wear]
     }
 
     /// What the model leaves out of the displacement `by_force` in the draw `index`.

@@ -154,13 +154,37 @@ pub struct ModelError {
     pub source: SpreadSource,
 }
 
+/// Distribution of the factor of the cutting force.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ForceSpread {
+    /// Of the force of a sharp tool over the nominal one; exact if `None`.
+    pub sharp: Option<Spread>,
+    /// Of the force of a worn tool over that of a sharp one, from 1 on; tools stay sharp if `None`.
+    pub wear: Option<Spread>,
+}
+
+impl ForceSpread {
+    /// Whether the force is exact.
+    pub fn is_exact(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Factors by which the force of a sharp tool and of a worn one are larger, for their standard normal numbers.
+    pub fn factors(&self, normal: [f64; 2]) -> [f64; 2] {
+        let factor = |(own, z): (Option<Spread>, f64)| own.map_or(1.0, |spread| spread.value(1.0, z));
+        [(self.sharp, normal[0]), (self.wear, normal[1])].map(factor)
+    }
+}
+
 /// What may spread a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cause {
     /// Parameters, by their indices: one, or those that are correlated together.
     Parameters(Vec<usize>),
-    /// The cutting force.
+    /// The cutting force of sharp tools.
     Force,
+    /// What tool wear adds to it.
+    Wear,
     /// What the model leaves out.
     Model,
 }
@@ -182,7 +206,7 @@ pub struct Uncertainty {
     /// Whether parameters should vary as the machine file says, and it says it of none that no entry names.
     pub finds_no_provenance: bool,
     /// Distribution of the factor of the cutting force.
-    pub force: Option<Spread>,
+    pub force: ForceSpread,
     /// What the model leaves out.
     pub model: ModelError,
     /// The draws.
@@ -241,9 +265,21 @@ impl Uncertainty {
         stiffnesses.filter_map(|own| Some((own.name, own.value? / self.draws.weakest))).collect()
     }
 
-    /// Interval that holds 95 % of the factors of the cutting force; `None` where that is exact.
+    /// Interval that holds 95 % of the factors of the cutting force, with tool wear as drawn; `None` where that is exact.
     pub fn force_factor_95(&self) -> Option<[f64; 2]> {
-        self.force.map(|spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z)))
+        let ForceSpread { sharp, wear } = self.force;
+        match wear {
+            None => sharp.map(|spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z))),
+            Some(_) => Some([0.025, 0.975].map(|share| quantile(&mut self.draws.force.clone(), share))),
+        }
+    }
+
+    /// Share by which the force of a worn tool may be above that of a sharp one; `None` where tools stay sharp.
+    pub fn wear_force_increase(&self) -> Option<f64> {
+        match self.force.wear {
+            Some(Spread::Uniform { largest, .. }) => Some(largest),
+            _ => None,
+        }
     }
 
     /// What may spread a result, by name: each parameter by itself, those that are correlated together; force and model last.
@@ -255,7 +291,9 @@ impl Uncertainty {
         });
         let alone = (0..self.parameters.len()).filter(|own| !correlated.contains(own));
         let alone = alone.map(|own| (self.parameters[own].name().to_string(), Cause::Parameters(vec![own])));
-        alone.chain(together).chain([("cutting force".into(), Cause::Force), (Cause::MODEL.into(), Cause::Model)])
+        let wear = self.force.wear.map(|_| ("tool wear".into(), Cause::Wear));
+        let force = std::iter::once(("cutting force".into(), Cause::Force)).chain(wear);
+        alone.chain(together).chain(force).chain([(Cause::MODEL.into(), Cause::Model)])
     }
 
     /// The same with the cause called `name` measured, and how well it is known then; `None` of parameters that are correlated, as measurements of one tell the
@@ -270,9 +308,13 @@ impl Uncertainty {
                 words
             }
             Cause::Force => {
-                let (spread, words) = self.force?.measured();
-                own.force = Some(spread);
+                let (spread, words) = self.force.sharp?.measured();
+                own.force.sharp = Some(spread);
                 words
+            }
+            Cause::Wear => {
+                own.force.wear = Some(self.force.wear?.measured().0);
+                "kept to half by changing tools earlier"
             }
             Cause::Model if self.model.source == SpreadSource::Assumed => {
                 own.model.relative_std = resolve::FITTED_MODEL_ERROR;
@@ -297,10 +339,10 @@ impl Uncertainty {
         Self { draws, ..self.clone() }
     }
 
-    /// Whether the median of each parameter is its nominal value, so that a 95 % quantile of a distance is not below the nominal one.
+    /// Whether the median of each parameter and of the force is its nominal value, so that a 95 % quantile of a distance is not below the nominal one.
     pub fn has_nominal_medians(&self) -> bool {
         let is_nominal = |own: &UncertainParameter| own.coordinate(0.0).abs() <= 1e-9 * own.coordinate(1.0).abs();
-        self.parameters.iter().all(is_nominal)
+        self.force.wear.is_none() && self.parameters.iter().all(is_nominal)
     }
 
     /// Names of parameters that vary by a default.
@@ -332,7 +374,7 @@ impl Uncertainty {
 
     /// Whether a number of the machine or the force varies, and not the setup alone.
     pub fn varies_machine_or_force(&self) -> bool {
-        self.force.is_some() || self.setups().count() < self.parameters.len()
+        !self.force.is_exact() || self.setups().count() < self.parameters.len()
     }
 
     /// Names of what is set up and not exact.

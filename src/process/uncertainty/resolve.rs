@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 
 use super::{
-    Draws, ModelError, Role, Setup, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
+    Draws, ForceSpread, ModelError, Role, Setup, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
     covariance::Covariance,
     spec::{ChainErrorToleranceSpec, MachineUncertaintySpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
     varies,
@@ -184,11 +184,14 @@ fn resolve(
         return check
             .fail(format!("at most {MOST_PARAMETERS} parameters may vary by themselves, got {}", parameters.len()));
     }
-    let force = process
-        .force_relative_std
-        .map(|std| relative_std(std, &check.key("process.force_relative_std")))
-        .transpose()?;
-    let force = force.filter(|std| *std > 0.0).map(Spread::of_relative_std);
+    let share_of_force = |key: &str, given: Option<f64>| -> Result<Option<f64>> {
+        let share = given.map(|own| relative_std(own, &check.key(key))).transpose()?;
+        Ok(share.filter(|own| *own > 0.0))
+    };
+    let sharp = share_of_force("process.force_relative_std", process.force_relative_std)?;
+    let wear = share_of_force("process.wear_force_increase", process.wear_force_increase)?;
+    let wear = wear.map(|largest| Spread::Uniform { least: 0.0, largest });
+    let force = ForceSpread { sharp: sharp.map(Spread::of_relative_std), wear };
     let identified = covariance.as_ref().and_then(|own| own.model);
     let model = match (spec.model, identified) {
         (Some(own), _) => {
@@ -199,7 +202,7 @@ fn resolve(
         (None, None) => ModelError { relative_std: MODEL_ERROR, source: SpreadSource::Assumed },
     };
     let model_varies = model.relative_std > 0.0 && model.source != SpreadSource::Assumed;
-    if parameters.is_empty() && force.is_none() && !model_varies {
+    if parameters.is_empty() && force.is_exact() && !model_varies {
         let nothing = match spec.machine {
             Some(_) => {
                 "varies nothing: the machine file has neither intervals nor assumed stiffnesses in [[provenance]]"

@@ -244,13 +244,16 @@ impl Surrogate {
             };
             alone(&|load, draw| (moved(&self.unloaded, draw) + moved(load, draw)).norm_squared())
         };
-        let by_force =
-            || alone(&|load, draw| (self.unloaded.constant + draws.force[draw] * load.constant).norm_squared());
+        let by_force = |which: usize| {
+            let factor = |draw| draws.sharp_and_wear(draw)[which];
+            alone(&|load, draw| (self.unloaded.constant + factor(draw) * load.constant).norm_squared())
+        };
         let under_model = |load: &Polynomial, draw| load.constant + draws.model_error(draw, &load.constant);
         let by_model = || alone(&|load, draw| (self.unloaded.constant + under_model(load, draw)).norm_squared());
         let by = |cause: &Cause| match cause {
             Cause::Parameters(parameters) => by_parameters(parameters),
-            Cause::Force => by_force(),
+            Cause::Force => by_force(0),
+            Cause::Wear => by_force(1),
             Cause::Model => by_model(),
         };
         causes.map(by).collect()
