@@ -13,13 +13,17 @@ use super::{
     along_path::{self, Commands, PathCase, PathPointResult, TrackBlocks, block_pieces},
     path_blocks::{Stretch, solve_stretches},
     spread::{DeflectionSpread, Draw, DrawnMachines, IfMeasured, Sizes, WantedSpread, under},
+    tasks::PoseTracker,
     tracking::TrackPoint,
 };
 use crate::{
     compensation::{Method, TaskPoint},
     input::error::Result,
     machine::Machine,
-    process::uncertainty::{Draws, Response},
+    process::{
+        Placement,
+        uncertainty::{Draws, Response, ToolOnWorkpiece},
+    },
     spatial::Pose,
     statics::Batch,
     work::{Event, Work},
@@ -207,6 +211,8 @@ pub(crate) struct SpreadPath<'a> {
     pub machines: &'a Machines,
     /// The machines that uncertain inputs make of them.
     pub drawn: &'a DrawnMachines,
+    /// Where the workpiece stands.
+    pub placement: Placement,
     /// Largest distance that is within tolerance, mm.
     pub tolerance_mm: Option<f64>,
     /// Difference of two distances that means nothing, such as by rounding a written program, mm.
@@ -264,7 +270,7 @@ impl SpreadPath<'_> {
             for cause in self.drawn.main_causes(&responses) {
                 let Some((drawn, known)) = self.drawn.measured(cause)? else { continue };
                 let path = SpreadPath { drawn: &drawn, audits: 0, ..*self };
-                let point = Block { path: &path, ..point };
+                let point = Block { path: &path, tools: point.tools.clone(), ..point };
                 let found = point.spreads_at(0, (&commanded, 0), &point.responses(&commanded)?)?;
                 let then = found.into_iter().flatten().find_map(|(spread, _)| spread.p95_mm);
                 all.extend(then.map(|then| IfMeasured {
@@ -393,6 +399,8 @@ struct Block<'a> {
     track: &'a [TrackPoint],
     /// As in [`SpreadPart`].
     written: Option<&'a [Pose]>,
+    /// Where the tool is at each point; empty where nothing of the setup is uncertain.
+    tools: Vec<ToolOnWorkpiece>,
     work: &'a Work,
 }
 
@@ -401,13 +409,24 @@ impl<'a> Block<'a> {
     fn new(path: &'a SpreadPath<'a>, part: &'a SpreadPart<'a>, points: &Range<usize>, work: &'a Work) -> Self {
         let (tasks, track) = (&part.tasks[points.clone()], part.track.block(points.start));
         let written = part.written.map(|poses| &poses[points.clone()]);
-        Self { path, first: part.first + points.start, tasks, track, written, work }
+        let nominal = &path.machines.nominal;
+        let mut tools = Vec::new();
+        if path.drawn.uncertainty.setups().next().is_some() {
+            let mut tracker = PoseTracker::new(nominal, &path.placement);
+            tools.extend(tasks.iter().map(|task| {
+                let placed = tracker.placed(task.external);
+                let position_mm = task.wanted().transform(placed.reference()) - placed.workpiece().translation;
+                ToolOnWorkpiece { axis: task.pose.rotation * nominal.tool_axes.column(2), position_mm }
+            }));
+        }
+        Self { path, first: part.first + points.start, tasks, track, written, tools, work }
     }
 
     /// Its point `k` alone.
     fn only(&self, k: usize) -> Self {
         let written = self.written.map(|poses| &poses[k..=k]);
-        Self { first: self.first + k, tasks: &self.tasks[k..=k], track: &self.track[k..=k], written, ..*self }
+        let tools = self.tools.get(k).copied().into_iter().collect();
+        Self { first: self.first + k, tasks: &self.tasks[k..=k], track: &self.track[k..=k], written, tools, ..*self }
     }
 
     /// Whether point `k` counts in the largest distance.
@@ -483,16 +502,11 @@ impl<'a> Block<'a> {
         Ok(points)
     }
 
-    /// Axis of the tool at point `k`, from the spindle to the tip (O axes).
-    fn tool_axis(&self, k: usize) -> Vector3<f64> {
-        self.tasks[k].pose.rotation * self.path.machines.nominal.tool_axes.column(2)
-    }
-
     /// The `response` at point `k` with what the setup does, which no machine says.
     fn with_setup(&self, k: usize, mut response: Response) -> Response {
-        let drawn = self.path.drawn;
+        let (drawn, Some(tool)) = (self.path.drawn, self.tools.get(k)) else { return response };
         for (own, ends) in response.ends.iter_mut().enumerate() {
-            let direction = drawn.uncertainty.setup_direction(own, self.tool_axis(k));
+            let direction = drawn.uncertainty.setup_direction(own, tool);
             let at = |end: usize| direction.map(|way| response.nominal + drawn.end_coordinates[own][end] * way);
             *ends = [at(0), at(1)];
         }
@@ -523,7 +537,8 @@ impl<'a> Block<'a> {
         let error = |answer: &PathPointResult| answer.elastic_error().ok_or_else(|| self.failure(answer, ""));
         let size = |(k, answer): (usize, &PathPointResult)| {
             let (free, loaded) = (free.get(k).map(error).transpose()?, error(answer)?);
-            let moved = self.path.drawn.uncertainty.setup_displacement(index, self.tool_axis(k));
+            let moved = |tool| self.path.drawn.uncertainty.setup_displacement(index, tool);
+            let moved = self.tools.get(k).map_or_else(Vector3::zeros, moved);
             Ok((self.path.drawn.real_displacement(index, free, loaded) + answer.seated() + moved).norm())
         };
         Ok(loaded.iter().enumerate().map(size).collect())

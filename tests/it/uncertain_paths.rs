@@ -14,6 +14,7 @@ use kinetostat::{
     },
     simulation::{Machines, Source, settings, spread::DeflectionSpread},
 };
+use nalgebra::{Rotation3, Vector3};
 
 fn path_study(folder: impl Into<kinetostat::Folder>, text: &str) -> Box<PathStudy> {
     match Study::from_toml(text, "study.toml", folder.into(), &Overrides::default()).unwrap().kind {
@@ -148,6 +149,45 @@ fn a_setup_that_is_not_exact_is_not_compensated() {
     let found = on_lever(&sideways, ("[50.0, 0.0, 0.0]", [0.0, 0.0, -1000.0]), uncertainty);
     let plain = found.whole.sources[Source::All][0].spread.as_ref().unwrap().plain.clone();
     assert!((plain.median_mm.unwrap() - 0.09).abs() < 2e-4, "{plain:?}");
+}
+
+/// A workpiece that is turned about its origin carries its path away from where it is commanded: what the exactly rotated path is off by, on which a slide that gives way
+/// under the force adds its own.
+#[test]
+fn a_turned_workpiece_leaves_its_rotated_path() {
+    // The slide is moved along x, 300 mm along y from the origin of the workpiece.
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
+    let process = "process.placement = { origin_mm = [0.0, -300.0, 50.0] }\n".to_string() + &force(0.0, 1000.0, 0.0);
+    let path = "line = { start_mm = [-0.5, 300.0, 0.0], end_mm = [0.5, 300.0, 0.0] }";
+    let uncertainty = "[uncertainty.process]\nworkpiece_rotation_deg = { uniform = [0.0, 0.05] }";
+    let study = path_study(folder.path().to_path_buf(), &study_of("lever.toml", &process, uncertainty, path));
+    let found = path::run(&study, &Work::default()).unwrap();
+    // About y all but nothing is moved: a grid over the two others. The force moves the slide by 0.1 mm, which the correction takes away.
+    let count = 400;
+    let angle = |step: usize| 0.05f64.to_radians() * (step as f64 + 0.5) / count as f64;
+    let arm = Vector3::new(0.5, 300.0, 0.0);
+    let sizes = |deflection: Vector3<f64>| -> Vec<f64> {
+        let of = |about_x: usize| {
+            (0..count).map(move |about_z| {
+                let rotation = Rotation3::new(Vector3::new(angle(about_x), angle(count / 2), angle(about_z)));
+                (deflection - (rotation * arm - arm)).norm()
+            })
+        };
+        (0..count).flat_map(of).collect()
+    };
+    let whole = found.spread.as_ref().unwrap();
+    let compensated = &whole.compensated.as_ref().unwrap().spread;
+    let by_force = found.whole.at(Source::All, 0).plain.position_error;
+    assert!((by_force.norm() - 0.1).abs() < 1e-6, "{by_force}");
+    for (spread, deflection) in [(&whole.plain.spread, by_force), (compensated, Vector3::zeros())] {
+        for (found, share) in [(spread.p95_mm, P95), (spread.median_mm, 0.5)] {
+            let (found, exact) = (found.unwrap(), quantile(&mut sizes(deflection), share));
+            assert!((found / exact - 1.0).abs() < 4e-3, "{share}: {found} instead of {exact}");
+        }
+    }
+    assert!(compensated.main_cause.as_deref().unwrap().starts_with("workpiece rotation about"), "{compensated:?}");
+    assert!(whole.compensated.as_ref().unwrap().is_confirmed && compensated.check_difference.unwrap().abs() < 1e-5);
 }
 
 /// A worn tool needs more force than the correction is computed with: what that leaves is uniform, and half of it if tools are changed earlier.

@@ -56,25 +56,48 @@ pub enum Setup {
     ToolLength,
     /// The workpiece is farther along this axis of the base (0, 1, 2).
     Workpiece(usize),
+    /// The workpiece is turned about its origin, about this axis of the base (0, 1, 2).
+    WorkpieceRotation(usize),
+}
+
+/// Where the tool is on the workpiece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolOnWorkpiece {
+    /// Axis of the tool, from the spindle to the tip (O axes).
+    pub axis: Vector3<f64>,
+    /// The path's wanted point from the origin of the workpiece, mm (O axes).
+    pub position_mm: Vector3<f64>,
 }
 
 impl Setup {
     /// All, in the order of the parameters.
-    const ALL: [Setup; 4] = [Setup::ToolLength, Setup::Workpiece(0), Setup::Workpiece(1), Setup::Workpiece(2)];
+    const ALL: [Setup; 7] = [
+        Setup::ToolLength,
+        Setup::Workpiece(0),
+        Setup::Workpiece(1),
+        Setup::Workpiece(2),
+        Setup::WorkpieceRotation(0),
+        Setup::WorkpieceRotation(1),
+        Setup::WorkpieceRotation(2),
+    ];
 
     /// Its name.
     fn name(self) -> &'static str {
         match self {
             Setup::ToolLength => "tool length",
             Setup::Workpiece(axis) => ["workpiece x", "workpiece y", "workpiece z"][axis],
+            Setup::WorkpieceRotation(axis) => {
+                ["workpiece rotation about x", "workpiece rotation about y", "workpiece rotation about z"][axis]
+            }
         }
     }
 
-    /// How the tool moves against the workpiece for each mm, where `tool_axis` is its axis from the spindle to the tip (O axes).
-    fn direction(self, tool_axis: Vector3<f64>) -> Vector3<f64> {
+    /// How the `tool` moves against the workpiece for each mm or degree (O axes): rotations are small.
+    fn direction(self, tool: &ToolOnWorkpiece) -> Vector3<f64> {
         match self {
-            Setup::ToolLength => tool_axis,
+            Setup::ToolLength => tool.axis,
             Setup::Workpiece(axis) => -Vector3::ith(axis, 1.0),
+            Setup::WorkpieceRotation(axis) => -Vector3::ith(axis, 1f64.to_radians()).cross(&tool.position_mm),
         }
     }
 }
@@ -357,18 +380,17 @@ impl Uncertainty {
         self.machine.parameters().into_iter().filter(is_exact).map(|own| own.name)
     }
 
-    /// How the tool moves against the workpiece for each mm of the parameter with this index, where `tool_axis` is its axis from the spindle to the tip
-    /// (O axes); `None` of a number of the machine.
-    pub fn setup_direction(&self, parameter: usize, tool_axis: Vector3<f64>) -> Option<Vector3<f64>> {
+    /// How the `tool` moves against the workpiece for each mm or degree of the parameter with this index (O axes); `None` of a number of the machine.
+    pub fn setup_direction(&self, parameter: usize, tool: &ToolOnWorkpiece) -> Option<Vector3<f64>> {
         match self.parameters[parameter].role {
-            Role::Setup(setup) => Some(setup.direction(tool_axis)),
+            Role::Setup(setup) => Some(setup.direction(tool)),
             _ => None,
         }
     }
 
-    /// How far the setup of the draw `index` moves the tool against the workpiece, mm (O axes), where `tool_axis` is its axis.
-    pub fn setup_displacement(&self, index: usize, tool_axis: Vector3<f64>) -> Vector3<f64> {
-        let moved = |own: usize| Some(self.draws.coordinates[own][index] * self.setup_direction(own, tool_axis)?);
+    /// How far the setup of the draw `index` moves the `tool` against the workpiece, mm (O axes).
+    pub fn setup_displacement(&self, index: usize, tool: &ToolOnWorkpiece) -> Vector3<f64> {
+        let moved = |own: usize| Some(self.draws.coordinates[own][index] * self.setup_direction(own, tool)?);
         (0..self.parameters.len()).filter_map(moved).sum()
     }
 

@@ -51,6 +51,9 @@ const NOT_VARIED: [&str; 12] = [
     "gravity",
 ];
 
+/// Key of the rotation of the workpiece.
+const WORKPIECE_ROTATION: &str = "process.workpiece_rotation_deg";
+
 /// The table `[uncertainty]` of a study or a process with its covariance, before it is checked for a machine.
 #[derive(Debug, Clone)]
 pub struct UncertaintyTable {
@@ -83,6 +86,17 @@ impl UncertaintyTable {
             covariance = Some((bytes.to_vec(), folder.path(file).display().to_string()));
         }
         Ok((Self { spec: spec.clone(), covariance, check }, inputs))
+    }
+
+    /// Checks the table as [`UncertaintyTable::of`] does, for a box in which any workpiece may stand.
+    ///
+    /// # Errors
+    /// As [`UncertaintyTable::of`]; a rotation of the workpiece, which has no centre there.
+    pub fn of_box(&self, machine: &Machine, errors: &[ChainError]) -> Result<Uncertainty> {
+        match self.spec.process.as_ref().and_then(|own| own.workpiece_rotation_deg) {
+            Some(_) => self.check.key(WORKPIECE_ROTATION).fail("turns a workpiece about its origin, and a correction in the control holds wherever one stands: expected a program, a path or a placement, or no such key".into()),
+            None => self.of(machine, errors),
+        }
     }
 
     /// Checks the table for the nominal `machine` with chain `errors`.
@@ -166,12 +180,13 @@ fn resolve(
     }
     let process = spec.process.clone().unwrap_or_default();
     for setup in Setup::ALL {
-        let (key, spec) = match setup {
-            Setup::ToolLength => ("process.tool_length_mm", process.tool_length_mm),
-            Setup::Workpiece(_) => ("process.workpiece_position_mm", process.workpiece_position_mm),
+        let (key, spec, unit) = match setup {
+            Setup::ToolLength => ("process.tool_length_mm", process.tool_length_mm, Unit::MM),
+            Setup::Workpiece(_) => ("process.workpiece_position_mm", process.workpiece_position_mm, Unit::MM),
+            Setup::WorkpieceRotation(_) => (WORKPIECE_ROTATION, process.workpiece_rotation_deg, Unit::DEG),
         };
         let Some(spec) = spec else { continue };
-        let (name, unit) = (setup.name().to_string(), Unit::MM);
+        let name = setup.name().to_string();
         let exact = Parameter { name, value: Some(0.0), unit, key: None, grade: None, interval: None };
         let spread = spread(&spec, &exact, &check.key(key))?;
         let (values, role, source) = (Vec::new(), Role::Setup(setup), SpreadSource::Given);

@@ -106,4 +106,6 @@ pub struct ProcessUncertaintySpec {
     pub tool_length_mm: Option<SpreadSpec>,
     /// Error of where the workpiece stands, along each of the base's axes; exact if not given.
     pub workpiece_position_mm: Option<SpreadSpec>,
+    /// Error of how the workpiece is turned about its origin: rotation vector, about each of the base's axes; exact if not given.
+    pub workpiece_rotation_deg: Option<SpreadSpec>,
 }

@@ -93,6 +93,7 @@ pub(crate) fn path(
         errors: process.errors.clone(),
         stations: stations(process, toolpath.points(), &tasks, program.as_ref()),
         tasks,
+        placement: process.placement,
         tolerance_mm: process.tolerance_mm,
         methods: named_methods(spec, &check.key("methods"))?,
         is_closed: spec.file.is_some() && toolpath.is_closed(),
