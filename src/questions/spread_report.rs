@@ -165,7 +165,7 @@ pub(crate) fn counted_inputs(uncertainty: &Uncertainty) -> String {
         count => Some(counted(count, "uncertain parameter")),
     };
     let model = (uncertainty.model.relative_std > 0.0).then(|| "an inexact model".into());
-    let ForceSpread { sharp, wear } = uncertainty.force;
+    let ForceSpread { sharp, wear, .. } = uncertainty.force;
     let force = sharp.map(|_| "an uncertain force".into()).into_iter().chain(wear.map(|_| "tool wear".into()));
     let words: Vec<String> = parameters.into_iter().chain(force).chain(model).collect();
     join_words(&words.iter().map(String::as_str).collect::<Vec<_>>())
@@ -496,7 +496,11 @@ pub(crate) fn fact_of_draws(uncertainty: Option<&Uncertainty>, draws: usize) -> 
         let parameters = listed_up_to(MOST_SHOWN, uncertainty.parameters.iter().map(parameter));
         let wear = |most| format!(", of which tool wear × 1 to {}", format_number(1.0 + most));
         let wear = uncertainty.wear_force_increase().map_or_else(String::new, wear);
-        let force = uncertainty.force_factor_95().map(|own| format!("cutting force × {}{wear}", interval(own)));
+        let each = match uncertainty.tools.len() {
+            0 | 1 => String::new(),
+            tools => format!(" (each of {tools} tools by itself)"),
+        };
+        let force = uncertainty.force_factor_95().map(|own| format!("cutting force × {}{wear}{each}", interval(own)));
         let words: Vec<String> = Some(parameters).filter(|words| !words.is_empty()).into_iter().chain(force).collect();
         let ModelError { relative_std, source } = uncertainty.model;
         let model =
@@ -522,6 +526,7 @@ pub(crate) fn json(uncertainty: &Uncertainty, counts: &SpreadCounts) -> Value {
         "parameters": uncertainty.parameters.iter().map(parameter).collect::<Vec<Value>>(),
         "force_factor_95": uncertainty.force_factor_95(),
         "wear_force_increase": uncertainty.wear_force_increase(),
+        "force_of_tools": Some(&uncertainty.tools).filter(|own| !own.is_empty()),
         "model_relative_std": uncertainty.model.relative_std,
         "model_source": uncertainty.model.source.label(),
         "seed": uncertainty.draws.seed,

@@ -151,6 +151,73 @@ fn a_setup_that_is_not_exact_is_not_compensated() {
     assert!((plain.median_mm.unwrap() - 0.09).abs() < 2e-4, "{plain:?}");
 }
 
+/// Two tools along a slide, each with a force of its own: the largest distance is that of the larger of two independent lognormal numbers; with one factor it is one number. With a single tool
+/// nothing changes.
+#[test]
+fn each_tool_may_have_a_force_of_its_own() {
+    let std = {
+        let relative = 0.15f64;
+        (0.5 * (1.0 + (1.0 + 4.0 * relative * relative).sqrt())).ln().sqrt()
+    };
+    let run = |program: &str, uncertainty: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
+        std::fs::write(folder.path().join("part.nc"), program).unwrap();
+        let process = "process.placement = { origin_mm = [0.0, 0.0, 50.0] }\nprocess.compensate = { corner_mm = 0.0 }\n"
+            .to_string() + &force(0.0, 1000.0, 0.0);
+        let uncertainty = format!("[uncertainty.process]\nforce_relative_std = 0.15\n{uncertainty}");
+        let text = study_of("lever.toml", &process, &uncertainty, "file = \"part.nc\"");
+        let study = path_study(folder.path().to_path_buf(), &text);
+        path::run(&study, &Work::default()).unwrap()
+    };
+    let two = "G21 G90\nG0 X-0.5 Y0 Z0\nT1 M6\nG1 X0.5 F600\nT2 M6\nG1 X-0.5\n";
+    let own = run(two, "force_per_tool = true\n");
+    let shared = run(two, "");
+    let check = |found: &PathResults, tools: i32| {
+        let whole = found.spread.as_ref().unwrap();
+        // Probabilities of both distances, as programmed and compensated, multiply.
+        let plain = |share: f64| 0.1 * (std * normal_quantile(share.powf(1.0 / f64::from(tools)))).exp();
+        let left_within = |size: f64| {
+            let below = |number: f64| if number <= 0.0 { 0.0 } else { normal_cdf(number.ln() / std) };
+            (below(1.0 + size / 0.1) - below(1.0 - size / 0.1)).powi(tools)
+        };
+        let left = |share: f64| {
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if left_within(middle) < share { low = middle } else { high = middle }
+            }
+            low
+        };
+        let compensated = whole.compensated.as_ref().unwrap();
+        for (found, exact, share) in [
+            (whole.plain.spread.p95_mm, plain(P95), 0.005),
+            (whole.plain.spread.median_mm, plain(0.5), 0.005),
+            (compensated.spread.p95_mm, left(P95), 0.02),
+            (compensated.spread.median_mm, left(0.5), 0.02),
+        ] {
+            let found = found.unwrap();
+            assert!((found / exact - 1.0).abs() < share, "{tools} tools: {found} instead of {exact}");
+        }
+        assert!(whole.plain.is_confirmed && compensated.is_confirmed, "{whole:?}");
+        // At each point a single tool cuts.
+        for effect in &found.whole.sources[Source::All] {
+            let plain = &effect.spread.as_ref().unwrap().plain;
+            if effect.plain.position_error.norm() > 0.05 {
+                let exact = 0.1 * (std * normal_quantile(P95)).exp();
+                assert!((plain.p95_mm.unwrap() / exact - 1.0).abs() < 0.005, "{plain:?} instead of {exact}");
+            }
+        }
+    };
+    check(&own, 2);
+    check(&shared, 1);
+    let [with, without] = [&own, &shared].map(|own| &own.study.uncertainty.as_ref().unwrap().draws);
+    assert_eq!((with.force_of(0), &with.normal), (without.force_of(0), &without.normal));
+    assert_eq!(own.study.uncertainty.as_ref().unwrap().tools, [1, 2]);
+    let one = two.replace("T2 M6\n", "");
+    assert_eq!(run(&one, "force_per_tool = true\n").spread, run(&one, "").spread);
+}
+
 /// A workpiece that is turned about its origin carries its path away from where it is commanded: what the exactly rotated path is off by, on which a slide that gives way
 /// under the force adds its own.
 #[test]

@@ -17,6 +17,8 @@ pub use resolve::{ASSUMED_RELATIVE_STD, UncertaintyTable, refuse};
 pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
 pub use surrogate::{P95, Quantiles, Response, Surrogate, mean_and_error, quantile};
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use crate::machine::{Machine, Parameter, Unit};
@@ -184,12 +186,14 @@ pub struct ForceSpread {
     pub sharp: Option<Spread>,
     /// Of the force of a worn tool over that of a sharp one, from 1 on; tools stay sharp if `None`.
     pub wear: Option<Spread>,
+    /// Number of further tools whose force and wear vary by themselves; 0 where one factor is for all.
+    pub other_tools: usize,
 }
 
 impl ForceSpread {
     /// Whether the force is exact.
     pub fn is_exact(&self) -> bool {
-        *self == Self::default()
+        self.sharp.is_none() && self.wear.is_none()
     }
 
     /// Factors by which the force of a sharp tool and of a worn one are larger, for their standard normal numbers.
@@ -230,6 +234,10 @@ pub struct Uncertainty {
     pub finds_no_provenance: bool,
     /// Distribution of the factor of the cutting force.
     pub force: ForceSpread,
+    /// Numbers of the tools whose force and wear vary by themselves, in the order in which they cut; empty where one factor is for all.
+    pub tools: Vec<u32>,
+    /// Index in these of the tool at each point of the path; empty as they are.
+    tool_at: Arc<[u8]>,
     /// What the model leaves out.
     pub model: ModelError,
     /// The draws.
@@ -290,11 +298,16 @@ impl Uncertainty {
 
     /// Interval that holds 95 % of the factors of the cutting force, with tool wear as drawn; `None` where that is exact.
     pub fn force_factor_95(&self) -> Option<[f64; 2]> {
-        let ForceSpread { sharp, wear } = self.force;
+        let ForceSpread { sharp, wear, .. } = self.force;
         match wear {
             None => sharp.map(|spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z))),
             Some(_) => Some([0.025, 0.975].map(|share| quantile(&mut self.draws.force.clone(), share))),
         }
+    }
+
+    /// Index of the tool at the point `k` of the path among those whose force varies by itself ([`Draws::force_of`]); 0 where one factor is for all.
+    pub fn tool_at(&self, k: usize) -> usize {
+        self.tool_at.get(k).copied().map_or(0, usize::from)
     }
 
     /// Share by which the force of a worn tool may be above that of a sharp one; `None` where tools stay sharp.

@@ -1,6 +1,6 @@
 //! Checks of `[uncertainty]` as written, which make it an [`Uncertainty`].
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use nalgebra::DMatrix;
 
@@ -23,6 +23,8 @@ use crate::{
 
 /// Most parameters that vary.
 const MOST_PARAMETERS: usize = 200;
+/// Most tools whose force varies by itself: each takes two dimensions of the draws.
+const MOST_TOOLS: usize = 20;
 /// What the model of a machine leaves out of which nobody says it: as much of its displacements as that of a measured arm left, with published
 /// stiffnesses (FANUC R-2000iC, `studies/07_robot_arm`).
 const MODEL_ERROR: f64 = 0.26;
@@ -104,8 +106,16 @@ impl UncertaintyTable {
     /// # Errors
     /// Patterns that name no parameter, parameters named twice, deviations that make no machine, a covariance of another machine.
     pub fn of(&self, machine: &Machine, errors: &[ChainError]) -> Result<Uncertainty> {
+        self.of_path(machine, errors, &[])
+    }
+
+    /// Checks the table as [`UncertaintyTable::of`] does, for a path whose points are cut by the tools with the numbers `tools`; `None`: by the first.
+    ///
+    /// # Errors
+    /// As [`UncertaintyTable::of`]; forces of each tool where no point has one, or of too many.
+    pub fn of_path(&self, machine: &Machine, errors: &[ChainError], tools: &[Option<u32>]) -> Result<Uncertainty> {
         let covariance = self.covariance.as_ref().map(|(bytes, origin)| (&bytes[..], &origin[..]));
-        resolve(&self.spec, covariance, (machine, errors), &self.check)
+        resolve(&self.spec, covariance, (machine, errors), tools, &self.check)
     }
 }
 
@@ -139,6 +149,7 @@ fn resolve(
     spec: &UncertaintySpec,
     covariance: Option<(&[u8], &str)>,
     (machine, errors): (&Machine, &[ChainError]),
+    tool_at: &[Option<u32>],
     check: &Check,
 ) -> Result<Uncertainty> {
     let (machine, designs) = machine.with_separate_mounts().or_else(|error| check.fail(error.to_string()))?;
@@ -206,7 +217,28 @@ fn resolve(
     let sharp = share_of_force("process.force_relative_std", process.force_relative_std)?;
     let wear = share_of_force("process.wear_force_increase", process.wear_force_increase)?;
     let wear = wear.map(|largest| Spread::Uniform { least: 0.0, largest });
-    let force = ForceSpread { sharp: sharp.map(Spread::of_relative_std), wear };
+    let sharp = sharp.map(Spread::of_relative_std);
+    let mut tools: Vec<u32> = Vec::new();
+    if process.force_per_tool {
+        let check = check.key("process.force_per_tool");
+        if sharp.is_none() && wear.is_none() {
+            return check.fail("has no effect: expected force_relative_std or wear_force_increase beside it".into());
+        }
+        for tool in tool_at.iter().flatten() {
+            if !tools.contains(tool) {
+                tools.push(*tool);
+            }
+        }
+        if !(1..=MOST_TOOLS).contains(&tools.len()) {
+            return check.fail(format!(
+                "expected a path study or a program to compensate that says which tool cuts, 1 to {MOST_TOOLS} of them, got {}",
+                tools.len()
+            ));
+        }
+    }
+    let index = |tool: &Option<u32>| tools.iter().position(|own| Some(*own) == *tool).unwrap_or(0) as u8;
+    let tool_at: Arc<[u8]> = if tools.is_empty() { Arc::default() } else { tool_at.iter().map(index).collect() };
+    let force = ForceSpread { sharp, wear, other_tools: tools.len().saturating_sub(1) };
     let identified = covariance.as_ref().and_then(|own| own.model);
     let model = match (spec.model, identified) {
         (Some(own), _) => {
@@ -229,7 +261,7 @@ fn resolve(
         return check.fail(nothing.into());
     }
     let draws = Draws::new(&parameters, (&correlated, &factor), (force, model.relative_std), spec.seed);
-    Ok(Uncertainty { machine, parameters, cut, finds_no_provenance, force, model, draws })
+    Ok(Uncertainty { machine, parameters, cut, finds_no_provenance, force, tools, tool_at, model, draws })
 }
 
 /// Parameters found so far.

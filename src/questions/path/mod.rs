@@ -61,6 +61,8 @@ pub struct PathStudy {
     pub tasks: Vec<TaskPoint>,
     /// Where the workpiece stands.
     pub placement: Placement,
+    /// Number of the tool that cuts at each point ([`Toolpath::cutting_tools`](crate::toolpath::Toolpath::cutting_tools)).
+    pub tools: Vec<Option<u32>>,
     /// Largest deviation of the tool from its path that the process allows, mm.
     pub tolerance_mm: Option<f64>,
     /// Compensation methods compared.

@@ -43,7 +43,8 @@ impl Question for PathStudy {
         context.overrides.refuse_grid(context.name)?;
         let process = context.process_with_gamma(None, &context.check)?;
         let (mut study, program) = path(spec, &process, context, &context.check)?;
-        let (uncertainty, read) = context.uncertainty(process.uncertainty.as_ref(), &study.machine, &study.errors)?;
+        let (table, tools) = (process.uncertainty.as_ref(), &study.tools);
+        let (uncertainty, read) = context.uncertainty(table, &study.machine, &study.errors, tools)?;
         study.uncertainty = uncertainty;
         if study.uncertainty.is_some() && study.gamma_search.is_some() {
             let problem = "is not computed where γ is sought: compensate with the γ found first, and give that program";
@@ -94,6 +95,7 @@ pub(crate) fn path(
         stations: stations(process, toolpath.points(), &tasks, program.as_ref()),
         tasks,
         placement: process.placement,
+        tools: toolpath.cutting_tools(),
         tolerance_mm: process.tolerance_mm,
         methods: named_methods(spec, &check.key("methods"))?,
         is_closed: spec.file.is_some() && toolpath.is_closed(),
