@@ -240,7 +240,7 @@ fn a_worn_tool_on_a_lever_has_the_exact_quantiles() {
     let spread = spread_of(&study);
     let variance = |relative: f64| (0.5 * (1.0 + (1.0 + 4.0 * relative * relative).sqrt())).ln();
     // Probability that the deflection is within `size`, by the rule of the middle.
-    let steps = 2000;
+    let steps: u32 = 2000;
     let within = |[stiffness, load, wear]: [f64; 3], size: f64| {
         let std = (variance(stiffness) + variance(load)).sqrt();
         let factor = |step: usize| 1.0 + wear * (step as f64 + 0.5) / f64::from(steps);
@@ -276,7 +276,7 @@ fn a_worn_tool_on_a_lever_has_the_exact_quantiles() {
     assert_eq!((&without.draws.normal, &without.draws.model), (&uncertainty.draws.normal, &uncertainty.draws.model));
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);
     for (draw, factor) in without.draws.force.iter().enumerate() {
-        let [sharp, wear] = uncertainty.draws.sharp_and_wear(draw);
+        let [sharp, wear] = uncertainty.draws.sharp_and_wear(0, draw);
         assert!((sharp / factor - 1.0).abs() < 1e-14);
         (least, most) = (least.min(wear), most.max(wear));
     }

@@ -106,14 +106,27 @@ impl UncertaintyTable {
     /// # Errors
     /// Patterns that name no parameter, parameters named twice, deviations that make no machine, a covariance of another machine.
     pub fn of(&self, machine: &Machine, errors: &[ChainError]) -> Result<Uncertainty> {
-        self.of_path(machine, errors, &[])
+        self.of_path(machine, errors, (true, &[]))
     }
 
-    /// Checks the table as [`UncertaintyTable::of`] does, for a path whose points are cut by the tools with the numbers `tools`; `None`: by the first.
+    /// Checks the table as [`UncertaintyTable::of`] does, where a cutting force acts or not, for a path whose points are cut by the tools with
+    /// the numbers `tools`; `None`: by the first.
     ///
     /// # Errors
-    /// As [`UncertaintyTable::of`]; forces of each tool where no point has one, or of too many.
-    pub fn of_path(&self, machine: &Machine, errors: &[ChainError], tools: &[Option<u32>]) -> Result<Uncertainty> {
+    /// As [`UncertaintyTable::of`]; tool wear where no force acts, forces of each tool where no point has one, or of too many.
+    pub fn of_path(
+        &self,
+        machine: &Machine,
+        errors: &[ChainError],
+        (has_force, tools): (bool, &[Option<u32>]),
+    ) -> Result<Uncertainty> {
+        let wear = self.spec.process.as_ref().and_then(|own| own.wear_force_increase);
+        if let Some(wear) = wear.filter(|_| !has_force) {
+            let problem = format!(
+                "has no effect, as the process has no cutting force: expected a force in it or no such key, got {wear}"
+            );
+            return self.check.key("process.wear_force_increase").fail(problem);
+        }
         let covariance = self.covariance.as_ref().map(|(bytes, origin)| (&bytes[..], &origin[..]));
         resolve(&self.spec, covariance, (machine, errors), tools, &self.check)
     }

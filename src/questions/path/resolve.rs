@@ -43,8 +43,8 @@ impl Question for PathStudy {
         context.overrides.refuse_grid(context.name)?;
         let process = context.process_with_gamma(None, &context.check)?;
         let (mut study, program) = path(spec, &process, context, &context.check)?;
-        let (table, tools) = (process.uncertainty.as_ref(), &study.tools);
-        let (uncertainty, read) = context.uncertainty(table, &study.machine, &study.errors, tools)?;
+        let (table, cut) = (process.uncertainty.as_ref(), (process.has_force(), &study.tools[..]));
+        let (uncertainty, read) = context.uncertainty(table, &study.machine, &study.errors, cut)?;
         study.uncertainty = uncertainty;
         if study.uncertainty.is_some() && study.gamma_search.is_some() {
             let problem = "is not computed where γ is sought: compensate with the γ found first, and give that program";
