@@ -80,8 +80,14 @@ class Uncertainty:
 
     @property
     def force_factor(self) -> tuple[float, float] | None:
-        """95 % interval of the factor of the force, which is lognormal about 1; None where it is exact."""
+        """95 % interval of the factor of the force, which is lognormal about 1, times one of tool wear that is uniform
+        from 1 to 1 + :attr:`wear_force_increase`; None where it is exact."""
         return self._uncertainty.force()
+
+    @property
+    def wear_force_increase(self) -> float | None:
+        """Share by which the force of a worn tool may be above that of a sharp one; None where tools stay sharp."""
+        return self._uncertainty.wear()
 
     def draws(self) -> Sample:
         """The 4096 machines and forces that studies draw of this table and its seed, correlations included."""
@@ -93,7 +99,8 @@ class Uncertainty:
         Raises :class:`Error` where numbers are correlated, as :meth:`draws` has them.
         """
         groups = 1 + max((own.group for own in self.inputs), default=-1)
-        normal = np.random.default_rng(seed).standard_normal((n, groups + 1))
+        of_force = 1 if self.wear_force_increase is None else 2
+        normal = np.random.default_rng(seed).standard_normal((n, groups + of_force))
         return Sample(*self._uncertainty.values(normal))
 
     def deflection(

@@ -87,7 +87,13 @@ impl Uncertainty {
         self.own.force_factor_95().map(<(f64, f64)>::from)
     }
 
-    /// Values `[n, k]` and factors of the force `[n]` for independent standard normal numbers `[n, g + 1]`, those of the force last.
+    /// Share by which the force of a worn tool may be above that of a sharp one; None where tools stay sharp.
+    fn wear(&self) -> Option<f64> {
+        self.own.wear_force_increase()
+    }
+
+    /// Values `[n, k]` and factors of the force `[n]` for independent standard normal numbers `[n, g + 1]`, those of the force last, or `[n, g + 2]`, those of
+    /// tool wear behind them, if tools wear.
     fn values<'py>(
         &self,
         py: Python<'py>,
@@ -96,11 +102,12 @@ impl Uncertainty {
         if !self.own.draws.correlated.is_empty() {
             return Err(refused("sample", "has correlations of an identification: expected those of studies, draws()"));
         }
-        let columns = self.own.parameters.len() + 1;
+        let of_force = self.own.parameters.len();
+        let columns = of_force + if self.own.force.wear.is_some() { 2 } else { 1 };
         let rows = normal.as_slice()?.chunks_exact(columns);
         let of = |row: &[f64]| {
-            let force = self.own.force.map_or(1.0, |spread| spread.value(1.0, row[columns - 1]));
-            (self.row(row), force)
+            let [sharp, wear] = self.own.force.factors([row[of_force], row[columns - 1]]);
+            (self.row(row), sharp * wear)
         };
         let (values, force): (Vec<Vec<f64>>, Vec<f64>) = rows.map(of).unzip();
         let count = force.len();

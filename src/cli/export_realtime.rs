@@ -66,7 +66,7 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
                 let problem = "compensates P: expected the tool tip, which controllers are asked for";
                 return Check::new(&file.display().to_string()).key("target").fail(problem.into());
             }
-            let uncertainty = uncertainty.map(|table| table.of(&machine, &errors)).transpose()?;
+            let uncertainty = uncertainty.map(|table| table.of_box(&machine, &errors)).transpose()?;
             (machine, errors, uncertainty, tolerance_mm)
         }
     };

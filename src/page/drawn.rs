@@ -80,7 +80,10 @@ impl Draws {
             (a != b).then(|| format!("their {words} differ ({a} and {b})"))
         };
         let parameters = || (names(self) != names(other)).then(|| "their uncertain parameters differ".into());
-        differ("seed", "seeds").or_else(|| differ("draws", "numbers of draws")).or_else(parameters)
+        differ("seed", "seeds")
+            .or_else(|| differ("draws", "numbers of draws"))
+            .or_else(parameters)
+            .or_else(|| differ("force_of_tools", "tools with a force each"))
     }
 }
 

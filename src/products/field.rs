@@ -11,7 +11,7 @@ use crate::{
     compensation::{Session, TaskPoint, simulate_drives},
     input::error::Result,
     machine::{ChainError, Configuration, Machine},
-    process::uncertainty::{Draws, Uncertainty},
+    process::uncertainty::{Draws, ToolOnWorkpiece, Uncertainty},
     simulation::{
         Failure, Machines, Source,
         spread::{DeflectionSpread, Draw, DrawnMachines, under},
@@ -189,8 +189,10 @@ fn sizes(
         let mut error = |factor: f64| error_at(&mut session, nominal, (case, way), factor);
         let loaded = error(factor)?;
         let free = drawn.has_model_error().then(|| error(0.0)).transpose()?;
-        let tool_axis = case.task.pose.rotation * nominal.tool_axes.column(2);
-        let moved = drawn.uncertainty.setup_displacement(index, tool_axis);
+        // No workpiece is turned in a box.
+        let axis = case.task.pose.rotation * nominal.tool_axes.column(2);
+        let moved =
+            drawn.uncertainty.setup_displacement(index, &ToolOnWorkpiece { axis, position_mm: Vector3::zeros() });
         Ok(controlled_size(nominal, drawn.real_displacement(index, free, loaded) + moved))
     };
     let ways = cases.first().map_or(0, |case| case.drives.len());

@@ -234,13 +234,14 @@ impl StudyContext<'_> {
         self.check.root().key("machine").misfit(problem, ())
     }
 
-    /// Returns the uncertain inputs that the study or the table `of_process` gives, for `machine` with chain `errors` of its process, and
-    /// the files read for it; `None` if there are none, and on pages. `Err` if both give some, one does not fit, or a file cannot be read.
+    /// Returns the uncertain inputs that the study or the table `of_process` gives, for `machine` with chain `errors` of its process and a path
+    /// that is `cut` with a force or without, by these tools (none: no path), and the files read for it; `None` if there are none, and on pages. `Err` if both give some, one does not fit, or a file cannot be read.
     pub(crate) fn uncertainty(
         &self,
         of_process: Option<&UncertaintyTable>,
         machine: &Machine,
         errors: &[ChainError],
+        cut: (bool, &[Option<u32>]),
     ) -> Result<(Option<Uncertainty>, Inputs)> {
         self.is_uncertainty_read.set(true);
         let check = self.check.root().key("uncertainty");
@@ -261,7 +262,7 @@ impl StudyContext<'_> {
             }
             (of_study, of_process) => of_study.as_ref().or(of_process),
         };
-        let resolved = table.map(|table| table.of(machine, errors)).transpose()?;
+        let resolved = table.map(|table| table.of_path(machine, errors, cut)).transpose()?;
         Ok((resolved, read.unwrap_or_default()))
     }
 

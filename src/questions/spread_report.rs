@@ -14,8 +14,8 @@ use crate::{
         table::format_number,
     },
     process::uncertainty::{
-        ASSUMED_RELATIVE_STD, Cause, Draws, ModelError, P95, Role, SpreadSource, UncertainParameter, Uncertainty,
-        Z_95_INTERVAL,
+        ASSUMED_RELATIVE_STD, Cause, Draws, ForceSpread, ModelError, P95, Role, SpreadSource, UncertainParameter,
+        Uncertainty, Z_95_INTERVAL,
     },
     simulation::{
         spread::{Audit, DeflectionSpread, IfMeasured},
@@ -169,8 +169,9 @@ pub(crate) fn counted_inputs(uncertainty: &Uncertainty) -> String {
         count => Some(counted(count, "uncertain parameter")),
     };
     let model = (uncertainty.model.relative_std > 0.0).then(|| "an inexact model".into());
-    let words: Vec<String> =
-        parameters.into_iter().chain(uncertainty.force.map(|_| "an uncertain force".into())).chain(model).collect();
+    let ForceSpread { sharp, wear, .. } = uncertainty.force;
+    let force = sharp.map(|_| "an uncertain force".into()).into_iter().chain(wear.map(|_| "tool wear".into()));
+    let words: Vec<String> = parameters.into_iter().chain(force).chain(model).collect();
     join_words(&words.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
@@ -529,7 +530,13 @@ pub(crate) fn fact_of_draws(uncertainty: Option<&Uncertainty>, draws: usize) -> 
             format!("{} {} {} ({words}, {source})", own.name(), interval(own.interval_95()), own.unit)
         };
         let parameters = listed_up_to(MOST_SHOWN, uncertainty.parameters.iter().map(parameter));
-        let force = uncertainty.force_factor_95().map(|own| format!("cutting force × {}", interval(own)));
+        let wear = |most| format!(", of which tool wear × 1 to {}", format_number(1.0 + most));
+        let wear = uncertainty.wear_force_increase().map_or_else(String::new, wear);
+        let each = match uncertainty.tools.len() {
+            0 | 1 => String::new(),
+            tools => format!(" (each of {tools} tools by itself)"),
+        };
+        let force = uncertainty.force_factor_95().map(|own| format!("cutting force × {}{wear}{each}", interval(own)));
         let words: Vec<String> = Some(parameters).filter(|words| !words.is_empty()).into_iter().chain(force).collect();
         let ModelError { relative_std, source } = uncertainty.model;
         let model =
@@ -554,6 +561,8 @@ pub(crate) fn json(uncertainty: &Uncertainty, counts: &SpreadCounts) -> Value {
     json!({
         "parameters": uncertainty.parameters.iter().map(parameter).collect::<Vec<Value>>(),
         "force_factor_95": uncertainty.force_factor_95(),
+        "wear_force_increase": uncertainty.wear_force_increase(),
+        "force_of_tools": Some(&uncertainty.tools).filter(|own| !own.is_empty()),
         "model_relative_std": uncertainty.model.relative_std,
         "model_source": uncertainty.model.source.label(),
         "seed": uncertainty.draws.seed,

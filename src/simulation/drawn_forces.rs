@@ -43,9 +43,9 @@ impl DrawnMachines {
         let stretches: Vec<Stretch<'_>> =
             blocks.flat_map(|(block, track)| (block * BLOCK..).step_by(length).zip(track.chunks(length))).collect();
         let solve = |index: usize| {
-            let factor = self.uncertainty.draws.force[index];
+            let factor = |k: usize| self.uncertainty.draws.force_of(self.uncertainty.tool_at(first + k))[index];
             let forces = |machines: &Machines| -> error::Result<DrawnForces> {
-                let tasks: Vec<TaskPoint> = tasks.iter().map(|task| under(task, factor)).collect();
+                let tasks: Vec<TaskPoint> = tasks.iter().enumerate().map(|(k, task)| under(task, factor(k))).collect();
                 let case = PathCase::new(machines, Source::All, &tasks);
                 let mut largest = vec![(0.0, first); case.nominal.drive_count()];
                 for together in stretches.chunks(Batch::WIDTH) {

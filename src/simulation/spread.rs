@@ -34,7 +34,7 @@ pub struct DeflectionSpread {
     pub p95_standard_error_mm: Option<f64>,
     /// Probability that the deflection is within tolerance, 0 to 1; `None` without tolerance.
     pub within_tolerance: Option<f64>,
-    /// What causes the largest part of the variance, a parameter, "cutting force" or "what the model leaves out"; `None` where nothing does, or too few draws have an equilibrium.
+    /// What causes the largest part of the variance, a parameter, "cutting force", "tool wear" or "what the model leaves out"; `None` where nothing does, or too few draws have an equilibrium.
     pub main_cause: Option<String>,
     /// Its share of the sum of variances by each alone, 0 to 1.
     pub main_cause_share: Option<f64>,
@@ -57,7 +57,7 @@ pub struct DeflectionSpread {
 /// What becomes of a 95 % quantile if what spreads the deflection is measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IfMeasured {
-    /// What is measured, a parameter, "cutting force" or "what the model leaves out".
+    /// What is measured, a parameter, "cutting force", "tool wear" or "what the model leaves out".
     pub cause: String,
     /// How well it is known then.
     pub known: String,
@@ -207,9 +207,10 @@ impl DrawnMachines {
         Surrogate::new(&self.end_coordinates, unloaded, loads, &self.uncertainty.draws)
     }
 
-    /// Names of what spreads displacements without load and under `loads` most, with a share of the variance that is worth a measurement.
-    pub fn main_causes(&self, [unloaded, loads @ ..]: &[Response; 2]) -> Vec<&str> {
-        let surrogate = self.surrogate(unloaded, loads);
+    /// Names of what spreads displacements without load and under `loads` most where the tool with this index cuts, with a share of the variance that is worth a
+    /// measurement.
+    pub fn main_causes(&self, [unloaded, loads @ ..]: &[Response; 2], tool: usize) -> Vec<&str> {
+        let surrogate = self.surrogate(unloaded, loads).of_tool(tool);
         let variances = surrogate.variances(&self.uncertainty.draws, self.causes.iter().map(|(_, cause)| cause));
         let least = WORTH_MEASURING * variances.iter().sum::<f64>();
         let causes = self.causes.iter().zip(&variances).filter(|(_, variance)| **variance > least);
@@ -284,6 +285,8 @@ pub(crate) struct WantedSpread<'a> {
     pub drawn: &'a DrawnMachines,
     /// Largest deflection that is within tolerance, mm.
     pub tolerance_mm: Option<f64>,
+    /// Index of the tool that cuts at each point ([`Draws::force_of`]).
+    pub tool: &'a dyn Fn(usize) -> usize,
     /// The engine.
     pub solve: &'a Solve<'a>,
     /// Whether it checks each point, and seeks draws in which the machine falls over; else it only takes the place of missing estimates.
@@ -299,7 +302,7 @@ pub(crate) struct WantedSpread<'a> {
 impl WantedSpread<'_> {
     /// Size at `point` in the draw `index`, mm; `None` if it has none. Counted in `spread`.
     fn solve_draw(&self, point: usize, index: usize, spread: &mut DeflectionSpread) -> error::Result<Option<f64>> {
-        let factor = self.drawn.uncertainty.draws.force[index];
+        let factor = self.drawn.uncertainty.draws.force_of((self.tool)(point))[index];
         let found = self.drawn.on_draw(index, |machines| (self.solve)(point, (index, machines, factor)));
         let found = found.unwrap_or_else(|failure| Ok(Err(failure)))?;
         spread.solved_draws += 1;
@@ -369,7 +372,7 @@ impl WantedSpread<'_> {
         let estimate = |(point, responses): (usize, &Option<Option<&[Response]>>)| {
             let Some(Some([unloaded, loaded @ ..])) = responses else { return Ok(None) };
             let draws = &self.drawn.uncertainty.draws;
-            let surrogate = self.drawn.surrogate(unloaded, loaded);
+            let surrogate = self.drawn.surrogate(unloaded, loaded).of_tool((self.tool)(point));
             let mut sizes = surrogate.largest_displacements(draws, Draws::COUNT);
             if !self.checks {
                 return Ok(Some(Estimate::unchecked(point, sizes)));

@@ -13,13 +13,17 @@ use super::{
     along_path::{self, Commands, PathCase, PathPointResult, TrackBlocks, block_pieces},
     path_blocks::{Stretch, solve_stretches},
     spread::{DeflectionSpread, Draw, DrawnMachines, IfMeasured, Sizes, WantedSpread, under},
+    tasks::PoseTracker,
     tracking::TrackPoint,
 };
 use crate::{
     compensation::{Method, TaskPoint},
     input::error::Result,
     machine::Machine,
-    process::uncertainty::{Draws, Response},
+    process::{
+        Placement,
+        uncertainty::{Draws, Response, ToolOnWorkpiece, Uncertainty},
+    },
     spatial::Pose,
     statics::Batch,
     work::{Event, Work},
@@ -214,6 +218,8 @@ pub(crate) struct SpreadPath<'a> {
     pub machines: &'a Machines,
     /// The machines that uncertain inputs make of them.
     pub drawn: &'a DrawnMachines,
+    /// Where the workpiece stands.
+    pub placement: Placement,
     /// Largest distance that is within tolerance, mm.
     pub tolerance_mm: Option<f64>,
     /// Difference of two distances that means nothing, such as by rounding a written program, mm.
@@ -268,10 +274,10 @@ impl SpreadPath<'_> {
             let commanded = point.commanded(Command::Compensated)?;
             let nominal = point.responses(&commanded)?.into_iter().flatten().next();
             let Some(Ok(responses)) = nominal.map(|solved| solved.responses) else { return Ok(()) };
-            for cause in self.drawn.main_causes(&responses) {
+            for cause in self.drawn.main_causes(&responses, point.tool_at(0)) {
                 let Some((drawn, known)) = self.drawn.measured(cause)? else { continue };
                 let path = SpreadPath { drawn: &drawn, audits: 0, ..*self };
-                let point = Block { path: &path, ..point };
+                let point = Block { path: &path, tools: point.tools.clone(), ..point };
                 let found = point.spreads_at(0, (&commanded, 0), &point.responses(&commanded)?)?;
                 let then = found.into_iter().flatten().find_map(|(spread, _)| spread.p95_mm);
                 all.extend(then.map(|then| IfMeasured {
@@ -285,11 +291,11 @@ impl SpreadPath<'_> {
         Ok(IfMeasured::worth_most(all))
     }
 
-    /// Largest distance from the path over all its points in a draw, its machines and its factor of the force, mm, or why there is none.
+    /// Largest distance from the path over all its points in a draw with its machines, mm, or why there is none.
     fn largest_along(
         &self,
         each_part: &EachPart<'_>,
-        draw: Draw<'_>,
+        draw: (usize, &Machines),
         command: Command,
         work: &Work,
     ) -> Result<std::result::Result<f64, Failure>> {
@@ -326,11 +332,11 @@ pub(crate) fn whole(
             return Ok(None);
         }
         let work = work.part("whole path").part(name);
-        let solve = |_, (index, of_first, factor): Draw<'_>| {
+        let solve = |_, (index, of_first, _): Draw<'_>| {
             let mut most = 0.0f64;
             for (number, (path, each_part)) in paths.iter().enumerate() {
                 let work = work.part(&format!("draw {index}")).part(&number.to_string());
-                let on = |drawn: &Machines| path.largest_along(each_part, (index, drawn, factor), command, &work);
+                let on = |drawn: &Machines| path.largest_along(each_part, (index, drawn), command, &work);
                 let found = match number {
                     0 => on(of_first),
                     _ => path.drawn.on_draw(index, on).unwrap_or_else(|failure| Ok(Err(failure))),
@@ -346,6 +352,8 @@ pub(crate) fn whole(
         let wanted = WantedSpread {
             drawn: first.drawn,
             tolerance_mm,
+            // Each point has its own.
+            tool: &|_| 0,
             solve: &solve,
             checks: true,
             most_next,
@@ -400,7 +408,28 @@ struct Block<'a> {
     track: &'a [TrackPoint],
     /// As in [`SpreadPart`].
     written: Option<&'a [Pose]>,
+    /// Where the tool is at each point; empty where nothing of the setup is uncertain.
+    tools: Vec<ToolOnWorkpiece>,
     work: &'a Work,
+}
+
+/// Returns where the tool of the `nominal` machine is on the workpiece at each of `tasks`; nothing where no error of the setup is `uncertain`.
+pub(crate) fn tools_on_workpiece(
+    nominal: &Machine,
+    placement: &Placement,
+    uncertain: &Uncertainty,
+    tasks: &[TaskPoint],
+) -> Vec<ToolOnWorkpiece> {
+    if uncertain.setups().next().is_none() {
+        return Vec::new();
+    }
+    let mut tracker = PoseTracker::new(nominal, placement);
+    let tool = |task: &TaskPoint| {
+        let placed = tracker.placed(task.external);
+        let position_mm = task.wanted().transform(placed.reference()) - placed.workpiece().translation;
+        ToolOnWorkpiece { axis: task.pose.rotation * nominal.tool_axes.column(2), position_mm }
+    };
+    tasks.iter().map(tool).collect()
 }
 
 impl<'a> Block<'a> {
@@ -408,13 +437,15 @@ impl<'a> Block<'a> {
     fn new(path: &'a SpreadPath<'a>, part: &'a SpreadPart<'a>, points: &Range<usize>, work: &'a Work) -> Self {
         let (tasks, track) = (&part.tasks[points.clone()], part.track.block(points.start));
         let written = part.written.map(|poses| &poses[points.clone()]);
-        Self { path, first: part.first + points.start, tasks, track, written, work }
+        let tools = tools_on_workpiece(&path.machines.nominal, &path.placement, &path.drawn.uncertainty, tasks);
+        Self { path, first: part.first + points.start, tasks, track, written, tools, work }
     }
 
     /// Its point `k` alone.
     fn only(&self, k: usize) -> Self {
         let written = self.written.map(|poses| &poses[k..=k]);
-        Self { first: self.first + k, tasks: &self.tasks[k..=k], track: &self.track[k..=k], written, ..*self }
+        let tools = self.tools.get(k).copied().into_iter().collect();
+        Self { first: self.first + k, tasks: &self.tasks[k..=k], track: &self.track[k..=k], written, tools, ..*self }
     }
 
     /// Whether point `k` counts in the largest distance.
@@ -422,9 +453,24 @@ impl<'a> Block<'a> {
         (self.path.counts)(self.first + k)
     }
 
+    /// Index of the tool that cuts at point `k` ([`Draws::force_of`]).
+    fn tool_at(&self, k: usize) -> usize {
+        self.path.drawn.uncertainty.tool_at(self.first + k)
+    }
+
     /// Solves `commands` with `machines` under the cutting force times `factor`.
     fn solve(&self, machines: &Machines, factor: f64, commands: &Commands<'_>) -> Result<Vec<PathPointResult>> {
-        let tasks: Vec<TaskPoint> = self.tasks.iter().map(|task| under(task, factor)).collect();
+        self.solve_under(machines, &|_| factor, commands)
+    }
+
+    /// Solves `commands` with `machines` under the cutting force times the `factor` of each point.
+    fn solve_under(
+        &self,
+        machines: &Machines,
+        factor: &dyn Fn(usize) -> f64,
+        commands: &Commands<'_>,
+    ) -> Result<Vec<PathPointResult>> {
+        let tasks: Vec<TaskPoint> = self.tasks.iter().enumerate().map(|(k, task)| under(task, factor(k))).collect();
         let case = PathCase { play: self.path.play, ..PathCase::new(machines, Source::All, &tasks) };
         let points = self.track.len().div_ceil(Batch::WIDTH).clamp(1, STRETCH);
         let stretch = |(k, track)| (k * points, track);
@@ -490,16 +536,11 @@ impl<'a> Block<'a> {
         Ok(points)
     }
 
-    /// Axis of the tool at point `k`, from the spindle to the tip (O axes).
-    fn tool_axis(&self, k: usize) -> Vector3<f64> {
-        self.tasks[k].pose.rotation * self.path.machines.nominal.tool_axes.column(2)
-    }
-
     /// The `response` at point `k` with what the setup does, which no machine says.
     fn with_setup(&self, k: usize, mut response: Response) -> Response {
-        let drawn = self.path.drawn;
+        let (drawn, Some(tool)) = (self.path.drawn, self.tools.get(k)) else { return response };
         for (own, ends) in response.ends.iter_mut().enumerate() {
-            let direction = drawn.uncertainty.setup_direction(own, self.tool_axis(k));
+            let direction = drawn.uncertainty.setup_direction(own, tool);
             let at = |end: usize| direction.map(|way| response.nominal + drawn.end_coordinates[own][end] * way);
             *ends = [at(0), at(1)];
         }
@@ -516,21 +557,25 @@ impl<'a> Block<'a> {
     /// Distance from the path at point `k` in a draw, mm.
     fn size_at(&self, k: usize, commanded: &Commanded, draw: Draw<'_>) -> Result<std::result::Result<f64, Failure>> {
         let none = Failure { status: "not_converged".into(), reason: "there is no point".into() };
-        Ok(self.only(k).sizes(draw, &commanded.of(k..k + 1))?.pop().unwrap_or(Err(none)))
+        let (index, machines, factor) = draw;
+        let found = self.only(k).sizes((index, machines), &|_| factor, &commanded.of(k..k + 1))?;
+        Ok(found.into_iter().next().unwrap_or(Err(none)))
     }
 
-    /// Distances from the path at each point in the draw `index`, its machines and its factor of the force, mm, or why there is none.
+    /// Distances from the path at each point in the draw `index`, its machines and the `factor` of the force at each point, mm, or why there is none.
     fn sizes(
         &self,
-        (index, machines, factor): Draw<'_>,
+        (index, machines): (usize, &Machines),
+        factor: &dyn Fn(usize) -> f64,
         commands: &Commands<'_>,
     ) -> Result<Vec<std::result::Result<f64, Failure>>> {
-        let loaded = self.solve(machines, factor, commands)?;
+        let loaded = self.solve_under(machines, factor, commands)?;
         let free = if self.path.drawn.has_model_error() { self.solve(machines, 0.0, commands)? } else { Vec::new() };
         let error = |answer: &PathPointResult| answer.elastic_error().ok_or_else(|| self.failure(answer, ""));
         let size = |(k, answer): (usize, &PathPointResult)| {
             let (free, loaded) = (free.get(k).map(error).transpose()?, error(answer)?);
-            let moved = self.path.drawn.uncertainty.setup_displacement(index, self.tool_axis(k));
+            let moved = |tool| self.path.drawn.uncertainty.setup_displacement(index, tool);
+            let moved = self.tools.get(k).map_or_else(Vector3::zeros, moved);
             Ok((self.path.drawn.real_displacement(index, free, loaded) + answer.seated() + moved).norm())
         };
         Ok(loaded.iter().enumerate().map(size).collect())
@@ -547,7 +592,9 @@ impl<'a> Block<'a> {
         let SpreadPath { drawn, tolerance_mm, .. } = *self.path;
         let seed = |k| (self.first + first + k) as u64;
         let (checks, most_next) = (self.path.compensates, None);
-        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, checks, most_next, audits, seed: &seed };
+        let tool = |k| self.tool_at(first + k);
+        let wanted =
+            WantedSpread { drawn, tolerance_mm, tool: &tool, solve: &solve, checks, most_next, audits, seed: &seed };
         wanted.spreads(&points.iter().map(|point| point.as_ref().map(Solved::known)).collect::<Vec<_>>())
     }
 
@@ -575,7 +622,7 @@ impl<'a> Block<'a> {
     /// Sizes at point `k` in the first draws with the correction of each drive left out, which moves the tool by `shifts`; none where it is not known.
     fn sizes_without_drives(&self, k: usize, solved: &Solved, shifts: &[Vec<Option<Vector3<f64>>>]) -> Vec<Vec<f64>> {
         let (drawn, Ok([unloaded, loads @ ..])) = (self.path.drawn, &solved.responses) else { return Vec::new() };
-        let surrogate = drawn.surrogate(unloaded, loads);
+        let surrogate = drawn.surrogate(unloaded, loads).of_tool(self.tool_at(k));
         let sizes = |shifts: &Vec<Option<Vector3<f64>>>| {
             Some(surrogate.shifted(shifts[k]?).largest_displacements(&drawn.uncertainty.draws, DRAWS_BY_DRIVE))
         };
@@ -641,12 +688,13 @@ impl<'a> Block<'a> {
 
     /// Largest distance from the path in a draw, over the points at which the nominal machine is there under the same command, mm, or why
     /// there is none.
-    fn largest(&self, draw: Draw<'_>, command: Command) -> Result<std::result::Result<f64, Failure>> {
+    fn largest(&self, draw: (usize, &Machines), command: Command) -> Result<std::result::Result<f64, Failure>> {
         let commanded = self.commanded(command)?;
         let commands = commanded.of(0..self.tasks.len());
         let nominal = self.solve(self.path.machines, 1.0, &commands)?;
         let mut largest = 0.0f64;
-        for (k, (nominal, size)) in nominal.iter().zip(self.sizes(draw, &commands)?).enumerate() {
+        let factor = |k: usize| self.path.drawn.uncertainty.draws.force_of(self.tool_at(k))[draw.0];
+        for (k, (nominal, size)) in nominal.iter().zip(self.sizes(draw, &factor, &commands)?).enumerate() {
             if !nominal.is_settled || !commanded.is_known[k] || !self.counts(k) {
                 continue;
             }

@@ -221,15 +221,15 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_425),
-    (&["src/toolpath"], 15_840),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_915),
-    (&["src/simulation", "src/redundancy"], 5_415),
+    (&["src/toolpath"], 15_845),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 9_130),
+    (&["src/simulation", "src/redundancy"], 5_475),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_675),
-    (&["src/figures", "src/page"], 9_430),
-    (&["src/questions"], 24_265),
-    (&["src/products", "src/inspect", "src/explore"], 10_395),
+    (&["src/figures", "src/page"], 9_435),
+    (&["src/questions"], 24_295),
+    (&["src/products", "src/inspect", "src/explore"], 10_415),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 104_455),
+    (&["crates/engine/src", "crates/input/src", "src"], 104_780),
 ];
 
 #[test]

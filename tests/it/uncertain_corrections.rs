@@ -55,7 +55,7 @@ fn a_table_of_a_lever_leaves_what_its_closed_form_says() {
     // The force is not only along x: what the slide does not feel is no larger.
     let most = found.without.error_mm;
     assert!((most - asked.largest_force_N * 1e-4).abs() < 1e-6, "{most}");
-    let of_force = libm::log(uncertainty.force.unwrap().value(1.0, 1.0));
+    let of_force = libm::log(uncertainty.force.sharp.unwrap().value(1.0, 1.0));
     let of_stiffness = libm::log(uncertainty.parameters[0].at(1.0).next().unwrap().1 / 1e4);
     let sigma = libm::hypot(of_force, of_stiffness);
     // Share of the draws in which force over stiffness is at most so many times the nominal one.

@@ -82,6 +82,26 @@ fn the_force_of_a_slide_is_within_its_limit_with_the_exact_probability() {
     assert!(bounded(&job("lever", &exact, ("part.nc", ALONG_NC))).unwrap().0.forces.is_none());
 }
 
+/// Of two tools with a force each, the larger is within the limit where both are.
+#[test]
+fn forces_of_two_tools_are_independent() {
+    let relative = 0.15f64;
+    let std = (0.5 * (1.0 + (1.0 + 4.0 * relative * relative).sqrt())).ln().sqrt();
+    let uncertainty = force_std(relative).replace("[uncertainty.model]", "force_per_tool = true\n[uncertainty.model]");
+    let limit = 1000.0 * (std * 2.6).exp();
+    let process = format!("{ALONG}[compensate]\ncorner_mm = 0.0\n[limits]\nforce_limit_N = {limit:?}\n{uncertainty}");
+    let two = "G21 G90\nT1 M6\nG0 X-0.5 Y0 Z0\nG1 X0.5 F600\nT2 M6\nG1 X-0.5\n";
+    let quantile = |program: &str| {
+        let forces = bounded(&job("lever", &process, ("part.nc", program))).unwrap().0.forces.unwrap();
+        (forces.p95.value / 1000.0).ln() / std
+    };
+    // The density of the larger of two normal numbers at its 95 % quantile, 1.955, is 0.115.
+    for (program, exact, density) in [(two, 1.955, 0.115), (&two.replace("T2 M6\n", ""), 1.645, 0.103)] {
+        let found = quantile(program);
+        assert!((found - exact).abs() < 3.0 * (0.05f64 * 0.95 / 512.0).sqrt() / density, "{found} instead of {exact}");
+    }
+}
+
 /// Corrections move the tool to where forces are smaller: the tightened program is within its limits on other draws, the one by nominal numbers is not.
 #[test]
 fn tightened_forces_agree_with_brute_force() {

@@ -14,6 +14,7 @@ use kinetostat::{
     },
     simulation::{Machines, Source, settings, spread::DeflectionSpread},
 };
+use nalgebra::{Rotation3, Vector3};
 
 fn path_study(folder: impl Into<kinetostat::Folder>, text: &str) -> Box<PathStudy> {
     match Study::from_toml(text, "study.toml", folder.into(), &Overrides::default()).unwrap().kind {
@@ -148,6 +149,134 @@ fn a_setup_that_is_not_exact_is_not_compensated() {
     let found = on_lever(&sideways, ("[50.0, 0.0, 0.0]", [0.0, 0.0, -1000.0]), uncertainty);
     let plain = found.whole.sources[Source::All][0].spread.as_ref().unwrap().plain.clone();
     assert!((plain.median_mm.unwrap() - 0.09).abs() < 2e-4, "{plain:?}");
+}
+
+/// Two tools along a slide, each with a force of its own: the largest distance is that of the larger of two independent lognormal numbers; with one factor it is one number. With a single tool
+/// nothing changes.
+#[test]
+fn each_tool_may_have_a_force_of_its_own() {
+    let std = {
+        let relative = 0.15f64;
+        (0.5 * (1.0 + (1.0 + 4.0 * relative * relative).sqrt())).ln().sqrt()
+    };
+    let run = |program: &str, uncertainty: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
+        std::fs::write(folder.path().join("part.nc"), program).unwrap();
+        let process = "process.placement = { origin_mm = [0.0, 0.0, 50.0] }\nprocess.compensate = { corner_mm = 0.0 }\n"
+            .to_string() + &force(0.0, 1000.0, 0.0);
+        let uncertainty = format!("[uncertainty.process]\nforce_relative_std = 0.15\n{uncertainty}");
+        let text = study_of("lever.toml", &process, &uncertainty, "file = \"part.nc\"");
+        let study = path_study(folder.path().to_path_buf(), &text);
+        path::run(&study, &Work::default()).unwrap()
+    };
+    let two = "G21 G90\nG0 X-0.5 Y0 Z0\nT1 M6\nG1 X0.5 F600\nT2 M6\nG1 X-0.5\n";
+    let own = run(two, "force_per_tool = true\n");
+    let shared = run(two, "");
+    let check = |found: &PathResults, tools: i32| {
+        let whole = found.spread.as_ref().unwrap();
+        // Probabilities of both distances, as programmed and compensated, multiply.
+        let plain = |share: f64| 0.1 * (std * normal_quantile(share.powf(1.0 / f64::from(tools)))).exp();
+        let left_within = |size: f64| {
+            let below = |number: f64| if number <= 0.0 { 0.0 } else { normal_cdf(number.ln() / std) };
+            (below(1.0 + size / 0.1) - below(1.0 - size / 0.1)).powi(tools)
+        };
+        let left = |share: f64| {
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if left_within(middle) < share { low = middle } else { high = middle }
+            }
+            low
+        };
+        let compensated = whole.compensated.as_ref().unwrap();
+        for (found, exact, share) in [
+            (whole.plain.spread.p95_mm, plain(P95), 0.005),
+            (whole.plain.spread.median_mm, plain(0.5), 0.005),
+            (compensated.spread.p95_mm, left(P95), 0.02),
+            (compensated.spread.median_mm, left(0.5), 0.02),
+        ] {
+            let found = found.unwrap();
+            assert!((found / exact - 1.0).abs() < share, "{tools} tools: {found} instead of {exact}");
+        }
+        assert!(whole.plain.is_confirmed && compensated.is_confirmed, "{whole:?}");
+        // At each point a single tool cuts.
+        for effect in &found.whole.sources[Source::All] {
+            let plain = &effect.spread.as_ref().unwrap().plain;
+            if effect.plain.position_error.norm() > 0.05 {
+                let exact = 0.1 * (std * normal_quantile(P95)).exp();
+                assert!((plain.p95_mm.unwrap() / exact - 1.0).abs() < 0.005, "{plain:?} instead of {exact}");
+            }
+        }
+    };
+    check(&own, 2);
+    check(&shared, 1);
+    let [with, without] = [&own, &shared].map(|own| &own.study.uncertainty.as_ref().unwrap().draws);
+    assert_eq!((with.force_of(0), &with.normal), (without.force_of(0), &without.normal));
+    assert_eq!(own.study.uncertainty.as_ref().unwrap().tools, [1, 2]);
+    let one = two.replace("T2 M6\n", "");
+    assert_eq!(run(&one, "force_per_tool = true\n").spread, run(&one, "").spread);
+}
+
+/// A workpiece that is turned about its origin carries its path away from where it is commanded: what the exactly rotated path is off by, on which a slide that gives way
+/// under the force adds its own.
+#[test]
+fn a_turned_workpiece_leaves_its_rotated_path() {
+    // The slide is moved along x, 300 mm along y from the origin of the workpiece.
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
+    let process = "process.placement = { origin_mm = [0.0, -300.0, 50.0] }\n".to_string() + &force(0.0, 1000.0, 0.0);
+    let path = "line = { start_mm = [-0.5, 300.0, 0.0], end_mm = [0.5, 300.0, 0.0] }";
+    let uncertainty = "[uncertainty.process]\nworkpiece_rotation_deg = { uniform = [0.0, 0.05] }";
+    let study = path_study(folder.path().to_path_buf(), &study_of("lever.toml", &process, uncertainty, path));
+    let found = path::run(&study, &Work::default()).unwrap();
+    // About y all but nothing is moved: a grid over the two others. The force moves the slide by 0.1 mm, which the correction takes away.
+    let count = 400;
+    let angle = |step: usize| 0.05f64.to_radians() * (step as f64 + 0.5) / count as f64;
+    let arm = Vector3::new(0.5, 300.0, 0.0);
+    let sizes = |deflection: Vector3<f64>| -> Vec<f64> {
+        let of = |about_x: usize| {
+            (0..count).map(move |about_z| {
+                let rotation = Rotation3::new(Vector3::new(angle(about_x), angle(count / 2), angle(about_z)));
+                (deflection - (rotation * arm - arm)).norm()
+            })
+        };
+        (0..count).flat_map(of).collect()
+    };
+    let whole = found.spread.as_ref().unwrap();
+    let compensated = &whole.compensated.as_ref().unwrap().spread;
+    let by_force = found.whole.at(Source::All, 0).plain.position_error;
+    assert!((by_force.norm() - 0.1).abs() < 1e-6, "{by_force}");
+    for (spread, deflection) in [(&whole.plain.spread, by_force), (compensated, Vector3::zeros())] {
+        for (found, share) in [(spread.p95_mm, P95), (spread.median_mm, 0.5)] {
+            let (found, exact) = (found.unwrap(), quantile(&mut sizes(deflection), share));
+            assert!((found / exact - 1.0).abs() < 4e-3, "{share}: {found} instead of {exact}");
+        }
+    }
+    assert!(compensated.main_cause.as_deref().unwrap().starts_with("workpiece rotation about"), "{compensated:?}");
+    assert!(whole.compensated.as_ref().unwrap().is_confirmed && compensated.check_difference.unwrap().abs() < 1e-5);
+}
+
+/// A worn tool needs more force than the correction is computed with: what that leaves is uniform, and half of it if tools are changed earlier.
+#[test]
+fn what_tool_wear_leaves_of_a_compensation_is_uniform() {
+    let found = on_lever(LEVER, ALONG, "[uncertainty.process]\nwear_force_increase = 0.3");
+    let whole = found.spread.unwrap();
+    let compensated = whole.compensated.unwrap();
+    let check = |found: Option<f64>, exact: f64| {
+        assert!((found.unwrap() / exact - 1.0).abs() < 3e-3, "{found:?} instead of {exact}");
+    };
+    for (share, plain, left) in [
+        (0.95, whole.plain.spread.p95_mm, compensated.spread.p95_mm),
+        (0.5, whole.plain.spread.median_mm, compensated.spread.median_mm),
+    ] {
+        check(plain, 0.1 * (1.0 + 0.3 * share));
+        check(left, 0.1 * 0.3 * share);
+    }
+    assert!(compensated.is_confirmed && compensated.spread.main_cause.as_deref() == Some("tool wear"));
+    let measured = compensated.if_measured.unwrap();
+    assert_eq!(measured.cause, "tool wear");
+    check(Some(measured.p95_mm[1]), 0.1 * 0.15 * 0.95);
 }
 
 /// Distances at each point, without and with compensation, and the largest last; and the largest with the correction of each drive left out.

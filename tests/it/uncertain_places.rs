@@ -7,7 +7,7 @@ use crate::support::{
 use kinetostat::{
     Overrides, Study, Work,
     compensation::{Method, Session, compensate},
-    process::uncertainty::{P95, quantile},
+    process::uncertainty::{P95, normal_quantile, quantile, sobol},
     questions::{
         StudyKind,
         path::PathStudy,
@@ -15,6 +15,7 @@ use kinetostat::{
     },
     simulation::settings,
 };
+use nalgebra::Vector3;
 
 const CIRCLE: &str = "circle = { centre_mm = [0.0, 0.0, 0.0], diameter_mm = 50.0, points = 13 }";
 const TOLERANCE: f64 = 0.45;
@@ -135,6 +136,33 @@ fn a_place_is_as_sure_as_its_path() {
     {
         let [a, b] = [place, path].map(|own| own.spread.p95_mm.unwrap());
         assert!((a / b - 1.0).abs() < 1e-6, "{a}, {b}");
+    }
+}
+
+/// A workpiece is turned about its origin wherever it stands: what is left of a compensation, all else being exact, is the same at all places, and that of the arms from its origin.
+#[test]
+fn a_workpiece_is_turned_about_its_origin_at_every_place() {
+    let std = 0.02f64;
+    let uncertainty = format!("[uncertainty.process]\nworkpiece_rotation_deg = {{ std = {std} }}\n");
+    let found = placement::run(&placement(&placement_text(&uncertainty)), &Work::default()).unwrap();
+    // The farthest of a circle about the origin is moved by its radius times the length of the rotation across it, at most: about z by itself at all points.
+    let radius = 25.0 * std.to_radians();
+    let angles = (0..13).map(|k| (std::f64::consts::TAU * k as f64 / 12.0).sin_cos());
+    let arms: Vec<Vector3<f64>> = angles.map(|(sin, cos)| Vector3::new(cos, sin, 0.0)).collect();
+    let z = sobol::points(3, 16, 1024, 99);
+    let normal = |axis: usize, draw: usize| normal_quantile(z[axis][draw]);
+    let mut sizes: Vec<f64> = (0..z[0].len())
+        .map(|draw| {
+            let rotation = Vector3::from_fn(|axis, _| radius * normal(axis, draw));
+            arms.iter().map(|arm| rotation.cross(arm).norm()).fold(0.0, f64::max)
+        })
+        .collect();
+    let exact = quantile(&mut sizes, P95);
+    assert!(found.entries.len() >= 3);
+    for entry in &found.entries {
+        let compensated = entry.spread.as_ref().unwrap().largest.compensated.as_ref().unwrap();
+        let p95 = compensated.spread.p95_mm.unwrap();
+        assert!((p95 / exact - 1.0).abs() < 0.01, "{}: {p95} instead of {exact}", entry.name);
     }
 }
 

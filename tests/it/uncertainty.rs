@@ -217,6 +217,76 @@ fn a_lever_has_the_exact_quantiles() {
     }
 }
 
+/// A worn tool needs more force than a sharp one, never less: the deflection is a lognormal number times a uniform one, whose quantiles are found by integration.
+#[test]
+fn a_worn_tool_on_a_lever_has_the_exact_quantiles() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
+    let (stiffness, load, wear): (f64, f64, f64) = (0.2, 0.15, 0.6);
+    let study_with = |wear: &str| {
+        let uncertainty = format!(
+            "[[uncertainty.parameter]]\nname = \"guide.slide.stiffness\"\nrelative_std = {stiffness}\n[uncertainty.process]\nforce_relative_std = {load}\n{wear}"
+        );
+        let process = "process.tolerance_mm = 0.15\n".to_string() + &force(1000.0, 0.0, 0.0);
+        let text = study_of("lever.toml", &process, &uncertainty, "grid = [1, 1, 1]");
+        let study = Study::from_toml(&text, "study.toml", folder.path().to_path_buf(), &Overrides::default()).unwrap();
+        let StudyKind::WorkspaceMap(study, _) = study.kind else { panic!("not a map") };
+        study
+    };
+    let study = study_with(&format!("wear_force_increase = {wear}"));
+    let spread_of = |study: &WorkspaceMapStudy| {
+        map::run(study, &Work::default()).unwrap().points[0].effect(Source::All).unwrap().spread.clone().unwrap()
+    };
+    let spread = spread_of(&study);
+    let variance = |relative: f64| (0.5 * (1.0 + (1.0 + 4.0 * relative * relative).sqrt())).ln();
+    // Probability that the deflection is within `size`, by the rule of the middle.
+    let steps: u32 = 2000;
+    let within = |[stiffness, load, wear]: [f64; 3], size: f64| {
+        let std = (variance(stiffness) + variance(load)).sqrt();
+        let factor = |step: usize| 1.0 + wear * (step as f64 + 0.5) / f64::from(steps);
+        (0..steps as usize).map(|step| normal_cdf((size / 0.1 / factor(step)).ln() / std)).sum::<f64>()
+            / f64::from(steps)
+    };
+    let quantile_of = |relative: [f64; 3], share: f64| {
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if within(relative, middle) < share { low = middle } else { high = middle }
+        }
+        low
+    };
+    let relative = [stiffness, load, wear];
+    let check = |found: Option<f64>, exact: f64| {
+        let found = found.unwrap();
+        assert!((found / exact - 1.0).abs() < 6e-3, "{found} instead of {exact}");
+    };
+    check(spread.p95_mm, quantile_of(relative, 0.95));
+    check(spread.median_mm, quantile_of(relative, 0.5));
+    assert!((spread.within_tolerance.unwrap() - within(relative, 0.15)).abs() < 6e-3, "{spread:?}");
+    // Of a tool that is replaced when it needs half as much more.
+    let uncertainty = study.uncertainty.clone().unwrap();
+    let (half, words) = uncertainty.measured("tool wear").unwrap();
+    let kept = WorkspaceMapStudy { uncertainty: Some(half), ..(*study).clone() };
+    check(spread_of(&kept).p95_mm, quantile_of([stiffness, load, 0.5 * wear], 0.95));
+    assert_eq!(words, "kept to half by changing tools earlier");
+    assert!(!uncertainty.has_nominal_medians() && uncertainty.wear_force_increase() == Some(wear));
+    // All else is drawn as without wear, and the factor of it is that of the force.
+    let without = study_with("").uncertainty.unwrap();
+    assert!(without.has_nominal_medians());
+    assert_eq!((&without.draws.normal, &without.draws.model), (&uncertainty.draws.normal, &uncertainty.draws.model));
+    let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+    for (draw, factor) in without.draws.force.iter().enumerate() {
+        let [sharp, wear] = uncertainty.draws.sharp_and_wear(0, draw);
+        assert!((sharp / factor - 1.0).abs() < 1e-14);
+        (least, most) = (least.min(wear), most.max(wear));
+    }
+    assert!((1.0..1.001).contains(&least) && (1.599..1.6).contains(&most), "{least} {most}");
+    let [low, high] = uncertainty.force_factor_95().unwrap();
+    for (found, share) in [(low, 0.025), (high, 0.975)] {
+        check(Some(0.1 * found), quantile_of([0.0, load, wear], share));
+    }
+}
+
 /// What the model leaves out is a share of the displacement in all directions, and the engine says so too.
 #[test]
 fn a_model_that_leaves_something_out_spreads_a_lever() {

@@ -210,6 +210,11 @@ impl Process {
         facts
     }
 
+    /// Returns whether the file gives a cutting force.
+    pub fn has_force(&self) -> bool {
+        self.cutting != CuttingLaw::None || !self.own_forces.is_empty()
+    }
+
     /// Returns label and words for what may not be intended: an assumed placement, and coordinates that the machine does not control.
     pub fn assumed(&self) -> Vec<(&'static str, String)> {
         let mut assumed = Vec::new();

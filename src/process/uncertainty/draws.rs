@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::{Spread, UncertainParameter, normal_quantile, sobol};
+use super::{ForceSpread, UncertainParameter, normal_quantile, sobol};
 
 /// Draws of all uncertain quantities, in scrambles that are independent of one another.
 #[derive(Debug, Clone)]
@@ -17,9 +17,13 @@ pub struct Draws {
     pub ranges: Vec<[f64; 2]>,
     /// Parameters that vary together as an identification found, by their indices; empty where there are none.
     pub correlated: Vec<usize>,
-    /// Factor of the cutting force in each draw.
+    /// Factor of the cutting force in each draw, with tool wear.
     pub force: Vec<f64>,
-    /// Largest difference of these from 1.
+    /// Factor of tool wear in these; empty where tools stay sharp.
+    pub wear: Vec<f64>,
+    /// The same two of each further tool whose force varies by itself: force with wear, and wear alone.
+    pub other_tools: Vec<[Vec<f64>; 2]>,
+    /// Largest difference of the factors of the force from 1.
     pub force_range: f64,
     /// Rows of the matrix E of a [`ModelError`](super::ModelError) in each draw, one after another; empty where the model leaves nothing out.
     pub model: Vec<Vec<f64>>,
@@ -32,6 +36,9 @@ pub struct Draws {
     /// Matrix whose products with independent numbers are those of `correlated`.
     pub(super) factor: DMatrix<f64>,
 }
+
+/// Entries of the matrix of what the model leaves out.
+const MODEL_DIMENSIONS: usize = 9;
 
 impl Draws {
     /// Number of scrambles.
@@ -46,7 +53,7 @@ impl Draws {
     pub fn new(
         parameters: &[UncertainParameter],
         correlated: (&[usize], &DMatrix<f64>),
-        force_and_model: (Option<Spread>, f64),
+        force_and_model: (ForceSpread, f64),
         seed: u32,
     ) -> Self {
         let layout = (Self::SCRAMBLES, Self::PER_SCRAMBLE);
@@ -57,20 +64,37 @@ impl Draws {
     pub(super) fn in_scrambles(
         parameters: &[UncertainParameter],
         (correlated, factor): (&[usize], &DMatrix<f64>),
-        (force, model_std): (Option<Spread>, f64),
+        (force, model_std): (ForceSpread, f64),
         (seed, random): (u32, u64),
         (scrambles, per_scramble): (usize, usize),
     ) -> Self {
-        let (of_model, count) = (if model_std > 0.0 { 9 } else { 0 }, scrambles * per_scramble);
-        let points = sobol::points(parameters.len() + 1 + of_model, scrambles, per_scramble, random);
+        let (of_model, count) = (if model_std > 0.0 { MODEL_DIMENSIONS } else { 0 }, scrambles * per_scramble);
+        // Those of tool wear and of further tools come last, behind those of the model whether they are drawn or not, so that they change no others.
+        let has_tools = force.wear.is_some() || force.other_tools > 0;
+        let behind = if has_tools { MODEL_DIMENSIONS + 1 + 2 * force.other_tools } else { of_model };
+        let dimensions = parameters.len() + 1 + behind;
+        let points = sobol::points(dimensions, scrambles, per_scramble, random);
         // The force comes first, so that it is the same with other parameters.
         let mut normal: Vec<Vec<f64>> =
             points.into_iter().map(|own| own.into_iter().map(normal_quantile).collect()).collect();
-        let force_factor = |z: f64| force.map_or(1.0, |spread| spread.value(1.0, z));
-        let force: Vec<f64> = normal.remove(0).into_iter().map(force_factor).collect();
+        let sharp = normal.remove(0);
+        let mut of_model_and_tools = normal.split_off(parameters.len());
+        let of_tools = of_model_and_tools.split_off(if has_tools { MODEL_DIMENSIONS } else { of_model });
+        let of_tools: Vec<Vec<f64>> = std::iter::once(sharp).chain(of_tools).collect();
+        let of_tool = |own: &[Vec<f64>]| {
+            let factors = |draw| force.factors([own[0][draw], own.get(1).map_or(0.0, |wear: &Vec<f64>| wear[draw])]);
+            let factors: Vec<[f64; 2]> = (0..count).map(factors).collect();
+            let wear = force.wear.map_or_else(Vec::new, |_| factors.iter().map(|[_, wear]| *wear).collect());
+            [factors.iter().map(|[sharp, wear]| sharp * wear).collect(), wear]
+        };
+        let mut tools: Vec<[Vec<f64>; 2]> = of_tools.chunks(2).map(of_tool).collect();
+        let [force, wear] = tools.remove(0);
+        let other_tools = tools;
+        let largest = |draw: usize| other_tools.iter().fold(force[draw], |most: f64, [own, _]| most.max(own[draw]));
+        let largest_force: Vec<f64> = (0..count).map(largest).collect();
         // In each direction a third of the mean square.
         let entry = |own: Vec<f64>| own.into_iter().map(|z| model_std / 3.0f64.sqrt() * z).collect();
-        let model: Vec<Vec<f64>> = normal.split_off(parameters.len()).into_iter().map(entry).collect();
+        let model: Vec<Vec<f64>> = of_model_and_tools.into_iter().take(of_model).map(entry).collect();
         let norm = |draw: usize| model.iter().map(|own| own[draw] * own[draw]).sum::<f64>().sqrt();
         let model_range = (0..count).map(norm).fold(0.0, f64::max);
         let independent: Vec<Vec<f64>> = correlated.iter().map(|parameter| normal[*parameter].clone()).collect();
@@ -78,7 +102,8 @@ impl Draws {
             let product = |draw: usize| row.iter().zip(&independent).map(|(a, own)| a * own[draw]).sum();
             normal[*parameter] = (0..count).map(product).collect();
         }
-        let force_range = force.iter().fold(0.0, |most: f64, factor| most.max((factor - 1.0).abs()));
+        let all_forces = force.iter().chain(other_tools.iter().flat_map(|[own, _]| own));
+        let force_range = all_forces.fold(0.0, |most: f64, factor| most.max((factor - 1.0).abs()));
         let of = |(own, normal): (&UncertainParameter, &Vec<f64>)| normal.iter().map(|z| own.coordinate(*z)).collect();
         let coordinates: Vec<Vec<f64>> = parameters.iter().zip(&normal).map(of).collect();
         let range =
@@ -94,12 +119,12 @@ impl Draws {
         // Where weight makes it fall over, the force says nothing.
         let softness = |(own, normal): (&UncertainParameter, &Vec<f64>)| -> Option<[Vec<f64>; 2]> {
             let alone = normal.iter().map(|z| own.compliance_ratio(*z)).collect::<Option<Vec<f64>>>()?;
-            Some([alone.iter().zip(&force).map(|(own, factor)| own * factor).collect(), alone])
+            Some([alone.iter().zip(&largest_force).map(|(own, factor)| own * factor).collect(), alone])
         };
         // Pages seek no draws that fall over.
         let sought = if cfg!(target_family = "wasm") { &[] } else { parameters };
         let softest = sought.iter().zip(&normal).filter_map(softness).flatten();
-        let weakness: Vec<Vec<f64>> = std::iter::once(force.clone()).chain(softest).collect();
+        let weakness: Vec<Vec<f64>> = std::iter::once(largest_force.clone()).chain(softest).collect();
         let weakest = weakness.iter().flatten().fold(1.0, |most: f64, own| most.max(*own));
         let from_weakest = weakness.iter().map(in_order).collect();
         Self {
@@ -109,6 +134,8 @@ impl Draws {
             ranges,
             correlated: correlated.into(),
             force,
+            wear,
+            other_tools,
             force_range,
             model,
             model_range,
@@ -116,6 +143,22 @@ impl Draws {
             weakest,
             factor: factor.clone(),
         }
+    }
+
+    /// Factor of the cutting force in each draw, with tool wear, of the tool with this index ([`Uncertainty::tool_at`](super::Uncertainty::tool_at)).
+    ///
+    /// # Panics
+    /// There is no such tool.
+    #[inline(always)]
+    pub fn force_of(&self, tool: usize) -> &[f64] {
+        tool.checked_sub(1).map_or(&self.force, |own| &self.other_tools[own][0])
+    }
+
+    /// Factors of the force of a sharp tool and of tool wear in the draw `index`, whose product is that of [`Self::force_of`].
+    pub fn sharp_and_wear(&self, tool: usize, index: usize) -> [f64; 2] {
+        let wear = tool.checked_sub(1).map_or(&self.wear, |own| &self.other_tools[own][1]);
+        let wear = wear.get(index).copied().unwrap_or(1.0);
+        [self.force_of(tool)[index] / wear, wear]
     }
 
     /// What the model leaves out of the displacement `by_force` in the draw `index`.

@@ -17,6 +17,8 @@ pub use resolve::{ASSUMED_RELATIVE_STD, UncertaintyTable, refuse};
 pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
 pub use surrogate::{P95, Quantiles, Response, Surrogate, mean_and_error, quantile};
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use crate::machine::{Machine, Parameter, Unit};
@@ -56,25 +58,48 @@ pub enum Setup {
     ToolLength,
     /// The workpiece is farther along this axis of the base (0, 1, 2).
     Workpiece(usize),
+    /// The workpiece is turned about its origin, about this axis of the base (0, 1, 2).
+    WorkpieceRotation(usize),
+}
+
+/// Where the tool is on the workpiece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolOnWorkpiece {
+    /// Axis of the tool, from the spindle to the tip (O axes).
+    pub axis: Vector3<f64>,
+    /// The path's wanted point from the origin of the workpiece, mm (O axes).
+    pub position_mm: Vector3<f64>,
 }
 
 impl Setup {
     /// All, in the order of the parameters.
-    const ALL: [Setup; 4] = [Setup::ToolLength, Setup::Workpiece(0), Setup::Workpiece(1), Setup::Workpiece(2)];
+    const ALL: [Setup; 7] = [
+        Setup::ToolLength,
+        Setup::Workpiece(0),
+        Setup::Workpiece(1),
+        Setup::Workpiece(2),
+        Setup::WorkpieceRotation(0),
+        Setup::WorkpieceRotation(1),
+        Setup::WorkpieceRotation(2),
+    ];
 
     /// Its name.
     fn name(self) -> &'static str {
         match self {
             Setup::ToolLength => "tool length",
             Setup::Workpiece(axis) => ["workpiece x", "workpiece y", "workpiece z"][axis],
+            Setup::WorkpieceRotation(axis) => {
+                ["workpiece rotation about x", "workpiece rotation about y", "workpiece rotation about z"][axis]
+            }
         }
     }
 
-    /// How the tool moves against the workpiece for each mm, where `tool_axis` is its axis from the spindle to the tip (O axes).
-    fn direction(self, tool_axis: Vector3<f64>) -> Vector3<f64> {
+    /// How the `tool` moves against the workpiece for each mm or degree (O axes): rotations are small.
+    fn direction(self, tool: &ToolOnWorkpiece) -> Vector3<f64> {
         match self {
-            Setup::ToolLength => tool_axis,
+            Setup::ToolLength => tool.axis,
             Setup::Workpiece(axis) => -Vector3::ith(axis, 1.0),
+            Setup::WorkpieceRotation(axis) => -Vector3::ith(axis, 1f64.to_radians()).cross(&tool.position_mm),
         }
     }
 }
@@ -154,13 +179,39 @@ pub struct ModelError {
     pub source: SpreadSource,
 }
 
+/// Distribution of the factor of the cutting force.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ForceSpread {
+    /// Of the force of a sharp tool over the nominal one; exact if `None`.
+    pub sharp: Option<Spread>,
+    /// Of the force of a worn tool over that of a sharp one, from 1 on; tools stay sharp if `None`.
+    pub wear: Option<Spread>,
+    /// Number of further tools whose force and wear vary by themselves; 0 where one factor is for all.
+    pub other_tools: usize,
+}
+
+impl ForceSpread {
+    /// Whether the force is exact.
+    pub fn is_exact(&self) -> bool {
+        self.sharp.is_none() && self.wear.is_none()
+    }
+
+    /// Factors by which the force of a sharp tool and of a worn one are larger, for their standard normal numbers.
+    pub fn factors(&self, normal: [f64; 2]) -> [f64; 2] {
+        let factor = |(own, z): (Option<Spread>, f64)| own.map_or(1.0, |spread| spread.value(1.0, z));
+        [(self.sharp, normal[0]), (self.wear, normal[1])].map(factor)
+    }
+}
+
 /// What may spread a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cause {
     /// Parameters, by their indices: one, or those that are correlated together.
     Parameters(Vec<usize>),
-    /// The cutting force.
+    /// The cutting force of sharp tools.
     Force,
+    /// What tool wear adds to it.
+    Wear,
     /// What the model leaves out.
     Model,
 }
@@ -182,7 +233,11 @@ pub struct Uncertainty {
     /// Whether parameters should vary as the machine file says, and it says it of none that no entry names.
     pub finds_no_provenance: bool,
     /// Distribution of the factor of the cutting force.
-    pub force: Option<Spread>,
+    pub force: ForceSpread,
+    /// Numbers of the tools whose force and wear vary by themselves, in the order in which they cut; empty where one factor is for all.
+    pub tools: Vec<u32>,
+    /// Index in these of the tool at each point of the path; empty as they are.
+    tool_at: Arc<[u8]>,
     /// What the model leaves out.
     pub model: ModelError,
     /// The draws.
@@ -241,9 +296,26 @@ impl Uncertainty {
         stiffnesses.filter_map(|own| Some((own.name, own.value? / self.draws.weakest))).collect()
     }
 
-    /// Interval that holds 95 % of the factors of the cutting force; `None` where that is exact.
+    /// Interval that holds 95 % of the factors of the cutting force, with tool wear as drawn; `None` where that is exact.
     pub fn force_factor_95(&self) -> Option<[f64; 2]> {
-        self.force.map(|spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z)))
+        let ForceSpread { sharp, wear, .. } = self.force;
+        match wear {
+            None => sharp.map(|spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z))),
+            Some(_) => Some([0.025, 0.975].map(|share| quantile(&mut self.draws.force.clone(), share))),
+        }
+    }
+
+    /// Index of the tool at the point `k` of the path among those whose force varies by itself ([`Draws::force_of`]); 0 where one factor is for all.
+    pub fn tool_at(&self, k: usize) -> usize {
+        self.tool_at.get(k).copied().map_or(0, usize::from)
+    }
+
+    /// Share by which the force of a worn tool may be above that of a sharp one; `None` where tools stay sharp.
+    pub fn wear_force_increase(&self) -> Option<f64> {
+        match self.force.wear {
+            Some(Spread::Uniform { largest, .. }) => Some(largest),
+            _ => None,
+        }
     }
 
     /// What may spread a result, by name: each parameter by itself, those that are correlated together; force and model last.
@@ -255,7 +327,9 @@ impl Uncertainty {
         });
         let alone = (0..self.parameters.len()).filter(|own| !correlated.contains(own));
         let alone = alone.map(|own| (self.parameters[own].name().to_string(), Cause::Parameters(vec![own])));
-        alone.chain(together).chain([("cutting force".into(), Cause::Force), (Cause::MODEL.into(), Cause::Model)])
+        let wear = self.force.wear.map(|_| ("tool wear".into(), Cause::Wear));
+        let force = std::iter::once(("cutting force".into(), Cause::Force)).chain(wear);
+        alone.chain(together).chain(force).chain([(Cause::MODEL.into(), Cause::Model)])
     }
 
     /// The same with the cause called `name` measured, and how well it is known then; parameters that are correlated, as measurements of one tell the others,
@@ -275,9 +349,13 @@ impl Uncertainty {
                 words
             }
             Cause::Force => {
-                let (spread, words) = self.force?.measured();
-                own.force = Some(spread);
+                let (spread, words) = self.force.sharp?.measured();
+                own.force.sharp = Some(spread);
                 words
+            }
+            Cause::Wear => {
+                own.force.wear = Some(self.force.wear?.measured().0);
+                "kept to half by changing tools earlier"
             }
             Cause::Model if self.model.source == SpreadSource::Assumed => {
                 own.model.relative_std = resolve::FITTED_MODEL_ERROR;
@@ -302,10 +380,10 @@ impl Uncertainty {
         Self { draws, ..self.clone() }
     }
 
-    /// Whether the median of each parameter is its nominal value, so that a 95 % quantile of a distance is not below the nominal one.
+    /// Whether the median of each parameter and of the force is its nominal value, so that a 95 % quantile of a distance is not below the nominal one.
     pub fn has_nominal_medians(&self) -> bool {
         let is_nominal = |own: &UncertainParameter| own.coordinate(0.0).abs() <= 1e-9 * own.coordinate(1.0).abs();
-        self.parameters.iter().all(is_nominal)
+        self.force.wear.is_none() && self.parameters.iter().all(is_nominal)
     }
 
     /// Names of parameters that vary by a default.
@@ -320,24 +398,23 @@ impl Uncertainty {
         self.machine.parameters().into_iter().filter(is_exact).map(|own| own.name)
     }
 
-    /// How the tool moves against the workpiece for each mm of the parameter with this index, where `tool_axis` is its axis from the spindle to the tip
-    /// (O axes); `None` of a number of the machine.
-    pub fn setup_direction(&self, parameter: usize, tool_axis: Vector3<f64>) -> Option<Vector3<f64>> {
+    /// How the `tool` moves against the workpiece for each mm or degree of the parameter with this index (O axes); `None` of a number of the machine.
+    pub fn setup_direction(&self, parameter: usize, tool: &ToolOnWorkpiece) -> Option<Vector3<f64>> {
         match self.parameters[parameter].role {
-            Role::Setup(setup) => Some(setup.direction(tool_axis)),
+            Role::Setup(setup) => Some(setup.direction(tool)),
             _ => None,
         }
     }
 
-    /// How far the setup of the draw `index` moves the tool against the workpiece, mm (O axes), where `tool_axis` is its axis.
-    pub fn setup_displacement(&self, index: usize, tool_axis: Vector3<f64>) -> Vector3<f64> {
-        let moved = |own: usize| Some(self.draws.coordinates[own][index] * self.setup_direction(own, tool_axis)?);
+    /// How far the setup of the draw `index` moves the `tool` against the workpiece, mm (O axes).
+    pub fn setup_displacement(&self, index: usize, tool: &ToolOnWorkpiece) -> Vector3<f64> {
+        let moved = |own: usize| Some(self.draws.coordinates[own][index] * self.setup_direction(own, tool)?);
         (0..self.parameters.len()).filter_map(moved).sum()
     }
 
     /// Whether a number of the machine or the force varies, and not the setup alone.
     pub fn varies_machine_or_force(&self) -> bool {
-        self.force.is_some() || self.setups().count() < self.parameters.len()
+        !self.force.is_exact() || self.setups().count() < self.parameters.len()
     }
 
     /// Names of what is set up and not exact.

@@ -1,11 +1,11 @@
 //! Checks of `[uncertainty]` as written, which make it an [`Uncertainty`].
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use nalgebra::DMatrix;
 
 use super::{
-    Draws, ModelError, Role, Setup, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
+    Draws, ForceSpread, ModelError, Role, Setup, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
     covariance::Covariance,
     spec::{ChainErrorToleranceSpec, MachineUncertaintySpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
     varies,
@@ -23,6 +23,8 @@ use crate::{
 
 /// Most parameters that vary.
 const MOST_PARAMETERS: usize = 200;
+/// Most tools whose force varies by itself: each takes two dimensions of the draws.
+const MOST_TOOLS: usize = 20;
 /// What the model of a machine leaves out of which nobody says it: as much of its displacements as that of a measured arm left, with published
 /// stiffnesses (FANUC R-2000iC, `studies/07_robot_arm`).
 const MODEL_ERROR: f64 = 0.26;
@@ -50,6 +52,9 @@ const NOT_VARIED: [&str; 12] = [
     "tool_axis",
     "gravity",
 ];
+
+/// Key of the rotation of the workpiece.
+const WORKPIECE_ROTATION: &str = "process.workpiece_rotation_deg";
 
 /// The table `[uncertainty]` of a study or a process with its covariance, before it is checked for a machine.
 #[derive(Debug, Clone)]
@@ -85,13 +90,45 @@ impl UncertaintyTable {
         Ok((Self { spec: spec.clone(), covariance, check }, inputs))
     }
 
+    /// Checks the table as [`UncertaintyTable::of`] does, for a box in which any workpiece may stand.
+    ///
+    /// # Errors
+    /// As [`UncertaintyTable::of`]; a rotation of the workpiece, which has no centre there.
+    pub fn of_box(&self, machine: &Machine, errors: &[ChainError]) -> Result<Uncertainty> {
+        match self.spec.process.as_ref().and_then(|own| own.workpiece_rotation_deg) {
+            Some(_) => self.check.key(WORKPIECE_ROTATION).fail("turns a workpiece about its origin, and a correction in the control holds wherever one stands: expected a program, a path or a placement, or no such key".into()),
+            None => self.of(machine, errors),
+        }
+    }
+
     /// Checks the table for the nominal `machine` with chain `errors`.
     ///
     /// # Errors
     /// Patterns that name no parameter, parameters named twice, deviations that make no machine, a covariance of another machine.
     pub fn of(&self, machine: &Machine, errors: &[ChainError]) -> Result<Uncertainty> {
+        self.of_path(machine, errors, (true, &[]))
+    }
+
+    /// Checks the table as [`UncertaintyTable::of`] does, where a cutting force acts or not, for a path whose points are cut by the tools with
+    /// the numbers `tools`; `None`: by the first.
+    ///
+    /// # Errors
+    /// As [`UncertaintyTable::of`]; tool wear where no force acts, forces of each tool where no point has one, or of too many.
+    pub fn of_path(
+        &self,
+        machine: &Machine,
+        errors: &[ChainError],
+        (has_force, tools): (bool, &[Option<u32>]),
+    ) -> Result<Uncertainty> {
+        let wear = self.spec.process.as_ref().and_then(|own| own.wear_force_increase);
+        if let Some(wear) = wear.filter(|_| !has_force) {
+            let problem = format!(
+                "has no effect, as the process has no cutting force: expected a force in it or no such key, got {wear}"
+            );
+            return self.check.key("process.wear_force_increase").fail(problem);
+        }
         let covariance = self.covariance.as_ref().map(|(bytes, origin)| (&bytes[..], &origin[..]));
-        resolve(&self.spec, covariance, (machine, errors), &self.check)
+        resolve(&self.spec, covariance, (machine, errors), tools, &self.check)
     }
 }
 
@@ -125,6 +162,7 @@ fn resolve(
     spec: &UncertaintySpec,
     covariance: Option<(&[u8], &str)>,
     (machine, errors): (&Machine, &[ChainError]),
+    tool_at: &[Option<u32>],
     check: &Check,
 ) -> Result<Uncertainty> {
     let (machine, designs) = machine.with_separate_mounts().or_else(|error| check.fail(error.to_string()))?;
@@ -166,12 +204,13 @@ fn resolve(
     }
     let process = spec.process.clone().unwrap_or_default();
     for setup in Setup::ALL {
-        let (key, spec) = match setup {
-            Setup::ToolLength => ("process.tool_length_mm", process.tool_length_mm),
-            Setup::Workpiece(_) => ("process.workpiece_position_mm", process.workpiece_position_mm),
+        let (key, spec, unit) = match setup {
+            Setup::ToolLength => ("process.tool_length_mm", process.tool_length_mm, Unit::MM),
+            Setup::Workpiece(_) => ("process.workpiece_position_mm", process.workpiece_position_mm, Unit::MM),
+            Setup::WorkpieceRotation(_) => (WORKPIECE_ROTATION, process.workpiece_rotation_deg, Unit::DEG),
         };
         let Some(spec) = spec else { continue };
-        let (name, unit) = (setup.name().to_string(), Unit::MM);
+        let name = setup.name().to_string();
         let exact = Parameter { name, value: Some(0.0), unit, key: None, grade: None, interval: None };
         let spread = spread(&spec, &exact, &check.key(key))?;
         let (values, role, source) = (Vec::new(), Role::Setup(setup), SpreadSource::Given);
@@ -184,11 +223,35 @@ fn resolve(
         return check
             .fail(format!("at most {MOST_PARAMETERS} parameters may vary by themselves, got {}", parameters.len()));
     }
-    let force = process
-        .force_relative_std
-        .map(|std| relative_std(std, &check.key("process.force_relative_std")))
-        .transpose()?;
-    let force = force.filter(|std| *std > 0.0).map(Spread::of_relative_std);
+    let share_of_force = |key: &str, given: Option<f64>| -> Result<Option<f64>> {
+        let share = given.map(|own| relative_std(own, &check.key(key))).transpose()?;
+        Ok(share.filter(|own| *own > 0.0))
+    };
+    let sharp = share_of_force("process.force_relative_std", process.force_relative_std)?;
+    let wear = share_of_force("process.wear_force_increase", process.wear_force_increase)?;
+    let wear = wear.map(|largest| Spread::Uniform { least: 0.0, largest });
+    let sharp = sharp.map(Spread::of_relative_std);
+    let mut tools: Vec<u32> = Vec::new();
+    if process.force_per_tool {
+        let check = check.key("process.force_per_tool");
+        if sharp.is_none() && wear.is_none() {
+            return check.fail("has no effect: expected force_relative_std or wear_force_increase beside it".into());
+        }
+        for tool in tool_at.iter().flatten() {
+            if !tools.contains(tool) {
+                tools.push(*tool);
+            }
+        }
+        if !(1..=MOST_TOOLS).contains(&tools.len()) {
+            return check.fail(format!(
+                "expected a path study or a program to compensate that says which tool cuts, 1 to {MOST_TOOLS} of them, got {}",
+                tools.len()
+            ));
+        }
+    }
+    let index = |tool: &Option<u32>| tools.iter().position(|own| Some(*own) == *tool).unwrap_or(0) as u8;
+    let tool_at: Arc<[u8]> = if tools.is_empty() { Arc::default() } else { tool_at.iter().map(index).collect() };
+    let force = ForceSpread { sharp, wear, other_tools: tools.len().saturating_sub(1) };
     let identified = covariance.as_ref().and_then(|own| own.model);
     let model = match (spec.model, identified) {
         (Some(own), _) => {
@@ -199,7 +262,7 @@ fn resolve(
         (None, None) => ModelError { relative_std: MODEL_ERROR, source: SpreadSource::Assumed },
     };
     let model_varies = model.relative_std > 0.0 && model.source != SpreadSource::Assumed;
-    if parameters.is_empty() && force.is_none() && !model_varies {
+    if parameters.is_empty() && force.is_exact() && !model_varies {
         let nothing = match spec.machine {
             Some(_) => {
                 "varies nothing: the machine file has neither intervals nor assumed stiffnesses in [[provenance]]"
@@ -211,7 +274,7 @@ fn resolve(
         return check.fail(nothing.into());
     }
     let draws = Draws::new(&parameters, (&correlated, &factor), (force, model.relative_std), spec.seed);
-    Ok(Uncertainty { machine, parameters, cut, finds_no_provenance, force, model, draws })
+    Ok(Uncertainty { machine, parameters, cut, finds_no_provenance, force, tools, tool_at, model, draws })
 }
 
 /// Parameters found so far.

@@ -100,8 +100,15 @@ pub struct ModelUncertaintySpec {
 pub struct ProcessUncertaintySpec {
     /// Standard deviation of the cutting force over its value, the same for all of it at once; exact if not given.
     pub force_relative_std: Option<f64>,
+    /// Share by which the force of a worn tool may be above that of a sharp one, for which the nominal force holds; tools stay sharp if not given.
+    pub wear_force_increase: Option<f64>,
+    /// Whether force and wear of each tool of the program vary by themselves; one factor for the whole program if not.
+    #[serde(default)]
+    pub force_per_tool: bool,
     /// Error of the tool's length; exact if not given.
     pub tool_length_mm: Option<SpreadSpec>,
     /// Error of where the workpiece stands, along each of the base's axes; exact if not given.
     pub workpiece_position_mm: Option<SpreadSpec>,
+    /// Error of how the workpiece is turned about its origin: rotation vector, about each of the base's axes; exact if not given.
+    pub workpiece_rotation_deg: Option<SpreadSpec>,
 }

@@ -123,7 +123,7 @@ impl Sampling<'_> {
         for (number, sizes) in sizes.iter_mut().enumerate() {
             let from = number * CHUNK;
             surrogate.unloaded.evaluate(draws, from, &mut free);
-            let force = chunk(&draws.force, from);
+            let force = chunk(draws.force_of(surrogate.tool), from);
             for load in &surrogate.by_load {
                 load.evaluate(draws, from, &mut own);
                 add_model_error(draws, from, &mut own);
@@ -172,6 +172,8 @@ pub struct Surrogate {
     unloaded: Polynomial,
     /// Displacement under each load that may be the worst, less that without load.
     by_load: Vec<Polynomial>,
+    /// Index of the tool that cuts there ([`Draws::force_of`]).
+    tool: usize,
 }
 
 impl Surrogate {
@@ -193,13 +195,19 @@ impl Surrogate {
         let least = all.iter().fold(0.0, |most: f64, (_, [least, _])| most.max(*least));
         let may_be_longest = all.into_iter().filter(|(_, [_, most])| *most >= least);
         let by_load = may_be_longest.map(|(load, _)| load).collect();
-        Self { unloaded, by_load }
+        Self { unloaded, by_load, tool: 0 }
     }
 
     /// Makes it of the displacements without load and under a single one; `ends` as in [`Self::new`].
     pub fn under_one_load(ends: &[[f64; 2]], unloaded: &Response, loaded: &Response) -> Self {
         let unloaded = Polynomial::through(unloaded, ends);
-        Self { by_load: vec![Polynomial::through(loaded, ends).minus(&unloaded)], unloaded }
+        Self { by_load: vec![Polynomial::through(loaded, ends).minus(&unloaded)], unloaded, tool: 0 }
+    }
+
+    /// Returns the surrogate of the same place where the tool with this index cuts ([`Draws::force_of`]), not the first.
+    #[must_use]
+    pub fn of_tool(self, tool: usize) -> Self {
+        Self { tool, ..self }
     }
 
     /// Returns the surrogate of the same place where the tool is moved by `shift`, mm, whatever is drawn.
@@ -223,7 +231,7 @@ impl Surrogate {
         let moved = |draw: usize| {
             let by_force = load.at(draws, draw);
             let by_force = by_force + draws.model_error(draw, &by_force);
-            (self.unloaded.at(draws, draw) + draws.force[draw] * by_force).into()
+            (self.unloaded.at(draws, draw) + draws.force_of(self.tool)[draw] * by_force).into()
         };
         (0..draws.force.len()).map(moved).collect()
     }
@@ -244,13 +252,16 @@ impl Surrogate {
             };
             alone(&|load, draw| (moved(&self.unloaded, draw) + moved(load, draw)).norm_squared())
         };
-        let by_force =
-            || alone(&|load, draw| (self.unloaded.constant + draws.force[draw] * load.constant).norm_squared());
+        let by_force = |which: usize| {
+            let factor = |draw| draws.sharp_and_wear(self.tool, draw)[which];
+            alone(&|load, draw| (self.unloaded.constant + factor(draw) * load.constant).norm_squared())
+        };
         let under_model = |load: &Polynomial, draw| load.constant + draws.model_error(draw, &load.constant);
         let by_model = || alone(&|load, draw| (self.unloaded.constant + under_model(load, draw)).norm_squared());
         let by = |cause: &Cause| match cause {
             Cause::Parameters(parameters) => by_parameters(parameters),
-            Cause::Force => by_force(),
+            Cause::Force => by_force(0),
+            Cause::Wear => by_force(1),
             Cause::Model => by_model(),
         };
         causes.map(by).collect()

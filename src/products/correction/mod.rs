@@ -116,7 +116,11 @@ impl CorrectionQuestion {
             tolerance_mm: Overrides::location("tolerance").positive(tolerance_mm)?,
             judged_mm: process.tolerance_mm.unwrap_or(tolerance_mm),
             counts: None,
-            uncertainty: process.uncertainty.as_ref().map(|table| table.of(&machine, &process.errors)).transpose()?,
+            uncertainty: process
+                .uncertainty
+                .as_ref()
+                .map(|table| table.of_box(&machine, &process.errors))
+                .transpose()?,
             machine,
         };
         let counts = counts.map(|counts| table::check_counts(&question, counts)).transpose()?;

@@ -30,7 +30,11 @@ use crate::{
     compensation::{Method, Target, TaskPoint},
     input::error::{Error, Result},
     machine::{Coordinate, Machine},
-    process::{cutting::LoadError, file::Process, uncertainty::Uncertainty},
+    process::{
+        cutting::LoadError,
+        file::Process,
+        uncertainty::{Uncertainty, UncertaintyTable},
+    },
     redundancy::FoundGamma,
     simulation::{
         CommandedPath, Machines, ProgramFile,
@@ -141,7 +145,9 @@ impl ProgramJob {
         let all = || (0..path.len()).map(part::task_at(&process, &path)).collect::<std::result::Result<_, _>>();
         let tasks = machine.has_parasitic_rotation.then(all).transpose().map_err(faulty)?;
         let real = Machines::new(&machine, &process.errors)?.real;
-        let uncertainty = process.uncertainty.as_ref().map(|table| table.of(&machine, &process.errors)).transpose()?;
+        let cut = (process.has_force(), &path.cutting_tools()[..]);
+        let uncertain = |table: &UncertaintyTable| table.of_path(&machine, &process.errors, cut);
+        let uncertainty = process.uncertainty.as_ref().map(uncertain).transpose()?;
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
         let is_closed = path.is_closed();
         let (name, part_tracks) = (name.to_string(), part::empty_tracks(&path));

@@ -82,6 +82,7 @@ impl ProgramJob {
         let path = |drawn| SpreadPath {
             machines: &machines,
             drawn,
+            placement: self.process.placement,
             tolerance_mm,
             margin_mm: written.rounded_mm,
             audits: 1,

@@ -35,7 +35,8 @@ impl Question for WorkspaceMapStudy {
             region.checked_grid(context, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
         let shown = Shown { slices_z, not_used };
         let table = context.uncertainty_of_process.borrow().clone();
-        let (uncertainty, read) = context.uncertainty(table.as_ref(), &scene.machine, &scene.errors)?;
+        let (uncertainty, read) =
+            context.uncertainty(table.as_ref(), &scene.machine, &scene.errors, (!scene.force.is_zero(), &[]))?;
         let inputs = inputs.and(read).and(size);
         Ok(Resolved { study: WorkspaceMapStudy { scene, grid, uncertainty }, shown, inputs })
     }

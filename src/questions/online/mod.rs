@@ -38,6 +38,7 @@ use crate::{
         along_path::{Commands, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, run as along_path},
         settings,
         spread::DrawnMachines,
+        spread_along::tools_on_workpiece,
     },
     spatial::Wrench,
     statics::tool_compliance,
@@ -170,6 +171,8 @@ impl CutSimulation<'_> {
     fn on_real_machine(&self, seed: usize, tasks: &[TaskPoint], drives: &[Vec<f64>]) -> Vec<PathPointResult> {
         let on = |machines: &Machines, tasks: &[TaskPoint]| self.simulate(machines, tasks, &Commands::Drives(drives));
         let Some(drawn) = self.drawn else { return on(self.machines, tasks) };
+        let PathStudy { machine, placement, .. } = &self.study.path;
+        let tools = tools_on_workpiece(machine, placement, &drawn.uncertainty, tasks);
         let real = drawn.on_draw(seed, |machines| {
             let mut loaded = on(machines, tasks);
             let unloaded: Vec<TaskPoint> = tasks.iter().map(|task| scale_load(task, 0.0)).collect();
@@ -179,8 +182,8 @@ impl CutSimulation<'_> {
                 // What the model leaves out is known where both are.
                 point.is_settled &= free.is_none_or(|free| free.is_settled);
                 let error = drawn.real_displacement(seed, free.map(|free| free.position_error), point.position_error);
-                let tool_axis = tasks[k].pose.rotation * self.study.path.machine.tool_axes.column(2);
-                point.position_error = error + drawn.uncertainty.setup_displacement(seed, tool_axis);
+                let moved = |tool| drawn.uncertainty.setup_displacement(seed, tool);
+                point.position_error = error + tools.get(k).map_or_else(Vector3::zeros, moved);
             }
             loaded
         });

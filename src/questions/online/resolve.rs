@@ -51,12 +51,14 @@ impl Question for OnlineStudy {
             methods: Some(Vec::new()),
         };
         let (mut path, program) = path(&path_spec, &process, context, check)?;
-        let (uncertainty, read) = context.uncertainty(process.uncertainty.as_ref(), &path.machine, &path.errors)?;
-        if uncertainty.as_ref().is_some_and(|own| own.force.is_some()) {
-            let of_study = || check.root().key("uncertainty");
-            let table = process.uncertainty.as_ref().map_or_else(of_study, |table| table.check.clone());
+        let (table, cut) = (process.uncertainty.as_ref(), (process.has_force(), &path.tools[..]));
+        let (uncertainty, read) = context.uncertainty(table, &path.machine, &path.errors, cut)?;
+        if let Some(force) = uncertainty.as_ref().map(|own| own.force).filter(|force| !force.is_exact()) {
+            let key = if force.sharp.is_some() { "force_relative_std" } else { "wear_force_increase" };
+            let table = table.map_or_else(|| check.root().key("uncertainty"), |table| table.check.clone());
             return table
-                .key("process.force_relative_std")
+                .key("process")
+                .key(key)
                 .fail("is given by force_errors_percent in an online study: expected none".into());
         }
         path.uncertainty = uncertainty;

@@ -17,7 +17,7 @@ use crate::{
     compensation::{Method, TaskPoint},
     input::error::Result,
     machine::{ChainError, Configuration, Machine},
-    process::uncertainty::Uncertainty,
+    process::{Placement, uncertainty::Uncertainty},
     simulation::{
         BySource, Machines, Source,
         along_path::{self, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, TrackBlocks, run_pieces},
@@ -59,6 +59,10 @@ pub struct PathStudy {
     pub stations: Vec<Station>,
     /// Pose and load at each point.
     pub tasks: Vec<TaskPoint>,
+    /// Where the workpiece stands.
+    pub placement: Placement,
+    /// Number of the tool that cuts at each point ([`Toolpath::cutting_tools`](crate::toolpath::Toolpath::cutting_tools)).
+    pub tools: Vec<Option<u32>>,
     /// Largest deviation of the tool from its path that the process allows, mm.
     pub tolerance_mm: Option<f64>,
     /// Compensation methods compared.
@@ -101,6 +105,7 @@ impl PathStudy {
         SpreadPath {
             machines,
             drawn,
+            placement: self.placement,
             tolerance_mm,
             margin_mm: 0.0,
             audits: 1,

@@ -43,7 +43,8 @@ impl Question for PathStudy {
         context.overrides.refuse_grid(context.name)?;
         let process = context.process_with_gamma(None, &context.check)?;
         let (mut study, program) = path(spec, &process, context, &context.check)?;
-        let (uncertainty, read) = context.uncertainty(process.uncertainty.as_ref(), &study.machine, &study.errors)?;
+        let (table, cut) = (process.uncertainty.as_ref(), (process.has_force(), &study.tools[..]));
+        let (uncertainty, read) = context.uncertainty(table, &study.machine, &study.errors, cut)?;
         study.uncertainty = uncertainty;
         if study.uncertainty.is_some() && study.gamma_search.is_some() {
             let problem = "is not computed where γ is sought: compensate with the γ found first, and give that program";
@@ -93,6 +94,8 @@ pub(crate) fn path(
         errors: process.errors.clone(),
         stations: stations(process, toolpath.points(), &tasks, program.as_ref()),
         tasks,
+        placement: process.placement,
+        tools: toolpath.cutting_tools(),
         tolerance_mm: process.tolerance_mm,
         methods: named_methods(spec, &check.key("methods"))?,
         is_closed: spec.file.is_some() && toolpath.is_closed(),

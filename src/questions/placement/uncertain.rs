@@ -105,6 +105,7 @@ pub(super) fn write_metrics(
         let path = SpreadPath {
             machines,
             drawn,
+            placement: site.placement(job.feature.reference),
             tolerance_mm,
             margin_mm: 0.0,
             audits: 0,
@@ -139,6 +140,7 @@ fn spread_at(
         SpreadPath {
             machines,
             drawn,
+            placement: site.placement(jobs[f].feature.reference),
             tolerance_mm,
             margin_mm: 0.0,
             audits: 0,

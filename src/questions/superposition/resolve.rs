@@ -57,7 +57,8 @@ impl Question for SuperpositionStudy {
         }
         let locations = locations(spec.location.as_deref(), &scene.machine, check)?;
         let table = context.uncertainty_of_process.borrow().clone();
-        let (uncertainty, read) = context.uncertainty(table.as_ref(), &scene.machine, &scene.errors)?;
+        let (uncertainty, read) =
+            context.uncertainty(table.as_ref(), &scene.machine, &scene.errors, (!scene.force.is_zero(), &[]))?;
         let uncertainty = uncertainty.map(Uncertainty::without_model);
         if let Some(own) = &uncertainty {
             if !own.varies_machine_or_force() {

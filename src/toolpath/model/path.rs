@@ -74,6 +74,12 @@ impl Toolpath {
         Toolpath { points, external_axes: Vec::new() }
     }
 
+    /// Returns the number of the tool at each point where it cuts and the path says which; `None` at the others.
+    #[must_use]
+    pub fn cutting_tools(&self) -> Vec<Option<u32>> {
+        self.points.iter().map(|point| point.tool.filter(|_| point.cutting)).collect()
+    }
+
     /// Returns the same path with these names for the external axes it commands.
     pub(crate) fn with_external_axes(mut self, names: &[String]) -> Toolpath {
         self.external_axes = names.into();

@@ -113,7 +113,7 @@ pub struct Drawn {
 
 /// Makes `count` draws, from another seed than those of studies and without anything of theirs but the distributions; `errors` are those of the process.
 pub fn draws(uncertainty: &Uncertainty, errors: &[ChainError], count: usize) -> impl Iterator<Item = Drawn> {
-    let points = sobol::points(uncertainty.parameters.len() + 1, 1, count, 4711);
+    let points = sobol::points(uncertainty.parameters.len() + 2, 1, count, 4711);
     (0..count).map(move |index| {
         let z: Vec<f64> = points.iter().map(|own| normal_quantile(own[index])).collect();
         let values = |is_wanted: &dyn Fn(bool) -> bool| -> Vec<(&str, f64)> {
@@ -124,7 +124,8 @@ pub fn draws(uncertainty: &Uncertainty, errors: &[ChainError], count: usize) -> 
         // Its drives are offset where it is calibrated at home under its own weight.
         let unloaded = Machines::new(&unloaded, &[]).unwrap().real;
         let real = unloaded.with_parameters(&values(&|is_error| is_error)).unwrap().with_errors(errors);
-        let factor = uncertainty.force.map_or(1.0, |spread| spread.value(1.0, z[uncertainty.parameters.len()]));
+        let [sharp, wear] = uncertainty.force.factors([0, 1].map(|own| z[uncertainty.parameters.len() + own]));
+        let factor = sharp * wear;
         Drawn { unloaded, real, factor }
     })
 }
