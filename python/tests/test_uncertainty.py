@@ -48,6 +48,20 @@ def test_samples_have_the_distributions(uncertainty: Uncertainty) -> None:
             assert np.mean(values < own.value) == pytest.approx(0.5, abs=2.0 * error)
 
 
+def test_worn_tools_need_more_force_than_sharp_ones(uncertainty: Uncertainty) -> None:
+    worn = Uncertainty(Machine("orthoglide"), {**TABLE, "process": {**TABLE["process"], "wear_force_increase": 0.3}})
+    assert worn.wear_force_increase == 0.3 and uncertainty.wear_force_increase is None
+    own, sharp = worn.draws(), uncertainty.draws()
+    assert np.array_equal(own.values, sharp.values)
+    factor = own.force / sharp.force
+    assert factor.min() >= 1.0 and factor.max() <= 1.3
+    assert np.mean(factor < 1.15) == pytest.approx(0.5, abs=3e-3)
+    sample = worn.sample(20_000, seed=3)
+    assert np.median(sample.force) == pytest.approx(np.median(own.force), rel=5e-3)
+    low, high = worn.force_factor or (0.0, 0.0)
+    assert np.mean((low < sample.force) & (sample.force < high)) == pytest.approx(0.95, abs=6e-3)
+
+
 def test_deflections_are_those_of_the_machines(uncertainty: Uncertainty) -> None:
     sample = uncertainty.sample(3, seed=1)
     found = uncertainty.deflection(sample, PLACES, WRENCH)

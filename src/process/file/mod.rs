@@ -264,9 +264,9 @@ impl Process {
             check.with_misfits(found, &format!("machine {}", machine.name), |file| (file == origin).then_some(text));
         let mut process = found?;
         if let Some(table) = process.uncertainty.as_mut().filter(|_| !cfg!(target_family = "wasm")) {
-            // Before anything is computed; the machine of a program may have other drives locked.
+            // Before anything is computed; the machine of a program may have other drives locked, and its tools are known with it.
             table.check = table.check.at_once();
-            table.of(&process.machine, &process.errors)?;
+            table.of_path(&process.machine, &process.errors, (true, &[Some(0)]))?;
         }
         Ok(process)
     }

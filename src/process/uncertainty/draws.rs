@@ -87,9 +87,8 @@ impl Draws {
             let wear = force.wear.map_or_else(Vec::new, |_| factors.iter().map(|[_, wear]| *wear).collect());
             [factors.iter().map(|[sharp, wear]| sharp * wear).collect(), wear]
         };
-        let mut tools: Vec<[Vec<f64>; 2]> = of_tools.chunks(2).map(of_tool).collect();
-        let [force, wear] = tools.remove(0);
-        let other_tools = tools;
+        let mut other_tools: Vec<[Vec<f64>; 2]> = of_tools.chunks(2).map(of_tool).collect();
+        let [force, wear] = other_tools.remove(0);
         let largest = |draw: usize| other_tools.iter().fold(force[draw], |most: f64, [own, _]| most.max(own[draw]));
         let largest_force: Vec<f64> = (0..count).map(largest).collect();
         // In each direction a third of the mean square.

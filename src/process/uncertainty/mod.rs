@@ -15,7 +15,7 @@ pub use covariance::{COVARIANCE_COLUMNS, DISTRIBUTIONS, MODEL};
 pub use draws::Draws;
 pub use resolve::{ASSUMED_RELATIVE_STD, UncertaintyTable, refuse};
 pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
-pub use surrogate::{P95, Quantiles, Response, Surrogate, mean_and_error, quantile};
+pub use surrogate::{Harmonics, P95, Quantiles, Response, Surrogate, mean_and_error, quantile};
 
 use std::sync::Arc;
 

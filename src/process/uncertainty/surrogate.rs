@@ -64,13 +64,13 @@ impl Polynomial {
         terms.fold(self.constant, |sum, ([linear, square], own)| sum + own[draw] * (linear + square * own[draw]))
     }
 
-    /// Computes its components in the draws from `from` on.
+    /// Computes its components in the draws from `from` on, of its constant and these `terms`.
     #[inline(always)]
-    fn evaluate(&self, draws: &Draws, from: usize, [xs, ys, zs]: &mut [[f64; CHUNK]; 3]) {
+    fn evaluate(&self, terms: &[usize], (draws, from): (&Draws, usize), [xs, ys, zs]: &mut [[f64; CHUNK]; 3]) {
         let [x, y, z]: [f64; 3] = self.constant.into();
         (*xs, *ys, *zs) = ([x; CHUNK], [y; CHUNK], [z; CHUNK]);
-        for ([linear, square], own) in self.terms.iter().zip(&draws.coordinates) {
-            let own = chunk(own, from);
+        for &term in terms {
+            let ([linear, square], own) = (&self.terms[term], chunk(&draws.coordinates[term], from));
             for (all, axis) in [&mut *xs, ys, zs].into_iter().zip(0..) {
                 let (linear, square) = (linear[axis], square[axis]);
                 // Plain loops over arrays of one length become vector instructions.
@@ -96,10 +96,93 @@ impl Polynomial {
     }
 }
 
+/// A vector over an angle as its mean and its first two harmonics: factors of 1, cosine, sine, and these of twice the angle.
+#[derive(Debug, Clone, Copy)]
+pub struct Harmonics([Vector3<f64>; Self::COUNT]);
+
+impl Harmonics {
+    /// Number of factors.
+    pub const COUNT: usize = 5;
+    /// Number of angles, a sixth of a revolution apart, from which they are known.
+    pub const NODES: usize = 6;
+
+    /// Returns the waves with these factors at `turn`, in revolutions.
+    pub fn waves(turn: f64) -> [f64; Self::COUNT] {
+        let (sine, cosine) = libm::sincos(std::f64::consts::TAU * turn);
+        [1.0, cosine, sine, cosine * cosine - sine * sine, 2.0 * sine * cosine]
+    }
+
+    /// Those of a vector that is this at the nodes; a third harmonic is left out.
+    pub fn through(nodes: &[Vector3<f64>; Self::NODES]) -> Self {
+        let mut factors = [Vector3::zeros(); Self::COUNT];
+        for (number, node) in nodes.iter().enumerate() {
+            for (factor, wave) in factors.iter_mut().zip(Self::waves(number as f64 / Self::NODES as f64)) {
+                *factor += node * wave;
+            }
+        }
+        let [mean, harmonics @ ..] = &mut factors;
+        *mean /= Self::NODES as f64;
+        harmonics.iter_mut().for_each(|own| *own *= 2.0 / Self::NODES as f64);
+        Self(factors)
+    }
+
+    /// The vector where `waves` are these.
+    pub fn at(&self, waves: &[f64; Self::COUNT]) -> Vector3<f64> {
+        self.0.iter().zip(waves).map(|(factor, wave)| factor * *wave).sum()
+    }
+}
+
+/// Loads that turn once about an axis in equal steps, where what parameters change is of the first two harmonics: five polynomials instead of one for each load.
+#[derive(Debug, Clone)]
+struct Turning {
+    /// The polynomials without constants.
+    harmonics: [Polynomial; Harmonics::COUNT],
+    /// Their factors under each load.
+    waves: Vec<[f64; Harmonics::COUNT]>,
+}
+
+impl Turning {
+    /// Fewest parameters with which it saves time.
+    const FEWEST_TERMS: usize = 3;
+    /// Largest difference from the harmonics at the ends of a parameter, over the largest displacement: rounding.
+    const ROUNDING: f64 = 1e-9;
+
+    /// Finds them for all `loads`, where `ends` are as in [`Surrogate::new`]; `None` where they do not turn so, or it would save nothing.
+    fn of(loads: &[Polynomial], ends: &[[f64; 2]]) -> Option<Self> {
+        let every = loads.len() / Harmonics::NODES;
+        if ends.len() < Self::FEWEST_TERMS || every < 2 || every * Harmonics::NODES != loads.len() {
+            return None;
+        }
+        let waves: Vec<_> = (0..loads.len()).map(|load| Harmonics::waves(load as f64 / loads.len() as f64)).collect();
+        let rounding = Self::ROUNDING * loads.iter().fold(0.0, |most: f64, load| most.max(load.constant.norm()));
+        let nothing = Polynomial { constant: Vector3::zeros(), terms: vec![[Vector3::zeros(); 2]; ends.len()] };
+        let mut harmonics: [Polynomial; Harmonics::COUNT] = std::array::from_fn(|_| nothing.clone());
+        for (term, ends) in ends.iter().enumerate() {
+            let farthest = ends[0].abs().max(ends[1].abs());
+            for (power, reach) in [farthest, farthest * farthest].into_iter().enumerate() {
+                let coefficient = |load: usize| loads[load].terms[term][power];
+                let own = Harmonics::through(&std::array::from_fn(|node| coefficient(node * every)));
+                let is_near = |load: usize| (own.at(&waves[load]) - coefficient(load)).norm() * reach <= rounding;
+                if !(0..loads.len()).all(is_near) {
+                    return None;
+                }
+                harmonics.iter_mut().zip(own.0).for_each(|(all, own)| all.terms[term][power] = own);
+            }
+        }
+        Some(Self { harmonics, waves })
+    }
+}
+
 /// The longest displacements, to be computed with the instructions that the processor has.
 struct Sampling<'a> {
     surrogate: &'a Surrogate,
     draws: &'a Draws,
+    /// Parameters that vary.
+    terms: &'a [usize],
+    /// Factor of the force in each draw; 1 if `None`.
+    force: Option<&'a [f64]>,
+    /// Whether the model leaves something out.
+    model: bool,
     sizes: &'a mut [f64],
 }
 
@@ -117,16 +200,26 @@ impl Lanewise for Sampling<'_> {
 impl Sampling<'_> {
     #[inline(always)]
     fn fill(&mut self) {
-        let Self { surrogate, draws, sizes } = self;
+        let Self { surrogate, draws, terms, force, model, sizes } = self;
         let (mut free, mut own) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
+        let mut buffers = [[[0.0; CHUNK]; 3]; Harmonics::COUNT];
+        let turning = surrogate.turning.as_ref().filter(|_| terms.len() >= Turning::FEWEST_TERMS);
         let (sizes, _) = sizes.as_chunks_mut::<CHUNK>();
         for (number, sizes) in sizes.iter_mut().enumerate() {
             let from = number * CHUNK;
-            surrogate.unloaded.evaluate(draws, from, &mut free);
-            let force = chunk(draws.force_of(surrogate.tool), from);
-            for load in &surrogate.by_load {
-                load.evaluate(draws, from, &mut own);
-                add_model_error(draws, from, &mut own);
+            surrogate.unloaded.evaluate(terms, (draws, from), &mut free);
+            let force = force.map_or(&[1.0; CHUNK], |own| chunk(own, from));
+            if let Some(own) = turning {
+                own.harmonics.iter().zip(&mut buffers).for_each(|(own, all)| own.evaluate(terms, (draws, from), all));
+            }
+            for (number, load) in surrogate.by_load.iter().enumerate() {
+                match turning {
+                    None => load.evaluate(terms, (draws, from), &mut own),
+                    Some(Turning { waves, .. }) => add_harmonics(load.constant, &waves[number], &buffers, &mut own),
+                }
+                if *model {
+                    add_model_error(draws, from, &mut own);
+                }
                 for i in 0..CHUNK {
                     let x = free[0][i] + force[i] * own[0][i];
                     let y = free[1][i] + force[i] * own[1][i];
@@ -138,6 +231,22 @@ impl Sampling<'_> {
             for size in sizes {
                 *size = size.sqrt();
             }
+        }
+    }
+}
+
+/// Adds up `harmonics` in the draws of a chunk, times their `waves`, and a constant.
+#[inline(always)]
+fn add_harmonics(
+    constant: Vector3<f64>,
+    [_, cosine, sine, second_cosine, second_sine]: &[f64; Harmonics::COUNT],
+    [mean, a, b, c, d]: &[[[f64; CHUNK]; 3]; Harmonics::COUNT],
+    all: &mut [[f64; CHUNK]; 3],
+) {
+    for axis in 0..3 {
+        let (constant, mean, a, b, c, d) = (constant[axis], &mean[axis], &a[axis], &b[axis], &c[axis], &d[axis]);
+        for (i, sum) in all[axis].iter_mut().enumerate() {
+            *sum = constant + mean[i] + cosine * a[i] + sine * b[i] + second_cosine * c[i] + second_sine * d[i];
         }
     }
 }
@@ -172,6 +281,8 @@ pub struct Surrogate {
     unloaded: Polynomial,
     /// Displacement under each load that may be the worst, less that without load.
     by_load: Vec<Polynomial>,
+    /// The same, where it is known as harmonics.
+    turning: Option<Turning>,
     /// Index of the tool that cuts there ([`Draws::force_of`]).
     tool: usize,
 }
@@ -191,17 +302,22 @@ impl Surrogate {
             let deviation = libm::hypot(by_parameters, by_force * load.constant.norm());
             (load, [nominal - deviation, nominal + deviation])
         };
-        let all: Vec<(Polynomial, [f64; 2])> = loaded.iter().map(with_bounds).collect();
-        let least = all.iter().fold(0.0, |most: f64, (_, [least, _])| most.max(*least));
-        let may_be_longest = all.into_iter().filter(|(_, [_, most])| *most >= least);
-        let by_load = may_be_longest.map(|(load, _)| load).collect();
-        Self { unloaded, by_load, tool: 0 }
+        let (mut by_load, bounds): (Vec<Polynomial>, Vec<[f64; 2]>) = loaded.iter().map(with_bounds).unzip();
+        let mut turning = Turning::of(&by_load, ends);
+        let least = bounds.iter().fold(0.0, |most: f64, [least, _]| most.max(*least));
+        let mut may_be_longest = bounds.iter().map(|[_, most]| *most >= least);
+        by_load.retain(|_| may_be_longest.next().unwrap_or_default());
+        if let Some(own) = &mut turning {
+            let mut may_be_longest = bounds.iter().map(|[_, most]| *most >= least);
+            own.waves.retain(|_| may_be_longest.next().unwrap_or_default());
+        }
+        Self { unloaded, by_load, turning, tool: 0 }
     }
 
     /// Makes it of the displacements without load and under a single one; `ends` as in [`Self::new`].
     pub fn under_one_load(ends: &[[f64; 2]], unloaded: &Response, loaded: &Response) -> Self {
         let unloaded = Polynomial::through(unloaded, ends);
-        Self { by_load: vec![Polynomial::through(loaded, ends).minus(&unloaded)], unloaded, tool: 0 }
+        Self { by_load: vec![Polynomial::through(loaded, ends).minus(&unloaded)], unloaded, turning: None, tool: 0 }
     }
 
     /// Returns the surrogate of the same place where the tool with this index cuts ([`Draws::force_of`]), not the first.
@@ -220,8 +336,15 @@ impl Surrogate {
 
     /// Length of the longest displacement under all loads, in each of the first `count` draws, mm; whole scrambles.
     pub fn largest_displacements(&self, draws: &Draws, count: usize) -> Vec<f64> {
+        let all: Vec<usize> = (0..draws.coordinates.len()).collect();
+        self.sample(draws, &all, Some(draws.force_of(self.tool)), true, count)
+    }
+
+    /// As [`Surrogate::largest_displacements`], where only the parameters `terms` vary, `force` is the factor of the force, and the model leaves something out or
+    /// not.
+    fn sample(&self, draws: &Draws, terms: &[usize], force: Option<&[f64]>, model: bool, count: usize) -> Vec<f64> {
         let mut sizes = vec![0.0; count];
-        Level::best().run(Sampling { surrogate: self, draws, sizes: &mut sizes });
+        Level::best().run(Sampling { surrogate: self, draws, terms, force, model, sizes: &mut sizes });
         sizes
     }
 
@@ -238,31 +361,17 @@ impl Surrogate {
 
     /// Variance of the length of the longest displacement under all loads, mm², by each of `causes` alone, over the draws of the first scramble.
     pub fn variances<'a>(&self, draws: &Draws, causes: impl Iterator<Item = &'a Cause>) -> Vec<f64> {
-        let alone = |square: &dyn Fn(&Polynomial, usize) -> f64| {
-            let longest = |draw| self.by_load.iter().fold(0.0, |most: f64, load| most.max(square(load, draw))).sqrt();
-            variance(&(0..Draws::PER_SCRAMBLE).map(longest).collect::<Vec<f64>>())
+        let alone = |terms: &[usize], force: Option<&[f64]>, model| {
+            variance(&self.sample(draws, terms, force, model, Draws::PER_SCRAMBLE))
         };
-        let by_parameters = |parameters: &[usize]| {
-            let moved = |own: &Polynomial, draw: usize| {
-                let terms = parameters.iter().map(|parameter| {
-                    let (x, [linear, square]) = (draws.coordinates[*parameter][draw], own.terms[*parameter]);
-                    x * (linear + x * square)
-                });
-                terms.fold(own.constant, |sum, term| sum + term)
-            };
-            alone(&|load, draw| (moved(&self.unloaded, draw) + moved(load, draw)).norm_squared())
+        let factors = |which: usize| -> Vec<f64> {
+            (0..Draws::PER_SCRAMBLE).map(|draw| draws.sharp_and_wear(self.tool, draw)[which]).collect()
         };
-        let by_force = |which: usize| {
-            let factor = |draw| draws.sharp_and_wear(self.tool, draw)[which];
-            alone(&|load, draw| (self.unloaded.constant + factor(draw) * load.constant).norm_squared())
-        };
-        let under_model = |load: &Polynomial, draw| load.constant + draws.model_error(draw, &load.constant);
-        let by_model = || alone(&|load, draw| (self.unloaded.constant + under_model(load, draw)).norm_squared());
         let by = |cause: &Cause| match cause {
-            Cause::Parameters(parameters) => by_parameters(parameters),
-            Cause::Force => by_force(0),
-            Cause::Wear => by_force(1),
-            Cause::Model => by_model(),
+            Cause::Parameters(parameters) => alone(parameters, None, false),
+            Cause::Force => alone(&[], Some(&factors(0)), false),
+            Cause::Wear => alone(&[], Some(&factors(1)), false),
+            Cause::Model => alone(&[], None, true),
         };
         causes.map(by).collect()
     }

@@ -7,11 +7,12 @@ use crate::{
     compensation::{Method, TaskPoint},
     input::error,
     machine::Configuration,
-    process::uncertainty::Response,
+    process::uncertainty::{Harmonics, Response},
     simulation::{
         Failure, Machines, Source,
         spread::{DeflectionSpread, Draw, DrawnMachines, WantedSpread, under},
     },
+    spatial::Wrench,
     statics::Batch,
     work::Work,
 };
@@ -25,6 +26,61 @@ fn place_bits(others: u64, coordinate: &f64) -> u64 {
     others.rotate_left(21) ^ coordinate.to_bits()
 }
 
+/// Tool angles, a sixth of a revolution apart, at which displacements of machines of ends are solved: what the end changes is nearly linear in the load, whose
+/// components are sines and cosines of φ, so that the first two harmonics give it at the others.
+struct Nodes {
+    /// Angles from one node to the next.
+    every: usize,
+    /// Waves at each angle.
+    waves: Vec<[f64; Harmonics::COUNT]>,
+}
+
+impl Nodes {
+    /// Largest part of the third harmonic that nodes show, over the displacement, with which the others are taken to follow the first two.
+    const LARGEST_REST: f64 = 1e-4;
+
+    /// Makes those of `study`; `None` where there are hardly more angles, or loads are not of these harmonics.
+    fn of(study: &WorkspaceMapStudy) -> Option<Self> {
+        let phis = &study.scene.phis;
+        let every = phis.len() / Harmonics::NODES;
+        if every < 2 || every * Harmonics::NODES != phis.len() {
+            return None;
+        }
+        let waves: Vec<_> = (0..phis.len()).map(|own| Harmonics::waves(own as f64 / phis.len() as f64)).collect();
+        let pose = study.scene.machine.home.pose;
+        let loads: Vec<Wrench> = phis.iter().map(|phi| study.scene.task_point(pose, Some(*phi)).load).collect();
+        let follows = |part: fn(&Wrench) -> Vector3<f64>| {
+            let harmonics = Harmonics::through(&std::array::from_fn(|node| part(&loads[node * every])));
+            let is_near = |(load, waves): (&Wrench, _)| {
+                (harmonics.at(waves) - part(load)).norm() <= 1e-9 * (1.0 + part(load).norm())
+            };
+            loads.iter().zip(&waves).all(is_near)
+        };
+        (follows(|load| load.force) && follows(|load| load.moment)).then_some(Self { every, waves })
+    }
+
+    /// Fills in what the end `end` of the parameter `own` does at the other angles; `false` where the nodes show more than the first two harmonics.
+    fn fill(&self, responses: &mut [Response], (own, end): (usize, usize)) -> bool {
+        // Behind that without load.
+        let loaded = &mut responses[1..];
+        let mut changes = [Vector3::zeros(); Harmonics::NODES];
+        for (change, response) in changes.iter_mut().zip(loaded.iter().step_by(self.every)) {
+            let Some(found) = response.ends[own][end] else { return true };
+            *change = found - response.nominal;
+        }
+        let rest = changes.iter().rev().fold(Vector3::zeros(), |sum, change| change - sum).norm();
+        let largest = loaded.iter().fold(0.0, |most: f64, response| most.max(response.nominal.norm()));
+        if rest > Harmonics::NODES as f64 * Self::LARGEST_REST * largest {
+            return false;
+        }
+        let harmonics = Harmonics::through(&changes);
+        for (response, waves) in loaded.iter_mut().zip(&self.waves) {
+            response.ends[own][end] = Some(response.nominal + harmonics.at(waves));
+        }
+        true
+    }
+}
+
 /// Solver of the spread at neighbouring grid points side by side; that of one point depends on the others as far as they show how well engine and estimate
 /// agree.
 pub(super) struct SpreadSolver<'a> {
@@ -33,6 +89,7 @@ pub(super) struct SpreadSolver<'a> {
     nominal: SessionGroup,
     /// Sessions of the machines with each parameter alone at its ends.
     ends: Vec<[Option<SessionGroup>; 2]>,
+    nodes: Option<Nodes>,
 }
 
 impl<'a> SpreadSolver<'a> {
@@ -40,7 +97,7 @@ impl<'a> SpreadSolver<'a> {
     pub fn new(study: &'a WorkspaceMapStudy, nominal: &Machines, drawn: &'a DrawnMachines) -> Self {
         let group = |machines: &Machines| SessionGroup::new(machines, Source::All);
         let ends = drawn.ends.iter().map(|ends| ends.each_ref().map(|own| own.as_ref().map(group))).collect();
-        Self { study, drawn, nominal: group(nominal), ends }
+        Self { study, drawn, nominal: group(nominal), ends, nodes: Nodes::of(study) }
     }
 
     /// Distribution of the deflection at each of `configurations`, worst over the tool angle φ, whose displacements under each load are in `nominal`;
@@ -51,7 +108,7 @@ impl<'a> SpreadSolver<'a> {
         nominal: impl Iterator<Item = Option<&'d [Vector3<f64>]>>,
         work: &Work,
     ) -> error::Result<Vec<Option<DeflectionSpread>>> {
-        let Self { nominal: group, ends, .. } = self;
+        let Self { nominal: group, ends, nodes, .. } = self;
         let (study, drawn) = (self.study, self.drawn);
         let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; ends.len()] };
         let of_point = |loaded: &[Vector3<f64>]| {
@@ -59,14 +116,30 @@ impl<'a> SpreadSolver<'a> {
         };
         let mut points: Vec<Option<Responses>> = nominal.map(|loaded| loaded.map(of_point)).collect();
         let mut sweep = Sweep { study, configurations, points: &mut points };
-        sweep.solve(group, 1, "without cutting force", |response, found| response.nominal = found);
+        let all = vec![true; configurations.len()];
+        group.set_rigid(configurations);
+        sweep.solve(group, (&[0], &all), "without cutting force", |response, found| response.nominal = found);
+        let is_node = |load: &usize| {
+            nodes.as_ref().is_none_or(|nodes| load.checked_sub(1).is_none_or(|angle| angle.is_multiple_of(nodes.every)))
+        };
+        let (at_nodes, others): (Vec<usize>, Vec<usize>) = (0..=study.scene.phis.len()).partition(is_node);
         for (own, ends) in ends.iter_mut().enumerate() {
             for (end, group) in ends.iter_mut().enumerate() {
                 let Some(group) = group else { continue };
-                let loads = 1 + study.scene.phis.len();
-                sweep.solve(group, loads, &drawn.end_words(own, end), |response, found| {
+                let (words, put) = (drawn.end_words(own, end), |response: &mut Response, found| {
                     response.ends[own][end] = Some(found);
                 });
+                group.set_rigid(configurations);
+                sweep.solve(group, (&at_nodes, &all), &words, put);
+                let Some(nodes) = &nodes else { continue };
+                let is_rough = |point: &mut Option<Responses>| match point {
+                    Some(Ok(responses)) => !nodes.fill(responses, (own, end)),
+                    _ => false,
+                };
+                let rough: Vec<bool> = sweep.points.iter_mut().map(is_rough).collect();
+                if rough.contains(&true) {
+                    sweep.solve(group, (&others, &rough), &words, put);
+                }
             }
         }
         let solve = |point: usize, draw: Draw<'_>| {
@@ -124,20 +197,20 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// Solves the first `loads` of no load and the cutting force at each φ with the machine of `group`, and hands each displacement to `put`. A
-    /// point at which one is missing fails; `words` say with which machine.
+    /// Solves these `loads`, by their indices in no load and the cutting force at each φ, at the points `wanted` with the machine of `group`, and hands each
+    /// displacement to `put`. A point at which one is missing fails; `words` say with which machine.
     fn solve(
         &mut self,
         group: &mut SessionGroup,
-        loads: usize,
+        (loads, wanted): (&[usize], &[bool]),
         words: &str,
         put: impl Fn(&mut Response, Vector3<f64>),
     ) {
         let Self { study, configurations, points } = self;
-        group.set_rigid(configurations);
-        for load in 0..loads {
+        for &load in loads {
             let phi = load.checked_sub(1).map(|load| study.scene.phis[load]);
-            let lanes: Vec<usize> = (0..points.len()).filter(|lane| matches!(points[*lane], Some(Ok(_)))).collect();
+            let is_wanted = |lane: &usize| wanted[*lane] && matches!(points[*lane], Some(Ok(_)));
+            let lanes: Vec<usize> = (0..points.len()).filter(is_wanted).collect();
             let task = |lane: usize| under(&study.scene.task_point(configurations[lane].pose, phi), 1.0);
             let found = group.command(&study.scene.machine, None, Method::None, &lanes, task);
             for (lane, found) in lanes.into_iter().zip(found) {
