@@ -79,7 +79,7 @@ fn path_at(entry: &Entry, circle: &str) -> Box<PathStudy> {
 
 /// Largest distance from each of `paths` without compensation in a draw, each point solved after the one before it.
 fn largest(paths: &[Box<PathStudy>], Drawn { unloaded, real, factor }: &Drawn) -> Vec<f64> {
-    let of = |path: &Box<PathStudy>| {
+    let of = |path: &PathStudy| {
         let mut session = Session::new(&path.machine, real, settings()).with_unloaded_machine(unloaded);
         let at = |mut task: kinetostat::compensation::TaskPoint| {
             task.load = task.load.scale(*factor);
@@ -89,7 +89,7 @@ fn largest(paths: &[Box<PathStudy>], Drawn { unloaded, real, factor }: &Drawn) -
         };
         path.tasks.iter().copied().map(at).fold(0.0, f64::max)
     };
-    paths.iter().map(of).collect()
+    paths.iter().map(|path| of(path)).collect()
 }
 
 /// For each place the share of `draws` (largest distance at each place) in which it is the best, shared by those within 0.5 % of the best.
