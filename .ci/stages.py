@@ -109,6 +109,10 @@ FULL = [
     Stage("long", "Tests marked ignored: kills at random moments, long paths, hundreds of machines, intervals of all machines, changed inputs.", """
         export PROPTEST_RNG_SEED=${PROPTEST_RNG_SEED:-$(date +%s)} FUZZ_SEED=${FUZZ_SEED:-$(date +%s)} FUZZ_SECONDS=5
         echo "PROPTEST_RNG_SEED=$PROPTEST_RNG_SEED FUZZ_SEED=$FUZZ_SEED draws the same again"
+        # Exudyn, for its beams.
+        python3 -m venv "$TARGET/ci/foreign"
+        "$TARGET/ci/foreign/bin/pip" install --quiet --requirement tests/foreign_truths/requirements.txt
+        export PATH="$TARGET/ci/foreign/bin:$PATH"
         URDF_FOLDERS="$PWD/tests/urdf" cargo test --all-features --test it -- --ignored
     """, ("program",)),
     Stage("assertions", "With debug assertions and checks of overflow, also of packages, which take a third of the time: compiles everything once more.", """

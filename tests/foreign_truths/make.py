@@ -242,16 +242,21 @@ def measured(machine, truth, draw):
     return sheets, noise
 
 
+def write(folder, name, machine, sheets, noise):
+    """The sheets of a machine as files whose names begin with `name`."""
+    head = f"pose,{machine.header},force_x_N,force_y_N,force_z_N,displacement_x_mm,displacement_y_mm,displacement_z_mm,std_mm\n"
+    for sheet, rows in sheets.items():
+        lines = [",".join([str(pose), *(f"{x:.9g}" for x in (*at, *force, *d, noise))]) + "\n" for pose, at, force, d in rows]
+        (folder / f"{name}-{sheet}.csv").write_text(head + "".join(lines))
+
+
 def main():
     folder, sets = Path(sys.argv[1]), int(sys.argv[2])
     for machine in (Arm(), Hexapod()):
-        head = f"pose,{machine.header},force_x_N,force_y_N,force_z_N,displacement_x_mm,displacement_y_mm,displacement_z_mm,std_mm\n"
         for number, truth in enumerate(TRUTHS):
             for own in range(sets):
                 sheets, noise = measured(machine, truth, random.Random(1000 * number + own))
-                for name, rows in sheets.items():
-                    lines = [",".join([str(pose), *(f"{x:.9g}" for x in (*at, *force, *d, noise))]) + "\n" for pose, at, force, d in rows]
-                    (folder / f"{truth}-{machine.name}-{own}-{name}.csv").write_text(head + "".join(lines))
+                write(folder, f"{truth}-{machine.name}-{own}", machine, sheets, noise)
 
 
 if __name__ == "__main__":

@@ -116,16 +116,29 @@ pub fn draws(uncertainty: &Uncertainty, errors: &[ChainError], count: usize) -> 
     let points = sobol::points(uncertainty.parameters.len() + 2, 1, count, 4711);
     (0..count).map(move |index| {
         let z: Vec<f64> = points.iter().map(|own| normal_quantile(own[index])).collect();
-        let values = |is_wanted: &dyn Fn(bool) -> bool| -> Vec<(&str, f64)> {
-            let wanted = uncertainty.parameters.iter().enumerate().filter(|(_, own)| is_wanted(is_error(own.name())));
-            wanted.flat_map(|(i, own)| own.at(z[i])).collect()
-        };
-        let unloaded = uncertainty.machine.with_parameters(&values(&|is_error| !is_error)).unwrap();
-        // Its drives are offset where it is calibrated at home under its own weight.
-        let unloaded = Machines::new(&unloaded, &[]).unwrap().real;
-        let real = unloaded.with_parameters(&values(&|is_error| is_error)).unwrap().with_errors(errors);
-        let [sharp, wear] = uncertainty.force.factors([0, 1].map(|own| z[uncertainty.parameters.len() + own]));
-        let factor = sharp * wear;
-        Drawn { unloaded, real, factor }
+        drawn(uncertainty, errors, &z)
     })
+}
+
+/// The draw whose parameters, force and tool wear are at the quantiles of the standard normal numbers `z`.
+pub fn drawn(uncertainty: &Uncertainty, errors: &[ChainError], z: &[f64]) -> Drawn {
+    let is_turn = |name: &str| name.ends_with(".turn");
+    let values = |is_wanted: &dyn Fn(&str) -> bool| -> Vec<(&str, f64)> {
+        let wanted = uncertainty.parameters.iter().enumerate().filter(|(_, own)| is_wanted(own.name()));
+        wanted.flat_map(|(i, own)| own.at(z[i])).collect()
+    };
+    let unloaded = uncertainty.machine.with_parameters(&values(&|name| !is_error(name))).unwrap();
+    // Its drives are offset where it is calibrated at home under its own weight.
+    let unloaded = Machines::new(&unloaded, &[]).unwrap().real;
+    let turns = values(&is_turn);
+    let turned = unloaded.chains.iter().map(|chain| {
+        let turn = turns.iter().find(|(name, _)| name.strip_suffix(".turn") == Some(&chain.name));
+        ChainError::turn_about_drive_axis(chain, turn.map_or(0.0, |(_, deg)| deg.to_radians()))
+    });
+    // A machine made anew by its parameters takes most of the time of a draw.
+    let more = values(&|name| is_error(name) && !is_turn(name));
+    let real = if more.is_empty() { unloaded.clone() } else { unloaded.with_parameters(&more).unwrap() };
+    let real = real.with_errors(&turned.collect::<Vec<_>>()).with_errors(errors);
+    let [sharp, wear] = uncertainty.force.factors([0, 1].map(|own| z[uncertainty.parameters.len() + own]));
+    Drawn { unloaded, real, factor: sharp * wear }
 }
