@@ -16,16 +16,11 @@ use kinetostat::{
     statics::{Batch, Sensitivities},
 };
 use nalgebra::Vector3;
-use rand::SeedableRng as _;
-use rand_distr::{Distribution as _, StandardNormal};
 use rayon::prelude::*;
 
-use crate::{
-    identification::Random,
-    support::{
-        command::told,
-        uncertain::{Drawn, EXACT_MODEL, LEVER, TOLERANCES, drawn, draws, force, study_text},
-    },
+use crate::support::{
+    command::told,
+    uncertain::{Drawn, EXACT_MODEL, LEVER, TOLERANCES, drawn, force, study_text},
 };
 
 // ---- draws ----------------------------------------------------------------------------------------------------------
@@ -339,28 +334,9 @@ fn what_a_model_leaves_out_has_a_default() {
     assert_eq!(map_study(&on_the_floor(&text, "kr270")).uncertainty.unwrap().model.relative_std, 0.0);
 }
 
-/// Longest displacements over φ in `count` draws at a position, computed one by one and without the surrogate, lanes and draws of the map.
+/// Longest displacements over φ in `count` draws at each of `positions`, without the surrogate and the draws of the map. Positions are side by side: with the
+/// bits that they have one by one, as the first of every 500 draws shows.
 fn brute_force(study: &WorkspaceMapStudy, positions: &[Vector3<f64>], count: usize) -> Vec<Vec<f64>> {
-    let (scene, uncertainty) = (&study.scene, study.uncertainty.as_ref().unwrap());
-    let commands: Vec<_> = positions.iter().map(|position| scene.machine.command(*position).unwrap()).collect();
-    let mut found = vec![Vec::with_capacity(count); positions.len()];
-    for Drawn { unloaded, real, factor } in draws(uncertainty, &scene.errors, count) {
-        for (at, found) in commands.iter().zip(&mut found) {
-            let mut session = Session::new(&scene.machine, &real, settings()).with_unloaded_machine(&unloaded);
-            let size = |phi: &f64| {
-                let load = scene.force.wrench(*phi, &scene.machine.tool_at(&at.pose.rotation)).scale(factor);
-                let task = TaskPoint { pose: at.pose, load, target: scene.target, wanted: None, external: None };
-                let answer = compensate(&mut session, &task, Method::None);
-                if answer.status.is_success() { answer.tool_displacement.norm() } else { f64::INFINITY }
-            };
-            found.push(scene.phis.iter().map(size).fold(0.0, f64::max));
-        }
-    }
-    found
-}
-
-/// The same of independent random draws, the positions side by side: with the bits that they have one by one, as the first of every 500 draws shows.
-fn brute_force_of_random_draws(study: &WorkspaceMapStudy, positions: &[Vector3<f64>], count: usize) -> Vec<Vec<f64>> {
     const IN_A_PIECE: usize = 500;
     let (scene, uncertainty) = (&study.scene, study.uncertainty.as_ref().unwrap());
     let commands: Vec<_> = positions.iter().map(|position| scene.machine.command(*position).unwrap()).collect();
@@ -392,11 +368,10 @@ fn brute_force_of_random_draws(study: &WorkspaceMapStudy, positions: &[Vector3<f
         }
         longest
     };
+    let points = sobol::points(uncertainty.parameters.len() + 2, 1, count, 4711);
     let piece = |first: usize| -> Vec<Vec<f64>> {
-        let mut random = Random::seed_from_u64(first as u64);
-        let draw = |index| {
-            let z: Vec<f64> =
-                (0..uncertainty.parameters.len() + 2).map(|_| StandardNormal.sample(&mut random)).collect();
+        let draw = |index: usize| {
+            let z: Vec<f64> = points.iter().map(|own| normal_quantile(own[first + index])).collect();
             let drawn = drawn(uncertainty, &scene.errors, &z);
             let own = sizes(&drawn, false);
             assert!(index > 0 || own == sizes(&drawn, true), "{}", scene.machine.name);
@@ -441,7 +416,7 @@ fn uncertain_stiffness(pattern: &str, relative_std: f64) -> String {
 /// The map of a point of `machine` with these uncertain parameters beside [`TOLERANCES`].
 fn map_of(machine: &str, load: &str, tolerance: f64, uncertainty: &str, z: f64) -> (WorkspaceMapStudy, Vec<MapPoint>) {
     let process = format!("process.tolerance_mm = {tolerance}\n{load}");
-    let text = study_of(machine, &process, uncertainty, "grid = [2, 1, 1]\nphi_step_deg = 60.0");
+    let text = study_of(machine, &process, uncertainty, "grid = [2, 1, 1]\nphi_step_deg = 30.0");
     let study = map_study(&text.replace("slices_z_mm = [0.0]", &format!("slices_z_mm = [{z:?}]")));
     let points = map::run(&study, &Work::default()).unwrap().points;
     (study, points)
@@ -699,7 +674,8 @@ struct Bin {
 #[test]
 #[ignore = "takes a quarter of an hour on two cores; .ci/full runs it"]
 fn long_maps_of_all_machines_agree_with_brute_force() {
-    let count = 100_000;
+    let given = std::env::var("BRUTE_FORCE_DRAWS").ok().map(|own| own.parse().unwrap());
+    let count: usize = given.unwrap_or(1 << 14);
     let errors_of = |name: &str| -> (Vec<f64>, [Bin; 10]) {
         let machine = Machine::named(name).unwrap();
         let is_elastic = |own: &kinetostat::machine::Parameter| {
@@ -722,7 +698,7 @@ fn long_maps_of_all_machines_agree_with_brute_force() {
             .collect();
         assert!(known.len() >= 10, "{name}: {} points with a P95", known.len());
         let positions: Vec<_> = known.iter().map(|(point, _)| Vector3::from(point.position_mm)).collect();
-        let brute = brute_force_of_random_draws(&study, &positions, count);
+        let brute = brute_force(&study, &positions, count);
         let error =
             |((_, found), sizes): (&(&MapPoint, f64), &Vec<f64>)| found / quantile(&mut sizes.clone(), P95) - 1.0;
         let errors: Vec<f64> = known.iter().zip(&brute).map(error).collect();
