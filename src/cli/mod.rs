@@ -58,7 +58,7 @@ Examples:
   kinetostat check my_machine.toml
   kinetostat new map my_question
 
-Exit codes: 0 all points solved; 1 some points could not be solved (their status says why); 2 bad input, or a file that cannot
+Exit codes: 0 all points solved; 1 some points could not be solved (their status says why), or a correction probably does harm; 2 bad input, or a file that cannot
 be read or written; 3 an internal error, which is a fault of this program; 130 stopped (run goes on
 with --resume).";
 

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::field::{FieldSpread, WaySpread};
 use crate::{
-    files::words::{counted, millimetres, or_dash, position, probability},
+    files::words::{counted, millimetres, or_dash, position},
     page::headline::KeyNumber,
     process::uncertainty::{Draws, Uncertainty},
     questions::spread_report::{self, SpreadCounts, quantile_words, verdict_word},
@@ -26,14 +26,9 @@ pub(crate) struct Field<'a> {
     pub tolerance_mm: Option<f64>,
 }
 
-/// Formats a probability that is a share of the draws: what none of them, or each, does says that it is smaller or larger than two in all would.
+/// Formats a probability that is a share of the draws.
 pub(crate) fn share_words(share: f64) -> String {
-    let (words, unseen) = (probability(share, Draws::PER_SCRAMBLE), 2.0 / Draws::PER_SCRAMBLE as f64);
-    match share {
-        share if share < unseen => format!("less than {words}"),
-        share if share > 1.0 - unseen => format!("more than {words}"),
-        _ => words,
-    }
+    spread_report::share_words(share, Draws::PER_SCRAMBLE)
 }
 
 impl Field<'_> {

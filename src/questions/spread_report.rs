@@ -175,6 +175,17 @@ pub(crate) fn counted_inputs(uncertainty: &Uncertainty) -> String {
     join_words(&words.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
+/// Formats a probability that is a share of so many `draws`, four or more: what none of them, or each, does says that it is smaller or larger than two in all
+/// would.
+pub(crate) fn share_words(share: f64, draws: usize) -> String {
+    let (words, unseen) = (words::probability(share, draws), 2.0 / draws as f64);
+    match share {
+        share if share < unseen => format!("less than {words}"),
+        share if share > 1.0 - unseen => format!("more than {words}"),
+        _ => words,
+    }
+}
+
 /// Formats a probability that is a share of all draws.
 pub(crate) fn probability(share: f64) -> String {
     words::probability(share, Draws::COUNT)

@@ -53,6 +53,8 @@ const NOT_VARIED: [&str; 12] = [
     "gravity",
 ];
 
+/// Largest rotation of the workpiece: its displacements are taken as linear in it, which turns them by half of it.
+const LARGEST_ROTATION_DEG: f64 = 5.0;
 /// Key of the rotation of the workpiece.
 const WORKPIECE_ROTATION: &str = "process.workpiece_rotation_deg";
 
@@ -213,6 +215,13 @@ fn resolve(
         let name = setup.name().to_string();
         let exact = Parameter { name, value: Some(0.0), unit, key: None, grade: None, interval: None };
         let spread = spread(&spec, &exact, &check.key(key))?;
+        let [low, high] = [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(0.0, z));
+        if matches!(setup, Setup::WorkpieceRotation(_)) && low.abs().max(high.abs()) > LARGEST_ROTATION_DEG {
+            let problem = format!(
+                "turns the workpiece by more than is taken as small: expected 95 % within ±{LARGEST_ROTATION_DEG}°, got {low:.3} to {high:.3}"
+            );
+            return check.key(key).fail(problem);
+        }
         let (values, role, source) = (Vec::new(), Role::Setup(setup), SpreadSource::Given);
         found.parameters.push(UncertainParameter { values, unit, spread, role, source });
     }

@@ -36,7 +36,7 @@ struct Nodes {
 }
 
 impl Nodes {
-    /// Largest part of the third harmonic that nodes show, over the displacement, with which the others are taken to follow the first two.
+    /// Largest part of the third harmonic that nodes show, of which they see the cosine alone: what is left unseen the checks by all angles see, over the displacement, with which the others are taken to follow the first two.
     const LARGEST_REST: f64 = 1e-4;
 
     /// Makes those of `study`; `None` where there are hardly more angles, or loads are not of these harmonics.

@@ -14,6 +14,8 @@ use crate::{
 
 /// Most trials: seeds times force errors.
 const MOST_TRIALS: usize = 100_000;
+/// Fewest seeds where each is a draw: with fewer, probabilities say next to nothing.
+const FEWEST_DRAWS: usize = 16;
 /// Most cycles of the controller along the path.
 const MOST_CYCLES: f64 = 1e8;
 /// Force errors if the study gives none.
@@ -137,10 +139,14 @@ fn trials(spec: &OnlineSpec, uncertain: bool, check: &Check) -> Result<(Vec<f64>
     if errors.is_empty() || errors.windows(2).any(|pair| pair[0] >= pair[1]) {
         return errors_check.fail("must be at least one, ascending".into());
     }
-    let (usual, draws) = if uncertain { (Draws::PER_SCRAMBLE, Draws::COUNT) } else { (20, MOST_TRIALS) };
+    let (usual, [least, draws]) = match uncertain {
+        true => (Draws::PER_SCRAMBLE, [FEWEST_DRAWS, Draws::COUNT]),
+        false => (20, [1, MOST_TRIALS]),
+    };
     let (seeds, most) = (spec.seeds.unwrap_or(usual), draws.min(MOST_TRIALS / errors.len()));
-    if seeds == 0 || seeds > most {
-        let problem = format!("must be from 1 to {most}, got {seeds}");
+    if seeds < least || seeds > most {
+        let of_draws = if uncertain { " with [uncertainty], where each is a machine of its own" } else { "" };
+        let problem = format!("must be from {least} to {most}{of_draws}, got {seeds}");
         return check.key("seeds").fail(problem);
     }
     Ok((errors, seeds))

@@ -222,7 +222,8 @@ fn resolve_feature(
         .or_else(|problem| context.process_location(spec.process.as_deref()).key("limits").misfit(problem, ()))?;
     let today = Candidate::from_process(&process);
     let cuts = process.cutting_rule;
-    let (table, cut) = (process.uncertainty.as_ref(), (process.has_force(), &[][..]));
+    // Another feature may have a force.
+    let (table, cut) = (process.uncertainty.as_ref(), (true, &[][..]));
     let (uncertainty, read) = context.uncertainty(table, &process.machine, &process.errors, cut)?;
     let machines = Machines::new(&process.machine, &process.errors)?;
     let job = FeatureJob {

@@ -4,7 +4,7 @@ use super::{Compared, percent_of, quantities};
 use crate::{
     files::{
         text_table::text_table,
-        words::{counted, millimetres, millimetres_in_table, or_dash, probability},
+        words::{counted, millimetres, millimetres_in_table, or_dash},
     },
     page::headline::{Headline, KeyNumber},
     questions::{
@@ -87,7 +87,11 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         counted(study.path.stations.len(), "point"),
         study.path.uncertainty.as_ref().map_or("inputs taken as exact", |_| "a drawn machine each")
     );
-    Headline::new(outside(&study.path) + &main_sentence(compared), basis)
+    let medians = match study.path.uncertainty {
+        Some(_) => " This is said of medians over machines; in how many it is so stands below.",
+        None => "",
+    };
+    Headline::new(outside(&study.path) + &main_sentence(compared) + medians, basis)
         .with_cautions(&cautions(compared))
         .with_numbers(sure_key_number(compared))
         .with_numbers(break_even_key_number(compared))
@@ -129,7 +133,7 @@ fn break_even_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
 fn sure_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
     let study = compared.study;
     study.path.uncertainty.as_ref()?;
-    let words = |share| probability(share, study.seeds);
+    let words = |share| spread_report::share_words(share, study.seeds);
     let largest = percent_of(study.force_errors.last().copied()?);
     let what = format!("probability that measured forces leave less, if their prediction is off by {largest}");
     let within = compared.within_tolerance().zip(study.path.tolerance_mm).map(|([offline, online], tolerance)| {
@@ -147,7 +151,10 @@ fn residual_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
     let [offline, online] = compared.medians_at_largest()?;
     let largest = percent_of(compared.study.force_errors.last().copied()?);
     let what = format!("rms residual error by measured forces if their prediction is off by {largest}, in the median");
-    let plain = or_dash(compared.results.plain.rms_mm, |rms| format!("; {} without correction", millimetres(rms, 4)));
+    let nominally = if compared.study.path.uncertainty.is_some() { " on the nominal machine" } else { "" };
+    let plain = or_dash(compared.results.plain.rms_mm, |rms| {
+        format!("; {} without correction{nominally}", millimetres(rms, 4))
+    });
     Some(KeyNumber::new(
         &millimetres(online, 4),
         what,

@@ -334,7 +334,8 @@ fn load_key_number(summary: &Summary<'_>, locations: &[LocationResult], nominall
         (spread.within_tolerance.unwrap_or_default() < P95)
             .then(|| format!("; at {name} not even that of the study on 95 of 100 machines"))
     };
-    let not_so = by_probability(locations).first().as_ref().and_then(fails).unwrap_or_default();
+    let may_mislead = least.value >= 1.0 && summary.study.uncertainty.is_some();
+    let not_so = by_probability(locations).first().as_ref().filter(|_| may_mislead).and_then(fails).unwrap_or_default();
     let what = format!(
         "largest load, over that of the study, up to which the {nominally}superposition error is within tolerance in the whole box{end}{not_so}"
     );
