@@ -16,9 +16,7 @@ use crate::{
         error::{Error, Result},
     },
     machine::{ChainError, Configuration, Machine, ZeroState},
-    process::uncertainty::{
-        Cause, Draws, ModelError, P95, Response, Role, SpreadSource, Surrogate, Uncertainty, UncertaintyTable, quantile,
-    },
+    process::uncertainty::{Cause, Draws, P95, Response, Role, Surrogate, Uncertainty, UncertaintyTable, quantile},
     simulation::{
         Failure, Machines, SOLVED, Source,
         spread::{machines_at_ends, under},
@@ -94,11 +92,6 @@ impl Uncertain {
     }
 }
 
-/// The failure of values that make no machine.
-fn no_machine(error: &Error) -> Failure {
-    Failure { status: "no_equilibrium".into(), reason: error.to_string() }
-}
-
 /// Solves `task` on the machine of `session`, whose commands are those of `nominal`, from `state`; `words` say in the reason which machine has no equilibrium.
 fn solve(
     (nominal, session): (&Machine, &mut Session),
@@ -110,10 +103,7 @@ fn solve(
     let answer = compensate(session, task, Method::None);
     match answer.status.is_success() {
         true => Ok(answer.tool_displacement),
-        false => {
-            let reason = format!("{words}: {}", answer.status.reason(nominal));
-            Err(Failure { status: answer.status.label().into(), reason })
-        }
+        false => Err(Failure::of(&answer.status, nominal).on(words)),
     }
 }
 
@@ -153,8 +143,7 @@ impl Drawn {
         let mut sizes: Vec<f64> = displacements.iter().map(|own| Vector3::from(*own).norm()).collect();
         let p95 = quantile(&mut sizes, P95);
         displacements.truncate(Draws::PER_SCRAMBLE);
-        let ModelError { relative_std, source } = self.uncertainty.model;
-        let model = (relative_std > 0.0 && source == SpreadSource::Assumed).then_some(Cause::MODEL);
+        let model = self.uncertainty.model.is_assumed().then_some(Cause::MODEL);
         Ok(CloudResult {
             status: SOLVED.into(),
             reason: String::new(),
@@ -178,7 +167,9 @@ impl Explorer {
             return Err(Error::argument("assembly_deg", "expected none: errors of chains are drawn"));
         }
         let (command, load) = (command_from(request.at)?, request.load.single_load()?);
-        let drawn = uncertain.drawn.get_or_init(|| uncertain.drawn(&self.machines).map_err(|error| no_machine(&error)));
+        let drawn = uncertain
+            .drawn
+            .get_or_init(|| uncertain.drawn(&self.machines).map_err(|error| Failure::no_machine(&error)));
         let machine: &Machine = &self.machine;
         let found = drawn.as_ref().map_err(Failure::clone).and_then(|drawn| {
             let at = command.command(machine)?;

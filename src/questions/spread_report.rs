@@ -14,8 +14,8 @@ use crate::{
         table::format_number,
     },
     process::uncertainty::{
-        ASSUMED_RELATIVE_STD, Cause, Draws, ForceSpread, ModelError, P95, Role, SpreadSource, UncertainParameter,
-        Uncertainty, Z_95_INTERVAL,
+        ASSUMED_RELATIVE_STD, Cause, Draws, ForceSpread, ModelError, P95, Role, UncertainParameter, Uncertainty,
+        Z_95_INTERVAL,
     },
     simulation::{
         spread::{Audit, DeflectionSpread, IfMeasured},
@@ -258,12 +258,11 @@ pub(crate) fn cautions(
             100.0 * ASSUMED_RELATIVE_STD
         );
     }
-    let ModelError { relative_std, source } = uncertainty.model;
-    if source == SpreadSource::Assumed && relative_std > 0.0 {
+    if uncertainty.model.is_assumed() {
         text += &format!(
             "The model itself is assumed to be wrong by {} of what the force does, as it was of one measured robot (FANUC R-2000iC). An identification of this \
              machine, or [uncertainty.model], says it.\n",
-            percent(relative_std)
+            percent(uncertainty.model.relative_std)
         );
     }
     if uncertainty.finds_no_provenance {

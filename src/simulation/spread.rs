@@ -269,7 +269,7 @@ impl DrawnMachines {
     /// Makes the machines with these values of parameters.
     fn machines_with(&self, values: [Values<'_>; 2]) -> Result<Machines, Failure> {
         let machines = self.nominal.drawn(&self.uncertainty.machine, &values, &self.errors);
-        machines.map_err(|error| Failure { status: "no_equilibrium".into(), reason: error.to_string() })
+        machines.map_err(|error| Failure::no_machine(&error))
     }
 }
 

@@ -549,9 +549,7 @@ impl<'a> Block<'a> {
 
     /// Why there is no equilibrium in `answer`; `words` say with which machine, empty of a draw.
     fn failure(&self, answer: &PathPointResult, words: &str) -> Failure {
-        let failure = Failure::of(&answer.status, &self.path.machines.nominal);
-        let reason = if words.is_empty() { failure.reason } else { format!("{words}: {}", failure.reason) };
-        Failure { reason, ..failure }
+        Failure::of(&answer.status, &self.path.machines.nominal).on(words)
     }
 
     /// Distance from the path at point `k` in a draw, mm.

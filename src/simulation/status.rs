@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     compensation::CompensationStatus,
+    input::error::Error,
     machine::{Machine, Unreachable},
 };
 
@@ -22,6 +23,16 @@ impl Failure {
     /// Why a point has no result by the status of its compensation on `machine`.
     pub(crate) fn of(status: &CompensationStatus, machine: &Machine) -> Self {
         Self { status: status.label().into(), reason: status.reason(machine) }
+    }
+
+    /// Why there is no machine with values that `error` refuses.
+    pub(crate) fn no_machine(error: &Error) -> Self {
+        Self { status: "no_equilibrium".into(), reason: error.to_string() }
+    }
+
+    /// The same with `words` before its reason, which say of which machine it is; of one that needs none they are empty.
+    pub(crate) fn on(self, words: &str) -> Self {
+        if words.is_empty() { self } else { Self { reason: format!("{words}: {}", self.reason), ..self } }
     }
 }
 

@@ -179,6 +179,13 @@ pub struct ModelError {
     pub source: SpreadSource,
 }
 
+impl ModelError {
+    /// Whether it leaves something out, and nobody has said how much.
+    pub fn is_assumed(&self) -> bool {
+        self.relative_std > 0.0 && self.source == SpreadSource::Assumed
+    }
+}
+
 /// Distribution of the factor of the cutting force.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ForceSpread {

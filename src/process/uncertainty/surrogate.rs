@@ -302,15 +302,15 @@ impl Surrogate {
             let deviation = libm::hypot(by_parameters, by_force * load.constant.norm());
             (load, [nominal - deviation, nominal + deviation])
         };
-        let (mut by_load, bounds): (Vec<Polynomial>, Vec<[f64; 2]>) = loaded.iter().map(with_bounds).unzip();
+        let (by_load, bounds): (Vec<Polynomial>, Vec<[f64; 2]>) = loaded.iter().map(with_bounds).unzip();
         let mut turning = Turning::of(&by_load, ends);
         let least = bounds.iter().fold(0.0, |most: f64, [least, _]| most.max(*least));
-        let mut may_be_longest = bounds.iter().map(|[_, most]| *most >= least);
-        by_load.retain(|_| may_be_longest.next().unwrap_or_default());
+        let may_be_longest = |load: &usize| bounds[*load][1] >= least;
         if let Some(own) = &mut turning {
-            let mut may_be_longest = bounds.iter().map(|[_, most]| *most >= least);
-            own.waves.retain(|_| may_be_longest.next().unwrap_or_default());
+            own.waves = (0..own.waves.len()).filter(may_be_longest).map(|load| own.waves[load]).collect();
         }
+        let by_load =
+            by_load.into_iter().enumerate().filter(|(load, _)| may_be_longest(load)).map(|(_, own)| own).collect();
         Self { unloaded, by_load, turning, tool: 0 }
     }
 

@@ -216,9 +216,7 @@ impl Sweep<'_> {
             for (lane, found) in lanes.into_iter().zip(found) {
                 match (found, &mut points[lane]) {
                     (Ok(answer), Some(Ok(responses))) => put(&mut responses[load], answer.tool_displacement),
-                    (Err(Failure { status, reason }), point) => {
-                        *point = Some(Err(Failure { status, reason: format!("{words}: {reason}") }));
-                    }
+                    (Err(failure), point) => *point = Some(Err(failure.on(words))),
                     (Ok(_), _) => {}
                 }
             }

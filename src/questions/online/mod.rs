@@ -31,7 +31,7 @@ use crate::{
     compensation::{Method, Session, TaskPoint, compensate},
     input::error::{Error, Result},
     machine::ChainError,
-    process::file::CorrectionLimits,
+    process::{file::CorrectionLimits, uncertainty::ToolOnWorkpiece},
     questions::path::PathStudy,
     simulation::{
         Machines, Source,
@@ -117,7 +117,10 @@ pub fn run(study: &OnlineStudy, work: &Work) -> Result<OnlineResults> {
     let machines = Machines::new(&study.path.machine, &study.path.errors)?;
     let model = Machines::new(&study.path.machine, &study.known_errors)?;
     let drawn = DrawnMachines::new(study.path.uncertainty.as_ref(), &machines, &study.path.errors)?;
-    let cut = CutSimulation { study, machines: &machines, model: &model, drawn: drawn.as_ref() };
+    let PathStudy { machine, placement, tasks, .. } = &study.path;
+    let on_workpiece = |drawn: &DrawnMachines| tools_on_workpiece(machine, placement, &drawn.uncertainty, tasks);
+    let tools = drawn.as_ref().map_or_else(Vec::new, on_workpiece);
+    let cut = CutSimulation { study, machines: &machines, model: &model, drawn: drawn.as_ref(), tools };
     let uncorrected = || {
         let results = cut.simulate(&machines, &study.path.tasks, &Commands::Method(Method::None));
         work.tell(Event::Computed(1));
@@ -148,6 +151,8 @@ struct CutSimulation<'a> {
     machines: &'a Machines,
     model: &'a Machines,
     drawn: Option<&'a DrawnMachines>,
+    /// Where the tool is at each point; empty where nothing of the setup is uncertain.
+    tools: Vec<ToolOnWorkpiece>,
 }
 
 impl CutSimulation<'_> {
@@ -171,8 +176,6 @@ impl CutSimulation<'_> {
     fn on_real_machine(&self, seed: usize, tasks: &[TaskPoint], drives: &[Vec<f64>]) -> Vec<PathPointResult> {
         let on = |machines: &Machines, tasks: &[TaskPoint]| self.simulate(machines, tasks, &Commands::Drives(drives));
         let Some(drawn) = self.drawn else { return on(self.machines, tasks) };
-        let PathStudy { machine, placement, .. } = &self.study.path;
-        let tools = tools_on_workpiece(machine, placement, &drawn.uncertainty, tasks);
         let real = drawn.on_draw(seed, |machines| {
             let mut loaded = on(machines, tasks);
             let unloaded: Vec<TaskPoint> = tasks.iter().map(|task| scale_load(task, 0.0)).collect();
@@ -183,7 +186,7 @@ impl CutSimulation<'_> {
                 point.is_settled &= free.is_none_or(|free| free.is_settled);
                 let error = drawn.real_displacement(seed, free.map(|free| free.position_error), point.position_error);
                 let moved = |tool| drawn.uncertainty.setup_displacement(seed, tool);
-                point.position_error = error + tools.get(k).map_or_else(Vector3::zeros, moved);
+                point.position_error = error + self.tools.get(k).map_or_else(Vector3::zeros, moved);
             }
             loaded
         });
