@@ -118,9 +118,10 @@ impl Uncertainty {
     fn draws<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let draws = &self.own.draws;
         let normal = |draw: usize| draws.normal.iter().map(|own| own[draw]).collect::<Vec<f64>>();
-        let count = draws.force.len();
+        let force = draws.force_of(0).to_vec();
+        let count = force.len();
         let values: Vec<f64> = (0..count).flat_map(|draw| self.row(&normal(draw))).collect();
-        Ok((array(py, values, [count, self.names.len()])?, array(py, draws.force.clone(), [count])?))
+        Ok((array(py, values, [count, self.names.len()])?, array(py, force, [count])?))
     }
 
     /// Displacement of the tool tip, `[sets, cases, 3]`, where the force is times the factor of each set: see `kinetostat.Uncertainty.deflection`.

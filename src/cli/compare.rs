@@ -136,6 +136,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
         target: process.target,
         cuts: process.cutting_rule,
         uncertainty: None,
+        components: None,
         gamma_search: None,
     };
     Ok(PlacementStudy::for_candidates(machine, job, extent, candidates))

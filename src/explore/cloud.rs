@@ -82,7 +82,7 @@ impl Uncertain {
     /// Makes the machines of the nominal ones.
     fn drawn(&self, nominal: &Machines) -> Result<Drawn> {
         let machine = &nominal.nominal;
-        let uncertainty = self.table.of(machine, &self.errors)?;
+        let uncertainty = self.table.of_one_load(machine, &self.errors)?;
         Ok(Drawn {
             ends: machines_at_ends(&uncertainty, nominal, &[])?,
             end_coordinates: uncertainty.end_coordinates(),

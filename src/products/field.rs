@@ -181,13 +181,13 @@ impl FieldSpread {
 fn sizes(
     drawn: &DrawnMachines,
     nominal: &Machine,
-    (index, machines, factor): Draw<'_>,
+    (index, machines, factors): Draw<'_>,
     cases: &[FieldCase],
 ) -> Vec<Found<f64>> {
     let mut session = machines.session(Source::All);
     let mut size = |case: &FieldCase, way: usize| {
         let mut error = |factor: f64| error_at(&mut session, nominal, (case, way), factor);
-        let loaded = error(factor)?;
+        let loaded = error(factors.all)?;
         let free = drawn.has_model_error().then(|| error(0.0)).transpose()?;
         // No workpiece is turned in a box.
         let axis = case.task.pose.rotation * nominal.tool_axes.column(2);

@@ -16,7 +16,7 @@ use crate::{
     machine::{Branch, ChainError, Machine},
     process::{
         GammaChoice, Process,
-        uncertainty::{self, Uncertainty, UncertaintyTable},
+        uncertainty::{self, CutBy, Uncertainty, UncertaintyTable},
     },
     questions::spec::{Header, ProcessRef},
     work::Work,
@@ -241,7 +241,7 @@ impl StudyContext<'_> {
         of_process: Option<&UncertaintyTable>,
         machine: &Machine,
         errors: &[ChainError],
-        cut: (bool, &[Option<u32>]),
+        cut: &CutBy<'_>,
     ) -> Result<(Option<Uncertainty>, Inputs)> {
         self.is_uncertainty_read.set(true);
         let check = self.check.root().key("uncertainty");

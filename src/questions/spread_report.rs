@@ -170,7 +170,8 @@ pub(crate) fn counted_inputs(uncertainty: &Uncertainty) -> String {
     };
     let model = (uncertainty.model.relative_std > 0.0).then(|| "an inexact model".into());
     let ForceSpread { sharp, wear, .. } = uncertainty.force;
-    let force = sharp.map(|_| "an uncertain force".into()).into_iter().chain(wear.map(|_| "tool wear".into()));
+    let varies = sharp.is_some() || uncertainty.force.has_components();
+    let force = varies.then(|| "an uncertain force".into()).into_iter().chain(wear.map(|_| "tool wear".into()));
     let words: Vec<String> = parameters.into_iter().chain(force).chain(model).collect();
     join_words(&words.iter().map(String::as_str).collect::<Vec<_>>())
 }
@@ -547,7 +548,10 @@ pub(crate) fn fact_of_draws(uncertainty: Option<&Uncertainty>, draws: usize) -> 
             tools => format!(" (each of {tools} tools by itself)"),
         };
         let force = uncertainty.force_factor_95().map(|own| format!("cutting force × {}{wear}{each}", interval(own)));
-        let words: Vec<String> = Some(parameters).filter(|words| !words.is_empty()).into_iter().chain(force).collect();
+        let components =
+            uncertainty.component_factors_95().map(|(name, own)| format!("{name} × {}{each}", interval(own)));
+        let words = Some(parameters).filter(|words| !words.is_empty()).into_iter().chain(force).chain(components);
+        let words: Vec<String> = words.collect();
         let ModelError { relative_std, source } = uncertainty.model;
         let model =
             || format!("the model leaves out {} of what the force does ({}); ", percent(relative_std), source.label());
@@ -571,6 +575,7 @@ pub(crate) fn json(uncertainty: &Uncertainty, counts: &SpreadCounts) -> Value {
     json!({
         "parameters": uncertainty.parameters.iter().map(parameter).collect::<Vec<Value>>(),
         "force_factor_95": uncertainty.force_factor_95(),
+        "force_component_factors_95": uncertainty.component_factors_95().collect::<BTreeMap<_, _>>(),
         "wear_force_increase": uncertainty.wear_force_increase(),
         "force_of_tools": Some(&uncertainty.tools).filter(|own| !own.is_empty()),
         "model_relative_std": uncertainty.model.relative_std,

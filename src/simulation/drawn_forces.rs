@@ -8,10 +8,10 @@ use super::{
     Failure, Machines, Source,
     along_path::{BLOCK, Commands, PathCase},
     path_blocks::{Stretch, solve_stretches},
-    spread::{DrawnMachines, under},
+    spread::DrawnMachines,
     tracking::TrackPoint,
 };
-use crate::{compensation::TaskPoint, input::error, statics::Batch, work::Work};
+use crate::{compensation::TaskPoint, input::error, process::uncertainty::DrawnForceAt, statics::Batch, work::Work};
 
 /// Largest force of each drive over some points of a path in a draw: its size, N or N·mm, and the index of its point; or why there is no equilibrium.
 pub(crate) type DrawnForces = Result<Vec<(f64, usize)>, Failure>;
@@ -24,7 +24,7 @@ pub(crate) fn larger_forces(all: Vec<DrawnForces>, next: Vec<DrawnForces>) -> Ve
 }
 
 impl DrawnMachines {
-    /// Returns the largest drive forces in each of `draws` at `commands`, over those of the points `tasks` whose index, from `first` on, `counts`; the
+    /// Returns the largest drive forces in each of `draws` at `commands`, over those of the points `tasks` whose index, from `first` on, `counts`, with what draws change of the force at each; the
     /// nominal machine is tracked as in `track`, by blocks. The results do not depend on the number of threads.
     ///
     /// # Errors
@@ -32,7 +32,8 @@ impl DrawnMachines {
     pub fn largest_forces(
         &self,
         draws: Range<usize>,
-        (first, tasks, track): (usize, &[TaskPoint], &[Vec<TrackPoint>]),
+        (first, track): (usize, &[Vec<TrackPoint>]),
+        (tasks, at): (&[TaskPoint], &[DrawnForceAt]),
         commands: &Commands<'_>,
         counts: &(dyn Fn(usize) -> bool + Sync),
         work: &Work,
@@ -43,9 +44,8 @@ impl DrawnMachines {
         let stretches: Vec<Stretch<'_>> =
             blocks.flat_map(|(block, track)| (block * BLOCK..).step_by(length).zip(track.chunks(length))).collect();
         let solve = |index: usize| {
-            let factor = |k: usize| self.uncertainty.draws.force_of(self.uncertainty.tool_at(first + k))[index];
             let forces = |machines: &Machines| -> error::Result<DrawnForces> {
-                let tasks: Vec<TaskPoint> = tasks.iter().enumerate().map(|(k, task)| under(task, factor(k))).collect();
+                let tasks: Vec<TaskPoint> = self.under_draw(index, tasks, at);
                 let case = PathCase::new(machines, Source::All, &tasks);
                 let mut largest = vec![(0.0, first); case.nominal.drive_count()];
                 for together in stretches.chunks(Batch::WIDTH) {

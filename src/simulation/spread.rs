@@ -19,7 +19,8 @@ use crate::{
     input::error,
     machine::ChainError,
     process::uncertainty::{
-        Cause, Draws, P95, Quantiles, Response, Surrogate, Uncertainty, Values, mean_and_error, quantile,
+        Cause, DrawnForceAt, Draws, ForceFactors, P95, Quantiles, Response, Surrogate, Uncertainty, Values,
+        mean_and_error, quantile,
     },
 };
 
@@ -34,7 +35,7 @@ pub struct DeflectionSpread {
     pub p95_standard_error_mm: Option<f64>,
     /// Probability that the deflection is within tolerance, 0 to 1; `None` without tolerance.
     pub within_tolerance: Option<f64>,
-    /// What causes the largest part of the variance, a parameter, "cutting force", "tool wear" or "what the model leaves out"; `None` where nothing does, or too few draws have an equilibrium.
+    /// What causes the largest part of the variance, a parameter, "cutting force" or a component of it, "tool wear" or "what the model leaves out"; `None` where nothing does, or too few draws have an equilibrium.
     pub main_cause: Option<String>,
     /// Its share of the sum of variances by each alone, 0 to 1.
     pub main_cause_share: Option<f64>,
@@ -57,7 +58,7 @@ pub struct DeflectionSpread {
 /// What becomes of a 95 % quantile if what spreads the deflection is measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IfMeasured {
-    /// What is measured, a parameter, "cutting force", "tool wear" or "what the model leaves out".
+    /// What is measured, a parameter, "cutting force" or a component of it, "tool wear" or "what the model leaves out".
     pub cause: String,
     /// How well it is known then.
     pub known: String,
@@ -202,15 +203,34 @@ impl DrawnMachines {
         Ok(Self::new(Some(&uncertainty), &self.nominal, &self.errors)?.map(|own| (own, known)))
     }
 
-    /// Returns the surrogate of displacements without load, and under each of `loads`.
-    pub fn surrogate(&self, unloaded: &Response, loads: &[Response]) -> Surrogate {
-        Surrogate::new(&self.end_coordinates, unloaded, loads, &self.uncertainty.draws)
+    /// Returns the surrogate of displacements without load and under each load where the tool with this index cuts; where components of the force vary by
+    /// themselves, of those under a load, and then with each of these components twice.
+    ///
+    /// # Panics
+    /// There are no `responses`.
+    pub fn surrogate(&self, responses: &[Response], tool: usize) -> Surrogate {
+        let [unloaded, loads @ ..] = responses else { panic!("a response without load") };
+        let with =
+            |loads| Surrogate::new(&self.end_coordinates, unloaded, loads, &self.uncertainty.draws).of_tool(tool);
+        let components = self.components();
+        match loads.split_at_checked(1) {
+            Some((load, twice)) if !components.is_empty() => {
+                with(load).with_components(&self.end_coordinates, components.into_iter().zip(twice))
+            }
+            _ => with(loads),
+        }
+    }
+
+    /// Indices of the components of the force that vary by themselves.
+    pub fn components(&self) -> Vec<usize> {
+        let components = self.uncertainty.force.components;
+        (0..components.len()).filter(|own| components[*own].is_some()).collect()
     }
 
     /// Names of what spreads displacements without load and under `loads` most where the tool with this index cuts, with a share of the variance that is worth a
     /// measurement.
-    pub fn main_causes(&self, [unloaded, loads @ ..]: &[Response; 2], tool: usize) -> Vec<&str> {
-        let surrogate = self.surrogate(unloaded, loads).of_tool(tool);
+    pub fn main_causes(&self, responses: &[Response], tool: usize) -> Vec<&str> {
+        let surrogate = self.surrogate(responses, tool);
         let variances = surrogate.variances(&self.uncertainty.draws, self.causes.iter().map(|(_, cause)| cause));
         let least = WORTH_MEASURING * variances.iter().sum::<f64>();
         let causes = self.causes.iter().zip(&variances).filter(|(_, variance)| **variance > least);
@@ -249,7 +269,7 @@ impl DrawnMachines {
         tolerance_mm: f64,
         size: impl Fn(&Machines, f64) -> error::Result<Result<f64, Failure>> + Sync,
     ) -> error::Result<DeflectionSpread> {
-        let found = self.in_first_scramble(|(_, machines, factor)| size(machines, factor))?;
+        let found = self.in_first_scramble(|(_, machines, factor)| size(machines, factor.all))?;
         Ok(DeflectionSpread::of_solved(&found, Some(tolerance_mm)))
     }
 
@@ -259,11 +279,20 @@ impl DrawnMachines {
         solve: impl Fn(Draw<'_>) -> error::Result<Result<T, Failure>> + Sync,
     ) -> error::Result<Vec<Result<T, Failure>>> {
         let in_draw = |index: usize| {
-            let factor = self.uncertainty.draws.force[index];
+            let factor = self.uncertainty.draws.factors(0, index);
             let found = self.on_draw(index, |machines| solve((index, machines, factor)));
             found.unwrap_or_else(|failure| Ok(Err(failure)))
         };
         (0..Draws::PER_SCRAMBLE).into_par_iter().map(in_draw).collect()
+    }
+
+    /// Returns `tasks` under the force of the draw `index`, which changes it at each of them as `at` says; everywhere alike where that is empty.
+    pub fn under_draw(&self, index: usize, tasks: &[TaskPoint], at: &[DrawnForceAt]) -> Vec<TaskPoint> {
+        let under = |(k, task)| {
+            let at: DrawnForceAt = at.get(k).copied().unwrap_or_default();
+            under_factors(task, &self.uncertainty.draws.factors(at.tool, index), &at)
+        };
+        tasks.iter().enumerate().map(under).collect()
     }
 
     /// Makes the machines with these values of parameters.
@@ -273,8 +302,8 @@ impl DrawnMachines {
     }
 }
 
-/// A draw: its number, its machines and its factor of the cutting force.
-pub(crate) type Draw<'a> = (usize, &'a Machines, f64);
+/// A draw: its number, its machines and its factors of the cutting force.
+pub(crate) type Draw<'a> = (usize, &'a Machines, ForceFactors);
 
 /// Size of the deflection at the point with this index in a draw, mm, or why it has none. `Err` if the work is stopped.
 type Solve<'a> = dyn Fn(usize, Draw<'_>) -> error::Result<Result<f64, Failure>> + 'a;
@@ -302,7 +331,7 @@ pub(crate) struct WantedSpread<'a> {
 impl WantedSpread<'_> {
     /// Size at `point` in the draw `index`, mm; `None` if it has none. Counted in `spread`.
     fn solve_draw(&self, point: usize, index: usize, spread: &mut DeflectionSpread) -> error::Result<Option<f64>> {
-        let factor = self.drawn.uncertainty.draws.force_of((self.tool)(point))[index];
+        let factor = self.drawn.uncertainty.draws.factors((self.tool)(point), index);
         let found = self.drawn.on_draw(index, |machines| (self.solve)(point, (index, machines, factor)));
         let found = found.unwrap_or_else(|failure| Ok(Err(failure)))?;
         spread.solved_draws += 1;
@@ -340,7 +369,7 @@ impl WantedSpread<'_> {
             self.drawn.machines_with([values.iter().map(|(name, value)| (name.as_str(), *value)).collect(), Vec::new()])
         };
         if let Ok(weakest) = self.drawn.weakest.get_or_init(make)
-            && (self.solve)(point, (0, weakest, 1.0))?.is_ok()
+            && (self.solve)(point, (0, weakest, ForceFactors::of_all(1.0)))?.is_ok()
         {
             return Ok(solved);
         }
@@ -370,9 +399,9 @@ impl WantedSpread<'_> {
         points: &[Option<Option<&[Response]>>],
     ) -> error::Result<Vec<Option<(DeflectionSpread, Sizes)>>> {
         let estimate = |(point, responses): (usize, &Option<Option<&[Response]>>)| {
-            let Some(Some([unloaded, loaded @ ..])) = responses else { return Ok(None) };
+            let Some(Some(responses)) = responses else { return Ok(None) };
             let draws = &self.drawn.uncertainty.draws;
-            let surrogate = self.drawn.surrogate(unloaded, loaded).of_tool((self.tool)(point));
+            let surrogate = self.drawn.surrogate(responses, (self.tool)(point));
             let mut sizes = surrogate.largest_displacements(draws, Draws::COUNT);
             if !self.checks {
                 return Ok(Some(Estimate::unchecked(point, sizes)));
@@ -734,6 +763,12 @@ fn share_of(difference: f64, p95: f64) -> f64 {
 pub(crate) fn under(task: &TaskPoint, factor: f64) -> TaskPoint {
     let task = Source::All.task(task);
     if factor == 1.0 { task } else { TaskPoint { load: task.load.scale(factor), ..task } }
+}
+
+/// The task of all sources where the cutting force, which is composed as `at` says, has these factors.
+pub(crate) fn under_factors(task: &TaskPoint, factors: &ForceFactors, at: &DrawnForceAt) -> TaskPoint {
+    let task = Source::All.task(task);
+    TaskPoint { load: factors.on(&task.load, &at.components), ..task }
 }
 
 /// Root of the mean of the squares of `values`; `None` for none.

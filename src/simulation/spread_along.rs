@@ -12,7 +12,7 @@ use super::{
     Failure, Machines, ROUNDING_MM, Source,
     along_path::{self, Commands, PathCase, PathPointResult, TrackBlocks, block_pieces},
     path_blocks::{Stretch, solve_stretches},
-    spread::{DeflectionSpread, Draw, DrawnMachines, IfMeasured, Sizes, WantedSpread, under},
+    spread::{DeflectionSpread, Draw, DrawnMachines, IfMeasured, Sizes, WantedSpread, under_factors},
     tasks::PoseTracker,
     tracking::TrackPoint,
 };
@@ -22,7 +22,7 @@ use crate::{
     machine::Machine,
     process::{
         Placement,
-        uncertainty::{Draws, Response, ToolOnWorkpiece, Uncertainty},
+        uncertainty::{DrawnForceAt, Draws, ForceFactors, Response, ToolOnWorkpiece, Uncertainty},
     },
     spatial::Pose,
     statics::Batch,
@@ -155,8 +155,8 @@ const STRETCH: usize = along_path::BLOCK / Batch::WIDTH;
 struct Solved {
     /// Without cutting force, with nominal numbers; `None` without equilibrium.
     unloaded: Option<Vector3<f64>>,
-    /// Without load and under the cutting force, or why one of them is missing.
-    responses: std::result::Result<[Response; 2], Failure>,
+    /// Without load, under the cutting force, and with each component twice that varies by itself, or why one of them is missing.
+    responses: std::result::Result<Vec<Response>, Failure>,
 }
 
 impl Solved {
@@ -190,6 +190,8 @@ pub(crate) struct SpreadPart<'a> {
     pub first: usize,
     /// Poses and loads at its points.
     pub tasks: &'a [TaskPoint],
+    /// What draws change of the force at each; empty where one factor is for all of it.
+    pub forces: &'a [DrawnForceAt],
     /// The nominal machine along it.
     pub track: &'a TrackBlocks<'a>,
     /// Compensated poses of P as a program commands them at each point; those of the nominal machine if `None`.
@@ -199,15 +201,19 @@ pub(crate) struct SpreadPart<'a> {
 /// Hands each part of a path to a function, in order.
 pub(crate) type EachPart<'a> = dyn Fn(&mut dyn FnMut(&SpreadPart<'_>) -> Result<()>) -> Result<()> + 'a;
 
-/// Returns the parts of the path of these `tasks`, along which the machine `nominal` is tracked, with the commands that it computes.
-pub(crate) fn parts_of<'a>(nominal: &'a Machine, tasks: &'a [TaskPoint]) -> Box<EachPart<'a>> {
+/// Returns the parts of the path of these `tasks` with `forces` as in [`SpreadPart`], along which the machine `nominal` is tracked, with the commands that it computes.
+pub(crate) fn parts_of<'a>(
+    nominal: &'a Machine,
+    tasks: &'a [TaskPoint],
+    forces: &'a [DrawnForceAt],
+) -> Box<EachPart<'a>> {
     Box::new(move |take| {
         let mut before = None;
         along_path::parts(tasks.len()).try_for_each(|points| {
-            let (first, tasks) = (points.start, &tasks[points]);
+            let (first, tasks, forces) = (points.start, &tasks[points.clone()], forces.get(points).unwrap_or_default());
             let track = TrackBlocks::new(nominal, before.as_ref(), tasks);
             before = track.last().or(before.take());
-            take(&SpreadPart { first, tasks, track: &track, written: None })
+            take(&SpreadPart { first, tasks, forces, track: &track, written: None })
         })
     })
 }
@@ -274,7 +280,7 @@ impl SpreadPath<'_> {
             let commanded = point.commanded(Command::Compensated)?;
             let nominal = point.responses(&commanded)?.into_iter().flatten().next();
             let Some(Ok(responses)) = nominal.map(|solved| solved.responses) else { return Ok(()) };
-            for cause in self.drawn.main_causes(&responses, point.tool_at(0)) {
+            for cause in self.drawn.main_causes(&responses, point.force_at(0).tool) {
                 let Some((drawn, known)) = self.drawn.measured(cause)? else { continue };
                 let path = SpreadPath { drawn: &drawn, audits: 0, ..*self };
                 let point = Block { path: &path, tools: point.tools.clone(), ..point };
@@ -405,6 +411,7 @@ struct Block<'a> {
     /// Index of its first point.
     first: usize,
     tasks: &'a [TaskPoint],
+    forces: &'a [DrawnForceAt],
     track: &'a [TrackPoint],
     /// As in [`SpreadPart`].
     written: Option<&'a [Pose]>,
@@ -437,15 +444,25 @@ impl<'a> Block<'a> {
     fn new(path: &'a SpreadPath<'a>, part: &'a SpreadPart<'a>, points: &Range<usize>, work: &'a Work) -> Self {
         let (tasks, track) = (&part.tasks[points.clone()], part.track.block(points.start));
         let written = part.written.map(|poses| &poses[points.clone()]);
+        let forces = part.forces.get(points.clone()).unwrap_or_default();
         let tools = tools_on_workpiece(&path.machines.nominal, &path.placement, &path.drawn.uncertainty, tasks);
-        Self { path, first: part.first + points.start, tasks, track, written, tools, work }
+        Self { path, first: part.first + points.start, tasks, forces, track, written, tools, work }
     }
 
     /// Its point `k` alone.
     fn only(&self, k: usize) -> Self {
         let written = self.written.map(|poses| &poses[k..=k]);
         let tools = self.tools.get(k).copied().into_iter().collect();
-        Self { first: self.first + k, tasks: &self.tasks[k..=k], track: &self.track[k..=k], written, tools, ..*self }
+        let forces = self.forces.get(k..=k).unwrap_or_default();
+        Self {
+            first: self.first + k,
+            tasks: &self.tasks[k..=k],
+            forces,
+            track: &self.track[k..=k],
+            written,
+            tools,
+            ..*self
+        }
     }
 
     /// Whether point `k` counts in the largest distance.
@@ -453,24 +470,34 @@ impl<'a> Block<'a> {
         (self.path.counts)(self.first + k)
     }
 
-    /// Index of the tool that cuts at point `k` ([`Draws::force_of`]).
-    fn tool_at(&self, k: usize) -> usize {
-        self.path.drawn.uncertainty.tool_at(self.first + k)
+    /// What draws change of the force at point `k`.
+    fn force_at(&self, k: usize) -> DrawnForceAt {
+        self.forces.get(k).copied().unwrap_or_default()
     }
 
     /// Solves `commands` with `machines` under the cutting force times `factor`.
     fn solve(&self, machines: &Machines, factor: f64, commands: &Commands<'_>) -> Result<Vec<PathPointResult>> {
-        self.solve_under(machines, &|_| factor, commands)
+        self.solve_under(machines, ForceFactors::of_all(factor), commands)
     }
 
-    /// Solves `commands` with `machines` under the cutting force times the `factor` of each point.
+    /// Solves `commands` with `machines` under the cutting force with these factors.
     fn solve_under(
         &self,
         machines: &Machines,
-        factor: &dyn Fn(usize) -> f64,
+        factors: ForceFactors,
         commands: &Commands<'_>,
     ) -> Result<Vec<PathPointResult>> {
-        let tasks: Vec<TaskPoint> = self.tasks.iter().enumerate().map(|(k, task)| under(task, factor(k))).collect();
+        let under = |(k, task)| under_factors(task, &factors, &self.force_at(k));
+        self.solve_tasks(machines, self.tasks.iter().enumerate().map(under).collect(), commands)
+    }
+
+    /// Solves `commands` with `machines` for `tasks` in place of its own.
+    fn solve_tasks(
+        &self,
+        machines: &Machines,
+        tasks: Vec<TaskPoint>,
+        commands: &Commands<'_>,
+    ) -> Result<Vec<PathPointResult>> {
         let case = PathCase { play: self.path.play, ..PathCase::new(machines, Source::All, &tasks) };
         let points = self.track.len().div_ceil(Batch::WIDTH).clamp(1, STRETCH);
         let stretch = |(k, track)| (k * points, track);
@@ -502,29 +529,39 @@ impl<'a> Block<'a> {
         let drawn = self.path.drawn;
         let commands = commanded.of(0..self.tasks.len());
         let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; drawn.ends.len()] };
-        let unloaded = self.solve(self.path.machines, 0.0, &commands)?;
-        let loaded = self.solve(self.path.machines, 1.0, &commands)?;
+        let twice = drawn.components().into_iter().map(|own| {
+            let mut factors = ForceFactors::of_all(1.0);
+            factors.components[own] = 1.0;
+            factors
+        });
+        let loads: Vec<ForceFactors> = [0.0, 1.0].map(ForceFactors::of_all).into_iter().chain(twice).collect();
+        let solved = |load: &ForceFactors| self.solve_under(self.path.machines, *load, &commands);
+        let all = loads.iter().map(solved).collect::<Result<Vec<_>>>()?;
+        let [unloaded, loaded, twice @ ..] = &all[..] else { return Ok(Vec::new()) };
         // Play is no part of what grows with the force; all draws are taken to stand on the sides of the nominal machine.
         let seated: Vec<Vector3<f64>> = loaded.iter().map(PathPointResult::seated).collect();
         let begin = |(k, ((unloaded, loaded), is_known)): (usize, ((&PathPointResult, &PathPointResult), &bool))| {
             let response = |elastic| self.with_setup(k, response(elastic + seated[k]));
             let loaded = loaded.elastic_error().filter(|_| *is_known)?;
-            let responses = unloaded
-                .elastic_error()
-                .map(|free| [response(free), response(loaded)])
-                .ok_or_else(|| self.failure(unloaded, "without cutting force"));
+            let free = unloaded.elastic_error().ok_or_else(|| self.failure(unloaded, "without cutting force"));
+            let twice = twice.iter().map(|all| {
+                let words = "with a component of the cutting force twice as large";
+                all[k].elastic_error().ok_or_else(|| self.failure(&all[k], words))
+            });
+            let errors = [free, Ok(loaded)].into_iter().chain(twice);
+            let responses = errors.map(|error| error.map(response)).collect();
             Some(Solved { unloaded: unloaded.solved_error(), responses })
         };
         let mut points: Vec<Option<Solved>> =
-            unloaded.iter().zip(&loaded).zip(&commanded.is_known).enumerate().map(begin).collect();
+            unloaded.iter().zip(loaded).zip(&commanded.is_known).enumerate().map(begin).collect();
         for (own, ends) in drawn.ends.iter().enumerate() {
             for (end, machines) in ends.iter().enumerate() {
                 let Some(machines) = machines else { continue };
-                for load in 0..2 {
-                    let answers = self.solve(machines, load as f64, &commands)?;
+                for (load, factors) in loads.iter().enumerate() {
+                    let answers = self.solve_under(machines, *factors, &commands)?;
                     for ((point, answer), seated) in points.iter_mut().zip(answers).zip(&seated) {
                         let Some(Solved { responses, .. }) = point else { continue };
-                        match (answer.elastic_error(), &mut *responses) {
+                        match (answer.elastic_error(), responses.as_mut()) {
                             (Some(error), Ok(responses)) => responses[load].ends[own][end] = Some(error + seated),
                             (None, Ok(_)) => *responses = Err(self.failure(&answer, &drawn.end_words(own, end))),
                             (_, Err(_)) => {}
@@ -555,19 +592,21 @@ impl<'a> Block<'a> {
     /// Distance from the path at point `k` in a draw, mm.
     fn size_at(&self, k: usize, commanded: &Commanded, draw: Draw<'_>) -> Result<std::result::Result<f64, Failure>> {
         let none = Failure { status: "not_converged".into(), reason: "there is no point".into() };
-        let (index, machines, factor) = draw;
-        let found = self.only(k).sizes((index, machines), &|_| factor, &commanded.of(k..k + 1))?;
+        let (index, machines, factors) = draw;
+        let at = self.only(k);
+        let tasks = vec![under_factors(&self.tasks[k], &factors, &self.force_at(k))];
+        let found = at.sizes((index, machines), tasks, &commanded.of(k..k + 1))?;
         Ok(found.into_iter().next().unwrap_or(Err(none)))
     }
 
-    /// Distances from the path at each point in the draw `index`, its machines and the `factor` of the force at each point, mm, or why there is none.
+    /// Distances from the path at each point in the draw `index` on its machines and with these `tasks`, under its force, mm, or why there is none.
     fn sizes(
         &self,
         (index, machines): (usize, &Machines),
-        factor: &dyn Fn(usize) -> f64,
+        tasks: Vec<TaskPoint>,
         commands: &Commands<'_>,
     ) -> Result<Vec<std::result::Result<f64, Failure>>> {
-        let loaded = self.solve_under(machines, factor, commands)?;
+        let loaded = self.solve_tasks(machines, tasks, commands)?;
         let free = if self.path.drawn.has_model_error() { self.solve(machines, 0.0, commands)? } else { Vec::new() };
         let error = |answer: &PathPointResult| answer.elastic_error().ok_or_else(|| self.failure(answer, ""));
         let size = |(k, answer): (usize, &PathPointResult)| {
@@ -590,7 +629,7 @@ impl<'a> Block<'a> {
         let SpreadPath { drawn, tolerance_mm, .. } = *self.path;
         let seed = |k| (self.first + first + k) as u64;
         let (checks, most_next) = (self.path.compensates, None);
-        let tool = |k| self.tool_at(first + k);
+        let tool = |k| self.force_at(first + k).tool;
         let wanted =
             WantedSpread { drawn, tolerance_mm, tool: &tool, solve: &solve, checks, most_next, audits, seed: &seed };
         wanted.spreads(&points.iter().map(|point| point.as_ref().map(Solved::known)).collect::<Vec<_>>())
@@ -619,8 +658,8 @@ impl<'a> Block<'a> {
 
     /// Sizes at point `k` in the first draws with the correction of each drive left out, which moves the tool by `shifts`; none where it is not known.
     fn sizes_without_drives(&self, k: usize, solved: &Solved, shifts: &[Vec<Option<Vector3<f64>>>]) -> Vec<Vec<f64>> {
-        let (drawn, Ok([unloaded, loads @ ..])) = (self.path.drawn, &solved.responses) else { return Vec::new() };
-        let surrogate = drawn.surrogate(unloaded, loads).of_tool(self.tool_at(k));
+        let (drawn, Ok(responses)) = (self.path.drawn, &solved.responses) else { return Vec::new() };
+        let surrogate = drawn.surrogate(responses, self.force_at(k).tool);
         let sizes = |shifts: &Vec<Option<Vector3<f64>>>| {
             Some(surrogate.shifted(shifts[k]?).largest_displacements(&drawn.uncertainty.draws, DRAWS_BY_DRIVE))
         };
@@ -691,8 +730,8 @@ impl<'a> Block<'a> {
         let commands = commanded.of(0..self.tasks.len());
         let nominal = self.solve(self.path.machines, 1.0, &commands)?;
         let mut largest = 0.0f64;
-        let factor = |k: usize| self.path.drawn.uncertainty.draws.force_of(self.tool_at(k))[draw.0];
-        for (k, (nominal, size)) in nominal.iter().zip(self.sizes(draw, &factor, &commands)?).enumerate() {
+        let tasks = self.path.drawn.under_draw(draw.0, self.tasks, self.forces);
+        for (k, (nominal, size)) in nominal.iter().zip(self.sizes(draw, tasks, &commands)?).enumerate() {
             if !nominal.is_settled || !commanded.is_known[k] || !self.counts(k) {
                 continue;
             }

@@ -10,6 +10,7 @@ use crate::{
         PlacedWorkpiece, Placement,
         cutting::{LoadError, PathLoad},
         file::Process,
+        uncertainty::{DrawnForceAt, ForceSpread, Uncertainty},
     },
     simulation::external_axes::axes_along,
     spatial::{Pose, Wrench},
@@ -111,6 +112,28 @@ pub fn tasks_under(
         TaskPoint { load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), ..task }
     };
     path.points().iter().zip(loads).map(task).collect()
+}
+
+/// Returns what draws change of the force at each point of a path at `placement`, whose force has these `components`; nothing where one factor is for all of it.
+pub(crate) fn drawn_forces_at(
+    uncertainty: &Uncertainty,
+    (machine, placement): (&Machine, &Placement),
+    path: &Toolpath,
+    components: Option<&[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]>,
+) -> Vec<DrawnForceAt> {
+    let components = components.filter(|_| uncertainty.force.has_components());
+    if components.is_none() && uncertainty.tools.len() < 2 {
+        return Vec::new();
+    }
+    let of = |loads: &Vec<PathLoad>| tasks_under(machine, placement, Target::ToolTip, path, loads);
+    let components: Vec<Vec<TaskPoint>> = components.into_iter().flatten().map(of).collect();
+    let at = |(k, tool): (usize, Option<u32>)| DrawnForceAt {
+        tool: uncertainty.tool_index(tool),
+        components: std::array::from_fn(|own| {
+            components.get(own).map_or_else(Wrench::zero, |own: &Vec<TaskPoint>| own[k].load)
+        }),
+    };
+    path.cutting_tools().into_iter().enumerate().map(at).collect()
 }
 
 /// Returns a function from a path point to its task point without load and the place of workpiece and tool, to be called in path order.

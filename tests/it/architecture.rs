@@ -222,14 +222,14 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_425),
     (&["src/toolpath"], 15_845),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 9_255),
-    (&["src/simulation", "src/redundancy"], 5_485),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 9_555),
+    (&["src/simulation", "src/redundancy"], 5_580),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_675),
     (&["src/figures", "src/page"], 9_435),
-    (&["src/questions"], 24_395),
-    (&["src/products", "src/inspect", "src/explore"], 10_415),
+    (&["src/questions"], 24_455),
+    (&["src/products", "src/inspect", "src/explore"], 10_435),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 105_000),
+    (&["crates/engine/src", "crates/input/src", "src"], 105_495),
 ];
 
 #[test]

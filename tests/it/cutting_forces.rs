@@ -42,7 +42,12 @@ fn any_milling() -> impl Strategy<Value = EndMilling> {
     });
     let kienzle =
         (500.0..3000.0f64, 0.0..0.4f64, 0.0..0.8f64, -0.3..0.3f64).prop_map(|(specific_force, exponent, r, a)| {
-            EdgeLaw::Kienzle { tangential: Kienzle { specific_force, exponent }, radial_ratio: r, axial_ratio: a }
+            EdgeLaw::Kienzle {
+                tangential: Kienzle { specific_force, exponent },
+                tangential_share: 1.0,
+                radial_ratio: r,
+                axial_ratio: a,
+            }
         });
     let edge = prop_oneof![linear, kienzle];
     (edge, 1..9u32, 0.02..1.0f64, any::<bool>(), any::<bool>()).prop_map(|(edge, teeth, share, up, clockwise)| {
@@ -231,6 +236,7 @@ fn a_cut_as_wide_as_the_cutter_is_a_slot() {
 fn kienzle_without_exponent_is_linear() {
     let kienzle = EdgeLaw::Kienzle {
         tangential: Kienzle { specific_force: 2000.0, exponent: 0.0 },
+        tangential_share: 1.0,
         radial_ratio: 0.25,
         axial_ratio: -0.125,
     };

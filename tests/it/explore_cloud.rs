@@ -74,7 +74,7 @@ fn tips_of_a_cloud_are_those_of_whole_machines() {
             let unloaded = Machines::new(&unloaded, &[]).unwrap().real;
             let real = unloaded.with_parameters(&values(true)).unwrap();
             let mut session = Session::new(&machine, &real, settings()).with_unloaded_machine(&unloaded);
-            let [free, moved] = [0.0, uncertainty.draws.force[index]].map(|factor| {
+            let [free, moved] = [0.0, uncertainty.draws.force_of(0)[index]].map(|factor| {
                 let load = Wrench::new(wrench).scale(factor);
                 let task = TaskPoint { pose: at.pose, load, target: Target::ToolTip, wanted: None, external: None };
                 session.set_rigid(&at);

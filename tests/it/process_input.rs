@@ -179,6 +179,7 @@ fn end_milling_takes_its_coefficients_from_a_table_kienzle_or_a_material() {
     assert_eq!((tangential.cutting, tangential.edge, axial.cutting), (767.01, 27.7, -222.0));
     let kienzle = |exponent| EdgeLaw::Kienzle {
         tangential: Kienzle { specific_force: 2220.0, exponent },
+        tangential_share: 1.0,
         radial_ratio: 0.4,
         axial_ratio: -0.1,
     };

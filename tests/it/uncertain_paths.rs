@@ -2,12 +2,13 @@
 
 use crate::support::{
     command::told,
-    uncertain::{Drawn, LEVER, TOLERANCES, draws, force, study_text},
+    uncertain::{Drawn, EXACT_MODEL, LEVER, TOLERANCES, draws, force, job, proved, study_text},
 };
 use kinetostat::{
     Overrides, Study, Work,
     compensation::{Method, Session, compensate, simulate, simulate_drives},
     process::uncertainty::{P95, normal_cdf, normal_quantile, quantile},
+    products::program::{Asked, CommandSource},
     questions::{
         StudyKind,
         path::{self, PathResults, PathStudy, Shown, report},
@@ -216,6 +217,66 @@ fn each_tool_may_have_a_force_of_its_own() {
     assert_eq!(own.study.uncertainty.as_ref().unwrap().tools, [1, 2]);
     let one = two.replace("T2 M6\n", "");
     assert_eq!(run(&one, "force_per_tool = true\n").spread, run(&one, "").spread);
+}
+
+/// An end mill of two coefficients along a slide: with each known by itself, its force along the feed is a sum of lognormal numbers, and so is what the compensation
+/// leaves; of a path and of a program alike.
+#[test]
+fn coefficients_of_a_cutting_force_vary_by_themselves() {
+    // Down milling with a quarter of the diameter: from 120° to 180°, 4 teeth, 5 mm deep, 0.1 mm a tooth.
+    let (entry, share, feed) = (2.0 / 3.0 * std::f64::consts::PI, 4.0 * 5.0 / std::f64::consts::TAU, 0.1);
+    let [sine_cosine, sine_squared] =
+        [-0.5 * entry.sin().powi(2), 0.5 * (std::f64::consts::PI - entry) + 0.25 * (2.0 * entry).sin()];
+    let [tangential, radial] = [-share * feed * 9000.0 * sine_cosine, -share * feed * 3000.0 * sine_squared];
+    let milling = "process.force.end_milling = { diameter_mm = 10.0, teeth = 4, axial_depth_mm = 5.0, radial_width_mm = 2.5, cut = \"down\", \
+        feed_per_tooth_mm = 0.1, coefficients = { tangential_cutting_N_per_mm2 = 9000.0, radial_cutting_N_per_mm2 = 3000.0, axial_cutting_N_per_mm2 = 0.0 } }\n";
+    let process = "process.placement = { origin_mm = [0.0, 0.0, 50.0] }\n".to_string() + milling;
+    let uncertainty = "[uncertainty.process]\nforce_relative_std = 0.05\nforce_component_relative_std = { tangential = 0.15, radial = 0.3 }\n";
+    let std = |relative: f64| (0.5f64 * (1.0 + (1.0 + 4.0 * relative * relative).sqrt())).ln().sqrt();
+    // On a grid of quantiles of all three.
+    let count = 200;
+    let factors = |relative: f64| -> Vec<f64> {
+        (0..count).map(|own| (std(relative) * normal_quantile((own as f64 + 0.5) / count as f64)).exp()).collect()
+    };
+    let [whole, one, other] = [0.05, 0.15, 0.3].map(factors);
+    let sizes = |without: f64| -> Vec<f64> {
+        let of = |whole: &f64, one: &f64, other: &f64| {
+            ((whole * (one * tangential + other * radial) - without * (tangential + radial)) / 1e4).abs()
+        };
+        let (one, other) = (&one, &other);
+        whole
+            .iter()
+            .flat_map(|all| one.iter().flat_map(move |one| other.iter().map(move |other| of(all, one, other))))
+            .collect()
+    };
+    let exact = |without: f64| [P95, 0.5].map(|share| quantile(&mut sizes(without), share));
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
+    let path = "line = { start_mm = [-0.5, 0.0, 0.0], end_mm = [0.5, 0.0, 0.0] }";
+    let study = path_study(folder.path().to_path_buf(), &study_of("lever.toml", &process, uncertainty, path));
+    let found = path::run(&study, &Work::default()).unwrap().spread.unwrap();
+    let of_process = format!("{}{uncertainty}{EXACT_MODEL}", process.replace("process.", ""));
+    let job = job("lever", &of_process, ("part.nc", "G21 G90\nG0 X-0.5 Y0 Z0\nG1 X0.5 F600\n"));
+    let asked = Asked {
+        way: CommandSource::Method(Method::Direct),
+        compared: Vec::new(),
+        sources_apart: false,
+        ends_early: false,
+    };
+    let of_program = proved(&job, &asked).unwrap().0.spread.unwrap();
+    for found in [&found, &of_program] {
+        for (found, exact, share) in
+            [(&found.plain, exact(0.0), 5e-3), (found.compensated.as_ref().unwrap(), exact(1.0), 2e-2)]
+        {
+            for (found_mm, exact) in [found.spread.p95_mm, found.spread.median_mm].into_iter().zip(exact) {
+                let found_mm = found_mm.unwrap();
+                assert!((found_mm / exact - 1.0).abs() < share, "{found_mm} instead of {exact}: {found:?}");
+            }
+            assert!(found.is_confirmed && found.spread.check_difference.unwrap().abs() < 1e-5, "{found:?}");
+        }
+        let measured = found.compensated.as_ref().unwrap().if_measured.as_ref().unwrap();
+        assert_eq!(measured.cause, "tangential force");
+    }
 }
 
 /// A workpiece that is turned about its origin carries its path away from where it is commanded: what the exactly rotated path is off by, on which a slide that gives way

@@ -25,6 +25,9 @@ use rayon::prelude::*;
 
 const CIRCLE: &str = "circle = { centre_mm = [0.0, 0.0, 0.0], diameter_mm = 50.0, points = 13 }";
 const TOLERANCE: f64 = 0.45;
+/// A square that two tools cut.
+const TWO_TOOLS: &str =
+    "G21 G90\nT1 M6\nG0 X25 Y25 Z0\nG1 X-25 F600\nY-25\nG0 Z-5\nT2 M6\nG0 X-25 Y-25 Z0\nG1 X25\nY25\n";
 
 fn uncertain() -> String {
     format!("[uncertainty]\n[[uncertainty.parameter]]\nname = \"leg.*.stiffness\"\nrelative_std = 0.3\n{TOLERANCES}")
@@ -46,7 +49,7 @@ fn placement_text(uncertainty: &str) -> String {
 }
 
 fn study_of(text: &str) -> StudyKind {
-    let folder = kinetostat::Folder::in_memory([]);
+    let folder = kinetostat::Folder::in_memory([("two_tools.nc".to_string(), TWO_TOOLS.as_bytes().to_vec())]);
     Study::from_toml(text, "study.toml", folder, &Overrides::default()).unwrap_or_else(|error| panic!("{error}")).kind
 }
 
@@ -59,6 +62,11 @@ fn placement(text: &str) -> Box<PlacementStudy> {
 
 /// The path of the groove at the place of `entry`, read by itself.
 fn path_at(entry: &Entry, circle: &str) -> Box<PathStudy> {
+    path_under(entry, circle, &uncertain())
+}
+
+/// Another path there with other uncertain inputs.
+fn path_under(entry: &Entry, path: &str, uncertainty: &str) -> Box<PathStudy> {
     let origin = entry.site.position_mm();
     let process = format!(
         "process.placement = {{ reference = \"platform_point\", origin_mm = [{:?}, {:?}, {:?}] }}\n{}",
@@ -67,12 +75,8 @@ fn path_at(entry: &Entry, circle: &str) -> Box<PathStudy> {
         origin.z,
         force(215.0, -10.0, -25.0)
     );
-    match study_of(&study_text(
-        "orthoglide",
-        &process,
-        &uncertain(),
-        &format!("[path]\nmethods = [\"direct\"]\n{circle}"),
-    )) {
+    match study_of(&study_text("orthoglide", &process, uncertainty, &format!("[path]\nmethods = [\"direct\"]\n{path}")))
+    {
         StudyKind::Path(study, _) => study,
         _ => panic!("not a path"),
     }
@@ -186,17 +190,26 @@ fn long_the_probability_of_the_best_place_agrees_with_brute_force() {
 /// What is compensated at a place is what a study of its path says.
 #[test]
 fn a_place_is_as_sure_as_its_path() {
-    let study = placement(&placement_text(&uncertain()));
-    let found = placement::run(&study, &Work::default()).unwrap();
-    let entry = &found.entries[0];
-    let path = kinetostat::questions::path::run(&path_at(entry, CIRCLE), &Work::default()).unwrap();
-    let (place, path) = (&entry.spread.as_ref().unwrap().largest, path.spread.unwrap());
-    for (place, path) in
-        [(&place.plain, &path.plain), (place.compensated.as_ref().unwrap(), path.compensated.as_ref().unwrap())]
-    {
-        let [a, b] = [place, path].map(|own| own.spread.p95_mm.unwrap());
-        assert!((a / b - 1.0).abs() < 1e-6, "{a}, {b}");
+    let components = uncertain() + "force_component_relative_std = { tangential = 0.2, radial = 0.3 }\n";
+    let tools = uncertain() + "force_per_tool = true\n";
+    let mut all = Vec::new();
+    for (uncertainty, shape) in [(uncertain(), CIRCLE), (components, CIRCLE), (tools, "file = \"two_tools.nc\"")] {
+        let text = placement_text(&uncertainty).replace(CIRCLE, shape);
+        let found = placement::run(&placement(&text), &Work::default()).unwrap();
+        let entry = &found.entries[0];
+        let path = path_under(entry, shape, &uncertainty);
+        let path = kinetostat::questions::path::run(&path, &Work::default()).unwrap();
+        let (place, path) = (&entry.spread.as_ref().unwrap().largest, path.spread.unwrap());
+        for (place, path) in
+            [(&place.plain, &path.plain), (place.compensated.as_ref().unwrap(), path.compensated.as_ref().unwrap())]
+        {
+            let [a, b] = [place, path].map(|own| own.spread.p95_mm.unwrap());
+            assert!((a / b - 1.0).abs() < 1e-6, "{a}, {b}");
+        }
+        all.push(place.compensated.as_ref().unwrap().spread.p95_mm.unwrap());
     }
+    // Coefficients that are known less well leave more.
+    assert!(all[1] > 1.1 * all[0], "{all:?}");
 }
 
 /// A workpiece is turned about its origin wherever it stands: what is left of a compensation, all else being exact, is the same at all places, and that of the arms from its origin.

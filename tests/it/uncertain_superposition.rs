@@ -61,7 +61,7 @@ fn a_force_that_varies_gives_the_errors_of_the_study_with_that_force() {
     };
     let uncertainty = "[uncertainty.process]\nforce_relative_std = 0.3\n[uncertainty.model]\nrelative_std = 0.5\n";
     let uncertain = study(&text(1.0, uncertainty));
-    let factors = &uncertain.uncertainty.as_ref().unwrap().draws.force[..Draws::PER_SCRAMBLE];
+    let factors = &uncertain.uncertainty.as_ref().unwrap().draws.force_of(0)[..Draws::PER_SCRAMBLE];
     let found = run_locations(&uncertain, &Work::default()).unwrap();
     let nominal = |scale: f64| -> Vec<f64> {
         let found = run_locations(&study(&text(scale, "")), &Work::default()).unwrap();

@@ -276,7 +276,7 @@ fn a_worn_tool_on_a_lever_has_the_exact_quantiles() {
     assert!(without.has_nominal_medians());
     assert_eq!((&without.draws.normal, &without.draws.model), (&uncertainty.draws.normal, &uncertainty.draws.model));
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);
-    for (draw, factor) in without.draws.force.iter().enumerate() {
+    for (draw, factor) in without.draws.force_of(0).iter().enumerate() {
         let [sharp, wear] = uncertainty.draws.sharp_and_wear(0, draw);
         assert!((sharp / factor - 1.0).abs() < 1e-14);
         (least, most) = (least.min(wear), most.max(wear));

@@ -38,9 +38,9 @@ impl EngagementArc {
             EdgeLaw::Linear { tangential, radial, axial } => {
                 [tangential, radial, axial].map(|force| self.linear_integrals(*force, c))
             }
-            EdgeLaw::Kienzle { tangential, radial_ratio, axial_ratio } => {
+            EdgeLaw::Kienzle { tangential, tangential_share, radial_ratio, axial_ratio } => {
                 let main = self.kienzle_integrals(*tangential, c);
-                [main, main.scaled(*radial_ratio), main.scaled(*axial_ratio)]
+                [*tangential_share, *radial_ratio, *axial_ratio].map(|share| main.scaled(share))
             }
         }
     }

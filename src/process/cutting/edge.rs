@@ -17,6 +17,11 @@ impl EdgeForce {
     pub fn on_edge(self, h: f64) -> f64 {
         self.cutting * h + self.edge
     }
+
+    /// Returns both coefficients times `factor`.
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        Self { cutting: self.cutting * factor, edge: self.edge * factor }
+    }
 }
 
 /// Kienzle's law: the specific cutting force `k_c = k_c1.1 h^(−m_c)` of a chip of thickness h, so that an edge of length b
@@ -55,6 +60,8 @@ pub enum EdgeLaw {
     Kienzle {
         /// The tangential force.
         tangential: Kienzle,
+        /// Share of the tangential force that counts: 1, or 0 for the other components alone.
+        tangential_share: f64,
         /// Radial force as a share of the tangential one.
         radial_ratio: f64,
         /// Axial force as a share of the tangential one, towards the spindle if above 0.
@@ -70,9 +77,28 @@ impl EdgeLaw {
             EdgeLaw::Linear { tangential, radial, axial } => {
                 Vector3::new(tangential.on_edge(h), radial.on_edge(h), axial.on_edge(h))
             }
-            EdgeLaw::Kienzle { tangential, radial_ratio, axial_ratio } => {
-                Vector3::new(1.0, *radial_ratio, *axial_ratio) * tangential.on_edge(h)
+            EdgeLaw::Kienzle { tangential, tangential_share, radial_ratio, axial_ratio } => {
+                Vector3::new(*tangential_share, *radial_ratio, *axial_ratio) * tangential.on_edge(h)
             }
+        }
+    }
+
+    /// Returns the law with its component of this index alone: tangential, radial, axial.
+    #[must_use]
+    pub fn with_only(&self, component: usize) -> Self {
+        let only = |own: usize| if own == component { 1.0 } else { 0.0 };
+        match *self {
+            EdgeLaw::Linear { tangential, radial, axial } => EdgeLaw::Linear {
+                tangential: tangential.scaled(only(0)),
+                radial: radial.scaled(only(1)),
+                axial: axial.scaled(only(2)),
+            },
+            EdgeLaw::Kienzle { tangential, tangential_share, radial_ratio, axial_ratio } => EdgeLaw::Kienzle {
+                tangential,
+                tangential_share: tangential_share * only(0),
+                radial_ratio: radial_ratio * only(1),
+                axial_ratio: axial_ratio * only(2),
+            },
         }
     }
 }

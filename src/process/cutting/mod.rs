@@ -50,7 +50,10 @@ pub use table::WrenchTable;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::toolpath::{Load, PathPoint, Toolpath};
+use crate::{
+    process::MillingForce,
+    toolpath::{Load, PathPoint, Toolpath},
+};
 
 /// The law that gives the cutting force at each point of a path.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -89,6 +92,41 @@ impl CuttingLaw {
             CuttingLaw::SlotMilling(milling) => PathLoad::Milling(milling.force(milling.feed_per_tooth(point)?)),
             CuttingLaw::EndMilling(milling) => PathLoad::Milling(milling.force(milling.feed_per_tooth(point)?)),
             CuttingLaw::Drilling(drilling) => PathLoad::Drilling(drilling.force(drilling.feed_per_rev(point)?)),
+        })
+    }
+
+    /// Returns the law with one component of its force alone, by its index: tangential, radial or axial, with what its coefficients make of the torque; the load of a
+    /// drill is axial. `None` where the force is no sum of them, as of a table or a peak.
+    #[must_use]
+    pub fn with_only(&self, component: usize) -> Option<Self> {
+        let only = |own: usize| if own == component { 1.0 } else { 0.0 };
+        Some(match *self {
+            CuttingLaw::None => CuttingLaw::None,
+            CuttingLaw::PathFrame(PathFrame { force }) => CuttingLaw::PathFrame(PathFrame {
+                force: MillingForce {
+                    tangential: force.tangential * only(0),
+                    radial: force.radial * only(1),
+                    axial: force.axial * only(2),
+                    ..force
+                },
+            }),
+            CuttingLaw::SlotMilling(own) => CuttingLaw::SlotMilling(SlotMilling {
+                tangential: own.tangential.scaled(only(0)),
+                radial: own.radial.scaled(only(1)),
+                axial: own.axial.scaled(only(2)),
+                ..own
+            }),
+            CuttingLaw::EndMilling(own) if own.over_turn == MeanOrPeak::Mean => {
+                CuttingLaw::EndMilling(EndMilling { edge: own.edge.with_only(component), ..own })
+            }
+            CuttingLaw::Drilling(own) => {
+                if component == 2 {
+                    CuttingLaw::Drilling(own)
+                } else {
+                    CuttingLaw::None
+                }
+            }
+            CuttingLaw::Table(_) | CuttingLaw::FromPath | CuttingLaw::EndMilling(_) => return None,
         })
     }
 

@@ -31,6 +31,13 @@ impl OwnForces {
         of_feature.map(|(_, law)| law).or_else(of_tool)
     }
 
+    /// Returns these forces with one component each, as [`CuttingLaw::with_only`] does.
+    pub(crate) fn with_only(&self, component: usize) -> Option<Self> {
+        let by_tool = self.by_tool.iter().map(|(number, law)| Some((*number, law.with_only(component)?)));
+        let by_feature = self.by_feature.iter().map(|(text, law)| Some((text.clone(), law.with_only(component)?)));
+        Some(Self { by_tool: by_tool.collect::<Option<_>>()?, by_feature: by_feature.collect::<Option<_>>()? })
+    }
+
     /// Checks that `path` as a whole suits these forces, with `others` where no tool or feature has its own. Fails like [`CuttingLaw::check`],
     /// and if the path does not say which tool cuts, a tool has no force, or nothing is cut in a feature.
     pub fn check(&self, others: &CuttingLaw, path: &Toolpath) -> Result<(), LoadError> {

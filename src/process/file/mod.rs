@@ -26,7 +26,7 @@ use crate::{
         cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
         not_followed::first_unreachable,
-        uncertainty::{self, UncertaintyTable},
+        uncertainty::{self, CutBy, ForceSpread, UncertaintyTable},
     },
     toolpath::{
         FormatError, NumberFormat, PathPoint, Sampling, Toolpath,
@@ -201,6 +201,29 @@ impl Process {
         self.own_forces.law_at(point).unwrap_or(&self.cutting).load(point)
     }
 
+    /// Returns the process with one component of each of its forces, by its index, as [`CuttingLaw::with_only`] does; `None` where one of them is no sum of components.
+    #[must_use]
+    pub fn with_only(&self, component: usize) -> Option<Self> {
+        let (cutting, own_forces) = (self.cutting.with_only(component)?, self.own_forces.with_only(component)?);
+        Some(Self { cutting, own_forces, ..self.clone() })
+    }
+
+    /// Returns the loads of the components of the force at every point of `path`, which has loads ([`Process::loads`]); `None` where one is no sum of components.
+    #[must_use]
+    pub fn component_loads(&self, path: &Toolpath) -> Option<[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]> {
+        let of = |component: usize| -> Option<Vec<PathLoad>> {
+            let process = self.with_only(component)?;
+            path.points().iter().map(|point| process.load(point).ok()).collect()
+        };
+        Some([of(0)?, of(1)?, of(2)?])
+    }
+
+    /// Returns what uncertain inputs have to know of the force where the tools with these numbers cut.
+    pub fn cut_by<'a>(&self, tools: &'a [Option<u32>]) -> CutBy<'a> {
+        let has_force = self.has_force();
+        CutBy { has_force, has_components: has_force && self.with_only(0).is_some(), tools }
+    }
+
     /// Returns label and words for placement, cutting moves, tool-specific forces, tool, and coordinates that the machine does not control.
     pub fn facts(&self) -> Vec<(&'static str, String)> {
         let mut facts = vec![("workpiece", self.placement_words()), ("counts as cutting", self.cutting_rule.words())];
@@ -263,10 +286,13 @@ impl Process {
         let found =
             check.with_misfits(found, &format!("machine {}", machine.name), |file| (file == origin).then_some(text));
         let mut process = found?;
-        if let Some(table) = process.uncertainty.as_mut().filter(|_| !cfg!(target_family = "wasm")) {
-            // Before anything is computed; the machine of a program may have other drives locked, and its tools are known with it.
+        // Before anything is computed; the machine of a program may have other drives locked, and its tools are known with it.
+        if let Some(table) = &mut process.uncertainty {
             table.check = table.check.at_once();
-            table.of_path(&process.machine, &process.errors, (true, &[Some(0)]))?;
+        }
+        if let Some(table) = process.uncertainty.as_ref().filter(|_| !cfg!(target_family = "wasm")) {
+            let cut = CutBy { has_force: true, ..process.cut_by(&[Some(0)]) };
+            table.of_path(&process.machine, &process.errors, &cut)?;
         }
         Ok(process)
     }

@@ -86,6 +86,7 @@ fn kienzle_edge(tangential: Kienzle, spec: &EndMillingSpec, check: &Check) -> Re
     };
     Ok(EdgeLaw::Kienzle {
         tangential,
+        tangential_share: 1.0,
         radial_ratio: check.key("radial_ratio").finite_scalar(radial_ratio)?,
         axial_ratio: check.key("axial_ratio").finite_scalar(spec.axial_ratio.unwrap_or(0.0))?,
     })

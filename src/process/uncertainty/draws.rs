@@ -2,7 +2,41 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::{ForceSpread, UncertainParameter, normal_quantile, sobol};
+use super::{ForceFactors, ForceSpread, UncertainParameter, normal_quantile, sobol};
+
+/// Factors of the cutting force of a tool in each draw.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ForceDraws {
+    /// Of the whole, with tool wear.
+    all: Vec<f64>,
+    /// Of tool wear in these; empty where tools stay sharp.
+    wear: Vec<f64>,
+    /// Of each component, less 1; empty for one that does not vary by itself.
+    components: [Vec<f64>; ForceSpread::COMPONENTS.len()],
+}
+
+impl ForceDraws {
+    /// Those of a tool with these standard normal numbers: of the whole, of tool wear, and of each component that varies.
+    fn of(force: &ForceSpread, [sharp, wear]: [&[f64]; 2], mut components: impl Iterator<Item = Vec<f64>>) -> Self {
+        let factors = |(draw, sharp): (usize, &f64)| force.factors([*sharp, wear.get(draw).copied().unwrap_or(0.0)]);
+        let factors: Vec<[f64; 2]> = sharp.iter().enumerate().map(factors).collect();
+        Self {
+            all: factors.iter().map(|[sharp, wear]| sharp * wear).collect(),
+            wear: force.wear.map_or_else(Vec::new, |_| factors.iter().map(|[_, wear]| *wear).collect()),
+            components: force.components.map(|spread| match spread.zip(components.next()) {
+                Some((spread, normal)) => normal.iter().map(|z| spread.value(1.0, *z) - 1.0).collect(),
+                None => Vec::new(),
+            }),
+        }
+    }
+
+    /// Largest of all factors in the draw `index`.
+    fn largest(&self, index: usize) -> f64 {
+        let component =
+            self.components.iter().filter_map(|own| own.get(index)).fold(0.0, |most: f64, own| most.max(*own));
+        self.all[index] * (1.0 + component)
+    }
+}
 
 /// Draws of all uncertain quantities, in scrambles that are independent of one another.
 #[derive(Debug, Clone)]
@@ -17,12 +51,8 @@ pub struct Draws {
     pub ranges: Vec<[f64; 2]>,
     /// Parameters that vary together as an identification found, by their indices; empty where there are none.
     pub correlated: Vec<usize>,
-    /// Factor of the cutting force in each draw, with tool wear.
-    pub force: Vec<f64>,
-    /// Factor of tool wear in these; empty where tools stay sharp.
-    pub wear: Vec<f64>,
-    /// The same two of each further tool whose force varies by itself: force with wear, and wear alone.
-    pub other_tools: Vec<[Vec<f64>; 2]>,
+    /// Those of the cutting force, of each tool whose force varies by itself.
+    pub force: Vec<ForceDraws>,
     /// Largest difference of the factors of the force from 1.
     pub force_range: f64,
     /// Rows of the matrix E of a [`ModelError`](super::ModelError) in each draw, one after another; empty where the model leaves nothing out.
@@ -69,9 +99,11 @@ impl Draws {
         (scrambles, per_scramble): (usize, usize),
     ) -> Self {
         let (of_model, count) = (if model_std > 0.0 { MODEL_DIMENSIONS } else { 0 }, scrambles * per_scramble);
-        // Those of tool wear and of further tools come last, behind those of the model whether they are drawn or not, so that they change no others.
-        let has_tools = force.wear.is_some() || force.other_tools > 0;
-        let behind = if has_tools { MODEL_DIMENSIONS + 1 + 2 * force.other_tools } else { of_model };
+        // Those of tool wear, of further tools and of components come last, behind those of the model whether they are drawn or not, so that they change no
+        // others.
+        let (tools, components) = (1 + force.other_tools, force.components.iter().flatten().count());
+        let has_tools = force.wear.is_some() || tools > 1 || components > 0;
+        let behind = if has_tools { MODEL_DIMENSIONS + 2 * tools - 1 + components * tools } else { of_model };
         let dimensions = parameters.len() + 1 + behind;
         let points = sobol::points(dimensions, scrambles, per_scramble, random);
         // The force comes first, so that it is the same with other parameters.
@@ -80,16 +112,17 @@ impl Draws {
         let sharp = normal.remove(0);
         let mut of_model_and_tools = normal.split_off(parameters.len());
         let of_tools = of_model_and_tools.split_off(if has_tools { MODEL_DIMENSIONS } else { of_model });
-        let of_tools: Vec<Vec<f64>> = std::iter::once(sharp).chain(of_tools).collect();
+        let mut of_tools: Vec<Vec<f64>> = std::iter::once(sharp).chain(of_tools).collect();
+        let of_components = of_tools.split_off(of_tools.len().min(2 * tools));
+        let mut of_components = of_components.into_iter();
         let of_tool = |own: &[Vec<f64>]| {
-            let factors = |draw| force.factors([own[0][draw], own.get(1).map_or(0.0, |wear: &Vec<f64>| wear[draw])]);
-            let factors: Vec<[f64; 2]> = (0..count).map(factors).collect();
-            let wear = force.wear.map_or_else(Vec::new, |_| factors.iter().map(|[_, wear]| *wear).collect());
-            [factors.iter().map(|[sharp, wear]| sharp * wear).collect(), wear]
+            let wear = own.get(1).map_or(&[][..], Vec::as_slice);
+            let varies = force.components.iter().map(Option::is_some);
+            let normal = varies.map(|varies| if varies { of_components.next() } else { None }.unwrap_or_default());
+            ForceDraws::of(&force, [&own[0], wear], normal)
         };
-        let mut other_tools: Vec<[Vec<f64>; 2]> = of_tools.chunks(2).map(of_tool).collect();
-        let [force, wear] = other_tools.remove(0);
-        let largest = |draw: usize| other_tools.iter().fold(force[draw], |most: f64, [own, _]| most.max(own[draw]));
+        let force: Vec<ForceDraws> = of_tools.chunks(2).map(of_tool).collect();
+        let largest = |draw: usize| force.iter().fold(0.0, |most: f64, own| most.max(own.largest(draw)));
         let largest_force: Vec<f64> = (0..count).map(largest).collect();
         // In each direction a third of the mean square.
         let entry = |own: Vec<f64>| own.into_iter().map(|z| model_std / 3.0f64.sqrt() * z).collect();
@@ -101,7 +134,7 @@ impl Draws {
             let product = |draw: usize| row.iter().zip(&independent).map(|(a, own)| a * own[draw]).sum();
             normal[*parameter] = (0..count).map(product).collect();
         }
-        let all_forces = force.iter().chain(other_tools.iter().flat_map(|[own, _]| own));
+        let all_forces = force.iter().flat_map(|own| &own.all);
         let force_range = all_forces.fold(0.0, |most: f64, factor| most.max((factor - 1.0).abs()));
         let of = |(own, normal): (&UncertainParameter, &Vec<f64>)| normal.iter().map(|z| own.coordinate(*z)).collect();
         let coordinates: Vec<Vec<f64>> = parameters.iter().zip(&normal).map(of).collect();
@@ -133,8 +166,6 @@ impl Draws {
             ranges,
             correlated: correlated.into(),
             force,
-            wear,
-            other_tools,
             force_range,
             model,
             model_range,
@@ -150,13 +181,24 @@ impl Draws {
     /// There is no such tool.
     #[inline(always)]
     pub fn force_of(&self, tool: usize) -> &[f64] {
-        tool.checked_sub(1).map_or(&self.force, |own| &self.other_tools[own][0])
+        &self.force[tool].all
+    }
+
+    /// Factors of the force of the tool with this index in the draw `index`.
+    pub fn factors(&self, tool: usize, index: usize) -> ForceFactors {
+        let ForceDraws { all, components, .. } = &self.force[tool];
+        let component = |own: usize| components[own].get(index).copied().unwrap_or(0.0);
+        ForceFactors { all: all[index], components: std::array::from_fn(component) }
+    }
+
+    /// Factor of a component of the force of the tool with this index in each draw, less 1; empty where it does not vary by itself.
+    pub(super) fn component(&self, tool: usize, component: usize) -> &[f64] {
+        &self.force[tool].components[component]
     }
 
     /// Factors of the force of a sharp tool and of tool wear in the draw `index`, whose product is that of [`Self::force_of`].
     pub fn sharp_and_wear(&self, tool: usize, index: usize) -> [f64; 2] {
-        let wear = tool.checked_sub(1).map_or(&self.wear, |own| &self.other_tools[own][1]);
-        let wear = wear.get(index).copied().unwrap_or(1.0);
+        let wear = self.force[tool].wear.get(index).copied().unwrap_or(1.0);
         [self.force_of(tool)[index] / wear, wear]
     }
 

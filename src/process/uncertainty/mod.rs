@@ -13,15 +13,16 @@ mod surrogate;
 
 pub use covariance::{COVARIANCE_COLUMNS, DISTRIBUTIONS, MODEL};
 pub use draws::Draws;
-pub use resolve::{ASSUMED_RELATIVE_STD, UncertaintyTable, refuse};
+pub use resolve::{ASSUMED_RELATIVE_STD, CutBy, UncertaintyTable, refuse};
 pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
 pub use surrogate::{Harmonics, P95, Quantiles, Response, Surrogate, mean_and_error, quantile};
 
-use std::sync::Arc;
-
 use nalgebra::Vector3;
 
-use crate::machine::{Machine, Parameter, Unit};
+use crate::{
+    machine::{Machine, Parameter, Unit},
+    spatial::Wrench,
+};
 
 /// A parameter of the machine that is not known exactly, or several that have the same draws.
 #[derive(Debug, Clone, PartialEq)]
@@ -193,20 +194,67 @@ pub struct ForceSpread {
     pub sharp: Option<Spread>,
     /// Of the force of a worn tool over that of a sharp one, from 1 on; tools stay sharp if `None`.
     pub wear: Option<Spread>,
+    /// Of each component over its nominal one, beside these factors of the whole.
+    pub components: [Option<Spread>; ForceSpread::COMPONENTS.len()],
     /// Number of further tools whose force and wear vary by themselves; 0 where one factor is for all.
     pub other_tools: usize,
 }
 
 impl ForceSpread {
+    /// Names of the components.
+    pub const COMPONENTS: [&str; 3] = ["tangential force", "radial force", "axial force"];
+
     /// Whether the force is exact.
     pub fn is_exact(&self) -> bool {
-        self.sharp.is_none() && self.wear.is_none()
+        self.sharp.is_none() && self.wear.is_none() && !self.has_components()
+    }
+
+    /// Whether a component varies by itself.
+    pub fn has_components(&self) -> bool {
+        self.components.iter().any(Option::is_some)
     }
 
     /// Factors by which the force of a sharp tool and of a worn one are larger, for their standard normal numbers.
     pub fn factors(&self, normal: [f64; 2]) -> [f64; 2] {
         let factor = |(own, z): (Option<Spread>, f64)| own.map_or(1.0, |spread| spread.value(1.0, z));
         [(self.sharp, normal[0]), (self.wear, normal[1])].map(factor)
+    }
+}
+
+/// The cutting force at a point of a path, as draws change it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DrawnForceAt {
+    /// Index of the tool that cuts there ([`Draws::force_of`]).
+    pub tool: usize,
+    /// Wrenches at P of the components of the force, which add up to it (O axes); zero where none varies by itself.
+    pub components: [Wrench; ForceSpread::COMPONENTS.len()],
+}
+
+/// Factors of the cutting force in a draw.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceFactors {
+    /// Of the whole.
+    pub all: f64,
+    /// Of each component, less 1.
+    pub components: [f64; ForceSpread::COMPONENTS.len()],
+}
+
+impl ForceFactors {
+    /// Those of the force times `all`.
+    pub fn of_all(all: f64) -> Self {
+        Self { all, components: [0.0; ForceSpread::COMPONENTS.len()] }
+    }
+
+    /// Returns the wrench of a cutting force that is nominally `load` and has these `components`.
+    pub fn on(&self, load: &Wrench, components: &[Wrench]) -> Wrench {
+        if self.all == 1.0 && self.components == [0.0; 3] {
+            return *load;
+        }
+        let with = |Wrench { force, moment }, (factor, own): (&f64, &Wrench)| Wrench {
+            force: force + own.force * *factor,
+            moment: moment + own.moment * *factor,
+        };
+        self.components.iter().zip(components).fold(*load, with).scale(self.all)
     }
 }
 
@@ -219,6 +267,8 @@ pub enum Cause {
     Force,
     /// What tool wear adds to it.
     Wear,
+    /// A component of the cutting force, by its index.
+    Component(usize),
     /// What the model leaves out.
     Model,
 }
@@ -243,8 +293,6 @@ pub struct Uncertainty {
     pub force: ForceSpread,
     /// Numbers of the tools whose force and wear vary by themselves, in the order in which they cut; empty where one factor is for all.
     pub tools: Vec<u32>,
-    /// Index in these of the tool at each point of the path; empty as they are.
-    tool_at: Arc<[u8]>,
     /// What the model leaves out.
     pub model: ModelError,
     /// The draws.
@@ -308,13 +356,22 @@ impl Uncertainty {
         let ForceSpread { sharp, wear, .. } = self.force;
         match wear {
             None => sharp.map(|spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z))),
-            Some(_) => Some([0.025, 0.975].map(|share| quantile(&mut self.draws.force.clone(), share))),
+            Some(_) => Some([0.025, 0.975].map(|share| quantile(&mut self.draws.force_of(0).to_vec(), share))),
         }
     }
 
-    /// Index of the tool at the point `k` of the path among those whose force varies by itself ([`Draws::force_of`]); 0 where one factor is for all.
-    pub fn tool_at(&self, k: usize) -> usize {
-        self.tool_at.get(k).copied().map_or(0, usize::from)
+    /// Intervals that hold 95 % of the factors of the components of the force that vary by themselves, with their names.
+    pub fn component_factors_95(&self) -> impl Iterator<Item = (&'static str, [f64; 2])> {
+        let interval = |spread: Spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z));
+        ForceSpread::COMPONENTS
+            .into_iter()
+            .zip(self.force.components)
+            .filter_map(move |(name, own)| Some((name, interval(own?))))
+    }
+
+    /// Index of the tool with this number among those whose force varies by itself ([`Draws::force_of`]); 0 where one factor is for all.
+    pub fn tool_index(&self, number: Option<u32>) -> usize {
+        self.tools.iter().position(|own| Some(*own) == number).unwrap_or(0)
     }
 
     /// Share by which the force of a worn tool may be above that of a sharp one; `None` where tools stay sharp.
@@ -335,7 +392,12 @@ impl Uncertainty {
         let alone = (0..self.parameters.len()).filter(|own| !correlated.contains(own));
         let alone = alone.map(|own| (self.parameters[own].name().to_string(), Cause::Parameters(vec![own])));
         let wear = self.force.wear.map(|_| ("tool wear".into(), Cause::Wear));
-        let force = std::iter::once(("cutting force".into(), Cause::Force)).chain(wear);
+        let component = |own: usize| {
+            Some((ForceSpread::COMPONENTS[own].into(), Cause::Component(own)))
+                .filter(|_| self.force.components[own].is_some())
+        };
+        let components = (0..ForceSpread::COMPONENTS.len()).filter_map(component);
+        let force = std::iter::once(("cutting force".into(), Cause::Force)).chain(components).chain(wear);
         alone.chain(together).chain(force).chain([(Cause::MODEL.into(), Cause::Model)])
     }
 
@@ -358,6 +420,11 @@ impl Uncertainty {
             Cause::Force => {
                 let (spread, words) = self.force.sharp?.measured();
                 own.force.sharp = Some(spread);
+                words
+            }
+            Cause::Component(which) => {
+                let (spread, words) = self.force.components[which]?.measured();
+                own.force.components[which] = Some(spread);
                 words
             }
             Cause::Wear => {

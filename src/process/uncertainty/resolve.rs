@@ -1,13 +1,16 @@
 //! Checks of `[uncertainty]` as written, which make it an [`Uncertainty`].
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
 
 use super::{
     Draws, ForceSpread, ModelError, Role, Setup, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
     covariance::Covariance,
-    spec::{ChainErrorToleranceSpec, MachineUncertaintySpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
+    spec::{
+        ChainErrorToleranceSpec, ForceComponentsSpec, MachineUncertaintySpec, ParameterUncertaintySpec, SpreadSpec,
+        UncertaintySpec,
+    },
     varies,
 };
 use crate::{
@@ -23,7 +26,7 @@ use crate::{
 
 /// Most parameters that vary.
 const MOST_PARAMETERS: usize = 200;
-/// Most tools whose force varies by itself: each takes two dimensions of the draws.
+/// Most tools whose force varies by itself: each takes two dimensions of the draws, and one for each component of the force.
 const MOST_TOOLS: usize = 20;
 /// What the model of a machine leaves out of which nobody says it: as much of its displacements as that of a measured arm left, with published
 /// stiffnesses (FANUC R-2000iC, `studies/07_robot_arm`).
@@ -57,6 +60,24 @@ const NOT_VARIED: [&str; 12] = [
 const LARGEST_ROTATION_DEG: f64 = 5.0;
 /// Key of the rotation of the workpiece.
 const WORKPIECE_ROTATION: &str = "process.workpiece_rotation_deg";
+
+/// What is known of the cutting force of a path where its uncertain inputs are checked.
+#[derive(Debug, Clone, Copy)]
+pub struct CutBy<'a> {
+    /// Whether a force acts.
+    pub has_force: bool,
+    /// Whether it is the sum of components, [`Process::component_loads`](crate::process::Process::component_loads).
+    pub has_components: bool,
+    /// Numbers of the tools that cut at its points.
+    pub tools: &'a [Option<u32>],
+}
+
+impl CutBy<'_> {
+    /// A force that acts or not, without a path.
+    pub fn anywhere(has_force: bool) -> Self {
+        Self { has_force, has_components: false, tools: &[] }
+    }
+}
 
 /// The table `[uncertainty]` of a study or a process with its covariance, before it is checked for a machine.
 #[derive(Debug, Clone)]
@@ -108,29 +129,35 @@ impl UncertaintyTable {
     /// # Errors
     /// Patterns that name no parameter, parameters named twice, deviations that make no machine, a covariance of another machine.
     pub fn of(&self, machine: &Machine, errors: &[ChainError]) -> Result<Uncertainty> {
-        self.of_path(machine, errors, (true, &[]))
+        self.of_path(machine, errors, &CutBy::anywhere(true))
     }
 
-    /// Checks the table as [`UncertaintyTable::of`] does, where a cutting force acts or not, for a path whose points are cut by the tools with
-    /// the numbers `tools`; `None`: by the first.
+    /// Checks the table as [`UncertaintyTable::of`] does, for a load at one place, which some tool makes and is not made of components.
     ///
     /// # Errors
-    /// As [`UncertaintyTable::of`]; tool wear where no force acts, forces of each tool where no point has one, or of too many.
-    pub fn of_path(
-        &self,
-        machine: &Machine,
-        errors: &[ChainError],
-        (has_force, tools): (bool, &[Option<u32>]),
-    ) -> Result<Uncertainty> {
-        let wear = self.spec.process.as_ref().and_then(|own| own.wear_force_increase);
-        if let Some(wear) = wear.filter(|_| !has_force) {
+    /// As [`UncertaintyTable::of`].
+    pub fn of_one_load(&self, machine: &Machine, errors: &[ChainError]) -> Result<Uncertainty> {
+        self.of_path(machine, errors, &CutBy { tools: &[Some(0)], ..CutBy::anywhere(true) })
+    }
+
+    /// Checks the table as [`UncertaintyTable::of`] does, for a path that is `cut` so.
+    ///
+    /// # Errors
+    /// As [`UncertaintyTable::of`]; tool wear where no force acts, forces of each tool where no point has one, or of too many, components of a force that has none.
+    pub fn of_path(&self, machine: &Machine, errors: &[ChainError], cut: &CutBy<'_>) -> Result<Uncertainty> {
+        let process = self.spec.process.clone().unwrap_or_default();
+        if process.force_component_relative_std.is_some() && !cut.has_components {
+            let problem = "is of a path, a program or a placement whose force is known by its components: expected path_frame, slot_milling, end_milling with its mean or drilling, for each tool and feature";
+            return self.check.key("process.force_component_relative_std").fail(problem.into());
+        }
+        if let Some(wear) = process.wear_force_increase.filter(|_| !cut.has_force) {
             let problem = format!(
                 "has no effect, as the process has no cutting force: expected a force in it or no such key, got {wear}"
             );
             return self.check.key("process.wear_force_increase").fail(problem);
         }
         let covariance = self.covariance.as_ref().map(|(bytes, origin)| (&bytes[..], &origin[..]));
-        resolve(&self.spec, covariance, (machine, errors), tools, &self.check)
+        resolve(&self.spec, covariance, (machine, errors), cut.tools, &self.check)
     }
 }
 
@@ -164,7 +191,7 @@ fn resolve(
     spec: &UncertaintySpec,
     covariance: Option<(&[u8], &str)>,
     (machine, errors): (&Machine, &[ChainError]),
-    tool_at: &[Option<u32>],
+    cutting: &[Option<u32>],
     check: &Check,
 ) -> Result<Uncertainty> {
     let (machine, designs) = machine.with_separate_mounts().or_else(|error| check.fail(error.to_string()))?;
@@ -240,27 +267,40 @@ fn resolve(
     let wear = share_of_force("process.wear_force_increase", process.wear_force_increase)?;
     let wear = wear.map(|largest| Spread::Uniform { least: 0.0, largest });
     let sharp = sharp.map(Spread::of_relative_std);
+    let mut components = [None; ForceSpread::COMPONENTS.len()];
+    if let Some(ForceComponentsSpec { tangential, radial, axial }) = process.force_component_relative_std {
+        let key = "process.force_component_relative_std";
+        for (own, (name, given)) in
+            [("tangential", tangential), ("radial", radial), ("axial", axial)].into_iter().enumerate()
+        {
+            components[own] = share_of_force(&format!("{key}.{name}"), given)?.map(Spread::of_relative_std);
+        }
+        if components.iter().all(Option::is_none) {
+            return check.key(key).fail("varies nothing: expected tangential, radial or axial above 0".into());
+        }
+    }
+    let mut force = ForceSpread { sharp, wear, components, other_tools: 0 };
     let mut tools: Vec<u32> = Vec::new();
     if process.force_per_tool {
         let check = check.key("process.force_per_tool");
-        if sharp.is_none() && wear.is_none() {
-            return check.fail("has no effect: expected force_relative_std or wear_force_increase beside it".into());
+        if force.is_exact() {
+            let problem = "has no effect: expected force_relative_std, force_component_relative_std or wear_force_increase beside it";
+            return check.fail(problem.into());
         }
-        for tool in tool_at.iter().flatten() {
+        for tool in cutting.iter().flatten() {
             if !tools.contains(tool) {
                 tools.push(*tool);
             }
         }
-        if !(1..=MOST_TOOLS).contains(&tools.len()) {
+        let most = 2 * MOST_TOOLS / (2 + components.iter().flatten().count());
+        if !(1..=most).contains(&tools.len()) {
             return check.fail(format!(
-                "expected a path study or a program to compensate that says which tool cuts, 1 to {MOST_TOOLS} of them, got {}",
+                "expected a path, a program or a placement that says which tool cuts, 1 to {most} of them, got {}",
                 tools.len()
             ));
         }
     }
-    let index = |tool: &Option<u32>| tools.iter().position(|own| Some(*own) == *tool).unwrap_or(0) as u8;
-    let tool_at: Arc<[u8]> = if tools.is_empty() { Arc::default() } else { tool_at.iter().map(index).collect() };
-    let force = ForceSpread { sharp, wear, other_tools: tools.len().saturating_sub(1) };
+    force.other_tools = tools.len().saturating_sub(1);
     let identified = covariance.as_ref().and_then(|own| own.model);
     let model = match (spec.model, identified) {
         (Some(own), _) => {
@@ -283,7 +323,7 @@ fn resolve(
         return check.fail(nothing.into());
     }
     let draws = Draws::new(&parameters, (&correlated, &factor), (force, model.relative_std), spec.seed);
-    Ok(Uncertainty { machine, parameters, cut, finds_no_provenance, force, tools, tool_at, model, draws })
+    Ok(Uncertainty { machine, parameters, cut, finds_no_provenance, force, tools, model, draws })
 }
 
 /// Parameters found so far.

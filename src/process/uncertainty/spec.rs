@@ -94,12 +94,26 @@ pub struct ModelUncertaintySpec {
     pub relative_std: f64,
 }
 
+/// Standard deviations of the components of the cutting force over their values; a component without one is as well known as the whole.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ForceComponentsSpec {
+    /// Tangential force, or its coefficients.
+    pub tangential: Option<f64>,
+    /// Radial force, or its coefficients.
+    pub radial: Option<f64>,
+    /// Axial force, or its coefficients.
+    pub axial: Option<f64>,
+}
+
 /// What is not known of the process.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessUncertaintySpec {
     /// Standard deviation of the cutting force over its value, the same for all of it at once; exact if not given.
     pub force_relative_std: Option<f64>,
+    /// Standard deviations of the components of the cutting force over their values, each by itself; all vary together if not given.
+    pub force_component_relative_std: Option<ForceComponentsSpec>,
     /// Share by which the force of a worn tool may be above that of a sharp one, for which the nominal force holds; tools stay sharp if not given.
     pub wear_force_increase: Option<f64>,
     /// Whether force and wear of each tool of the program vary by themselves; one factor for the whole program if not.

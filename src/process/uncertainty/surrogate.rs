@@ -173,6 +173,9 @@ impl Turning {
     }
 }
 
+/// What components of the force that vary by themselves add to a displacement under it: for each the displacement that it adds, less that without it, and its factor in each draw, less 1.
+type Added<'a> = [(&'a Polynomial, &'a [f64])];
+
 /// The longest displacements, to be computed with the instructions that the processor has.
 struct Sampling<'a> {
     surrogate: &'a Surrogate,
@@ -181,6 +184,8 @@ struct Sampling<'a> {
     terms: &'a [usize],
     /// Factor of the force in each draw; 1 if `None`.
     force: Option<&'a [f64]>,
+    /// Of the components under the only load.
+    added: &'a Added<'a>,
     /// Whether the model leaves something out.
     model: bool,
     sizes: &'a mut [f64],
@@ -200,8 +205,8 @@ impl Lanewise for Sampling<'_> {
 impl Sampling<'_> {
     #[inline(always)]
     fn fill(&mut self) {
-        let Self { surrogate, draws, terms, force, model, sizes } = self;
-        let (mut free, mut own) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
+        let Self { surrogate, draws, terms, force, added, model, sizes } = self;
+        let (mut free, mut own, mut more) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
         let mut buffers = [[[0.0; CHUNK]; 3]; Harmonics::COUNT];
         let turning = surrogate.turning.as_ref().filter(|_| terms.len() >= Turning::FEWEST_TERMS);
         let (sizes, _) = sizes.as_chunks_mut::<CHUNK>();
@@ -216,6 +221,13 @@ impl Sampling<'_> {
                 match turning {
                     None => load.evaluate(terms, (draws, from), &mut own),
                     Some(Turning { waves, .. }) => add_harmonics(load.constant, &waves[number], &buffers, &mut own),
+                }
+                for (polynomial, factor) in *added {
+                    polynomial.evaluate(terms, (draws, from), &mut more);
+                    let factor = chunk(factor, from);
+                    for (all, more) in own.iter_mut().zip(&more) {
+                        (0..CHUNK).for_each(|i| all[i] += factor[i] * more[i]);
+                    }
                 }
                 if *model {
                     add_model_error(draws, from, &mut own);
@@ -283,6 +295,8 @@ pub struct Surrogate {
     by_load: Vec<Polynomial>,
     /// The same, where it is known as harmonics.
     turning: Option<Turning>,
+    /// What each component of the force that varies by itself adds under the only load, with its index.
+    components: Vec<(usize, Polynomial)>,
     /// Index of the tool that cuts there ([`Draws::force_of`]).
     tool: usize,
 }
@@ -311,13 +325,27 @@ impl Surrogate {
         }
         let by_load =
             by_load.into_iter().enumerate().filter(|(load, _)| may_be_longest(load)).map(|(_, own)| own).collect();
-        Self { unloaded, by_load, turning, tool: 0 }
+        Self { unloaded, by_load, turning, components: Vec::new(), tool: 0 }
     }
 
     /// Makes it of the displacements without load and under a single one; `ends` as in [`Self::new`].
     pub fn under_one_load(ends: &[[f64; 2]], unloaded: &Response, loaded: &Response) -> Self {
         let unloaded = Polynomial::through(unloaded, ends);
-        Self { by_load: vec![Polynomial::through(loaded, ends).minus(&unloaded)], unloaded, turning: None, tool: 0 }
+        let by_load = vec![Polynomial::through(loaded, ends).minus(&unloaded)];
+        Self { by_load, unloaded, turning: None, components: Vec::new(), tool: 0 }
+    }
+
+    /// Returns the surrogate where components of the force under the only load vary by themselves: `with` are the displacements where that with the index is there twice.
+    ///
+    /// # Panics
+    /// There are several loads.
+    #[must_use]
+    pub fn with_components<'a>(self, ends: &[[f64; 2]], with: impl Iterator<Item = (usize, &'a Response)>) -> Self {
+        let [load] = &self.by_load[..] else { panic!("one load") };
+        let added = |(own, response): (usize, &Response)| {
+            (own, Polynomial::through(response, ends).minus(&self.unloaded).minus(load))
+        };
+        Self { components: with.map(added).collect(), ..self }
     }
 
     /// Returns the surrogate of the same place where the tool with this index cuts ([`Draws::force_of`]), not the first.
@@ -337,14 +365,22 @@ impl Surrogate {
     /// Length of the longest displacement under all loads, in each of the first `count` draws, mm; whole scrambles.
     pub fn largest_displacements(&self, draws: &Draws, count: usize) -> Vec<f64> {
         let all: Vec<usize> = (0..draws.coordinates.len()).collect();
-        self.sample(draws, &all, Some(draws.force_of(self.tool)), true, count)
+        let added = self.components.iter().map(|(own, added)| (added, draws.component(self.tool, *own)));
+        self.sample(draws, &all, (Some(draws.force_of(self.tool)), &added.collect::<Vec<_>>()), true, count)
     }
 
-    /// As [`Surrogate::largest_displacements`], where only the parameters `terms` vary, `force` is the factor of the force, and the model leaves something out or
-    /// not.
-    fn sample(&self, draws: &Draws, terms: &[usize], force: Option<&[f64]>, model: bool, count: usize) -> Vec<f64> {
+    /// As [`Surrogate::largest_displacements`], where only the parameters `terms` vary, `force` is the factor of the force and `added` what its components do, and the
+    /// model leaves something out or not.
+    fn sample(
+        &self,
+        draws: &Draws,
+        terms: &[usize],
+        (force, added): (Option<&[f64]>, &Added<'_>),
+        model: bool,
+        count: usize,
+    ) -> Vec<f64> {
         let mut sizes = vec![0.0; count];
-        Level::best().run(Sampling { surrogate: self, draws, terms, force, model, sizes: &mut sizes });
+        Level::best().run(Sampling { surrogate: self, draws, terms, force, added, model, sizes: &mut sizes });
         sizes
     }
 
@@ -356,13 +392,18 @@ impl Surrogate {
             let by_force = by_force + draws.model_error(draw, &by_force);
             (self.unloaded.at(draws, draw) + draws.force_of(self.tool)[draw] * by_force).into()
         };
-        (0..draws.force.len()).map(moved).collect()
+        (0..draws.force_of(self.tool).len()).map(moved).collect()
     }
 
     /// Variance of the length of the longest displacement under all loads, mm², by each of `causes` alone, over the draws of the first scramble.
     pub fn variances<'a>(&self, draws: &Draws, causes: impl Iterator<Item = &'a Cause>) -> Vec<f64> {
         let alone = |terms: &[usize], force: Option<&[f64]>, model| {
-            variance(&self.sample(draws, terms, force, model, Draws::PER_SCRAMBLE))
+            variance(&self.sample(draws, terms, (force, &[]), model, Draws::PER_SCRAMBLE))
+        };
+        let of_component = |which: usize| {
+            let (_, added) = self.components.iter().find(|(own, _)| *own == which)?;
+            let added = [(added, draws.component(self.tool, which))];
+            Some(variance(&self.sample(draws, &[], (None, &added), false, Draws::PER_SCRAMBLE)))
         };
         let factors = |which: usize| -> Vec<f64> {
             (0..Draws::PER_SCRAMBLE).map(|draw| draws.sharp_and_wear(self.tool, draw)[which]).collect()
@@ -371,6 +412,7 @@ impl Surrogate {
             Cause::Parameters(parameters) => alone(parameters, None, false),
             Cause::Force => alone(&[], Some(&factors(0)), false),
             Cause::Wear => alone(&[], Some(&factors(1)), false),
+            Cause::Component(which) => of_component(*which).unwrap_or(0.0),
             Cause::Model => alone(&[], None, true),
         };
         causes.map(by).collect()

@@ -98,8 +98,8 @@ impl ProgramJob {
             let part = part?;
             let along = self.track(&part, &mut before);
             let run = |commands: &Commands<'_>| {
-                let points = (part.first, part.tasks(), &along[..]);
-                drawn.largest_forces(draws.clone(), points, commands, &counts, work)
+                let (track, tasks) = ((part.first, &along[..]), (part.tasks(), part.forces()));
+                drawn.largest_forces(draws.clone(), track, tasks, commands, &counts, work)
             };
             all = larger_forces(all, self.part_results(&part, &mut track, commands, &run)?);
         }

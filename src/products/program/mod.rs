@@ -33,7 +33,7 @@ use crate::{
     process::{
         cutting::LoadError,
         file::Process,
-        uncertainty::{Uncertainty, UncertaintyTable},
+        uncertainty::{ForceSpread, Uncertainty, UncertaintyTable},
     },
     redundancy::FoundGamma,
     simulation::{
@@ -58,6 +58,9 @@ pub struct ProgramJob {
     pub process: Process,
     /// What is not known exactly; `None` where all inputs are taken as exact.
     pub uncertainty: Option<Uncertainty>,
+    /// The process with each component of its forces alone, where one varies by itself. Each is blended at corners by itself: behind one on an arc their sum may differ from
+    /// the whole as blended.
+    components: Vec<Process>,
     /// The program; where the best γ was sought, it has the orientations of that γ.
     pub file: ProgramFile,
     /// The γ (rotation about the tool axis) that was found, if the process asks for the best one.
@@ -145,9 +148,13 @@ impl ProgramJob {
         let all = || (0..path.len()).map(part::task_at(&process, &path)).collect::<std::result::Result<_, _>>();
         let tasks = machine.has_parasitic_rotation.then(all).transpose().map_err(faulty)?;
         let real = Machines::new(&machine, &process.errors)?.real;
-        let cut = (process.has_force(), &path.cutting_tools()[..]);
-        let uncertain = |table: &UncertaintyTable| table.of_path(&machine, &process.errors, cut);
+        let tools = path.cutting_tools();
+        let cut = process.cut_by(&tools);
+        let uncertain = |table: &UncertaintyTable| table.of_path(&machine, &process.errors, &cut);
         let uncertainty = process.uncertainty.as_ref().map(uncertain).transpose()?;
+        let has_components = uncertainty.as_ref().is_some_and(|own| own.force.has_components());
+        let components = (0..ForceSpread::COMPONENTS.len()).filter(|_| has_components);
+        let components = components.filter_map(|own| process.with_only(own)).collect();
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
         let is_closed = path.is_closed();
         let (name, part_tracks) = (name.to_string(), part::empty_tracks(&path));
@@ -157,6 +164,7 @@ impl ProgramJob {
             machine,
             process,
             uncertainty,
+            components,
             file,
             redundancy,
             path,

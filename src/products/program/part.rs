@@ -10,12 +10,15 @@ use crate::{
     process::{
         cutting::{Corners, LoadError},
         file::Process,
+        uncertainty::DrawnForceAt,
     },
     simulation::{
-        along_path::{BLOCK, PART, PathCase, last_configuration, parts, track_blocks},
+        along_path::{BLOCK, PART, PathCase, TrackBlocks, last_configuration, parts, track_blocks},
+        spread_along::SpreadPart,
         tasks::unloaded_tasks,
         tracking::TrackPoint,
     },
+    spatial::{Pose, Wrench},
     toolpath::{PathPoint, Toolpath},
 };
 
@@ -27,12 +30,23 @@ pub struct Part<'a> {
     /// Points of the path.
     pub points: &'a [PathPoint],
     tasks: Vec<TaskPoint>,
+    forces: Vec<DrawnForceAt>,
 }
 
 impl Part<'_> {
     /// Returns the task points (pose and load) of the part.
     pub fn tasks(&self) -> &[TaskPoint] {
         &self.tasks
+    }
+
+    /// Returns what draws change of the force at each; nothing where one factor is for all of it.
+    pub(super) fn forces(&self) -> &[DrawnForceAt] {
+        &self.forces
+    }
+
+    /// Returns the part with the poses of P that a program commands, along which the nominal machine is tracked, as one whose spread is wanted.
+    pub(super) fn to_spread<'a>(&'a self, track: &'a TrackBlocks<'a>, written: &'a [Pose]) -> SpreadPart<'a> {
+        SpreadPart { first: self.first, tasks: &self.tasks, forces: &self.forces, track, written: Some(written) }
     }
 
     /// Returns the indices of its points.
@@ -106,16 +120,26 @@ impl ProgramJob {
     pub fn parts(&self) -> impl Iterator<Item = Result<Part<'_>>> {
         let process = &self.process;
         let mut task = task_at(process, &self.path);
+        let mut components: Vec<_> = self.components.iter().map(|process| task_at(process, &self.path)).collect();
+        let has_tools = self.uncertainty.as_ref().is_some_and(|own| own.tools.len() > 1);
         parts(self.path.len()).map(move |range| {
             let (first, points) = (range.start, &self.path.points()[range.clone()]);
-            let tasks = match &self.tasks {
-                Some(tasks) => tasks[range].to_vec(),
-                None => range
-                    .map(&mut task)
-                    .collect::<std::result::Result<_, _>>()
-                    .map_err(|fault| Error::argument(&self.name, fault.to_string()))?,
+            let fault = |fault: LoadError| Error::argument(&self.name, fault.to_string());
+            let along = |task: &mut dyn FnMut(usize) -> std::result::Result<TaskPoint, LoadError>| {
+                range.clone().map(task).collect::<std::result::Result<Vec<_>, _>>().map_err(fault)
             };
-            Ok(Part { first, points, tasks })
+            let components = components.iter_mut().map(|task| along(task)).collect::<Result<Vec<_>>>()?;
+            let at = |(k, point): (usize, &PathPoint)| DrawnForceAt {
+                tool: self.uncertainty.as_ref().map_or(0, |own| own.tool_index(point.tool.filter(|_| point.cutting))),
+                components: std::array::from_fn(|own| components.get(own).map_or_else(Wrench::zero, |own| own[k].load)),
+            };
+            let is_asked = has_tools || !components.is_empty();
+            let forces = points.iter().enumerate().filter(|_| is_asked).map(at).collect();
+            let tasks = match &self.tasks {
+                Some(tasks) => tasks[range.clone()].to_vec(),
+                None => along(&mut task)?,
+            };
+            Ok(Part { first, points, tasks, forces })
         })
     }
 

@@ -128,7 +128,7 @@ impl ProgramJob {
             let mut spread = Vec::new();
             if let Some(uncertain) = &uncertain {
                 let track = TrackBlocks::of(&self.machine, part.tasks(), track.into_owned());
-                let own = SpreadPart { first: part.first, tasks: part.tasks(), track: &track, written: Some(&poses) };
+                let own = part.to_spread(&track, &poses);
                 spread = uncertain.solve_part(&own, 1, work, &mut largest)?;
             }
             take(&ProvedPart {
@@ -149,7 +149,7 @@ impl ProgramJob {
                 let track = self.track(&part, &mut before).into_owned();
                 let track = TrackBlocks::of(&self.machine, part.tasks(), track);
                 let poses = commanded_poses(&part, &mut tracked, &written.sent);
-                take(&SpreadPart { first: part.first, tasks: part.tasks(), track: &track, written: Some(&poses) })?;
+                take(&part.to_spread(&track, &poses))?;
             }
             Ok(())
         };

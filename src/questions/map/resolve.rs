@@ -3,6 +3,7 @@
 use super::{WorkspaceMapStudy, block_count, run_in_blocks, spec::WorkspaceMapSpec};
 use crate::{
     input::error::Result,
+    process::uncertainty::CutBy,
     questions::{
         Question, Resolved, StudyContext, Template,
         over_workspace::{Region, SceneKeys, Shown, scene},
@@ -35,8 +36,12 @@ impl Question for WorkspaceMapStudy {
             region.checked_grid(context, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
         let shown = Shown { slices_z, not_used };
         let table = context.uncertainty_of_process.borrow().clone();
-        let (uncertainty, read) =
-            context.uncertainty(table.as_ref(), &scene.machine, &scene.errors, (!scene.force.is_zero(), &[]))?;
+        let (uncertainty, read) = context.uncertainty(
+            table.as_ref(),
+            &scene.machine,
+            &scene.errors,
+            &CutBy::anywhere(!scene.force.is_zero()),
+        )?;
         let inputs = inputs.and(read).and(size);
         Ok(Resolved { study: WorkspaceMapStudy { scene, grid, uncertainty }, shown, inputs })
     }

@@ -162,7 +162,7 @@ impl<'a> SpreadSolver<'a> {
 fn largest_displacement(
     (study, drawn): (&WorkspaceMapStudy, &DrawnMachines),
     at: &Configuration,
-    (index, machines, factor): Draw<'_>,
+    (index, machines, factors): Draw<'_>,
 ) -> Result<f64, Failure> {
     let mut group = SessionGroup::new(machines, Source::All);
     group.set_rigid(&[at; Batch::WIDTH]);
@@ -176,7 +176,7 @@ fn largest_displacement(
     }
     for phis in study.scene.phis.chunks(Batch::WIDTH) {
         let tasks: Vec<TaskPoint> =
-            phis.iter().map(|phi| under(&study.scene.task_point(at.pose, Some(*phi)), factor)).collect();
+            phis.iter().map(|phi| under(&study.scene.task_point(at.pose, Some(*phi)), factors.all)).collect();
         let lanes: Vec<usize> = (0..tasks.len()).collect();
         for answer in group.command(&study.scene.machine, None, Method::None, &lanes, |lane| tasks[lane]) {
             largest = largest.max(drawn.real_displacement(index, free, answer?.tool_displacement).norm());

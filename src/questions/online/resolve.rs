@@ -52,11 +52,16 @@ impl Question for OnlineStudy {
             file: spec.file.clone(),
             methods: Some(Vec::new()),
         };
-        let (mut path, program) = path(&path_spec, &process, context, check)?;
-        let (table, cut) = (process.uncertainty.as_ref(), (process.has_force(), &path.tools[..]));
-        let (uncertainty, read) = context.uncertainty(table, &path.machine, &path.errors, cut)?;
+        let (mut path, toolpath, program) = path(&path_spec, &process, context, check)?;
+        let tools = toolpath.cutting_tools();
+        let (table, cut) = (process.uncertainty.as_ref(), process.cut_by(&tools));
+        let (uncertainty, read) = context.uncertainty(table, &path.machine, &path.errors, &cut)?;
         if let Some(force) = uncertainty.as_ref().map(|own| own.force).filter(|force| !force.is_exact()) {
-            let key = if force.sharp.is_some() { "force_relative_std" } else { "wear_force_increase" };
+            let key = match force.sharp {
+                Some(_) => "force_relative_std",
+                None if force.has_components() => "force_component_relative_std",
+                None => "wear_force_increase",
+            };
             let table = table.map_or_else(|| check.root().key("uncertainty"), |table| table.check.clone());
             return table
                 .key("process")

@@ -17,7 +17,10 @@ use crate::{
     compensation::{Method, TaskPoint},
     input::error::Result,
     machine::{ChainError, Configuration, Machine},
-    process::{Placement, uncertainty::Uncertainty},
+    process::{
+        Placement,
+        uncertainty::{DrawnForceAt, Uncertainty},
+    },
     simulation::{
         BySource, Machines, Source,
         along_path::{self, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, TrackBlocks, run_pieces},
@@ -61,8 +64,8 @@ pub struct PathStudy {
     pub tasks: Vec<TaskPoint>,
     /// Where the workpiece stands.
     pub placement: Placement,
-    /// Number of the tool that cuts at each point ([`Toolpath::cutting_tools`](crate::toolpath::Toolpath::cutting_tools)).
-    pub tools: Vec<Option<u32>>,
+    /// What draws change of the force at each point; empty where one factor is for all of it.
+    pub(crate) drawn_forces: Vec<DrawnForceAt>,
     /// Largest deviation of the tool from its path that the process allows, mm.
     pub tolerance_mm: Option<f64>,
     /// Compensation methods compared.
@@ -118,7 +121,8 @@ impl PathStudy {
 
     /// Returns the stretch of the path with the indices `points`, along which `track` holds the configurations of the nominal machine.
     fn spread_part<'a>(&'a self, points: Range<usize>, track: &'a TrackBlocks<'a>) -> SpreadPart<'a> {
-        SpreadPart { first: points.start, tasks: &self.tasks[points], track, written: None }
+        let forces = self.drawn_forces.get(points.clone()).unwrap_or_default();
+        SpreadPart { first: points.start, tasks: &self.tasks[points.clone()], forces, track, written: None }
     }
 
     /// Returns the wanted position of the compensated point at each point of the path, O, mm.
@@ -277,7 +281,7 @@ pub fn run_in_parts(
     work.barrier()?;
     let of_method = |(&method, sums): (&Method, PathSums)| MethodAlongPath { method, summary: sums.summary() };
     let methods = study.methods.iter().zip(methods).map(of_method).collect();
-    let each_part = spread_along::parts_of(&machines.nominal, &study.tasks);
+    let each_part = spread_along::parts_of(&machines.nominal, &study.tasks, &study.drawn_forces);
     let whole =
         spread_path.as_ref().map(|path| spread_along::whole(&[(path, &*each_part)], &largest, work)).transpose()?;
     let draws = largest.each_ref().map(|own| own.sizes().to_vec());

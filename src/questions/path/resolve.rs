@@ -18,7 +18,7 @@ use crate::{
     simulation::{
         ProgramFile,
         external_axes::locked_along,
-        tasks::{PoseTracker, tasks},
+        tasks::{PoseTracker, drawn_forces_at, tasks},
     },
     toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, TurnDirection},
     work::Work,
@@ -42,9 +42,15 @@ impl Question for PathStudy {
     fn resolve(spec: &PathSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
         context.overrides.refuse_grid(context.name)?;
         let process = context.process_with_gamma(None, &context.check)?;
-        let (mut study, program) = path(spec, &process, context, &context.check)?;
-        let (table, cut) = (process.uncertainty.as_ref(), (process.has_force(), &study.tools[..]));
-        let (uncertainty, read) = context.uncertainty(table, &study.machine, &study.errors, cut)?;
+        let (mut study, toolpath, program) = path(spec, &process, context, &context.check)?;
+        let tools = toolpath.cutting_tools();
+        let (table, cut) = (process.uncertainty.as_ref(), process.cut_by(&tools));
+        let (uncertainty, read) = context.uncertainty(table, &study.machine, &study.errors, &cut)?;
+        if let Some(uncertainty) = &uncertainty {
+            let components = process.component_loads(&toolpath);
+            let there = (&study.machine, &study.placement);
+            study.drawn_forces = drawn_forces_at(uncertainty, there, &toolpath, components.as_ref());
+        }
         study.uncertainty = uncertainty;
         if study.uncertainty.is_some() && study.gamma_search.is_some() {
             let problem = "is not computed where γ is sought: compensate with the γ found first, and give that program";
@@ -71,13 +77,13 @@ impl Question for PathStudy {
     }
 }
 
-/// Returns the path study that `spec` describes, checked at `check` and cut by `process`, and the program that it is read from as an input.
+/// Returns the path study that `spec` describes, checked at `check` and cut by `process`, its path, and the program that it is read from as an input.
 pub(crate) fn path(
     spec: &PathSpec,
     process: &Process,
     context: &StudyContext<'_>,
     check: &Check,
-) -> Result<(PathStudy, Inputs)> {
+) -> Result<(PathStudy, Toolpath, Inputs)> {
     let (toolpath, program) = match &spec.line {
         Some(line) if spec.circle.is_none() && spec.file.is_none() => {
             (self::line_toolpath(line, process, &check.key("line"))?, None)
@@ -95,7 +101,6 @@ pub(crate) fn path(
         stations: stations(process, toolpath.points(), &tasks, program.as_ref()),
         tasks,
         placement: process.placement,
-        tools: toolpath.cutting_tools(),
         tolerance_mm: process.tolerance_mm,
         methods: named_methods(spec, &check.key("methods"))?,
         is_closed: spec.file.is_some() && toolpath.is_closed(),
@@ -105,8 +110,9 @@ pub(crate) fn path(
         called_files: program.as_ref().map_or_else(Vec::new, ProgramFile::called_files),
         machine: process.machine.clone(),
         uncertainty: None,
+        drawn_forces: Vec::new(),
     };
-    Ok((study, program_input(spec.file.as_deref(), program.as_ref())))
+    Ok((study, toolpath, program_input(spec.file.as_deref(), program.as_ref())))
 }
 
 /// Returns the program called `file` as an input; no inputs for a circle or line, which stand in the study.

@@ -58,7 +58,10 @@ use crate::{
     input::error::Result,
     machine::{ChainError, Machine},
     process::{
-        CuttingRule, Extent, Feature, ForbiddenBox, PathReference, file::CorrectionLimits, uncertainty::Uncertainty,
+        CuttingRule, Extent, Feature, ForbiddenBox, PathReference,
+        cutting::PathLoad,
+        file::CorrectionLimits,
+        uncertainty::{ForceSpread, Uncertainty},
     },
     simulation::{Machines, tasks::place_workpiece},
     spatial::Pose,
@@ -82,6 +85,8 @@ pub struct FeatureJob {
     pub cuts: CuttingRule,
     /// What is not known exactly; `None` where all inputs are taken as exact.
     pub uncertainty: Option<Arc<Uncertainty>>,
+    /// Loads of the components of the force at each point of its path, where one of them varies by itself.
+    pub components: Option<[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]>,
     /// Settings of the search for γ, the rotation about the tool axis, at each place, if there is one.
     #[cfg(not(target_family = "wasm"))]
     pub gamma_search: Option<crate::process::RedundancySettings>,

@@ -20,8 +20,10 @@ use crate::{
     },
     machine::{Machine, ToolAxisSource},
     process::{
-        Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::TiltAngles,
-        uncertainty::Uncertainty,
+        Extent, Feature, ForbiddenBox, PathReference, Process,
+        cutting::LoadError,
+        tilt::TiltAngles,
+        uncertainty::{CutBy, Uncertainty},
     },
     questions::{
         Overrides, Question, Resolved, StudyContext, Template,
@@ -139,12 +141,13 @@ fn all_features(
     let mut points = 0;
     let mut today: Option<Candidate> = None;
     let (mut jobs, mut inputs): (Vec<FeatureJob>, Inputs) = (Vec::new(), Inputs::default());
+    let mut processes = Vec::new();
     for (i, spec) in specs.iter().enumerate() {
         let check = check.key("feature").item(i);
         check.key("name").readable(&spec.name)?;
         check.key("name").unique(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
         check.key("name").unique_file(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
-        let (job, place, process) = resolve_feature(spec, context, &check)?;
+        let (job, process, place, read) = resolve_feature(spec, context, &check)?;
         if let (Some(place), Some(before)) = (&place, &today)
             && place.site != before.site
         {
@@ -159,7 +162,20 @@ fn all_features(
         points += job.feature.path.len();
         check_total(points, &check)?;
         jobs.push(job);
-        inputs = inputs.and(process);
+        processes.push(process);
+        inputs = inputs.and(read);
+    }
+    // One draw is of all features, and so of all their tools.
+    let tools: Vec<Option<u32>> = jobs.iter().flat_map(|job| job.feature.path.cutting_tools()).collect();
+    for (job, process) in jobs.iter_mut().zip(&processes) {
+        // Another feature may have a force.
+        let cut = CutBy { has_force: true, has_components: process.with_only(0).is_some(), tools: &tools };
+        let (uncertainty, read) =
+            context.uncertainty(process.uncertainty.as_ref(), &process.machine, &process.errors, &cut)?;
+        let has_components = uncertainty.as_ref().is_some_and(|own| own.force.has_components());
+        job.components = if has_components { process.component_loads(&job.feature.path) } else { None };
+        job.uncertainty = uncertainty.map(Arc::new);
+        inputs = inputs.and(read);
     }
     check_same_draws(&jobs, &check.key("feature"))?;
     Ok((jobs, today, inputs))
@@ -184,12 +200,12 @@ fn check_same_draws(jobs: &[FeatureJob], check: &Check) -> Result<()> {
     }
 }
 
-/// Checks one feature and reads its path; returns it, the place that its process gives, and its inputs.
+/// Checks one feature and reads its path; returns it as with exact inputs, its process, the place that this gives, and what was read.
 fn resolve_feature(
     spec: &FeatureSpec,
     context: &StudyContext<'_>,
     check: &Check,
-) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
+) -> Result<(FeatureJob, Process, Option<Candidate>, Inputs)> {
     let folder = context.folder;
     let process = with_constant_gamma(context.process_with_gamma(spec.process.as_deref(), check)?, context, spec)?;
     let (path, program) = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, context, check)?;
@@ -222,24 +238,22 @@ fn resolve_feature(
         .or_else(|problem| context.process_location(spec.process.as_deref()).key("limits").misfit(problem, ()))?;
     let today = Candidate::from_process(&process);
     let cuts = process.cutting_rule;
-    // Another feature may have a force.
-    let (table, cut) = (process.uncertainty.as_ref(), (true, &[][..]));
-    let (uncertainty, read) = context.uncertainty(table, &process.machine, &process.errors, cut)?;
     let machines = Machines::new(&process.machine, &process.errors)?;
     let job = FeatureJob {
         feature,
         machines,
-        errors: process.errors,
+        errors: process.errors.clone(),
         limits: process.limits,
         target: process.target,
         cuts,
-        uncertainty: uncertainty.map(Arc::new),
+        uncertainty: None,
+        components: None,
         #[cfg(not(target_family = "wasm"))]
-        gamma_search: Some(process.redundancy).filter(crate::process::RedundancySettings::is_sought),
+        gamma_search: Some(process.redundancy.clone()).filter(crate::process::RedundancySettings::is_sought),
     };
     #[cfg(not(target_family = "wasm"))]
     job.check_gamma_search()?;
-    Ok((job, today, inputs.and(read)))
+    Ok((job, process, today, inputs))
 }
 
 /// Returns `process`, with the machine kept on the branch of home if it asks for one constant γ. `Err` if γ may vary along the path.

@@ -6,6 +6,7 @@
 //! alone, so bounds from part of the points stay bounds.
 
 use std::{
+    borrow::Cow,
     collections::HashMap,
     sync::{Mutex, PoisonError},
 };
@@ -87,16 +88,18 @@ impl FeatureJob {
         }
     }
 
+    /// Returns the path of the feature at `site`, with the platform rotated by `gamma` about the tool axis, rad.
+    fn path_at_gamma(&self, site: &Site, gamma: f64) -> Result<Cow<'_, Toolpath>, Failure> {
+        let placement = site.placement(self.feature.reference);
+        let Some(settings) = &self.gamma_search else { return Ok(Cow::Borrowed(&self.feature.path)) };
+        let rotated = rotated_by(self.gamma_problem(settings, &placement), gamma);
+        rotated.map(Cow::Owned).map_err(|error| no_gamma(error.to_string()))
+    }
+
     /// Returns pose and load at each point of the feature at `site`, with the platform rotated by `gamma` about the tool axis, rad.
     pub(super) fn tasks_at_gamma(&self, site: &Site, gamma: f64) -> Result<Vec<TaskPoint>, Failure> {
-        let feature = &self.feature;
-        let placement = site.placement(feature.reference);
-        let path = match &self.gamma_search {
-            Some(settings) => &rotated_by(self.gamma_problem(settings, &placement), gamma)
-                .map_err(|error| no_gamma(error.to_string()))?,
-            None => &feature.path,
-        };
-        Ok(tasks_under(self.machine(), &placement, self.target, path, &feature.loads))
+        let (path, placement) = (self.path_at_gamma(site, gamma)?, site.placement(self.feature.reference));
+        Ok(tasks_under(self.machine(), &placement, self.target, &path, &self.feature.loads))
     }
 }
 
@@ -110,6 +113,13 @@ impl Evaluator {
     pub(super) fn tasks_at_best_gamma(&self, site: &Site, f: usize) -> Option<Vec<TaskPoint>> {
         let gamma = self.gamma_at(site, f)?.ok()?;
         self.study.features[f].tasks_at_gamma(site, gamma).ok()
+    }
+
+    /// Returns the path of feature `f` at `site` at the best γ; as programmed if none is sought or possible.
+    pub(super) fn path_at_best_gamma(&self, site: &Site, f: usize) -> Cow<'_, Toolpath> {
+        let job = &self.study.features[f];
+        let found = self.gamma_at(site, f).and_then(|gamma| job.path_at_gamma(site, gamma.ok()?).ok());
+        found.unwrap_or(Cow::Borrowed(&job.feature.path))
     }
 
     /// Returns the best constant γ of feature `f` at `site`, rad, within the workspace box if possible; `None` if none is sought. The inner

@@ -13,13 +13,14 @@ use super::{
 use crate::{
     compensation::TaskPoint,
     input::error::Result,
-    process::uncertainty::{P95, quantile},
+    process::uncertainty::{DrawnForceAt, P95, quantile},
     simulation::{
         Failure, ROUNDING_MM,
         spread::{DrawnMachines, share_within},
         spread_along::{
             ALIKE, EachPart, LargestBoth, PathSpread, SpreadPart, SpreadPath, parts_of, share_larger, whole,
         },
+        tasks::drawn_forces_at,
     },
     work::{Event, Stage, Work, if_this_shard},
 };
@@ -100,7 +101,9 @@ pub(super) fn write_metrics(
         let mut points: Vec<usize> = evaluator.features[f].levels.iter().take(level).flatten().copied().collect();
         points.sort_unstable();
         let all = evaluator.tasks(site, f);
-        let tasks: Vec<TaskPoint> = points.into_iter().map(|k| all[k]).collect();
+        let tasks: Vec<TaskPoint> = points.iter().map(|k| all[*k]).collect();
+        let of_all = drawn_forces(evaluator, drawn, site, f);
+        let forces: Vec<DrawnForceAt> = points.iter().filter_map(|k| of_all.get(*k)).copied().collect();
         let (machines, tolerance_mm) = (&job.machines, Some(job.feature.tolerance_mm));
         let path = SpreadPath {
             machines,
@@ -115,13 +118,20 @@ pub(super) fn write_metrics(
             play: false,
         };
         let mut add = |part: &SpreadPart<'_>| path.solve_part(part, 1, &Work::default(), &mut largest).map(drop);
-        parts_of(job.machine(), &tasks)(&mut add).map_err(|error| none(error.to_string()))?;
+        parts_of(job.machine(), &tasks, &forces)(&mut add).map_err(|error| none(error.to_string()))?;
     }
     let sizes = largest[0].sizes();
     // Infinite where too many draws have no equilibrium: such a place is the worst of all.
     metrics.set(Metric::P95Deflection, quantile(&mut sizes.to_vec(), P95));
     metrics.set(Metric::WithinProbability, share_within(sizes, jobs[0].feature.tolerance_mm));
     Ok(())
+}
+
+/// Returns what draws change of the force at each point of feature `f` at `site`.
+fn drawn_forces(evaluator: &Evaluator, drawn: &DrawnMachines, site: &Site, f: usize) -> Vec<DrawnForceAt> {
+    let job = &evaluator.study.features[f];
+    let there = (job.machine(), &site.placement(job.feature.reference));
+    drawn_forces_at(&drawn.uncertainty, there, &evaluator.path_at_best_gamma(site, f), job.components.as_ref())
 }
 
 /// Returns the distributions at a place, and the largest distances in the draws; `None` where they are of no point.
@@ -151,7 +161,9 @@ fn spread_at(
         }
     };
     let paths: Vec<SpreadPath<'_>> = (0..jobs.len()).map(path).collect();
-    let each_part: Vec<_> = jobs.iter().zip(&tasks).map(|(job, tasks)| parts_of(job.machine(), tasks)).collect();
+    let forces: Vec<_> = drawn.iter().enumerate().map(|(f, drawn)| drawn_forces(evaluator, drawn, site, f)).collect();
+    let with_forces = jobs.iter().zip(tasks.iter().zip(&forces));
+    let each_part: Vec<_> = with_forces.map(|(job, (tasks, forces))| parts_of(job.machine(), tasks, forces)).collect();
     let mut largest = LargestBoth::default();
     for (f, (path, each_part)) in paths.iter().zip(&each_part).enumerate() {
         let work = work.part(&format!("feature {f}"));

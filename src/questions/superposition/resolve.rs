@@ -7,7 +7,7 @@ use super::{
 use crate::{
     input::{check::Check, error::Result},
     machine::Machine,
-    process::uncertainty::Uncertainty,
+    process::uncertainty::{CutBy, Uncertainty},
     questions::{
         Question, Resolved, StudyContext, Template,
         over_workspace::{Region, SceneKeys, Shown, scene},
@@ -57,8 +57,12 @@ impl Question for SuperpositionStudy {
         }
         let locations = locations(spec.location.as_deref(), &scene.machine, check)?;
         let table = context.uncertainty_of_process.borrow().clone();
-        let (uncertainty, read) =
-            context.uncertainty(table.as_ref(), &scene.machine, &scene.errors, (!scene.force.is_zero(), &[]))?;
+        let (uncertainty, read) = context.uncertainty(
+            table.as_ref(),
+            &scene.machine,
+            &scene.errors,
+            &CutBy::anywhere(!scene.force.is_zero()),
+        )?;
         let uncertainty = uncertainty.map(Uncertainty::without_model);
         if let Some(own) = &uncertainty {
             if !own.varies_machine_or_force() {

@@ -59,7 +59,7 @@ impl Question for ValidationStudy {
             for (i, case) in spec.case.iter().enumerate() {
                 let path =
                     PathSpec { circle: Some(case.circle.clone()), line: None, file: None, methods: Some(Vec::new()) };
-                let (path, _) = paths::path(&path, &process, context, &check.key("case").item(i))?;
+                let (path, ..) = paths::path(&path, &process, context, &check.key("case").item(i))?;
                 paths.push(path);
                 inputs = inputs.and(process.inputs.clone());
             }
