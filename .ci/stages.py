@@ -114,6 +114,7 @@ FULL = [
         "$TARGET/ci/foreign/bin/pip" install --quiet --requirement tests/foreign_truths/requirements.txt
         export PATH="$TARGET/ci/foreign/bin:$PATH"
         URDF_FOLDERS="$PWD/tests/urdf" cargo test --all-features --test it -- --ignored
+        cargo test --package kinetostat-removal -- --ignored
     """, ("program",)),
     Stage("assertions", "With debug assertions and checks of overflow, also of packages, which take a third of the time: compiles everything once more.", """
         all='profile.dev.package."*"'
@@ -131,7 +132,7 @@ FULL = [
         done
         # Each of the packed copies, with those below it.
         patch=()
-        for below in engine input; do
+        for below in engine input removal; do
             patch+=(--config "patch.crates-io.kinetostat-$below.path='$(echo "$OUT/kinetostat-$below"-*)'")
         done
         cargo check --quiet --all-features "${patch[@]}" --manifest-path "$OUT"/kinetostat-[0-9]*/Cargo.toml --target-dir "$TARGET/lint"

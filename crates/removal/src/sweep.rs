@@ -1,0 +1,171 @@
+//! The volume that a cutter sweeps on a straight move, as its lower envelope.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::cutter::{Cutter, Nose};
+
+/// What touches within this is counted as cut, mm: a wall cut twice along the same path is air the second time.
+pub(crate) const TOUCH: f64 = 1e-6;
+
+/// A straight move of the tip. A vertical one is held as its lower end, as nothing else of it is left.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub(crate) struct Sweep {
+    /// Where the tip starts.
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    /// Unit vector of the horizontal motion.
+    pub ux: f64,
+    pub uy: f64,
+    /// Horizontal length, mm.
+    pub length: f64,
+    /// Rise per mm of horizontal length.
+    pub slope: f64,
+    /// Number of the cutter.
+    pub cutter: u32,
+    /// What the caller calls the move.
+    pub tag: u32,
+}
+
+/// Where a swept cutter is at a point of the plan.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reach {
+    /// Height of the lower envelope; infinite where the cutter does not come.
+    pub height: f64,
+    /// Horizontal distance to the nearest point of the path, mm.
+    pub distance: f64,
+}
+
+impl Sweep {
+    pub fn new(from: &Vector3<f64>, to: &Vector3<f64>, cutter: u32, tag: u32) -> Self {
+        let along = (to - from).xy();
+        let length = along.norm();
+        // Shorter than this, direction and slope are of rounding.
+        if length < 1e-9 {
+            let low = if to.z < from.z { to } else { from };
+            return Self { x: low.x, y: low.y, z: low.z, ux: 1.0, uy: 0.0, length: 0.0, slope: 0.0, cutter, tag };
+        }
+        let [ux, uy] = (along / length).into();
+        Self { x: from.x, y: from.y, z: from.z, ux, uy, length, slope: (to.z - from.z) / length, cutter, tag }
+    }
+
+    /// Lowest height of the tip.
+    pub fn lowest(&self) -> f64 {
+        self.z + (self.slope * self.length).min(0.0)
+    }
+
+    /// Position of the tip after `along` mm of the horizontal path.
+    pub fn position(&self, along: f64) -> Vector3<f64> {
+        Vector3::new(self.x + along * self.ux, self.y + along * self.uy, self.tip(along))
+    }
+
+    /// Height of the tip after `along` mm of the horizontal path.
+    fn tip(&self, along: f64) -> f64 {
+        self.z + self.slope * along
+    }
+
+    /// Returns the length along the path of its point nearest to `p`, that of the foot on the unbounded line, and the distance to this line.
+    #[inline]
+    fn foot(&self, p: Vector2<f64>) -> (f64, f64, f64) {
+        let (wx, wy) = (p.x - self.x, p.y - self.y);
+        let along = wx * self.ux + wy * self.uy;
+        (along.max(0.0).min(self.length), along, wy * self.ux - wx * self.uy)
+    }
+
+    /// Returns where the cutter comes at `p`.
+    #[inline]
+    pub fn reach(&self, cutter: &Cutter, p: Vector2<f64>) -> Reach {
+        let (nearest, along, aside) = self.foot(p);
+        let squared = aside * aside + (along - nearest) * (along - nearest);
+        let distance = squared.sqrt();
+        if distance > cutter.radius + TOUCH {
+            return Reach { height: f64::INFINITY, distance };
+        }
+        let height = if self.slope == 0.0 {
+            self.z + cutter.height_mm(distance)
+        } else {
+            let lowest = self.lowest_along(cutter, along, aside.abs());
+            self.tip(lowest) + cutter.height_mm(norm(aside, along - lowest))
+        };
+        Reach { height, distance }
+    }
+
+    /// Returns the length along the path at which the cutter is lowest over the point `p`, given that it comes there.
+    pub fn generating(&self, cutter: &Cutter, p: Vector2<f64>) -> f64 {
+        let (nearest, along, aside) = self.foot(p);
+        if self.slope == 0.0 { nearest } else { self.lowest_along(cutter, along, aside.abs()) }
+    }
+
+    /// Returns where along a sloping path the cutter is lowest over a point whose foot is at `along`, `aside` from the line: the minimum of
+    /// slope · s + g(√(aside² + (s − along)²)), convex in s, over the part of the path that comes within the radius.
+    fn lowest_along(&self, cutter: &Cutter, along: f64, aside: f64) -> f64 {
+        let reach = cutter.radius + TOUCH;
+        let half = (reach * reach - aside * aside).max(0.0).sqrt();
+        let (low, high) = ((along - half).max(0.0), (along + half).min(self.length));
+        let falling = if self.slope > 0.0 { -half } else { half };
+        // The offset s − along at which the derivative is zero.
+        let offset = match cutter.nose {
+            Nose::Rounded { flat: 0.0, corner } => {
+                let chord = (corner * corner - aside * aside).max(0.0).sqrt();
+                -self.slope * chord / (1.0 + self.slope * self.slope).sqrt()
+            }
+            Nose::Rounded { corner: 0.0, .. } => falling,
+            Nose::Rounded { flat, corner } => self.bull_offset(flat, corner, aside, falling),
+            Nose::Cone { rise } => {
+                let ratio = self.slope / rise;
+                if ratio.abs() < 1.0 { -ratio * aside / (1.0 - ratio * ratio).sqrt() } else { falling }
+            }
+        };
+        (along + offset).max(low).min(high)
+    }
+
+    /// Returns the offset at which a bull nose is lowest: safeguarded Newton steps on slope + g'(d) o/d, which rises with |o|.
+    fn bull_offset(&self, flat: f64, corner: f64, aside: f64, falling: f64) -> f64 {
+        let steepness = self.slope.abs();
+        // Over the flat end there is no slope to meet.
+        let (mut low, mut high) = ((flat * flat - aside * aside).max(0.0).sqrt(), falling.abs());
+        let mut offset = low;
+        for _ in 0..60 {
+            let distance = norm(aside, offset);
+            let into = (distance - flat).clamp(0.0, corner);
+            let rest = (corner * corner - into * into).sqrt();
+            let (sine, value);
+            if rest > 0.0 {
+                sine = offset / distance.max(f64::MIN_POSITIVE);
+                value = into / rest * sine - steepness;
+            } else {
+                (sine, value) = (1.0, f64::INFINITY);
+            }
+            if value > 0.0 {
+                high = offset
+            } else {
+                low = offset
+            }
+            let bent = corner * corner / (rest * rest * rest) * sine * sine
+                + into / rest * aside * aside / (distance * distance * distance).max(f64::MIN_POSITIVE);
+            let newton = offset - value / bent;
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            if (next - offset).abs() <= 1e-12 * self.length.max(1.0) || high - low <= 1e-12 {
+                break;
+            }
+            offset = next;
+        }
+        offset.copysign(falling)
+    }
+
+    /// Returns how far `p` lies within what the cutter, where the path is nearest to it, has cut at the height `z`: negative outside.
+    pub fn clearance(&self, cutter: &Cutter, p: Vector2<f64>, z: f64) -> f64 {
+        let (nearest, along, aside) = self.foot(p);
+        match cutter.radius_at_mm(z - self.tip(nearest)) {
+            Some(radius) => radius - norm(aside, along - nearest),
+            None => f64::NEG_INFINITY,
+        }
+    }
+}
+
+/// √(a² + b²) with the same bits everywhere.
+#[inline]
+pub(crate) fn norm(a: f64, b: f64) -> f64 {
+    (a * a + b * b).sqrt()
+}

@@ -1,0 +1,8 @@
+//! Removal and engagement against closed forms, brute force and exact booleans.
+
+mod closed_forms;
+mod paths;
+mod properties;
+mod stock;
+mod surface;
+mod volumes;
