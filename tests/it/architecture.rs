@@ -54,7 +54,7 @@ pub(crate) fn files(folder: &Path, extensions: &[&str], found: &mut Vec<PathBuf>
 
 fn all_sources() -> Vec<PathBuf> {
     let mut found = Vec::new();
-    for folder in ["crates/input/src", "crates/engine/src", "src"] {
+    for folder in ["crates/input/src", "crates/engine/src", "crates/removal/src", "src"] {
         files(&root().join(folder), &["rs"], &mut found);
     }
     found
@@ -219,17 +219,18 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 
 /// Most lines of folders, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
-const MOST_LINES: [(&[&str], usize); 10] = [
+const MOST_LINES: [(&[&str], usize); 11] = [
     (&["crates/engine/src"], 21_425),
+    (&["crates/removal/src"], 2_045),
     (&["src/toolpath"], 15_845),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 9_555),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 9_560),
     (&["src/simulation", "src/redundancy"], 5_580),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_675),
     (&["src/figures", "src/page"], 9_435),
-    (&["src/questions"], 24_455),
+    (&["src/questions"], 24_470),
     (&["src/products", "src/inspect", "src/explore"], 10_435),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 105_495),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 107_555),
 ];
 
 #[test]

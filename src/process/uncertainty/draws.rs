@@ -175,7 +175,7 @@ impl Draws {
         }
     }
 
-    /// Factor of the cutting force in each draw, with tool wear, of the tool with this index ([`Uncertainty::tool_at`](super::Uncertainty::tool_at)).
+    /// Factor of the cutting force in each draw, with tool wear, of the tool with this index ([`Uncertainty::tool_index`](super::Uncertainty::tool_index)).
     ///
     /// # Panics
     /// There is no such tool.

@@ -268,7 +268,8 @@ fn resolve(
     let wear = wear.map(|largest| Spread::Uniform { least: 0.0, largest });
     let sharp = sharp.map(Spread::of_relative_std);
     let mut components = [None; ForceSpread::COMPONENTS.len()];
-    if let Some(ForceComponentsSpec { tangential, radial, axial }) = process.force_component_relative_std {
+    let given = process.force_component_relative_std.filter(|_| !cfg!(target_family = "wasm"));
+    if let Some(ForceComponentsSpec { tangential, radial, axial }) = given {
         let key = "process.force_component_relative_std";
         for (own, (name, given)) in
             [("tangential", tangential), ("radial", radial), ("axial", axial)].into_iter().enumerate()
