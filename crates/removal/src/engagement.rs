@@ -165,7 +165,7 @@ impl Field {
     /// workpiece, mm; a vector of any length). Of a short move: its middle, with all moves before it cut and itself not.
     ///
     /// Ends of arcs are found within 1e-3°. On the cylinder an arc between arcs of air is found if it is wider than 0.5°, on corner, point and end
-    /// if it is wider than 5°; arcs that reach to 90° from the motion, as those of a wall beside it, if they are wider than 0.25°. Fails if a
+    /// and on uncut stock that stands alone, a pin or a thin wall, if it is wider than 5°; arcs that reach to 90° from the motion, as those of a wall beside it, if they are wider than 0.25°. Fails if a
     /// number is not finite, the direction has no length, or a number of `slicing` is not
     /// positive or makes more than 10,000 slices.
     pub fn engage(
