@@ -73,8 +73,7 @@ impl Uncertainty {
         let of = |(group, own): (usize, &uncertainty::UncertainParameter)| {
             let (unit, spread): (Unit, Spread) = (own.unit, own.spread);
             let input = |(name, nominal): &(String, f64)| {
-                let [low, high] =
-                    [-uncertainty::Z_95_INTERVAL, uncertainty::Z_95_INTERVAL].map(|z| spread.value(*nominal, z));
+                let [low, high] = spread.interval_95(*nominal);
                 (name.clone(), *nominal, unit.in_files(), (low, high), spread.words(), numbers_of(&spread), group)
             };
             own.values.iter().map(input).collect::<Vec<_>>()

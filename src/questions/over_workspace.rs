@@ -6,7 +6,10 @@ use super::{Overrides, StudyContext, spec::ProcessRef};
 use crate::{
     compensation::Target,
     input::{Inputs, check::Check, error::Result},
-    process::cutting::CuttingLaw,
+    process::{
+        cutting::CuttingLaw,
+        uncertainty::{CutBy, Uncertainty},
+    },
     simulation::Scene,
     spatial::Grid,
 };
@@ -29,6 +32,13 @@ pub struct Shown {
     pub slices_z: Vec<f64>,
     /// Process tables and keys that the question does not use.
     pub not_used: Vec<&'static str>,
+}
+
+/// Returns what is uncertain of `scene`, which has no path, and the files read for it. `Err` as of [`StudyContext::uncertainty`].
+pub(super) fn uncertainty_anywhere(context: &StudyContext<'_>, scene: &Scene) -> Result<(Option<Uncertainty>, Inputs)> {
+    let table = context.uncertainty_of_process.borrow().clone();
+    let cut = CutBy::anywhere(!scene.force.is_zero());
+    context.uncertainty(table.as_ref(), &scene.machine, &scene.errors, &cut)
 }
 
 /// Returns the scene of a workspace study, process tables that it does not use, and its inputs. `Err` without a force in the tool frame.

@@ -266,6 +266,12 @@ impl StudyContext<'_> {
         Ok((resolved, read.unwrap_or_default()))
     }
 
+    /// Returns the location, for error messages, of the table `[uncertainty]` of the process that was read last, or else of the study's.
+    pub(crate) fn uncertainty_location(&self) -> Check {
+        let of_study = || self.check.root().key("uncertainty");
+        self.uncertainty_of_process.borrow().as_ref().map_or_else(of_study, |table| table.check.clone())
+    }
+
     /// Refuses a process, or a table `[uncertainty]` of study or process, that the question never read.
     pub(crate) fn refuse_unused(&self) -> Result<()> {
         let of_study = self.header.uncertainty.as_ref().map(|_| self.check.root().key("uncertainty"));

@@ -212,19 +212,13 @@ impl DrawnMachines {
         let [unloaded, loads @ ..] = responses else { panic!("a response without load") };
         let with =
             |loads| Surrogate::new(&self.end_coordinates, unloaded, loads, &self.uncertainty.draws).of_tool(tool);
-        let components = self.components();
         match loads.split_at_checked(1) {
-            Some((load, twice)) if !components.is_empty() => {
-                with(load).with_components(&self.end_coordinates, components.into_iter().zip(twice))
+            Some((load, twice)) if self.uncertainty.force.has_components() => {
+                let varied = self.uncertainty.force.varied_components().map(|(own, _)| own);
+                with(load).with_components(&self.end_coordinates, varied.zip(twice))
             }
             _ => with(loads),
         }
-    }
-
-    /// Indices of the components of the force that vary by themselves.
-    pub fn components(&self) -> Vec<usize> {
-        let components = self.uncertainty.force.components;
-        (0..components.len()).filter(|own| components[*own].is_some()).collect()
     }
 
     /// Names of what spreads displacements without load and under `loads` most where the tool with this index cuts, with a share of the variance that is worth a
@@ -761,8 +755,7 @@ fn share_of(difference: f64, p95: f64) -> f64 {
 
 /// The task of all sources with the cutting force times `factor`.
 pub(crate) fn under(task: &TaskPoint, factor: f64) -> TaskPoint {
-    let task = Source::All.task(task);
-    if factor == 1.0 { task } else { TaskPoint { load: task.load.scale(factor), ..task } }
+    under_factors(task, &ForceFactors::of_all(factor), &DrawnForceAt::default())
 }
 
 /// The task of all sources where the cutting force, which is composed as `at` says, has these factors.

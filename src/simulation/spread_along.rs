@@ -529,7 +529,7 @@ impl<'a> Block<'a> {
         let drawn = self.path.drawn;
         let commands = commanded.of(0..self.tasks.len());
         let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; drawn.ends.len()] };
-        let twice = drawn.components().into_iter().map(|own| {
+        let twice = drawn.uncertainty.force.varied_components().map(|(own, _)| {
             let mut factors = ForceFactors::of_all(1.0);
             factors.components[own] = 1.0;
             factors

@@ -121,19 +121,20 @@ pub(crate) fn drawn_forces_at(
     path: &Toolpath,
     components: Option<&[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]>,
 ) -> Vec<DrawnForceAt> {
-    let components = components.filter(|_| uncertainty.force.has_components());
     if components.is_none() && uncertainty.tools.len() < 2 {
         return Vec::new();
     }
     let of = |loads: &Vec<PathLoad>| tasks_under(machine, placement, Target::ToolTip, path, loads);
     let components: Vec<Vec<TaskPoint>> = components.into_iter().flatten().map(of).collect();
-    let at = |(k, tool): (usize, Option<u32>)| DrawnForceAt {
-        tool: uncertainty.tool_index(tool),
-        components: std::array::from_fn(|own| {
-            components.get(own).map_or_else(Wrench::zero, |own: &Vec<TaskPoint>| own[k].load)
-        }),
-    };
+    let at = |(k, tool)| drawn_force_at(uncertainty.tool_index(tool), &components, k);
     path.cutting_tools().into_iter().enumerate().map(at).collect()
+}
+
+/// Returns what draws change of the force at the point `k` of a path, where the tool with this index cuts and `components` have the loads of the components at each point, if
+/// any vary.
+pub(crate) fn drawn_force_at(tool: usize, components: &[Vec<TaskPoint>], k: usize) -> DrawnForceAt {
+    let load = |own: usize| components.get(own).map_or_else(Wrench::zero, |own| own[k].load);
+    DrawnForceAt { tool, components: std::array::from_fn(load) }
 }
 
 /// Returns a function from a path point to its task point without load and the place of workpiece and tool, to be called in path order.

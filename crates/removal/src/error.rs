@@ -81,12 +81,6 @@ pub enum RemovalError {
         /// What is wrong.
         fault: String,
     },
-    /// Saved bytes are not those of a field.
-    #[error("saved field: {fault}")]
-    Saved {
-        /// What is wrong.
-        fault: &'static str,
-    },
 }
 
 /// Returns `value` if it is positive and finite.

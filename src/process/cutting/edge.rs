@@ -18,9 +18,9 @@ impl EdgeForce {
         self.cutting * h + self.edge
     }
 
-    /// Returns both coefficients times `factor`.
-    pub(super) fn scaled(self, factor: f64) -> Self {
-        Self { cutting: self.cutting * factor, edge: self.edge * factor }
+    /// Returns `forces` without those of any other index than `component`.
+    pub(super) fn only(forces: [Self; 3], component: usize) -> [Self; 3] {
+        std::array::from_fn(|own| if own == component { forces[own] } else { Self::default() })
     }
 }
 
@@ -88,11 +88,10 @@ impl EdgeLaw {
     pub fn with_only(&self, component: usize) -> Self {
         let only = |own: usize| if own == component { 1.0 } else { 0.0 };
         match *self {
-            EdgeLaw::Linear { tangential, radial, axial } => EdgeLaw::Linear {
-                tangential: tangential.scaled(only(0)),
-                radial: radial.scaled(only(1)),
-                axial: axial.scaled(only(2)),
-            },
+            EdgeLaw::Linear { tangential, radial, axial } => {
+                let [tangential, radial, axial] = EdgeForce::only([tangential, radial, axial], component);
+                EdgeLaw::Linear { tangential, radial, axial }
+            }
             EdgeLaw::Kienzle { tangential, tangential_share, radial_ratio, axial_ratio } => EdgeLaw::Kienzle {
                 tangential,
                 tangential_share: tangential_share * only(0),

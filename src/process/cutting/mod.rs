@@ -110,22 +110,15 @@ impl CuttingLaw {
                     ..force
                 },
             }),
-            CuttingLaw::SlotMilling(own) => CuttingLaw::SlotMilling(SlotMilling {
-                tangential: own.tangential.scaled(only(0)),
-                radial: own.radial.scaled(only(1)),
-                axial: own.axial.scaled(only(2)),
-                ..own
-            }),
+            CuttingLaw::SlotMilling(own) => {
+                let [tangential, radial, axial] = EdgeForce::only([own.tangential, own.radial, own.axial], component);
+                CuttingLaw::SlotMilling(SlotMilling { tangential, radial, axial, ..own })
+            }
             CuttingLaw::EndMilling(own) if own.over_turn == MeanOrPeak::Mean => {
                 CuttingLaw::EndMilling(EndMilling { edge: own.edge.with_only(component), ..own })
             }
-            CuttingLaw::Drilling(own) => {
-                if component == 2 {
-                    CuttingLaw::Drilling(own)
-                } else {
-                    CuttingLaw::None
-                }
-            }
+            CuttingLaw::Drilling(own) if component == 2 => CuttingLaw::Drilling(own),
+            CuttingLaw::Drilling(_) => CuttingLaw::None,
             CuttingLaw::Table(_) | CuttingLaw::FromPath | CuttingLaw::EndMilling(_) => return None,
         })
     }

@@ -212,13 +212,21 @@ impl Process {
         Some(Self { cutting, own_forces, ..self.clone() })
     }
 
-    /// Returns the loads of the components of the force at every point of `path`, which has loads ([`Process::loads`]); `None` where one is no sum of components.
+    /// Returns the loads of the components of the force at every point of `path`, which has loads ([`Process::loads`]); `None` where one is no sum of components, or none is
+    /// `varied` by itself.
     #[must_use]
-    pub fn component_loads(&self, path: &Toolpath) -> Option<[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]> {
+    pub fn component_loads(
+        &self,
+        path: &Toolpath,
+        varied: &ForceSpread,
+    ) -> Option<[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]> {
         let of = |component: usize| -> Option<Vec<PathLoad>> {
             let process = self.with_only(component)?;
             path.points().iter().map(|point| process.load(point).ok()).collect()
         };
+        if !varied.has_components() {
+            return None;
+        }
         Some([of(0)?, of(1)?, of(2)?])
     }
 

@@ -16,16 +16,16 @@ pub struct ForceDraws {
 }
 
 impl ForceDraws {
-    /// Those of a tool with these standard normal numbers: of the whole, of tool wear, and of each component that varies.
-    fn of(force: &ForceSpread, [sharp, wear]: [&[f64]; 2], mut components: impl Iterator<Item = Vec<f64>>) -> Self {
+    /// Those of a tool with these standard normal numbers: of the whole, of tool wear, and, the next of `components`, of each component that varies.
+    fn of(force: &ForceSpread, [sharp, wear]: [&[f64]; 2], components: &mut impl Iterator<Item = Vec<f64>>) -> Self {
         let factors = |(draw, sharp): (usize, &f64)| force.factors([*sharp, wear.get(draw).copied().unwrap_or(0.0)]);
         let factors: Vec<[f64; 2]> = sharp.iter().enumerate().map(factors).collect();
         Self {
             all: factors.iter().map(|[sharp, wear]| sharp * wear).collect(),
             wear: force.wear.map_or_else(Vec::new, |_| factors.iter().map(|[_, wear]| *wear).collect()),
-            components: force.components.map(|spread| match spread.zip(components.next()) {
-                Some((spread, normal)) => normal.iter().map(|z| spread.value(1.0, *z) - 1.0).collect(),
-                None => Vec::new(),
+            components: force.components.map(|spread| {
+                let normal = spread.and_then(|_| components.next()).unwrap_or_default();
+                normal.iter().map(|z| spread.map_or(0.0, |own| own.value(1.0, *z) - 1.0)).collect()
             }),
         }
     }
@@ -101,7 +101,7 @@ impl Draws {
         let (of_model, count) = (if model_std > 0.0 { MODEL_DIMENSIONS } else { 0 }, scrambles * per_scramble);
         // Those of tool wear, of further tools and of components come last, behind those of the model whether they are drawn or not, so that they change no
         // others.
-        let (tools, components) = (1 + force.other_tools, force.components.iter().flatten().count());
+        let (tools, components) = (1 + force.other_tools, force.varied_components().count());
         let has_tools = force.wear.is_some() || tools > 1 || components > 0;
         let behind = if has_tools { MODEL_DIMENSIONS + 2 * tools - 1 + components * tools } else { of_model };
         let dimensions = parameters.len() + 1 + behind;
@@ -117,9 +117,7 @@ impl Draws {
         let mut of_components = of_components.into_iter();
         let of_tool = |own: &[Vec<f64>]| {
             let wear = own.get(1).map_or(&[][..], Vec::as_slice);
-            let varies = force.components.iter().map(Option::is_some);
-            let normal = varies.map(|varies| if varies { of_components.next() } else { None }.unwrap_or_default());
-            ForceDraws::of(&force, [&own[0], wear], normal)
+            ForceDraws::of(&force, [&own[0], wear], &mut of_components)
         };
         let force: Vec<ForceDraws> = of_tools.chunks(2).map(of_tool).collect();
         let largest = |draw: usize| force.iter().fold(0.0, |most: f64, own| most.max(own.largest(draw)));

@@ -161,7 +161,7 @@ impl UncertainParameter {
 
     /// Interval that holds 95 % of the values of its first parameter.
     pub fn interval_95(&self) -> [f64; 2] {
-        [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| self.spread.value(self.nominal(), z))
+        self.spread.interval_95(self.nominal())
     }
 
     /// Nominal value of its first parameter.
@@ -211,7 +211,12 @@ impl ForceSpread {
 
     /// Whether a component varies by itself.
     pub fn has_components(&self) -> bool {
-        self.components.iter().any(Option::is_some)
+        self.varied_components().next().is_some()
+    }
+
+    /// Indices of the components that vary by themselves, with their distributions.
+    pub fn varied_components(&self) -> impl Iterator<Item = (usize, Spread)> + use<> {
+        self.components.into_iter().enumerate().filter_map(|(own, spread)| Some((own, spread?)))
     }
 
     /// Factors by which the force of a sharp tool and of a worn one are larger, for their standard normal numbers.
@@ -247,8 +252,8 @@ impl ForceFactors {
 
     /// Returns the wrench of a cutting force that is nominally `load` and has these `components`.
     pub fn on(&self, load: &Wrench, components: &[Wrench]) -> Wrench {
-        if self.all == 1.0 && self.components == [0.0; 3] {
-            return *load;
+        if self.components == [0.0; ForceSpread::COMPONENTS.len()] {
+            return load.scale(self.all);
         }
         let with = |Wrench { force, moment }, (factor, own): (&f64, &Wrench)| Wrench {
             force: force + own.force * *factor,
@@ -355,18 +360,14 @@ impl Uncertainty {
     pub fn force_factor_95(&self) -> Option<[f64; 2]> {
         let ForceSpread { sharp, wear, .. } = self.force;
         match wear {
-            None => sharp.map(|spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z))),
+            None => sharp.map(|spread| spread.interval_95(1.0)),
             Some(_) => Some([0.025, 0.975].map(|share| quantile(&mut self.draws.force_of(0).to_vec(), share))),
         }
     }
 
     /// Intervals that hold 95 % of the factors of the components of the force that vary by themselves, with their names.
     pub fn component_factors_95(&self) -> impl Iterator<Item = (&'static str, [f64; 2])> {
-        let interval = |spread: Spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z));
-        ForceSpread::COMPONENTS
-            .into_iter()
-            .zip(self.force.components)
-            .filter_map(move |(name, own)| Some((name, interval(own?))))
+        self.force.varied_components().map(|(own, spread)| (ForceSpread::COMPONENTS[own], spread.interval_95(1.0)))
     }
 
     /// Index of the tool with this number among those whose force varies by itself ([`Draws::force_of`]); 0 where one factor is for all.
@@ -392,11 +393,8 @@ impl Uncertainty {
         let alone = (0..self.parameters.len()).filter(|own| !correlated.contains(own));
         let alone = alone.map(|own| (self.parameters[own].name().to_string(), Cause::Parameters(vec![own])));
         let wear = self.force.wear.map(|_| ("tool wear".into(), Cause::Wear));
-        let component = |own: usize| {
-            Some((ForceSpread::COMPONENTS[own].into(), Cause::Component(own)))
-                .filter(|_| self.force.components[own].is_some())
-        };
-        let components = (0..ForceSpread::COMPONENTS.len()).filter_map(component);
+        let component = |(own, _): (usize, Spread)| (ForceSpread::COMPONENTS[own].into(), Cause::Component(own));
+        let components = self.force.varied_components().map(component);
         let force = std::iter::once(("cutting force".into(), Cause::Force)).chain(components).chain(wear);
         alone.chain(together).chain(force).chain([(Cause::MODEL.into(), Cause::Model)])
     }

@@ -242,7 +242,7 @@ fn resolve(
         let name = setup.name().to_string();
         let exact = Parameter { name, value: Some(0.0), unit, key: None, grade: None, interval: None };
         let spread = spread(&spec, &exact, &check.key(key))?;
-        let [low, high] = [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(0.0, z));
+        let [low, high] = spread.interval_95(0.0);
         if matches!(setup, Setup::WorkpieceRotation(_)) && low.abs().max(high.abs()) > LARGEST_ROTATION_DEG {
             let problem = format!(
                 "turns the workpiece by more than is taken as small: expected 95 % within ±{LARGEST_ROTATION_DEG}°, got {low:.3} to {high:.3}"
@@ -293,7 +293,7 @@ fn resolve(
                 tools.push(*tool);
             }
         }
-        let most = 2 * MOST_TOOLS / (2 + components.iter().flatten().count());
+        let most = 2 * MOST_TOOLS / (2 + force.varied_components().count());
         if !(1..=most).contains(&tools.len()) {
             return check.fail(format!(
                 "expected a path, a program or a placement that says which tool cuts, 1 to {most} of them, got {}",

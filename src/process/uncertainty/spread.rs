@@ -53,6 +53,11 @@ impl Spread {
         }
     }
 
+    /// Interval that holds 95 % of the values about `nominal`.
+    pub fn interval_95(&self, nominal: f64) -> [f64; 2] {
+        [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| self.value(nominal, z))
+    }
+
     /// The distribution with half the deviations from the nominal value, of its logarithm where that is normal.
     #[must_use]
     pub fn halved(&self) -> Self {

@@ -15,10 +15,10 @@ use crate::{
     simulation::{
         along_path::{BLOCK, PART, PathCase, TrackBlocks, last_configuration, parts, track_blocks},
         spread_along::SpreadPart,
-        tasks::unloaded_tasks,
+        tasks::{drawn_force_at, unloaded_tasks},
         tracking::TrackPoint,
     },
-    spatial::{Pose, Wrench},
+    spatial::Pose,
     toolpath::{PathPoint, Toolpath},
 };
 
@@ -129,10 +129,10 @@ impl ProgramJob {
                 range.clone().map(task).collect::<std::result::Result<Vec<_>, _>>().map_err(fault)
             };
             let components = components.iter_mut().map(|task| along(task)).collect::<Result<Vec<_>>>()?;
-            let at = |(k, point): (usize, &PathPoint)| DrawnForceAt {
-                tool: self.uncertainty.as_ref().map_or(0, |own| own.tool_index(point.tool.filter(|_| point.cutting))),
-                components: std::array::from_fn(|own| components.get(own).map_or_else(Wrench::zero, |own| own[k].load)),
+            let tool = |point: &PathPoint| {
+                self.uncertainty.as_ref().map_or(0, |own| own.tool_index(point.tool.filter(|_| point.cutting)))
             };
+            let at = |(k, point): (usize, &PathPoint)| drawn_force_at(tool(point), &components, k);
             let is_asked = has_tools || !components.is_empty();
             let forces = points.iter().enumerate().filter(|_| is_asked).map(at).collect();
             let tasks = match &self.tasks {

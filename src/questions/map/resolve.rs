@@ -3,10 +3,9 @@
 use super::{WorkspaceMapStudy, block_count, run_in_blocks, spec::WorkspaceMapSpec};
 use crate::{
     input::error::Result,
-    process::uncertainty::CutBy,
     questions::{
         Question, Resolved, StudyContext, Template,
-        over_workspace::{Region, SceneKeys, Shown, scene},
+        over_workspace::{Region, SceneKeys, Shown, scene, uncertainty_anywhere},
     },
     work::Work,
 };
@@ -35,13 +34,7 @@ impl Question for WorkspaceMapStudy {
         let (grid, slices_z, size) =
             region.checked_grid(context, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
         let shown = Shown { slices_z, not_used };
-        let table = context.uncertainty_of_process.borrow().clone();
-        let (uncertainty, read) = context.uncertainty(
-            table.as_ref(),
-            &scene.machine,
-            &scene.errors,
-            &CutBy::anywhere(!scene.force.is_zero()),
-        )?;
+        let (uncertainty, read) = uncertainty_anywhere(context, &scene)?;
         let inputs = inputs.and(read).and(size);
         Ok(Resolved { study: WorkspaceMapStudy { scene, grid, uncertainty }, shown, inputs })
     }

@@ -62,8 +62,8 @@ impl Question for OnlineStudy {
                 None if force.has_components() => "force_component_relative_std",
                 None => "wear_force_increase",
             };
-            let table = table.map_or_else(|| check.root().key("uncertainty"), |table| table.check.clone());
-            return table
+            return context
+                .uncertainty_location()
                 .key("process")
                 .key(key)
                 .fail("is given by force_errors_percent in an online study: expected none".into());

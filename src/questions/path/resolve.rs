@@ -47,7 +47,7 @@ impl Question for PathStudy {
         let (table, cut) = (process.uncertainty.as_ref(), process.cut_by(&tools));
         let (uncertainty, read) = context.uncertainty(table, &study.machine, &study.errors, &cut)?;
         if let Some(uncertainty) = &uncertainty {
-            let components = process.component_loads(&toolpath);
+            let components = process.component_loads(&toolpath, &uncertainty.force);
             let there = (&study.machine, &study.placement);
             study.drawn_forces = drawn_forces_at(uncertainty, there, &toolpath, components.as_ref());
         }

@@ -172,8 +172,8 @@ fn all_features(
         let cut = CutBy { has_force: true, has_components: process.with_only(0).is_some(), tools: &tools };
         let (uncertainty, read) =
             context.uncertainty(process.uncertainty.as_ref(), &process.machine, &process.errors, &cut)?;
-        let has_components = uncertainty.as_ref().is_some_and(|own| own.force.has_components());
-        job.components = if has_components { process.component_loads(&job.feature.path) } else { None };
+        let loads = |own: &Uncertainty| process.component_loads(&job.feature.path, &own.force);
+        job.components = uncertainty.as_ref().and_then(loads);
         job.uncertainty = uncertainty.map(Arc::new);
         inputs = inputs.and(read);
     }

@@ -7,10 +7,10 @@ use super::{
 use crate::{
     input::{check::Check, error::Result},
     machine::Machine,
-    process::uncertainty::{CutBy, Uncertainty},
+    process::uncertainty::Uncertainty,
     questions::{
         Question, Resolved, StudyContext, Template,
-        over_workspace::{Region, SceneKeys, Shown, scene},
+        over_workspace::{Region, SceneKeys, Shown, scene, uncertainty_anywhere},
         path::resolve::named_point,
     },
     simulation::ROUNDING_MM,
@@ -56,18 +56,11 @@ impl Question for SuperpositionStudy {
             return check.key("largest_factor").fail(format!("must be between 1 and 1e6, got {largest_factor}"));
         }
         let locations = locations(spec.location.as_deref(), &scene.machine, check)?;
-        let table = context.uncertainty_of_process.borrow().clone();
-        let (uncertainty, read) = context.uncertainty(
-            table.as_ref(),
-            &scene.machine,
-            &scene.errors,
-            &CutBy::anywhere(!scene.force.is_zero()),
-        )?;
+        let (uncertainty, read) = uncertainty_anywhere(context, &scene)?;
         let uncertainty = uncertainty.map(Uncertainty::without_model);
         if let Some(own) = &uncertainty {
             if !own.varies_machine_or_force() {
-                let check = table.map_or_else(|| check.root().key("uncertainty"), |table| table.check);
-                return check.fail("varies nothing of a superposition error, of which [uncertainty.model] and errors of the setup are no part: expected a machine or a force that varies".into());
+                return context.uncertainty_location().fail("varies nothing of a superposition error, of which [uncertainty.model] and errors of the setup are no part: expected a machine or a force that varies".into());
             }
             if locations.is_empty() {
                 return check
