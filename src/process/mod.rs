@@ -7,6 +7,8 @@ mod milling;
 mod not_followed;
 mod placement;
 mod redundancy;
+#[cfg(not(target_family = "wasm"))]
+pub mod stock;
 pub(crate) mod tilt;
 pub mod uncertainty;
 mod workpiece;

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    machine::Machine,
     spatial::{Axis, Pose, Wrench, frame_about, rotation_exp},
     toolpath::{Load, Orientation, least_turn},
 };
@@ -72,6 +73,16 @@ impl Placement {
             tool: *tool,
             tool_axes: frame_about((unturned * (home * tool.rotation.column(2))).normalize()),
         }
+    }
+
+    /// Returns the place of workpiece and tool on `machine`, or on its workpiece carrier, with the platform oriented as at home.
+    #[must_use]
+    pub(crate) fn place(&self, machine: &Machine) -> PlacedWorkpiece {
+        let mut placed = self.on_machine(&machine.home.pose.rotation, &machine.tool());
+        if machine.is_oriented_by_locked() {
+            placed = placed.with_platform_rotation(&machine.home.pose.rotation);
+        }
+        machine.carrier.as_ref().map_or(placed, |carrier| placed.on_carrier(&carrier.home.pose))
     }
 
     /// Returns the position `p_PR` of the path's reference point in platform axes, mm.

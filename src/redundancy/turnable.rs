@@ -9,7 +9,7 @@ use crate::{
     input::error::{Error, Result},
     machine::{Branch, ChainError, Machine, ToolAxisSource},
     process::{PathReference, PlacedWorkpiece, Placement, RedundancySettings, cutting::PathLoad},
-    simulation::{Machines, tasks::place_workpiece},
+    simulation::Machines,
     toolpath::{PathPoint, Toolpath},
 };
 
@@ -125,7 +125,7 @@ impl<'a> RotatablePath<'a> {
     pub fn new(problem: GammaProblem<'a>) -> Result<Self> {
         let GammaProblem { machine, errors, placement, path, .. } = problem;
         check(machine, placement, path)?;
-        let placed = place_workpiece(machine, placement);
+        let placed = placement.place(machine);
         let workpiece = placed.workpiece().rotation;
         let programmed_rotations = |point: &PathPoint| {
             let there =

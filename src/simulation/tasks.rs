@@ -29,7 +29,7 @@ pub(crate) struct PoseTracker<'a> {
 impl<'a> PoseTracker<'a> {
     /// Creates a tracker of a machine at home with the workpiece at `placement`.
     pub fn new(machine: &'a Machine, placement: &'a Placement) -> Self {
-        let placed = place_workpiece(machine, placement);
+        let placed = placement.place(machine);
         Self { machine, placement, placed, external: None, near: machine.home.clone() }
     }
 
@@ -42,7 +42,7 @@ impl<'a> PoseTracker<'a> {
                 turned.unwrap_or_else(|| self.machine.with_carrier_axes(&axes))
             };
             let there = external.map_or_else(|| self.machine.clone(), with_external_axes);
-            self.placed = place_workpiece(&there, self.placement);
+            self.placed = self.placement.place(&there);
             self.external = external;
         }
         &self.placed
@@ -73,18 +73,6 @@ impl<'a> PoseTracker<'a> {
             }
             Err(_) => controlled,
         }
-    }
-}
-
-/// Returns the place of workpiece and tool on the machine, or on its workpiece carrier, with the platform oriented as at home.
-pub(crate) fn place_workpiece(machine: &Machine, placement: &Placement) -> PlacedWorkpiece {
-    let mut placed = placement.on_machine(&machine.home.pose.rotation, &machine.tool());
-    if machine.is_oriented_by_locked() {
-        placed = placed.with_platform_rotation(&machine.home.pose.rotation);
-    }
-    match &machine.carrier {
-        Some(carrier) => placed.on_carrier(&carrier.home.pose),
-        None => placed,
     }
 }
 

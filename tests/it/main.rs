@@ -120,6 +120,7 @@ mod slot_milling;
 mod snap_through;
 mod solved_in_part;
 mod stiffness;
+mod stock;
 mod superposition;
 mod superposition_command;
 mod tool_frame;

@@ -194,6 +194,45 @@ impl Field {
         Ok(true)
     }
 
+    /// Returns a point of material that `cutter` would meet while its tip moves straight between two points, at the centre of a column; what it comes into by less than
+    /// `free_mm` counts as met by none. Nothing is cut. Fails if a coordinate is not finite.
+    pub fn first_in_way(
+        &self,
+        cutter: &Cutter,
+        from: &Vector3<f64>,
+        to: &Vector3<f64>,
+        free_mm: f64,
+    ) -> Result<Option<Vector3<f64>>, RemovalError> {
+        finite("start of a move", from)?;
+        finite("end of a move", to)?;
+        let reach = Vector3::new(cutter.radius, cutter.radius, 0.0);
+        let (first, last) = (from.inf(to) - reach, from.sup(to) + reach);
+        let sweep = Sweep::new(from, to, 0, 0);
+        let mut spans = Vec::new();
+        for row in self.grid.between(1, first.y, last.y) {
+            let y = self.grid.along(1, row);
+            let (start, end) = span_of_row(&sweep, cutter.radius, y);
+            for x in self.grid.between(0, start, end) {
+                let p = Vector2::new(self.grid.along(0, x), y);
+                let met = sweep.reach(cutter, p);
+                if met.height == f64::INFINITY || met.distance > cutter.radius - free_mm {
+                    continue;
+                }
+                let top = self.datum + f64::from(self.columns[self.grid.index(x, row)].height());
+                spans.clear();
+                self.stock.spans(p, &mut spans);
+                let met = spans.iter().find_map(|[bottom, high]| {
+                    let (low, high) = (bottom.max(met.height), high.min(top));
+                    (high > low + free_mm).then_some(Vector3::new(p.x, p.y, 0.5 * (low + high)))
+                });
+                if met.is_some() {
+                    return Ok(met);
+                }
+            }
+        }
+        Ok(None)
+    }
+
     /// Returns the number of a cutter, a new one if it has none. Programs have few, and mostly use the last one again.
     fn number_of(&mut self, cutter: &Cutter) -> u32 {
         let known = self.cutters.iter().rposition(|known| known == cutter);

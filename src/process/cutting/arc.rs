@@ -26,7 +26,7 @@ pub(super) struct ArcIntegrals {
 
 impl ArcIntegrals {
     /// Returns the integrals multiplied by `factor`.
-    fn scaled(self, factor: f64) -> Self {
+    pub(super) fn scaled(self, factor: f64) -> Self {
         Self { plain: factor * self.plain, sine: factor * self.sine, cosine: factor * self.cosine }
     }
 }
@@ -75,17 +75,22 @@ impl EngagementArc {
     /// Returns ∫ sin^p ψ dψ over the arc by the double exponential rule, which tolerates an infinite slope at the ends:
     /// H. Takahasi and M. Mori, Publ. RIMS 9 (1974).
     fn integrate_sine_power(&self, p: f64) -> f64 {
-        const STEP: f64 = 0.1;
-        const STEPS: i32 = 32;
-        let (middle, half) = (0.5 * (self.entry + self.exit), 0.5 * (self.exit - self.entry));
-        let term = |k: i32| {
-            let t = f64::from(k) * STEP;
-            let argument = 0.5 * PI * libm::sinh(t);
-            let weight = 0.5 * PI * libm::cosh(t) / libm::cosh(argument).powi(2);
-            weight * libm::pow(sine(middle + half * libm::tanh(argument)), p)
-        };
-        half * STEP * (-STEPS..=STEPS).map(term).sum::<f64>()
+        double_exponential(self.entry, self.exit, |psi| libm::pow(sine(psi), p))
     }
+}
+
+/// Returns the integral of `value` between two angles, where it may rise with an infinite slope at both.
+pub(super) fn double_exponential(from: f64, to: f64, value: impl Fn(f64) -> f64) -> f64 {
+    const STEP: f64 = 0.1;
+    const STEPS: i32 = 32;
+    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+    let term = |k: i32| {
+        let t = f64::from(k) * STEP;
+        let argument = 0.5 * PI * libm::sinh(t);
+        let weight = 0.5 * PI * libm::cosh(t) / libm::cosh(argument).powi(2);
+        weight * value(middle + half * libm::tanh(argument))
+    };
+    half * STEP * (-STEPS..=STEPS).map(term).sum::<f64>()
 }
 
 /// Returns sin ψ for an angle from 0 to π, never negative by rounding.

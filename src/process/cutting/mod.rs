@@ -27,6 +27,8 @@ mod cut_force;
 mod drilling;
 mod edge;
 mod end_milling;
+#[cfg(not(target_family = "wasm"))]
+mod engaged_milling;
 mod error;
 mod feed;
 pub mod materials;
@@ -42,6 +44,8 @@ pub use cut_force::CutForce;
 pub use drilling::{Drilling, DrillingLaw};
 pub use edge::{EdgeForce, EdgeLaw, Kienzle};
 pub use end_milling::{CutDirection, EndMilling, MeanOrPeak};
+#[cfg(not(target_family = "wasm"))]
+pub use engaged_milling::EngagedMilling;
 pub use error::{LoadError, TableError, TableFault};
 pub use own_forces::OwnForces;
 pub use path_frame::PathFrame;
@@ -73,6 +77,9 @@ pub enum CuttingLaw {
     EndMilling(EndMilling),
     /// Thrust and torque of a twist drill.
     Drilling(Drilling),
+    /// A mechanistic model of milling whose engagement is found from the stock: [`PathPoint::load`].
+    #[cfg(not(target_family = "wasm"))]
+    EngagedMilling(EngagedMilling),
 }
 
 impl CuttingLaw {
@@ -87,6 +94,8 @@ impl CuttingLaw {
             },
             _ if !point.cutting => PathLoad::NONE,
             CuttingLaw::None => PathLoad::NONE,
+            #[cfg(not(target_family = "wasm"))]
+            CuttingLaw::EngagedMilling(_) => point.load.map_or(PathLoad::NONE, PathLoad::Workpiece),
             CuttingLaw::PathFrame(frame) => PathLoad::PathFrame(*frame),
             CuttingLaw::Table(table) => PathLoad::Workpiece(table.load(point.arc_length_mm)?),
             CuttingLaw::SlotMilling(milling) => PathLoad::Milling(milling.force(milling.feed_per_tooth(point)?)),
@@ -119,6 +128,8 @@ impl CuttingLaw {
             }
             CuttingLaw::Drilling(own) if component == 2 => CuttingLaw::Drilling(own),
             CuttingLaw::Drilling(_) => CuttingLaw::None,
+            #[cfg(not(target_family = "wasm"))]
+            CuttingLaw::EngagedMilling(_) => return None,
             CuttingLaw::Table(_) | CuttingLaw::FromPath | CuttingLaw::EndMilling(_) => return None,
         })
     }
@@ -129,10 +140,20 @@ impl CuttingLaw {
         path.points().iter().map(|point| self.load(point)).collect()
     }
 
+    /// Whether the loads of the path are its loads.
+    pub(super) fn takes_loads(&self) -> bool {
+        match self {
+            CuttingLaw::FromPath => true,
+            #[cfg(not(target_family = "wasm"))]
+            CuttingLaw::EngagedMilling(_) => true,
+            _ => false,
+        }
+    }
+
     /// Checks that the law suits `path` as a whole. Fails if a table does not cover all lengths at which the path is cutting, or the path has
     /// loads that the law does not use.
     pub fn check(&self, path: &Toolpath) -> Result<(), LoadError> {
-        if *self != CuttingLaw::FromPath && path.points().iter().any(|point| point.load.is_some()) {
+        if !self.takes_loads() && path.points().iter().any(|point| point.load.is_some()) {
             return Err(LoadError::UnusedLoads { other_law: *self != CuttingLaw::None });
         }
         if let CuttingLaw::Table(table) = self {
@@ -192,10 +213,10 @@ fn heading(tangent: Vector3<f64>) -> Option<Vector3<f64>> {
 }
 
 /// A motion nearer to the tool's axis has no heading, as the sine of the angle.
-const LEAST_HEADING: f64 = 1e-6;
+pub(crate) const LEAST_HEADING: f64 = 1e-6;
 
 /// Returns the share of the lateral force that acts on a motion along `tangent` (a unit vector, axes of the tool): 0 without heading,
 /// 1 from 5° off the tool's axis.
-fn lateral_share(tangent: Vector3<f64>) -> f64 {
+pub(crate) fn lateral_share(tangent: Vector3<f64>) -> f64 {
     ((tangent.xy().norm() - LEAST_HEADING) / (FULL_HEADING - LEAST_HEADING)).clamp(0.0, 1.0)
 }

@@ -45,7 +45,7 @@ impl OwnForces {
             return others.check(path);
         }
         let mut laws = self.by_tool.values().chain(self.by_feature.iter().map(|(_, law)| law)).chain([others]);
-        if !laws.any(|law| *law == CuttingLaw::FromPath) && path.points().iter().any(|point| point.load.is_some()) {
+        if !laws.any(CuttingLaw::takes_loads) && path.points().iter().any(|point| point.load.is_some()) {
             return Err(LoadError::UnusedLoads { other_law: true });
         }
         let cutting = || path.points().iter().filter(|point| point.cutting);

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+#[cfg(not(target_family = "wasm"))]
+use super::tool_force::engaged_milling;
 use super::{
     force_spec::{CoefficientsSpec, ForceSpec, PathFrameSpec, SlotMillingSpec, TableSpec},
     tool_force::{drilling, end_milling},
@@ -23,8 +25,8 @@ const MAX_TEETH: u32 = 100;
 
 /// Checks the cutting forces of single tools (by number) and features (by text); returns them with the files that they come from.
 pub(super) fn own_forces(
-    of_tool: &BTreeMap<String, ForceSpec>,
-    of_feature: &BTreeMap<String, ForceSpec>,
+    (of_tool, of_feature): (&BTreeMap<String, ForceSpec>, &BTreeMap<String, ForceSpec>),
+    has_stock: bool,
     folder: &Folder,
     top: &Check,
 ) -> Result<(OwnForces, Inputs)> {
@@ -34,7 +36,7 @@ pub(super) fn own_forces(
         let Ok(tool) = name.parse() else {
             return check.fail("is no tool: expected the number of a tool, as after T in a program".into());
         };
-        let (law, files) = required_force(spec, folder, &check)?;
+        let (law, files) = required_force(spec, has_stock, folder, &check)?;
         if forces.by_tool.insert(tool, law).is_some() {
             return check.fail(format!("is tool {tool} again, which has a force already"));
         }
@@ -48,7 +50,7 @@ pub(super) fn own_forces(
         if let Some((same, _)) = forces.by_feature.iter().find(|(other, _)| other.eq_ignore_ascii_case(text)) {
             return check.fail(format!("is the same as \"{same}\": upper and lower case are not told apart"));
         }
-        let (law, files) = required_force(spec, folder, &check)?;
+        let (law, files) = required_force(spec, has_stock, folder, &check)?;
         forces.by_feature.push((text.clone(), law));
         inputs = inputs.and(files);
     }
@@ -56,8 +58,8 @@ pub(super) fn own_forces(
 }
 
 /// Checks a cutting force like [`cutting_law`], and fails if there is none.
-fn required_force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
-    match cutting_law(spec, folder, check)? {
+fn required_force(spec: &ForceSpec, has_stock: bool, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+    match cutting_law(spec, has_stock, folder, check)? {
         (CuttingLaw::None, _) => {
             check.fail("has no force: expected a table such as path_frame or drilling in it".into())
         }
@@ -65,8 +67,14 @@ fn required_force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(C
     }
 }
 
-/// Checks a cutting force, of which at most one law may be given; returns the law, and the text of the wrench table if it has one.
-pub(super) fn cutting_law(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+/// Checks a cutting force, of which at most one law may be given; returns the law, whose engagement follows from the stock where there is one, and the text of the
+/// wrench table if it has one.
+pub(super) fn cutting_law(
+    spec: &ForceSpec,
+    has_stock: bool,
+    folder: &Folder,
+    check: &Check,
+) -> Result<(CuttingLaw, Inputs)> {
     let given = [
         ("path_frame", spec.path_frame.is_some()),
         ("table", spec.table.is_some()),
@@ -83,9 +91,15 @@ pub(super) fn cutting_law(spec: &ForceSpec, folder: &Folder, check: &Check) -> R
         );
         return check.fail(problem);
     }
+    if let Some(key) = given.first().filter(|key| has_stock && !["end_milling", "drilling"].contains(key)) {
+        let problem = "is given where [stock] is, from which the force follows: expected end_milling or drilling";
+        return check.key(key).fail(problem.into());
+    }
     let law = match spec {
         ForceSpec { path_frame: Some(spec), .. } => path_frame(spec, &check.key("path_frame"))?,
         ForceSpec { slot_milling: Some(spec), .. } => slot_milling(spec, &check.key("slot_milling"))?,
+        #[cfg(not(target_family = "wasm"))]
+        ForceSpec { end_milling: Some(spec), .. } if has_stock => engaged_milling(spec, &check.key("end_milling"))?,
         ForceSpec { end_milling: Some(spec), .. } => end_milling(spec, &check.key("end_milling"))?,
         ForceSpec { drilling: Some(spec), .. } => drilling(spec, &check.key("drilling"))?,
         ForceSpec { table: Some(spec), .. } => return wrench_table(spec, folder, &check.key("table")),

@@ -101,13 +101,13 @@ impl SlotMillingSpec {
 #[serde(deny_unknown_fields)]
 pub struct EndMillingSpec {
     /// D.
-    pub diameter_mm: f64,
+    pub diameter_mm: Option<f64>,
     /// N.
-    pub teeth: u32,
+    pub teeth: Option<u32>,
     /// a.
-    pub axial_depth_mm: f64,
+    pub axial_depth_mm: Option<f64>,
     /// b.
-    pub radial_width_mm: f64,
+    pub radial_width_mm: Option<f64>,
     /// Up or down milling; not needed where the cut is as wide as the cutter.
     pub cut: Option<CutSpec>,
     /// c; from feed and spindle speed of the path if not given.

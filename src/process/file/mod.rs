@@ -11,8 +11,12 @@ mod robot;
 #[cfg(not(target_family = "wasm"))]
 mod rotary;
 pub(crate) mod spec;
+#[cfg(not(target_family = "wasm"))]
+mod stock;
 mod tool_force;
 
+#[cfg(not(target_family = "wasm"))]
+use crate::process::stock::StockRemoval;
 use crate::{
     compensation::{ErrorNorm, Target},
     input::{
@@ -51,6 +55,9 @@ pub struct Process {
     pub cutting: CuttingLaw,
     /// Cutting forces specific to single tools and features.
     pub own_forces: OwnForces,
+    /// What is cut, from which the engagement follows; `None`: as the cutting forces say.
+    #[cfg(not(target_family = "wasm"))]
+    pub stock: Option<StockRemoval>,
     /// The rule that decides which moves cut.
     pub cutting_rule: CuttingRule,
     /// Errors of each chain of the machine, in its order.
@@ -154,7 +161,7 @@ impl Process {
         })
     }
 
-    /// Returns `path` with its cutting points marked by the file's cutting rule; `origin` names the path in errors. Fails when no move that
+    /// Returns `path` with its cutting points marked by the file's cutting rule, or as it cuts the stock; `origin` names the path in errors. Fails when no move that
     /// may cut does, or the machine cannot reach an orientation of the path.
     pub fn mark_cutting(&self, path: Toolpath, origin: &str) -> Result<Toolpath> {
         if let Some((point, why)) = first_unreachable(&self.machine, &self.placement, &path) {
@@ -172,6 +179,11 @@ impl Process {
         if may_cut && !cuts(&path) {
             let problem = format!("nothing of {origin} is cut: what cuts is {}", self.cutting_rule.words());
             return Err(Error::Argument { argument: format!("{}cutting", self.key_prefix), problem });
+        }
+        #[cfg(not(target_family = "wasm"))]
+        if let Some(stock) = &self.stock {
+            let law = |point: &PathPoint| self.own_forces.law_at(point).unwrap_or(&self.cutting);
+            return stock.cut(path, (&self.machine, &self.placement), law, origin);
         }
         Ok(path)
     }

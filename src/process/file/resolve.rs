@@ -56,8 +56,14 @@ fn process(
     machine: &Machine,
     key_prefix: &'static str,
 ) -> Result<Process> {
-    let (cutting, wrenches) = cutting_law(&spec.force, folder, &check.key("force"))?;
-    let (own_forces, own_tables) = own_forces(&spec.force_of_tool, &spec.force_of_feature, folder, check)?;
+    #[cfg(not(target_family = "wasm"))]
+    let stock = super::stock::stock(spec.stock.as_ref(), &spec.tools, check)?;
+    #[cfg(not(target_family = "wasm"))]
+    let has_stock = stock.is_some();
+    #[cfg(target_family = "wasm")]
+    let has_stock = false;
+    let (cutting, wrenches) = cutting_law(&spec.force, has_stock, folder, &check.key("force"))?;
+    let (own_forces, own_tables) = own_forces((&spec.force_of_tool, &spec.force_of_feature), has_stock, folder, check)?;
     let features = own_forces.by_feature.iter().map(|(text, _)| text.clone()).collect();
     let check_gcode = check.key("gcode");
     let machine = match &spec.tool {
@@ -78,6 +84,8 @@ fn process(
         is_placed: spec.placement.origin_mm.is_some(),
         cutting,
         own_forces,
+        #[cfg(not(target_family = "wasm"))]
+        stock,
         cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
         errors: chain_errors(&spec.chain_error, machine, check)?,
         uncertainty,

@@ -58,10 +58,25 @@ pub struct ProcessSpec {
     /// What a G-code program does not say itself.
     #[serde(default)]
     pub gcode: GcodeSpec,
+    /// What is cut, from which the engagement follows; as the cutting forces say if not given.
+    #[cfg(not(target_family = "wasm"))]
+    pub stock: Option<super::stock::StockSpec>,
+    /// Tools that cut the stock, by number.
+    #[cfg(not(target_family = "wasm"))]
+    #[serde(default)]
+    pub tools: BTreeMap<String, super::stock::ToolSpec>,
     /// What a program of a robot or an APT program does not say itself. Pages get such programs as points.
     #[cfg(not(target_family = "wasm"))]
     #[serde(default)]
     pub robot_program: super::robot::RobotSpec,
+    /// Ignored where nothing is cut.
+    #[cfg(target_family = "wasm")]
+    #[serde(default, rename = "stock")]
+    pub _stock: serde::de::IgnoredAny,
+    /// See there.
+    #[cfg(target_family = "wasm")]
+    #[serde(default, rename = "tools")]
+    pub _tools: serde::de::IgnoredAny,
     /// Ignored where there are no such programs.
     #[cfg(target_family = "wasm")]
     #[serde(default, rename = "robot_program")]
@@ -88,6 +103,8 @@ impl ProcessSpec {
             #[cfg(not(target_family = "wasm"))]
             ("redundancy", self.redundancy != RedundancyTable::default()),
             ("gcode", self.gcode != GcodeSpec::default()),
+            #[cfg(not(target_family = "wasm"))]
+            ("stock", self.stock.is_some()),
             #[cfg(not(target_family = "wasm"))]
             ("robot_program", self.robot_program != super::robot::RobotSpec::default()),
         ];

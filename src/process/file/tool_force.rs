@@ -6,6 +6,8 @@ use super::{
     force::{coefficients, teeth},
     force_spec::{CutSpec, DrillingSpec, EndMillingSpec, KienzleSpec, MeanOrPeakSpec},
 };
+#[cfg(not(target_family = "wasm"))]
+use crate::process::cutting::EngagedMilling;
 use crate::{
     input::{check::Check, error::Result},
     process::cutting::{
@@ -19,10 +21,35 @@ const POINT_ANGLE_DEG: f64 = 118.0;
 /// q of [`DrillingLaw::Kienzle`] if none is given.
 const THRUST_RATIO: f64 = 0.5;
 
+/// Checks the parameters of milling whose engagement is found from the stock, which leaves the coefficients, and returns its law.
+#[cfg(not(target_family = "wasm"))]
+pub(super) fn engaged_milling(spec: &EndMillingSpec, check: &Check) -> Result<CuttingLaw> {
+    let given = [
+        ("diameter_mm", spec.diameter_mm.is_some(), "stands in [tools]"),
+        ("teeth", spec.teeth.is_some(), "stands in [tools]"),
+        ("axial_depth_mm", spec.axial_depth_mm.is_some(), "is found from the stock"),
+        ("radial_width_mm", spec.radial_width_mm.is_some(), "is found from the stock"),
+        ("cut", spec.cut.is_some(), "is found from the stock"),
+        ("load", spec.load != MeanOrPeakSpec::Mean, "is the mean where the engagement is found from the stock"),
+    ];
+    if let Some((key, _, why)) = given.into_iter().find(|(_, given, _)| *given) {
+        return check.key(key).fail(format!("{why}: expected no such key"));
+    }
+    Ok(CuttingLaw::EngagedMilling(EngagedMilling {
+        edge: edge_law(spec, check)?,
+        feed_per_tooth_mm: check.key("feed_per_tooth_mm").optional_positive(spec.feed_per_tooth_mm)?,
+        spindle: spec.spindle.turn(),
+    }))
+}
+
 /// Checks the parameters of milling with the side of an end mill and returns its law.
 pub(super) fn end_milling(spec: &EndMillingSpec, check: &Check) -> Result<CuttingLaw> {
-    let diameter_mm = check.key("diameter_mm").positive(spec.diameter_mm)?;
-    let width_mm = check.key("radial_width_mm").positive(spec.radial_width_mm)?;
+    let required = |key: &str, given: Option<f64>| match given {
+        Some(given) => check.key(key).positive(given),
+        None => check.key(key).fail("missing: expected mm, or a [stock] from which the engagement follows".into()),
+    };
+    let diameter_mm = required("diameter_mm", spec.diameter_mm)?;
+    let width_mm = required("radial_width_mm", spec.radial_width_mm)?;
     if width_mm > diameter_mm {
         let problem = format!("must be at most diameter_mm, which is {diameter_mm}, got {width_mm}");
         return check.key("radial_width_mm").fail(problem);
@@ -39,8 +66,11 @@ pub(super) fn end_milling(spec: &EndMillingSpec, check: &Check) -> Result<Cuttin
     Ok(CuttingLaw::EndMilling(EndMilling {
         edge: edge_law(spec, check)?,
         diameter_mm,
-        teeth: teeth(spec.teeth, check)?,
-        depth_mm: check.key("axial_depth_mm").positive(spec.axial_depth_mm)?,
+        teeth: match spec.teeth {
+            Some(given) => teeth(given, check)?,
+            None => return check.key("teeth").fail("missing: expected their number".into()),
+        },
+        depth_mm: required("axial_depth_mm", spec.axial_depth_mm)?,
         width_mm,
         direction,
         feed_per_tooth_mm: check.key("feed_per_tooth_mm").optional_positive(spec.feed_per_tooth_mm)?,

@@ -203,7 +203,7 @@ fn law_largest_force(law: &CuttingLaw) -> std::result::Result<f64, String> {
         CuttingLaw::None => Ok(0.0),
         CuttingLaw::PathFrame(frame) => Ok(largest_milling_force(&frame.force)),
         CuttingLaw::Table(table) => Ok(table.largest_force_N()),
-        CuttingLaw::FromPath | CuttingLaw::SlotMilling(_) | CuttingLaw::EndMilling(_) | CuttingLaw::Drilling(_) => Err(
+        _ => Err(
             "the force of this process is known only along a path: expected the largest force that the table is for"
                 .into(),
         ),

@@ -20,12 +20,7 @@ use crate::{
     machine::{Configuration, Machine},
     process::RedundancyCost,
     questions::placement::FeatureJob,
-    simulation::{
-        Failure, Machines,
-        spread::DrawnMachines,
-        tasks::{place_workpiece, tasks_under},
-        within_limits,
-    },
+    simulation::{Failure, Machines, spread::DrawnMachines, tasks::tasks_under, within_limits},
     work::Work,
 };
 
@@ -326,9 +321,7 @@ impl Evaluator {
         let Some(found) = walk.last.uncompensated.as_ref().filter(|_| self.needs.across) else { return values };
         let machine = job.machine();
         let workpiece = match task.external {
-            Some(axes) => {
-                *place_workpiece(&machine.with_carrier_axes(&axes), &site.placement(job.feature.reference)).workpiece()
-            }
+            Some(axes) => *site.placement(job.feature.reference).place(&machine.with_carrier_axes(&axes)).workpiece(),
             None => self.study.workpiece_pose(site),
         };
         let along = workpiece.rotation * job.feature.path.points()[k].tangent;

@@ -63,7 +63,7 @@ use crate::{
         file::CorrectionLimits,
         uncertainty::{ForceSpread, Uncertainty},
     },
-    simulation::{Machines, tasks::place_workpiece},
+    simulation::Machines,
     spatial::Pose,
     work::{Event, Stage, Work},
 };
@@ -285,7 +285,7 @@ impl PlacementStudy {
 
     /// Returns the pose `X_OW` of the workpiece at `site`.
     pub(crate) fn workpiece_pose(&self, site: &Site) -> Pose {
-        *place_workpiece(&self.machine, &site.placement(PathReference::default())).workpiece()
+        *site.placement(PathReference::default()).place(&self.machine).workpiece()
     }
 
     /// Makes a study that compares the places `candidates` for one feature by its worst deflection, without a search.

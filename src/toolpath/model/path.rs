@@ -62,6 +62,26 @@ pub struct PathPoint {
 pub struct Toolpath {
     points: Vec<PathPoint>,
     external_axes: Vec<String>,
+    engagements: Vec<Engaged>,
+}
+
+/// How the tool is in material on the way to a point: all zero in air.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Engaged {
+    /// Height above the tip up to which it is in material, mm.
+    pub depth_mm: f64,
+    /// Radial width, mm.
+    pub width_mm: f64,
+    /// Least angle at which a tooth enters, counted as in [`EndMilling`](crate::process::cutting::EndMilling), rad; `None` where only the end cuts.
+    pub entry_rad: Option<f64>,
+    /// Largest angle at which a tooth leaves, rad.
+    pub exit_rad: Option<f64>,
+    /// Largest thickness of the chip, mm; `None` where the feed per tooth is not known.
+    pub chip_mm: Option<f64>,
+    /// Volume removed for each mm of path, mm².
+    pub removed_mm2: f64,
+    /// How teeth pass through the material: "up", "down" or "both"; empty in air.
+    pub milling: &'static str,
 }
 
 impl Toolpath {
@@ -71,7 +91,7 @@ impl Toolpath {
     pub fn assemble(mut points: Vec<PathPoint>) -> Toolpath {
         fill_tangents(points.iter_mut().rev());
         fill_tangents(points.iter_mut());
-        Toolpath { points, external_axes: Vec::new() }
+        Toolpath { points, external_axes: Vec::new(), engagements: Vec::new() }
     }
 
     /// Returns the number of the tool at each point where it cuts and the path says which; `None` at the others.
@@ -90,6 +110,17 @@ impl Toolpath {
     #[must_use]
     pub fn external_axes(&self) -> &[String] {
         &self.external_axes
+    }
+
+    /// Returns the same path with what is known of its engagement at each point.
+    pub(crate) fn with_engagements(self, engagements: Vec<Engaged>) -> Toolpath {
+        Toolpath { engagements, ..self }
+    }
+
+    /// Returns how the tool is in material on the way to each point; nothing where no stock is known.
+    #[must_use]
+    pub fn engagements(&self) -> &[Engaged] {
+        &self.engagements
     }
 
     /// Returns the points, in order.

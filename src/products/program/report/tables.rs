@@ -31,7 +31,7 @@ use crate::{
     simulation::{
         ProgramFile, Source, along_path::PathPointResult, spread::DeflectionSpread, spread_along::PointSpread,
     },
-    toolpath::gcode::Notes,
+    toolpath::{Engaged, gcode::Notes},
 };
 
 /// Columns of [`program_table`] whose largest values are the worst points.
@@ -91,6 +91,10 @@ pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     columns.extend(numbers([WITHOUT_FORCE]));
     columns.extend(numbers(["residual_rotation_deg"]));
     columns.extend(numbers(cutting_force::columns()));
+    if !job.path.engagements().is_empty() {
+        columns.extend(numbers(ENGAGEMENT));
+        columns.extend(texts(["engagement_milling"]));
+    }
     columns.extend(texts(["status", "reason", "limits"]));
     columns.extend(numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)));
     columns.extend(numbers(drive_columns(machine)));
@@ -98,6 +102,29 @@ pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     columns.extend(spread_columns(job).iter().map(Of::column));
     columns.extend(play_columns(machine));
     columns
+}
+
+/// Columns of how the tool is in material on the way to a point.
+const ENGAGEMENT: [&str; 6] = [
+    "engagement_depth_mm",
+    "engagement_width_mm",
+    "engagement_entry_deg",
+    "engagement_exit_deg",
+    "engagement_chip_mm",
+    "engagement_removed_mm2",
+];
+
+/// Returns the cells of these columns, and how teeth pass through the material; empty angles and chip in air.
+fn engagement_cells(own: &Engaged) -> Vec<Cell> {
+    vec![
+        own.depth_mm.into(),
+        own.width_mm.into(),
+        own.entry_rad.map(f64::to_degrees).into(),
+        own.exit_rad.map(f64::to_degrees).into(),
+        own.chip_mm.into(),
+        own.removed_mm2.into(),
+        own.milling.into(),
+    ]
 }
 
 /// Returns the name of the column of the error without compensation under `source`.
@@ -141,6 +168,9 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
         row.push(without_force[i].map(|error| error.norm()).into());
         row.push(shown(answer.residual_rotation.norm().to_degrees()));
         row.extend(cutting_force::force_cells(task));
+        if let Some(own) = job.path.engagements().get(k) {
+            row.extend(engagement_cells(own));
+        }
         row.extend([
             answer.status.label().into(),
             answer.status.reason(machine).into(),

@@ -1,0 +1,324 @@
+//! The stock as a path cuts it: where its tools are in material, and the force that this makes.
+
+use std::collections::BTreeMap;
+
+use kinetostat_removal::{Cutter, Engagement, Field, Milling, RemovalError, Slicing, Spindle, Stock};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::{
+    input::{
+        check::Check,
+        error::{Error, Result},
+    },
+    machine::Machine,
+    process::{
+        PathReference, PlacedWorkpiece, Placement,
+        cutting::{CuttingLaw, EngagedMilling, LEAST_HEADING, LoadError, lateral_share},
+    },
+    toolpath::{Engaged, Load, PathPoint, Toolpath, TurnDirection},
+};
+
+/// What is cut, in the frame of the workpiece, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StockShape {
+    /// A box along the axes of the workpiece.
+    Box {
+        /// Least coordinates.
+        min: Vector3<f64>,
+        /// Largest coordinates.
+        max: Vector3<f64>,
+    },
+    /// A cylinder along z of the workpiece.
+    Cylinder {
+        /// Centre of the lower end.
+        base: Vector3<f64>,
+        /// Diameter.
+        diameter_mm: f64,
+        /// Height.
+        height_mm: f64,
+    },
+}
+
+/// A tool that cuts stock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StockTool {
+    /// Its shape.
+    pub cutter: Cutter,
+    /// Number of its teeth.
+    pub teeth: u32,
+}
+
+/// The stock and the tools that cut it.
+#[derive(Debug, Clone)]
+pub struct StockRemoval {
+    shape: StockShape,
+    cell_mm: Option<f64>,
+    tools: BTreeMap<u32, StockTool>,
+    check: Check,
+}
+
+/// Cells over the diameter of the smallest tool, if no cell is given.
+const CELLS: f64 = 40.0;
+/// Slices of a corner, a ball or a point: with them the volume of a pass of a ball is within half a per cent.
+const NOSE_SLICES: u32 = 16;
+/// Most slices of the side of a tool in a high stock.
+const MOST_SLICES: f64 = 400.0;
+/// Ways shorter than this are none: what is met by them is within what counts as touched, mm.
+const LEAST_WAY: f64 = 1e-5;
+/// A rapid move may come so near into material: programs round, mm.
+const FREE_MM: f64 = 0.02;
+/// Most memory for a field, bytes.
+const MOST_BYTES: usize = 4 << 30;
+/// A tool that leans by less is parallel to the one before, as the sine of the angle: programs give angles with so many digits.
+const PARALLEL: f64 = 1e-5;
+
+/// Axes of a field of removal in W, its rows: z to the spindle.
+type Axes = Matrix3<f64>;
+
+impl StockRemoval {
+    pub(super) fn new(shape: StockShape, cell_mm: Option<f64>, tools: BTreeMap<u32, StockTool>, check: Check) -> Self {
+        Self { shape, cell_mm, tools, check }
+    }
+
+    /// Returns `path` as it cuts the stock, with the load of an [`EngagedMilling`] law at points on whose way material is touched, and how it is touched
+    /// ([`Toolpath::engagements`]). `law` gives the law of a point; `origin` names the path in errors.
+    ///
+    /// # Errors
+    /// A tool that is not in the table, or leans; a rapid move through material, a start in it, a path that touches none; loads that come with the path; a feed or a
+    /// spindle speed that the law needs and is not there; a field too large.
+    pub(super) fn cut<'a>(
+        &self,
+        path: Toolpath,
+        (machine, placement): (&Machine, &Placement),
+        law: impl Fn(&PathPoint) -> &'a CuttingLaw,
+        origin: &str,
+    ) -> Result<Toolpath> {
+        if placement.reference != PathReference::ToolTip {
+            let problem = "is cut by the tool tip, and the path is of the platform point: expected placement.reference = \"tool_tip\"";
+            return self.check.fail(problem.into());
+        }
+        if let [first, ..] = path.external_axes() {
+            let problem = format!("is cut along one direction of the tool, and {origin} commands {first}");
+            return self.check.fail(problem);
+        }
+        if path.points().iter().any(|point| point.load.is_some()) {
+            return Err(Error::argument(origin, LoadError::UnusedLoads { other_law: true }.to_string()));
+        }
+        let placed = placement.place(machine);
+        let Some(first) = path.points().first().copied() else { return Ok(path) };
+        let mut cutting = Cutting::new(self, axes_of(&placed, &first), path.len())?;
+        let fault = |point: &PathPoint, problem: String| {
+            Error::argument(origin, format!("move {}: {problem}", point.source.segment + 1))
+        };
+        let tool = self.tool(first.tool).map_err(|problem| fault(&first, problem))?;
+        cutting.begin(tool, &first.position_mm).map_err(|problem| fault(&first, problem))?;
+        let mut points = path.points().to_vec();
+        let mut engagements = vec![Engaged::default()];
+        for k in 1..points.len() {
+            let to = points[k];
+            if cutting.leans(&axes_of(&placed, &to)) {
+                let problem = "tilts the tool, and stock is cut along one direction of it: expected one orientation, or no [stock]";
+                return Err(fault(&to, problem.into()));
+            }
+            let tool = self.tool(to.tool).map_err(|problem| fault(&to, problem))?;
+            let way = cutting.axes * to.position_mm - cutting.at;
+            if way.norm() < LEAST_WAY {
+                // It stays in what it met.
+                points[k].load = points[k - 1].load;
+                engagements.push(engagements[k - 1]);
+                continue;
+            }
+            let found = match to.feed_mm_per_min.is_none() && !to.cutting {
+                true => cutting.pass(tool, &way).map(|()| None),
+                false => cutting.feed(tool, &way, &to, law(&to)),
+            };
+            let (load, engaged) = found.map_err(|problem| fault(&to, problem))?.unwrap_or_default();
+            points[k].load = load.filter(|_| to.cutting);
+            engagements.push(engaged);
+        }
+        if engagements.iter().all(|own| own.removed_mm2 == 0.0) {
+            let problem = "nothing touches the stock: expected it where the tool goes, in the frame of the program";
+            return Err(Error::argument(origin, problem));
+        }
+        Ok(Toolpath::assemble(points).with_engagements(engagements))
+    }
+
+    /// Returns the tool with this number, the only one where no number is given. `Err` says what is wrong.
+    fn tool(&self, number: Option<u32>) -> std::result::Result<&StockTool, String> {
+        match number {
+            None if self.tools.len() == 1 => Ok(self.tools.values().next().expect("one tool")),
+            None => Err("does not say which tool cuts: expected T before it, or a single tool in [tools]".into()),
+            Some(number) => self
+                .tools
+                .get(&number)
+                .ok_or_else(|| format!("is of tool {number}, whose geometry is not known: expected [tools.{number}]")),
+        }
+    }
+
+    /// Returns the uncut stock in axes of the field, as far as `moves` moves need.
+    fn field(&self, axes: &Axes, moves: usize) -> Result<Field> {
+        let stock = match self.shape {
+            StockShape::Box { min, max } => {
+                if axes.iter().any(|own| own.abs() > PARALLEL && (own.abs() - 1.0).abs() > PARALLEL) {
+                    let problem = "stands along axes of the workpiece, and the tool is along none of them";
+                    return self.check.key("box").fail(problem.into());
+                }
+                let [a, b] = [axes * min, axes * max];
+                Stock::cuboid(a.inf(&b), a.sup(&b))
+            }
+            StockShape::Cylinder { base, diameter_mm, height_mm } => {
+                if axes[(2, 0)].hypot(axes[(2, 1)]) > PARALLEL {
+                    let problem = "stands along z of the workpiece, and the tool is not along it";
+                    return self.check.key("cylinder").fail(problem.into());
+                }
+                let end = base + Vector3::z() * if axes[(2, 2)] < 0.0 { height_mm } else { 0.0 };
+                Stock::cylinder(axes * end, diameter_mm, height_mm)
+            }
+        };
+        let wrong = |error: RemovalError| self.check.fail(error.to_string());
+        let stock = stock.or_else(wrong)?;
+        let smallest = self.tools.values().map(|own| own.cutter.radius_mm()).fold(f64::INFINITY, f64::min);
+        let cell_mm = self.cell_mm.unwrap_or(2.0 * smallest / CELLS);
+        let bytes = Field::memory_bytes(&stock, cell_mm, moves);
+        let bytes = bytes.or_else(|error| self.check.key("cell_mm").fail(error.to_string()))?;
+        if bytes > MOST_BYTES {
+            let problem = format!(
+                "takes {:.1} GB with cells of {cell_mm} mm: expected at most {:.0} GB, by larger cells",
+                bytes as f64 / 1e9,
+                MOST_BYTES as f64 / 1e9
+            );
+            return self.check.key("cell_mm").fail(problem);
+        }
+        Field::new(stock, cell_mm).or_else(|error| self.check.fail(error.to_string()))
+    }
+}
+
+/// A path that cuts stock, as far as it has come.
+struct Cutting {
+    field: Field,
+    slicing: Slicing,
+    engagement: Engagement,
+    axes: Axes,
+    /// Where the tip is, in axes of the field.
+    at: Vector3<f64>,
+}
+
+impl Cutting {
+    /// The uncut stock for a path of so many points.
+    fn new(removal: &StockRemoval, axes: Axes, points: usize) -> Result<Self> {
+        let field = removal.field(&axes, points)?;
+        let (low, high) = field.stock().bounds();
+        let slice_mm = ((high.z - low.z) / MOST_SLICES).max(Slicing::default().slice_mm);
+        let slicing = Slicing { nose_slices: NOSE_SLICES, slice_mm, ..Slicing::default() };
+        Ok(Self { field, slicing, engagement: Engagement::default(), axes, at: Vector3::zeros() })
+    }
+
+    /// Puts the tip where the path begins. `Err` if the tool is in the stock there.
+    fn begin(&mut self, tool: &StockTool, position: &Vector3<f64>) -> std::result::Result<(), String> {
+        self.at = self.axes * position;
+        match self.field.first_in_way(&tool.cutter, &self.at, &self.at, FREE_MM).map_err(|error| error.to_string())? {
+            Some(_) => Err(
+                "begins with the tool in the stock: expected a start beside or above it, on the side of the spindle"
+                    .into(),
+            ),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether a tool with these axes of the field stands in another direction.
+    fn leans(&self, axes: &Axes) -> bool {
+        axes.row(2).transpose().cross(&self.axes.row(2).transpose()).norm() > PARALLEL
+    }
+
+    /// Moves the tip by `way` without cutting. `Err` says where the tool goes through material.
+    fn pass(&mut self, tool: &StockTool, way: &Vector3<f64>) -> std::result::Result<(), String> {
+        let from = self.at;
+        self.at += way;
+        let met = self.field.first_in_way(&tool.cutter, &from, &self.at, FREE_MM).map_err(|error| error.to_string())?;
+        let Some(met) = met else { return Ok(()) };
+        let [x, y, z]: [f64; 3] = (self.axes.transpose() * met).into();
+        Err(format!(
+            "is rapid and goes through the stock at ({x:.2}, {y:.2}, {z:.2}) mm: expected a feed there, or a stock without it"
+        ))
+    }
+
+    /// Moves the tip by `way` and cuts what it meets; returns the load of the law where the cut is heaviest, with the engagement there, or nothing in air.
+    fn feed(
+        &mut self,
+        tool: &StockTool,
+        way: &Vector3<f64>,
+        to: &PathPoint,
+        law: &CuttingLaw,
+    ) -> std::result::Result<Option<(Option<Load>, Engaged)>, String> {
+        let pieces = (way.norm() / (0.5 * tool.cutter.radius_mm())).ceil().max(1.0);
+        let (step, mut heaviest) = (way / pieces, None::<(Option<Load>, Engaged)>);
+        for _ in 0..pieces as usize {
+            let (from, end) = (self.at, self.at + step);
+            let middle = from + 0.5 * step;
+            let found = self.field.engage(&tool.cutter, &middle, &step, &self.slicing, &mut self.engagement);
+            found.map_err(|error| error.to_string())?;
+            if !self.engagement.is_air() {
+                let own = match law {
+                    CuttingLaw::EngagedMilling(milling) => {
+                        let (load, c) = load(milling, (&self.engagement, tool), (&self.axes, way), to)?;
+                        (Some(load), summary(&self.engagement, milling.spindle, Some(c)))
+                    }
+                    _ => (None, summary(&self.engagement, TurnDirection::Clockwise, None)),
+                };
+                if heaviest.as_ref().is_none_or(|(_, most)| own.1.removed_mm2 > most.removed_mm2) {
+                    heaviest = Some(own);
+                }
+            }
+            self.field.cut(&tool.cutter, &from, &end, to.source.segment as u32).map_err(|error| error.to_string())?;
+            self.at = end;
+        }
+        Ok(heaviest)
+    }
+}
+
+/// Returns the axes of the field in W where the tool stands as at `point`: x along that of the tool's axes, z to the spindle.
+fn axes_of(placed: &PlacedWorkpiece, point: &PathPoint) -> Axes {
+    let turned = point.orientation.map_or(*placed, |orientation| placed.with_tool_orientation(&orientation));
+    let tool = turned.tool_axes();
+    Matrix3::from_rows(&[tool.column(0).transpose(), -tool.column(1).transpose(), -tool.column(2).transpose()])
+}
+
+/// Returns the mean load on a tool that engages so on its `way`, in W, and the feed per tooth, mm. `Err` says what is missing.
+fn load(
+    milling: &EngagedMilling,
+    (engagement, tool): (&Engagement, &StockTool),
+    (axes, way): (&Axes, &Vector3<f64>),
+    point: &PathPoint,
+) -> std::result::Result<(Load, f64), String> {
+    let c = milling.feed_per_tooth(point, tool.teeth).map_err(|error| error.to_string())?;
+    let way = way.normalize();
+    // As the field has it.
+    let heading = Vector3::new(way.x, way.y, 0.0).try_normalize(LEAST_HEADING).unwrap_or_else(Vector3::x);
+    let up = Vector3::z();
+    let frame = axes.transpose() * Matrix3::from_columns(&[heading, up.cross(&heading), up]);
+    let (force, moment) = milling.mean(engagement, tool.teeth, c, way.z);
+    // Near the axis of the tool the heading is of rounding, and with it what acts along and across it.
+    let share = lateral_share(way);
+    let across = Matrix3::from_diagonal(&Vector3::new(share, share, 1.0));
+    Ok((Load { force_N: frame * (across * force), moment_Nmm: frame * (across * moment) }, c))
+}
+
+/// Returns what is told of an engagement at feed per tooth `c`, mm.
+fn summary(engagement: &Engagement, spindle: TurnDirection, c: Option<f64>) -> Engaged {
+    let turn = if spindle == TurnDirection::Clockwise { Spindle::Clockwise } else { Spindle::CounterClockwise };
+    let angles = || engagement.arcs.iter().map(|arc| arc.tooth_angles(turn));
+    Engaged {
+        depth_mm: engagement.depth_mm,
+        width_mm: engagement.width_mm,
+        entry_rad: angles().map(|(entry, _)| entry).min_by(f64::total_cmp),
+        exit_rad: angles().map(|(_, exit)| exit).max_by(f64::total_cmp),
+        chip_mm: c.map(|c| c * engagement.chip_ratio),
+        removed_mm2: engagement.volume_per_mm,
+        milling: match engagement.milling(turn) {
+            Milling::Air => "",
+            Milling::Up => "up",
+            Milling::Down => "down",
+            Milling::Both => "both",
+        },
+    }
+}

@@ -1,0 +1,253 @@
+//! Engagement found from the stock: forces against the closed forms of cuts whose width and depth are given, energy against removed volume, and what is refused.
+
+use crate::support::uncertain::{LEVER, job};
+use kinetostat::{
+    Machine, Work,
+    input::Folder,
+    process::{
+        Process,
+        cutting::{CuttingLaw, EndMilling},
+    },
+    products::program::ProgramJob,
+    simulation::ProgramFile,
+    toolpath::{Engaged, PathPoint, Toolpath},
+};
+use nalgebra::Vector3;
+
+const MATERIAL: &str = "material = \"Al 7075-T6\"";
+const KIENZLE: &str = "material = \"C45E\"\nradial_ratio = 0.4\naxial_ratio = -0.1";
+/// A line of 40 mm of a tool that points along +z, as that of the Orthoglide, and comes from below.
+const LINE: &str = "G21 G90\nS8000 M3\nG0 X-20 Y0 Z-10\nG1 Z0 F2400\nX20\nG0 Z-10\n";
+const TOOL: &str = "[tools.1]\ndiameter_mm = 10.0\nteeth = 4\n";
+
+/// The job of a program on the Orthoglide that cuts a box, which begins at z = −5.
+fn cut(stock_y: [f64; 2], tool: &str, law: &str, program: &str) -> ProgramJob {
+    job("orthoglide", &process(stock_y, tool, law), ("part.nc", program))
+}
+
+fn process([from, to]: [f64; 2], tool: &str, law: &str) -> String {
+    format!(
+        "[sampling]\nmax_segment_mm = 1.0\n[force.end_milling]\n{law}\n[stock]\n\
+         box = {{ min_mm = [-60.0, {from:?}, -5.0], max_mm = [60.0, {to:?}, 20.0] }}\n{tool}"
+    )
+}
+
+/// Points on the line in the middle of the box, with their engagement.
+fn middle(job: &ProgramJob) -> Vec<(PathPoint, Engaged)> {
+    let points = job.path.points().iter().copied().zip(job.path.engagements().iter().copied());
+    points.filter(|(point, _)| point.position_mm.z == 0.0 && point.position_mm.x.abs() < 10.0).collect()
+}
+
+/// Moment about the tip of what acts up on the teeth of a cylinder, about the heading and about its left, as a plain sum over the turn; N·mm.
+fn moment_of_axial_force(law: &EndMilling) -> [f64; 2] {
+    const STEPS: usize = 20_000;
+    let (arc, c) = (law.arc(), 0.075);
+    let step = (arc.exit - arc.entry) / STEPS as f64;
+    let mut sum = [0.0; 2];
+    for k in 0..STEPS {
+        let (sine, cosine) = (arc.entry + (k as f64 + 0.5) * step).sin_cos();
+        let up = law.edge.on_edge(c * sine).z * law.depth_mm * law.diameter_mm / 2.0 * step;
+        // To the left of the heading by the cosine of ψ, ahead by its sine.
+        sum[0] += up * cosine;
+        sum[1] -= up * sine;
+    }
+    sum.map(|own| own * f64::from(law.teeth) / std::f64::consts::TAU)
+}
+
+/// A shoulder whose width and depth are found has the force of one whose width and depth are given, on both sides and by both kinds of laws; it acts in the middle of the
+/// depth.
+#[test]
+fn a_shoulder_has_the_force_of_its_width_and_depth() {
+    for law in [MATERIAL, KIENZLE] {
+        for width in [0.5, 2.5, 5.0, 9.0, 10.0] {
+            for (cut_words, stock_y) in [("up", [-50.0, width - 5.0]), ("down", [5.0 - width, 50.0])] {
+                let given = format!(
+                    "[force.end_milling]\ndiameter_mm = 10.0\nteeth = 4\naxial_depth_mm = 5.0\nradial_width_mm = {width:?}\n\
+                     cut = \"{cut_words}\"\n{law}\n"
+                );
+                let CuttingLaw::EndMilling(given) = job("orthoglide", &given, ("part.nc", LINE)).process.cutting else {
+                    panic!("no end mill")
+                };
+                let exact = given.mean(0.075);
+                let found = cut(stock_y, TOOL, law, LINE);
+                let all = middle(&found);
+                assert!(all.len() > 15);
+                for (point, own) in all {
+                    let load = point.load.unwrap();
+                    // Heading x, its left seen from the spindle −y, the spindle −z.
+                    let in_feed = |own: Vector3<f64>| Vector3::new(own.x, -own.y, -own.z);
+                    let (force, moment) = (in_feed(load.force_N), in_feed(load.moment_Nmm));
+                    assert!(
+                        (force - exact.force_N).norm() < 1e-3 * force.norm(),
+                        "{width} {cut_words}: {force} {exact:?}"
+                    );
+                    let [about_heading, about_left] = moment_of_axial_force(&given);
+                    let exact = Vector3::new(
+                        about_heading - 2.5 * exact.force_N.y,
+                        about_left + 2.5 * exact.force_N.x,
+                        exact.torque_Nmm,
+                    );
+                    assert!((moment - exact).norm() < 1e-3 * exact.norm(), "{width} {cut_words}: {moment} {exact}");
+                    assert!((own.width_mm - width).abs() < 2e-3 && (own.depth_mm - 5.0).abs() < 1e-6, "{own:?}");
+                    assert!(own.milling == if width == 10.0 { "both" } else { cut_words }, "{width}: {own:?}");
+                }
+            }
+        }
+    }
+}
+
+/// What teeth do in a turn is what the removed volume takes, whatever the shape of the tool, on a level move and on a ramp.
+#[test]
+fn torque_is_that_of_the_removed_volume() {
+    let law = "coefficients = { tangential_cutting_N_per_mm2 = 900.0, radial_cutting_N_per_mm2 = 400.0, axial_cutting_N_per_mm2 = -150.0 }";
+    let ramp = LINE.replace("G1 Z0 F2400\nX20\n", "G1 Z-4 F2400\nX20 Z3\n");
+    for shape in ["", "shape = \"ball\"\n", "shape = \"bull_nose\"\ncorner_radius_mm = 2.0\n"] {
+        for (program, share) in [(LINE, 1e-3), (&ramp, 4e-3)] {
+            let found = cut([-3.0, 50.0], &format!("{TOOL}{shape}"), law, program);
+            let mut count = 0;
+            for (k, (point, own)) in found.path.points().iter().zip(found.path.engagements()).enumerate() {
+                if own.removed_mm2 == 0.0 || point.tangent.xy().norm() < 0.1 {
+                    continue;
+                }
+                // The end of a flat tool that goes down cuts without being in the law.
+                let before = found.path.points()[k - 1].position_mm;
+                let falls = point.position_mm.z > before.z && !shape.contains("ball");
+                if falls {
+                    continue;
+                }
+                let torque = -point.load.unwrap().moment_Nmm.z;
+                let exact = 900.0 * own.removed_mm2 * (2400.0 / 8000.0) / std::f64::consts::TAU;
+                assert!((torque / exact - 1.0).abs() < share, "{shape}: {torque} instead of {exact}, {own:?}");
+                count += 1;
+            }
+            assert!(count > 20 || program != LINE, "{shape}");
+        }
+    }
+}
+
+/// A second pass on the same line is in air, and so is what comes before contact: no force, and no engagement. Blocks that go nowhere change nothing.
+#[test]
+fn air_is_found() {
+    let twice = LINE.replace("X20\n", "X20\nX-20\n");
+    let found = cut([-3.0, 50.0], TOOL, MATERIAL, &twice);
+    let turn = found.path.points().iter().position(|point| point.position_mm.x == 20.0).unwrap();
+    let (first, second) = found.path.points().split_at(turn + 1);
+    assert!(second.iter().all(|point| point.load.is_none()));
+    let cuts = |point: &&PathPoint| point.position_mm.z == 0.0 && point.position_mm.x > -19.9;
+    assert!(first.iter().filter(cuts).all(|point| point.cutting && point.load.is_some()));
+    // A stock that begins at x = 0 is touched from x = −5 on.
+    let late = process([-50.0, 50.0], TOOL, MATERIAL).replace("[-60.0,", "[0.0,");
+    let late = job("orthoglide", &late, ("part.nc", LINE));
+    for (point, own) in late.path.points().iter().zip(late.path.engagements()) {
+        if point.position_mm.z == 0.0 {
+            assert_eq!(point.load.is_some(), point.position_mm.x > -4.5, "{point:?}");
+            assert_eq!(own.removed_mm2 > 0.0, point.load.is_some(), "{own:?}");
+        }
+    }
+    let still = LINE.replace("X20\n", "X0\nG1 X0 F1200\nG1 X0.0000001\nG1 X20 F2400\n");
+    let still = cut([-3.0, 50.0], TOOL, MATERIAL, &still);
+    let plain = cut([-3.0, 50.0], TOOL, MATERIAL, LINE);
+    let at = |job: &ProgramJob, x: f64| {
+        let points = job.path.points().iter().filter(|point| (point.position_mm.x - x).abs() < 1e-6);
+        points.filter(|point| point.position_mm.z == 0.0).map(|point| point.load.unwrap().force_N).collect::<Vec<_>>()
+    };
+    for x in [0.0, 1.0, 10.0] {
+        for force in at(&still, x) {
+            assert!((force - at(&plain, x)[0]).norm() < 1e-6 * force.norm(), "{x}: {force}");
+        }
+    }
+}
+
+/// However coarsely the path is sampled, what it meets between its points is found, by feed and by rapid moves.
+#[test]
+fn what_lies_between_points_is_found() {
+    let coarse = process([-3.0, 50.0], TOOL, MATERIAL).replace("max_segment_mm = 1.0", "max_segment_mm = 500.0");
+    let wall = coarse.replace("[-60.0,", "[-0.15,").replace("max_mm = [60.0", "max_mm = [0.15");
+    let found = job("orthoglide", &wall, ("part.nc", LINE));
+    assert!(found.path.engagements().iter().any(|own| own.removed_mm2 > 0.0 && own.depth_mm == 5.0));
+    let machine = Machine::named("orthoglide").unwrap();
+    for program in [LINE.replace("G1 Z0 F2400\nX20", "G0 Z0\nG0 X20"), LINE.replace("G1 Z0 F2400", "G0 Z0")] {
+        let own = if program.contains("G0 X20") { wall.clone() } else { process([-50.0, 50.0], TOOL, MATERIAL) };
+        let found = problem(&own, &machine, &program);
+        assert!(found.contains("is rapid and goes through the stock at ("), "{found}");
+    }
+    // In the opened slot a rapid move is free, also a little beside it.
+    let back = LINE.replace("X20\n", "X20\nG0 X-20 Y0.005\n");
+    cut([-50.0, 50.0], TOOL, MATERIAL, &back);
+}
+
+fn problem(process: &str, machine: &Machine, program: &str) -> String {
+    let text = format!("schema = 1\n{process}");
+    let with_job = || {
+        let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), machine)?;
+        let folder = Folder::in_memory([("part.nc".to_string(), program.as_bytes().to_vec())]);
+        let program = ProgramFile::in_folder(&folder, "part.nc", &process)?;
+        ProgramJob::new(process, program, "part.nc", &Work::default())
+    };
+    with_job().map(|_| ()).unwrap_err().to_string()
+}
+
+#[test]
+fn what_cannot_be_cut_is_refused() {
+    let machine = Machine::named("orthoglide").unwrap();
+    let own = process([-50.0, 50.0], TOOL, MATERIAL);
+    let without_stock = own.split("[stock]").next().unwrap();
+    for (process, program, expected) in [
+        (own.clone(), &LINE.replace("G1 Z0 F2400\nX20", "G1 Z0 F2400\nG0 X20"), "move 3: is rapid and goes through the stock at ("),
+        (own.clone(), &LINE.replace("S8000", "T3 M6\nS8000"), "move 1: is of tool 3, whose geometry is not known: expected [tools.3]"),
+        (own.clone() + &TOOL.replace("tools.1", "tools.2"), &LINE.to_string(), "move 1: does not say which tool cuts: expected T before it"),
+        (own.clone(), &LINE.replace("S8000 M3\n", ""), "spindle speed not given on move"),
+        (own.replace("[stock]", "teeth = 4\n[stock]"), &LINE.to_string(), "force.end_milling.teeth: stands in [tools]: expected no such key"),
+        (own.replace("[stock]", "axial_depth_mm = 4.0\n[stock]"), &LINE.to_string(), "axial_depth_mm: is found from the stock"),
+        (without_stock.to_string(), &LINE.to_string(), "diameter_mm: missing: expected"),
+        (format!("{without_stock}{TOOL}"), &LINE.to_string(), "tools.1: has no effect without [stock]"),
+        (own.replace(TOOL, ""), &LINE.to_string(), "tools: missing: expected the tools that cut the stock"),
+        (own.replace("max_mm = [60.0", "max_mm = [-70.0"), &LINE.to_string(), "stock.box:"),
+        (format!("[placement]\nreference = \"platform_point\"\n{own}"), &LINE.to_string(), "stock: is cut by the tool tip, and the path is of the platform point"),
+        (own.clone(), &LINE.replace("Z-10\nG1", "Z-4\nG1"), "move 1: begins with the tool in the stock"),
+        (own.replace("-5.0]", "5.0]"), &LINE.to_string(), "part.nc: nothing touches the stock"),
+        (without_stock.replace(MATERIAL, "diameter_mm = 10.0\nradial_width_mm = 10.0\naxial_depth_mm = 1.0\nmaterial = \"Al 7075-T6\""), &LINE.to_string(), "force.end_milling.teeth: missing"),
+        (own.replace("[tools.1]", "cell_mm = 0.0001\n[tools.1]"), &LINE.to_string(), "stock.cell_mm:"),
+        (own.replace("[tools.1]", "[tools.1]\ncorner_radius_mm = 1.0"), &LINE.to_string(), "corner_radius_mm: is of shape = \"bull_nose\""),
+        (own.replace("[tools.1]", "[tools.1]\nshape = \"bull_nose\"\ncorner_radius_mm = 7.0"), &LINE.to_string(), "tools.1: "),
+        (own.replace("[force.end_milling]", "[force.slot_milling]\ntangential_cutting_N_per_mm2 = 1.0\nradial_cutting_N_per_mm2 = 1.0\naxial_cutting_N_per_mm2 = 1.0\naxial_depth_mm = 1.0\nteeth = 2").replace(MATERIAL, ""), &LINE.to_string(), "slot_milling: is given where [stock] is"),
+    ] {
+        let found = problem(&process, &machine, program);
+        assert!(found.contains(expected), "{found}\ninstead of {expected}\n{process}");
+    }
+}
+
+/// A tool that lies along x, pointing at the stock from the side, has the force of one that stands, turned as it is.
+#[test]
+fn a_tool_that_points_sideways_cuts_as_one_that_stands() {
+    let sideways =
+        LEVER.replace("tool_tip_mm = [0.0, 0.0, 50.0]", "tool_tip_mm = [50.0, 0.0, 0.0]\ntool_axis = [1.0, 0.0, 0.0]");
+    let machine = Machine::from_toml(&sideways, "lever.toml").unwrap();
+    // A cylinder along z of the workpiece is none along the tool.
+    let cylinder = process([-50.0, 50.0], TOOL, MATERIAL);
+    let cylinder = cylinder.replace(
+        "box = { min_mm = [-60.0, -50.0, -5.0], max_mm = [60.0, 50.0, 20.0] }",
+        "cylinder = { base_mm = [0.0, 0.0, 0.0], diameter_mm = 50.0, height_mm = 20.0 }",
+    );
+    let found = problem(&cylinder, &machine, "G21 G90\nS8000 M3\nG0 X0 Y0 Z0\nG1 X0.5 F600\n");
+    assert!(found.contains("stock.cylinder: stands along z of the workpiece, and the tool is not along it"), "{found}");
+    let text = format!("schema = 1\n{}", process([-50.0, 50.0], TOOL, MATERIAL));
+    let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), &machine).unwrap();
+    // Into the box from x = −60 on, 5 mm deep and 3 mm wide at its rim, along +y.
+    let at = |y: f64| Vector3::new(-55.0, y, -7.0);
+    let line = Toolpath::line(at(-60.0), at(20.0), process.sampling).unwrap();
+    let mut points = line.points().to_vec();
+    for point in &mut points {
+        (point.feed_mm_per_min, point.spindle_rev_per_min) = (Some(2400.0), Some(8000.0));
+    }
+    let path = Toolpath::assemble(points);
+    let path = process.mark_cutting(path, "part.nc").unwrap();
+    let (point, own) = (path.points()[50], path.engagements()[50]);
+    assert!((own.depth_mm - 5.0).abs() < 1e-6 && (own.width_mm - 3.0).abs() < 2e-3, "{own:?}");
+    // Seen from the spindle at −x the tool moves along y; the part is at larger z.
+    let standing = cut([2.0, 50.0], TOOL, MATERIAL, LINE);
+    let (other, _) = middle(&standing)[5];
+    let [a, b] = [point, other].map(|point| point.load.unwrap().force_N);
+    let turned = [Vector3::new(b.z, b.x, b.y), Vector3::new(b.z, b.x, -b.y)];
+    assert!(turned.iter().any(|own| (a - own).norm() < 1e-3 * a.norm()), "{a} instead of {b}, turned");
+}
