@@ -84,7 +84,7 @@ impl Visit {
 }
 
 impl Grid {
-    fn new(stock: &Stock, cell_mm: f64) -> Result<Self, RemovalError> {
+    pub fn new(stock: &Stock, cell_mm: f64) -> Result<Self, RemovalError> {
         positive("cell", cell_mm)?;
         let (low, high) = stock.bounds();
         let (low, extent) = (low.xy(), (high - low).xy());

@@ -91,6 +91,11 @@ impl Sweep {
         Reach { height, distance }
     }
 
+    /// Returns the length along the path of its point nearest to `p`.
+    pub fn nearest(&self, p: Vector2<f64>) -> f64 {
+        self.foot(p).0
+    }
+
     /// Returns the length along the path at which the cutter is lowest over the point `p`, given that it comes there.
     pub fn generating(&self, cutter: &Cutter, p: Vector2<f64>) -> f64 {
         let (nearest, along, aside) = self.foot(p);

@@ -1,6 +1,7 @@
 //! Removal and engagement against closed forms, brute force and exact booleans.
 
 mod closed_forms;
+mod patches;
 mod paths;
 mod properties;
 mod stock;

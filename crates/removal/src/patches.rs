@@ -1,0 +1,271 @@
+//! The machined surface in patches, and how far another field is from it.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::error::RemovalError;
+use crate::field::{Field, Grid, NONE};
+
+/// A piece of the surface of what is left of a stock: of a floor, or of a wall between two floors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Patch {
+    /// Its corners in turn, counter-clockwise seen from outside, mm: for a picture, within half a patch.
+    pub corners: [Vector3<f64>; 4],
+    /// A point of the surface in it, from the lines that made it, mm.
+    pub position: Vector3<f64>,
+    /// Unit normal out of the material there.
+    pub normal: Vector3<f64>,
+    /// What the caller called the move that made it; `None` on the skin of the stock.
+    pub tag: Option<u32>,
+}
+
+impl Patch {
+    /// Returns its area, mm².
+    #[must_use]
+    pub fn area_mm2(&self) -> f64 {
+        let [a, b, c, d] = &self.corners;
+        0.5 * (c - a).cross(&(d - b)).norm()
+    }
+}
+
+/// Neighbouring cells whose heights differ by more than this many cells have a wall between them.
+const STEEP: f64 = 1.5;
+/// Bisections of the way between two cells, or of a step along a normal.
+const BISECTIONS: usize = 36;
+/// Steps along a normal, to either side.
+const STEPS: u32 = 8;
+
+/// Top of what is left in a cell.
+#[derive(Debug, Clone, Copy)]
+struct Top {
+    z: f64,
+    /// Whether there is nothing in the cell.
+    is_void: bool,
+}
+
+/// Tops of the cells of a grid, and where the walls between them are.
+struct Tops<'a> {
+    field: &'a Field,
+    grid: Grid,
+    tops: Vec<Top>,
+    /// Where the wall towards the next cell along x and along y crosses the line between their centres.
+    walls: [Vec<Option<Vector2<f64>>>; 2],
+}
+
+impl Field {
+    /// Returns the surface of what is left, seen from the spindle, in patches of at most `patch_mm`. Undercuts of a mesh below what is left are not in it. Fails if the
+    /// size is not positive, or so small that patches cannot be numbered.
+    pub fn patches(&self, patch_mm: f64) -> Result<Vec<Patch>, RemovalError> {
+        let grid = Grid::new(&self.stock, patch_mm)?;
+        let mut spans = Vec::new();
+        let cells = || (0..grid.count[1]).flat_map(|y| (0..grid.count[0]).map(move |x| (x, y)));
+        let tops = cells().map(|(x, y)| self.top(grid.centre(x, y), &mut spans)).collect();
+        let mut tops = Tops { field: self, grid, tops, walls: [Vec::new(), Vec::new()] };
+        for axis in 0..2 {
+            let wall = |(x, y): (u32, u32)| {
+                let [a, b] = [[x, y], tops.next(x, y, axis)?];
+                tops.is_wall(a, b).then(|| tops.crossing(a, b, 0.5 * (tops.at(a)?.z + tops.at(b)?.z)))?
+            };
+            tops.walls[axis] = cells().map(wall).collect();
+        }
+        let mut patches = Vec::new();
+        for (x, y) in cells() {
+            patches.extend(tops.floor_patch(x, y));
+            for axis in 0..2 {
+                if let Some(next) = tops.next(x, y, axis) {
+                    tops.wall_patches([x, y], next, axis, &mut patches);
+                }
+            }
+        }
+        Ok(patches)
+    }
+
+    /// Returns how far the surface is beyond `position` along `normal`, at most `reach_mm`, mm: positive where material is left, negative where it is missing. `None` if no
+    /// surface is found there.
+    #[must_use]
+    pub fn deviation(&self, position: &Vector3<f64>, normal: &Vector3<f64>, reach_mm: f64) -> Option<f64> {
+        let mut spans = Vec::new();
+        let mut is_material = |along: f64| self.is_material(&(position + along * normal), &mut spans);
+        let starts_within = is_material(0.0);
+        let outward = if starts_within { 1.0 } else { -1.0 };
+        let at = |step: u32| outward * reach_mm * f64::from(step) / f64::from(STEPS);
+        let step = (1..=STEPS).find(|step| is_material(at(*step)) != starts_within)?;
+        let (mut near, mut far) = (at(step - 1), at(step));
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (near + far);
+            if is_material(middle) == starts_within { near = middle } else { far = middle }
+        }
+        Some(0.5 * (near + far))
+    }
+
+    fn is_material(&self, p: &Vector3<f64>, spans: &mut Vec<[f64; 2]>) -> bool {
+        spans.clear();
+        self.stock.spans(p.xy(), spans);
+        spans.iter().any(|span| span[0] < p.z && p.z < span[1]) && p.z < self.floor(p.xy()).height
+    }
+
+    /// Returns the top of what is left over `p`.
+    fn top(&self, p: Vector2<f64>, spans: &mut Vec<[f64; 2]>) -> Top {
+        spans.clear();
+        self.stock.spans(p, spans);
+        let height = self.floor(p).height;
+        match spans.iter().rev().find(|span| span[0] < height) {
+            Some(span) => Top { z: height.min(span[1]), is_void: false },
+            None => Top { z: self.stock.bounds().0.z, is_void: true },
+        }
+    }
+
+    /// Returns the normal out of the material at a point of a wall, and what the move that made it is called; `None` on the skin of the stock. `cut` is beside it, where
+    /// there is no material.
+    fn wall_maker(&self, position: &Vector3<f64>, cut: Vector2<f64>) -> Option<(Vector3<f64>, u32)> {
+        let floor = self.floor(cut);
+        if floor.number == NONE || floor.height > position.z {
+            return None;
+        }
+        let sweep = &self.moves[floor.number as usize];
+        let cutter = &self.cutters[sweep.cutter as usize];
+        let tip = sweep.position(sweep.nearest(position.xy()));
+        if position.z - tip.z >= cutter.nose_height_mm() {
+            let inward = (tip - position).xy().try_normalize(f64::MIN_POSITIVE)?;
+            return Some((Vector3::new(inward.x, inward.y, 0.0), sweep.tag));
+        }
+        let tip = sweep.position(sweep.generating(cutter, position.xy()));
+        Some((-cutter.normal(&(position - tip)), sweep.tag))
+    }
+}
+
+impl Tops<'_> {
+    fn next(&self, x: u32, y: u32, axis: usize) -> Option<[u32; 2]> {
+        let next = if axis == 0 { [x + 1, y] } else { [x, y + 1] };
+        (next[axis] < self.grid.count[axis]).then_some(next)
+    }
+
+    fn at(&self, [x, y]: [u32; 2]) -> Option<&Top> {
+        (x < self.grid.count[0] && y < self.grid.count[1]).then(|| &self.tops[self.grid.index(x, y)])
+    }
+
+    fn is_wall(&self, a: [u32; 2], b: [u32; 2]) -> bool {
+        match (self.at(a), self.at(b)) {
+            (Some(a), Some(b)) => {
+                a.is_void != b.is_void || (a.z - b.z).abs() > STEEP * self.grid.size.max()
+            }
+            _ => false,
+        }
+    }
+
+    /// Returns the point on the line between the centres of two cells where what is left begins to reach up to `z`; `None` if it does so in both or in none.
+    fn crossing(&self, a: [u32; 2], b: [u32; 2], z: f64) -> Option<Vector2<f64>> {
+        self.around_crossing(a, b, z).map(|[low, high]| 0.5 * (low + high))
+    }
+
+    /// Returns the points beside the wall at `z`: where there is no material, and where there is.
+    fn around_crossing(&self, a: [u32; 2], b: [u32; 2], z: f64) -> Option<[Vector2<f64>; 2]> {
+        let mut spans = Vec::new();
+        let mut is_below = |p: Vector2<f64>| {
+            let top = self.field.top(p, &mut spans);
+            top.is_void || top.z < z
+        };
+        let [a, b] = [a, b].map(|[x, y]| self.grid.centre(x, y));
+        let (mut low, mut high) = match (is_below(a), is_below(b)) {
+            (true, false) => (a, b),
+            (false, true) => (b, a),
+            _ => return None,
+        };
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if is_below(middle) { low = middle } else { high = middle }
+        }
+        Some([low, high])
+    }
+
+    /// Returns the corner of cell (x, y) on its side (right, far), at the height of its floor there.
+    fn corner(&self, [x, y]: [u32; 2], [right, far]: [bool; 2]) -> Vector3<f64> {
+        let shifted = |own: u32, up: bool| if up { Some(own + 1) } else { own.checked_sub(1) };
+        let (beside, behind) = (shifted(x, right), shifted(y, far));
+        let cells = [beside.map(|x| [x, y]), behind.map(|y| [x, y]), beside.zip(behind).map(|(x, y)| [x, y])];
+        // Floors that go on across the corner.
+        let goes_on = |from: Option<[u32; 2]>, to: Option<[u32; 2]>| match (from, to) {
+            (Some(from), Some(to)) => self.at(to).is_some() && !self.is_wall(from, to),
+            _ => false,
+        };
+        let own = [x, y];
+        let [is_beside, is_behind] = [cells[0], cells[1]].map(|cell| goes_on(Some(own), cell));
+        let is_across =
+            (is_beside && goes_on(cells[0], cells[2])) || (is_behind && goes_on(cells[1], cells[2]));
+        let floors = [(Some(own), true), (cells[0], is_beside), (cells[1], is_behind), (cells[2], is_across)];
+        let heights = floors.iter().filter(|own| own.1).filter_map(|own| self.at(own.0?)).map(|top| top.z);
+        let (sum, count) = heights.fold((0.0, 0), |(sum, count), z| (sum + z, count + 1));
+        // Walls that meet at the corner: of the two cells before it along x, and along y.
+        let low = |own: u32, up: bool| if up { Some(own) } else { own.checked_sub(1) };
+        let (first_x, first_y) = (low(x, right), low(y, far));
+        let of = |axis: usize, x: Option<u32>, y: Option<u32>| {
+            let cell = [x?, y?];
+            self.at(cell).and_then(|_| self.walls[axis][self.grid.index(cell[0], cell[1])])
+        };
+        let next = |own: Option<u32>| own.map_or(Some(0), |own| Some(own + 1));
+        let walls = [
+            of(0, first_x, first_y),
+            of(0, first_x, next(first_y)),
+            of(1, first_x, first_y),
+            of(1, next(first_x), first_y),
+        ];
+        let (walls, crossings) =
+            walls.iter().flatten().fold((Vector2::zeros(), 0), |(sum, count), wall| (sum + wall, count + 1));
+        let half = |up: bool| if up { 0.5 } else { -0.5 };
+        let plain = self.grid.centre(x, y) + Vector2::new(half(right), half(far)).component_mul(&self.grid.size);
+        let mut plan = if crossings == 0 { plain } else { walls / f64::from(crossings) };
+        for (axis, own) in [first_x, first_y].into_iter().enumerate() {
+            // The rim of the field is where it is.
+            if own.is_none_or(|own| own + 1 == self.grid.count[axis]) {
+                plan[axis] = plain[axis];
+            }
+        }
+        Vector3::new(plan.x, plan.y, sum / f64::from(count))
+    }
+
+    fn floor_patch(&self, x: u32, y: u32) -> Option<Patch> {
+        let top = self.at([x, y]).filter(|top| !top.is_void)?;
+        let corners = [[false, false], [true, false], [true, true], [false, true]].map(|side| self.corner([x, y], side));
+        let p = self.grid.centre(x, y);
+        let made = self.field.surface(p).filter(|made| made.position.z <= top.z);
+        Some(Patch {
+            corners,
+            position: Vector3::new(p.x, p.y, top.z),
+            normal: made.map_or_else(Vector3::z, |made| made.normal),
+            tag: made.map(|made| made.tag),
+        })
+    }
+
+    /// Adds the wall between two cells in pieces about as high as a cell is wide.
+    fn wall_patches(&self, a: [u32; 2], b: [u32; 2], axis: usize, patches: &mut Vec<Patch>) {
+        if !self.is_wall(a, b) {
+            return;
+        }
+        let sides = |far: bool| if axis == 0 { [[far, false], [far, true]] } else { [[false, far], [true, far]] };
+        let (of_a, of_b) = (sides(true).map(|side| self.corner(a, side)), sides(false).map(|side| self.corner(b, side)));
+        let is_rising = of_a[0].z + of_a[1].z < of_b[0].z + of_b[1].z;
+        let (low, high) = if is_rising { (of_a, of_b) } else { (of_b, of_a) };
+        let height = 0.5 * (high[0].z + high[1].z - low[0].z - low[1].z);
+        let pieces = (height / (4.0 * self.grid.size.max())).ceil().max(1.0) as u32;
+        for piece in 0..pieces {
+            let share = |number: u32| f64::from(number) / f64::from(pieces);
+            let at = |corner: usize, share: f64| low[corner] + share * (high[corner] - low[corner]);
+            let (bottom, top) = (share(piece), share(piece + 1));
+            let mut corners = [at(0, bottom), at(1, bottom), at(1, top), at(0, top)];
+            if is_rising == (axis == 0) {
+                corners.reverse();
+            }
+            let z = 0.25 * corners.iter().map(|corner| corner.z).sum::<f64>();
+            let Some([cut, left]) = self.around_crossing(a, b, z) else { continue };
+            let plan = 0.5 * (cut + left);
+            let position = Vector3::new(plan.x, plan.y, z);
+            let made = self.field.wall_maker(&position, cut);
+            let skin = || (cut - left).try_normalize(f64::MIN_POSITIVE).map_or_else(Vector3::z, |out| out.push(0.0));
+            patches.push(Patch {
+                corners,
+                position,
+                normal: made.map_or_else(skin, |made| made.0),
+                tag: made.map(|made| made.1),
+            });
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! The machined surface in patches, and how far that of displaced moves is from it, against closed forms.
+
+use kinetostat_removal::{Cutter, Field, Stock};
+use nalgebra::Vector3;
+
+const D: f64 = 10.0;
+
+fn block() -> Stock {
+    Stock::cuboid(Vector3::new(-30.0, -20.0, -10.0), Vector3::new(30.0, 20.0, 0.0)).unwrap()
+}
+
+/// A field after a polyline of one cutter, displaced by `shift`.
+fn cut(stock: Stock, cutter: &Cutter, points: &[Vector3<f64>], shift: Vector3<f64>) -> Field {
+    let mut field = Field::new(stock, 0.25).unwrap();
+    for (number, pair) in points.windows(2).enumerate() {
+        field.cut(cutter, &(pair[0] + shift), &(pair[1] + shift), number as u32).unwrap();
+    }
+    field
+}
+
+/// A slot at an angle: walls and floor are displaced by what the shift is along their normals, whatever the direction of the walls.
+#[test]
+fn a_displaced_slot_is_off_by_the_shift_along_its_normals() {
+    let cutter = Cutter::flat(D).unwrap();
+    let shift = Vector3::new(0.12, -0.05, 0.03);
+    for angle in [0.0, 0.3, 0.5 * std::f64::consts::PI, 2.0] {
+        let (sine, cosine) = f64::sin_cos(angle);
+        let along = Vector3::new(cosine, sine, 0.0);
+        let points = [-60.0 * along - 4.0 * Vector3::z(), 60.0 * along - 4.0 * Vector3::z()];
+        let field = cut(block(), &cutter, &points, Vector3::zeros());
+        let moved = cut(block(), &cutter, &points, shift);
+        let patches = field.patches(0.5).unwrap();
+        let (mut floors, mut walls) = (0, 0);
+        for own in patches.iter().filter(|own| own.tag.is_some()) {
+            let across = Vector3::new(-sine, cosine, 0.0).dot(&own.position);
+            if own.normal.z == 1.0 {
+                assert!((own.position.z + 4.0).abs() < 1e-9 && across.abs() < 5.0, "{own:?}");
+                // Not where the displaced wall stands.
+                if across.abs() > 4.7 {
+                    continue;
+                }
+                floors += 1;
+            } else {
+                assert!((across.abs() - 5.0).abs() < 1e-5 && own.normal.z == 0.0, "{own:?}");
+                let inward = -across.signum() * Vector3::new(-sine, cosine, 0.0);
+                assert!((own.normal - inward).norm() < 1e-9, "{own:?}");
+                walls += 1;
+            }
+            // At the skin the surface ends.
+            if own.position.x.abs() > 29.0 || own.position.y.abs() > 19.0 {
+                continue;
+            }
+            let off = moved.deviation(&own.position, &own.normal, 0.5).unwrap();
+            assert!((off - shift.dot(&own.normal)).abs() < 1e-5, "{angle}: {off} at {own:?}");
+        }
+        assert!(floors > 1000 && walls > 100, "{floors} {walls}");
+    }
+}
+
+/// The area of a slot and of what is left about it, from its patches.
+#[test]
+fn patches_cover_the_surface() {
+    let cutter = Cutter::flat(D).unwrap();
+    let points = [Vector3::new(-60.0, 3.0, -4.0), Vector3::new(60.0, 3.0, -4.0)];
+    let patches = cut(block(), &cutter, &points, Vector3::zeros()).patches(0.5).unwrap();
+    let of = |made: bool| -> f64 {
+        patches.iter().filter(|own| own.tag.is_some() == made).map(|own| own.area_mm2()).sum()
+    };
+    assert!((of(true) - 60.0 * (10.0 + 2.0 * 4.0)).abs() < 1.0, "{}", of(true));
+    assert!((of(false) - 60.0 * 30.0).abs() < 1.0, "{}", of(false));
+    // Each is seen from outside.
+    for own in &patches {
+        let [a, b, c, d] = own.corners;
+        assert!((c - a).cross(&(d - b)).dot(&own.normal) >= 0.0, "{own:?}");
+    }
+}
+
+/// A ball on a slope: the normal is that of the sphere, and a shift along it shows whole.
+#[test]
+fn a_ball_shows_the_shift_along_the_normals_of_its_groove() {
+    let cutter = Cutter::ball(D).unwrap();
+    let points = [Vector3::new(-40.0, 1.0, -6.0), Vector3::new(40.0, 1.0, -2.0)];
+    let shift = Vector3::new(0.0, 0.08, -0.06);
+    let (field, moved) = (cut(block(), &cutter, &points, Vector3::zeros()), cut(block(), &cutter, &points, shift));
+    let mut count = 0;
+    for own in field.patches(0.5).unwrap() {
+        if own.tag.is_none() || own.position.x.abs() > 28.0 || own.position.z > -0.5 {
+            continue;
+        }
+        // From the axis of the groove.
+        let along = (points[1] - points[0]).normalize();
+        let from = own.position - (points[0] + 5.0 * Vector3::z());
+        let radial: Vector3<f64> = from - along * along.dot(&from);
+        assert!((radial.norm() - 5.0).abs() < 1e-5, "{own:?}");
+        assert!((own.normal + radial / 5.0).norm() < 1e-4, "{own:?} {radial}");
+        let Some(off) = moved.deviation(&own.position, &own.normal, 0.3) else { panic!("{own:?}") };
+        // A cylinder displaced across its axis.
+        let across = shift - along * along.dot(&shift);
+        let exact = {
+            let n = own.normal;
+            let b = n.dot(&(radial - across));
+            let c = (radial - across).norm_squared() - 25.0;
+            -b - (b * b - c).sqrt()
+        };
+        let exact = if exact.abs() < 0.3 { exact } else { -n_far(&own.normal, &(radial - across)) };
+        assert!((off - exact).abs() < 2e-5, "{off} {exact} {own:?}");
+        count += 1;
+    }
+    assert!(count > 500, "{count}");
+}
+
+/// The farther root of |r + t n| = 5, reversed.
+fn n_far(n: &Vector3<f64>, r: &Vector3<f64>) -> f64 {
+    let b = n.dot(r);
+    -(-b + (b * b - r.norm_squared() + 25.0).sqrt())
+}
+
+/// A roughing pass that bends into the wall leaves a gouge that the finishing pass does not take away.
+#[test]
+fn a_gouge_of_an_earlier_pass_stays() {
+    let cutter = Cutter::flat(D).unwrap();
+    let rough = [Vector3::new(-40.0, -15.3, -5.0), Vector3::new(40.0, -15.3, -5.0)];
+    let finish = [Vector3::new(40.0, -15.0, -5.0), Vector3::new(-40.0, -15.0, -5.0)];
+    let program = |rough_off: f64, finish_off: f64| {
+        let mut field = Field::new(block(), 0.25).unwrap();
+        for (points, off) in [(rough, rough_off), (finish, finish_off)] {
+            let shift = Vector3::new(0.0, off, 0.0);
+            field.cut(&cutter, &(points[0] + shift), &(points[1] + shift), 0).unwrap();
+        }
+        field
+    };
+    let nominal = program(0.0, 0.0);
+    for (rough_off, finish_off, left) in [(0.5, 0.05, -0.2), (0.1, 0.05, -0.05), (0.0, -0.1, 0.1), (0.32, -0.1, -0.02)] {
+        let field = program(rough_off, finish_off);
+        let walls: Vec<f64> = nominal
+            .patches(0.5)
+            .unwrap()
+            .iter()
+            .filter(|own| own.tag.is_some() && own.normal.z == 0.0 && own.position.x.abs() < 29.0)
+            .map(|own| field.deviation(&own.position, &own.normal, 0.6).unwrap())
+            .collect();
+        assert!(walls.len() > 100);
+        for own in walls {
+            assert!((own - left).abs() < 1e-5, "{own} instead of {left}");
+        }
+    }
+}
