@@ -1,6 +1,6 @@
 //! Captions of figures, their descriptions for readers who cannot see them, and the points of their curves as tables.
 
-use super::{AgreementFigure, Figure, LineFigure, PanelFigure, PlanFigure, PoseFigure, SliceFigure, VolumeFigure};
+use super::{AgreementFigure, Figure, LineFigure, FaceValue, PanelFigure, PartFigure, PlanFigure, PoseFigure, SliceFigure, VolumeFigure};
 use crate::files::exchange::{Column, Row, Table, counts, numbers, texts};
 
 impl Figure {
@@ -14,6 +14,7 @@ impl Figure {
             Self::Plan(figure) => (&figure.title, &figure.subtitle),
             Self::Agreement(figure) => (&figure.title, &figure.subtitle),
             Self::Pose(figure) => (&figure.title, &figure.subtitle),
+            Self::Part(figure) => (&figure.title, &figure.subtitle),
         };
         let remark = if let Self::Slices(figure) = self { figure.remark.as_str() } else { "" };
         let parts = [title, subtitle.as_str(), remark].into_iter().filter(|part| !part.is_empty());
@@ -30,8 +31,19 @@ impl Figure {
             Self::Plan(figure) => describe_plan(figure),
             Self::Agreement(figure) => describe_agreement(figure),
             Self::Pose(figure) => describe_pose(figure),
+            Self::Part(figure) => describe_part(figure),
         }
     }
+}
+
+/// Describes a part in words.
+fn describe_part(figure: &PartFigure) -> String {
+    let view = |(title, values): &(String, Vec<FaceValue>)| {
+        let values = values.iter().filter_map(|face| if let FaceValue::Value(value) = face { Some(*value) } else { None });
+        format!("{title} {}", range_in_words(values))
+    };
+    let views: Vec<String> = figure.views.iter().map(view).collect();
+    format!("The part seen obliquely from above, coloured by {}: {}.", figure.quantity, views.join("; "))
 }
 
 /// Returns the smallest and largest of `values` as "from … to …"; "without values" if there are none.
@@ -174,7 +186,8 @@ impl Figure {
     /// note. `None` for figures other than curves: the values of maps are in the tables of their study.
     pub fn data(&self) -> Option<Table> {
         match self {
-            Figure::Slices(_) | Figure::Volume(_) | Figure::Plan(_) | Figure::Agreement(_) | Figure::Pose(_) => None,
+            Figure::Slices(_) | Figure::Volume(_) | Figure::Plan(_) => None,
+            Figure::Agreement(_) | Figure::Pose(_) | Figure::Part(_) => None,
             Figure::Lines(figure) => {
                 let mut all = Vec::new();
                 for series in &figure.series {

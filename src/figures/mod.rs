@@ -16,6 +16,7 @@ pub mod labels;
 mod legend;
 mod lines;
 mod panels;
+mod part;
 mod plan;
 pub mod png;
 mod pose;
@@ -34,6 +35,7 @@ pub use colours::{Colours, Shading, cyclic_colour, diverging_colour};
 pub use error::FigureError;
 pub use lines::{LineFigure, LineSeries};
 pub use panels::{CurvePanel, PanelCurve, PanelFigure};
+pub use part::{FaceValue, PartFigure};
 pub use plan::{Look, PlanField, PlanFigure, PlanShape};
 pub use pose::{PoseFigure, Solid, Surroundings};
 pub use slices::{PlaneMark, SliceFigure, SlicePanel};
@@ -56,6 +58,8 @@ pub enum Figure {
     Agreement(AgreementFigure),
     /// A machine drawn as lines in one or two poses.
     Pose(Box<PoseFigure>),
+    /// The surface of a part, coloured by a quantity.
+    Part(Box<PartFigure>),
 }
 
 impl Figure {
@@ -85,6 +89,7 @@ impl Figure {
             Self::Plan(figure) => plan::scene(figure, colours),
             Self::Agreement(figure) => agreement::scene(figure),
             Self::Pose(figure) => pose::scene(figure),
+            Self::Part(figure) => part::scene(figure, colours),
         }
     }
 }

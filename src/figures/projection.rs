@@ -7,6 +7,8 @@ pub(super) struct Projection {
     /// Directions in O that point to the right and upward on the page.
     right: [f64; 3],
     up: [f64; 3],
+    /// Direction in O that points away from the eye.
+    away: [f64; 3],
     /// Pixels per mm.
     pub scale: f64,
     /// The origin of O on the page.
@@ -20,6 +22,7 @@ impl Projection {
         Self {
             right: [-libm::sin(az), libm::cos(az), 0.0],
             up: [-libm::sin(el) * libm::cos(az), -libm::sin(el) * libm::sin(az), libm::cos(el)],
+            away: [-libm::cos(el) * libm::cos(az), -libm::cos(el) * libm::sin(az), -libm::sin(el)],
             scale: 1.0,
             origin: [0.0, 0.0],
         }
@@ -29,6 +32,11 @@ impl Projection {
     pub fn project(&self, point: [f64; 3]) -> Point {
         let dot = |along: [f64; 3]| (0..3).map(|axis| along[axis] * point[axis]).sum::<f64>();
         [self.origin[0] + self.scale * dot(self.right), self.origin[1] - self.scale * dot(self.up)]
+    }
+
+    /// Returns how far a point in O (mm) is from the eye, from any constant.
+    pub fn depth(&self, point: [f64; 3]) -> f64 {
+        (0..3).map(|axis| self.away[axis] * point[axis]).sum()
     }
 
     /// Returns the ranges along x and y of the projections of `points`.

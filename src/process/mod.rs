@@ -8,6 +8,8 @@ mod not_followed;
 mod placement;
 mod redundancy;
 #[cfg(not(target_family = "wasm"))]
+pub mod machined;
+#[cfg(not(target_family = "wasm"))]
 pub mod stock;
 pub(crate) mod tilt;
 pub mod uncertainty;

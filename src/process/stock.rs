@@ -128,7 +128,7 @@ impl StockRemoval {
                 engagements.push(engagements[k - 1]);
                 continue;
             }
-            let found = match to.feed_mm_per_min.is_none() && !to.cutting {
+            let found = match is_rapid(&to) {
                 true => cutting.pass(tool, &way).map(|()| None),
                 false => cutting.feed(tool, &way, &to, law(&to)),
             };
@@ -143,8 +143,14 @@ impl StockRemoval {
         Ok(Toolpath::assemble(points).with_engagements(engagements))
     }
 
+    /// Returns the axes of a field that `path` cuts, in W.
+    pub(super) fn axes_along(&self, path: &Toolpath, (machine, placement): (&Machine, &Placement)) -> Axes {
+        let placed = placement.place(machine);
+        path.points().first().map_or_else(Axes::identity, |first| axes_of(&placed, first))
+    }
+
     /// Returns the tool with this number, the only one where no number is given. `Err` says what is wrong.
-    fn tool(&self, number: Option<u32>) -> std::result::Result<&StockTool, String> {
+    pub(super) fn tool(&self, number: Option<u32>) -> std::result::Result<&StockTool, String> {
         match number {
             None if self.tools.len() == 1 => Ok(self.tools.values().next().expect("one tool")),
             None => Err("does not say which tool cuts: expected T before it, or a single tool in [tools]".into()),
@@ -156,7 +162,7 @@ impl StockRemoval {
     }
 
     /// Returns the uncut stock in axes of the field, as far as `moves` moves need.
-    fn field(&self, axes: &Axes, moves: usize) -> Result<Field> {
+    pub(super) fn field(&self, axes: &Axes, moves: usize) -> Result<Field> {
         let stock = match self.shape {
             StockShape::Box { min, max } => {
                 if axes.iter().any(|own| own.abs() > PARALLEL && (own.abs() - 1.0).abs() > PARALLEL) {
@@ -274,6 +280,11 @@ impl Cutting {
         }
         Ok(heaviest)
     }
+}
+
+/// Whether the move to this point is rapid, and cuts nothing.
+pub(super) fn is_rapid(to: &PathPoint) -> bool {
+    to.feed_mm_per_min.is_none() && !to.cutting
 }
 
 /// Returns the axes of the field in W where the tool stands as at `point`: x along that of the tool's axes, z to the spindle.

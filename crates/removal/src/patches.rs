@@ -70,6 +70,7 @@ impl Field {
         let mut patches = Vec::new();
         for (x, y) in cells() {
             patches.extend(tops.floor_patch(x, y));
+            tops.rim_patches(x, y, &mut patches);
             for axis in 0..2 {
                 if let Some(next) = tops.next(x, y, axis) {
                     tops.wall_patches([x, y], next, axis, &mut patches);
@@ -79,22 +80,35 @@ impl Field {
         Ok(patches)
     }
 
-    /// Returns how far the surface is beyond `position` along `normal`, at most `reach_mm`, mm: positive where material is left, negative where it is missing. `None` if no
-    /// surface is found there.
+    /// Returns how far the surface is beyond `position` along `normal`, at most `reach_mm`, mm: positive where material is left, negative where it is missing. Where a wall now
+    /// stands over the point, or is gone from it, that is how far across the normal, in eight directions. `None` if no surface is found there.
     #[must_use]
     pub fn deviation(&self, position: &Vector3<f64>, normal: &Vector3<f64>, reach_mm: f64) -> Option<f64> {
         let mut spans = Vec::new();
-        let mut is_material = |along: f64| self.is_material(&(position + along * normal), &mut spans);
-        let starts_within = is_material(0.0);
-        let outward = if starts_within { 1.0 } else { -1.0 };
-        let at = |step: u32| outward * reach_mm * f64::from(step) / f64::from(STEPS);
-        let step = (1..=STEPS).find(|step| is_material(at(*step)) != starts_within)?;
-        let (mut near, mut far) = (at(step - 1), at(step));
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (near + far);
-            if is_material(middle) == starts_within { near = middle } else { far = middle }
+        let is_left = self.is_material(position, &mut spans);
+        let sign = if is_left { 1.0 } else { -1.0 };
+        let mut distance = |direction: &Vector3<f64>| {
+            let mut differs = |along: f64| self.is_material(&(position + along * direction), &mut spans) != is_left;
+            let at = |step: u32| reach_mm * f64::from(step) / f64::from(STEPS);
+            let step = (1..=STEPS).find(|step| differs(at(*step)))?;
+            let (mut near, mut far) = (at(step - 1), at(step));
+            for _ in 0..BISECTIONS {
+                let middle = 0.5 * (near + far);
+                if differs(middle) { far = middle } else { near = middle }
+            }
+            Some(0.5 * (near + far))
+        };
+        if let Some(along) = distance(&(sign * normal)) {
+            return Some(sign * along);
         }
-        Some(0.5 * (near + far))
+        let axis = if normal.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
+        let across = normal.cross(&axis).normalize();
+        let [across, aside] = [across, normal.cross(&across)];
+        let directions = (0..8).map(|eighth| {
+            let (sine, cosine) = libm::sincos(f64::from(eighth) * std::f64::consts::FRAC_PI_4);
+            cosine * across + sine * aside
+        });
+        directions.filter_map(|own| distance(&own)).min_by(f64::total_cmp).map(|own| sign * own)
     }
 
     fn is_material(&self, p: &Vector3<f64>, spans: &mut Vec<[f64; 2]>) -> bool {
@@ -233,6 +247,25 @@ impl Tops<'_> {
             normal: made.map_or_else(Vector3::z, |made| made.normal),
             tag: made.map(|made| made.tag),
         })
+    }
+
+    /// Adds the sides of the stock at the rim of the field.
+    fn rim_patches(&self, x: u32, y: u32, patches: &mut Vec<Patch>) {
+        let Some(top) = self.at([x, y]).filter(|top| !top.is_void) else { return };
+        let bottom = self.field.stock.bounds().0.z;
+        let [right, far] = [x + 1 == self.grid.count[0], y + 1 == self.grid.count[1]];
+        let sides = [
+            (y == 0, [[false, false], [true, false]], -Vector3::y()),
+            (right, [[true, false], [true, true]], Vector3::x()),
+            (far, [[true, true], [false, true]], Vector3::y()),
+            (x == 0, [[false, true], [false, false]], -Vector3::x()),
+        ];
+        for (_, ends, normal) in sides.into_iter().filter(|side| side.0) {
+            let [a, b] = ends.map(|side| self.corner([x, y], side));
+            let low = |corner: Vector3<f64>| Vector3::new(corner.x, corner.y, bottom);
+            let position = Vector3::new(0.5 * (a.x + b.x), 0.5 * (a.y + b.y), 0.5 * (bottom + top.z));
+            patches.push(Patch { corners: [low(a), low(b), b, a], position, normal, tag: None });
+        }
     }
 
     /// Adds the wall between two cells in pieces about as high as a cell is wide.

@@ -94,7 +94,10 @@ pub fn compensate_into(
         Compensated::Refused(refused) => return Ok(ProgramOutcome::Refused(Box::new(job), refused)),
     };
     let UnfinishedFiles { made, points, findings } = under_way.map_or_else(|| UnfinishedFiles::new(&job, files), Ok)?;
-    let (points, rows) = points.finish()?;
+    let (mut points, rows) = points.finish()?;
+    let mut findings = findings;
+    findings.find_machined(&job, name)?;
+    points.extend(findings.part_file(&job, files.file_named(PART)));
     let report = Report { job: &job, name, proved: &proved, findings: &findings };
     let (headline, figures) = (report::headline(&report), report::figures(&report));
     let page = report::page(&report, headline.clone(), (&files.points_name(), rows.as_deref()));
@@ -192,7 +195,7 @@ impl ProgramFiles {
         let found = read_record(&report);
         check_may_replace(&report, foreign, || found.is_some())?;
         files.former = found.and_then(|found| found["files"].as_array().cloned()).unwrap_or_default();
-        for name in [files.file_named(""), files.points_name(), files.file_named(PAGE)] {
+        for name in [files.file_named(""), files.points_name(), files.file_named(PART), files.file_named(PAGE)] {
             check_may_replace(&out.with_file_name(&name), foreign, || files.is_former(&name))?;
         }
         Ok(files)
@@ -214,7 +217,8 @@ impl ProgramFiles {
     /// own files and replaces neither an input nor what is no earlier result.
     fn may_call(&self, file: &CalledFile) -> Result<()> {
         let path = self.out.with_file_name(&file.name);
-        let reserved = [self.file_named(""), self.points_name(), self.file_named(REPORT), self.file_named(PAGE)];
+        let own = ["", REPORT, PART, PAGE].map(|suffix| self.file_named(suffix));
+        let reserved = [own.as_slice(), &[self.points_name()]].concat();
         if reserved.contains(&file.name) {
             let source = IoError::other("is the name of another result; expected another name of the program");
             return Err(Error::Write { file: path, source });
@@ -309,6 +313,8 @@ impl ProgramFiles {
 /// Name of the table of points, without the ending that its format gives it.
 const POINTS: &str = ".points";
 const REPORT: &str = ".report.json";
+/// The machined surface, where stock is cut.
+const PART: &str = ".part.ply";
 const PAGE: &str = ".html";
 /// Page shown while files are being replaced.
 const UNFINISHED: &str = "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\

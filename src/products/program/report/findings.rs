@@ -2,11 +2,14 @@
 
 use nalgebra::Vector3;
 
-use super::tables::{P95_AFTER, P95_BEFORE};
+use super::{
+    machined::{Courses, Machined},
+    tables::{P95_AFTER, P95_BEFORE},
+};
 use crate::{
     answer::{ShareWithin, cautions::OutsidePositions, play::PlayCounts},
     compensation::TaskPoint,
-    files::table::largest_position,
+    files::{OutputFile, table::largest_position},
     input::error::Result,
     machine::Machine,
     products::program::{ProgramJob, ProvedPart},
@@ -68,6 +71,10 @@ pub struct Findings {
     pub(super) outside: OutsidePositions,
     /// Largest drive correction as written, of slides (mm) and of hinges (degrees).
     pub(super) corrections: [Option<f64>; 2],
+    /// Errors at all points, where stock is cut.
+    courses: Option<Courses>,
+    /// The surface that is left, once it was computed.
+    pub(super) machined: Option<Machined>,
 }
 
 impl Findings {
@@ -102,12 +109,31 @@ impl Findings {
             force: ForceCurves::new(count),
             outside: outside_workspace(job)?,
             corrections: [None; 2],
+            courses: Courses::new(job),
+            machined: None,
         })
+    }
+
+    /// Computes the surface that is left, where the program called `name` cuts stock; all points were added.
+    ///
+    /// # Errors
+    /// A field of removal too large.
+    pub fn find_machined(&mut self, job: &ProgramJob, name: &str) -> Result<()> {
+        if let Some(courses) = self.courses.take() {
+            self.machined = courses.surface(job, name)?;
+        }
+        Ok(())
+    }
+
+    /// Returns the part as a file called `name`, if stock is cut.
+    pub fn part_file(&self, job: &ProgramJob, name: String) -> Option<OutputFile> {
+        self.machined.as_ref().map(|machined| machined.ply(job, name))
     }
 
     /// Adds the points of the next proved part.
     pub fn add(&mut self, job: &ProgramJob, proved: &ProvedPart<'_>) {
         let part = proved.part;
+        self.courses.iter_mut().for_each(|courses| courses.add(proved));
         proved.written.iter().filter(|answer| answer.is_settled).for_each(|answer| self.include(&job.machine, answer));
         for (i, ((k, point), task)) in part.range().zip(part.points).zip(part.tasks()).enumerate() {
             let (before, after) = (proved.before[Source::All][i], PathPointResult::solved_error(&proved.written[i]));

@@ -1,6 +1,7 @@
 //! Reports of a compensated program: its points, the effect of limits, the proof, and a page.
 
 mod findings;
+mod machined;
 mod notes;
 mod page;
 mod tables;

@@ -41,13 +41,17 @@ pub fn page(report: &Report<'_>, headline: Headline, (points, rows): (&str, Opti
         question: format!("Does the compensated {} keep the tool on its path?", report.name),
         headline: Headline { numbers, ..headline },
         setting: setting_facts(report.job),
-        sections: vec![
-            worst_section(report).text(rows.unwrap_or_default()),
-            cause_section(report),
-            remedy_section(report),
-            use_section(report),
-            proof_section(report),
-        ],
+        sections: [
+            report.findings.machined.as_ref().map(|machined| machined.section(report)),
+            Some(worst_section(report).text(rows.unwrap_or_default())),
+            Some(cause_section(report)),
+            Some(remedy_section(report)),
+            Some(use_section(report)),
+            Some(proof_section(report)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect(),
         explorers: vec![along_explorer(report.job, points)],
         tables: vec![TableNote {
             kept: rows.map(String::from),
@@ -172,11 +176,15 @@ pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     let errors = [("before".into(), all), ("after".into(), &findings.after_curve)];
     let force = findings.force.labelled_curves();
     let distances = |title: &str, errors: &[(String, &Curve)]| curve_figure(report.job, title, "distance [mm]", errors);
-    let mut figures = vec![
-        ("answer".into(), path_figure(report)),
+    let machined = findings.machined.iter().flat_map(|machined| machined.figures(report.job));
+    let mut figures: Vec<(String, Figure)> = machined.collect();
+    // The part is what is wanted, where it is known.
+    let path = if figures.is_empty() { "answer" } else { "paths" };
+    figures.extend([
+        (path.into(), path_figure(report)),
         ("errors".into(), distances("Distance from the path before and after", &errors)),
         ("sources".into(), distances("What each source does without compensation", &sources)),
-    ];
+    ]);
     if report.job.uncertainty.is_some() {
         let [before_p95, after_p95] = &findings.p95_curves;
         let curves = [

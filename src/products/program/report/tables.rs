@@ -351,5 +351,8 @@ pub fn program_json(report: &Report<'_>) -> Value {
     if let Some(play) = findings.play.json() {
         report["play"] = play;
     }
+    if let Some(machined) = &findings.machined {
+        report["machined_surface"] = machined.json(job);
+    }
     report
 }

@@ -284,6 +284,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
         .with_cautions(&spread_report::along_cautions(&along(report), distribution))
+        .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.sentences(report.job)))
         .with_cautions(&without_force_text(report))
         .with_cautions(&play_text(report))
         .with_cautions(&spread_report::cautions(

@@ -1,0 +1,195 @@
+//! The surface of a part in three dimensions, coloured by a quantity, in views one above the other.
+
+use super::colour_bar::{ColourBar, Scale};
+use super::colours::{Colours, Shading};
+use super::error::{FigureError, check_drawable};
+use super::field::{Picture, Rgba};
+use super::projection::Projection;
+use super::scene::{Anchor, Scene, Text};
+use super::style::{self, BORDER, PAGE_WIDTH, Sizes};
+
+const SIZES: Sizes = Sizes::FIGURE;
+/// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
+const AZIMUTH: f64 = -60.0;
+const ELEVATION: f64 = 45.0;
+const GAP: f64 = 30.0;
+/// Highest view, in pixels.
+const TALLEST: f64 = 700.0;
+/// Pixels of the page for one of the picture.
+const PIXEL: f64 = 1.25;
+/// Where the light comes from, as a unit vector, and the share of it that is everywhere.
+const LIGHT: [f64; 3] = [-0.36, -0.48, 0.8];
+const AMBIENT: f64 = 0.62;
+/// Grey of what was not cut.
+const SKIN: [u8; 3] = [222, 224, 228];
+/// Name of what has no value.
+const UNKNOWN: &str = "not known";
+
+/// What a face of the part shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FaceValue {
+    /// The skin of the stock: nothing was cut.
+    Skin,
+    /// No value, though it was cut.
+    Unknown,
+    /// A value.
+    Value(f64),
+}
+
+/// The surface of a part, seen obliquely from above.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartFigure {
+    /// Question that the figure answers.
+    pub title: String,
+    /// Conditions of the computation.
+    pub subtitle: String,
+    /// Label of the colour bar, for example "deviation \[mm\]".
+    pub quantity: String,
+    /// Corners of its faces in turn, counter-clockwise seen from outside, z up, mm.
+    pub faces: Vec<[[f64; 3]; 4]>,
+    /// Views, the first on top: a title, and what each face shows.
+    pub views: Vec<(String, Vec<FaceValue>)>,
+    /// Ends of the colour scale.
+    pub range: (f64, f64),
+    /// Remark a reader must not miss.
+    pub note: String,
+}
+
+/// Lays the figure out in `colours`; `Err` when its data cannot be drawn.
+pub(super) fn scene(figure: &PartFigure, colours: Colours) -> Result<Scene, FigureError> {
+    if figure.faces.is_empty() || figure.views.is_empty() {
+        return Err(FigureError::Empty { what: "part".into() });
+    }
+    check_drawable(figure.faces.iter().flatten().flatten().copied(), || "part".into())?;
+    for (name, values) in &figure.views {
+        if values.len() != figure.faces.len() {
+            let (what, found, expected) = (name.clone(), values.len(), figure.faces.len());
+            return Err(FigureError::GridMismatch { what, found, expected });
+        }
+    }
+    let all = || figure.views.iter().flat_map(|view| &view.1);
+    let values = all().filter_map(|face| if let FaceValue::Value(value) = face { Some(*value) } else { None });
+    let scale = Scale::new(values, Some(figure.range), (colours, Shading::Ordered))?;
+    let missing = all().any(|face| *face == FaceValue::Unknown).then_some(UNKNOWN);
+    let bar = ColourBar { scale, quantity: &figure.quantity, missing, size: SIZES.body, tick_size: SIZES.tick };
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
+    let mut projection = Projection::new(AZIMUTH, ELEVATION);
+    let [(x0, x1), (y0, y1)] = projection.ranges(figure.faces.iter().flatten().copied());
+    let width = PAGE_WIDTH - 2.0 * BORDER - bar.width(TALLEST) - GAP;
+    projection.scale = (width / (x1 - x0)).min(TALLEST / (y1 - y0));
+    let height = projection.scale * (y1 - y0);
+    let drawn = projection.scale * (x1 - x0);
+    projection.origin = [-projection.scale * x0, -projection.scale * y0];
+    let mut bottom = top;
+    for (title, values) in &figure.views {
+        scene.text(Text::new(title, SIZES.body, [BORDER, bottom + SIZES.body], Anchor::Start));
+        let view_top = bottom + 1.6 * SIZES.body;
+        let pixels = draw(&figure.faces, values, &projection, [drawn, height], scale);
+        scene.picture(pixels.picture([BORDER + 0.5 * (width - drawn), view_top], [drawn, height]));
+        bottom = view_top + height + GAP;
+    }
+    let bar_height = (bottom - top - 2.0 * GAP).min(TALLEST);
+    bar.draw(&mut scene, PAGE_WIDTH - BORDER - bar.width(bar_height), 0.5 * (top + bottom - bar_height), bar_height);
+    if !figure.note.is_empty() {
+        bottom = style::draw_paragraph(&mut scene, &figure.note, bottom + SIZES.body, SIZES.body);
+    }
+    scene.height = bottom + BORDER;
+    Ok(scene)
+}
+
+/// A picture with the depth of each pixel.
+struct Pixels {
+    count: [usize; 2],
+    depths: Vec<f64>,
+    colours: Vec<Rgba>,
+}
+
+/// Draws the faces into a picture of a view of `size`, nearer ones over those behind.
+fn draw(
+    faces: &[[[f64; 3]; 4]],
+    values: &[FaceValue],
+    projection: &Projection,
+    size: [f64; 2],
+    scale: Option<Scale>,
+) -> Pixels {
+    let count = size.map(|side| (side / PIXEL).ceil().max(1.0) as usize);
+    let cells = count[0] * count[1];
+    let mut pixels = Pixels { count, depths: vec![f64::INFINITY; cells], colours: vec![[0; 4]; cells] };
+    for (face, value) in faces.iter().zip(values) {
+        let [r, g, b] = match (value, scale) {
+            (FaceValue::Value(value), Some(scale)) => {
+                let [r, g, b, _] = scale.colour(*value);
+                [r, g, b]
+            }
+            (FaceValue::Unknown, _) => style::HATCH,
+            _ => SKIN,
+        };
+        let light = AMBIENT + (1.0 - AMBIENT) * facing(face);
+        let shaded = [r, g, b].map(|own| (f64::from(own) * light).round() as u8);
+        let corners = face.map(|corner| {
+            let [x, y] = projection.project(corner);
+            [x / size[0] * count[0] as f64, y / size[1] * count[1] as f64, projection.depth(corner)]
+        });
+        let colour = [shaded[0], shaded[1], shaded[2], u8::MAX];
+        for triangle in [[0, 1, 2], [0, 2, 3]] {
+            pixels.fill(triangle.map(|corner| corners[corner]), colour);
+        }
+    }
+    pixels
+}
+
+/// Returns the share of the light that a face gets, 0 to 1.
+fn facing([a, b, c, d]: &[[f64; 3]; 4]) -> f64 {
+    let minus = |p: &[f64; 3], q: &[f64; 3]| [0, 1, 2].map(|axis| p[axis] - q[axis]);
+    let (u, v) = (minus(c, a), minus(d, b));
+    let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let length = normal.iter().map(|own| own * own).sum::<f64>().sqrt();
+    if length == 0.0 {
+        return 1.0;
+    }
+    (normal.iter().zip(LIGHT).map(|(own, light)| own * light).sum::<f64>() / length).max(0.0)
+}
+
+impl Pixels {
+    /// Fills a triangle, corners as column, row and depth.
+    fn fill(&mut self, [a, b, c]: [[f64; 3]; 3], colour: Rgba) {
+        let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        if area == 0.0 {
+            return;
+        }
+        let range = |axis: usize| {
+            let low = a[axis].min(b[axis]).min(c[axis]);
+            let high = a[axis].max(b[axis]).max(c[axis]);
+            (low - 0.5).ceil().max(0.0) as usize..(high + 0.5).floor().clamp(0.0, self.count[axis] as f64) as usize
+        };
+        let (columns, rows) = (range(0), range(1));
+        // Half a pixel beyond its edges, so that no seam shows between faces.
+        let slack = |from: [f64; 3], to: [f64; 3]| 0.5 * ((to[0] - from[0]).abs() + (to[1] - from[1]).abs());
+        let slacks = [slack(b, c), slack(c, a), slack(a, b)].map(|own| -own / area.abs());
+        for row in rows {
+            for column in columns.clone() {
+                let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
+                let share = |p: [f64; 3], q: [f64; 3]| {
+                    ((q[0] - p[0]) * (y - p[1]) - (x - p[0]) * (q[1] - p[1])) / area
+                };
+                let shares = [share(b, c), share(c, a), share(a, b)];
+                if shares.iter().zip(slacks).any(|(own, least)| *own < least) {
+                    continue;
+                }
+                let depth = shares[0] * a[2] + shares[1] * b[2] + shares[2] * c[2];
+                let at = row * self.count[0] + column;
+                if depth < self.depths[at] {
+                    (self.depths[at], self.colours[at]) = (depth, colour);
+                }
+            }
+        }
+    }
+
+    fn picture(&self, [x, y]: [f64; 2], [width, height]: [f64; 2]) -> Picture {
+        let edges = |count: usize| (0..=count).map(|own| own as f64).collect::<Vec<_>>();
+        let [columns, rows] = self.count;
+        // Rows of pictures go upwards.
+        let colour = |column: usize, row: usize| Some(self.colours[(rows - 1 - row) * columns + column]);
+        Picture::new([[x, y], [width, 0.0], [0.0, height]], &edges(columns), &edges(rows), colour)
+    }
+}

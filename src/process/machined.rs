@@ -1,0 +1,90 @@
+//! The surface that a path leaves of its stock, and how far that of the tool as it really went is from it.
+
+use kinetostat_removal::{Field, Patch, RemovalError};
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use crate::{
+    input::error::{Error, Result},
+    machine::Machine,
+    process::{Placement, stock::{StockRemoval, is_rapid}},
+    toolpath::Toolpath,
+};
+
+/// The surface that a path leaves of its stock, in patches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MachinedSurface {
+    /// Axes in which its patches are, as rows in W: z to the spindle.
+    pub axes: Matrix3<f64>,
+    /// Its patches: those of the envelope of the path as programmed, tagged by the index of the point whose move made them.
+    pub patches: Vec<Patch>,
+    /// Of each course of the tool, how far its surface is beyond each patch along the normal, mm: positive where material is left. `None` on the skin of the stock, and
+    /// where the position of the tool is not known.
+    pub deviations: Vec<Vec<Option<f64>>>,
+}
+
+/// Most patches over the plan of the stock: what a picture shows.
+const PATCHES: f64 = 40_000.0;
+/// No point of the surface is farther off than the tool is from its path, but for rounding, as a share and in mm.
+const REACH: f64 = 1.001;
+const LEAST_REACH_MM: f64 = 1e-4;
+
+impl StockRemoval {
+    /// Returns the surface that `path` leaves of the stock, and how far the surfaces are from it that are left by a tool at the distances `courses` from its points (W, mm;
+    /// `None` where not known). Moves are cut as the tool goes from point to point: a gouge by an earlier pass stays. What bends the tool in itself, and its tilt, is not in it.
+    ///
+    /// # Errors
+    /// As [`StockRemoval::cut`]; a field too large.
+    pub(crate) fn machined(
+        &self,
+        path: &Toolpath,
+        (machine, placement): (&Machine, &Placement),
+        courses: &[Vec<Option<Vector3<f64>>>],
+        origin: &str,
+    ) -> Result<MachinedSurface> {
+        let refused = |error: RemovalError| Error::argument(origin, error.to_string());
+        let axes = self.axes_along(path, (machine, placement));
+        let nominal = self.cut_along(path, &axes, |_| Some(Vector3::zeros()), origin)?;
+        let (low, high) = nominal.stock().bounds();
+        let patch_mm = ((high.x - low.x) * (high.y - low.y) / PATCHES).sqrt();
+        let patches = nominal.patches(patch_mm).map_err(refused)?;
+        drop(nominal);
+        let deviations = courses.iter().map(|course| {
+            let field = self.cut_along(path, &axes, |k| course[k], origin)?;
+            let largest = course.iter().flatten().fold(0.0, |most: f64, own| most.max(own.norm()));
+            let reach_mm = REACH * largest + LEAST_REACH_MM;
+            let is_known = |k: usize| course[k].is_some() && (k == 0 || course[k - 1].is_some());
+            let of = |patch: &Patch| {
+                patch.tag.filter(|tag| is_known(*tag as usize))?;
+                field.deviation(&patch.position, &patch.normal, reach_mm)
+            };
+            Ok(patches.par_iter().map(of).collect())
+        });
+        let deviations = deviations.collect::<Result<Vec<_>>>()?;
+        Ok(MachinedSurface { axes, patches, deviations })
+    }
+
+    /// Returns what is left of the stock by a tool that is at `shift` from each point of the path (W, mm), by its feed moves; those between points without one are left out.
+    fn cut_along(
+        &self,
+        path: &Toolpath,
+        axes: &Matrix3<f64>,
+        shift: impl Fn(usize) -> Option<Vector3<f64>>,
+        origin: &str,
+    ) -> Result<Field> {
+        let mut field = self.field(axes, path.len())?;
+        let points = path.points();
+        for k in 1..points.len() {
+            let (from, to) = (&points[k - 1], &points[k]);
+            if is_rapid(to) {
+                continue;
+            }
+            let Some((start, end)) = shift(k - 1).zip(shift(k)) else { continue };
+            let refused = |problem: String| Error::argument(origin, problem);
+            let tool = self.tool(to.tool).map_err(refused)?;
+            let [start, end] = [from.position_mm + start, to.position_mm + end].map(|at| axes * at);
+            field.cut(&tool.cutter, &start, &end, k as u32).map_err(|error| refused(error.to_string()))?;
+        }
+        Ok(field)
+    }
+}

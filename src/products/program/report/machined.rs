@@ -1,0 +1,283 @@
+//! What is left on the part: the surface that a program machines from its stock, without compensation and as written.
+
+use nalgebra::{Matrix3, Vector3};
+use serde_json::{Value, json};
+
+use super::Report;
+use crate::{
+    figures::{FaceValue, Figure, LineFigure, LineSeries, PartFigure},
+    files::{OutputFile, words::{counted, millimetres, percent}},
+    input::error::Result,
+    page::{Section, SmallTable},
+    process::machined::MachinedSurface,
+    products::program::{ProgramJob, ProvedPart},
+    simulation::{Source, along_path::PathPointResult},
+};
+
+/// Errors of the tool along a program that cuts stock (W, mm), without compensation and as written; `None` without equilibrium.
+#[derive(Debug)]
+pub(super) struct Courses {
+    /// `R_OW`.
+    turn: Matrix3<f64>,
+    errors: [Vec<Option<Vector3<f64>>>; 2],
+}
+
+impl Courses {
+    /// Begins the courses of `job`; `None` if it cuts no stock.
+    pub fn new(job: &ProgramJob) -> Option<Self> {
+        job.process.stock.as_ref()?;
+        let turn = job.process.placement.place(&job.machine).workpiece().rotation;
+        Some(Self { turn, errors: [0, 1].map(|_| Vec::with_capacity(job.path.len())) })
+    }
+
+    /// Adds the points of the next proved part.
+    pub fn add(&mut self, proved: &ProvedPart<'_>) {
+        let turned = |error: &Option<Vector3<f64>>| error.map(|error| self.turn.tr_mul(&error));
+        self.errors[0].extend(proved.before[Source::All].iter().map(turned));
+        self.errors[1].extend(proved.written.iter().map(|answer| turned(&PathPointResult::solved_error(answer))));
+    }
+
+    /// Returns the surface that is left.
+    ///
+    /// # Errors
+    /// As [`StockRemoval::machined`](crate::process::stock::StockRemoval).
+    pub fn surface(&self, job: &ProgramJob, name: &str) -> Result<Option<Machined>> {
+        let Some(stock) = &job.process.stock else { return Ok(None) };
+        let surface = stock.machined(&job.path, (&job.machine, &job.process.placement), &self.errors, name)?;
+        let sides = [0, 1].map(|course| Side::new(&surface, course, job.process.tolerance_mm));
+        Ok(Some(Machined { surface, sides }))
+    }
+}
+
+/// The surface that is left on the part.
+#[derive(Debug)]
+pub(super) struct Machined {
+    surface: MachinedSurface,
+    /// Without compensation and as written.
+    sides: [Side; 2],
+}
+
+/// How far one surface is from the programmed one.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Side {
+    /// Largest depth of material left and of material missing, mm, with the patch.
+    left: Option<(f64, usize)>,
+    missing: Option<(f64, usize)>,
+    /// Areas of what was machined, mm²: in all, of unknown deviation, within the tolerance.
+    area: f64,
+    unknown: f64,
+    within: f64,
+}
+
+impl Side {
+    fn new(surface: &MachinedSurface, course: usize, tolerance_mm: Option<f64>) -> Self {
+        let mut side = Self::default();
+        for (k, (patch, deviation)) in surface.patches.iter().zip(&surface.deviations[course]).enumerate() {
+            if patch.tag.is_none() {
+                continue;
+            }
+            let area = patch.area_mm2();
+            side.area += area;
+            let Some(deviation) = *deviation else {
+                side.unknown += area;
+                continue;
+            };
+            if deviation.abs() <= tolerance_mm.unwrap_or(f64::INFINITY) {
+                side.within += area;
+            }
+            let [left, missing] = [deviation, -deviation];
+            for (own, most) in [(left, &mut side.left), (missing, &mut side.missing)] {
+                if own > most.map_or(0.0, |most| most.0) {
+                    *most = Some((own, k));
+                }
+            }
+        }
+        side
+    }
+
+    /// Returns the largest distance to either side, mm.
+    fn largest(&self) -> f64 {
+        [self.left, self.missing].into_iter().flatten().fold(0.0, |most, own| most.max(own.0))
+    }
+}
+
+/// Names of the courses.
+const NAMES: [&str; 2] = ["without compensation", "as written"];
+
+impl Machined {
+    /// Returns in sentences what is left and missing on the part.
+    pub fn sentences(&self, job: &ProgramJob) -> String {
+        let words = |side: &Side| {
+            let of = |found: Option<(f64, usize)>| millimetres(found.map_or(0.0, |own| own.0), 4);
+            format!("up to {} is left and {} missing", of(side.left), of(side.missing))
+        };
+        let [before, after] = &self.sides;
+        let mut text = format!("On the part {} without compensation; {} as written.", words(before), words(after));
+        if let Some(tolerance) = job.process.tolerance_mm {
+            let share = |side: &Side| percent(side.within / side.area.max(f64::MIN_POSITIVE));
+            text += &format!(" {} of the machined surface is within {tolerance} mm, {} without.", share(after), share(before));
+        }
+        if after.unknown > 0.0 {
+            text += &format!(" Of {} of it nothing is known.", percent(after.unknown / after.area));
+        }
+        text + "\n"
+    }
+
+    /// Returns the place in the program whose move made a patch, in words.
+    fn place(&self, job: &ProgramJob, patch: usize) -> Option<String> {
+        self.surface.patches[patch].tag.map(|tag| job.place_words(tag as usize))
+    }
+
+    /// Returns largest values and shares as JSON.
+    pub fn json(&self, job: &ProgramJob) -> Value {
+        let side = |side: &Side| {
+            let of = |found: Option<(f64, usize)>| {
+                let patch = found.map(|own| &self.surface.patches[own.1]);
+                let position = patch.map(|patch| self.surface.axes.tr_mul(&patch.position));
+                json!({
+                    "mm": found.map_or(0.0, |own| own.0),
+                    "point": patch.and_then(|patch| patch.tag),
+                    "line": patch.and_then(|patch| job.file.line_of(job.path.points()[patch.tag? as usize].source.segment)),
+                    "position_mm": position.map(|own| [own.x, own.y, own.z]),
+                })
+            };
+            json!({
+                "most_left": of(side.left),
+                "most_missing": of(side.missing),
+                "area_mm2": side.area,
+                "area_within_tolerance_mm2": job.process.tolerance_mm.map(|_| side.within),
+                "area_unknown_mm2": side.unknown,
+            })
+        };
+        let [before, after] = &self.sides;
+        json!({ "against": "programmed envelope", "without_compensation": side(before), "as_written": side(after) })
+    }
+
+    /// Returns the section of the page on the part.
+    pub fn section(&self, report: &Report<'_>) -> Section {
+        let row = |(name, side): (&str, &Side)| {
+            let of = |found: Option<(f64, usize)>| {
+                found.map_or_else(|| "–".into(), |own| millimetres(own.0, 4))
+            };
+            let place = |found: Option<(f64, usize)>| {
+                found.and_then(|own| self.place(report.job, own.1)).unwrap_or_else(|| "–".into())
+            };
+            vec![name.into(), of(side.left), place(side.left), of(side.missing), place(side.missing)]
+        };
+        let table = SmallTable {
+            caption: "Material left and missing on the machined surface, along its normal".into(),
+            header: ["", "most left", "where", "most missing", "where"].map(String::from).into(),
+            rows: NAMES.into_iter().zip(&self.sides).map(row).collect(),
+        };
+        Section::new("What is left on the part?", "deviation of the machined surface from the programmed one")
+            .text(&self.sentences(report.job))
+            .text(
+                "The surface is that of the tool as it goes from point to point, so that what an earlier pass took away stays gone. Bending of the tool itself, its tilt, run-out \
+                 and vibration are not in it.\n",
+            )
+            .small_tables([table])
+            .figures(&[DEVIATIONS])
+    }
+
+    /// Returns the picture of the part before and after, and how its deviations are distributed over its area.
+    pub fn figures(&self, job: &ProgramJob) -> Vec<(String, Figure)> {
+        let surface = &self.surface;
+        let largest = self.sides.iter().map(Side::largest).fold(1e-3, f64::max);
+        // What is out of tolerance has the strongest colour.
+        let end = job.process.tolerance_mm.unwrap_or(largest);
+        let view = |course: usize| {
+            let face = |(patch, deviation): (&kinetostat_removal::Patch, &Option<f64>)| match (patch.tag, deviation) {
+                (None, _) => FaceValue::Skin,
+                (_, None) => FaceValue::Unknown,
+                (_, Some(deviation)) => FaceValue::Value(*deviation),
+            };
+            let title = format!("{}: {}", NAMES[course], self.range_words(course));
+            (title, surface.patches.iter().zip(&surface.deviations[course]).map(face).collect())
+        };
+        let corners = |patch: &kinetostat_removal::Patch| patch.corners.map(|corner| corner.into());
+        let part = PartFigure {
+            title: "What is left on the part".into(),
+            subtitle: format!("{}, seen from the spindle; red: material is left, blue: it is missing", job.machine.name),
+            quantity: "material left [mm]".into(),
+            faces: surface.patches.iter().map(corners).collect(),
+            views: vec![view(0), view(1)],
+            range: (-end, end),
+            note: format!(
+                "against the surface that the program describes; grey: not cut{}",
+                job.process.tolerance_mm.map_or_else(String::new, |own| format!("; the scale ends at the tolerance, {own} mm"))
+            ),
+        };
+        vec![
+            ("answer".into(), Figure::Part(Box::new(part))),
+            (DEVIATIONS.into(), self.histogram(job, end)),
+        ]
+    }
+
+    fn range_words(&self, course: usize) -> String {
+        let Side { left, missing, .. } = &self.sides[course];
+        let of = |found: &Option<(f64, usize)>| found.map_or(0.0, |own| own.0);
+        format!("\u{2212}{:.3} to +{:.3} mm", of(missing), of(left))
+    }
+
+    /// Returns the distribution of deviations over the machined area.
+    fn histogram(&self, job: &ProgramJob, end: f64) -> Figure {
+        let series = NAMES.iter().enumerate().map(|(course, name)| {
+            let mut shares = [0.0; BINS];
+            let bin = 2.0 * end / BINS as f64;
+            for (patch, deviation) in self.surface.patches.iter().zip(&self.surface.deviations[course]) {
+                if let (Some(_), Some(deviation)) = (patch.tag, deviation) {
+                    let at = ((deviation + end) / bin).clamp(0.0, BINS as f64 - 1.0) as usize;
+                    shares[at] += 100.0 * patch.area_mm2() / self.sides[course].area.max(f64::MIN_POSITIVE);
+                }
+            }
+            let steps = shares.iter().enumerate().flat_map(|(at, share)| {
+                let from = -end + at as f64 * bin;
+                [(from, *share), (from + bin, *share)]
+            });
+            LineSeries::new(*name, steps.collect(), course == 0)
+        });
+        let labels = ["material left along the normal [mm]", "share of the machined area [%]"];
+        let subtitle = format!("{}, bins of {}", job.machine.name, millimetres(2.0 * end / BINS as f64, 4));
+        Figure::Lines(LineFigure::new("How the deviation is spread over the part", subtitle, labels, series.collect()))
+    }
+
+    /// Returns the part as a PLY file called `name`: faces in W with the deviations of their corners, mm the line that made them (0 on the skin of the stock), and whether
+    /// the deviation is known: where not, it is 0.
+    pub fn ply(&self, job: &ProgramJob, name: String) -> OutputFile {
+        let surface = &self.surface;
+        let count = surface.patches.len();
+        let mut bytes = Vec::with_capacity(count * (4 * 25 + 17) + 512);
+        let header = format!(
+            "ply\nformat binary_little_endian 1.0\ncomment deviation from the programmed surface along its normal, mm, positive where material is left\n\
+             element vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float without_compensation_mm\n\
+             property float as_written_mm\nproperty int line\nproperty uchar known\nelement face {count}\nproperty list uchar int vertex_indices\nend_header\n",
+            4 * count
+        );
+        bytes.extend(header.as_bytes());
+        for (k, patch) in surface.patches.iter().enumerate() {
+            let segment = patch.tag.map(|tag| job.path.points()[tag as usize].source.segment);
+            let line = segment.and_then(|segment| job.file.line_of(segment)).unwrap_or(0) as i32;
+            let deviations = [0, 1].map(|course| surface.deviations[course][k]);
+            let is_known = deviations.iter().all(Option::is_some);
+            let [before, after] = deviations.map(|own| own.unwrap_or(0.0) as f32);
+            for corner in &patch.corners {
+                let corner = surface.axes.tr_mul(corner);
+                for own in corner.iter().map(|own| *own as f32).chain([before, after]) {
+                    bytes.extend(own.to_le_bytes());
+                }
+                bytes.extend(line.to_le_bytes());
+                bytes.push(is_known.into());
+            }
+        }
+        for k in 0..count as i32 {
+            bytes.push(4);
+            (0..4).for_each(|corner| bytes.extend((4 * k + corner).to_le_bytes()));
+        }
+        OutputFile::new(name, bytes)
+    }
+}
+
+/// Name of the figure of the distribution.
+const DEVIATIONS: &str = "deviations";
+/// Bins of the distribution.
+const BINS: usize = 40;
