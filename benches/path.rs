@@ -29,6 +29,7 @@ fn main() {
                 load: MillingForce::PAPER.wrench(phi, &nominal.tool()),
                 target: Target::ToolTip,
                 wanted: None,
+                aside: nalgebra::Vector3::zeros(),
                 external: None,
             }
         })

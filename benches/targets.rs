@@ -32,7 +32,7 @@ fn turn(machine: &Machine, points: &[Vector3<f64>], angles: u32, target: Target,
         for i in 0..angles {
             let phi = std::f64::consts::TAU * f64::from(i) / f64::from(angles);
             let load = MillingForce::PAPER.wrench(phi, &machine.tool());
-            let task = |&at| TaskPoint { pose: machine.pose_at(at), load, target, wanted: None, external: None };
+            let task = |&at| TaskPoint::new(machine.pose_at(at), load, target);
             let tasks: Vec<TaskPoint> = points.iter().map(task).collect();
             let mut sessions: Vec<&mut Session> = sessions.iter_mut().collect();
             let answers = match is_alone {

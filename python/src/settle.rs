@@ -264,7 +264,7 @@ impl<'a> Group<'a> {
             if self.commanded.at_tip {
                 load.moment += (pose.rotation * self.machine.tool_tip).cross(&load.force);
             }
-            tasks.push(TaskPoint { pose, load, target, wanted: None, external: None });
+            tasks.push(TaskPoint::new(pose, load, target));
         }
         let mut sessions: Vec<&mut Session> = self.sessions.iter_mut().take(reached.len()).collect();
         let answers = compensate_batch(&mut sessions, &tasks, self.commanded.method, &mut self.batch);

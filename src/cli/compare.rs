@@ -113,6 +113,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
     let path = ProgramFile::read(file, &process)?.toolpath(process.sampling)?;
     let path = process.mark_cutting(path, &file.display().to_string())?;
     if !arguments.at.is_empty() {
+        process.stock.iter().try_for_each(|stock| stock.check_movable(&process.machine, &process.placement))?;
         check_placeable(file, &process, &path)?;
     }
     let Some(extent) = Extent::around(path.positions_mm().into_iter()) else { return Err(no_motion_error(file)) };

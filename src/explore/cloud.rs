@@ -174,7 +174,7 @@ impl Explorer {
         let found = drawn.as_ref().map_err(Failure::clone).and_then(|drawn| {
             let at = command.command(machine)?;
             let load = load.wrench(&machine.tool_at(&at.pose.rotation));
-            let task = TaskPoint { pose: at.pose, load, target: Target::ToolTip, wanted: None, external: None };
+            let task = TaskPoint::new(at.pose, load, Target::ToolTip);
             drawn.cloud(&self.machines, &at, &task)
         });
         let failed = |Failure { status, reason }| CloudResult { status: status.into(), reason, ..Default::default() };

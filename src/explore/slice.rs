@@ -113,7 +113,7 @@ impl Explorer {
         let mut corrected = session.clone();
         for (index, load) in loads.iter().enumerate() {
             let load = load.wrench(&machine.tool_at(&at.pose.rotation));
-            let task = TaskPoint { pose: at.pose, load, target: Target::ToolTip, wanted: None, external: None };
+            let task = TaskPoint::new(at.pose, load, Target::ToolTip);
             let plain = compensate(&mut session, &task, Method::None);
             if !plain.status.is_success() {
                 let reason = plain.status.reason(machine);

@@ -1,6 +1,9 @@
 //! Captions of figures, their descriptions for readers who cannot see them, and the points of their curves as tables.
 
-use super::{AgreementFigure, Figure, LineFigure, FaceValue, PanelFigure, PartFigure, PlanFigure, PoseFigure, SliceFigure, VolumeFigure};
+use super::{
+    AgreementFigure, FaceValue, Figure, LineFigure, PanelFigure, PartFigure, PlanFigure, PoseFigure, SliceFigure,
+    VolumeFigure,
+};
 use crate::files::exchange::{Column, Row, Table, counts, numbers, texts};
 
 impl Figure {
@@ -39,7 +42,8 @@ impl Figure {
 /// Describes a part in words.
 fn describe_part(figure: &PartFigure) -> String {
     let view = |(title, values): &(String, Vec<FaceValue>)| {
-        let values = values.iter().filter_map(|face| if let FaceValue::Value(value) = face { Some(*value) } else { None });
+        let values =
+            values.iter().filter_map(|face| if let FaceValue::Value(value) = face { Some(*value) } else { None });
         format!("{title} {}", range_in_words(values))
     };
     let views: Vec<String> = figure.views.iter().map(view).collect();

@@ -169,9 +169,7 @@ impl Pixels {
         for row in rows {
             for column in columns.clone() {
                 let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
-                let share = |p: [f64; 3], q: [f64; 3]| {
-                    ((q[0] - p[0]) * (y - p[1]) - (x - p[0]) * (q[1] - p[1])) / area
-                };
+                let share = |p: [f64; 3], q: [f64; 3]| ((q[0] - p[0]) * (y - p[1]) - (x - p[0]) * (q[1] - p[1])) / area;
                 let shares = [share(b, c), share(c, a), share(a, b)];
                 if shares.iter().zip(slacks).any(|(own, least)| *own < least) {
                     continue;

@@ -7,7 +7,10 @@ use rayon::prelude::*;
 use crate::{
     input::error::{Error, Result},
     machine::Machine,
-    process::{Placement, stock::{StockRemoval, is_rapid}},
+    process::{
+        Placement,
+        stock::{StockRemoval, is_rapid, is_unknown_way},
+    },
     toolpath::Toolpath,
 };
 
@@ -31,7 +34,7 @@ const LEAST_REACH_MM: f64 = 1e-4;
 
 impl StockRemoval {
     /// Returns the surface that `path` leaves of the stock, and how far the surfaces are from it that are left by a tool at the distances `courses` from its points (W, mm;
-    /// `None` where not known). Moves are cut as the tool goes from point to point: a gouge by an earlier pass stays. What bends the tool in itself, and its tilt, is not in it.
+    /// `None` where not known). Moves are cut as the tool goes from point to point: a gouge by an earlier pass stays. The tilt of the tool is not in it.
     ///
     /// # Errors
     /// As [`StockRemoval::cut`]; a field too large.
@@ -55,8 +58,9 @@ impl StockRemoval {
             let reach_mm = REACH * largest + LEAST_REACH_MM;
             let is_known = |k: usize| course[k].is_some() && (k == 0 || course[k - 1].is_some());
             let of = |patch: &Patch| {
-                patch.tag.filter(|tag| is_known(*tag as usize))?;
-                field.deviation(&patch.position, &patch.normal, reach_mm)
+                let tag = patch.tag.filter(|tag| is_known(*tag as usize))? as usize;
+                let deviation = field.deviation(&patch.position, &patch.normal, reach_mm)?;
+                Some(deviation + beyond_aimed(path, tag, &axes, patch))
             };
             Ok(patches.par_iter().map(of).collect())
         });
@@ -72,11 +76,11 @@ impl StockRemoval {
         shift: impl Fn(usize) -> Option<Vector3<f64>>,
         origin: &str,
     ) -> Result<Field> {
-        let mut field = self.field(axes, path.len())?;
+        let mut field = self.field(axes, path)?;
         let points = path.points();
         for k in 1..points.len() {
             let (from, to) = (&points[k - 1], &points[k]);
-            if is_rapid(to) {
+            if is_rapid(to) || is_unknown_way(from, to) {
                 continue;
             }
             let Some((start, end)) = shift(k - 1).zip(shift(k)) else { continue };
@@ -87,4 +91,15 @@ impl StockRemoval {
         }
         Ok(field)
     }
+}
+
+/// Returns how much farther than the bend that the program aims at the tool bends along the normal of a wall where its move `tag` makes it, mm.
+fn beyond_aimed(path: &Toolpath, tag: usize, axes: &Matrix3<f64>, patch: &Patch) -> f64 {
+    let Some(engaged) = path.engagements().get(tag) else { return 0.0 };
+    let Some(bend) = engaged.bend.as_ref().filter(|_| patch.normal.z == 0.0) else { return 0.0 };
+    let tip = (axes * path.points()[tag].position_mm).z;
+    let along_normal = (axes * bend.left).dot(&patch.normal);
+    // The normal points out of the material: to the right from a wall on the left.
+    let of_wall = bend.at(along_normal < 0.0, (patch.position.z - tip) / engaged.depth_mm.max(f64::MIN_POSITIVE));
+    of_wall.map_or(0.0, |own| own * along_normal - (axes * bend.aimed_mm).dot(&patch.normal))
 }

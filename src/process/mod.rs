@@ -3,12 +3,12 @@
 pub mod cutting;
 mod cutting_rule;
 pub mod file;
+#[cfg(not(target_family = "wasm"))]
+pub mod machined;
 mod milling;
 mod not_followed;
 mod placement;
 mod redundancy;
-#[cfg(not(target_family = "wasm"))]
-pub mod machined;
 #[cfg(not(target_family = "wasm"))]
 pub mod stock;
 pub(crate) mod tilt;

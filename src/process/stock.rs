@@ -13,9 +13,9 @@ use crate::{
     machine::Machine,
     process::{
         PathReference, PlacedWorkpiece, Placement,
-        cutting::{CuttingLaw, EngagedMilling, LEAST_HEADING, LoadError, lateral_share},
+        cutting::{CuttingLaw, EngagedMilling, LEAST_HEADING, LoadError, PathLoad, Stub, lateral_share},
     },
-    toolpath::{Engaged, Load, PathPoint, Toolpath, TurnDirection},
+    toolpath::{Bend, Engaged, Load, PathPoint, Toolpath, TurnDirection},
 };
 
 /// What is cut, in the frame of the workpiece, mm.
@@ -46,14 +46,20 @@ pub struct StockTool {
     pub cutter: Cutter,
     /// Number of its teeth.
     pub teeth: u32,
+    /// How it bends in itself; `None`: not at all.
+    pub stub: Option<Stub>,
 }
 
 /// The stock and the tools that cut it.
 #[derive(Debug, Clone)]
+#[allow(non_snake_case, reason = "the unit is Hz, not hz")]
 pub struct StockRemoval {
     shape: StockShape,
     cell_mm: Option<f64>,
     tools: BTreeMap<u32, StockTool>,
+    natural_frequencies_Hz: Vec<f64>,
+    /// How near rapid moves may come into material, mm.
+    free_mm: f64,
     check: Check,
 }
 
@@ -69,6 +75,8 @@ const LEAST_WAY: f64 = 1e-5;
 const FREE_MM: f64 = 0.02;
 /// Most memory for a field, bytes.
 const MOST_BYTES: usize = 4 << 30;
+/// A tooth passing frequency is near a natural one within this ratio.
+const NEAR: f64 = 1.2;
 /// A tool that leans by less is parallel to the one before, as the sine of the angle: programs give angles with so many digits.
 const PARALLEL: f64 = 1e-5;
 
@@ -76,15 +84,59 @@ const PARALLEL: f64 = 1e-5;
 type Axes = Matrix3<f64>;
 
 impl StockRemoval {
-    pub(super) fn new(shape: StockShape, cell_mm: Option<f64>, tools: BTreeMap<u32, StockTool>, check: Check) -> Self {
-        Self { shape, cell_mm, tools, check }
+    /// Creates the stock of a `shape` with the largest cell for the tools by number and natural frequencies, for paths whose arcs have chords that leave them by up to
+    /// `chords_mm`.
+    pub(super) fn new(
+        (shape, cell_mm): (StockShape, Option<f64>),
+        (tools, frequencies): (BTreeMap<u32, StockTool>, Vec<f64>),
+        chords_mm: f64,
+        check: Check,
+    ) -> Self {
+        Self { shape, cell_mm, tools, natural_frequencies_Hz: frequencies, free_mm: FREE_MM + chords_mm, check }
+    }
+
+    /// Returns in words how often teeth pass on `path`, which cuts the stock, and what is near; `None` where the spindle speed is not known. The second is a caution.
+    pub(crate) fn tooth_passing(&self, path: &Toolpath) -> Option<(String, Option<String>)> {
+        let at = |(point, engaged): (&PathPoint, &Engaged)| {
+            let speed = point.spindle_rev_per_min.filter(|_| engaged.removed_mm2 > 0.0)?;
+            Some(speed / 60.0 * f64::from(self.tool(point.tool).ok()?.teeth))
+        };
+        let all = path.points().iter().zip(path.engagements()).filter_map(at);
+        let ends = all.fold(None, |ends: Option<(f64, f64)>, own| {
+            Some(ends.map_or((own, own), |(low, high)| (low.min(own), high.max(own))))
+        });
+        let (low, high) = ends?;
+        let range = if low == high { format!("{low:.0} Hz") } else { format!("{low:.0} to {high:.0} Hz") };
+        let own = &self.natural_frequencies_Hz;
+        let near = own.iter().find(|own| low < NEAR * **own && **own < NEAR * high).map(|own| {
+            format!("Teeth pass at {range}, near the natural frequency of {own} Hz: vibration may be far larger than the deflection told here.\n")
+        });
+        let given = if own.is_empty() {
+            "dynamics not considered: no natural frequency is given"
+        } else {
+            "static: dynamics not considered"
+        };
+        Some((format!("{range}; {given}"), near))
+    }
+
+    /// Fails where the tool is not along z of the workpiece, so that another place of the part may be another cut.
+    ///
+    /// # Errors
+    /// Such a placement, by the key of the stock.
+    pub fn check_movable(&self, machine: &Machine, placement: &Placement) -> Result<()> {
+        let axis = placement.place(machine).tool_axes().column(2).into_owned();
+        if axis.xy().norm() <= PARALLEL {
+            return Ok(());
+        }
+        let problem = "is cut along one direction of the tool, which another place of the workpiece would change: expected a tool along z of the workpiece, or no [stock]";
+        self.check.fail(problem.into())
     }
 
     /// Returns `path` as it cuts the stock, with the load of an [`EngagedMilling`] law at points on whose way material is touched, and how it is touched
     /// ([`Toolpath::engagements`]). `law` gives the law of a point; `origin` names the path in errors.
     ///
     /// # Errors
-    /// A tool that is not in the table, or leans; a rapid move through material, a start in it, a path that touches none; loads that come with the path; a feed or a
+    /// A tool that is not in the table, or leans, or is a drill of another diameter than its law; a rapid move through material, a start in it, a path that touches none; loads that come with the path; a feed or a
     /// spindle speed that the law needs and is not there; a field too large.
     pub(super) fn cut<'a>(
         &self,
@@ -106,12 +158,11 @@ impl StockRemoval {
         }
         let placed = placement.place(machine);
         let Some(first) = path.points().first().copied() else { return Ok(path) };
-        let mut cutting = Cutting::new(self, axes_of(&placed, &first), path.len())?;
+        let mut cutting = Cutting::new(self, axes_of(&placed, &first), &path)?;
         let fault = |point: &PathPoint, problem: String| {
             Error::argument(origin, format!("move {}: {problem}", point.source.segment + 1))
         };
-        let tool = self.tool(first.tool).map_err(|problem| fault(&first, problem))?;
-        cutting.begin(tool, &first.position_mm).map_err(|problem| fault(&first, problem))?;
+        cutting.begin(self.tool(first.tool), &first.position_mm).map_err(|problem| fault(&first, problem))?;
         let mut points = path.points().to_vec();
         let mut engagements = vec![Engaged::default()];
         for k in 1..points.len() {
@@ -120,17 +171,22 @@ impl StockRemoval {
                 let problem = "tilts the tool, and stock is cut along one direction of it: expected one orientation, or no [stock]";
                 return Err(fault(&to, problem.into()));
             }
-            let tool = self.tool(to.tool).map_err(|problem| fault(&to, problem))?;
+            let tool = self.tool(to.tool);
             let way = cutting.axes * to.position_mm - cutting.at;
             if way.norm() < LEAST_WAY {
                 // It stays in what it met.
-                points[k].load = points[k - 1].load;
-                engagements.push(engagements[k - 1]);
+                points[k].load = points[k - 1].load.filter(|_| to.cutting);
+                engagements.push(if to.cutting { engagements[k - 1] } else { Engaged::default() });
+                continue;
+            }
+            if is_unknown_way(&points[k - 1], &to) {
+                cutting.begin(tool, &to.position_mm).map_err(|problem| fault(&to, problem))?;
+                engagements.push(Engaged::default());
                 continue;
             }
             let found = match is_rapid(&to) {
                 true => cutting.pass(tool, &way).map(|()| None),
-                false => cutting.feed(tool, &way, &to, law(&to)),
+                false => tool.and_then(|tool| cutting.feed(tool, &way, &to, law(&to))),
             };
             let (load, engaged) = found.map_err(|problem| fault(&to, problem))?.unwrap_or_default();
             points[k].load = load.filter(|_| to.cutting);
@@ -162,7 +218,7 @@ impl StockRemoval {
     }
 
     /// Returns the uncut stock in axes of the field, as far as `moves` moves need.
-    pub(super) fn field(&self, axes: &Axes, moves: usize) -> Result<Field> {
+    pub(super) fn field(&self, axes: &Axes, path: &Toolpath) -> Result<Field> {
         let stock = match self.shape {
             StockShape::Box { min, max } => {
                 if axes.iter().any(|own| own.abs() > PARALLEL && (own.abs() - 1.0).abs() > PARALLEL) {
@@ -183,14 +239,18 @@ impl StockRemoval {
         };
         let wrong = |error: RemovalError| self.check.fail(error.to_string());
         let stock = stock.or_else(wrong)?;
-        let smallest = self.tools.values().map(|own| own.cutter.radius_mm()).fold(f64::INFINITY, f64::min);
-        let cell_mm = self.cell_mm.unwrap_or(2.0 * smallest / CELLS);
-        let bytes = Field::memory_bytes(&stock, cell_mm, moves);
+        let used = path.points().iter().filter(|point| !is_rapid(point)).filter_map(|point| self.tool(point.tool).ok());
+        let smallest = used.map(|own| own.cutter.radius_mm()).fold(f64::INFINITY, f64::min);
+        let (low, high) = stock.bounds();
+        let own = 2.0 * smallest.min((high - low).norm()) / CELLS;
+        let cell_mm = self.cell_mm.unwrap_or(own);
+        let bytes = Field::memory_bytes(&stock, cell_mm, path.len());
         let bytes = bytes.or_else(|error| self.check.key("cell_mm").fail(error.to_string()))?;
         if bytes > MOST_BYTES {
             let problem = format!(
-                "takes {:.1} GB with cells of {cell_mm} mm: expected at most {:.0} GB, by larger cells",
+                "takes {:.1} GB with cells of {cell_mm} mm{}: expected at most {:.0} GB, by larger cells",
                 bytes as f64 / 1e9,
+                if self.cell_mm.is_none() { ", a fortieth of the smallest tool's diameter" } else { "" },
                 MOST_BYTES as f64 / 1e9
             );
             return self.check.key("cell_mm").fail(problem);
@@ -207,22 +267,33 @@ struct Cutting {
     axes: Axes,
     /// Where the tip is, in axes of the field.
     at: Vector3<f64>,
+    /// Volume removed for each mm where it was engaged last, mm².
+    removed_mm2: f64,
+    free_mm: f64,
 }
 
+/// A tool, or what is wrong with its number.
+type Known<'a> = std::result::Result<&'a StockTool, String>;
+
 impl Cutting {
-    /// The uncut stock for a path of so many points.
-    fn new(removal: &StockRemoval, axes: Axes, points: usize) -> Result<Self> {
-        let field = removal.field(&axes, points)?;
+    /// The uncut stock for a path.
+    fn new(removal: &StockRemoval, axes: Axes, path: &Toolpath) -> Result<Self> {
+        let field = removal.field(&axes, path)?;
         let (low, high) = field.stock().bounds();
         let slice_mm = ((high.z - low.z) / MOST_SLICES).max(Slicing::default().slice_mm);
         let slicing = Slicing { nose_slices: NOSE_SLICES, slice_mm, ..Slicing::default() };
-        Ok(Self { field, slicing, engagement: Engagement::default(), axes, at: Vector3::zeros() })
+        let (at, free_mm) = (Vector3::zeros(), removal.free_mm);
+        Ok(Self { field, slicing, engagement: Engagement::default(), axes, at, removed_mm2: 0.0, free_mm })
     }
 
-    /// Puts the tip where the path begins. `Err` if the tool is in the stock there.
-    fn begin(&mut self, tool: &StockTool, position: &Vector3<f64>) -> std::result::Result<(), String> {
+    /// Puts the tip where the path begins, or goes on after a way that is not known. `Err` if the tool is in the stock there.
+    fn begin(&mut self, tool: Known<'_>, position: &Vector3<f64>) -> std::result::Result<(), String> {
         self.at = self.axes * position;
-        match self.field.first_in_way(&tool.cutter, &self.at, &self.at, FREE_MM).map_err(|error| error.to_string())? {
+        if self.at.z >= self.field.stock().bounds().1.z {
+            return Ok(());
+        }
+        let cutter = &tool?.cutter;
+        match self.field.first_in_way(cutter, &self.at, &self.at, self.free_mm).map_err(|error| error.to_string())? {
             Some(_) => Err(
                 "begins with the tool in the stock: expected a start beside or above it, on the side of the spindle"
                     .into(),
@@ -237,10 +308,32 @@ impl Cutting {
     }
 
     /// Moves the tip by `way` without cutting. `Err` says where the tool goes through material.
-    fn pass(&mut self, tool: &StockTool, way: &Vector3<f64>) -> std::result::Result<(), String> {
+    fn pass(&mut self, tool: Known<'_>, way: &Vector3<f64>) -> std::result::Result<(), String> {
         let from = self.at;
         self.at += way;
-        let met = self.field.first_in_way(&tool.cutter, &from, &self.at, FREE_MM).map_err(|error| error.to_string())?;
+        self.removed_mm2 = 0.0;
+        let (low, high) = self.field.stock().bounds();
+        if from.z.min(self.at.z) >= high.z {
+            return Ok(());
+        }
+        let tool = tool?;
+        let refused = |error: RemovalError| error.to_string();
+        let mut met = self.field.first_in_way(&tool.cutter, &from, &self.at, self.free_mm).map_err(refused)?;
+        // Columns see what is wider than a cell; the surface is asked for the rest where the tool may be in material.
+        let reach = Vector3::new(tool.cutter.radius_mm(), tool.cutter.radius_mm(), 0.0);
+        let (first, last) = (from.inf(&self.at) - reach, from.sup(&self.at) + reach);
+        let is_beside = first.x >= high.x || first.y >= high.y || last.x <= low.x || last.y <= low.y;
+        if met.is_none() && !is_beside {
+            let pieces = (way.norm() / (0.5 * tool.cutter.radius_mm())).ceil().max(1.0);
+            for piece in 1..=pieces as u32 {
+                let at = from + way * (f64::from(piece) / pieces);
+                self.field.engage(&tool.cutter, &at, way, &self.slicing, &mut self.engagement).map_err(refused)?;
+                if self.engagement.depth_mm.min(self.engagement.width_mm) > self.free_mm {
+                    met = Some(at);
+                    break;
+                }
+            }
+        }
         let Some(met) = met else { return Ok(()) };
         let [x, y, z]: [f64; 3] = (self.axes.transpose() * met).into();
         Err(format!(
@@ -260,26 +353,68 @@ impl Cutting {
         let (step, mut heaviest) = (way / pieces, None::<(Option<Load>, Engaged)>);
         for _ in 0..pieces as usize {
             let (from, end) = (self.at, self.at + step);
-            let middle = from + 0.5 * step;
-            let found = self.field.engage(&tool.cutter, &middle, &step, &self.slicing, &mut self.engagement);
-            found.map_err(|error| error.to_string())?;
-            if !self.engagement.is_air() {
-                let own = match law {
-                    CuttingLaw::EngagedMilling(milling) => {
-                        let (load, c) = load(milling, (&self.engagement, tool), (&self.axes, way), to)?;
-                        (Some(load), summary(&self.engagement, milling.spindle, Some(c)))
-                    }
-                    _ => (None, summary(&self.engagement, TurnDirection::Clockwise, None)),
-                };
-                if heaviest.as_ref().is_none_or(|(_, most)| own.1.removed_mm2 > most.removed_mm2) {
-                    heaviest = Some(own);
-                }
+            // What moves into material at the end of a piece has not been where it is; where less is met there than before, the most may lie on the way.
+            let before = std::mem::take(&mut self.removed_mm2);
+            self.meet(tool, &end, way, (to, law), &mut heaviest)?;
+            if self.removed_mm2 < before {
+                let at_end = self.removed_mm2;
+                self.meet(tool, &(from + 0.5 * step), way, (to, law), &mut heaviest)?;
+                self.removed_mm2 = at_end;
             }
             self.field.cut(&tool.cutter, &from, &end, to.source.segment as u32).map_err(|error| error.to_string())?;
             self.at = end;
         }
         Ok(heaviest)
     }
+
+    /// Finds what the tool meets with its tip at `at`, and takes it for `heaviest` if that is less.
+    fn meet(
+        &mut self,
+        tool: &StockTool,
+        at: &Vector3<f64>,
+        way: &Vector3<f64>,
+        (to, law): (&PathPoint, &CuttingLaw),
+        heaviest: &mut Option<(Option<Load>, Engaged)>,
+    ) -> std::result::Result<(), String> {
+        let found = self.field.engage(&tool.cutter, at, way, &self.slicing, &mut self.engagement);
+        found.map_err(|error| error.to_string())?;
+        self.removed_mm2 = self.engagement.volume_per_mm;
+        if self.engagement.is_air() || heaviest.as_ref().is_some_and(|own| own.1.removed_mm2 >= self.removed_mm2) {
+            return Ok(());
+        }
+        *heaviest = Some(match law {
+            CuttingLaw::EngagedMilling(milling) => {
+                let (load, c) = load(milling, (&self.engagement, tool), (&self.axes, way), to)?;
+                let mut engaged = summary(&self.engagement, milling.spindle, Some(c));
+                if let Some(stub) = &tool.stub {
+                    engaged.bend = bend((milling, stub), (&self.engagement, tool), (&self.axes, way), c)?;
+                }
+                (Some(load), engaged)
+            }
+            CuttingLaw::EngagedDrilling(drill) => {
+                let diameter_mm = 2.0 * tool.cutter.radius_mm();
+                if (drill.diameter_mm - diameter_mm).abs() > 0.01 {
+                    return Err(format!(
+                        "drills with {diameter_mm} mm by its tool and {} mm by its force: expected one diameter",
+                        drill.diameter_mm
+                    ));
+                }
+                let f = drill.feed_per_rev(to).map_err(|error| error.to_string())?;
+                let rows = [0, 1, 2].map(|axis| self.axes.row(axis).transpose());
+                let tool_axes = Matrix3::from_columns(&[rows[0], -rows[1], -rows[2]]);
+                let tangent = self.axes.transpose() * way.normalize();
+                let load = PathLoad::Drilling(drill.force(f)).on_tool(tangent, &tool_axes);
+                (Some(load), summary(&self.engagement, drill.spindle, Some(0.5 * f)))
+            }
+            _ => (None, summary(&self.engagement, TurnDirection::Clockwise, None)),
+        });
+        Ok(())
+    }
+}
+
+/// Whether the way to this point is not known, as after a return to the reference position: it has no length.
+pub(super) fn is_unknown_way(from: &PathPoint, to: &PathPoint) -> bool {
+    to.arc_length_mm <= from.arc_length_mm && (to.position_mm - from.position_mm).norm() >= LEAST_WAY
 }
 
 /// Whether the move to this point is rapid, and cuts nothing.
@@ -307,11 +442,31 @@ fn load(
     let heading = Vector3::new(way.x, way.y, 0.0).try_normalize(LEAST_HEADING).unwrap_or_else(Vector3::x);
     let up = Vector3::z();
     let frame = axes.transpose() * Matrix3::from_columns(&[heading, up.cross(&heading), up]);
-    let (force, moment) = milling.mean(engagement, tool.teeth, c, way.z);
-    // Near the axis of the tool the heading is of rounding, and with it what acts along and across it.
+    let (force, moment) = milling.mean(engagement, tool.teeth, c, way.z, lateral_share(way));
+    Ok((Load { force_N: frame * force, moment_Nmm: frame * moment }, c))
+}
+
+/// Returns how the tool bends in itself; `None` on a way along its axis. `Err` if it cuts with what is in its holder.
+fn bend(
+    (milling, stub): (&EngagedMilling, &Stub),
+    (engagement, tool): (&Engagement, &StockTool),
+    (axes, way): (&Axes, &Vector3<f64>),
+    c: f64,
+) -> std::result::Result<Option<Bend>, String> {
+    if engagement.depth_mm >= stub.stick_out_mm {
+        return Err(format!(
+            "cuts {:.2} mm deep with a tool that sticks out {} mm: expected less, as the holder would cut",
+            engagement.depth_mm, stub.stick_out_mm
+        ));
+    }
+    let way = way.normalize();
     let share = lateral_share(way);
-    let across = Matrix3::from_diagonal(&Vector3::new(share, share, 1.0));
-    Ok((Load { force_N: frame * (across * force), moment_Nmm: frame * (across * moment) }, c))
+    let Some(heading) = Vector3::new(way.x, way.y, 0.0).try_normalize(LEAST_HEADING).filter(|_| share == 1.0) else {
+        return Ok(None);
+    };
+    let left = axes.transpose() * Vector3::z().cross(&heading);
+    let across = milling.across(stub, engagement, tool.teeth, c, way.z);
+    Ok(Some(Bend { aimed_mm: across.aimed_mm * left, left, walls_mm: across.walls_mm, across_N: across.force_N }))
 }
 
 /// Returns what is told of an engagement at feed per tooth `c`, mm.
@@ -325,11 +480,13 @@ fn summary(engagement: &Engagement, spindle: TurnDirection, c: Option<f64>) -> E
         exit_rad: angles().map(|(_, exit)| exit).max_by(f64::total_cmp),
         chip_mm: c.map(|c| c * engagement.chip_ratio),
         removed_mm2: engagement.volume_per_mm,
+        end_mm2: engagement.end_area_mm2,
         milling: match engagement.milling(turn) {
             Milling::Air => "",
             Milling::Up => "up",
             Milling::Down => "down",
             Milling::Both => "both",
         },
+        bend: None,
     }
 }

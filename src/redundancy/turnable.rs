@@ -164,13 +164,8 @@ impl<'a> RotatablePath<'a> {
     pub fn task(&self, k: usize, gamma: f64) -> TaskPoint {
         let (point, load) = (&self.points()[k], &self.problem.loads[k]);
         let rotated = self.placed.with_platform_rotation(&(self.placed.workpiece().rotation * self.rotation(k, gamma)));
-        TaskPoint {
-            pose: rotated.platform_pose(point.position_mm),
-            load: rotated.wrench(&load.on_tool(point.tangent, rotated.tool_axes())),
-            target: self.problem.target,
-            wanted: None,
-            external: None,
-        }
+        let load = rotated.wrench(&load.on_tool(point.tangent, rotated.tool_axes()));
+        TaskPoint::new(rotated.platform_pose(point.position_mm), load, self.problem.target)
     }
 
     /// The part of `error`, the position error of the tool at point `k` (O axes, mm), that the cost setting measures, mm.

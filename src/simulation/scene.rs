@@ -36,6 +36,6 @@ impl Scene {
     pub(crate) fn task_point(&self, pose: Pose, phi: Option<f64>) -> TaskPoint {
         let cutting_force = |angle| self.force.wrench(angle, &self.machine.tool_at(&pose.rotation));
         let load = phi.map_or(Wrench::zero(), cutting_force);
-        TaskPoint { pose, load, target: self.target, wanted: None, external: None }
+        TaskPoint::new(pose, load, self.target)
     }
 }

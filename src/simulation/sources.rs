@@ -256,13 +256,7 @@ fn calibrated_at_home(nominal: &Machine) -> Result<Machine> {
     }
     let home = &nominal.home;
     let mut session = Session::new(nominal, nominal, settings());
-    let task = TaskPoint {
-        pose: home.pose,
-        load: Wrench::zero(),
-        target: Target::FullPose,
-        wanted: Some(home.pose),
-        external: None,
-    };
+    let task = TaskPoint { wanted: Some(home.pose), ..TaskPoint::new(home.pose, Wrench::zero(), Target::FullPose) };
     let held = compensate(&mut session, &task, Method::Direct);
     if !held.status.is_success() {
         let problem =
@@ -277,8 +271,8 @@ impl Source {
     /// Returns `task` for this source: without load for weight and chain errors, and for weight wanted at the rigid pose.
     pub fn task(self, task: &TaskPoint) -> TaskPoint {
         match self {
-            Source::Errors => TaskPoint { load: Wrench::zero(), ..*task },
-            Source::Weight => TaskPoint { load: Wrench::zero(), wanted: Some(task.pose), ..*task },
+            Source::Errors => task.without_force(),
+            Source::Weight => TaskPoint { wanted: Some(task.pose), ..task.without_force() },
             Source::Cutting | Source::All => *task,
         }
     }

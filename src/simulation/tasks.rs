@@ -95,11 +95,19 @@ pub fn tasks_under(
     loads: &[PathLoad],
 ) -> Vec<TaskPoint> {
     let mut unloaded = unloaded_tasks(machine, placement, target, path);
-    let task = |(point, load): (&PathPoint, &PathLoad)| {
+    let task = |(k, load): (usize, &PathLoad)| {
+        let point = &path.points()[k];
         let (task, there) = unloaded(point);
-        TaskPoint { load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), ..task }
+        let load = there.wrench(&load.on_tool(point.tangent, there.tool_axes()));
+        TaskPoint { load, aside: against_bend(path, k, &there), ..task }
     };
-    path.points().iter().zip(loads).map(task).collect()
+    loads.iter().enumerate().map(task).collect()
+}
+
+/// Returns where the tool tip should be beside its point `k` of the path for the wall to be where it is wanted, O axes, mm.
+pub(crate) fn against_bend(path: &Toolpath, k: usize, there: &PlacedWorkpiece) -> Vector3<f64> {
+    let bend = path.engagements().get(k).and_then(|own| own.bend.as_ref());
+    bend.map_or_else(Vector3::zeros, |bend| -(there.workpiece().rotation * bend.aimed_mm))
 }
 
 /// Returns what draws change of the force at each point of a path at `placement`, whose force has these `components`; nothing where one factor is for all of it.
@@ -138,6 +146,6 @@ pub(crate) fn unloaded_tasks<'a>(
         let external = external(point);
         let pose = track.pose(point.position_mm, point.orientation.as_ref(), external);
         let there = track.placed(external).with_platform_rotation(&pose.rotation);
-        (TaskPoint { pose, load: Wrench::zero(), target, wanted: None, external }, there)
+        (TaskPoint { external, ..TaskPoint::new(pose, Wrench::zero(), target) }, there)
     }
 }

@@ -12,13 +12,7 @@ fn the_lines_of_a_loaded_machine_end_where_its_platform_settles() {
     let errors = machine.assembly_errors(&[1.0, -1.0, 1.0]);
     let load = MillingForce::PAPER.wrench(0.7, &machine.tool());
     let pose = machine.pose_at(machine.points[1].position);
-    let bent = deflected_pose(
-        &machine,
-        &errors,
-        &TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None },
-        "at Q1".into(),
-    )
-    .unwrap();
+    let bent = deflected_pose(&machine, &errors, &TaskPoint::new(pose, load, Target::ToolTip), "at Q1".into()).unwrap();
     for skeleton in [&bent.commanded, &bent.loaded] {
         for chain in &skeleton.chains {
             let end = Vector3::from(*chain.links.last().unwrap().last().unwrap());

@@ -40,7 +40,7 @@ impl Case {
             let phi = std::f64::consts::TAU * k as f64 / points as f64;
             let position = Vector3::from(centre) + 25.0 * Vector3::new(phi.cos(), phi.sin(), 0.0);
             let load = force.wrench(phi, &nominal.tool());
-            TaskPoint { pose: nominal.pose_at(position), load, target: Target::ToolTip, wanted: None, external: None }
+            TaskPoint::new(nominal.pose_at(position), load, Target::ToolTip)
         };
         let tasks = (0..points).map(task).collect();
         Self { nominal, real, tasks }

@@ -283,13 +283,7 @@ fn upwards(machine: &Machine, points: usize, changes: usize) -> Vec<TaskPoint> {
         if is_below(middle) { low = middle } else { high = middle }
     }
     let at = |point: usize| pose(low + 0.5 * (point as f64 - changes as f64 + 0.5));
-    let task = |point| TaskPoint {
-        pose: at(point),
-        load: Wrench::zero(),
-        target: Target::ToolTip,
-        wanted: None,
-        external: None,
-    };
+    let task = |point| TaskPoint::new(at(point), Wrench::zero(), Target::ToolTip);
     (0..points).map(task).collect()
 }
 

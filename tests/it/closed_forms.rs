@@ -282,7 +282,7 @@ fn truss_balanced_where_it_does_not_stay_is_not_compensated() {
     assert!((state.pose.translation.y - upper).abs() < 1e-2, "{} instead of {upper}", state.pose.translation.y);
 
     let pose = machine.pose_at(Vector3::new(0.0, wanted, 0.0));
-    let task = TaskPoint { pose, load: down(force), target: Target::ToolTip, wanted: None, external: None };
+    let task = TaskPoint::new(pose, down(force), Target::ToolTip);
     // The matrix of the unloaded machine is several times too soft for longer steps.
     for method in [Method::Newton, Method::FixedMatrix { alpha: 0.2 }, Method::FixedMatrix { alpha: 0.1 }] {
         let done = compensate(

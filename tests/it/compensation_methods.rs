@@ -26,7 +26,7 @@ fn machines() -> (Machine, Machine) {
 
 fn task(machine: &Machine, position: [f64; 3], phi_deg: f64, target: Target) -> TaskPoint {
     let load = MillingForce::PAPER.wrench(phi_deg.to_radians(), &machine.tool());
-    TaskPoint { pose: machine.pose_at(position.into()), load, target, wanted: None, external: None }
+    TaskPoint::new(machine.pose_at(position.into()), load, target)
 }
 
 fn solve(nominal: &Machine, real: &Machine, task: &TaskPoint, method: Method) -> Compensation {

@@ -28,7 +28,7 @@ fn task(machine: &Machine, target: Target) -> TaskPoint {
     let turned = Pose::from_rotation_vector(Vector3::new(0.1, -0.05, 0.2));
     let rotation = machine.home.pose.rotation * turned.rotation;
     let pose = Pose { rotation, translation: machine.home.pose.translation + Vector3::new(-60.0, 80.0, 30.0) };
-    TaskPoint { pose, load: Wrench::new([300.0, -200.0, -400.0, 2e4, 1e4, -5e3]), target, wanted: None, external: None }
+    TaskPoint::new(pose, Wrench::new([300.0, -200.0, -400.0, 2e4, 1e4, -5e3]), target)
 }
 
 fn solve(method: Method, target: Target) -> (Compensation, Pose, Pose) {
@@ -105,7 +105,7 @@ fn tasks(machine: &Machine, newtons: f64, target: Target) -> Vec<TaskPoint> {
         let turned = Pose::from_rotation_vector(vector(0) * 0.1);
         let translation = home.translation + vector(3) * 40.0 - Vector3::new(30.0, 20.0, 50.0);
         let pose = Pose { rotation: home.rotation * turned.rotation, translation };
-        TaskPoint { pose, load: some_load(machine, newtons, seed), target, wanted: None, external: None }
+        TaskPoint::new(pose, some_load(machine, newtons, seed), target)
     };
     (0..9).map(task).collect()
 }

@@ -76,7 +76,7 @@ fn tips_of_a_cloud_are_those_of_whole_machines() {
             let mut session = Session::new(&machine, &real, settings()).with_unloaded_machine(&unloaded);
             let [free, moved] = [0.0, uncertainty.draws.force_of(0)[index]].map(|factor| {
                 let load = Wrench::new(wrench).scale(factor);
-                let task = TaskPoint { pose: at.pose, load, target: Target::ToolTip, wanted: None, external: None };
+                let task = TaskPoint::new(at.pose, load, Target::ToolTip);
                 session.set_rigid(&at);
                 let answer = compensate(&mut session, &task, Method::None);
                 assert!(answer.status.is_success());

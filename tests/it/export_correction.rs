@@ -66,13 +66,7 @@ fn residual_mm(
     let at = machine.inverse_kinematics(&pose).unwrap();
     session.set_state(&at, &State::rigid(machine, &at));
     let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
-    let task = TaskPoint {
-        pose: at.pose,
-        load: Wrench { force, moment },
-        target: question.target,
-        wanted: None,
-        external: None,
-    };
+    let task = TaskPoint::new(at.pose, Wrench { force, moment }, question.target);
     let correction = corrector.correction(&at, position, force);
     let drives: Vec<f64> = at.drives.iter().zip(&correction).map(|(nominal, own)| nominal + own).collect();
     let found = simulate_drives(session, &task, &drives);

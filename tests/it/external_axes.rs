@@ -58,7 +58,7 @@ fn a_machine_moved_by_its_path_answers_as_one_that_was_set_up_there() {
         let there = held(&machine, rail, table);
         let pose = there.pose_at(Vector3::new(1650.0, 40.0, 780.0));
         let load = Wrench { force: Vector3::new(300.0, -500.0, 200.0), moment: Vector3::zeros() };
-        let task = TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None };
+        let task = TaskPoint::new(pose, load, Target::ToolTip);
         let external = Some(there.external_axes());
         for method in [Method::None, Method::Newton, Method::Direct] {
             let mut fixed = Session::new(&there, &there, settings());

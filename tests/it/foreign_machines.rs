@@ -231,7 +231,7 @@ fn rigid_links_are_compensated_in_lanes() {
         let machine = machine(name);
         let target = if machine.drive_count() == 6 { Target::FullPose } else { Target::ToolTip };
         for (at, load) in trials(&machine, largest) {
-            let task = TaskPoint { pose: at.pose, load, target, wanted: None, external: None };
+            let task = TaskPoint::new(at.pose, load, target);
             let task_error = |pose: &Pose| task.task_error(&machine, pose);
             let (mut state, mut drives) = (State::rigid(&machine, &at), at.drives.clone());
             let mut cases = [Case { drives: &mut drives, load, state: &mut state, task: Some(&task_error) }];

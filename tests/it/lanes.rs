@@ -194,13 +194,7 @@ fn sessions_compensated_together_end_as_each_alone() {
                     let task = |(i, position): (usize, &Vector3<f64>)| {
                         let shift = if i % 3 == 0 { away } else { f64::from(round) };
                         let load = MillingForce::PAPER.wrench(f64::from(round), &nominal.tool());
-                        TaskPoint {
-                            pose: nominal.pose_at(position.add_scalar(shift)),
-                            load,
-                            target: Target::ToolTip,
-                            wanted: None,
-                            external: None,
-                        }
+                        TaskPoint::new(nominal.pose_at(position.add_scalar(shift)), load, Target::ToolTip)
                     };
                     let tasks: Vec<TaskPoint> = positions.iter().enumerate().map(task).collect();
                     let pairs = alone.iter_mut().zip(&tasks);
@@ -242,7 +236,7 @@ fn weight_springs_and_modules_are_compensated_in_lanes() {
             let mut batch = Batch::at_level(&real, level);
             let task = |(seed, at): (usize, &Configuration)| {
                 let load = some_load(&nominal, 800.0, seed);
-                TaskPoint { pose: at.pose, load, target: Target::FullPose, wanted: None, external: None }
+                TaskPoint::new(at.pose, load, Target::FullPose)
             };
             let tasks: Vec<TaskPoint> = places.iter().enumerate().map(task).collect();
             let task_errors: Vec<_> =
@@ -281,13 +275,7 @@ fn weight_springs_and_modules_are_compensated_in_lanes() {
 fn drives_that_a_task_has_moved_stay_without_one() {
     let machine = catalogue_machine("orthoglide");
     let at = &places(&machine, 9)[5];
-    let task = TaskPoint {
-        pose: at.pose,
-        load: some_load(&machine, 800.0, 3),
-        target: Target::ToolTip,
-        wanted: None,
-        external: None,
-    };
+    let task = TaskPoint::new(at.pose, some_load(&machine, 800.0, 3), Target::ToolTip);
     let problem = Problem::new(&machine, at, task.load);
     let task_error = |pose: &kinetostat::spatial::Pose| task.task_error(&machine, pose);
     let mut solver: LaneSolver<f64> = LaneSolver::new(&machine);

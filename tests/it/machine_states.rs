@@ -125,7 +125,14 @@ fn compensated_drives_are_met() {
             let target = Target::FullPose;
             let done = compensate(
                 &mut session,
-                &TaskPoint { pose: case.at.pose, load: case.load, target, wanted: Some(case.at.pose), external: None },
+                &TaskPoint {
+                    pose: case.at.pose,
+                    load: case.load,
+                    target,
+                    wanted: Some(case.at.pose),
+                    aside: nalgebra::Vector3::zeros(),
+                    external: None,
+                },
                 method,
             );
             assert!(done.status.is_success(), "{}: {:?}", case.label, done.status);

@@ -77,6 +77,7 @@ mod long_program;
 mod machine_check;
 mod machine_files;
 mod machine_states;
+mod machined;
 mod measured_robot;
 mod measurement_design;
 mod nearly_rigid;

@@ -129,7 +129,7 @@ fn an_arm_of_one_nearly_rigid_link_is_not_singular() {
         let outcome = equilibrium(machine, drives, &load, &mut state, &mut Workspace::new(machine), &EXACT);
         let mut session = Session::new(machine, machine, settings());
         let pose = machine.home.pose;
-        let task = TaskPoint { pose, load, target: Target::FullPose, wanted: None, external: None };
+        let task = TaskPoint::new(pose, load, Target::FullPose);
         let corrected = compensate(&mut session, &task, Method::Direct);
         (outcome.status, state.pose.transform(machine.tool_tip), corrected)
     });

@@ -48,7 +48,7 @@ chain = "z"
 fn moved(machines: &Machines, source: Source, position: [f64; 3], force: [f64; 3]) -> f64 {
     let load = Wrench { force: force.into(), moment: Vector3::zeros() };
     let pose = machines.nominal.pose_at(position.into());
-    let task = TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None };
+    let task = TaskPoint::new(pose, load, Target::ToolTip);
     let mut session = machines.session(source);
     let answer = compensate(&mut session, &source.task(&task), Method::None);
     assert!(answer.status.is_success(), "{:?}", answer.status);
@@ -110,7 +110,7 @@ fn every_method_works_with_a_tool_that_bends() {
         let home = machine.home.clone();
         let load = Wrench { force: Vector3::new(150.0, -80.0, 60.0), moment: Vector3::zeros() }
             .shift(-(home.pose.rotation * machine.tool_tip));
-        let task = TaskPoint { pose: home.pose, load, target: Target::ToolTip, wanted: None, external: None };
+        let task = TaskPoint::new(home.pose, load, Target::ToolTip);
         let direct = compensate(&mut Session::new(&machine, &machine, settings()), &task, Method::Direct);
         assert!(direct.status.is_success());
         for method in [Method::Newton, Method::FixedMatrix { alpha: 1.0 }, Method::MatrixFree { alpha: 1.0 }] {

@@ -184,7 +184,7 @@ fn seated_play_is_a_machine_whose_joints_are_moved() {
             let places = places(&machine, 4);
             let task = |(k, at): (usize, &Configuration)| {
                 let load = some_load(&machine, 400.0, k);
-                TaskPoint { pose: at.pose, load, target, wanted: None, external: None }
+                TaskPoint::new(at.pose, load, target)
             };
             let tasks: Vec<TaskPoint> = places.iter().enumerate().map(task).collect();
             let (nominal, real) = (&machines.nominal, &machines.real);

@@ -255,7 +255,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     let at_rest = equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, &mut Workspace::new(machine), &settings);
     let wanted = Some(if machine.own_load_words().is_some() { rest.pose } else { at.pose });
     for target in [Target::ToolTip, Target::FullPose] {
-        let own = TaskPoint { pose: at.pose, load: trial.load(), target, wanted: None, external: None };
+        let own = TaskPoint::new(at.pose, trial.load(), target);
         // Where a machine rests is known to the tolerance of equilibria, and the session finds another one than we: asked for ours, it is tracked
         // there; asked for its own, it is near.
         let is_at_rest = machine.own_load_words().is_some() && at_rest.status == Status::Solved;

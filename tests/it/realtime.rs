@@ -132,7 +132,7 @@ fn machines_with_weight_are_corrected_as_they_are_zeroed() {
             let own = Wrench::new(wrench);
             let load = Wrench { force: own.force, moment: own.moment + lever.cross(&own.force) };
             let pose = nominal.pose_at(Vector3::from(position) - lever);
-            let task = TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None };
+            let task = TaskPoint::new(pose, load, Target::ToolTip);
             let expected = compensate(&mut session, &task, Method::Direct).drives;
             let drives = realtime.correct(&position, &wrench);
             let off = Vector3::from(drives) - Vector3::from_column_slice(&expected);

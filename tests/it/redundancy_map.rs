@@ -47,7 +47,7 @@ fn alone(study: &RedundancyMapStudy, point: &RedundancyMapPoint, at: &AtGamma) -
     let deflection = |phi: f64| {
         let force = frame_about(-axis) * PathFrame { force: study.scene.force }.force.force(phi);
         let load = placed.wrench(&kinetostat::toolpath::Load { force_N: force, moment_Nmm: Vector3::zeros() });
-        let task = TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None };
+        let task = TaskPoint::new(pose, load, Target::ToolTip);
         let mut session = machines.session(Source::All);
         compensate(&mut session, &task, Method::None).position_error.norm()
     };

@@ -175,7 +175,7 @@ fn every_method_puts_the_tool_of_a_redundant_machine_right_by_the_same_command()
             for position in places() {
                 let pose = machine.inverse_kinematics(&machine.pose_at(position)).unwrap().pose;
                 let load = Wrench::new([800.0, -500.0, 600.0, -1e5, 2e5, 5e4]);
-                let task = TaskPoint { pose, load, target, wanted: None, external: None };
+                let task = TaskPoint::new(pose, load, target);
                 let settings = compensation::CompensationSettings { tolerance: 5e-12, ..Default::default() };
                 let mut reference: Option<Vec<f64>> = None;
                 for method in [
@@ -212,13 +212,7 @@ fn corrections_of_a_redundant_machine_do_not_depend_on_the_path_before() {
         let task = |x: f64| {
             let pose =
                 machine.inverse_kinematics(&machine.pose_at(Vector3::new(1500.0 + x, 200.0, 950.0))).unwrap().pose;
-            TaskPoint {
-                pose,
-                load: Wrench::new([500.0, 300.0, -200.0, 0.0, 0.0, 0.0]),
-                target: Target::ToolTip,
-                wanted: None,
-                external: None,
-            }
+            TaskPoint::new(pose, Wrench::new([500.0, 300.0, -200.0, 0.0, 0.0, 0.0]), Target::ToolTip)
         };
         let settings = compensation::CompensationSettings { tolerance: 1e-12, ..Default::default() };
         let mut session = Session::new(&machine, &real, settings);
@@ -240,13 +234,7 @@ fn a_whole_path_of_a_redundant_machine_is_corrected_within_limits() {
             .map(|k| {
                 let pose = machine.pose_at(Vector3::new(1500.0 + 5.0 * f64::from(k), 200.0, 950.0));
                 let pose = machine.inverse_kinematics(&pose).unwrap().pose;
-                TaskPoint {
-                    pose,
-                    load: Wrench::new([500.0, 300.0, -200.0, 0.0, 0.0, 0.0]),
-                    target: Target::ToolTip,
-                    wanted: None,
-                    external: None,
-                }
+                TaskPoint::new(pose, Wrench::new([500.0, 300.0, -200.0, 0.0, 0.0, 0.0]), Target::ToolTip)
             })
             .collect();
         let mut largest = vec![1e-9f64; machine.drive_count()];

@@ -134,8 +134,7 @@ fn stiffness_is_met() {
 fn compensated_drives_are_met() {
     for case in Case::all("orthoglide") {
         let mut session = Session::new(&case.nominal, &case.real, CompensationSettings::default());
-        let task =
-            TaskPoint { pose: case.at.pose, load: case.load, target: Target::ToolTip, wanted: None, external: None };
+        let task = TaskPoint::new(case.at.pose, case.load, Target::ToolTip);
         let done = compensate(&mut session, &task, Method::Direct);
         assert_eq!(done.status, CompensationStatus::Converged, "{}: error {:e} mm", case.label(), done.task_error());
         case.expect("rho_compensated_mm", &done.drives, Within::Absolute(1e-8));

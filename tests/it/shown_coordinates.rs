@@ -208,7 +208,7 @@ fn a_coupled_arm_is_compensated_by_the_same_joints() {
             let mut pose = pair.plain.home.pose;
             pose.translation += Vector3::from_fn(|i, _| 150.0 * share(seed, i));
             let load = some_load(&pair.plain, 1500.0, seed);
-            let task = TaskPoint { pose, load, target: Target::FullPose, wanted: None, external: None };
+            let task = TaskPoint::new(pose, load, Target::FullPose);
             for method in Method::ALL {
                 let [coupled, plain] = [&pair.coupled, &pair.plain].map(|machine| {
                     let real = machine.with_errors(&errors);

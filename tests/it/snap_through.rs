@@ -71,7 +71,7 @@ fn chain_errors_do_not_lead_away_from_a_singular_place() {
                 let mut session = Session::new(&nominal, &real, compensation::CompensationSettings::default());
                 let pose = nominal.pose_at(Vector3::new(0.0, y, 0.0));
                 let load = Wrench::new([force, -force, 0.5 * force, 0.0, 0.0, 0.0]);
-                let task = TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None };
+                let task = TaskPoint::new(pose, load, Target::ToolTip);
                 compensate(&mut session, &task, Method::None).status.label().to_string()
             };
             assert_eq!(

@@ -158,10 +158,83 @@ fn air_is_found() {
     }
 }
 
+/// A drill has its thrust in solid material alone, and after a way that is not known the tool begins anew.
+#[test]
+fn a_drill_works_in_material_and_an_unknown_way_cuts_nothing() {
+    let law = "diameter_mm = 10.0\nmaterial = \"SCM440 269 HB\"";
+    let own = process([-50.0, 50.0], &format!("{TOOL}shape = \"drill\"\n"), law).replace("end_milling", "drilling");
+    let holes = "G21 G90\nS1000 M3\nG0 X0 Y0 Z-10\nG1 Z5 F150\nG0 Z-10\nG1 Z5\nG0 Z-10\nX-70\nG1 Z5\nG0 Z-10\n";
+    let found = job("orthoglide", &own, ("part.nc", holes));
+    let bottoms: Vec<_> = found.path.points().iter().filter(|point| point.position_mm.z == 5.0).collect();
+    assert_eq!(bottoms.len(), 3);
+    // F = 570 K D f^0.85 against the drill, which comes from below.
+    let [first, again, beside] = [0, 1, 2].map(|hole| bottoms[hole].load.map_or(0.0, |load| load.force_N.z));
+    let plain = process([-50.0, 50.0], "", law).replace("end_milling", "drilling");
+    let plain = job("orthoglide", plain.split("[stock]").next().unwrap(), ("part.nc", holes));
+    let CuttingLaw::Drilling(drill) = plain.process.cutting else { panic!("no drill") };
+    assert!((first + drill.thrust_and_torque(0.15).0).abs() < 1e-9 && again == 0.0 && beside == 0.0);
+    assert!(found.path.points().iter().all(|point| point.position_mm.z >= -8.1 || point.load.is_none()));
+    let gap = "G21 G90\nS8000 M3\nG0 X-20 Y0 Z-10\nG1 Z0 F600\nG1 X20 F2400\nG28\nG1 X-20 Y40 Z0\nG0 Z-10\nG0 X0 Y10\nG1 Z0\nG1 Y30\n";
+    let found = problem(&process([-50.0, 50.0], TOOL, MATERIAL), &Machine::named("orthoglide").unwrap(), gap);
+    assert!(found.contains("begins with the tool in the stock"), "{found}");
+    let found = cut([-50.0, 50.0], TOOL, MATERIAL, &gap.replace("G1 X-20 Y40 Z0\n", "G0 Z-10\n"));
+    let middle = found.path.points().iter().find(|point| point.position_mm.y == 20.0).unwrap();
+    assert!(middle.load.unwrap().force_N.norm() > 300.0, "{middle:?}");
+}
+
+/// A ball has the force of a plain sum over its sphere and a turn: on the level, on ramps, straight down half beside the part.
+#[test]
+fn a_ball_has_the_force_of_the_sum_over_its_edge() {
+    let law = "coefficients = { tangential_cutting_N_per_mm2 = 900.0, radial_cutting_N_per_mm2 = 400.0, axial_cutting_N_per_mm2 = -150.0, \
+               tangential_edge_N_per_mm = 20.0, radial_edge_N_per_mm = 25.0, axial_edge_N_per_mm = 5.0 }";
+    let tool = format!("{TOOL}shape = \"ball\"\n");
+    let c = 2400.0 / 8000.0 / 4.0;
+    // The way in axes of the field, x ahead and z to the spindle, the depth, and how far the material reaches to the left and right of the tip.
+    for (program, way, depth, side) in [
+        (LINE.to_string(), [1.0, 0.0], 5.0, [-3.0, 50.0]),
+        (LINE.to_string(), [1.0, 0.0], 5.0, [-50.0, 50.0]),
+        (LINE.replace("G1 Z0 F2400\nX20", "G1 Z-2 F2400\nX20 Z2"), [40.0, -4.0], 5.0, [-50.0, 50.0]),
+        (LINE.replace("X-20 Y0 Z-10\nG1 Z0 F2400\nX20", "X0 Y0 Z-10\nG1 Z0 F2400"), [0.0, -1.0], 5.0, [0.0, 50.0]),
+    ] {
+        let found = cut(side, &tool, law, &program);
+        let points = found.path.points().iter().filter(|point| point.position_mm.z.abs() < 1e-9);
+        let load = points.filter(|point| point.position_mm.x.abs() < 1e-9).find_map(|point| point.load).unwrap();
+        let way = nalgebra::Vector2::from(way).normalize();
+        let (mut sum, steps) = (Vector3::zeros(), 1200);
+        let step = std::f64::consts::PI / steps as f64;
+        for polar in 0..steps / 2 {
+            let kappa = (polar as f64 + 0.5) * step;
+            let height = 5.0 - 5.0 * kappa.cos();
+            for turn in 0..2 * steps {
+                let theta = (turn as f64 + 0.5) * step;
+                let (ahead, left) = (theta.cos(), theta.sin());
+                let h = c * (kappa.sin() * ahead * way.x - kappa.cos() * way.y);
+                // Left of the heading is −y, as the tool comes from below.
+                let y = -5.0 * kappa.sin() * left;
+                if h <= 0.0 || height > depth || y < side[0] || y > side[1] {
+                    continue;
+                }
+                let [t, r, a] = [900.0 * h + 20.0, 400.0 * h + 25.0, -150.0 * h + 5.0];
+                let outward = -r * kappa.sin() + a * kappa.cos();
+                let own = Vector3::new(
+                    outward * ahead - t * left,
+                    outward * left + t * ahead,
+                    r * kappa.cos() + a * kappa.sin(),
+                );
+                sum += own * (5.0 * step * step * 4.0 / std::f64::consts::TAU);
+            }
+        }
+        let force = load.force_N;
+        let force = Vector3::new(force.x, -force.y, -force.z);
+        // To what slices and columns of a ball know its depth to.
+        assert!((force - sum).norm() < 0.015 * sum.norm(), "{force} instead of {sum}\n{program}");
+    }
+}
+
 /// However coarsely the path is sampled, what it meets between its points is found, by feed and by rapid moves.
 #[test]
 fn what_lies_between_points_is_found() {
-    let coarse = process([-3.0, 50.0], TOOL, MATERIAL).replace("max_segment_mm = 1.0", "max_segment_mm = 500.0");
+    let coarse = process([-3.0, 50.0], TOOL, MATERIAL).replace("max_segment_mm = 1.0", "max_segment_mm = 5.0");
     let wall = coarse.replace("[-60.0,", "[-0.15,").replace("max_mm = [60.0", "max_mm = [0.15");
     let found = job("orthoglide", &wall, ("part.nc", LINE));
     assert!(found.path.engagements().iter().any(|own| own.removed_mm2 > 0.0 && own.depth_mm == 5.0));
@@ -171,6 +244,17 @@ fn what_lies_between_points_is_found() {
         let found = problem(&own, &machine, &program);
         assert!(found.contains("is rapid and goes through the stock at ("), "{found}");
     }
+    // What is thinner than a cell is found, too.
+    let thin = coarse.replace("[-60.0,", "[-0.06,").replace("max_mm = [60.0", "max_mm = [0.06") + "cell_mm_of";
+    let thin = thin.replace("[tools.1]", "cell_mm = 3.0\n[tools.1]").replace("cell_mm_of", "");
+    let found = problem(&thin, &machine, &LINE.replace("G1 Z0 F2400\nX20", "G0 Z0\nG0 X20"));
+    assert!(found.contains("is rapid and goes through the stock at ("), "{found}");
+    // In steps of less than half the sampling into solid material, sideways and with a ball.
+    let steps: String = (1..20).map(|step| format!("Y{:?}\n", 15.0 - 0.4 * f64::from(step))).collect();
+    let side = LINE.replace("Y0 Z-10\nG1 Z0 F2400\nX20\n", &format!("Y15 Z-10\nG1 Z0 F2400\n{steps}"));
+    let found = cut([-50.0, 9.8], TOOL, MATERIAL, &side);
+    let last = found.path.points().iter().rev().find(|point| point.position_mm.z == 0.0).unwrap();
+    assert!(last.load.unwrap().force_N.norm() > 100.0, "{last:?}");
     // In the opened slot a rapid move is free, also a little beside it.
     let back = LINE.replace("X20\n", "X20\nG0 X-20 Y0.005\n");
     cut([-50.0, 50.0], TOOL, MATERIAL, &back);
@@ -206,6 +290,15 @@ fn what_cannot_be_cut_is_refused() {
         (format!("[placement]\nreference = \"platform_point\"\n{own}"), &LINE.to_string(), "stock: is cut by the tool tip, and the path is of the platform point"),
         (own.clone(), &LINE.replace("Z-10\nG1", "Z-4\nG1"), "move 1: begins with the tool in the stock"),
         (own.replace("-5.0]", "5.0]"), &LINE.to_string(), "part.nc: nothing touches the stock"),
+        (own.replace("= 1.0\n[force", "= 5.1\n[force"), &LINE.to_string(), "sampling.max_segment_mm: is 5.1: expected at most 5"),
+        (format!("{own}[cutting]\nmax_feed_mm_per_min = 1000.0\n"), &LINE.to_string(), "cutting: is given where [stock] is"),
+        (own.replace(&format!("[force.end_milling]\n{MATERIAL}\n"), ""), &LINE.to_string(), "force: missing: expected end_milling or drilling"),
+        (own.clone(), &LINE.replace("F2400", "F0"), "feed"),
+        (own.replace("teeth = 4", "teeth = 4\nhelix_deg = 30.0"), &LINE.to_string(), "tools.1.helix_deg: has no effect without stick_out_mm"),
+        (own.replace("teeth = 4", "teeth = 4\nstick_out_mm = 30.0"), &LINE.to_string(), "tools.1.helix_deg: missing"),
+        (own.replace("teeth = 4", "teeth = 4\nstick_out_mm = 4.0\nhelix_deg = 0.0\nyoungs_modulus_N_per_mm2 = 6e5"), &LINE.to_string(), "sticks out 4 mm: expected less, as the holder would cut"),
+        (own.replace("[stock]", "[stock]\nnatural_frequencies_Hz = [0.0]"), &LINE.to_string(), "stock.natural_frequencies_Hz[0]"),
+        (own.replace("end_milling]", "drilling]").replace(MATERIAL, "diameter_mm = 9.0\nmaterial = \"SCM440 269 HB\""), &LINE.replace("Z0 F2400", "Z5 F240"), "drills with 10 mm by its tool and 9 mm by its force"),
         (without_stock.replace(MATERIAL, "diameter_mm = 10.0\nradial_width_mm = 10.0\naxial_depth_mm = 1.0\nmaterial = \"Al 7075-T6\""), &LINE.to_string(), "force.end_milling.teeth: missing"),
         (own.replace("[tools.1]", "cell_mm = 0.0001\n[tools.1]"), &LINE.to_string(), "stock.cell_mm:"),
         (own.replace("[tools.1]", "[tools.1]\ncorner_radius_mm = 1.0"), &LINE.to_string(), "corner_radius_mm: is of shape = \"bull_nose\""),

@@ -160,7 +160,7 @@ fn tables_agree_with_brute_force() {
             for force in sides().filter_map(|side| Some(side.try_normalize(0.0)? * asked.largest_force_N)) {
                 let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
                 let (load, target) = (Wrench { force, moment }, asked.target);
-                let task = TaskPoint { pose: at.pose, load, target, wanted: None, external: None };
+                let task = TaskPoint::new(at.pose, load, target);
                 let correction = Corrector::Table(&found.table).correction(&at, position, force);
                 let corrected = at.drives.iter().zip(&correction).map(|(nominal, own)| nominal + own).collect();
                 cases.push((task, at.clone(), [at.drives.clone(), corrected]));
@@ -205,7 +205,7 @@ fn code_agrees_with_brute_force() {
         for sign in signs() {
             let force = Vector3::from(sign.map(|own| if own { 250.0 } else { -250.0 }));
             let load = Wrench { force, moment: tip.cross(&force) };
-            let task = TaskPoint { pose: at.pose, load, target: Target::ToolTip, wanted: None, external: None };
+            let task = TaskPoint::new(at.pose, load, Target::ToolTip);
             let corrected = made.correct(&position, &[force.x, force.y, force.z, 0.0, 0.0, 0.0]).to_vec();
             cases.push((task, at.clone(), [at.drives.clone(), corrected]));
         }

@@ -353,7 +353,7 @@ fn brute_force(study: &WorkspaceMapStudy, positions: &[Vector3<f64>], count: usi
         for phi in &scene.phis {
             let task = |at: &Configuration| {
                 let load = scene.force.wrench(*phi, &scene.machine.tool_at(&at.pose.rotation)).scale(*factor);
-                TaskPoint { pose: at.pose, load, target: scene.target, wanted: None, external: None }
+                TaskPoint::new(at.pose, load, scene.target)
             };
             let tasks: Vec<TaskPoint> = commands.iter().map(task).collect();
             let answers = if is_alone {

@@ -65,7 +65,7 @@ fn on_tip(machine: &Machine, position: [f64; 3], force: [f64; 3]) -> TaskPoint {
     let pose = machine.pose_at(position.into());
     let lever = pose.rotation * machine.tool_tip;
     let load = Wrench { force: force.into(), moment: Vector3::zeros() }.shift(-lever);
-    TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None }
+    TaskPoint::new(pose, load, Target::ToolTip)
 }
 
 fn answer(machine: &Machine, task: &TaskPoint, method: Method) -> (Compensation, Pose) {
@@ -194,7 +194,7 @@ fn cell_task(machine: &Machine, by: &Pose) -> TaskPoint {
     let lever = pose.rotation * machine.tool_tip;
     let force = by.rotation * Vector3::new(700.0, -400.0, 900.0);
     let load = Wrench { force, moment: Vector3::zeros() }.shift(-lever);
-    TaskPoint { pose, load, target: Target::FullPose, wanted: None, external: None }
+    TaskPoint::new(pose, load, Target::FullPose)
 }
 
 #[test]

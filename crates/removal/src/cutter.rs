@@ -137,6 +137,8 @@ impl Cutter {
             radius: self.radius,
             side: self.radius * (top - bottom),
             down: 0.0,
+            edge: top - bottom,
+            run: 0.0,
         }
     }
 
@@ -144,7 +146,8 @@ impl Cutter {
     pub(crate) fn end_ring(&self, from: f64, at: f64, to: f64) -> Ring {
         let radius = self.end_radius();
         let down = 0.5 * radius * radius * (to - from) * (to + from);
-        Ring { bottom: 0.0, top: 0.0, height: 0.0, radius: radius * at, side: 0.0, down }
+        let run = radius * (to - from);
+        Ring { bottom: 0.0, top: 0.0, height: 0.0, radius: radius * at, side: 0.0, down, edge: run, run }
     }
 
     /// Returns the ring of corner or point between two shares of it, 0 to 1, with the middle at a third: shares of the corner's angle, or of the
@@ -163,12 +166,14 @@ impl Cutter {
                     0.5 * corner * corner * (angle - 0.5 * libm::sin(2.0 * angle))
                 };
                 let side = flat * (top - bottom) + round(to) - round(from);
-                Ring { bottom, top, height, radius, side, down: 0.5 * (outer - inner) * (outer + inner) }
+                let (edge, run) = (corner * (to - from) * FRAC_PI_2, outer - inner);
+                Ring { bottom, top, height, radius, side, down: 0.5 * run * (outer + inner), edge, run }
             }
             Nose::Cone { rise } => {
                 let (inner, outer) = (from * self.radius, to * self.radius);
                 let (radius, down) = (at * self.radius, 0.5 * (outer - inner) * (outer + inner));
-                Ring { bottom: rise * inner, top: rise * outer, height: rise * radius, radius, side: rise * down, down }
+                let (bottom, top, height, run) = (rise * inner, rise * outer, rise * radius, outer - inner);
+                Ring { bottom, top, height, radius, side: rise * down, down, edge: run * norm(rise, 1.0), run }
             }
         }
     }
@@ -200,4 +205,8 @@ pub(crate) struct Ring {
     pub side: f64,
     /// −∫ n_z dA per radian: what it shows downwards, mm².
     pub down: f64,
+    /// Length of its meridian, and how much its radius grows over it, mm.
+    pub edge: f64,
+    /// The latter.
+    pub run: f64,
 }

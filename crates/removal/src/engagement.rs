@@ -97,8 +97,10 @@ pub struct Slice {
     pub top_mm: f64,
     /// Its mean radius over its height, mm.
     pub radius_mm: f64,
-    /// Angle of its outward normal from straight down, rad: π/2 on the cylinder.
-    pub normal_angle: f64,
+    /// Length of its meridian, mm: of the edge of a tooth without helix.
+    pub edge_mm: f64,
+    /// How much its radius grows over its height, mm.
+    pub run_mm: f64,
     /// Where its arcs are in [`Engagement::arcs`].
     pub arcs: Range<usize>,
 }
@@ -306,7 +308,8 @@ impl Engagement {
             bottom_mm: ring.bottom,
             top_mm: ring.top,
             radius_mm: ring.side / (ring.top - ring.bottom),
-            normal_angle: libm::atan2(ring.side, ring.down),
+            edge_mm: ring.edge,
+            run_mm: ring.run,
             arcs,
         });
     }

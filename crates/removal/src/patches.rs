@@ -159,9 +159,7 @@ impl Tops<'_> {
 
     fn is_wall(&self, a: [u32; 2], b: [u32; 2]) -> bool {
         match (self.at(a), self.at(b)) {
-            (Some(a), Some(b)) => {
-                a.is_void != b.is_void || (a.z - b.z).abs() > STEEP * self.grid.size.max()
-            }
+            (Some(a), Some(b)) => a.is_void != b.is_void || (a.z - b.z).abs() > STEEP * self.grid.size.max(),
             _ => false,
         }
     }
@@ -203,8 +201,7 @@ impl Tops<'_> {
         };
         let own = [x, y];
         let [is_beside, is_behind] = [cells[0], cells[1]].map(|cell| goes_on(Some(own), cell));
-        let is_across =
-            (is_beside && goes_on(cells[0], cells[2])) || (is_behind && goes_on(cells[1], cells[2]));
+        let is_across = (is_beside && goes_on(cells[0], cells[2])) || (is_behind && goes_on(cells[1], cells[2]));
         let floors = [(Some(own), true), (cells[0], is_beside), (cells[1], is_behind), (cells[2], is_across)];
         let heights = floors.iter().filter(|own| own.1).filter_map(|own| self.at(own.0?)).map(|top| top.z);
         let (sum, count) = heights.fold((0.0, 0), |(sum, count), z| (sum + z, count + 1));
@@ -238,7 +235,8 @@ impl Tops<'_> {
 
     fn floor_patch(&self, x: u32, y: u32) -> Option<Patch> {
         let top = self.at([x, y]).filter(|top| !top.is_void)?;
-        let corners = [[false, false], [true, false], [true, true], [false, true]].map(|side| self.corner([x, y], side));
+        let corners =
+            [[false, false], [true, false], [true, true], [false, true]].map(|side| self.corner([x, y], side));
         let p = self.grid.centre(x, y);
         let made = self.field.surface(p).filter(|made| made.position.z <= top.z);
         Some(Patch {
@@ -274,7 +272,8 @@ impl Tops<'_> {
             return;
         }
         let sides = |far: bool| if axis == 0 { [[far, false], [far, true]] } else { [[false, far], [true, far]] };
-        let (of_a, of_b) = (sides(true).map(|side| self.corner(a, side)), sides(false).map(|side| self.corner(b, side)));
+        let (of_a, of_b) =
+            (sides(true).map(|side| self.corner(a, side)), sides(false).map(|side| self.corner(b, side)));
         let is_rising = of_a[0].z + of_a[1].z < of_b[0].z + of_b[1].z;
         let (low, high) = if is_rising { (of_a, of_b) } else { (of_b, of_a) };
         let height = 0.5 * (high[0].z + high[1].z - low[0].z - low[1].z);

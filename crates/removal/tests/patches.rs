@@ -63,9 +63,8 @@ fn patches_cover_the_surface() {
     let cutter = Cutter::flat(D).unwrap();
     let points = [Vector3::new(-60.0, 3.0, -4.0), Vector3::new(60.0, 3.0, -4.0)];
     let patches = cut(block(), &cutter, &points, Vector3::zeros()).patches(0.5).unwrap();
-    let of = |made: bool| -> f64 {
-        patches.iter().filter(|own| own.tag.is_some() == made).map(|own| own.area_mm2()).sum()
-    };
+    let of =
+        |made: bool| -> f64 { patches.iter().filter(|own| own.tag.is_some() == made).map(|own| own.area_mm2()).sum() };
     assert!((of(true) - 60.0 * (10.0 + 2.0 * 4.0)).abs() < 1.0, "{}", of(true));
     // The top beside the slot, and four sides, two of which it cuts.
     let skin = 60.0 * 30.0 + 2.0 * 60.0 * 10.0 + 2.0 * (40.0 * 10.0 - 10.0 * 4.0);
@@ -132,7 +131,8 @@ fn a_gouge_of_an_earlier_pass_stays() {
         field
     };
     let nominal = program(0.0, 0.0);
-    for (rough_off, finish_off, left) in [(0.5, 0.05, -0.2), (0.1, 0.05, -0.05), (0.0, -0.1, 0.1), (0.32, -0.1, -0.02)] {
+    for (rough_off, finish_off, left) in [(0.5, 0.05, -0.2), (0.1, 0.05, -0.05), (0.0, -0.1, 0.1), (0.32, -0.1, -0.02)]
+    {
         let field = program(rough_off, finish_off);
         let walls: Vec<f64> = nominal
             .patches(0.5)

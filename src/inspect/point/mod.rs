@@ -141,7 +141,7 @@ impl PointResult {
     /// Returns the task point at the commanded pose.
     pub fn task(&self) -> TaskPoint {
         let (pose, target) = (self.nominal.pose, self.question.target);
-        TaskPoint { pose, load: self.wrench, target, wanted: None, external: None }
+        TaskPoint::new(pose, self.wrench, target)
     }
 }
 
@@ -164,7 +164,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
     let mut state = State::rigid(machine, &nominal);
     let outcome = equilibrium(real, &nominal.drives, &wrench, &mut state, &mut workspace, &TO_ROUNDING);
     let loaded = Solution::new(real, &nominal.drives, &state, &outcome, &mut workspace);
-    let task = TaskPoint { pose: nominal.pose, load: wrench, target: question.target, wanted: None, external: None };
+    let task = TaskPoint::new(nominal.pose, wrench, question.target);
     let failed = |status: CompensationStatus| Failure::of(&status, machine);
     let mut session_at_rest = machines.session(Source::All);
     let task_at_zero = session_at_rest.with_wanted_pose(&task);

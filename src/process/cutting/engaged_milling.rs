@@ -1,6 +1,6 @@
 //! Mechanistic model of milling where the engagement is found from the stock: slices of the cutter, each with its arcs.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use kinetostat_removal::{Arc, Engagement, Slice};
 use nalgebra::Vector3;
@@ -10,12 +10,12 @@ use super::{
     arc::{ArcIntegrals, double_exponential},
     feed,
 };
-use crate::toolpath::{PathPoint, TurnDirection};
+use crate::toolpath::{Bend, PathPoint, TurnDirection};
 
 /// Force of an end mill of any shape whose engagement is known.
 ///
 /// θ counts from the heading counter-clockwise seen from the spindle ([`Arc`]), κ is the angle of the surface's outward normal from straight down (90° on
-/// the cylinder) and α the rise of the motion. An element of edge that is dz high cuts a chip of the width `db = dz / sin κ` and the thickness
+/// the cylinder) and α the rise of the motion. An element of edge of the length db, dz = db sin κ high, cuts a chip of the width db and the thickness
 ///
 /// ```text
 /// h = c (sin κ cos θ cos α − cos κ sin α)          c feed per tooth
@@ -43,6 +43,49 @@ pub struct EngagedMilling {
     pub spindle: TurnDirection,
 }
 
+/// A tool as a cantilever from its holder, with teeth on a helix.
+///
+/// Its flutes bend like a cylinder of 0.8 of the diameter (L. Kops, D. T. Vo, Determination of the equivalent diameter of an end mill based on its compliance, CIRP Annals 39
+/// (1990)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(non_snake_case, reason = "the unit is N, not n")]
+pub struct Stub {
+    /// Length from the holder to the tip, mm.
+    pub stick_out_mm: f64,
+    /// E I, N·mm².
+    pub rigidity_Nmm2: f64,
+    /// Displacement of the holder for each N across it, mm/N.
+    pub holder_mm_per_N: f64,
+    /// Angle by which a tooth lags behind for each mm above the tip, rad.
+    pub lag_per_mm: f64,
+}
+
+impl Stub {
+    /// Returns the displacement at one height above the tip for each N across the tool at another, mm/N: both below the holder.
+    #[must_use]
+    pub fn compliance(&self, at_mm: f64, force_mm: f64) -> f64 {
+        let [near, far] = [at_mm, force_mm].map(|height| self.stick_out_mm - height);
+        let (short, long) = if near < far { (near, far) } else { (far, near) };
+        short * short * (3.0 * long - short) / (6.0 * self.rigidity_Nmm2) + self.holder_mm_per_N
+    }
+}
+
+/// What bends a tool: bends of both walls at [`Bend::HEIGHTS`] heights, the one to aim at (mm), and the forces of [`Bend`] (N), all to the left of the heading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(non_snake_case, reason = "the unit is N, not n")]
+pub struct Across {
+    pub walls_mm: [Option<[f32; Bend::HEIGHTS]>; 2],
+    pub aimed_mm: f64,
+    pub force_N: [f32; 3],
+}
+
+/// A tooth that comes so near to where a wall is made has made it, rad: as well as arcs are known.
+const AT_WALL: f64 = 2e-3;
+/// Pieces of a slice in which a tooth is in one place, mm.
+const PIECE_MM: f64 = 0.125;
+/// Instants over a pitch at which the largest force is looked for.
+const INSTANTS: u32 = 48;
+
 /// The chip thickness along an arc, `along cos θ + below`, mm.
 #[derive(Debug, Clone, Copy)]
 struct Chip {
@@ -52,17 +95,27 @@ struct Chip {
 
 impl EngagedMilling {
     /// Returns the mean force (N) and moment about the tip (N·mm) over a revolution, along the heading, to its left seen from the spindle, and to the spindle: of a cutter with
-    /// so many `teeth` that engages as `engagement` says, at feed per tooth `c` (mm) and the sine of the rise of its motion. What a slice receives acts in its middle.
+    /// so many `teeth` that engages as `engagement` says, at feed per tooth `c` (mm) and the sine of the rise of its motion. What a slice receives acts in its middle. Of slices
+    /// that move into material only ahead, the `lateral` share of what acts across the tool counts: near its axis the heading is of rounding.
     #[must_use]
-    pub fn mean(&self, engagement: &Engagement, teeth: u32, c: f64, rise: f64) -> (Vector3<f64>, Vector3<f64>) {
+    pub fn mean(
+        &self,
+        engagement: &Engagement,
+        teeth: u32,
+        c: f64,
+        rise: f64,
+        lateral: f64,
+    ) -> (Vector3<f64>, Vector3<f64>) {
         let side = -self.spindle.sign();
         let level = (1.0 - rise * rise).max(0.0).sqrt();
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
         for slice in &engagement.slices {
-            let Slice { bottom_mm, top_mm, radius_mm, normal_angle, .. } = slice;
-            let (sine, cosine) = libm::sincos(*normal_angle);
+            let Slice { bottom_mm, top_mm, radius_mm, edge_mm, .. } = slice;
+            let ([sine, cosine], width) = (directions(slice), *edge_mm);
             let chip = Chip { along: c * sine * level, below: -c * cosine * rise };
-            let (width, height) = ((top_mm - bottom_mm) / sine, 0.5 * (bottom_mm + top_mm));
+            let height = 0.5 * (bottom_mm + top_mm);
+            let share = if chip.below > chip.along { 1.0 } else { lateral };
+            let across = Vector3::new(share, share, 1.0);
             for arc in &engagement.arcs[slice.arcs.clone()] {
                 let [tangential, radial, axial] = integrals(&self.edge, arc, chip);
                 let of = |radial_share: f64, axial_share: f64, own: fn(&ArcIntegrals) -> f64| {
@@ -76,16 +129,88 @@ impl EngagedMilling {
                 // Of what acts up along the flank, at the radius where it does.
                 let [up_left, up_ahead] = [of(cosine, sine, |own| own.sine), of(cosine, sine, |own| own.cosine)]
                     .map(|own| own * radius_mm * width);
-                force += own;
-                moment += Vector3::new(
-                    up_left - height * own.y,
-                    height * own.x - up_ahead,
-                    side * tangential.plain * radius_mm * width,
-                );
+                force += own.component_mul(&across);
+                let about = Vector3::new(up_left - height * own.y, height * own.x - up_ahead, 0.0);
+                moment += about * share + Vector3::z() * (side * tangential.plain * radius_mm * width);
             }
         }
         let share = f64::from(teeth) / TAU;
         (force * share, moment * share)
+    }
+
+    /// Returns how `stub` bends to the left of its heading, for a tool as in [`EngagedMilling::mean`]. Where a tooth passes the wall at a height, forces act on all teeth that are in
+    /// material then; each height of the wall has its own instant. What bends along the heading does not show.
+    #[must_use]
+    pub fn across(&self, stub: &Stub, engagement: &Engagement, teeth: u32, c: f64, rise: f64) -> Across {
+        let depth = engagement.depth_mm;
+        let pitch = TAU / f64::from(teeth);
+        // A tooth above lags behind: the spindle turns against θ.
+        let lag = -self.spindle.sign() * stub.lag_per_mm;
+        let each_force = |tip_angle: f64, see: &mut dyn FnMut(f64, f64)| {
+            for slice in &engagement.slices {
+                let pieces = ((slice.top_mm - slice.bottom_mm) / PIECE_MM).ceil().max(1.0);
+                for piece in 0..pieces as u32 {
+                    let share = (f64::from(piece) + 0.5) / pieces;
+                    let height = slice.bottom_mm + share * (slice.top_mm - slice.bottom_mm);
+                    for tooth in 0..teeth {
+                        let theta = tip_angle + lag * height + pitch * f64::from(tooth);
+                        see(height, self.force_to_left(engagement, slice, theta, c, rise) / pieces);
+                    }
+                }
+            }
+        };
+        let (mut sum, mut count) = (0.0, 0.0);
+        let walls_mm = [FRAC_PI_2, -FRAC_PI_2].map(|wall| {
+            let mut bends = [0.0; Bend::HEIGHTS];
+            for (at, bend) in bends.iter_mut().enumerate() {
+                let height = depth * at as f64 / (Bend::HEIGHTS - 1) as f64;
+                // The slice that has this height; the last one at the top.
+                let slice = engagement.slices.iter().rev().find(|own| own.bottom_mm <= height)?;
+                let reaches = |arc: &Arc| arc.from <= wall + AT_WALL && arc.to >= wall - AT_WALL;
+                engagement.arcs[slice.arcs.clone()].iter().any(reaches).then_some(())?;
+                let mut mm = 0.0;
+                each_force(wall - lag * height, &mut |force_height, force| {
+                    mm += force * stub.compliance(height, force_height);
+                    sum += force;
+                });
+                count += 1.0;
+                *bend = mm as f32;
+            }
+            Some(bends)
+        });
+        let (force, moment) = self.mean(engagement, teeth, c, rise, 1.0);
+        let means = walls_mm.iter().flatten().map(|own| own.iter().copied().map(f64::from).sum::<f64>());
+        let made = walls_mm.iter().flatten().count();
+        let aimed_mm = match made {
+            // −M_x / F_y is the height at which the mean force acts.
+            0 if force.y != 0.0 => {
+                let height = (-moment.x / force.y).clamp(0.0, depth);
+                force.y * stub.compliance(0.5 * depth, height)
+            }
+            0 => 0.0,
+            made => means.sum::<f64>() / (made * Bend::HEIGHTS) as f64,
+        };
+        let peak = (0..INSTANTS).fold(0.0, |most: f64, instant| {
+            let mut own = 0.0;
+            each_force(pitch * f64::from(instant) / f64::from(INSTANTS), &mut |_, force| own += force);
+            if own.abs() > most.abs() { own } else { most }
+        });
+        let made_force = if count > 0.0 { sum / count } else { 0.0 };
+        Across { walls_mm, aimed_mm, force_N: [force.y, made_force, peak].map(|own| own as f32) }
+    }
+
+    /// Returns the force to the left on a tooth that is at θ = `theta` in a slice, N; 0 outside of its arcs.
+    fn force_to_left(&self, engagement: &Engagement, slice: &Slice, theta: f64, c: f64, rise: f64) -> f64 {
+        let theta = theta - TAU * (theta / TAU).round();
+        let is_in = |arc: &Arc| arc.from - 1e-9 <= theta && theta <= arc.to + 1e-9;
+        if !engagement.arcs[slice.arcs.clone()].iter().any(is_in) {
+            return 0.0;
+        }
+        let [sine, cosine] = directions(slice);
+        let ((sin_theta, cos_theta), level) = (libm::sincos(theta), (1.0 - rise * rise).max(0.0).sqrt());
+        let own = self.edge.on_edge((c * (sine * cos_theta * level - cosine * rise)).max(0.0));
+        let outward = -own.y * sine + own.z * cosine;
+        (outward * sin_theta - self.spindle.sign() * own.x * cos_theta) * slice.edge_mm
     }
 
     /// Returns the feed per tooth c of a cutter with so many `teeth` at `point`, mm. Fails when it follows from the point's feed and spindle speed and one of them is
@@ -93,6 +218,11 @@ impl EngagedMilling {
     pub fn feed_per_tooth(&self, point: &PathPoint, teeth: u32) -> Result<f64, LoadError> {
         feed::feed_per_tooth_at(point, self.feed_per_tooth_mm, teeth, "feed_per_tooth_mm")
     }
+}
+
+/// Returns the mean of sin κ and cos κ along the edge of a slice.
+fn directions(slice: &Slice) -> [f64; 2] {
+    [(slice.top_mm - slice.bottom_mm) / slice.edge_mm, slice.run_mm / slice.edge_mm]
 }
 
 /// Returns the integrals over θ of tangential, radial and axial force per mm of edge, of themselves and times sin θ and cos θ, N/mm.

@@ -15,7 +15,7 @@ pub(super) fn feed_per_tooth_at(
         return Ok(c);
     }
     let segment = point.source.segment;
-    let feed = point.feed_mm_per_min.ok_or(LoadError::NoFeed { segment, key })?;
+    let feed = point.feed_mm_per_min.filter(|feed| *feed > 0.0).ok_or(LoadError::NoFeed { segment, key })?;
     match point.spindle_rev_per_min {
         Some(speed) if speed > 0.0 => Ok(feed / (speed * f64::from(teeth))),
         rev_per_min => Err(LoadError::NoSpindleSpeed { segment, rev_per_min, key }),

@@ -45,7 +45,7 @@ pub use drilling::{Drilling, DrillingLaw};
 pub use edge::{EdgeForce, EdgeLaw, Kienzle};
 pub use end_milling::{CutDirection, EndMilling, MeanOrPeak};
 #[cfg(not(target_family = "wasm"))]
-pub use engaged_milling::EngagedMilling;
+pub use engaged_milling::{EngagedMilling, Stub};
 pub use error::{LoadError, TableError, TableFault};
 pub use own_forces::OwnForces;
 pub use path_frame::PathFrame;
@@ -80,6 +80,9 @@ pub enum CuttingLaw {
     /// A mechanistic model of milling whose engagement is found from the stock: [`PathPoint::load`].
     #[cfg(not(target_family = "wasm"))]
     EngagedMilling(EngagedMilling),
+    /// Thrust and torque of a twist drill where it touches the stock: [`PathPoint::load`].
+    #[cfg(not(target_family = "wasm"))]
+    EngagedDrilling(Drilling),
 }
 
 impl CuttingLaw {
@@ -95,7 +98,9 @@ impl CuttingLaw {
             _ if !point.cutting => PathLoad::NONE,
             CuttingLaw::None => PathLoad::NONE,
             #[cfg(not(target_family = "wasm"))]
-            CuttingLaw::EngagedMilling(_) => point.load.map_or(PathLoad::NONE, PathLoad::Workpiece),
+            CuttingLaw::EngagedMilling(_) | CuttingLaw::EngagedDrilling(_) => {
+                point.load.map_or(PathLoad::NONE, PathLoad::Workpiece)
+            }
             CuttingLaw::PathFrame(frame) => PathLoad::PathFrame(*frame),
             CuttingLaw::Table(table) => PathLoad::Workpiece(table.load(point.arc_length_mm)?),
             CuttingLaw::SlotMilling(milling) => PathLoad::Milling(milling.force(milling.feed_per_tooth(point)?)),
@@ -129,7 +134,7 @@ impl CuttingLaw {
             CuttingLaw::Drilling(own) if component == 2 => CuttingLaw::Drilling(own),
             CuttingLaw::Drilling(_) => CuttingLaw::None,
             #[cfg(not(target_family = "wasm"))]
-            CuttingLaw::EngagedMilling(_) => return None,
+            CuttingLaw::EngagedMilling(_) | CuttingLaw::EngagedDrilling(_) => return None,
             CuttingLaw::Table(_) | CuttingLaw::FromPath | CuttingLaw::EndMilling(_) => return None,
         })
     }
@@ -145,7 +150,7 @@ impl CuttingLaw {
         match self {
             CuttingLaw::FromPath => true,
             #[cfg(not(target_family = "wasm"))]
-            CuttingLaw::EngagedMilling(_) => true,
+            CuttingLaw::EngagedMilling(_) | CuttingLaw::EngagedDrilling(_) => true,
             _ => false,
         }
     }

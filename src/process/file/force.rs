@@ -101,7 +101,11 @@ pub(super) fn cutting_law(
         #[cfg(not(target_family = "wasm"))]
         ForceSpec { end_milling: Some(spec), .. } if has_stock => engaged_milling(spec, &check.key("end_milling"))?,
         ForceSpec { end_milling: Some(spec), .. } => end_milling(spec, &check.key("end_milling"))?,
-        ForceSpec { drilling: Some(spec), .. } => drilling(spec, &check.key("drilling"))?,
+        ForceSpec { drilling: Some(spec), .. } => match drilling(spec, &check.key("drilling"))? {
+            #[cfg(not(target_family = "wasm"))]
+            CuttingLaw::Drilling(own) if has_stock => CuttingLaw::EngagedDrilling(own),
+            own => own,
+        },
         ForceSpec { table: Some(spec), .. } => return wrench_table(spec, folder, &check.key("table")),
         ForceSpec { from_path: true, .. } => CuttingLaw::FromPath,
         _ => CuttingLaw::None,

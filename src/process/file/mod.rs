@@ -250,7 +250,7 @@ impl Process {
 
     /// Returns label and words for placement, cutting moves, tool-specific forces, tool, and coordinates that the machine does not control.
     pub fn facts(&self) -> Vec<(&'static str, String)> {
-        let mut facts = vec![("workpiece", self.placement_words()), ("counts as cutting", self.cutting_rule.words())];
+        let mut facts = vec![("workpiece", self.placement_words()), ("counts as cutting", self.cutting_words())];
         facts.extend((!self.own_forces.is_empty()).then(|| ("cutting force", self.own_forces.words())));
         facts.extend(self.has_own_tool.then(|| ("tool", self.machine.tool_words())));
         facts.extend(self.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
@@ -260,6 +260,15 @@ impl Process {
     /// Returns whether the file gives a cutting force.
     pub fn has_force(&self) -> bool {
         self.cutting != CuttingLaw::None || !self.own_forces.is_empty()
+    }
+
+    /// Returns in words what counts as cutting.
+    pub fn cutting_words(&self) -> String {
+        #[cfg(not(target_family = "wasm"))]
+        if self.stock.is_some() {
+            return "every move but rapid ones, with the force of what it touches of the stock".into();
+        }
+        self.cutting_rule.words()
     }
 
     /// Returns label and words for what may not be intended: an assumed placement, and coordinates that the machine does not control.

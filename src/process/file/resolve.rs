@@ -14,6 +14,7 @@ use crate::{
     machine::Machine,
     process::{
         CuttingRule, Placement,
+        cutting::CuttingLaw,
         file::{
             CORNER_MM, CorrectionLimits, Decimals, Process, WRITE_TOLERANCE_MM,
             chain_errors::chain_errors,
@@ -57,13 +58,21 @@ fn process(
     key_prefix: &'static str,
 ) -> Result<Process> {
     #[cfg(not(target_family = "wasm"))]
-    let stock = super::stock::stock(spec.stock.as_ref(), &spec.tools, check)?;
+    let stock = super::stock::stock(spec, check)?;
     #[cfg(not(target_family = "wasm"))]
     let has_stock = stock.is_some();
     #[cfg(target_family = "wasm")]
     let has_stock = false;
     let (cutting, wrenches) = cutting_law(&spec.force, has_stock, folder, &check.key("force"))?;
     let (own_forces, own_tables) = own_forces((&spec.force_of_tool, &spec.force_of_feature), has_stock, folder, check)?;
+    if has_stock && cutting == CuttingLaw::None && own_forces.is_empty() {
+        return check.key("force").fail("missing: expected end_milling or drilling, as [stock] is cut".into());
+    }
+    if has_stock && spec.cutting != CuttingRuleSpec::default() {
+        return check
+            .key("cutting")
+            .fail("is given where [stock] is, which says what cuts: expected no such table".into());
+    }
     let features = own_forces.by_feature.iter().map(|(text, _)| text.clone()).collect();
     let check_gcode = check.key("gcode");
     let machine = match &spec.tool {
@@ -89,7 +98,7 @@ fn process(
         cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
         errors: chain_errors(&spec.chain_error, machine, check)?,
         uncertainty,
-        sampling: sampling(&spec.sampling, &check.key("sampling"))?,
+        sampling: sampling_of(spec, check)?,
         limits: limits(&spec.limits, &check.key("limits"))?,
         target,
         corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
@@ -137,6 +146,26 @@ fn cutting_rule(spec: &CuttingRuleSpec, check: &Check) -> Result<CuttingRule> {
         }
         _ => Ok(rule),
     }
+}
+
+/// Checks how finely the paths of a process are sampled: where stock is cut, by no more than half the diameter of its smallest tool, as the force is found from point to point.
+pub(super) fn sampling_of(spec: &ProcessSpec, check: &Check) -> Result<Sampling> {
+    let check = check.key("sampling");
+    #[cfg(not(target_family = "wasm"))]
+    if spec.stock.is_some() {
+        let radii = spec.tools.values().map(|tool| 0.5 * tool.diameter_mm);
+        let smallest = radii.fold(f64::INFINITY, f64::min).max(0.0);
+        if let Some(given) = spec.sampling.max_segment_mm.filter(|given| *given > smallest) {
+            let problem = format!(
+                "is {given}: expected at most {smallest}, half the smallest diameter in [tools], as [stock] is cut"
+            );
+            return check.key("max_segment_mm").fail(problem);
+        }
+        let most = Sampling::default().max_segment_mm().min(smallest);
+        let own = SamplingSpec { max_segment_mm: spec.sampling.max_segment_mm.or(Some(most)), ..spec.sampling.clone() };
+        return sampling(&own, &check);
+    }
+    sampling(&spec.sampling, &check)
 }
 
 /// Checks how finely paths are sampled; what is not given has its default.

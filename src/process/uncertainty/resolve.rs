@@ -147,7 +147,7 @@ impl UncertaintyTable {
     pub fn of_path(&self, machine: &Machine, errors: &[ChainError], cut: &CutBy<'_>) -> Result<Uncertainty> {
         let process = self.spec.process.clone().unwrap_or_default();
         if process.force_component_relative_std.is_some() && !cut.has_components {
-            let problem = "is of a path, a program or a placement whose force is known by its components: expected path_frame, slot_milling, end_milling with its mean or drilling, for each tool and feature";
+            let problem = "is of a path, a program or a placement whose force is known by its components: expected path_frame, slot_milling, end_milling with its mean or drilling, for each tool and feature, without [stock]";
             return self.check.key("process.force_component_relative_std").fail(problem.into());
         }
         if let Some(wear) = process.wear_force_increase.filter(|_| !cut.has_force) {

@@ -69,7 +69,7 @@ impl<'a> LoadedMachine<'a> {
         self.session.set_rigid(at);
         let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
         let target = self.question.target;
-        TaskPoint { pose: at.pose, load: Wrench { force, moment }, target, wanted: None, external: None }
+        TaskPoint::new(at.pose, Wrench { force, moment }, target)
     }
 
     /// Returns an error with position, force and reason if `found` is no solution.

@@ -15,7 +15,7 @@ use crate::{
     simulation::{
         along_path::{BLOCK, PART, PathCase, TrackBlocks, last_configuration, parts, track_blocks},
         spread_along::SpreadPart,
-        tasks::{drawn_force_at, unloaded_tasks},
+        tasks::{against_bend, drawn_force_at, unloaded_tasks},
         tracking::TrackPoint,
     },
     spatial::Pose,
@@ -88,7 +88,8 @@ pub(super) fn task_at<'a>(
     let mut corners = Corners::new(process, path);
     move |k| {
         let (task, there) = unloaded(&path.points()[k]);
-        Ok(TaskPoint { load: there.wrench(&corners.load(k, &there)?), ..task })
+        let load = there.wrench(&corners.load(k, &there)?);
+        Ok(TaskPoint { load, aside: against_bend(path, k, &there), ..task })
     }
 }
 

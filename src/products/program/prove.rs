@@ -119,7 +119,7 @@ impl ProgramJob {
             let mut answers = run_tracked(&case, &commands, &track, done);
             answers.iter_mut().for_each(|answer| reversals.note(answer.play.as_mut()));
             self.sum_up(&mut as_written, part.first, &answers);
-            let unloaded = part.with_tasks(|task| TaskPoint { load: Wrench::zero(), ..*task });
+            let unloaded = part.with_tasks(TaskPoint::without_force);
             let case = unloaded.case([&self.machine, &self.real, &self.machine]);
             let without_force = run_tracked(&case, &commands, &track, done);
             let without_force: Vec<_> = without_force.iter().map(PathPointResult::solved_error).collect();

@@ -56,7 +56,7 @@ impl ReferenceSolver {
         let nominal = &self.machines.nominal;
         let at = Vector3::from(*position) - nominal.home.pose.rotation * nominal.tool_tip;
         let (pose, load) = (nominal.pose_at(at), self.load(wrench));
-        TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None }
+        TaskPoint::new(pose, load, Target::ToolTip)
     }
 
     /// Solves the equilibria at these points of the domain; the error names a point without equilibrium and the reason.

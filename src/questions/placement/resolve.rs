@@ -215,6 +215,9 @@ fn resolve_feature(
             format!("commands {first}: a place is sought for one position of such a drive, expected [locked] instead");
         return Err(Error::Argument { argument: origin, problem });
     }
+    if let Some(stock) = &process.stock {
+        stock.check_movable(&process.machine, &process.placement)?;
+    }
     let path = process.mark_cutting(path, &origin)?;
     let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
     let loads = process.loads(&path).map_err(fault)?;

@@ -114,11 +114,8 @@ impl AtRest {
         let mut session = Session::new(&nominal, &real, CompensationSettings::default());
         session.set_rigid(&case.at);
         let task = TaskPoint {
-            pose: *pose,
-            load: Wrench::zero(),
-            target: Target::FullPose,
             wanted: Some(*pose),
-            external: None,
+            ..TaskPoint::new(*pose, Wrench::zero(), Target::FullPose)
         };
         let done = compensate(&mut session, &task, Method::Direct);
         if !done.status.is_success() {

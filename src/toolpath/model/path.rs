@@ -80,8 +80,41 @@ pub struct Engaged {
     pub chip_mm: Option<f64>,
     /// Volume removed for each mm of path, mm².
     pub removed_mm2: f64,
+    /// Area of the end of a flat or bull-nose tool that goes down into material, mm²: the force of its end teeth is in no law.
+    pub end_mm2: f64,
     /// How teeth pass through the material: "up", "down" or "both"; empty in air.
     pub milling: &'static str,
+    /// What the tool bends in itself; `None` where that is not asked.
+    pub bend: Option<Bend>,
+}
+
+/// How far a tool bends in itself where its teeth make a wall: at the instant at which a tooth passes the wall at that height, not on average.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(non_snake_case, reason = "the unit is N, not n")]
+pub struct Bend {
+    /// Mean over the heights of the walls that are made, and over both, W, mm; with the mean force where none is made.
+    pub aimed_mm: Vector3<f64>,
+    /// Unit vector to the left of the motion seen from the spindle, W.
+    pub left: Vector3<f64>,
+    /// Bend to the left where the wall on the left, and that on the right, is made: at heights evenly from the tip to the depth, mm. `None` where no wall is made.
+    pub walls_mm: [Option<[f32; Bend::HEIGHTS]>; 2],
+    /// Force on the tool to the left: on average, where walls are made, and the largest in size over a turn, N.
+    pub across_N: [f32; 3],
+}
+
+impl Bend {
+    /// Number of heights.
+    pub const HEIGHTS: usize = 7;
+
+    /// Returns the bend to the left of the wall on one side (left or not) at a share of the depth, mm; `None` where none is made.
+    #[must_use]
+    pub fn at(&self, is_left: bool, share: f64) -> Option<f64> {
+        let own = self.walls_mm[usize::from(!is_left)].as_ref()?;
+        let along = share.clamp(0.0, 1.0) * (Self::HEIGHTS - 1) as f64;
+        let first = (along as usize).min(Self::HEIGHTS - 2);
+        let [low, high] = [first, first + 1].map(|at| f64::from(own[at]));
+        Some(low + (along - first as f64) * (high - low))
+    }
 }
 
 impl Toolpath {

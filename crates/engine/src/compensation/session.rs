@@ -190,11 +190,18 @@ impl Session {
     /// The pose cannot be commanded, or the machine does not stand there under its weight, or the workpiece's carrier under the load.
     pub fn with_wanted_pose(&mut self, task: &TaskPoint) -> Result<TaskPoint, CompensationStatus> {
         self.move_external_axes(task)?;
-        let unmoved = self.wanted_by_machine(task)?;
-        let Some(workpiece) = &mut self.workpiece else { return Ok(unmoved) };
-        let at_rest = task.wanted.is_none() && self.nominal.zeroed == ZeroState::AtRest;
-        let moved = workpiece.displacement(task, self.nominal.tool_tip, at_rest, &self.settings.equilibrium)?;
-        Ok(TaskPoint { wanted: Some(moved.compose(unmoved.wanted())), ..unmoved })
+        let mut ready = self.wanted_by_machine(task)?;
+        if let Some(workpiece) = &mut self.workpiece {
+            let at_rest = task.wanted.is_none() && self.nominal.zeroed == ZeroState::AtRest;
+            let moved = workpiece.displacement(task, self.nominal.tool_tip, at_rest, &self.settings.equilibrium)?;
+            ready.wanted = Some(moved.compose(ready.wanted()));
+        }
+        if ready.aside != Vector3::zeros() {
+            let wanted = ready.wanted();
+            ready.wanted = Some(Pose { translation: wanted.translation + ready.aside, ..*wanted });
+            ready.aside = Vector3::zeros();
+        }
+        Ok(ready)
     }
 
     /// Compliance of the workpiece where the tool touches it under the load of `task`: displacement in O per force, mm/N; zero if it is fixed.

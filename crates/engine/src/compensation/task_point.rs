@@ -44,6 +44,8 @@ pub struct TaskPoint {
     pub target: Target,
     /// Pose that P should have; `None`: `pose`, or where the machine is calibrated for it, see [`ZeroState`](crate::machine::ZeroState).
     pub wanted: Option<Pose>,
+    /// Where the compensated point should be beside that, O axes, mm: against what the tool bends in itself, which the machine does not know.
+    pub aside: Vector3<f64>,
     /// Positions of the external axes; `None`: those of the machine.
     pub external: Option<ExternalAxes>,
 }
@@ -52,6 +54,18 @@ impl TaskPoint {
     /// Pose that P should have, as far as it is known.
     pub fn wanted(&self) -> &Pose {
         self.wanted.as_ref().unwrap_or(&self.pose)
+    }
+
+    /// Creates the task to hold `pose` under `load`, as the machine is calibrated for it.
+    #[must_use]
+    pub fn new(pose: Pose, load: Wrench, target: Target) -> Self {
+        Self { pose, load, target, wanted: None, aside: Vector3::zeros(), external: None }
+    }
+
+    /// The task without the cutting force and what it does to the tool.
+    #[must_use]
+    pub fn without_force(&self) -> Self {
+        Self { load: Wrench::zero(), aside: Vector3::zeros(), ..*self }
     }
 
     /// Position of the compensated point from P in platform axes, mm.

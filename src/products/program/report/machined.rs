@@ -6,7 +6,10 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::{
     figures::{FaceValue, Figure, LineFigure, LineSeries, PartFigure},
-    files::{OutputFile, words::{counted, millimetres, percent}},
+    files::{
+        OutputFile,
+        words::{millimetres, percent},
+    },
     input::error::Result,
     page::{Section, SmallTable},
     process::machined::MachinedSurface,
@@ -115,7 +118,11 @@ impl Machined {
         let mut text = format!("On the part {} without compensation; {} as written.", words(before), words(after));
         if let Some(tolerance) = job.process.tolerance_mm {
             let share = |side: &Side| percent(side.within / side.area.max(f64::MIN_POSITIVE));
-            text += &format!(" {} of the machined surface is within {tolerance} mm, {} without.", share(after), share(before));
+            text += &format!(
+                " {} of the machined surface is within {tolerance} mm, {} without.",
+                share(after),
+                share(before)
+            );
         }
         if after.unknown > 0.0 {
             text += &format!(" Of {} of it nothing is known.", percent(after.unknown / after.area));
@@ -156,9 +163,7 @@ impl Machined {
     /// Returns the section of the page on the part.
     pub fn section(&self, report: &Report<'_>) -> Section {
         let row = |(name, side): (&str, &Side)| {
-            let of = |found: Option<(f64, usize)>| {
-                found.map_or_else(|| "–".into(), |own| millimetres(own.0, 4))
-            };
+            let of = |found: Option<(f64, usize)>| found.map_or_else(|| "–".into(), |own| millimetres(own.0, 4));
             let place = |found: Option<(f64, usize)>| {
                 found.and_then(|own| self.place(report.job, own.1)).unwrap_or_else(|| "–".into())
             };
@@ -172,8 +177,8 @@ impl Machined {
         Section::new("What is left on the part?", "deviation of the machined surface from the programmed one")
             .text(&self.sentences(report.job))
             .text(
-                "The surface is that of the tool as it goes from point to point, so that what an earlier pass took away stays gone. Bending of the tool itself, its tilt, run-out \
-                 and vibration are not in it.\n",
+                "The surface is that of the tool as it goes from point to point, so that what an earlier pass took away stays gone. Tilt of the tool, run-out and vibration are not in \
+                 it; bending of the tool itself is where the process file says how it sticks out.\n",
             )
             .small_tables([table])
             .figures(&[DEVIATIONS])
@@ -197,20 +202,22 @@ impl Machined {
         let corners = |patch: &kinetostat_removal::Patch| patch.corners.map(|corner| corner.into());
         let part = PartFigure {
             title: "What is left on the part".into(),
-            subtitle: format!("{}, seen from the spindle; red: material is left, blue: it is missing", job.machine.name),
+            subtitle: format!(
+                "{}, seen from the spindle; red: material is left, blue: it is missing",
+                job.machine.name
+            ),
             quantity: "material left [mm]".into(),
             faces: surface.patches.iter().map(corners).collect(),
             views: vec![view(0), view(1)],
             range: (-end, end),
             note: format!(
                 "against the surface that the program describes; grey: not cut{}",
-                job.process.tolerance_mm.map_or_else(String::new, |own| format!("; the scale ends at the tolerance, {own} mm"))
+                job.process
+                    .tolerance_mm
+                    .map_or_else(String::new, |own| format!("; the scale ends at the tolerance, {own} mm"))
             ),
         };
-        vec![
-            ("answer".into(), Figure::Part(Box::new(part))),
-            (DEVIATIONS.into(), self.histogram(job, end)),
-        ]
+        vec![("answer".into(), Figure::Part(Box::new(part))), (DEVIATIONS.into(), self.histogram(job, end))]
     }
 
     fn range_words(&self, course: usize) -> String {

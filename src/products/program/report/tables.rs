@@ -105,17 +105,24 @@ pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
 }
 
 /// Columns of how the tool is in material on the way to a point.
-const ENGAGEMENT: [&str; 6] = [
+const ENGAGEMENT: [&str; 11] = [
     "engagement_depth_mm",
     "engagement_width_mm",
     "engagement_entry_deg",
     "engagement_exit_deg",
     "engagement_chip_mm",
     "engagement_removed_mm2",
+    "engagement_end_mm2",
+    "engagement_bend_mm",
+    "engagement_across_mean_N",
+    "engagement_across_wall_N",
+    "engagement_across_peak_N",
 ];
 
 /// Returns the cells of these columns, and how teeth pass through the material; empty angles and chip in air.
 fn engagement_cells(own: &Engaged) -> Vec<Cell> {
+    let bend = own.bend.as_ref();
+    let across = |at: usize| Cell::from(bend.map(|bend| f64::from(bend.across_N[at])));
     vec![
         own.depth_mm.into(),
         own.width_mm.into(),
@@ -123,6 +130,11 @@ fn engagement_cells(own: &Engaged) -> Vec<Cell> {
         own.exit_rad.map(f64::to_degrees).into(),
         own.chip_mm.into(),
         own.removed_mm2.into(),
+        own.end_mm2.into(),
+        bend.map(|bend| bend.aimed_mm.dot(&bend.left)).into(),
+        across(0),
+        across(1),
+        across(2),
         own.milling.into(),
     ]
 }
@@ -333,7 +345,7 @@ pub fn program_json(report: &Report<'_>) -> Value {
         "write_tolerance_mm": (!matches!(job.file, ProgramFile::Polyline(_))).then_some(job.process.write_tolerance_mm),
         "blocks": written.blocks,
         "workpiece": job.process.placement_words(),
-        "counts_as_cutting": job.process.cutting_rule.words(),
+        "counts_as_cutting": job.process.cutting_words(),
         "dialect": dialect,
         "unit_taken": notes.assumed_unit.map(|(unit, _)| unit.name()),
         "written_out": notes.written_out.map(|[lines, grown]| match &written.calls {

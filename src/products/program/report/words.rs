@@ -336,7 +336,8 @@ pub fn spread_text(report: &Report<'_>) -> String {
 /// Returns the cautions of the result, a sentence per line.
 fn caution_text(report: &Report<'_>) -> String {
     let machine = &report.job.machine;
-    cautions::zeroing(machine)
+    end_teeth_text(report.job)
+        + &cautions::zeroing(machine)
         + &cautions::carrier(machine)
         + &cautions::large_errors(machine, &report.job.process.errors)
         + &report.findings.outside.words("point")
@@ -346,6 +347,18 @@ fn caution_text(report: &Report<'_>) -> String {
             false => "",
         }
         + &notes_text(report.job, &report.proved.written.calls)
+}
+
+/// Returns what is not in the force where stock is cut, and a natural frequency that is near, in sentences; empty without stock.
+fn end_teeth_text(job: &ProgramJob) -> String {
+    let Some(stock) = &job.process.stock else { return String::new() };
+    let near = stock.tooth_passing(&job.path).and_then(|(_, near)| near).unwrap_or_default();
+    let ends = job.path.engagements().iter().map(|own| own.end_mm2).enumerate();
+    let most = ends.filter(|own| own.1 > 0.0).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+    near + &most.map_or_else(String::new, |(k, area)| {
+        let place = job.place_words(k);
+        format!("Where the flat end of a tool goes down into material, the force of its end teeth is not known and not in this: up to {area:.1} mm² of it ({place}).\n")
+    })
 }
 
 /// Returns what the play of the drives does, in sentences; empty without play.

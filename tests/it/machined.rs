@@ -1,0 +1,198 @@
+//! The machined surface of a program, and the bend of the tool where it makes a wall, against sums and lines of their own.
+
+use crate::support::uncertain::job;
+use kinetostat::{
+    Work,
+    compensation::Method,
+    files::Foreign,
+    process::cutting::CuttingLaw,
+    products::program::{
+        Asked, ProgramJob,
+        files::{ProgramFiles, ProgramOutcome, compensate_into},
+    },
+};
+use nalgebra::Vector3;
+use serde_json::Value;
+
+/// A shoulder of 2.5 mm on the side of the part at larger y, 5 mm deep, along x; the tool comes from below.
+const LINE: &str = "G21 G90\nS8000 M3\nG0 X-30 Y0 Z-10\nG1 Z0 F2400\nX30\nG0 Z-10\n";
+const BENDS: &str = "helix_deg = 30.0\nstick_out_mm = 40.0\nyoungs_modulus_N_per_mm2 = 6e5\n";
+
+fn process(tool: &str) -> String {
+    format!(
+        "tolerance_mm = 0.05\n[placement]\norigin_mm = [0.0, 0.0, 100.0]\n[force.end_milling]\nmaterial = \"Al 7075-T6\"\n[stock]\n\
+         box = {{ min_mm = [-20.0, 2.5, -5.0], max_mm = [20.0, 30.0, 10.0] }}\n[tools.1]\ndiameter_mm = 10.0\nteeth = 4\n{tool}"
+    )
+}
+
+/// Compensates the program into a folder and returns its report and its table of points.
+fn compensated(process: &str, program: &str) -> (Value, Vec<Vec<String>>, Vec<u8>) {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.nc");
+    let files = ProgramFiles::prepare(&out, Foreign::Kept).unwrap();
+    let job = job("orthoglide", process, ("part.nc", program));
+    let work = Work::default();
+    match compensate_into(job, &Asked::by(Method::Direct), &files, "part.nc", &work).unwrap() {
+        ProgramOutcome::Written(_) => (),
+        ProgramOutcome::Refused(..) => panic!("refused"),
+    }
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    let report = serde_json::from_slice(&read("out.nc.report.json")).unwrap();
+    let table = String::from_utf8(read("out.nc.points.csv")).unwrap();
+    let rows = table.lines().map(|line| line.split(',').map(str::to_string).collect()).collect();
+    (report, rows, read("out.nc.part.ply"))
+}
+
+/// Returns the numbers of a column where the tool cuts the shoulder.
+fn column(rows: &[Vec<String>], name: &str) -> Vec<f64> {
+    let at = |name: &str| rows[0].iter().position(|own| own == name).unwrap_or_else(|| panic!("{name}: {:?}", rows[0]));
+    let (own, removed) = (at(name), at("engagement_removed_mm2"));
+    let is_cut = |row: &&Vec<String>| row[removed].parse::<f64>().unwrap() > 1.0;
+    rows[1..].iter().filter(is_cut).map(|row| row[own].parse().unwrap()).collect()
+}
+
+/// The wall of a straight pass is off by what the tool is off across it: the largest of both is one, and the wall of the written program is where it is wanted.
+#[test]
+fn the_wall_of_a_straight_pass_is_off_as_the_tool_is() {
+    let (report, rows, ply) = compensated(&process(""), LINE);
+    let surface = &report["machined_surface"];
+    let number = |side: &str, what: &str| surface[side][what]["mm"].as_f64().unwrap();
+    // As the tool goes without compensation: the program as written and the part of it that is corrected.
+    let without = job("orthoglide", &process(""), ("part.nc", LINE));
+    let errors = errors_without(&without);
+    // The normal of the wall points to −y; in field axes the wall is on the right.
+    let cut: Vec<Vector3<f64>> = errors;
+    let largest = cut.iter().fold(0.0, |most: f64, own| most.max(-own.y));
+    let least = cut.iter().fold(0.0, |most: f64, own| most.max(own.y));
+    assert!(largest.max(least) > 0.05, "{largest} {least}");
+    let found = number("without_compensation", "most_left").max(number("without_compensation", "most_missing"));
+    assert!(
+        (found - largest.max(least).max(cut.iter().fold(0.0, |most: f64, own| most.max(own.z.abs())))).abs() < 2e-3,
+        "{found}: {largest} {least}"
+    );
+    let after = column(&rows, "error_after_mm").into_iter().fold(0.0, f64::max);
+    assert!(number("as_written", "most_left").max(number("as_written", "most_missing")) <= after + 1e-4);
+    // Wall 40 × 5 and floor 40 × 2.5 of the shoulder, to its round end.
+    let area = surface["as_written"]["area_mm2"].as_f64().unwrap();
+    assert!((area - 40.0 * 7.5).abs() < 4.0, "{area}");
+    let header =
+        String::from_utf8_lossy(&ply[..ply.windows(10).position(|own| own == b"end_header").unwrap()]).to_string();
+    let count = |what: &str| -> usize {
+        header.lines().find_map(|line| line.strip_prefix(what)).unwrap().trim().parse().unwrap()
+    };
+    assert_eq!(count("element vertex"), 4 * count("element face"));
+    let body = ply.len() - header.len() - "end_header\n".len();
+    assert_eq!(body, count("element vertex") * 25 + count("element face") * 17);
+}
+
+/// Errors of the tool without compensation where it cuts, W axes (those of the base), mm: solved for each point by itself.
+fn errors_without(job: &ProgramJob) -> Vec<Vector3<f64>> {
+    use kinetostat::compensation::{CompensationSettings, Session, compensate};
+    let mut session = Session::new(&job.machine, &job.real, CompensationSettings::default());
+    let mut errors = Vec::new();
+    for part in job.parts() {
+        let part = part.unwrap();
+        for (k, task) in part.range().zip(part.tasks()) {
+            if job.path.engagements()[k].removed_mm2 > 1.0 {
+                errors.push(compensate(&mut session, task, Method::None).position_error);
+            }
+        }
+    }
+    errors
+}
+
+/// Where a tooth passes the wall at a height, forces of all teeth bend the tool: as a sum over 4000 elements of its edge, within 0.1 µm, for both senses of rotation and
+/// milling up and down; the program aims at the mean.
+#[test]
+fn the_wall_is_where_the_tool_is_when_it_makes_it() {
+    for (spindle, stock_y, left) in [
+        ("clockwise", [2.5, 30.0], false),
+        ("clockwise", [-30.0, -2.5], true),
+        ("counter_clockwise", [2.5, 30.0], false),
+    ] {
+        let text = process(BENDS)
+            .replace("[-20.0, 2.5, -5.0]", &format!("[-40.0, {:?}, -5.0]", stock_y[0]))
+            .replace("[20.0, 30.0, 10.0]", &format!("[40.0, {:?}, 10.0]", stock_y[1]))
+            .replace("material = \"Al 7075-T6\"", &format!("material = \"Al 7075-T6\"\nspindle = \"{spindle}\""));
+        let job = job("orthoglide", &text, ("part.nc", LINE));
+        let CuttingLaw::EngagedMilling(law) = job.process.cutting else { panic!("no end mill") };
+        let k = job.path.points().iter().position(|point| point.position_mm == Vector3::zeros()).unwrap();
+        let bend = job.path.engagements()[k].bend.unwrap();
+        // Seen from the spindle at −z the tool goes along x, and −y is on its left.
+        assert!((bend.left + Vector3::y()).norm() < 1e-12);
+        let side = if spindle == "clockwise" { 1.0 } else { -1.0 };
+        let (radius, stick_out, depth, c): (f64, f64, f64, f64) = (5.0, 40.0, 5.0, 0.075);
+        let rigidity = 6e5 * std::f64::consts::PI * 8.0_f64.powi(4) / 64.0;
+        let lag = side * 30.0_f64.to_radians().tan() / radius;
+        // Material within 2.5 mm of the wall: from 60° to 90° from the heading.
+        let arc = if left { [60.0_f64, 90.0] } else { [-90.0, -60.0] }.map(f64::to_radians);
+        let wall = if left { arc[1] } else { arc[0] };
+        let (elements, mut sums) = (4000, Vec::new());
+        for at in 0..=6 {
+            let height = depth * f64::from(at) / 6.0;
+            let (mut bent, mut force) = (0.0, 0.0);
+            for element in 0..elements {
+                let z = depth * (element as f64 + 0.5) / elements as f64;
+                for tooth in 0..4 {
+                    let theta = wall + lag * (z - height) + std::f64::consts::FRAC_PI_2 * f64::from(tooth);
+                    let theta = theta.sin().atan2(theta.cos());
+                    if theta < arc[0] || theta > arc[1] {
+                        continue;
+                    }
+                    let on_edge = law.edge.on_edge(c * theta.cos().max(0.0));
+                    let own = (-on_edge.y * theta.sin() + side * on_edge.x * theta.cos()) * depth / elements as f64;
+                    let (a, b) = (stick_out - height, stick_out - z);
+                    let (short, long) = (a.min(b), a.max(b));
+                    bent += own * short * short * (3.0 * long - short) / (6.0 * rigidity);
+                    force += own;
+                }
+            }
+            sums.push((bent, force));
+        }
+        for (at, (bent, _)) in sums.iter().enumerate() {
+            let found = bend.at(left, at as f64 / 6.0).unwrap();
+            assert!((found - bent).abs() < 1e-4, "{spindle} {at}: {found} instead of {bent}");
+        }
+        assert!(bend.at(!left, 0.5).is_none());
+        let mean = sums.iter().map(|own| own.0).sum::<f64>() / 7.0;
+        assert!((bend.aimed_mm - mean * bend.left).norm() < 1e-4);
+        let [mean_force, made, peak] = bend.across_N;
+        let exact = sums.iter().map(|own| own.1).sum::<f64>() / 7.0;
+        assert!((f64::from(made) - exact).abs() < 0.03 * exact.abs() + 1.0, "{made} {exact}");
+        assert!(peak.abs() >= made.abs() && peak.abs() > mean_force.abs(), "{:?}", bend.across_N);
+        assert!(sums[0].0.abs() > 0.005, "{sums:?}");
+    }
+}
+
+/// The written program puts the wall of a tool that bends where it is wanted, to within what the bend differs along its height.
+#[test]
+fn compensation_aims_at_the_wall_of_a_tool_that_bends() {
+    let (rigid, ..) = compensated(&process(""), LINE);
+    let (bending, rows, _) = compensated(&process(BENDS), LINE);
+    let found = |report: &Value, side: &str| {
+        let of = |what: &str| report["machined_surface"][side][what]["mm"].as_f64().unwrap();
+        of("most_left").max(of("most_missing"))
+    };
+    // Without compensation the bend adds to what the machine does.
+    assert!((found(&bending, "without_compensation") - found(&rigid, "without_compensation")).abs() > 0.005);
+    let text = process(BENDS);
+    let job = job("orthoglide", &text, ("part.nc", LINE));
+    let bends = job.path.engagements().iter().filter_map(|own| own.bend.as_ref());
+    let spread = bends
+        .filter_map(|bend| {
+            let aimed = bend.aimed_mm.dot(&bend.left);
+            (0..=6)
+                .map(|at| bend.at(false, f64::from(at) / 6.0).map(|own| (own - aimed).abs()))
+                .max_by(|a, b| a.partial_cmp(b).unwrap())?
+        })
+        .fold(0.0, f64::max);
+    let after = column(&rows, "error_after_mm").into_iter().fold(0.0, f64::max);
+    assert!(spread > 1e-4 && found(&bending, "as_written") <= spread + after + 1e-3, "{spread} {after}");
+    // Where no force acts the tool does not bend, and the program as written is off by what it corrects.
+    let off = report_number(&bending, "without_force");
+    assert!(off > 0.9 * found(&bending, "without_compensation") - 0.01, "{off}");
+}
+
+fn report_number(report: &Value, key: &str) -> f64 {
+    report[key]["error_max_mm"].as_f64().unwrap()
+}
