@@ -46,6 +46,29 @@ pub struct Description {
     /// What a reader can try with the engine in the page.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to_try: Option<ToTry>,
+    /// The machined part, an interactive view.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<PartView>,
+}
+
+/// The surface of a machined part: faces with what made them.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PartView {
+    /// Its heading.
+    pub title: String,
+    /// Coordinates of the corners of its faces, four of each in turn, mm.
+    pub corners_mm: [Vec<f64>; 3],
+    /// Which of `places` made a face; `None` on the skin of the stock.
+    pub made: Vec<Option<usize>>,
+    /// Names of the courses of the tool, each with how far its surface is from the programmed one at each face, mm.
+    pub courses: Vec<(String, Vec<Option<f64>>)>,
+    /// Ends of the colour scale, mm.
+    pub end_mm: f64,
+    /// Places of the program, in words.
+    pub places: Vec<String>,
+    /// Label, unit and values at each place.
+    pub columns: Vec<(String, String, Vec<Option<f64>>)>,
 }
 
 /// A label with its value, such as one line of the setting.
@@ -239,6 +262,7 @@ impl Description {
             tables: Vec::new(),
             colours: None,
             to_try: None,
+            part: None,
         }
     }
 

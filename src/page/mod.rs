@@ -25,8 +25,8 @@ pub mod winners;
 
 pub use comparison::{Comparison, comparison};
 pub use description::{
-    Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, Quantity, Section, Shape,
-    SmallTable, TableNote,
+    Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, PartView, Quantity, Section,
+    Shape, SmallTable, TableNote,
 };
 pub use explore::{ToTry, explore_page};
 pub use folder::{ResultFolder, href, relative_display};

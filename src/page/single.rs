@@ -3,10 +3,11 @@
 use std::{collections::BTreeMap, path::Path};
 
 use serde::Serialize;
+use serde_json::json;
 
 use super::{
     dataset::{Dataset, MOST_NUMBERS},
-    description::{Column, Description, Explorer, Fact, Mark, Quantity, Section, Shape},
+    description::{Column, Description, Explorer, Fact, Mark, PartView, Quantity, Section, Shape},
     explore::EngineView,
     folder::{ResultFolder, href},
     packed::{Packed, Precision, data_url, script_json},
@@ -132,6 +133,8 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
         let data = Dataset::read(explorer, &folder.table(&explorer.table)?, share)?;
         explorers.push(explorer_view(explorer, &data, description, (&keys, explorers.len())));
     }
+    let index = explorers.len();
+    explorers.extend(description.part.as_ref().map(|part| part_view(part, index)));
     let mut tables = Vec::new();
     let mut reasons = Vec::new();
     for note in &description.tables {
@@ -282,6 +285,38 @@ fn explorer_view(
         shape: explorer.shape,
         note: precision_note(explorer, data, precision),
         json,
+        id: format!("data-{index}"),
+    }
+}
+
+/// Returns the interactive view of a part; `index` makes its id unique.
+fn part_view(part: &PartView, index: usize) -> ExplorerView {
+    let note = Precision::Steps.words();
+    let packed = |values: &[f64]| Packed::new(values, Precision::Steps);
+    let known = |values: &[Option<f64>]| values.iter().map(|own| own.unwrap_or(f64::NAN)).collect::<Vec<_>>();
+    let made: Vec<f64> = part.made.iter().map(|own| own.map_or(f64::NAN, |own| own as f64)).collect();
+    let columns = part.columns.iter().map(|(label, unit, values)| {
+        json!({ "label": label, "unit": unit, "values": Packed::new(&known(values), Precision::Single) })
+    });
+    let json = json!({
+        "shape": "part",
+        "title": part.title,
+        "note": note,
+        "cases": [],
+        "units": [],
+        "end": part.end_mm,
+        "corners": part.corners_mm.each_ref().map(|values| packed(values)),
+        "made": Packed::new(&made, Precision::Single),
+        "courses": part.courses.iter().map(|own| own.0.as_str()).collect::<Vec<_>>(),
+        "deviations": part.courses.iter().map(|own| packed(&known(&own.1))).collect::<Vec<_>>(),
+        "places": part.places,
+        "columns": columns.collect::<Vec<_>>(),
+    });
+    ExplorerView {
+        title: part.title.clone(),
+        shape: Shape::Names,
+        note: format!("{note}."),
+        json: script_json(&json),
         id: format!("data-{index}"),
     }
 }

@@ -16,7 +16,7 @@ use crate::{
 
 const STYLE: &str = concat!(include_str!("assets/page.css"), include_str!("assets/comparison.css"));
 /// Scripts of all pages, in the order they run.
-const SCRIPTS: [&str; 12] = [
+const SCRIPTS: [&str; 13] = [
     include_str!("assets/theme.js"),
     include_str!("assets/folds.js"),
     include_str!("assets/tables.js"),
@@ -26,6 +26,7 @@ const SCRIPTS: [&str; 12] = [
     include_str!("assets/chosen.js"),
     include_str!("assets/slice.js"),
     include_str!("assets/space.js"),
+    include_str!("assets/part.js"),
     include_str!("assets/grid.js"),
     include_str!("assets/lines.js"),
     include_str!("assets/start.js"),

@@ -323,12 +323,12 @@ impl Cutting {
         let reach = Vector3::new(tool.cutter.radius_mm(), tool.cutter.radius_mm(), 0.0);
         let (first, last) = (from.inf(&self.at) - reach, from.sup(&self.at) + reach);
         let is_beside = first.x >= high.x || first.y >= high.y || last.x <= low.x || last.y <= low.y;
-        if met.is_none() && !is_beside {
+        if let (None, false, Some((inside, up))) = (met, is_beside, tool.cutter.inside(self.free_mm)) {
             let pieces = (way.norm() / (0.5 * tool.cutter.radius_mm())).ceil().max(1.0);
             for piece in 1..=pieces as u32 {
-                let at = from + way * (f64::from(piece) / pieces);
-                self.field.engage(&tool.cutter, &at, way, &self.slicing, &mut self.engagement).map_err(refused)?;
-                if self.engagement.depth_mm.min(self.engagement.width_mm) > self.free_mm {
+                let at = from + way * (f64::from(piece) / pieces) + up * Vector3::z();
+                self.field.engage(&inside, &at, way, &self.slicing, &mut self.engagement).map_err(refused)?;
+                if !self.engagement.is_air() {
                     met = Some(at);
                     break;
                 }

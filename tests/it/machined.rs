@@ -124,8 +124,8 @@ fn the_wall_is_where_the_tool_is_when_it_makes_it() {
         let (radius, stick_out, depth, c): (f64, f64, f64, f64) = (5.0, 40.0, 5.0, 0.075);
         let rigidity = 6e5 * std::f64::consts::PI * 8.0_f64.powi(4) / 64.0;
         let lag = side * 30.0_f64.to_radians().tan() / radius;
-        // Material within 2.5 mm of the wall: from 60° to 90° from the heading.
-        let arc = if left { [60.0_f64, 90.0] } else { [-90.0, -60.0] }.map(f64::to_radians);
+        // Material within 2.5 mm of the wall: from 30° to 90° from the heading.
+        let arc = if left { [30.0_f64, 90.0] } else { [-90.0, -30.0] }.map(f64::to_radians);
         let wall = if left { arc[1] } else { arc[0] };
         let (elements, mut sums) = (4000, Vec::new());
         for at in 0..=6 {

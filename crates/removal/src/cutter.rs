@@ -60,6 +60,18 @@ impl Cutter {
         Ok(Self { radius, nose: Nose::Cone { rise: 1.0 / libm::tan(angle_deg.to_radians() / 2.0) } })
     }
 
+    /// Returns the cutter whose surface is everywhere `by` (mm) inside of this one, and how much higher its tip is, mm; `None` if nothing is left.
+    #[must_use]
+    pub fn inside(&self, by: f64) -> Option<(Self, f64)> {
+        let radius = self.radius - by;
+        let (nose, up) = match self.nose {
+            Nose::Rounded { flat, corner } if corner >= by => (Nose::Rounded { flat, corner: corner - by }, by),
+            Nose::Rounded { .. } => (Nose::Rounded { flat: radius, corner: 0.0 }, by),
+            Nose::Cone { rise } => (Nose::Cone { rise }, by * norm(rise, 1.0)),
+        };
+        (radius > 0.0).then_some((Self { radius, nose }, up))
+    }
+
     /// R, mm.
     #[must_use]
     pub fn radius_mm(&self) -> f64 {

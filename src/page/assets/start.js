@@ -27,7 +27,7 @@
     if (begun.has(index)) return;
     if (folds.every((fold) => fold.open)) {
       begun.add(index);
-      (read[index].shape === "grid" ? gridView : lineView)(articles[index], read[index], String(index));
+      ({ grid: gridView, part: partView }[read[index].shape] ?? lineView)(articles[index], read[index], String(index));
     } else {
       // A chart in a fold has no size until the fold is opened.
       folds.filter((fold) => !fold.open).forEach((fold) => fold.addEventListener("toggle", () => begin(index), { once: true }));

@@ -81,8 +81,9 @@ pub struct Across {
 
 /// A tooth that comes so near to where a wall is made has made it, rad: as well as arcs are known.
 const AT_WALL: f64 = 2e-3;
-/// Pieces of a slice in which a tooth is in one place, mm.
-const PIECE_MM: f64 = 0.125;
+/// Longest pieces of an edge over which the force is integrated, mm, and where in them, as a share of half their length.
+const PIECE_MM: f64 = 0.5;
+const GAUSS: f64 = 0.577_350_269_189_625_8;
 /// Instants over a pitch at which the largest force is looked for.
 const INSTANTS: u32 = 48;
 
@@ -148,13 +149,23 @@ impl EngagedMilling {
         let lag = -self.spindle.sign() * stub.lag_per_mm;
         let each_force = |tip_angle: f64, see: &mut dyn FnMut(f64, f64)| {
             for slice in &engagement.slices {
-                let pieces = ((slice.top_mm - slice.bottom_mm) / PIECE_MM).ceil().max(1.0);
-                for piece in 0..pieces as u32 {
-                    let share = (f64::from(piece) + 0.5) / pieces;
-                    let height = slice.bottom_mm + share * (slice.top_mm - slice.bottom_mm);
-                    for tooth in 0..teeth {
-                        let theta = tip_angle + lag * height + pitch * f64::from(tooth);
-                        see(height, self.force_to_left(engagement, slice, theta, c, rise) / pieces);
+                let middle = 0.5 * (slice.bottom_mm + slice.top_mm);
+                for (arc, tooth) in
+                    engagement.arcs[slice.arcs.clone()].iter().flat_map(|arc| (0..teeth).map(move |own| (arc, own)))
+                {
+                    let own = tip_angle + pitch * f64::from(tooth);
+                    let turns = ((0.5 * (arc.from + arc.to) - own - lag * middle) / TAU).round();
+                    let own = own + TAU * turns;
+                    let Some([low, high]) = heights_in(arc, own, lag, [slice.bottom_mm, slice.top_mm]) else {
+                        continue;
+                    };
+                    let pieces = ((high - low) / PIECE_MM).ceil().max(1.0);
+                    let half = 0.5 * (high - low) / pieces;
+                    for piece in 0..pieces as u32 {
+                        let centre = low + (2.0 * f64::from(piece) + 1.0) * half;
+                        for height in [centre - half * GAUSS, centre + half * GAUSS] {
+                            see(height, half * self.force_to_left(slice, own + lag * height, c, rise));
+                        }
                     }
                 }
             }
@@ -199,18 +210,13 @@ impl EngagedMilling {
         Across { walls_mm, aimed_mm, force_N: [force.y, made_force, peak].map(|own| own as f32) }
     }
 
-    /// Returns the force to the left on a tooth that is at θ = `theta` in a slice, N; 0 outside of its arcs.
-    fn force_to_left(&self, engagement: &Engagement, slice: &Slice, theta: f64, c: f64, rise: f64) -> f64 {
-        let theta = theta - TAU * (theta / TAU).round();
-        let is_in = |arc: &Arc| arc.from - 1e-9 <= theta && theta <= arc.to + 1e-9;
-        if !engagement.arcs[slice.arcs.clone()].iter().any(is_in) {
-            return 0.0;
-        }
+    /// Returns the force to the left on a tooth that is at θ = `theta` in a slice, for each mm of its height, N/mm.
+    fn force_to_left(&self, slice: &Slice, theta: f64, c: f64, rise: f64) -> f64 {
         let [sine, cosine] = directions(slice);
         let ((sin_theta, cos_theta), level) = (libm::sincos(theta), (1.0 - rise * rise).max(0.0).sqrt());
         let own = self.edge.on_edge((c * (sine * cos_theta * level - cosine * rise)).max(0.0));
         let outward = -own.y * sine + own.z * cosine;
-        (outward * sin_theta - self.spindle.sign() * own.x * cos_theta) * slice.edge_mm
+        (outward * sin_theta - self.spindle.sign() * own.x * cos_theta) / sine
     }
 
     /// Returns the feed per tooth c of a cutter with so many `teeth` at `point`, mm. Fails when it follows from the point's feed and spindle speed and one of them is
@@ -218,6 +224,16 @@ impl EngagedMilling {
     pub fn feed_per_tooth(&self, point: &PathPoint, teeth: u32) -> Result<f64, LoadError> {
         feed::feed_per_tooth_at(point, self.feed_per_tooth_mm, teeth, "feed_per_tooth_mm")
     }
+}
+
+/// Returns the heights between `bottom` and `top` at which a tooth that is at `tip_angle` at the tip, and lags by `lag` for each mm above, is in an arc.
+fn heights_in(arc: &Arc, tip_angle: f64, lag: f64, [bottom, top]: [f64; 2]) -> Option<[f64; 2]> {
+    if lag == 0.0 {
+        return (arc.from - AT_WALL <= tip_angle && tip_angle <= arc.to + AT_WALL).then_some([bottom, top]);
+    }
+    let [from, to] = [arc.from, arc.to].map(|end| (end - tip_angle) / lag);
+    let (low, high) = (bottom.max(from.min(to)), top.min(from.max(to)));
+    (low < high).then_some([low, high])
 }
 
 /// Returns the mean of sin κ and cos κ along the edge of a slice.

@@ -1,5 +1,8 @@
 //! What is left on the part: the surface that a program machines from its stock, without compensation and as written.
 
+use std::collections::BTreeSet;
+
+use kinetostat_removal::Patch;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 
@@ -11,7 +14,7 @@ use crate::{
         words::{millimetres, percent},
     },
     input::error::Result,
-    page::{Section, SmallTable},
+    page::{PartView, Section, SmallTable},
     process::machined::MachinedSurface,
     products::program::{ProgramJob, ProvedPart},
     simulation::{Source, along_path::PathPointResult},
@@ -44,11 +47,11 @@ impl Courses {
     ///
     /// # Errors
     /// As [`StockRemoval::machined`](crate::process::stock::StockRemoval).
-    pub fn surface(&self, job: &ProgramJob, name: &str) -> Result<Option<Machined>> {
+    pub fn surface(self, job: &ProgramJob, name: &str) -> Result<Option<Machined>> {
         let Some(stock) = &job.process.stock else { return Ok(None) };
         let surface = stock.machined(&job.path, (&job.machine, &job.process.placement), &self.errors, name)?;
         let sides = [0, 1].map(|course| Side::new(&surface, course, job.process.tolerance_mm));
-        Ok(Some(Machined { surface, sides }))
+        Ok(Some(Machined { surface, errors: self.errors, sides }))
     }
 }
 
@@ -56,6 +59,8 @@ impl Courses {
 #[derive(Debug)]
 pub(super) struct Machined {
     surface: MachinedSurface,
+    /// Errors of the tool at all points, W, mm.
+    errors: [Vec<Option<Vector3<f64>>>; 2],
     /// Without compensation and as written.
     sides: [Side; 2],
 }
@@ -115,7 +120,8 @@ impl Machined {
             format!("up to {} is left and {} missing", of(side.left), of(side.missing))
         };
         let [before, after] = &self.sides;
-        let mut text = format!("On the part {} without compensation; {} as written.", words(before), words(after));
+        let nominal = if job.uncertainty.is_some() { "With nominal numbers, on the part" } else { "On the part" };
+        let mut text = format!("{nominal} {} without compensation; {} as written.", words(before), words(after));
         if let Some(tolerance) = job.process.tolerance_mm {
             let share = |side: &Side| percent(side.within / side.area.max(f64::MIN_POSITIVE));
             text += &format!(
@@ -181,17 +187,16 @@ impl Machined {
                  it; bending of the tool itself is where the process file says how it sticks out.\n",
             )
             .small_tables([table])
+            .explorers([VIEW])
             .figures(&[DEVIATIONS])
     }
 
     /// Returns the picture of the part before and after, and how its deviations are distributed over its area.
     pub fn figures(&self, job: &ProgramJob) -> Vec<(String, Figure)> {
         let surface = &self.surface;
-        let largest = self.sides.iter().map(Side::largest).fold(1e-3, f64::max);
-        // What is out of tolerance has the strongest colour.
-        let end = job.process.tolerance_mm.unwrap_or(largest);
+        let end = self.end_mm(job);
         let view = |course: usize| {
-            let face = |(patch, deviation): (&kinetostat_removal::Patch, &Option<f64>)| match (patch.tag, deviation) {
+            let face = |(patch, deviation): (&Patch, &Option<f64>)| match (patch.tag, deviation) {
                 (None, _) => FaceValue::Skin,
                 (_, None) => FaceValue::Unknown,
                 (_, Some(deviation)) => FaceValue::Value(*deviation),
@@ -199,7 +204,7 @@ impl Machined {
             let title = format!("{}: {}", NAMES[course], self.range_words(course));
             (title, surface.patches.iter().zip(&surface.deviations[course]).map(face).collect())
         };
-        let corners = |patch: &kinetostat_removal::Patch| patch.corners.map(|corner| corner.into());
+        let corners = |patch: &Patch| patch.corners.map(|corner| corner.into());
         let part = PartFigure {
             title: "What is left on the part".into(),
             subtitle: format!(
@@ -218,6 +223,41 @@ impl Machined {
             ),
         };
         vec![("answer".into(), Figure::Part(Box::new(part))), (DEVIATIONS.into(), self.histogram(job, end))]
+    }
+
+    /// Returns the interactive view of the part: a click tells the line, the engagement, the force and the errors of the tool where it made a face.
+    pub fn view(&self, job: &ProgramJob) -> PartView {
+        let surface = &self.surface;
+        let tags: BTreeSet<u32> = surface.patches.iter().filter_map(|patch| patch.tag).collect();
+        let tags: Vec<u32> = tags.into_iter().collect();
+        let made = |patch: &Patch| tags.binary_search(&patch.tag?).ok();
+        let column = |label: &str, unit: &str, value: &dyn Fn(usize) -> Option<f64>| {
+            (label.to_string(), unit.to_string(), tags.iter().map(|tag| value(*tag as usize)).collect())
+        };
+        let engaged = |k: usize| job.path.engagements().get(k);
+        let error = |course: usize| move |k: usize| self.errors[course][k].map(|own| own.norm());
+        PartView {
+            title: VIEW.into(),
+            corners_mm: [0, 1, 2]
+                .map(|axis| surface.patches.iter().flat_map(|patch| patch.corners.map(|own| own[axis])).collect()),
+            made: surface.patches.iter().map(made).collect(),
+            courses: NAMES.iter().zip(&surface.deviations).map(|(name, own)| (name.to_string(), own.clone())).collect(),
+            end_mm: self.end_mm(job),
+            places: tags.iter().map(|tag| job.place_words(*tag as usize)).collect(),
+            columns: vec![
+                column("depth", "mm", &|k| Some(engaged(k)?.depth_mm)),
+                column("width", "mm", &|k| Some(engaged(k)?.width_mm)),
+                column("cutting force", "N", &|k| Some(job.path.points()[k].load?.force_N.norm())),
+                column("tool off without compensation", "mm", &error(0)),
+                column("as written", "mm", &error(1)),
+            ],
+        }
+    }
+
+    /// Returns where the colours end, mm: at the tolerance, as what is out of it has the strongest, or at the largest deviation.
+    fn end_mm(&self, job: &ProgramJob) -> f64 {
+        let largest = self.sides.iter().map(Side::largest).fold(1e-3, f64::max);
+        job.process.tolerance_mm.unwrap_or(largest)
     }
 
     fn range_words(&self, course: usize) -> String {
@@ -284,6 +324,8 @@ impl Machined {
     }
 }
 
+/// Title of the interactive view.
+const VIEW: &str = "The machined part";
 /// Name of the figure of the distribution.
 const DEVIATIONS: &str = "deviations";
 /// Bins of the distribution.

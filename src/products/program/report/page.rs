@@ -53,6 +53,7 @@ pub fn page(report: &Report<'_>, headline: Headline, (points, rows): (&str, Opti
         .flatten()
         .collect(),
         explorers: vec![along_explorer(report.job, points)],
+        part: report.findings.machined.as_ref().map(|machined| machined.view(report.job)),
         tables: vec![TableNote {
             kept: rows.map(String::from),
             ..TableNote::ranked(points, caption, &error_before_column(Source::All))

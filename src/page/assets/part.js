@@ -1,0 +1,83 @@
+// The machined part in three dimensions, coloured by how far its surface is from the programmed one; a click tells what made it there.
+function partView(article, data) {
+  const [controls, charts, readout] = [".controls", ".charts", ".readout"].map((name) => article.querySelector(name));
+  const chart = Controls.chart(charts, data.title, "space");
+  if (!Chart.hasWebGl()) {
+    chart.plot.className = "missing";
+    chart.plot.removeAttribute("role");
+    chart.plot.textContent = "This browser offers no WebGL, so there is no view in three dimensions here. The figure above shows the same.";
+    return;
+  }
+  let course = data.courses.length - 1;
+  const corners = data.corners.map(Data.unpack);
+  const made = Data.unpack(data.made);
+  const count = made.length;
+  const faces = { skin: [], cut: [] };
+  for (let face = 0; face < count; face++) faces[Number.isFinite(made[face]) ? "cut" : "skin"].push(face);
+  // Two triangles of each face, whose corners are its own.
+  function mesh(own) {
+    const at = corners.map((values) => own.flatMap((face) => [0, 1, 2, 3].map((corner) => values[4 * face + corner])));
+    const triangles = [[0, 1, 2], [0, 2, 3]];
+    const [i, j, k] = [0, 1, 2].map((corner) => own.flatMap((_, face) => triangles.map((triangle) => 4 * face + triangle[corner])));
+    return { type: "mesh3d", x: at[0], y: at[1], z: at[2], i, j, k, flatshading: true, lighting: { ambient: 0.65, diffuse: 0.6, specular: 0.05, roughness: 0.9 }, lightposition: { x: -1e4, y: -2e4, z: 3e4 } };
+  }
+  const deviations = () => Data.unpack(data.deviations[course]);
+  // The middle of the scale is white, as in the figure.
+  const SCALE = [[0, "#053061"], [0.25, "#4393c3"], [0.5, "#f7f7f7"], [0.75, "#d6604d"], [1, "#67001f"]];
+  const intensity = () => faces.cut.flatMap((face) => [deviations()[face], deviations()[face]]);
+  const heading = () => {
+    chart.heading.textContent = `${data.title}, ${data.courses[course]}`;
+    chart.plot.setAttribute("aria-label", `${data.title}, ${data.courses[course]}; ${data.note}`);
+  };
+  function draw() {
+    heading();
+    const hidden = { visible: false };
+    const traces = [
+      { ...mesh(faces.skin), color: "#a8acb3", hoverinfo: "skip" },
+      { ...mesh(faces.cut), intensity: intensity(), intensitymode: "cell", colorscale: SCALE, cmin: -data.end, cmax: data.end, hoverinfo: "none", colorbar: Chart.bar(Data.labelled("material left", "mm")) },
+    ];
+    Plotly.newPlot(chart.plot, traces, Chart.layout({
+      margin: { l: 0, r: 0, t: 0, b: 70 },
+      scene: { aspectmode: "data", xaxis: hidden, yaxis: hidden, zaxis: hidden, camera: { eye: { x: 0.75, y: -1.3, z: 1.5 } } },
+    }), Chart.config);
+    let [under, pressed] = [null, null];
+    chart.plot.on("plotly_hover", (event) => {
+      const point = event.points.find((other) => other.curveNumber === 1);
+      under = point ? faces.cut[Math.floor(point.pointNumber / 4)] : null;
+    });
+    chart.plot.on("plotly_unhover", () => {
+      under = null;
+    });
+    chart.plot.addEventListener("pointerdown", (event) => {
+      pressed = [event.clientX, event.clientY];
+    }, true);
+    window.addEventListener("pointerup", (event) => {
+      const isStill = pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4;
+      pressed = null;
+      if (isStill && under !== null) tell(under);
+    }, true);
+    chart.plot.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey) event.stopImmediatePropagation();
+    }, { capture: true, passive: true });
+  }
+  function tell(face) {
+    const at = made[face];
+    const words = data.courses.map((name, own) => `${name} ${Data.withUnit(Data.unpack(data.deviations[own])[face], "mm")}`);
+    const values = data.columns.map((column) => `${column.label} ${Data.withUnit(Data.unpack(column.values)?.[at], column.unit)}`);
+    readout.textContent = `${data.places[at]}: material left ${words.join(", ")}; ${values.join(", ")}.`;
+  }
+  const select = Controls.select(controls, "course", data.courses, (index) => {
+    course = index;
+    heading();
+    Plotly.restyle(chart.plot, { intensity: [intensity()] }, [1]);
+  });
+  select.value = String(course);
+  readout.textContent = "Click the part to see which line made it there, and with which force.";
+  const observer = new IntersectionObserver((entries) => {
+    if (!entries.some((entry) => entry.isIntersecting)) return;
+    observer.disconnect();
+    draw();
+  }, { rootMargin: "200px" });
+  observer.observe(chart.plot);
+  Theme.onChange(() => chart.plot.data && Plotly.relayout(chart.plot, { "font.color": Theme.colour("ink") }));
+}
