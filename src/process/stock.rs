@@ -1,6 +1,9 @@
 //! The stock as a path cuts it: where its tools are in material, and the force that this makes.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::{BTreeMap, btree_map::Entry},
+    sync::Arc,
+};
 
 use kinetostat_removal::{Cutter, Engagement, Field, Milling, RemovalError, Slicing, Spindle, Stock};
 use nalgebra::{Matrix3, Vector3};
@@ -12,14 +15,14 @@ use crate::{
     },
     machine::Machine,
     process::{
-        PathReference, PlacedWorkpiece, Placement,
+        Extent, PathReference, PlacedWorkpiece, Placement,
         cutting::{CuttingLaw, EngagedMilling, LEAST_HEADING, LoadError, lateral_share},
     },
-    toolpath::{Engaged, Load, PathPoint, Toolpath, TurnDirection},
+    toolpath::{Engaged, Load, PathPoint, SAME_TOOL_MM, ToolDescription, ToolShape, Toolpath, TurnDirection},
 };
 
 /// What is cut, in the frame of the workpiece, mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum StockShape {
     /// A box along the axes of the workpiece.
     Box {
@@ -37,24 +40,39 @@ pub enum StockShape {
         /// Height.
         height_mm: f64,
     },
+    /// The inside of a closed surface.
+    Mesh(Arc<StockMesh>),
+}
+
+/// A surface of triangles.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StockMesh {
+    /// Corners of triangles.
+    pub vertices: Vec<Vector3<f64>>,
+    /// Numbers of the corners of each triangle, counter-clockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
 }
 
 /// A tool that cuts stock.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StockTool {
-    /// Its shape.
-    pub cutter: Cutter,
-    /// Number of its teeth.
-    pub teeth: u32,
+#[derive(Debug, Clone, PartialEq)]
+struct StockTool {
+    /// Its shape; of a tool that is refused, the cylinder that it is in.
+    cutter: Cutter,
+    /// Number of its teeth, or what is said where it is needed.
+    teeth: std::result::Result<u32, String>,
+    /// Why it cannot cut.
+    refused: Option<String>,
 }
 
-/// The stock and the tools that cut it.
+/// The stock, the tools that cut it, and the programs that have cut it before.
 #[derive(Debug, Clone)]
 pub struct StockRemoval {
     shape: StockShape,
     cell_mm: Option<f64>,
-    tools: BTreeMap<u32, StockTool>,
+    tools: BTreeMap<u32, ToolDescription>,
     check: Check,
+    /// Names and paths of the programs that have cut it.
+    earlier: Arc<[(String, Toolpath)]>,
 }
 
 /// Cells over the diameter of the smallest tool, if no cell is given.
@@ -72,20 +90,37 @@ const MOST_BYTES: usize = 4 << 30;
 /// A tool that leans by less is parallel to the one before, as the sine of the angle: programs give angles with so many digits.
 const PARALLEL: f64 = 1e-5;
 
+/// Point angle of a drill if none is given, degrees.
+const POINT_ANGLE_DEG: f64 = 118.0;
+/// A mesh so small is in metres where a path is so long, mm.
+const METRES_MM: [f64; 2] = [1.0, 50.0];
+
 /// Axes of a field of removal in W, its rows: z to the spindle.
 type Axes = Matrix3<f64>;
+/// The tools of a path, by number.
+type Tools = BTreeMap<Option<u32>, StockTool>;
 
 impl StockRemoval {
-    pub(super) fn new(shape: StockShape, cell_mm: Option<f64>, tools: BTreeMap<u32, StockTool>, check: Check) -> Self {
-        Self { shape, cell_mm, tools, check }
+    pub(super) fn new(
+        shape: StockShape,
+        cell_mm: Option<f64>,
+        tools: BTreeMap<u32, ToolDescription>,
+        check: Check,
+    ) -> Self {
+        Self { shape, cell_mm, tools, check, earlier: Arc::new([]) }
+    }
+
+    /// Returns the same stock, which the paths of these programs, by name, have cut before, in their order.
+    pub(super) fn after(self, earlier: Vec<(String, Toolpath)>) -> Self {
+        Self { earlier: earlier.into(), ..self }
     }
 
     /// Returns `path` as it cuts the stock, with the load of an [`EngagedMilling`] law at points on whose way material is touched, and how it is touched
     /// ([`Toolpath::engagements`]). `law` gives the law of a point; `origin` names the path in errors.
     ///
     /// # Errors
-    /// A tool that is not in the table, or leans; a rapid move through material, a start in it, a path that touches none; loads that come with the path; a feed or a
-    /// spindle speed that the law needs and is not there; a field too large.
+    /// A tool that is not known, or leans; a rapid move through material, a start in it, a path that touches none; loads that come with the path; a feed or a
+    /// spindle speed that the law needs and is not there; a field too large. The same of programs that cut before, but for loads.
     pub(super) fn cut<'a>(
         &self,
         path: Toolpath,
@@ -97,6 +132,31 @@ impl StockRemoval {
             let problem = "is cut by the tool tip, and the path is of the platform point: expected placement.reference = \"tool_tip\"";
             return self.check.fail(problem.into());
         }
+        let placed = placement.place(machine);
+        let Some(first) = path.points().first() else { return Ok(path) };
+        let earlier = self.earlier.iter().map(|(origin, path)| (path, origin.as_str()));
+        let paths: Vec<(&Toolpath, &str)> = earlier.chain([(&path, origin)]).collect();
+        let tools = paths.iter().map(|(path, origin)| self.tools_of(path, origin)).collect::<Result<Vec<Tools>>>()?;
+        self.check_unit(&path)?;
+        let points = paths.iter().map(|(path, _)| path.len()).sum();
+        let all_tools = tools.iter().flat_map(BTreeMap::values);
+        let smallest_mm = all_tools.map(|own| own.cutter.radius_mm()).fold(f64::INFINITY, f64::min);
+        let mut cutting = Cutting::new(self, axes_of(&placed, first), points, smallest_mm)?;
+        for (path, tools) in paths[..paths.len() - 1].iter().zip(&tools) {
+            self.follow(&mut cutting, *path, tools, &placed, |_| &CuttingLaw::None)?;
+        }
+        self.follow(&mut cutting, (&path, origin), &tools[tools.len() - 1], &placed, law)
+    }
+
+    /// Returns `path` as it cuts what there is; see [`StockRemoval::cut`].
+    fn follow<'a>(
+        &self,
+        cutting: &mut Cutting,
+        (path, origin): (&Toolpath, &str),
+        tools: &Tools,
+        placed: &PlacedWorkpiece,
+        law: impl Fn(&PathPoint) -> &'a CuttingLaw,
+    ) -> Result<Toolpath> {
         if let [first, ..] = path.external_axes() {
             let problem = format!("is cut along one direction of the tool, and {origin} commands {first}");
             return self.check.fail(problem);
@@ -104,37 +164,33 @@ impl StockRemoval {
         if path.points().iter().any(|point| point.load.is_some()) {
             return Err(Error::argument(origin, LoadError::UnusedLoads { other_law: true }.to_string()));
         }
-        let placed = placement.place(machine);
-        let Some(first) = path.points().first().copied() else { return Ok(path) };
-        let mut cutting = Cutting::new(self, axes_of(&placed, &first), path.len())?;
-        let fault = |point: &PathPoint, problem: String| {
-            Error::argument(origin, format!("move {}: {problem}", point.source.segment + 1))
-        };
-        let tool = self.tool(first.tool).map_err(|problem| fault(&first, problem))?;
-        cutting.begin(tool, &first.position_mm).map_err(|problem| fault(&first, problem))?;
         let mut points = path.points().to_vec();
-        let mut engagements = vec![Engaged::default()];
-        for k in 1..points.len() {
+        let mut engagements = vec![Engaged::default(); points.len()];
+        for k in 0..points.len() {
             let to = points[k];
-            if cutting.leans(&axes_of(&placed, &to)) {
+            if cutting.leans(&axes_of(placed, &to)) {
                 let problem = "tilts the tool, and stock is cut along one direction of it: expected one orientation, or no [stock]";
-                return Err(fault(&to, problem.into()));
+                return Err(fault(origin, &to, problem));
             }
-            let tool = self.tool(to.tool).map_err(|problem| fault(&to, problem))?;
+            let tool = &tools[&to.tool];
+            if k == 0 {
+                cutting.begin(tool, &to.position_mm).map_err(|problem| fault(origin, &to, &problem))?;
+                continue;
+            }
             let way = cutting.axes * to.position_mm - cutting.at;
             if way.norm() < LEAST_WAY {
                 // It stays in what it met.
                 points[k].load = points[k - 1].load;
-                engagements.push(engagements[k - 1]);
+                engagements[k] = engagements[k - 1];
                 continue;
             }
             let found = match to.feed_mm_per_min.is_none() && !to.cutting {
                 true => cutting.pass(tool, &way).map(|()| None),
                 false => cutting.feed(tool, &way, &to, law(&to)),
             };
-            let (load, engaged) = found.map_err(|problem| fault(&to, problem))?.unwrap_or_default();
+            let (load, engaged) = found.map_err(|problem| fault(origin, &to, &problem))?.unwrap_or_default();
             points[k].load = load.filter(|_| to.cutting);
-            engagements.push(engaged);
+            engagements[k] = engaged;
         }
         if engagements.iter().all(|own| own.removed_mm2 == 0.0) {
             let problem = "nothing touches the stock: expected it where the tool goes, in the frame of the program";
@@ -143,21 +199,99 @@ impl StockRemoval {
         Ok(Toolpath::assemble(points).with_engagements(engagements))
     }
 
-    /// Returns the tool with this number, the only one where no number is given. `Err` says what is wrong.
-    fn tool(&self, number: Option<u32>) -> std::result::Result<&StockTool, String> {
-        match number {
-            None if self.tools.len() == 1 => Ok(self.tools.values().next().expect("one tool")),
-            None => Err("does not say which tool cuts: expected T before it, or a single tool in [tools]".into()),
-            Some(number) => self
-                .tools
-                .get(&number)
-                .ok_or_else(|| format!("is of tool {number}, whose geometry is not known: expected [tools.{number}]")),
+    /// Returns the tools with which `path` moves. Fails if one is not known, or described in two ways.
+    fn tools_of(&self, path: &Toolpath, origin: &str) -> Result<Tools> {
+        let mut tools = Tools::new();
+        for point in path.points() {
+            if let Entry::Vacant(place) = tools.entry(point.tool) {
+                let tool = self.tool(point.tool, path.tools());
+                place.insert(tool.map_err(|problem| fault(origin, point, &problem))?);
+            }
         }
+        Ok(tools)
     }
 
-    /// Returns the uncut stock in axes of the field, as far as `moves` moves need.
-    fn field(&self, axes: &Axes, moves: usize) -> Result<Field> {
-        let stock = match self.shape {
+    /// Returns the tool with this number, the only one where no number is given, of which `comments` say more. `Err` says what is wrong.
+    fn tool(&self, number: Option<u32>, comments: &[ToolDescription]) -> std::result::Result<StockTool, String> {
+        let mut numbers: Vec<u32> = self.tools.keys().copied().chain(comments.iter().map(|own| own.number)).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let number = match (number, numbers.as_slice()) {
+            (Some(number), _) | (None, &[number]) => number,
+            (None, []) => return Err("cuts with a tool that is not known: expected it, such as [tools.1]".into()),
+            _ => return Err("does not say which tool cuts: expected T before it, or a single tool in [tools]".into()),
+        };
+        let sources = self.tools.get(&number).into_iter().chain(comments.iter().filter(|own| own.number == number));
+        let sources: Vec<&ToolDescription> = sources.collect();
+        let mut tool = match sources.first() {
+            Some(first) => (*first).clone(),
+            None => return Err(format!("is of tool {number}, whose geometry is not known: expected [tools.{number}]")),
+        };
+        for (k, source) in sources.iter().enumerate() {
+            if let Err(what) = tool.merge(source) {
+                let other = sources[..k].iter().find(|own| ToolDescription::clone(own).merge(source).is_err());
+                let (a, b) = (other.map_or_else(|| tool.words(), |own| own.words()), source.words());
+                return Err(format!("is of tool {number}, {a}, and {b}: expected the same {what}"));
+            }
+        }
+        let said: Vec<String> = sources.iter().map(|own| own.words()).collect();
+        let missing = |what: &str, key: &str| {
+            format!(
+                "is of tool {number}, {}, whose {what} is not known: expected tools.{number}.{key}",
+                said.join(", ")
+            )
+        };
+        let diameter_mm = tool.diameter_mm.ok_or_else(|| missing("diameter", "diameter_mm"))?;
+        let teeth = tool.teeth.ok_or_else(|| missing("number of teeth", "teeth"));
+        let is_commented = sources.iter().any(|own| own.line.is_some());
+        let shape = match tool.shape {
+            Some(Ok(shape)) => shape,
+            None if is_commented => return Err(missing("shape", "shape")),
+            None => ToolShape::Flat,
+            Some(Err(_)) => {
+                let refused = format!("is of tool {number}, {}, which stock cannot be cut with", said.join(", "));
+                let cutter = cutter(ToolShape::Flat, diameter_mm, &tool).map_err(|error| error.to_string())?;
+                return Ok(StockTool { cutter, teeth, refused: Some(refused) });
+            }
+        };
+        if shape == ToolShape::BullNose && tool.corner_radius_mm.is_none() {
+            return Err(missing("corner radius", "corner_radius_mm"));
+        }
+        let corner_mm = tool.corner_radius_mm.unwrap_or_default();
+        // Of a comment that does not name a shape which is known.
+        let has_other_shape = match shape {
+            ToolShape::Drill => false,
+            _ if tool.point_angle_deg.is_some_and(|angle| angle != 0.0) => true,
+            ToolShape::Flat => corner_mm > SAME_TOOL_MM,
+            ToolShape::Ball => corner_mm > 0.0 && (corner_mm - diameter_mm / 2.0).abs() > SAME_TOOL_MM,
+            ToolShape::BullNose => false,
+        };
+        let described = || format!("is of tool {number}, {}", said.join(", and "));
+        if has_other_shape {
+            return Err(format!("{}: expected the same shape", described()));
+        }
+        let cutter = cutter(shape, diameter_mm, &tool).map_err(|error| format!("{}: {error}", described()))?;
+        Ok(StockTool { cutter, teeth, refused: None })
+    }
+
+    /// Fails for a mesh that seems to be in metres, from the length of the path that cuts it.
+    fn check_unit(&self, path: &Toolpath) -> Result<()> {
+        let StockShape::Mesh(mesh) = &self.shape else { return Ok(()) };
+        let size = |places: &mut dyn Iterator<Item = Vector3<f64>>| {
+            Extent::around(places).map_or(0.0, |extent| (extent.max - extent.min).amax())
+        };
+        let size = [size(&mut mesh.vertices.iter().copied()), size(&mut path.positions_mm().into_iter())];
+        if size[0] <= METRES_MM[0] && size[1] > METRES_MM[1] {
+            let problem =
+                format!("is {:.3} mm large, and the path {:.0} mm: expected mm, not metres", size[0], size[1]);
+            return self.check.key("mesh").fail(problem);
+        }
+        Ok(())
+    }
+
+    /// Returns the uncut stock in axes of the field, as far as `moves` moves of tools with at least the radius `smallest_mm` need.
+    fn field(&self, axes: &Axes, moves: usize, smallest_mm: f64) -> Result<Field> {
+        let stock = match &self.shape {
             StockShape::Box { min, max } => {
                 if axes.iter().any(|own| own.abs() > PARALLEL && (own.abs() - 1.0).abs() > PARALLEL) {
                     let problem = "stands along axes of the workpiece, and the tool is along none of them";
@@ -166,19 +300,21 @@ impl StockRemoval {
                 let [a, b] = [axes * min, axes * max];
                 Stock::cuboid(a.inf(&b), a.sup(&b))
             }
-            StockShape::Cylinder { base, diameter_mm, height_mm } => {
-                if axes[(2, 0)].hypot(axes[(2, 1)]) > PARALLEL {
+            &StockShape::Cylinder { base, diameter_mm, height_mm } => {
+                if libm::hypot(axes[(2, 0)], axes[(2, 1)]) > PARALLEL {
                     let problem = "stands along z of the workpiece, and the tool is not along it";
                     return self.check.key("cylinder").fail(problem.into());
                 }
                 let end = base + Vector3::z() * if axes[(2, 2)] < 0.0 { height_mm } else { 0.0 };
                 Stock::cylinder(axes * end, diameter_mm, height_mm)
             }
+            StockShape::Mesh(mesh) => {
+                Stock::mesh(mesh.vertices.iter().map(|own| axes * own).collect(), mesh.triangles.clone())
+            }
         };
         let wrong = |error: RemovalError| self.check.fail(error.to_string());
         let stock = stock.or_else(wrong)?;
-        let smallest = self.tools.values().map(|own| own.cutter.radius_mm()).fold(f64::INFINITY, f64::min);
-        let cell_mm = self.cell_mm.unwrap_or(2.0 * smallest / CELLS);
+        let cell_mm = self.cell_mm.unwrap_or(2.0 * smallest_mm / CELLS);
         let bytes = Field::memory_bytes(&stock, cell_mm, moves);
         let bytes = bytes.or_else(|error| self.check.key("cell_mm").fail(error.to_string()))?;
         if bytes > MOST_BYTES {
@@ -204,9 +340,9 @@ struct Cutting {
 }
 
 impl Cutting {
-    /// The uncut stock for a path of so many points.
-    fn new(removal: &StockRemoval, axes: Axes, points: usize) -> Result<Self> {
-        let field = removal.field(&axes, points)?;
+    /// The uncut stock for paths of so many points, of tools with at least the radius `smallest_mm`.
+    fn new(removal: &StockRemoval, axes: Axes, points: usize, smallest_mm: f64) -> Result<Self> {
+        let field = removal.field(&axes, points, smallest_mm)?;
         let (low, high) = field.stock().bounds();
         let slice_mm = ((high.z - low.z) / MOST_SLICES).max(Slicing::default().slice_mm);
         let slicing = Slicing { nose_slices: NOSE_SLICES, slice_mm, ..Slicing::default() };
@@ -258,6 +394,9 @@ impl Cutting {
             let found = self.field.engage(&tool.cutter, &middle, &step, &self.slicing, &mut self.engagement);
             found.map_err(|error| error.to_string())?;
             if !self.engagement.is_air() {
+                if let Some(refused) = &tool.refused {
+                    return Err(refused.clone());
+                }
                 let own = match law {
                     CuttingLaw::EngagedMilling(milling) => {
                         let (load, c) = load(milling, (&self.engagement, tool), (&self.axes, way), to)?;
@@ -276,6 +415,25 @@ impl Cutting {
     }
 }
 
+/// Returns a cutter with this shape, and corner and point of `tool`.
+pub(super) fn cutter(
+    shape: ToolShape,
+    diameter_mm: f64,
+    tool: &ToolDescription,
+) -> std::result::Result<Cutter, RemovalError> {
+    match shape {
+        ToolShape::Flat => Cutter::flat(diameter_mm),
+        ToolShape::Ball => Cutter::ball(diameter_mm),
+        ToolShape::BullNose => Cutter::bull(diameter_mm, tool.corner_radius_mm.unwrap_or_default()),
+        ToolShape::Drill => Cutter::drill(diameter_mm, tool.point_angle_deg.unwrap_or(POINT_ANGLE_DEG)),
+    }
+}
+
+/// The error of a path at the move to `point`.
+fn fault(origin: &str, point: &PathPoint, problem: &str) -> Error {
+    Error::argument(origin, format!("move {}: {problem}", point.source.segment + 1))
+}
+
 /// Returns the axes of the field in W where the tool stands as at `point`: x along that of the tool's axes, z to the spindle.
 fn axes_of(placed: &PlacedWorkpiece, point: &PathPoint) -> Axes {
     let turned = point.orientation.map_or(*placed, |orientation| placed.with_tool_orientation(&orientation));
@@ -290,13 +448,14 @@ fn load(
     (axes, way): (&Axes, &Vector3<f64>),
     point: &PathPoint,
 ) -> std::result::Result<(Load, f64), String> {
-    let c = milling.feed_per_tooth(point, tool.teeth).map_err(|error| error.to_string())?;
+    let teeth = tool.teeth.clone()?;
+    let c = milling.feed_per_tooth(point, teeth).map_err(|error| error.to_string())?;
     let way = way.normalize();
     // As the field has it.
     let heading = Vector3::new(way.x, way.y, 0.0).try_normalize(LEAST_HEADING).unwrap_or_else(Vector3::x);
     let up = Vector3::z();
     let frame = axes.transpose() * Matrix3::from_columns(&[heading, up.cross(&heading), up]);
-    let (force, moment) = milling.mean(engagement, tool.teeth, c, way.z);
+    let (force, moment) = milling.mean(engagement, teeth, c, way.z);
     // Near the axis of the tool the heading is of rounding, and with it what acts along and across it.
     let share = lateral_share(way);
     let across = Matrix3::from_diagonal(&Vector3::new(share, share, 1.0));

@@ -57,11 +57,11 @@ fn process(
     key_prefix: &'static str,
 ) -> Result<Process> {
     #[cfg(not(target_family = "wasm"))]
-    let stock = super::stock::stock(spec.stock.as_ref(), &spec.tools, check)?;
+    let (stock, mesh) = super::stock::stock(spec.stock.as_ref(), &spec.tools, folder, check)?;
     #[cfg(not(target_family = "wasm"))]
     let has_stock = stock.is_some();
     #[cfg(target_family = "wasm")]
-    let has_stock = false;
+    let (has_stock, mesh) = (false, Default::default());
     let (cutting, wrenches) = cutting_law(&spec.force, has_stock, folder, &check.key("force"))?;
     let (own_forces, own_tables) = own_forces((&spec.force_of_tool, &spec.force_of_feature), has_stock, folder, check)?;
     let features = own_forces.by_feature.iter().map(|(text, _)| text.clone()).collect();
@@ -75,11 +75,15 @@ fn process(
     let table = |spec| UncertaintyTable::read(spec, folder, check.key("uncertainty"));
     let uncertainty = spec.uncertainty.as_ref().map(table).transpose()?;
     let (uncertainty, covariance) = uncertainty.unzip();
-    Ok(Process {
+    let process = Process {
         machine: machine.clone(),
         has_own_tool: spec.tool.is_some(),
         tolerance_mm: spec.tolerance_mm.map(|given| check.key("tolerance_mm").positive(given)).transpose()?,
-        gcode: GcodeOptions { features, ..gcode_options(&spec.gcode, machine, &placement, target, &check_gcode)? },
+        gcode: GcodeOptions {
+            features,
+            tool_comments: has_stock,
+            ..gcode_options(&spec.gcode, machine, &placement, target, &check_gcode)?
+        },
         placement,
         is_placed: spec.placement.origin_mm.is_some(),
         cutting,
@@ -102,8 +106,11 @@ fn process(
         helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),
         path_only_tables: spec.path_only_tables(),
         key_prefix,
-        inputs: wrenches.and(own_tables).and(covariance.unwrap_or_default()),
-    })
+        inputs: wrenches.and(own_tables).and(covariance.unwrap_or_default()).and(mesh),
+    };
+    #[cfg(not(target_family = "wasm"))]
+    let process = super::stock::with_earlier(process, spec.stock.as_ref(), folder, check)?;
+    Ok(process)
 }
 
 /// Checks the placement of the workpiece (degrees become rad), and that the machine can follow its tilt.
@@ -212,6 +219,7 @@ fn gcode_options(
             Some(true) => Expand::Always,
             Some(false) => Expand::Never,
         },
+        tool_comments: false,
     })
 }
 
