@@ -21,7 +21,7 @@ use crate::{
 #[derive(Debug, Clone)]
 pub enum ProgramFile {
     /// Points in a CSV file.
-    Polyline(Polyline),
+    Polyline(Box<Polyline>),
     /// A G-code program.
     Gcode(Box<Program>),
     /// A program of a robot, or an APT program. Pages get it as points.
@@ -74,7 +74,7 @@ impl ProgramFile {
     fn parse_beside(bytes: Vec<u8>, file: &Path, process: &Process, beside: &SiblingFiles<'_>) -> Result<Self> {
         let (name, options) = (file.display().to_string(), &process.gcode);
         if is_csv(file) || bytes.starts_with(POINTS) {
-            return Ok(ProgramFile::Polyline(Polyline::read(bytes, &name)?));
+            return Ok(ProgramFile::Polyline(Box::new(Polyline::read(bytes, &name)?)));
         }
         #[cfg(not(target_family = "wasm"))]
         if let Some(language) = Language::detect(file, &bytes) {

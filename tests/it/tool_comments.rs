@@ -20,6 +20,12 @@ fn tools(program: &str, unit: LengthUnit) -> Vec<String> {
 fn tools_are_read_as_posts_write_them() {
     let inch = LengthUnit::Inch;
     for (comment, unit, expected) in [
+        (
+            "(T2 D=3.175 CR=0 - ZMIN=-7.366 - flat end mill)       ; Tool 2 selected (3.175mm flat end mill)",
+            LengthUnit::Millimetre,
+            "2 flat end mill D3.175",
+        ),
+        ("(  T2 D=6.35 CR=0 - ZMIN=-19.15 - flat end mill )", LengthUnit::Millimetre, "2 flat end mill D6.35"),
         ("(T1 D=3.175 CR=0. - ZMIN=-4.2 - FLAT END MILL)", LengthUnit::Millimetre, "1 flat end mill D3.175"),
         ("(T1  D=0.125 CR=0.015 - ZMIN=-1. - BULLNOSE END MILL)", inch, "1 bull-nose end mill D3.175 R0.381"),
         ("(T18 D=0.25 CR=0.125 - ZMIN=0.4284 - ball end mill)", inch, "18 ball end mill D6.35"),

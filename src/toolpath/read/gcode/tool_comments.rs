@@ -36,8 +36,8 @@ pub fn tool_comments(source: &[u8], unit: Option<LengthUnit>) -> Vec<ToolDescrip
     for index in 0..lines.len() {
         let content = &source[lines.content(index)];
         let Some(open) = content.iter().position(|byte| matches!(byte, b'(' | b';')) else { continue };
-        let close = content.iter().rposition(|byte| *byte == b')').filter(|_| content[open] == b'(');
-        let comment = &content[open + 1..close.unwrap_or(content.len()).max(open + 1)];
+        let is_end = |byte: &u8| content[open] == b'(' && *byte == b')';
+        let Some(comment) = content[open + 1..].split(is_end).next() else { continue };
         let Some(tool) = parse(&String::from_utf8_lossy(comment), unit) else { continue };
         if !found.iter().any(|own| ToolDescription { line: None, ..own.clone() } == tool) {
             found.push(ToolDescription { line: Some(index + 1), ..tool });
