@@ -384,7 +384,8 @@ fn ascii_stl(triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
         text.extend(corners.iter().map(|[x, y, z]| format!("  vertex {x:e} {y:e} {z:e}\n")));
         text += " endloop\nendfacet\n";
     }
-    (text + "endsolid part of a test\n").into_bytes()
+    // Its name is in Latin-1.
+    [text.as_bytes(), b"ENDSOLID pi\xe8ce\r\n"].concat()
 }
 
 /// With a header that begins as a text does.
@@ -469,7 +470,7 @@ fn a_mesh_that_is_no_stock_is_refused() {
         |by: f64| -> Vec<[[f64; 3]; 3]> { whole.iter().map(|own| own.map(|own| own.map(|own| by * own))).collect() };
     let long = LINE.replace("X20", "X20\nX60");
     let text =
-        |bytes: Vec<u8>, from: &str, to: &str| String::from_utf8(bytes).unwrap().replacen(from, to, 1).into_bytes();
+        |bytes: Vec<u8>, from: &str, to: &str| String::from_utf8_lossy(&bytes).replacen(from, to, 1).into_bytes();
     let mut cut_off = binary_stl(&whole);
     cut_off.truncate(400);
     for (stl, program, expected) in [
@@ -480,6 +481,7 @@ fn a_mesh_that_is_no_stock_is_refused() {
         ),
         (binary_stl(&[]), LINE, "stock.mesh: blank.stl: mesh: 0 triangles"),
         (ascii_stl(&[]), LINE, "stock.mesh: blank.stl: mesh: 0 triangles"),
+        ([ascii_stl(&whole), ascii_stl(&whole)].concat(), LINE, "stock.mesh: blank.stl: has 2 solids: expected one"),
         (Vec::new(), LINE, "stock.mesh: blank.stl: is no STL file: expected"),
         (b"solid".to_vec(), LINE, "stock.mesh: blank.stl: triangle 1: EOF"),
         (cut_off, LINE, "stock.mesh: blank.stl: is no STL file: expected"),

@@ -26,7 +26,13 @@ pub(super) fn read(mut bytes: Vec<u8>) -> Result<StockMesh, String> {
     } else if is_text() {
         let end = bytes[text..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| text + end);
         bytes.splice(..end, *b"solid s");
-        bytes.make_ascii_lowercase();
+        // Names may be in any encoding.
+        bytes.iter_mut().for_each(|own| *own = if own.is_ascii() { own.to_ascii_lowercase() } else { b'?' });
+        let is_end = |line: &&[u8]| line.trim_ascii_start().starts_with(b"endsolid");
+        let solids = bytes.split(|byte| *byte == b'\n').filter(is_end).count();
+        if solids > 1 {
+            return Err(format!("has {solids} solids: expected one"));
+        }
     } else {
         return Err(
             "is no STL file: expected text from \"solid\" on, or 84 bytes and 50 for each triangle that they announce"
