@@ -40,6 +40,12 @@ impl Folder {
         Self { recorded: Some(recorded), ..self }
     }
 
+    /// Returns the same folder, of which nothing is recorded.
+    #[cfg(not(target_family = "wasm"))]
+    pub(crate) fn unrecorded(&self) -> Self {
+        Self { recorded: None, ..self.clone() }
+    }
+
     /// Returns the files read since [`Folder::recording`], by names relative to that folder; none if nothing is recorded.
     pub fn recorded(&self) -> BTreeMap<String, Vec<u8>> {
         let files = self.recorded.as_ref().map(|own| own.files.lock().unwrap_or_else(PoisonError::into_inner).clone());

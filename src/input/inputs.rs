@@ -25,6 +25,12 @@ impl Inputs {
         Self(vec![(name.into(), text.into())])
     }
 
+    /// Creates the inputs of one file of bytes called `name`: the SHA-256 of these stands for a text.
+    #[cfg(not(target_family = "wasm"))]
+    pub(crate) fn of_bytes(name: &str, bytes: &[u8]) -> Self {
+        Self::of(name, format!("SHA-256 {}", to_hex(&Sha256::digest(bytes))))
+    }
+
     /// Returns these inputs followed by `others`.
     #[must_use]
     pub fn and(mut self, others: Inputs) -> Self {

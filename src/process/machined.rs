@@ -28,6 +28,8 @@ pub struct MachinedSurface {
 
 /// Most patches over the plan of the stock: what a picture shows.
 const PATCHES: f64 = 40_000.0;
+/// Tag of what programs before have cut.
+const EARLIER: u32 = u32::MAX;
 /// No point of the surface is farther off than the tool is from its path, but for rounding, as a share and in mm.
 const REACH: f64 = 1.001;
 const LEAST_REACH_MM: f64 = 1e-4;
@@ -50,7 +52,8 @@ impl StockRemoval {
         let nominal = self.cut_along(path, &axes, |_| Some(Vector3::zeros()), origin)?;
         let (low, high) = nominal.stock().bounds();
         let patch_mm = ((high.x - low.x) * (high.y - low.y) / PATCHES).sqrt();
-        let patches = nominal.patches(patch_mm).map_err(refused)?;
+        let mut patches = nominal.patches(patch_mm).map_err(refused)?;
+        patches.iter_mut().for_each(|patch| patch.tag = patch.tag.filter(|tag| *tag != EARLIER));
         drop(nominal);
         let deviations = courses.iter().map(|course| {
             let field = self.cut_along(path, &axes, |k| course[k], origin)?;
@@ -68,7 +71,8 @@ impl StockRemoval {
         Ok(MachinedSurface { axes, patches, deviations })
     }
 
-    /// Returns what is left of the stock by a tool that is at `shift` from each point of the path (W, mm), by its feed moves; those between points without one are left out.
+    /// Returns what is left of the stock by a tool that is at `shift` from each point of the path (W, mm), by its feed moves; those between points without one are left out. Moves are
+    /// tagged by the index of their point; of programs before [`EARLIER`].
     fn cut_along(
         &self,
         path: &Toolpath,
@@ -77,19 +81,34 @@ impl StockRemoval {
         origin: &str,
     ) -> Result<Field> {
         let mut field = self.field(axes, path)?;
-        let points = path.points();
+        for (origin, path) in self.earlier() {
+            self.cut_moves(&mut field, (path, origin), axes, |_| Some(Vector3::zeros()), |_| EARLIER)?;
+        }
+        self.cut_moves(&mut field, (path, origin), axes, shift, |k| k as u32)?;
+        Ok(field)
+    }
+
+    fn cut_moves(
+        &self,
+        field: &mut Field,
+        (path, origin): (&Toolpath, &str),
+        axes: &Matrix3<f64>,
+        shift: impl Fn(usize) -> Option<Vector3<f64>>,
+        tag: impl Fn(usize) -> u32,
+    ) -> Result<()> {
+        let refused = |problem: String| Error::argument(origin, problem);
+        let (tools, points) = (self.tools_of(path), path.points());
         for k in 1..points.len() {
             let (from, to) = (&points[k - 1], &points[k]);
             if is_rapid(to) || is_unknown_way(from, to) {
                 continue;
             }
             let Some((start, end)) = shift(k - 1).zip(shift(k)) else { continue };
-            let refused = |problem: String| Error::argument(origin, problem);
-            let tool = self.tool(to.tool).map_err(refused)?;
+            let tool = tools[&to.tool].as_ref().map_err(|problem| refused(problem.clone()))?;
             let [start, end] = [from.position_mm + start, to.position_mm + end].map(|at| axes * at);
-            field.cut(&tool.cutter, &start, &end, k as u32).map_err(|error| refused(error.to_string()))?;
+            field.cut(&tool.cutter, &start, &end, tag(k)).map_err(|error| refused(error.to_string()))?;
         }
-        Ok(field)
+        Ok(())
     }
 }
 

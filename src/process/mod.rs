@@ -8,6 +8,7 @@ pub mod machined;
 mod milling;
 mod not_followed;
 mod placement;
+pub(crate) mod program_file;
 mod redundancy;
 #[cfg(not(target_family = "wasm"))]
 pub mod stock;
@@ -19,5 +20,6 @@ pub use cutting_rule::CuttingRule;
 pub use file::Process;
 pub use milling::{ForceLaw, MillingForce};
 pub use placement::{PathReference, PlacedWorkpiece, Placement};
+pub use program_file::ProgramFile;
 pub use redundancy::{GammaChoice, RedundancyCost, RedundancyObjective, RedundancySettings};
 pub use workpiece::{Extent, Feature, ForbiddenBox};

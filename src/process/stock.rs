@@ -1,6 +1,9 @@
 //! The stock as a path cuts it: where its tools are in material, and the force that this makes.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::{BTreeMap, btree_map::Entry},
+    sync::Arc,
+};
 
 use kinetostat_removal::{Cutter, Engagement, Field, Milling, RemovalError, Slicing, Spindle, Stock};
 use nalgebra::{Matrix3, Vector3};
@@ -12,14 +15,16 @@ use crate::{
     },
     machine::Machine,
     process::{
-        PathReference, PlacedWorkpiece, Placement,
+        Extent, PathReference, PlacedWorkpiece, Placement,
         cutting::{CuttingLaw, EngagedMilling, LEAST_HEADING, LoadError, PathLoad, Stub, lateral_share},
     },
-    toolpath::{Bend, Engaged, Load, PathPoint, Toolpath, TurnDirection},
+    toolpath::{
+        Bend, Engaged, Load, PathPoint, SAME_TOOL_MM, Sampling, ToolDescription, ToolShape, Toolpath, TurnDirection,
+    },
 };
 
 /// What is cut, in the frame of the workpiece, mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum StockShape {
     /// A box along the axes of the workpiece.
     Box {
@@ -37,30 +42,76 @@ pub enum StockShape {
         /// Height.
         height_mm: f64,
     },
+    /// The inside of a closed surface.
+    Mesh(Arc<StockMesh>),
+}
+
+/// A surface of triangles.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StockMesh {
+    /// Corners of triangles.
+    pub vertices: Vec<Vector3<f64>>,
+    /// Numbers of the corners of each triangle, counter-clockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
 }
 
 /// A tool that cuts stock.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StockTool {
-    /// Its shape.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct StockTool {
+    /// Its shape; of a tool that is refused, the cylinder that it is in.
     pub cutter: Cutter,
-    /// Number of its teeth.
-    pub teeth: u32,
+    /// Number of its teeth, or what is said where it is needed.
+    teeth: std::result::Result<u32, String>,
+    /// Why it cannot cut.
+    refused: Option<String>,
     /// How it bends in itself; `None`: not at all.
-    pub stub: Option<Stub>,
+    stub: Option<Stub>,
 }
 
-/// The stock and the tools that cut it.
+/// How a tool sticks out of its holder.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(non_snake_case, reason = "the unit is N, not n")]
+pub struct StickOut {
+    /// Length from the holder to the tip, mm.
+    pub length_mm: f64,
+    /// Angle of the helix, rad.
+    pub helix: f64,
+    /// Young's modulus, N/mm².
+    pub modulus_N_per_mm2: f64,
+    /// Diameter of the cylinder that bends as the tool does, mm; `None`: [`EQUIVALENT`] of its own.
+    pub equivalent_mm: Option<f64>,
+    /// Displacement of the holder for each N across it, mm/N.
+    pub holder_mm_per_N: f64,
+}
+
+/// Diameter of the cylinder that bends as the flutes of an end mill do, as a share of theirs; see [`Stub`].
+const EQUIVALENT: f64 = 0.8;
+
+impl StickOut {
+    fn stub(&self, diameter_mm: f64) -> Stub {
+        let equivalent_mm = self.equivalent_mm.unwrap_or(EQUIVALENT * diameter_mm);
+        Stub {
+            stick_out_mm: self.length_mm,
+            rigidity_Nmm2: self.modulus_N_per_mm2 * std::f64::consts::PI * equivalent_mm.powi(4) / 64.0,
+            holder_mm_per_N: self.holder_mm_per_N,
+            lag_per_mm: 2.0 * libm::tan(self.helix) / diameter_mm,
+        }
+    }
+}
+
+/// The stock, the tools that cut it, and the programs that have cut it before.
 #[derive(Debug, Clone)]
 #[allow(non_snake_case, reason = "the unit is Hz, not hz")]
 pub struct StockRemoval {
     shape: StockShape,
     cell_mm: Option<f64>,
-    tools: BTreeMap<u32, StockTool>,
+    tools: BTreeMap<u32, (ToolDescription, Option<StickOut>)>,
     natural_frequencies_Hz: Vec<f64>,
-    /// How near rapid moves may come into material, mm.
-    free_mm: f64,
+    /// Of the paths that cut it.
+    sampling: Sampling,
     check: Check,
+    /// Names and paths of the programs that have cut it.
+    earlier: Arc<[(String, Toolpath)]>,
 }
 
 /// Cells over the diameter of the smallest tool, if no cell is given.
@@ -80,26 +131,41 @@ const NEAR: f64 = 1.2;
 /// A tool that leans by less is parallel to the one before, as the sine of the angle: programs give angles with so many digits.
 const PARALLEL: f64 = 1e-5;
 
+/// Point angle of a drill if none is given, degrees.
+const POINT_ANGLE_DEG: f64 = 118.0;
+/// A mesh so small is in metres where a path is so long, mm.
+const METRES_MM: [f64; 2] = [1.0, 50.0];
+
 /// Axes of a field of removal in W, its rows: z to the spindle.
 type Axes = Matrix3<f64>;
+/// The tools of a path, by number, or what is wrong with one, which is said where it is needed.
+pub(super) type Tools = BTreeMap<Option<u32>, std::result::Result<StockTool, String>>;
 
 impl StockRemoval {
-    /// Creates the stock of a `shape` with the largest cell for the tools by number and natural frequencies, for paths whose arcs have chords that leave them by up to
-    /// `chords_mm`.
+    /// Creates the stock of a `shape` with its largest cell, for paths sampled so.
     pub(super) fn new(
         (shape, cell_mm): (StockShape, Option<f64>),
-        (tools, frequencies): (BTreeMap<u32, StockTool>, Vec<f64>),
-        chords_mm: f64,
+        tools: BTreeMap<u32, (ToolDescription, Option<StickOut>)>,
+        frequencies: Vec<f64>,
+        sampling: Sampling,
         check: Check,
     ) -> Self {
-        Self { shape, cell_mm, tools, natural_frequencies_Hz: frequencies, free_mm: FREE_MM + chords_mm, check }
+        let earlier = Arc::new([]);
+        Self { shape, cell_mm, tools, natural_frequencies_Hz: frequencies, sampling, check, earlier }
+    }
+
+    /// Returns the same stock, which the paths of these programs, by name, have cut before, in their order.
+    pub(super) fn after(self, earlier: Vec<(String, Toolpath)>) -> Self {
+        Self { earlier: earlier.into(), ..self }
     }
 
     /// Returns in words how often teeth pass on `path`, which cuts the stock, and what is near; `None` where the spindle speed is not known. The second is a caution.
     pub(crate) fn tooth_passing(&self, path: &Toolpath) -> Option<(String, Option<String>)> {
+        let tools = self.tools_of(path);
         let at = |(point, engaged): (&PathPoint, &Engaged)| {
             let speed = point.spindle_rev_per_min.filter(|_| engaged.removed_mm2 > 0.0)?;
-            Some(speed / 60.0 * f64::from(self.tool(point.tool).ok()?.teeth))
+            let teeth = tools[&point.tool].as_ref().ok()?.teeth.as_ref().ok()?;
+            Some(speed / 60.0 * f64::from(*teeth))
         };
         let all = path.points().iter().zip(path.engagements()).filter_map(at);
         let ends = all.fold(None, |ends: Option<(f64, f64)>, own| {
@@ -136,8 +202,8 @@ impl StockRemoval {
     /// ([`Toolpath::engagements`]). `law` gives the law of a point; `origin` names the path in errors.
     ///
     /// # Errors
-    /// A tool that is not in the table, or leans, or is a drill of another diameter than its law; a rapid move through material, a start in it, a path that touches none; loads that come with the path; a feed or a
-    /// spindle speed that the law needs and is not there; a field too large.
+    /// A tool that is not known, or leans, or is a drill of another diameter than its law; a rapid move through material, a start in it, a path that touches none; loads that come with the path; a feed or a
+    /// spindle speed that the law needs and is not there; a field too large. The same of programs that cut before, but for loads.
     pub(super) fn cut<'a>(
         &self,
         path: Toolpath,
@@ -149,6 +215,24 @@ impl StockRemoval {
             let problem = "is cut by the tool tip, and the path is of the platform point: expected placement.reference = \"tool_tip\"";
             return self.check.fail(problem.into());
         }
+        let placed = placement.place(machine);
+        let Some(first) = path.points().first() else { return Ok(path) };
+        let axes = axes_of(&placed, first);
+        let mut cutting = Cutting::new(self.field(&axes, &path)?, axes, FREE_MM + self.sampling.chordal_tolerance_mm());
+        for (origin, path) in self.earlier.iter() {
+            self.follow(&mut cutting, (path, origin), &placed, |_| &CuttingLaw::None)?;
+        }
+        self.follow(&mut cutting, (&path, origin), &placed, law)
+    }
+
+    /// Returns `path` as it cuts what there is; see [`StockRemoval::cut`].
+    fn follow<'a>(
+        &self,
+        cutting: &mut Cutting,
+        (path, origin): (&Toolpath, &str),
+        placed: &PlacedWorkpiece,
+        law: impl Fn(&PathPoint) -> &'a CuttingLaw,
+    ) -> Result<Toolpath> {
         if let [first, ..] = path.external_axes() {
             let problem = format!("is cut along one direction of the tool, and {origin} commands {first}");
             return self.check.fail(problem);
@@ -156,47 +240,46 @@ impl StockRemoval {
         if path.points().iter().any(|point| point.load.is_some()) {
             return Err(Error::argument(origin, LoadError::UnusedLoads { other_law: true }.to_string()));
         }
-        let placed = placement.place(machine);
-        let Some(first) = path.points().first().copied() else { return Ok(path) };
-        let mut cutting = Cutting::new(self, axes_of(&placed, &first), &path)?;
-        let fault = |point: &PathPoint, problem: String| {
-            Error::argument(origin, format!("move {}: {problem}", point.source.segment + 1))
-        };
-        cutting.begin(self.tool(first.tool), &first.position_mm).map_err(|problem| fault(&first, problem))?;
+        let tools = self.tools_of(path);
         let mut points = path.points().to_vec();
-        let mut engagements = vec![Engaged::default()];
-        for k in 1..points.len() {
+        let mut engagements = vec![Engaged::default(); points.len()];
+        for k in 0..points.len() {
             let to = points[k];
-            if cutting.leans(&axes_of(&placed, &to)) {
+            if cutting.leans(&axes_of(placed, &to)) {
                 let problem = "tilts the tool, and stock is cut along one direction of it: expected one orientation, or no [stock]";
-                return Err(fault(&to, problem.into()));
+                return Err(fault(origin, &to, problem));
             }
-            let tool = self.tool(to.tool);
+            let tool = tools[&to.tool].as_ref().map_err(String::clone);
+            if k == 0 {
+                cutting.begin(tool, &to.position_mm).map_err(|problem| fault(origin, &to, &problem))?;
+                continue;
+            }
             let way = cutting.axes * to.position_mm - cutting.at;
             if way.norm() < LEAST_WAY {
                 // It stays in what it met.
-                points[k].load = points[k - 1].load.filter(|_| to.cutting);
-                engagements.push(if to.cutting { engagements[k - 1] } else { Engaged::default() });
+                if to.cutting {
+                    (points[k].load, engagements[k]) = (points[k - 1].load, engagements[k - 1]);
+                }
                 continue;
             }
             if is_unknown_way(&points[k - 1], &to) {
-                cutting.begin(tool, &to.position_mm).map_err(|problem| fault(&to, problem))?;
-                engagements.push(Engaged::default());
+                cutting.begin(tool, &to.position_mm).map_err(|problem| fault(origin, &to, &problem))?;
                 continue;
             }
             let found = match is_rapid(&to) {
                 true => cutting.pass(tool, &way).map(|()| None),
                 false => tool.and_then(|tool| cutting.feed(tool, &way, &to, law(&to))),
             };
-            let (load, engaged) = found.map_err(|problem| fault(&to, problem))?.unwrap_or_default();
+            let (load, engaged) = found.map_err(|problem| fault(origin, &to, &problem))?.unwrap_or_default();
             points[k].load = load.filter(|_| to.cutting);
-            engagements.push(engaged);
+            engagements[k] = engaged;
         }
         if engagements.iter().all(|own| own.removed_mm2 == 0.0) {
             let problem = "nothing touches the stock: expected it where the tool goes, in the frame of the program";
             return Err(Error::argument(origin, problem));
         }
-        Ok(Toolpath::assemble(points).with_engagements(engagements))
+        let cut = Toolpath::assemble(points).with_tools(path.tools().to_vec());
+        Ok(cut.with_engagements(engagements))
     }
 
     /// Returns the axes of a field that `path` cuts, in W.
@@ -205,21 +288,131 @@ impl StockRemoval {
         path.points().first().map_or_else(Axes::identity, |first| axes_of(&placed, first))
     }
 
-    /// Returns the tool with this number, the only one where no number is given. `Err` says what is wrong.
-    pub(super) fn tool(&self, number: Option<u32>) -> std::result::Result<&StockTool, String> {
-        match number {
-            None if self.tools.len() == 1 => Ok(self.tools.values().next().expect("one tool")),
-            None => Err("does not say which tool cuts: expected T before it, or a single tool in [tools]".into()),
-            Some(number) => self
-                .tools
-                .get(&number)
-                .ok_or_else(|| format!("is of tool {number}, whose geometry is not known: expected [tools.{number}]")),
-        }
+    /// Returns the programs that have cut the stock, by name.
+    pub(super) fn earlier(&self) -> &[(String, Toolpath)] {
+        &self.earlier
     }
 
-    /// Returns the uncut stock in axes of the field, as far as `moves` moves need.
+    /// Returns the tools with which `path` moves.
+    pub(super) fn tools_of(&self, path: &Toolpath) -> Tools {
+        let mut tools = Tools::new();
+        for point in path.points() {
+            if let Entry::Vacant(place) = tools.entry(point.tool) {
+                place.insert(self.tool(point.tool, path.tools()));
+            }
+        }
+        tools
+    }
+
+    /// Returns the tool with this number, the only one where no number is given, of which `comments` say more. `Err` says what is wrong.
+    fn tool(&self, number: Option<u32>, comments: &[ToolDescription]) -> std::result::Result<StockTool, String> {
+        let mut numbers: Vec<u32> = self.tools.keys().copied().chain(comments.iter().map(|own| own.number)).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let number = match (number, numbers.as_slice()) {
+            (Some(number), _) | (None, &[number]) => number,
+            (None, []) => return Err("cuts with a tool that is not known: expected it, such as [tools.1]".into()),
+            _ => return Err("does not say which tool cuts: expected T before it, or a single tool in [tools]".into()),
+        };
+        let own = self.tools.get(&number);
+        let sources = own.map(|own| &own.0).into_iter().chain(comments.iter().filter(|own| own.number == number));
+        let sources: Vec<&ToolDescription> = sources.collect();
+        let mut tool = match sources.first() {
+            Some(first) => (*first).clone(),
+            None => return Err(format!("is of tool {number}, whose geometry is not known: expected [tools.{number}]")),
+        };
+        for (k, source) in sources.iter().enumerate() {
+            if let Err(what) = tool.merge(source) {
+                let other = sources[..k].iter().find(|own| ToolDescription::clone(own).merge(source).is_err());
+                let (a, b) = (other.map_or_else(|| tool.words(), |own| own.words()), source.words());
+                return Err(format!("is of tool {number}, {a}, and {b}: expected the same {what}"));
+            }
+        }
+        let said: Vec<String> = sources.iter().map(|own| own.words()).collect();
+        let missing = |what: &str, key: &str| {
+            format!(
+                "is of tool {number}, {}, whose {what} is not known: expected tools.{number}.{key}",
+                said.join(", ")
+            )
+        };
+        let diameter_mm = tool.diameter_mm.ok_or_else(|| missing("diameter", "diameter_mm"))?;
+        let teeth = tool.teeth.ok_or_else(|| missing("number of teeth", "teeth"));
+        let is_commented = sources.iter().any(|own| own.line.is_some());
+        let shape = match tool.shape {
+            Some(Ok(shape)) => shape,
+            None if is_commented => return Err(missing("shape", "shape")),
+            None => ToolShape::Flat,
+            Some(Err(_)) => {
+                let refused = format!("is of tool {number}, {}, which stock cannot be cut with", said.join(", "));
+                let cutter = cutter(ToolShape::Flat, diameter_mm, &tool).map_err(|error| error.to_string())?;
+                return Ok(StockTool { cutter, teeth, refused: Some(refused), stub: None });
+            }
+        };
+        if shape == ToolShape::BullNose && tool.corner_radius_mm.is_none() {
+            return Err(missing("corner radius", "corner_radius_mm"));
+        }
+        let corner_mm = tool.corner_radius_mm.unwrap_or_default();
+        // Of a comment that does not name a shape which is known.
+        let has_other_shape = match shape {
+            ToolShape::Drill => false,
+            _ if tool.point_angle_deg.is_some_and(|angle| angle != 0.0) => true,
+            ToolShape::Flat => corner_mm > SAME_TOOL_MM,
+            ToolShape::Ball => corner_mm > 0.0 && (corner_mm - diameter_mm / 2.0).abs() > SAME_TOOL_MM,
+            ToolShape::BullNose => false,
+        };
+        let described = || format!("is of tool {number}, {}", said.join(", and "));
+        if has_other_shape {
+            return Err(format!("{}: expected the same shape", described()));
+        }
+        let cutter = cutter(shape, diameter_mm, &tool).map_err(|error| format!("{}: {error}", described()))?;
+        let stub = own.and_then(|own| own.1).map(|own| own.stub(diameter_mm));
+        if stub.is_some() && shape == ToolShape::Drill {
+            return Err(format!(
+                "{}: expected no tools.{number}.stick_out_mm, which is of tools that make walls",
+                described()
+            ));
+        }
+        Ok(StockTool { cutter, teeth, refused: None, stub })
+    }
+
+    /// Fails for a mesh that seems to be in metres, from the length of the path that cuts it.
+    fn check_unit(&self, path: &Toolpath) -> Result<()> {
+        let StockShape::Mesh(mesh) = &self.shape else { return Ok(()) };
+        let size = |places: &mut dyn Iterator<Item = Vector3<f64>>| {
+            Extent::around(places).map_or(0.0, |extent| (extent.max - extent.min).amax())
+        };
+        let size = [size(&mut mesh.vertices.iter().copied()), size(&mut path.positions_mm().into_iter())];
+        if size[0] <= METRES_MM[0] && size[1] > METRES_MM[1] {
+            let problem =
+                format!("is {:.3} mm large, and the path {:.0} mm: expected mm, not metres", size[0], size[1]);
+            return self.check.key("mesh").fail(problem);
+        }
+        Ok(())
+    }
+
+    /// Returns the uncut stock in axes of the field, for `path` and the programs before.
+    ///
+    /// # Errors
+    /// A mesh in metres, a path sampled too coarsely, a stock that lies askew, a field too large.
     pub(super) fn field(&self, axes: &Axes, path: &Toolpath) -> Result<Field> {
-        let stock = match self.shape {
+        self.check_unit(path)?;
+        let paths = || self.earlier.iter().map(|own| &own.1).chain([path]);
+        let moves = paths().map(Toolpath::len).sum();
+        let feeds = paths().flat_map(|path| {
+            let tools = self.tools_of(path);
+            let feeds = path.points().iter().filter(|point| !is_rapid(point));
+            feeds.filter_map(|point| Some(tools[&point.tool].as_ref().ok()?.cutter.radius_mm())).collect::<Vec<_>>()
+        });
+        let smallest_mm = feeds.fold(f64::INFINITY, f64::min);
+        let longest_mm = smallest_mm.max(Sampling::default().max_segment_mm());
+        if self.sampling.max_segment_mm() > longest_mm {
+            let problem = format!(
+                "is {}: expected at most {longest_mm}, half the diameter of the smallest tool, as [stock] is cut from point to point",
+                self.sampling.max_segment_mm()
+            );
+            return Err(Error::argument("sampling.max_segment_mm", problem));
+        }
+        let stock = match &self.shape {
             StockShape::Box { min, max } => {
                 if axes.iter().any(|own| own.abs() > PARALLEL && (own.abs() - 1.0).abs() > PARALLEL) {
                     let problem = "stands along axes of the workpiece, and the tool is along none of them";
@@ -228,23 +421,23 @@ impl StockRemoval {
                 let [a, b] = [axes * min, axes * max];
                 Stock::cuboid(a.inf(&b), a.sup(&b))
             }
-            StockShape::Cylinder { base, diameter_mm, height_mm } => {
-                if axes[(2, 0)].hypot(axes[(2, 1)]) > PARALLEL {
+            &StockShape::Cylinder { base, diameter_mm, height_mm } => {
+                if libm::hypot(axes[(2, 0)], axes[(2, 1)]) > PARALLEL {
                     let problem = "stands along z of the workpiece, and the tool is not along it";
                     return self.check.key("cylinder").fail(problem.into());
                 }
                 let end = base + Vector3::z() * if axes[(2, 2)] < 0.0 { height_mm } else { 0.0 };
                 Stock::cylinder(axes * end, diameter_mm, height_mm)
             }
+            StockShape::Mesh(mesh) => {
+                Stock::mesh(mesh.vertices.iter().map(|own| axes * own).collect(), mesh.triangles.clone())
+            }
         };
         let wrong = |error: RemovalError| self.check.fail(error.to_string());
         let stock = stock.or_else(wrong)?;
-        let used = path.points().iter().filter(|point| !is_rapid(point)).filter_map(|point| self.tool(point.tool).ok());
-        let smallest = used.map(|own| own.cutter.radius_mm()).fold(f64::INFINITY, f64::min);
         let (low, high) = stock.bounds();
-        let own = 2.0 * smallest.min((high - low).norm()) / CELLS;
-        let cell_mm = self.cell_mm.unwrap_or(own);
-        let bytes = Field::memory_bytes(&stock, cell_mm, path.len());
+        let cell_mm = self.cell_mm.unwrap_or(2.0 * smallest_mm.min((high - low).norm()) / CELLS);
+        let bytes = Field::memory_bytes(&stock, cell_mm, moves);
         let bytes = bytes.or_else(|error| self.check.key("cell_mm").fail(error.to_string()))?;
         if bytes > MOST_BYTES {
             let problem = format!(
@@ -276,14 +469,13 @@ struct Cutting {
 type Known<'a> = std::result::Result<&'a StockTool, String>;
 
 impl Cutting {
-    /// The uncut stock for a path.
-    fn new(removal: &StockRemoval, axes: Axes, path: &Toolpath) -> Result<Self> {
-        let field = removal.field(&axes, path)?;
+    /// The uncut stock with these axes, into which rapid moves may come by `free_mm`.
+    fn new(field: Field, axes: Axes, free_mm: f64) -> Self {
         let (low, high) = field.stock().bounds();
         let slice_mm = ((high.z - low.z) / MOST_SLICES).max(Slicing::default().slice_mm);
         let slicing = Slicing { nose_slices: NOSE_SLICES, slice_mm, ..Slicing::default() };
-        let (at, free_mm) = (Vector3::zeros(), removal.free_mm);
-        Ok(Self { field, slicing, engagement: Engagement::default(), axes, at, removed_mm2: 0.0, free_mm })
+        let (engagement, at) = (Engagement::default(), Vector3::zeros());
+        Self { field, slicing, engagement, axes, at, removed_mm2: 0.0, free_mm }
     }
 
     /// Puts the tip where the path begins, or goes on after a way that is not known. `Err` if the tool is in the stock there.
@@ -382,6 +574,9 @@ impl Cutting {
         if self.engagement.is_air() || heaviest.as_ref().is_some_and(|own| own.1.removed_mm2 >= self.removed_mm2) {
             return Ok(());
         }
+        if let Some(refused) = &tool.refused {
+            return Err(refused.clone());
+        }
         *heaviest = Some(match law {
             CuttingLaw::EngagedMilling(milling) => {
                 let (load, c) = load(milling, (&self.engagement, tool), (&self.axes, way), to)?;
@@ -422,6 +617,25 @@ pub(super) fn is_rapid(to: &PathPoint) -> bool {
     to.feed_mm_per_min.is_none() && !to.cutting
 }
 
+/// Returns a cutter with this shape, and corner and point of `tool`.
+pub(super) fn cutter(
+    shape: ToolShape,
+    diameter_mm: f64,
+    tool: &ToolDescription,
+) -> std::result::Result<Cutter, RemovalError> {
+    match shape {
+        ToolShape::Flat => Cutter::flat(diameter_mm),
+        ToolShape::Ball => Cutter::ball(diameter_mm),
+        ToolShape::BullNose => Cutter::bull(diameter_mm, tool.corner_radius_mm.unwrap_or_default()),
+        ToolShape::Drill => Cutter::drill(diameter_mm, tool.point_angle_deg.unwrap_or(POINT_ANGLE_DEG)),
+    }
+}
+
+/// The error of a path at the move to `point`.
+fn fault(origin: &str, point: &PathPoint, problem: &str) -> Error {
+    Error::argument(origin, format!("move {}: {problem}", point.source.segment + 1))
+}
+
 /// Returns the axes of the field in W where the tool stands as at `point`: x along that of the tool's axes, z to the spindle.
 fn axes_of(placed: &PlacedWorkpiece, point: &PathPoint) -> Axes {
     let turned = point.orientation.map_or(*placed, |orientation| placed.with_tool_orientation(&orientation));
@@ -436,13 +650,14 @@ fn load(
     (axes, way): (&Axes, &Vector3<f64>),
     point: &PathPoint,
 ) -> std::result::Result<(Load, f64), String> {
-    let c = milling.feed_per_tooth(point, tool.teeth).map_err(|error| error.to_string())?;
+    let teeth = tool.teeth.clone()?;
+    let c = milling.feed_per_tooth(point, teeth).map_err(|error| error.to_string())?;
     let way = way.normalize();
     // As the field has it.
     let heading = Vector3::new(way.x, way.y, 0.0).try_normalize(LEAST_HEADING).unwrap_or_else(Vector3::x);
     let up = Vector3::z();
     let frame = axes.transpose() * Matrix3::from_columns(&[heading, up.cross(&heading), up]);
-    let (force, moment) = milling.mean(engagement, tool.teeth, c, way.z, lateral_share(way));
+    let (force, moment) = milling.mean(engagement, teeth, c, way.z, lateral_share(way));
     Ok((Load { force_N: frame * force, moment_Nmm: frame * moment }, c))
 }
 
@@ -465,7 +680,7 @@ fn bend(
         return Ok(None);
     };
     let left = axes.transpose() * Vector3::z().cross(&heading);
-    let across = milling.across(stub, engagement, tool.teeth, c, way.z);
+    let across = milling.across(stub, engagement, tool.teeth.clone()?, c, way.z);
     Ok(Some(Bend { aimed_mm: across.aimed_mm * left, left, walls_mm: across.walls_mm, across_N: across.force_N }))
 }
 

@@ -8,7 +8,7 @@ pub(crate) mod external_axes;
 pub(crate) mod path_blocks;
 mod path_sums;
 pub mod play;
-pub(crate) mod program_file;
+pub(crate) mod rewritten;
 mod scene;
 pub(crate) mod settled;
 pub(crate) mod sources;
@@ -19,7 +19,8 @@ pub mod tasks;
 pub(crate) mod tracking;
 pub(crate) mod within_limits;
 
-pub use program_file::{CommandedPath, ProgramFile};
+pub use crate::process::ProgramFile;
+pub use rewritten::CommandedPath;
 pub use scene::Scene;
 pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};
 pub use status::{Failure, SOLVED, status_of};

@@ -14,7 +14,7 @@ mod read;
 pub mod robot;
 mod write;
 
-pub(crate) use model::generate::cutting_point;
+pub(crate) use model::{generate::cutting_point, tool::SAME_TOOL_MM};
 pub use model::{
     generate::{Circle, GenerateError},
     number::{FormatError, NumberFormat},
@@ -22,6 +22,7 @@ pub use model::{
     path::{Bend, Engaged, Load, PathPoint, Plane, PointSource, PositionsError, Toolpath, TurnDirection},
     program::{Program, RewriteError, Rewritten},
     sampling::{Sampling, SamplingError},
+    tool::{ToolDescription, ToolShape},
 };
 
 /// What tests hold against closed forms: no part of the interface.
@@ -33,6 +34,7 @@ pub mod internals {
             robot::arc::Arc,
         },
         read::{
+            gcode::tool_comments::tool_comments,
             robot::frames::{Base, Bases, Tool, Tools},
             scan::Scan,
         },

@@ -124,6 +124,7 @@ mod stiffness;
 mod stock;
 mod superposition;
 mod superposition_command;
+mod tool_comments;
 mod tool_frame;
 mod tool_of_process;
 mod toolpaths;

@@ -3,7 +3,7 @@
 use crate::support::uncertain::{LEVER, job};
 use kinetostat::{
     Machine, Work,
-    input::Folder,
+    input::{Folder, error::Result},
     process::{
         Process,
         cutting::{CuttingLaw, EndMilling},
@@ -270,14 +270,17 @@ fn what_lies_between_points_is_found() {
 }
 
 fn problem(process: &str, machine: &Machine, program: &str) -> String {
+    job_beside(process, machine, program, &[]).map(|_| ()).unwrap_err().to_string()
+}
+
+/// The job of a program beside whose process file there are `files`.
+fn job_beside(process: &str, machine: &Machine, program: &str, files: &[(&str, Vec<u8>)]) -> Result<ProgramJob> {
     let text = format!("schema = 1\n{process}");
-    let with_job = || {
-        let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), machine)?;
-        let folder = Folder::in_memory([("part.nc".to_string(), program.as_bytes().to_vec())]);
-        let program = ProgramFile::in_folder(&folder, "part.nc", &process)?;
-        ProgramJob::new(process, program, "part.nc", &Work::default())
-    };
-    with_job().map(|_| ()).unwrap_err().to_string()
+    let files = files.iter().map(|(name, bytes)| (name.to_string(), bytes.clone()));
+    let folder = Folder::in_memory(files.chain([("part.nc".to_string(), program.as_bytes().to_vec())]));
+    let process = Process::from_toml(&text, "process.toml", folder.clone(), machine)?;
+    let program = ProgramFile::in_folder(&folder, "part.nc", &process)?;
+    ProgramJob::new(process, program, "part.nc", &Work::default())
 }
 
 #[test]
@@ -294,7 +297,7 @@ fn what_cannot_be_cut_is_refused() {
         (own.replace("[stock]", "axial_depth_mm = 4.0\n[stock]"), &LINE.to_string(), "axial_depth_mm: is found from the stock"),
         (without_stock.to_string(), &LINE.to_string(), "diameter_mm: missing: expected"),
         (format!("{without_stock}{TOOL}"), &LINE.to_string(), "tools.1: has no effect without [stock]"),
-        (own.replace(TOOL, ""), &LINE.to_string(), "tools: missing: expected the tools that cut the stock"),
+        (own.replace(TOOL, ""), &LINE.to_string(), "move 1: cuts with a tool that is not known: expected it, such as [tools.1]"),
         (own.replace("max_mm = [60.0", "max_mm = [-70.0"), &LINE.to_string(), "stock.box:"),
         (format!("[placement]\nreference = \"platform_point\"\n{own}"), &LINE.to_string(), "stock: is cut by the tool tip, and the path is of the platform point"),
         (own.clone(), &LINE.replace("Z-10\nG1", "Z-4\nG1"), "move 1: begins with the tool in the stock"),
@@ -352,4 +355,334 @@ fn a_tool_that_points_sideways_cuts_as_one_that_stands() {
     let [a, b] = [point, other].map(|point| point.load.unwrap().force_N);
     let turned = [Vector3::new(b.z, b.x, b.y), Vector3::new(b.z, b.x, -b.y)];
     assert!(turned.iter().any(|own| (a - own).norm() < 1e-3 * a.norm()), "{a} instead of {b}, turned");
+}
+
+/// What the comment of a program says about its tool does what the same numbers in the process file do, in the unit of the program.
+#[test]
+fn tools_are_known_from_comments() {
+    let orthoglide = Machine::named("orthoglide").unwrap();
+    let own = |tool: &str| process([-3.0, 50.0], tool, MATERIAL);
+    let with = |comment: &str, program: &str| format!("{comment}\n{}", program.replace("S8000", "T1 M6\nS8000"));
+    let teeth = own("[tools.1]\nteeth = 4\n");
+    for (comment, table) in [
+        ("(T1 D=10. CR=0. - ZMIN=-5. - flat end mill)", TOOL.to_string()),
+        ("(T1 D=10. CR=5. - ZMIN=-5. - ball end mill)", format!("{TOOL}shape = \"ball\"\n")),
+        ("(T1 D=10. CR=1. - bullnose end mill)", format!("{TOOL}shape = \"bull_nose\"\ncorner_radius_mm = 1.0\n")),
+        ("(T1 = End Mill {10 mm})", TOOL.to_string()),
+    ] {
+        let found = job_beside(&teeth, &orthoglide, &with(comment, LINE), &[]).unwrap();
+        let given = job_beside(&own(&table), &orthoglide, &with("", LINE), &[]).unwrap();
+        assert_eq!(found.path.engagements(), given.path.engagements(), "{comment}");
+        assert!(found.path.points().iter().zip(given.path.points()).all(|(a, b)| a.load == b.load), "{comment}");
+        // What stands in both may differ by the rounding of the comment.
+        job_beside(&own(&table.replace("10.0", "10.008")), &orthoglide, &with(comment, LINE), &[]).unwrap();
+    }
+    // Teeth are in some comments; a program without T has one tool.
+    let words = with("(  Tool #1: Flat End Mill 4 Flutes, Diam = 10mm, Len = 20mm)", LINE).replace("T1 M6\n", "");
+    job_beside(&own(""), &orthoglide, &words, &[]).unwrap();
+    let inches =
+        "(T1 D=0.5 CR=0. - flat end mill)\nG20 G90\nT1 M6\nS8000 M3\nG0 X-.8 Y0 Z-.4\nG1 Z0 F94.5\nX.8\nG0 Z-.4\n";
+    let found = job_beside(&teeth, &orthoglide, inches, &[]).unwrap();
+    assert!((middle(&found)[3].1.width_mm - (6.35 + 3.0)).abs() < 2e-3);
+}
+
+#[test]
+fn what_comments_leave_open_or_contradict_is_refused() {
+    let orthoglide = Machine::named("orthoglide").unwrap();
+    let ball = "(T1 D=6. CR=3. - ZMIN=-2. - ball end mill)";
+    let chamfer = "(T1 D=6. CR=0. TAPER=45deg - ZMIN=-1. - chamfer mill)";
+    for (comments, tool, expected) in [
+        (
+            ball,
+            "",
+            "is of tool 1, by the comment on line 1 a ball end mill of 6 mm, whose number of teeth is not known: expected tools.1.teeth",
+        ),
+        (
+            ball,
+            "[tools.1]\ndiameter_mm = 8.0\nteeth = 2",
+            "move 1: is of tool 1, by tools.1 a tool of 8 mm with 2 teeth, and by the comment on line 1 a ball end mill of 6 mm: expected the same diameter",
+        ),
+        (ball, "[tools.1]\nshape = \"flat\"\nteeth = 2", "expected the same shape"),
+        (
+            "(T1 D=6. CR=0. - ZMIN=-2. - flat end mill)\n(T1 D=8. CR=0. - flat end mill)",
+            "[tools.1]\nteeth = 2",
+            "by the comment on line 1 a flat end mill of 6 mm, and by the comment on line 2 a flat end mill of 8 mm: expected the same diameter",
+        ),
+        (
+            chamfer,
+            "[tools.1]\nteeth = 2",
+            "by the comment on line 1 a chamfer mill of 6 mm, which stock cannot be cut with",
+        ),
+        (chamfer, "[tools.1]\nshape = \"flat\"\nteeth = 2", "expected the same shape"),
+        (
+            "(T1 D=4.2 CR=0. - right hand tap)",
+            "[tools.1]\nteeth = 2",
+            "a right hand tap of 4.2 mm, which stock cannot be cut with",
+        ),
+        ("(T1 = V-Bit {60 deg})", "[tools.1]\nteeth = 2", "whose diameter is not known: expected tools.1.diameter_mm"),
+        (
+            "(T1  D=0.25 CR=0. - ZMIN=-0.0311 - 1-4 FLAT)",
+            "[tools.1]\nteeth = 2",
+            "whose shape is not known: expected tools.1.shape",
+        ),
+        (
+            "(T1 D=8. CR=2. - 8 FINISH)",
+            "[tools.1]\nshape = \"flat\"\nteeth = 2",
+            "by the comment on line 1 a tool of 8 mm with corners of 2 mm: expected the same shape",
+        ),
+        (
+            "(T1 D=8. CR=2. TAPER=10deg - cono)",
+            "[tools.1]\nshape = \"bull_nose\"\ncorner_radius_mm = 2.0\nteeth = 2",
+            "with a point of 10°: expected the same shape",
+        ),
+        (
+            "(T1 = End Mill {0,5 inches})",
+            "[tools.1]\nteeth = 2",
+            "whose diameter is not known: expected tools.1.diameter_mm",
+        ),
+        (
+            "(  Tool 1: Bull Nose End Mill 2 Flutes, Diam = 6mm)",
+            "",
+            "whose corner radius is not known: expected tools.1.corner_radius_mm",
+        ),
+        ("(T1 D=6. CR=5. - bullnose end mill)", "[tools.1]\nteeth = 2", "corner radius 5 mm: expected 0 to 3 mm"),
+        ("(T1 D=0. CR=0. - flat end mill)", "[tools.1]\nteeth = 2", "diameter of the cutter is 0"),
+        (
+            "(T2 D=6. CR=0. - flat end mill)",
+            "",
+            "move 1: is of tool 1, whose geometry is not known: expected [tools.1]",
+        ),
+        (
+            "(T1 D=6. CR=0. - flat end mill)\nG20 G0 X0 Y0 Z-0.4\nG21",
+            "[tools.1]\nteeth = 2",
+            "whose diameter is not known: expected tools.1.diameter_mm",
+        ),
+    ] {
+        let program = format!("{comments}\n{}", LINE.replace("S8000", "T1 M6\nS8000"));
+        let found = problem(&process([-3.0, 50.0], tool, MATERIAL), &orthoglide, &program);
+        assert!(found.contains(expected), "{found}\ninstead of {expected}\n{program}");
+    }
+    // What touches nothing may have any shape.
+    let beside = LINE.replace("X20\n", "X20\nG0 Z-10\nT2 M6\nG1 Z-8 X0 F600\n").replace("S8000", "T1 M6\nS8000");
+    let program = chamfer.replace("T1", "T2") + "\n" + &beside;
+    job_beside(&process([-3.0, 50.0], TOOL, MATERIAL), &orthoglide, &program, &[]).unwrap();
+}
+
+/// An STL file in text of the box between two corners, turned by an angle about z; its triangles in their order.
+fn box_triangles(low: [f64; 3], high: [f64; 3], turn_deg: f64) -> Vec<[[f64; 3]; 3]> {
+    let (sine, cosine) = turn_deg.to_radians().sin_cos();
+    let corner = |k: usize| {
+        let [x, y, z] = [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { high[axis] } else { low[axis] });
+        [cosine * x - sine * y, sine * x + cosine * y, z]
+    };
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).map(|own| own.map(corner)).collect()
+}
+
+fn ascii_stl(triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
+    let mut text = "solid part of a test\n".to_string();
+    for corners in triangles {
+        text += "facet normal 0 0 0\n outer loop\n";
+        text.extend(corners.iter().map(|[x, y, z]| format!("  vertex {x:e} {y:e} {z:e}\n")));
+        text += " endloop\nendfacet\n";
+    }
+    // Its name is in Latin-1.
+    [text.as_bytes(), b"ENDSOLID pi\xe8ce\r\n"].concat()
+}
+
+/// With a header that begins as a text does.
+fn binary_stl(triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
+    let mut bytes = format!("{:<80}", "solid of another program\n").into_bytes();
+    bytes.extend((triangles.len() as u32).to_le_bytes());
+    for corners in triangles {
+        bytes.extend([0; 12]);
+        bytes.extend(corners.iter().flatten().flat_map(|own| (*own as f32).to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+fn mesh_process() -> String {
+    let own = process([-3.0, 50.0], TOOL, MATERIAL);
+    own.replace("box = { min_mm = [-60.0, -3.0, -5.0], max_mm = [60.0, 50.0, 20.0] }", "mesh = \"blank.stl\"")
+}
+
+/// A mesh is cut as the box that it is, in text and binary, also where it and the program are turned together, or the tool lies.
+#[test]
+fn a_mesh_is_cut_as_what_it_is() {
+    let orthoglide = Machine::named("orthoglide").unwrap();
+    let (low, high) = ([-60.0, -3.0, -5.0], [60.0, 50.0, 20.0]);
+    let turned = |degrees: f64| {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let at = |x: f64| format!("X{:.5} Y{:.5}", x * cosine, x * sine);
+        LINE.replace("X-20 Y0", &at(-19.9)).replace("X20", &at(19.9))
+    };
+    let given = cut([-3.0, 50.0], TOOL, MATERIAL, &turned(0.0));
+    for degrees in [0.0, 30.0, 205.0] {
+        let triangles = box_triangles(low, high, degrees);
+        // A collapsed triangle, as some programs write them, is left out; 0 and −0 are one.
+        let mut with_more = triangles.clone();
+        with_more.push([triangles[0][0], triangles[0][1], triangles[0][0]]);
+        for stl in [ascii_stl(&triangles), binary_stl(&triangles), binary_stl(&with_more)] {
+            let found = job_beside(&mesh_process(), &orthoglide, &turned(degrees), &[("blank.stl", stl)]).unwrap();
+            let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), degrees.to_radians());
+            for ((a, own), (b, other)) in found
+                .path
+                .points()
+                .iter()
+                .zip(found.path.engagements())
+                .zip(given.path.points().iter().zip(given.path.engagements()))
+            {
+                assert!(
+                    (own.width_mm - other.width_mm).abs() < 2e-3 && (own.depth_mm - other.depth_mm).abs() < 1e-5,
+                    "{degrees}: {own:?} {other:?}"
+                );
+                assert_eq!(a.load.is_some(), b.load.is_some(), "{degrees}: {a:?}");
+                if let Some((a, b)) = a.load.zip(b.load) {
+                    assert!((a.force_N - turn * b.force_N).norm() <= 2e-3 * b.force_N.norm(), "{degrees}: {a:?} {b:?}");
+                }
+            }
+        }
+    }
+    let sideways =
+        LEVER.replace("tool_tip_mm = [0.0, 0.0, 50.0]", "tool_tip_mm = [50.0, 0.0, 0.0]\ntool_axis = [1.0, 0.0, 0.0]");
+    let lever = Machine::from_toml(&sideways, "lever.toml").unwrap();
+    let stl = binary_stl(&box_triangles(low, high, 0.0));
+    let line = |y: f64| Vector3::new(-55.0, y, -7.0);
+    let engagements = |process: &str| {
+        let folder = Folder::in_memory([("blank.stl".to_string(), stl.clone())]);
+        let process = Process::from_toml(&format!("schema = 1\n{process}"), "process.toml", folder, &lever).unwrap();
+        let path = Toolpath::line(line(-60.0), line(20.0), process.sampling).unwrap();
+        let mut points = path.points().to_vec();
+        for point in &mut points {
+            (point.feed_mm_per_min, point.spindle_rev_per_min) = (Some(2400.0), Some(8000.0));
+        }
+        let path = process.mark_cutting(Toolpath::assemble(points), "part.nc").unwrap();
+        (path.engagements()[65].depth_mm, path.engagements()[65].width_mm)
+    };
+    let (a, b) = (engagements(&mesh_process()), engagements(&process([-3.0, 50.0], TOOL, MATERIAL)));
+    assert!((a.0 - b.0).abs() < 1e-5 && (a.1 - b.1).abs() < 1e-3 && a.0 > 1.0, "{a:?} {b:?}");
+}
+
+#[test]
+fn a_mesh_that_is_no_stock_is_refused() {
+    let orthoglide = Machine::named("orthoglide").unwrap();
+    let whole = box_triangles([-60.0, -3.0, -5.0], [60.0, 50.0, 20.0], 0.0);
+    let scaled =
+        |by: f64| -> Vec<[[f64; 3]; 3]> { whole.iter().map(|own| own.map(|own| own.map(|own| by * own))).collect() };
+    let long = LINE.replace("X20", "X20\nX60");
+    let text =
+        |bytes: Vec<u8>, from: &str, to: &str| String::from_utf8_lossy(&bytes).replacen(from, to, 1).into_bytes();
+    let mut cut_off = binary_stl(&whole);
+    cut_off.truncate(400);
+    for (stl, program, expected) in [
+        (
+            binary_stl(&whole[1..]),
+            LINE,
+            "process.toml: stock.mesh: blank.stl: mesh: it is open at the edge between vertices",
+        ),
+        (binary_stl(&[]), LINE, "stock.mesh: blank.stl: mesh: 0 triangles"),
+        (ascii_stl(&[]), LINE, "stock.mesh: blank.stl: mesh: 0 triangles"),
+        ([ascii_stl(&whole), ascii_stl(&whole)].concat(), LINE, "stock.mesh: blank.stl: has 2 solids: expected one"),
+        (Vec::new(), LINE, "stock.mesh: blank.stl: is no STL file: expected"),
+        (b"solid".to_vec(), LINE, "stock.mesh: blank.stl: triangle 1: EOF"),
+        (cut_off, LINE, "stock.mesh: blank.stl: is no STL file: expected"),
+        (binary_stl(&scaled(f64::NAN)), LINE, "blank.stl: has a vertex at (NaN, NaN, NaN) mm"),
+        (text(ascii_stl(&whole), "-6e1", "nan"), LINE, "blank.stl: triangle 1: expected finite"),
+        (text(ascii_stl(&whole), "vertex", "corner"), LINE, "blank.stl: triangle 1: vertex"),
+        (binary_stl(&scaled(1e6)), LINE, "blank.stl: has a vertex at (-60000000,"),
+        (
+            binary_stl(&scaled(1e-3)),
+            long.as_str(),
+            "stock.mesh: is 0.120 mm large, and the path 80 mm: expected mm, not metres",
+        ),
+        (binary_stl(&scaled(0.0)), LINE, "stock.mesh: blank.stl: mesh: "),
+    ] {
+        let found = job_beside(&mesh_process(), &orthoglide, program, &[("blank.stl", stl)])
+            .map(|_| ())
+            .unwrap_err()
+            .to_string();
+        assert!(found.contains(expected), "{found}\ninstead of {expected}");
+    }
+    let found = problem(&mesh_process(), &orthoglide, LINE);
+    assert!(found.contains("stock.mesh: \"blank.stl\" is not a file in the folder of the process file"), "{found}");
+    let both = mesh_process()
+        .replace("mesh =", "cylinder = { base_mm = [0.0, 0.0, 0.0], diameter_mm = 9.0, height_mm = 9.0 }\nmesh =");
+    assert!(problem(&both, &orthoglide, LINE).contains("stock: expected one of box, cylinder and mesh"));
+}
+
+/// A change of the mesh, or of an earlier program, is one of the inputs.
+#[test]
+fn what_stock_is_read_from_is_an_input() {
+    let orthoglide = Machine::named("orthoglide").unwrap();
+    let inputs = |low: f64, earlier: &str| {
+        let stl = binary_stl(&box_triangles([-60.0, -3.0, low], [60.0, 50.0, 20.0], 0.0));
+        let process = mesh_process().replace("[stock]", "[stock]\nafter = [\"op1.nc\"]");
+        let files = [("blank.stl", stl), ("op1.nc", earlier.as_bytes().to_vec())];
+        job_beside(&process, &orthoglide, &LINE.replace("Z0", "Z2"), &files).unwrap().process.inputs
+    };
+    let own = inputs(-5.0, LINE);
+    assert_eq!(own, inputs(-5.0, LINE));
+    let change = |other| own.change_since(&other).unwrap();
+    assert!(change(inputs(-4.9, LINE)).starts_with("blank.stl, line 1"));
+    assert!(change(inputs(-5.0, &LINE.replace("F2400", "F1200"))).starts_with("op1.nc, line 4"));
+}
+
+/// A program behind another finds what the other leaves: as the second half of both in one.
+#[test]
+fn earlier_programs_are_cut_first() {
+    let orthoglide = Machine::named("orthoglide").unwrap();
+    let op1 = LINE.replace("G0 X-20", "T1 M6\nG0 X-20");
+    // Wider by a millimetre on one side, and two deeper.
+    let op2 = op1.replace("Y0", "Y1").replace("Z0", "Z2");
+    let own = process([-50.0, 50.0], TOOL, MATERIAL);
+    let one =
+        job_beside(&own, &orthoglide, &(op1.clone() + &op2.replace("G21 G90\nS8000 M3\nT1 M6\n", "")), &[]).unwrap();
+    let after = own.replace("[stock]", "[stock]\nafter = [\"op1.nc\"]");
+    // Teeth are needed only where there is a force.
+    let op1 = op1.replace("T1", "(T7 D=10. CR=0. - flat end mill)\nT7");
+    let files = |earlier: &str| [("op1.nc", earlier.as_bytes().to_vec())];
+    let found = job_beside(&after, &orthoglide, &op2, &files(&op1)).unwrap();
+    let second = one.path.len() - found.path.len();
+    let mut cut = 0;
+    for ((a, own), (b, other)) in found
+        .path
+        .points()
+        .iter()
+        .zip(found.path.engagements())
+        .zip(one.path.points()[second..].iter().zip(&one.path.engagements()[second..]))
+    {
+        assert_eq!((a.position_mm, a.load, own), (b.position_mm, b.load, other));
+        cut += usize::from(a.load.is_some());
+    }
+    assert!(cut > 30);
+    let middle = found.path.points().iter().position(|point| point.position_mm.x == 0.0).unwrap();
+    assert!((found.path.engagements()[middle].depth_mm - 7.0).abs() < 1e-6);
+    for (earlier, program, expected) in [
+        (
+            op1.replace("G1 Z0 F2400\nX20", "G1 Z0 F2400\nG0 X20"),
+            &op2,
+            "op1.nc: move 3: is rapid and goes through the stock at (",
+        ),
+        (
+            op1.replace("T7 D", "T8 D"),
+            &op2,
+            "op1.nc: move 1: is of tool 7, whose geometry is not known: expected [tools.7]",
+        ),
+        (op1.replace("Z-10", "Z-4"), &op2, "op1.nc: move 1: begins with the tool in the stock"),
+        (op1.replace("Z0", "Z-6"), &op2, "op1.nc: nothing touches the stock"),
+        (op1.replace("X20", "Q20"), &op2, "op1.nc:"),
+        ("M30\n".into(), &op2, "op1.nc: moves nowhere"),
+        (op1.clone(), &op1.replace("(T7", "(T1").replace("T7", "T1"), "part.nc: nothing touches the stock"),
+        (
+            op1.replace("G0 Z-10\n", ""),
+            &op2.replace("Z-10\nG1", "Z0\nG1"),
+            "part.nc: move 1: begins with the tool in the stock",
+        ),
+    ] {
+        let found = job_beside(&after, &orthoglide, program, &files(&earlier)).map(|_| ()).unwrap_err().to_string();
+        assert!(found.contains(expected), "{found}\ninstead of {expected}\n{earlier}");
+    }
+    let found = job_beside(&after, &orthoglide, &op2, &[]).map(|_| ()).unwrap_err().to_string();
+    assert!(found.contains("stock.after: \"op1.nc\" is not a file in the folder of the process file"), "{found}");
 }

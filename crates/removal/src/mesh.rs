@@ -26,7 +26,7 @@ impl Mesh {
         for vertex in &vertices {
             finite("vertex of the mesh", vertex)?;
         }
-        check_closed(vertices.len(), &triangles)?;
+        check_closed(&vertices, &triangles)?;
         let low = vertices.iter().skip(1).fold(vertices[0], |low, vertex| low.inf(vertex));
         let high = vertices.iter().skip(1).fold(vertices[0], |high, vertex| high.sup(vertex));
         let size = high - low;
@@ -157,7 +157,7 @@ fn side(from: &Vector3<f64>, to: &Vector3<f64>, p: Vector2<f64>) -> f64 {
 }
 
 /// Fails unless each edge joins two triangles that run along it in opposite senses.
-fn check_closed(vertices: usize, triangles: &[[u32; 3]]) -> Result<(), RemovalError> {
+fn check_closed(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Result<(), RemovalError> {
     let fault = |fault: String| Err(RemovalError::Mesh { fault });
     if triangles.is_empty() || triangles.len() > u32::MAX as usize / 2 {
         return fault(format!("{} triangles", triangles.len()));
@@ -166,14 +166,17 @@ fn check_closed(vertices: usize, triangles: &[[u32; 3]]) -> Result<(), RemovalEr
     for (number, triangle) in triangles.iter().enumerate() {
         for corner in 0..3 {
             let (from, to) = (triangle[corner], triangle[(corner + 1) % 3]);
-            if from as usize >= vertices || from == to {
-                return fault(format!("triangle {number} names vertices {triangle:?} of {vertices}"));
+            if from as usize >= vertices.len() || from == to {
+                return fault(format!("triangle {number} names vertices {triangle:?} of {}", vertices.len()));
             }
             *edges.entry((from.min(to), from.max(to))).or_default() += if from < to { 1 } else { -1 };
         }
     }
     match edges.iter().filter(|edge| *edge.1 != 0).map(|edge| edge.0).min() {
-        Some((from, to)) => fault(format!("it is open at the edge between vertices {from} and {to}")),
+        Some((from, to)) => {
+            let [a, b] = [from, to].map(|own| <[f64; 3]>::from(vertices[*own as usize]));
+            fault(format!("it is open at the edge between vertices {from} and {to}, at {a:?} and {b:?} mm"))
+        }
         None => Ok(()),
     }
 }

@@ -12,6 +12,8 @@ mod robot;
 mod rotary;
 pub(crate) mod spec;
 #[cfg(not(target_family = "wasm"))]
+mod stl;
+#[cfg(not(target_family = "wasm"))]
 mod stock;
 mod tool_force;
 

@@ -57,12 +57,13 @@ fn process(
     machine: &Machine,
     key_prefix: &'static str,
 ) -> Result<Process> {
+    let sampling = sampling(&spec.sampling, &check.key("sampling"))?;
     #[cfg(not(target_family = "wasm"))]
-    let stock = super::stock::stock(spec, check)?;
+    let (stock, mesh) = super::stock::stock(spec, sampling, folder, check)?;
     #[cfg(not(target_family = "wasm"))]
     let has_stock = stock.is_some();
     #[cfg(target_family = "wasm")]
-    let has_stock = false;
+    let (has_stock, mesh) = (false, Default::default());
     let (cutting, wrenches) = cutting_law(&spec.force, has_stock, folder, &check.key("force"))?;
     let (own_forces, own_tables) = own_forces((&spec.force_of_tool, &spec.force_of_feature), has_stock, folder, check)?;
     if has_stock && cutting == CuttingLaw::None && own_forces.is_empty() {
@@ -84,11 +85,15 @@ fn process(
     let table = |spec| UncertaintyTable::read(spec, folder, check.key("uncertainty"));
     let uncertainty = spec.uncertainty.as_ref().map(table).transpose()?;
     let (uncertainty, covariance) = uncertainty.unzip();
-    Ok(Process {
+    let process = Process {
         machine: machine.clone(),
         has_own_tool: spec.tool.is_some(),
         tolerance_mm: spec.tolerance_mm.map(|given| check.key("tolerance_mm").positive(given)).transpose()?,
-        gcode: GcodeOptions { features, ..gcode_options(&spec.gcode, machine, &placement, target, &check_gcode)? },
+        gcode: GcodeOptions {
+            features,
+            tool_comments: has_stock,
+            ..gcode_options(&spec.gcode, machine, &placement, target, &check_gcode)?
+        },
         placement,
         is_placed: spec.placement.origin_mm.is_some(),
         cutting,
@@ -98,7 +103,7 @@ fn process(
         cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
         errors: chain_errors(&spec.chain_error, machine, check)?,
         uncertainty,
-        sampling: sampling_of(spec, check)?,
+        sampling,
         limits: limits(&spec.limits, &check.key("limits"))?,
         target,
         corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
@@ -111,8 +116,11 @@ fn process(
         helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),
         path_only_tables: spec.path_only_tables(),
         key_prefix,
-        inputs: wrenches.and(own_tables).and(covariance.unwrap_or_default()),
-    })
+        inputs: wrenches.and(own_tables).and(covariance.unwrap_or_default()).and(mesh),
+    };
+    #[cfg(not(target_family = "wasm"))]
+    let process = super::stock::with_earlier(process, spec.stock.as_ref(), folder, check)?;
+    Ok(process)
 }
 
 /// Checks the placement of the workpiece (degrees become rad), and that the machine can follow its tilt.
@@ -146,26 +154,6 @@ fn cutting_rule(spec: &CuttingRuleSpec, check: &Check) -> Result<CuttingRule> {
         }
         _ => Ok(rule),
     }
-}
-
-/// Checks how finely the paths of a process are sampled: where stock is cut, by no more than half the diameter of its smallest tool, as the force is found from point to point.
-pub(super) fn sampling_of(spec: &ProcessSpec, check: &Check) -> Result<Sampling> {
-    let check = check.key("sampling");
-    #[cfg(not(target_family = "wasm"))]
-    if spec.stock.is_some() {
-        let radii = spec.tools.values().map(|tool| 0.5 * tool.diameter_mm);
-        let smallest = radii.fold(f64::INFINITY, f64::min).max(0.0);
-        if let Some(given) = spec.sampling.max_segment_mm.filter(|given| *given > smallest) {
-            let problem = format!(
-                "is {given}: expected at most {smallest}, half the smallest diameter in [tools], as [stock] is cut"
-            );
-            return check.key("max_segment_mm").fail(problem);
-        }
-        let most = Sampling::default().max_segment_mm().min(smallest);
-        let own = SamplingSpec { max_segment_mm: spec.sampling.max_segment_mm.or(Some(most)), ..spec.sampling.clone() };
-        return sampling(&own, &check);
-    }
-    sampling(&spec.sampling, &check)
 }
 
 /// Checks how finely paths are sampled; what is not given has its default.
@@ -241,6 +229,7 @@ fn gcode_options(
             Some(true) => Expand::Always,
             Some(false) => Expand::Never,
         },
+        tool_comments: false,
     })
 }
 

@@ -1,17 +1,22 @@
 //! Checks the stock and the tools that cut it in a process file.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
-use kinetostat_removal::{Cutter, RemovalError, Stock};
+use kinetostat_removal::{RemovalError, Stock};
 use serde::Deserialize;
 
-use super::{force::teeth, spec::ProcessSpec};
+use super::{force::teeth, spec::ProcessSpec, stl};
 use crate::{
-    input::{check::Check, error::Result},
-    process::{
-        cutting::Stub,
-        stock::{StockRemoval, StockShape, StockTool},
+    input::{
+        Folder, Inputs,
+        check::Check,
+        error::{Error, Result},
     },
+    process::{
+        Process, ProgramFile,
+        stock::{StickOut, StockRemoval, StockShape, cutter},
+    },
+    toolpath::{Sampling, ToolDescription, ToolShape},
 };
 
 /// The table `stock`: what is cut, in the frame of the workpiece.
@@ -23,6 +28,11 @@ pub struct StockSpec {
     pub cuboid: Option<BoxSpec>,
     /// A cylinder along z of the workpiece.
     pub cylinder: Option<CylinderSpec>,
+    /// An STL file, beside the process file, of a closed surface; mm.
+    pub mesh: Option<String>,
+    /// Programs, beside the process file, that have cut the stock before, in their order.
+    #[serde(default)]
+    pub after: Vec<String>,
     /// Largest cell of the field; a fortieth of the smallest tool's diameter if not given.
     pub cell_mm: Option<f64>,
     /// Natural frequencies of machine, tool and part.
@@ -52,21 +62,20 @@ pub struct CylinderSpec {
     pub height_mm: f64,
 }
 
-/// A tool of a program that cuts stock.
+/// A tool of a program that cuts stock. What is not given, a comment of the program has to say.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ToolSpec {
-    /// Its shape.
-    #[serde(default)]
-    pub shape: ShapeSpec,
+    /// Its shape; flat if no comment says it either.
+    pub shape: Option<ToolShape>,
     /// D.
-    pub diameter_mm: f64,
+    pub diameter_mm: Option<f64>,
     /// Corner radius of a bull nose.
     pub corner_radius_mm: Option<f64>,
-    /// Point angle of a drill; 118 if not given.
+    /// Point angle of a drill; 118 if no comment says it either.
     pub point_angle_deg: Option<f64>,
     /// Number of teeth.
-    pub teeth: u32,
+    pub teeth: Option<u32>,
     /// Angle of the helix.
     pub helix_deg: Option<f64>,
     /// Length from the holder to the tip.
@@ -81,78 +90,99 @@ pub struct ToolSpec {
     pub holder_n_per_mm: Option<f64>,
 }
 
-/// The shape of a tool, as written.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ShapeSpec {
-    /// End mill with sharp corners.
-    #[default]
-    Flat,
-    /// Ball end mill.
-    Ball,
-    /// End mill with round corners.
-    BullNose,
-    /// Twist drill.
-    Drill,
-}
-
-/// Point angle of a drill if none is given, degrees.
-const POINT_ANGLE_DEG: f64 = 118.0;
-
-/// Checks the stock with the tools that cut it, by number; `None` where neither is given.
-pub(super) fn stock(process: &ProcessSpec, check: &Check) -> Result<Option<StockRemoval>> {
-    let tools = &process.tools;
+/// Checks the stock with the tools that cut it, by number, and returns it with the file that it is read from; `None` where neither is given.
+pub(super) fn stock(
+    process: &ProcessSpec,
+    sampling: Sampling,
+    folder: &Folder,
+    check: &Check,
+) -> Result<(Option<StockRemoval>, Inputs)> {
     let Some(spec) = &process.stock else {
-        return match tools.keys().next() {
+        return match process.tools.keys().next() {
             Some(name) => check.key("tools").key(name).fail("has no effect without [stock]: expected that".into()),
-            None => Ok(None),
+            None => Ok((None, Inputs::default())),
         };
     };
     let check_stock = check.key("stock");
-    let shape = match (spec.cuboid, spec.cylinder) {
-        (Some(BoxSpec { min_mm, max_mm }), None) => {
+    let mut inputs = Inputs::default();
+    let shape = match (spec.cuboid, spec.cylinder, &spec.mesh) {
+        (Some(BoxSpec { min_mm, max_mm }), None, None) => {
             let check = check_stock.key("box");
             let shape =
                 StockShape::Box { min: check.key("min_mm").finite(min_mm)?, max: check.key("max_mm").finite(max_mm)? };
             shape.along_z().or_else(|error| check.fail(error.to_string()))?;
             shape
         }
-        (None, Some(CylinderSpec { base_mm, diameter_mm, height_mm })) => {
+        (None, Some(CylinderSpec { base_mm, diameter_mm, height_mm }), None) => {
             let check = check_stock.key("cylinder");
             let base = check.key("base_mm").finite(base_mm)?;
             let diameter_mm = check.key("diameter_mm").positive(diameter_mm)?;
             StockShape::Cylinder { base, diameter_mm, height_mm: check.key("height_mm").positive(height_mm)? }
         }
-        _ => return check_stock.fail("expected one of box and cylinder".into()),
+        (None, None, Some(name)) => {
+            let bytes = beside(name, folder, &check_stock.key("mesh"))?.bytes(name)?;
+            inputs = Inputs::of_bytes(name, &bytes);
+            let shape = stl::read(bytes).map(|mesh| StockShape::Mesh(Arc::new(mesh)));
+            let shape = shape.and_then(|own| own.along_z().map(|_| own).map_err(|error| error.to_string()));
+            shape.or_else(|fault| check_stock.key("mesh").fail(format!("{name}: {fault}")))?
+        }
+        _ => return check_stock.fail("expected one of box, cylinder and mesh".into()),
     };
     let mut by_number = BTreeMap::new();
-    for (name, spec) in tools {
+    for (name, spec) in &process.tools {
         let check = check.key("tools").key(name);
         let Ok(number) = name.parse::<u32>() else {
             return check.fail("is no tool: expected the number of a tool, as after T in a program".into());
         };
-        if by_number.insert(number, tool(spec, &check)?).is_some() {
+        let stick_out = stick_out(spec, &check)?;
+        if stick_out.is_some() && process.uncertainty.is_some() {
+            let problem =
+                "is given where inputs are uncertain: the bend of a tool is not varied with them, expected one of both";
+            return check.key("stick_out_mm").fail(problem.into());
+        }
+        if by_number.insert(number, (tool(number, spec, &check)?, stick_out)).is_some() {
             return check.fail(format!("is tool {number} again"));
         }
     }
-    if by_number.is_empty() {
-        return check.key("tools").fail("missing: expected the tools that cut the stock, such as [tools.1]".into());
-    }
-    if process.uncertainty.is_some()
-        && let Some((number, _)) = by_number.iter().find(|own| own.1.stub.is_some())
-    {
-        let problem =
-            "is given where inputs are uncertain: the bend of a tool is not varied with them, expected one of both";
-        return check.key("tools").key(&number.to_string()).key("stick_out_mm").fail(problem.into());
-    }
     let cell_mm = check_stock.key("cell_mm").optional_positive(spec.cell_mm)?;
-    let chords_mm = super::resolve::sampling_of(process, check)?.chordal_tolerance_mm();
     let frequencies = &spec.natural_frequencies_hz;
     for (number, own) in frequencies.iter().enumerate() {
         check_stock.key(&format!("natural_frequencies_Hz[{number}]")).positive(*own)?;
     }
     let frequencies = frequencies.clone();
-    Ok(Some(StockRemoval::new((shape, cell_mm), (by_number, frequencies), chords_mm, check_stock)))
+    Ok((Some(StockRemoval::new((shape, cell_mm), by_number, frequencies, sampling, check_stock)), inputs))
+}
+
+/// Reads the programs that have cut the stock of `process` before.
+pub(super) fn with_earlier(
+    mut process: Process,
+    spec: Option<&StockSpec>,
+    folder: &Folder,
+    check: &Check,
+) -> Result<Process> {
+    let (mut earlier, mut inputs) = (Vec::new(), process.inputs.clone());
+    for name in spec.iter().flat_map(|spec| &spec.after) {
+        let folder = beside(name, folder, &check.key("stock").key("after"))?;
+        let program = ProgramFile::in_folder(&folder, name, &process)?;
+        let path = program.long_toolpath(process.sampling)?;
+        let origin = folder.path(name).display().to_string();
+        if path.is_empty() {
+            return Err(Error::argument(origin, "moves nowhere: a program with at least one motion is expected"));
+        }
+        inputs = inputs.and(program.inputs(name));
+        earlier.push((origin, path));
+    }
+    process.inputs = inputs;
+    process.stock = process.stock.map(|stock| stock.after(earlier));
+    Ok(process)
+}
+
+/// Returns the folder, without recording for pages, which have no stock, if there is a file with this name.
+fn beside(name: &str, folder: &Folder, check: &Check) -> Result<Folder> {
+    match folder.has_file(name) {
+        true => Ok(folder.unrecorded()),
+        false => check.fail(format!("\"{name}\" is not a file in the folder of the process file")),
+    }
 }
 
 impl StockShape {
@@ -161,67 +191,68 @@ impl StockShape {
         match self {
             StockShape::Box { min, max } => Stock::cuboid(*min, *max),
             StockShape::Cylinder { base, diameter_mm, height_mm } => Stock::cylinder(*base, *diameter_mm, *height_mm),
+            StockShape::Mesh(mesh) => Stock::mesh(mesh.vertices.clone(), mesh.triangles.clone()),
         }
     }
 }
 
-fn tool(spec: &ToolSpec, check: &Check) -> Result<StockTool> {
-    let diameter_mm = check.key("diameter_mm").positive(spec.diameter_mm)?;
-    let only = |key: &str, given: Option<f64>, shape: ShapeSpec, name: &str| match given {
-        Some(_) if spec.shape != shape => {
+fn tool(number: u32, spec: &ToolSpec, check: &Check) -> Result<ToolDescription> {
+    let only = |key: &str, given: Option<f64>, shape: ToolShape, name: &str| match given {
+        Some(_) if spec.shape != Some(shape) => {
             check.key(key).fail(format!("is of shape = \"{name}\": expected no such key"))
         }
         _ => Ok(()),
     };
-    only("corner_radius_mm", spec.corner_radius_mm, ShapeSpec::BullNose, "bull_nose")?;
-    only("point_angle_deg", spec.point_angle_deg, ShapeSpec::Drill, "drill")?;
-    let cutter = match (spec.shape, spec.corner_radius_mm) {
-        (ShapeSpec::Flat, _) => Cutter::flat(diameter_mm),
-        (ShapeSpec::Ball, _) => Cutter::ball(diameter_mm),
-        (ShapeSpec::BullNose, Some(corner)) => Cutter::bull(diameter_mm, corner),
-        (ShapeSpec::BullNose, None) => {
-            return check.key("corner_radius_mm").fail("missing: expected the radius of the corner".into());
-        }
-        (ShapeSpec::Drill, _) => Cutter::drill(diameter_mm, spec.point_angle_deg.unwrap_or(POINT_ANGLE_DEG)),
+    only("corner_radius_mm", spec.corner_radius_mm, ToolShape::BullNose, "bull_nose")?;
+    only("point_angle_deg", spec.point_angle_deg, ToolShape::Drill, "drill")?;
+    let tool = ToolDescription {
+        number,
+        line: None,
+        shape: spec.shape.map(Ok),
+        diameter_mm: check.key("diameter_mm").optional_positive(spec.diameter_mm)?,
+        corner_radius_mm: spec
+            .corner_radius_mm
+            .map(|own| check.key("corner_radius_mm").not_negative(own))
+            .transpose()?,
+        point_angle_deg: check.key("point_angle_deg").optional_positive(spec.point_angle_deg)?,
+        teeth: spec.teeth.map(|own| teeth(own, check)).transpose()?,
     };
-    let cutter = cutter.or_else(|error| check.fail(error.to_string()))?;
-    Ok(StockTool { cutter, teeth: teeth(spec.teeth, check)?, stub: stub(spec, diameter_mm, check)? })
+    if let (Some(shape), Some(diameter_mm)) = (spec.shape, tool.diameter_mm)
+        && (shape != ToolShape::BullNose || tool.corner_radius_mm.is_some())
+    {
+        cutter(shape, diameter_mm, &tool).or_else(|error| check.fail(error.to_string()))?;
+    }
+    Ok(tool)
 }
 
-/// Checks how the tool bends: all that it needs is given, or nothing.
-fn stub(spec: &ToolSpec, diameter_mm: f64, check: &Check) -> Result<Option<Stub>> {
+/// Checks how a tool sticks out: all that its bend needs is given, or nothing.
+fn stick_out(spec: &ToolSpec, check: &Check) -> Result<Option<StickOut>> {
     let others = [
         ("helix_deg", spec.helix_deg),
         ("youngs_modulus_N_per_mm2", spec.youngs_modulus_n_per_mm2),
         ("equivalent_diameter_mm", spec.equivalent_diameter_mm),
         ("holder_N_per_mm", spec.holder_n_per_mm),
     ];
-    let Some(stick_out_mm) = spec.stick_out_mm else {
+    let Some(length_mm) = spec.stick_out_mm else {
         return match others.iter().find(|own| own.1.is_some()) {
             Some((key, _)) => check.key(key).fail("has no effect without stick_out_mm: expected that".into()),
             None => Ok(None),
         };
     };
-    if spec.shape == ShapeSpec::Drill {
-        return check.key("stick_out_mm").fail("is of a tool that makes walls: expected no such key of a drill".into());
+    let [helix_deg, modulus] = [0, 1].map(|own| {
+        let (key, given) = others[own];
+        given.map_or_else(|| check.key(key).fail("missing: a tool with stick_out_mm bends by it".into()), Ok)
+    });
+    let helix_deg = check.key("helix_deg").not_negative(helix_deg?)?;
+    if helix_deg >= 80.0 {
+        return check.key("helix_deg").fail(format!("is {helix_deg}: expected from 0 to below 80"));
     }
-    if let Some((key, _)) = others[..2].iter().find(|own| own.1.is_none()) {
-        return check.key(key).fail("missing: a tool with stick_out_mm bends by it".into());
-    }
-    let positive = |key: &str, given: Option<f64>, other: f64| check.key(key).positive(given.unwrap_or(other));
-    let helix = check.key("helix_deg").not_negative(spec.helix_deg.unwrap_or(0.0))?;
-    if helix >= 80.0 {
-        return check.key("helix_deg").fail(format!("is {helix}: expected from 0 to below 80"));
-    }
-    let equivalent = positive("equivalent_diameter_mm", spec.equivalent_diameter_mm, 0.8 * diameter_mm)?;
-    let modulus = positive("youngs_modulus_N_per_mm2", spec.youngs_modulus_n_per_mm2, 1.0)?;
-    let inertia = std::f64::consts::PI * equivalent.powi(4) / 64.0;
-    Ok(Some(Stub {
-        stick_out_mm: check.key("stick_out_mm").positive(stick_out_mm)?,
-        rigidity_Nmm2: modulus * inertia,
-        holder_mm_per_N: spec
-            .holder_n_per_mm
-            .map_or(Ok(0.0), |own| check.key("holder_N_per_mm").positive(own).map(|own| 1.0 / own))?,
-        lag_per_mm: 2.0 * libm::tan(helix.to_radians()) / diameter_mm,
+    let holder = check.key("holder_N_per_mm").optional_positive(spec.holder_n_per_mm)?;
+    Ok(Some(StickOut {
+        length_mm: check.key("stick_out_mm").positive(length_mm)?,
+        helix: helix_deg.to_radians(),
+        modulus_N_per_mm2: check.key("youngs_modulus_N_per_mm2").positive(modulus?)?,
+        equivalent_mm: check.key("equivalent_diameter_mm").optional_positive(spec.equivalent_diameter_mm)?,
+        holder_mm_per_N: holder.map_or(0.0, |own| 1.0 / own),
     }))
 }

@@ -10,7 +10,7 @@ use crate::{
         ProgramFile,
         along_path::PathPointResult,
         blocks::BlocksBeforeAfter,
-        program_file::{CommandedPath, Rewritten},
+        rewritten::{CommandedPath, Rewritten},
         tasks::PoseTracker,
     },
     spatial::Pose,

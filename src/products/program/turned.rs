@@ -76,5 +76,5 @@ fn as_polyline(path: &Toolpath, program: &ProgramFile, process: &mut Process, na
     }
     let format = NumberFormat::new(NumberFormat::MAX_DECIMALS, NumberFormat::MAX_DECIMALS)?;
     let bytes = polyline::write(path, &path.positions_mm(), format)?;
-    Ok(ProgramFile::Polyline(Polyline::read(bytes, name)?))
+    Ok(ProgramFile::Polyline(Box::new(Polyline::read(bytes, name)?)))
 }

@@ -8,6 +8,7 @@ pub(crate) mod path;
 pub(crate) mod program;
 pub(crate) mod robot;
 pub(crate) mod sampling;
+pub(crate) mod tool;
 pub(crate) mod way;
 
 pub(crate) use {number::*, orientation::*, path::*, program::*, sampling::*, way::*};

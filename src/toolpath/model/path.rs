@@ -3,7 +3,10 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
 
-use crate::{machine::ExternalAxes, toolpath::model::Orientation};
+use crate::{
+    machine::ExternalAxes,
+    toolpath::model::{Orientation, tool::ToolDescription},
+};
 
 /// The largest coordinate of a path, mm: beyond any machine.
 pub(crate) const MAX_COORDINATE_MM: f64 = 1e6;
@@ -63,6 +66,7 @@ pub struct Toolpath {
     points: Vec<PathPoint>,
     external_axes: Vec<String>,
     engagements: Vec<Engaged>,
+    tools: Vec<ToolDescription>,
 }
 
 /// How the tool is in material on the way to a point: all zero in air.
@@ -124,7 +128,7 @@ impl Toolpath {
     pub fn assemble(mut points: Vec<PathPoint>) -> Toolpath {
         fill_tangents(points.iter_mut().rev());
         fill_tangents(points.iter_mut());
-        Toolpath { points, external_axes: Vec::new(), engagements: Vec::new() }
+        Toolpath { points, ..Toolpath::default() }
     }
 
     /// Returns the number of the tool at each point where it cuts and the path says which; `None` at the others.
@@ -154,6 +158,17 @@ impl Toolpath {
     #[must_use]
     pub fn engagements(&self) -> &[Engaged] {
         &self.engagements
+    }
+
+    /// Returns the same path with what its program says about its tools.
+    pub(crate) fn with_tools(self, tools: Vec<ToolDescription>) -> Toolpath {
+        Toolpath { tools, ..self }
+    }
+
+    /// Returns what comments of the program say about tools; nothing where they were not looked at.
+    #[must_use]
+    pub fn tools(&self) -> &[ToolDescription] {
+        &self.tools
     }
 
     /// Returns the points, in order.

@@ -18,12 +18,13 @@ use crate::{
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber},
+    process::program_file::line_in_words,
     questions::{
         path::{MethodAlongPath, PathStudy, PointEffect},
         spread_report::{self, Along},
     },
     redundancy,
-    simulation::{ROUNDING_MM, Source, along_path::PathSummary, program_file::line_in_words},
+    simulation::{ROUNDING_MM, Source, along_path::PathSummary},
     spatial::Wrench,
 };
 

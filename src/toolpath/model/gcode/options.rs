@@ -37,6 +37,8 @@ pub struct GcodeOptions {
     pub rotary_columns: Vec<RotaryColumn>,
     /// Whether to expand the program first, by [`Program::parse_expanded`](crate::toolpath::gcode::Program::parse_expanded).
     pub expand: Expand,
+    /// Whether paths come with what comments say about tools ([`Toolpath::tools`]).
+    pub tool_comments: bool,
 }
 
 /// Which programs are expanded into the moves that they make before they are read.

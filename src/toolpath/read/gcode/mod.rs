@@ -11,6 +11,7 @@ pub(crate) mod offsets;
 pub(crate) mod request;
 pub(crate) mod settings;
 pub(crate) mod style;
+pub(crate) mod tool_comments;
 pub(crate) mod turn;
 pub(crate) mod walk;
 pub(crate) mod written_out;
@@ -23,7 +24,7 @@ pub(crate) use {
 use crate::toolpath::{
     model::{
         NumberFormat, PathPoint, SampleFault, Sampler, Sampling, Toolpath,
-        gcode::{Dialect, Fault, GcodeError, GcodeOptions, Motion, Notes, Refusal, RotaryColumn, rotary},
+        gcode::{Dialect, Fault, GcodeError, GcodeOptions, LengthUnit, Motion, Notes, Refusal, RotaryColumn, rotary},
         program,
     },
     read::gcode::lines::Lines,
@@ -170,9 +171,24 @@ impl Program {
     /// Returns the path as [`Program::toolpath`] does, with at most `most` points (up to [`Program::MAX_POINTS`]); `Err` if it has more.
     pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, GcodeError> {
         let mut points = Vec::with_capacity(self.motions.len());
-        let parameters = |_, motion: &Motion| Some(motion.parameters(motion.pieces(sampling, &self.options.rotary)?));
+        // Of moves in mm and in inches, whether there are any.
+        let mut units = [false; 2];
+        let parameters = |_, motion: &Motion| {
+            units[usize::from(motion.modal.unit == LengthUnit::Inch)] = true;
+            Some(motion.parameters(motion.pieces(sampling, &self.options.rotary)?))
+        };
         self.sample(most, parameters, |point| points.push(*point))?;
-        Ok(Toolpath::assemble(points).with_external_axes(&program::Program::external_axes(self)))
+        let path = Toolpath::assemble(points).with_external_axes(&program::Program::external_axes(self));
+        if cfg!(target_family = "wasm") || !self.options.tool_comments {
+            return Ok(path);
+        }
+        let unit = match units {
+            [_, false] => Some(LengthUnit::Millimetre),
+            [false, true] => Some(LengthUnit::Inch),
+            // Comments do not say in which they are.
+            [true, true] => None,
+        };
+        Ok(path.with_tools(tool_comments::tool_comments(self.file_bytes(), unit)))
     }
 
     /// Returns the rotary drives whose positions the path commands; none if the program names no rotary axis.

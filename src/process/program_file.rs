@@ -1,21 +1,18 @@
-//! Programs in files of any format: reads, follows and rewrites them.
+//! Programs in files of any format: reads and follows them.
 
 use std::path::Path;
 
-use nalgebra::Vector3;
-
 #[cfg(not(target_family = "wasm"))]
 use crate::toolpath::{
-    NumberFormat,
+    NumberFormat, PathPoint,
     robot::{Language, RobotProgram},
 };
 use crate::{
     input::{Folder, Inputs, error::Result},
     process::file::Process,
-    simulation::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
-        self, Orientation, PathPoint, Sampling, Toolpath,
-        gcode::{Calls, Expand, Fault, Program, SiblingFiles},
+        Sampling, Toolpath,
+        gcode::{Expand, Fault, Program, SiblingFiles},
         polyline::Polyline,
     },
 };
@@ -24,7 +21,7 @@ use crate::{
 #[derive(Debug, Clone)]
 pub enum ProgramFile {
     /// Points in a CSV file.
-    Polyline(Polyline),
+    Polyline(Box<Polyline>),
     /// A G-code program.
     Gcode(Box<Program>),
     /// A program of a robot, or an APT program. Pages get it as points.
@@ -77,7 +74,7 @@ impl ProgramFile {
     fn parse_beside(bytes: Vec<u8>, file: &Path, process: &Process, beside: &SiblingFiles<'_>) -> Result<Self> {
         let (name, options) = (file.display().to_string(), &process.gcode);
         if is_csv(file) || bytes.starts_with(POINTS) {
-            return Ok(ProgramFile::Polyline(Polyline::read(bytes, &name)?));
+            return Ok(ProgramFile::Polyline(Box::new(Polyline::read(bytes, &name)?)));
         }
         #[cfg(not(target_family = "wasm"))]
         if let Some(language) = Language::detect(file, &bytes) {
@@ -233,95 +230,6 @@ impl ProgramFile {
         };
         Some(String::from_utf8_lossy(bytes).trim().to_string())
     }
-
-    /// Rewrites the program through `positions` (workpiece frame, mm, one per point of `path`) and, if given, with `orientations` of the
-    /// tool, in the format of `process`, and reads it back.
-    ///
-    /// # Errors
-    /// Invalid positions, or a written program that cannot be read back.
-    pub fn rewrite(
-        &self,
-        path: &Toolpath,
-        positions: &[Vector3<f64>],
-        orientations: Option<&[Orientation]>,
-        process: &Process,
-    ) -> Result<Rewritten> {
-        let is_turned = orientations.is_some();
-        match self {
-            ProgramFile::Polyline(polyline) => {
-                let format = process.decimals.format(polyline.own_format())?;
-                let rewritten = polyline.rewrite_turned(path, positions, orientations, format)?;
-                let back = CommandedPath::read_back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
-                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
-            }
-            ProgramFile::Gcode(program) => {
-                let writing = process.write_options(program.own_format())?;
-                let mut rewritten = program.rewrite_turned(path, positions, orientations, writing)?;
-                let calls = program.folded_calls(&rewritten);
-                let written = rewritten.take_and_read()?;
-                let back = CommandedPath::read_back(&rewritten, &written, path.len(), is_turned)?;
-                drop(rewritten);
-                let blocks = BlocksBeforeAfter { before: Blocks::of(program)?, after: Blocks::of(&written)? };
-                Ok(Rewritten { bytes: written.into_source(), back, blocks: Some(blocks), calls })
-            }
-            #[cfg(not(target_family = "wasm"))]
-            ProgramFile::Robot(program) => {
-                let writing = process.write_options(program.own_format())?;
-                let rewritten = program.rewrite(path, positions, orientations, writing)?;
-                let back = CommandedPath::read_back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
-                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
-            }
-        }
-    }
-}
-
-/// The path on which a program sends the tool, point by point.
-#[derive(Debug, Clone)]
-pub struct CommandedPath {
-    /// Positions in the workpiece frame, mm.
-    pub positions: Vec<Vector3<f64>>,
-    /// Orientations of the tool, if they are corrected.
-    pub orientations: Option<Vec<Orientation>>,
-}
-
-impl CommandedPath {
-    /// Creates an empty path for so many points; `is_turned`: with orientations.
-    pub(crate) fn new(points: usize, is_turned: bool) -> Self {
-        Self { positions: Vec::with_capacity(points), orientations: is_turned.then(|| Vec::with_capacity(points)) }
-    }
-
-    /// Returns the path of the program `written`, as read back, at the `points` of the original path.
-    fn read_back<P: toolpath::Program>(
-        rewritten: &toolpath::Rewritten<P>,
-        written: &P,
-        points: usize,
-        is_turned: bool,
-    ) -> std::result::Result<Self, P::Error> {
-        let mut sent = Self::new(points, is_turned);
-        rewritten.for_each_point(written, |point| sent.add(point))?;
-        Ok(sent)
-    }
-
-    /// Adds position and orientation of `point`.
-    pub(crate) fn add(&mut self, point: &PathPoint) {
-        self.positions.push(point.position_mm);
-        if let (Some(orientations), Some(orientation)) = (&mut self.orientations, point.orientation) {
-            orientations.push(orientation);
-        }
-    }
-}
-
-/// A program that was rewritten and read back.
-#[derive(Debug, Clone)]
-pub struct Rewritten {
-    /// Its bytes.
-    pub bytes: Vec<u8>,
-    /// Path read back, rounding included.
-    pub back: CommandedPath,
-    /// Demands of its blocks on a control, before and as written; `None` except for G-code.
-    pub blocks: Option<BlocksBeforeAfter>,
-    /// What becomes of its calls, if it has any; `bytes` has none.
-    pub calls: Option<Calls>,
 }
 
 /// Returns line `line` of file number `file` in words; `called` are the called files.
