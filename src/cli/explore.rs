@@ -71,7 +71,12 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
 /// Reads machine, process and program, so that an error names the file and not the study made of them.
 fn check_files(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let machine = Machine::named_or_file(machine)?;
+    let file = process.display().to_string();
     let process = Process::open(process, &machine)?;
+    if process.stock.is_some() {
+        let problem = "has [stock], which the page cannot cut: expected a force without it, such as end_milling with its width and depth";
+        return Err(Error::argument(file, problem));
+    }
     let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
     check_placeable(program, &process, &path)?;
     if path.is_empty() { Err(no_motion_error(program)) } else { Ok(()) }

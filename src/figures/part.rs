@@ -1,4 +1,4 @@
-//! The surface of a part in three dimensions, coloured by a quantity, in views one above the other.
+//! The surface of a part in three dimensions, coloured by a quantity, in views side by side.
 
 use super::colour_bar::{ColourBar, Scale};
 use super::colours::{Colours, Shading};
@@ -7,6 +7,7 @@ use super::field::{Picture, Rgba};
 use super::projection::Projection;
 use super::scene::{Anchor, Scene, Text};
 use super::style::{self, BORDER, PAGE_WIDTH, Sizes};
+use super::text::LINE_PITCH;
 
 const SIZES: Sizes = Sizes::FIGURE;
 /// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
@@ -21,7 +22,7 @@ const PIXEL: f64 = 1.25;
 const LIGHT: [f64; 3] = [-0.36, -0.48, 0.8];
 const AMBIENT: f64 = 0.62;
 /// Grey of what was not cut.
-const SKIN: [u8; 3] = [222, 224, 228];
+const SKIN: [u8; 3] = [176, 180, 188];
 /// Name of what has no value.
 const UNKNOWN: &str = "not known";
 
@@ -47,7 +48,7 @@ pub struct PartFigure {
     pub quantity: String,
     /// Corners of its faces in turn, counter-clockwise seen from outside, z up, mm.
     pub faces: Vec<[[f64; 3]; 4]>,
-    /// Views, the first on top: a title, and what each face shows.
+    /// Views from left to right: a title in lines, and what each face shows.
     pub views: Vec<(String, Vec<FaceValue>)>,
     /// Ends of the colour scale.
     pub range: (f64, f64),
@@ -75,21 +76,27 @@ pub(super) fn scene(figure: &PartFigure, colours: Colours) -> Result<Scene, Figu
     let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
     let mut projection = Projection::new(AZIMUTH, ELEVATION);
     let [(x0, x1), (y0, y1)] = projection.ranges(figure.faces.iter().flatten().copied());
-    let width = PAGE_WIDTH - 2.0 * BORDER - bar.width(TALLEST) - GAP;
+    let count = figure.views.len() as f64;
+    let width = (PAGE_WIDTH - 2.0 * BORDER - bar.width(0.6 * TALLEST) - count * GAP) / count;
     projection.scale = (width / (x1 - x0)).min(TALLEST / (y1 - y0));
     let height = projection.scale * (y1 - y0);
     let drawn = projection.scale * (x1 - x0);
     projection.origin = [-projection.scale * x0, -projection.scale * y0];
-    let mut bottom = top;
-    for (title, values) in &figure.views {
-        scene.text(Text::new(title, SIZES.body, [BORDER, bottom + SIZES.body], Anchor::Start));
-        let view_top = bottom + 1.6 * SIZES.body;
+    let lines = figure.views.iter().map(|view| view.0.lines().count()).max().unwrap_or(0);
+    let view_top = top + (LINE_PITCH * lines as f64 + 0.5) * SIZES.body;
+    for (number, (title, values)) in figure.views.iter().enumerate() {
+        let left = BORDER + number as f64 * (width + GAP) + 0.5 * (width - drawn);
+        for (line, words) in title.lines().enumerate() {
+            let at = [left + 0.5 * drawn, top + SIZES.body * (1.0 + LINE_PITCH * line as f64)];
+            scene.text(Text::new(words, SIZES.body, at, Anchor::Middle));
+        }
         let pixels = draw(&figure.faces, values, &projection, [drawn, height], scale);
-        scene.picture(pixels.picture([BORDER + 0.5 * (width - drawn), view_top], [drawn, height]));
-        bottom = view_top + height + GAP;
+        scene.picture(pixels.picture([left, view_top], [drawn, height]));
     }
-    let bar_height = (bottom - top - 2.0 * GAP).min(TALLEST);
-    bar.draw(&mut scene, PAGE_WIDTH - BORDER - bar.width(bar_height), 0.5 * (top + bottom - bar_height), bar_height);
+    let mut bottom = view_top + height;
+    let bar_height = height.clamp(0.5 * TALLEST, 0.6 * TALLEST);
+    bar.draw(&mut scene, PAGE_WIDTH - BORDER - bar.width(bar_height), view_top, bar_height);
+    bottom = bottom.max(view_top + bar_height);
     if !figure.note.is_empty() {
         bottom = style::draw_paragraph(&mut scene, &figure.note, bottom + SIZES.body, SIZES.body);
     }

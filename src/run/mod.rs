@@ -208,6 +208,11 @@ fn interactive_scene(study: &Study, best: Option<Value>) -> Result<Option<ToTry>
         StudyKind::Placement(placement, _) if placement.features.iter().any(|job| job.gamma_search.is_some()) => {
             return nothing("this study seeks the rotation about the tool axis at each place, which the page cannot");
         }
+        StudyKind::Placement(placement, _)
+            if placement.features.iter().any(|job| !job.feature.path.engagements().is_empty()) =>
+        {
+            return nothing("the engine in the page cannot cut stock");
+        }
         _ => {}
     }
     let scene = match Scene::from_study(study) {

@@ -297,7 +297,7 @@ fn what_cannot_be_cut_is_refused() {
         (own.replace("[stock]", "axial_depth_mm = 4.0\n[stock]"), &LINE.to_string(), "axial_depth_mm: is found from the stock"),
         (without_stock.to_string(), &LINE.to_string(), "diameter_mm: missing: expected"),
         (format!("{without_stock}{TOOL}"), &LINE.to_string(), "tools.1: has no effect without [stock]"),
-        (own.replace(TOOL, ""), &LINE.to_string(), "move 1: cuts with a tool that is not known: expected it, such as [tools.1]"),
+        (own.replace(TOOL, ""), &LINE.to_string(), "move 2: cuts with a tool that is not known: expected it, such as [tools.1]"),
         (own.replace("max_mm = [60.0", "max_mm = [-70.0"), &LINE.to_string(), "stock.box:"),
         (format!("[placement]\nreference = \"platform_point\"\n{own}"), &LINE.to_string(), "stock: is cut by the tool tip, and the path is of the platform point"),
         (own.clone(), &LINE.replace("Z-10\nG1", "Z-4\nG1"), "move 1: begins with the tool in the stock"),
@@ -400,7 +400,7 @@ fn what_comments_leave_open_or_contradict_is_refused() {
         (
             ball,
             "[tools.1]\ndiameter_mm = 8.0\nteeth = 2",
-            "move 1: is of tool 1, by tools.1 a tool of 8 mm with 2 teeth, and by the comment on line 1 a ball end mill of 6 mm: expected the same diameter",
+            "move 2: is of tool 1, by tools.1 a tool of 8 mm with 2 teeth, and by the comment on line 1 a ball end mill of 6 mm: expected the same diameter",
         ),
         (ball, "[tools.1]\nshape = \"flat\"\nteeth = 2", "expected the same shape"),
         (
@@ -450,7 +450,7 @@ fn what_comments_leave_open_or_contradict_is_refused() {
         (
             "(T2 D=6. CR=0. - flat end mill)",
             "",
-            "move 1: is of tool 1, whose geometry is not known: expected [tools.1]",
+            "move 2: is of tool 1, whose geometry is not known: expected [tools.1]",
         ),
         (
             "(T1 D=6. CR=0. - flat end mill)\nG20 G0 X0 Y0 Z-0.4\nG21",
@@ -667,7 +667,7 @@ fn earlier_programs_are_cut_first() {
         (
             op1.replace("T7 D", "T8 D"),
             &op2,
-            "op1.nc: move 1: is of tool 7, whose geometry is not known: expected [tools.7]",
+            "op1.nc: move 2: is of tool 7, whose geometry is not known: expected [tools.7]",
         ),
         (op1.replace("Z-10", "Z-4"), &op2, "op1.nc: move 1: begins with the tool in the stock"),
         (op1.replace("Z0", "Z-6"), &op2, "op1.nc: nothing touches the stock"),

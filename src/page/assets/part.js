@@ -19,7 +19,13 @@ function partView(article, data) {
     const at = corners.map((values) => own.flatMap((face) => [0, 1, 2, 3].map((corner) => values[4 * face + corner])));
     const triangles = [[0, 1, 2], [0, 2, 3]];
     const [i, j, k] = [0, 1, 2].map((corner) => own.flatMap((_, face) => triangles.map((triangle) => 4 * face + triangle[corner])));
-    return { type: "mesh3d", x: at[0], y: at[1], z: at[2], i, j, k, flatshading: true, lighting: { ambient: 0.65, diffuse: 0.6, specular: 0.05, roughness: 0.9 }, lightposition: { x: -1e4, y: -2e4, z: 3e4 } };
+    return { type: "mesh3d", x: at[0], y: at[1], z: at[2], i, j, k, flatshading: true, lighting: { ambient: 0.9, diffuse: 0.35, specular: 0, roughness: 1 }, lightposition: { x: -1e4, y: -2e4, z: 3e4 } };
+  }
+  // Lengths along the axes as shares of the longest, so that all of the part is in view.
+  function aspect() {
+    const extents = corners.map((values) => values.reduce((most, value) => Math.max(most, value), -Infinity) - values.reduce((least, value) => Math.min(least, value), Infinity));
+    const [x, y, z] = extents.map((extent) => Math.max(extent / Math.max(...extents), 1e-3));
+    return { x, y, z };
   }
   const deviations = () => Data.unpack(data.deviations[course]);
   // The middle of the scale is white, as in the figure.
@@ -38,7 +44,7 @@ function partView(article, data) {
     ];
     Plotly.newPlot(chart.plot, traces, Chart.layout({
       margin: { l: 0, r: 0, t: 0, b: 70 },
-      scene: { aspectmode: "data", xaxis: hidden, yaxis: hidden, zaxis: hidden, camera: { eye: { x: 0.75, y: -1.3, z: 1.5 } } },
+      scene: { aspectmode: "manual", aspectratio: aspect(), xaxis: hidden, yaxis: hidden, zaxis: hidden, camera: { eye: { x: 0.65, y: -1.15, z: 1.15 } } },
     }), Chart.config);
     let [under, pressed] = [null, null];
     chart.plot.on("plotly_hover", (event) => {
@@ -66,7 +72,7 @@ function partView(article, data) {
     const values = data.columns.map((column) => `${column.label} ${Data.withUnit(Data.unpack(column.values)?.[at], column.unit)}`);
     readout.textContent = `${data.places[at]}: material left ${words.join(", ")}; ${values.join(", ")}.`;
   }
-  const select = Controls.select(controls, "course", data.courses, (index) => {
+  const select = Controls.select(controls, "tool path", data.courses, (index) => {
     course = index;
     heading();
     Plotly.restyle(chart.plot, { intensity: [intensity()] }, [1]);

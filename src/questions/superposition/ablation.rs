@@ -113,10 +113,7 @@ impl AtRest {
         let (nominal, real) = (without_tool(&case.study.scene.machine), without_tool(machine));
         let mut session = Session::new(&nominal, &real, CompensationSettings::default());
         session.set_rigid(&case.at);
-        let task = TaskPoint {
-            wanted: Some(*pose),
-            ..TaskPoint::new(*pose, Wrench::zero(), Target::FullPose)
-        };
+        let task = TaskPoint { wanted: Some(*pose), ..TaskPoint::new(*pose, Wrench::zero(), Target::FullPose) };
         let done = compensate(&mut session, &task, Method::Direct);
         if !done.status.is_success() {
             let reason =

@@ -201,7 +201,7 @@ impl Machined {
                 (_, None) => FaceValue::Unknown,
                 (_, Some(deviation)) => FaceValue::Value(*deviation),
             };
-            let title = format!("{}: {}", NAMES[course], self.range_words(course));
+            let title = format!("{}\n{}", NAMES[course], self.range_words(course));
             (title, surface.patches.iter().zip(&surface.deviations[course]).map(face).collect())
         };
         let corners = |patch: &Patch| patch.corners.map(|corner| corner.into());
