@@ -81,7 +81,7 @@ impl StockRemoval {
         origin: &str,
     ) -> Result<Field> {
         let mut field = self.field(axes, path)?;
-        for (origin, path) in self.earlier() {
+        for (origin, path) in self.earlier.iter() {
             self.cut_moves(&mut field, (path, origin), axes, |_| Some(Vector3::zeros()), |_| EARLIER)?;
         }
         self.cut_moves(&mut field, (path, origin), axes, shift, |k| k as u32)?;

@@ -3,7 +3,7 @@
 pub mod cutting;
 mod cutting_rule;
 pub mod file;
-#[cfg(not(target_family = "wasm"))]
+#[cfg(all(not(target_family = "wasm"), feature = "report"))]
 pub mod machined;
 mod milling;
 mod not_followed;

@@ -78,7 +78,7 @@ pub struct StickOut {
     pub helix: f64,
     /// Young's modulus, N/mm².
     pub modulus_N_per_mm2: f64,
-    /// Diameter of the cylinder that bends as the tool does, mm; `None`: [`EQUIVALENT`] of its own.
+    /// Diameter of the cylinder that bends as the tool does, mm; `None`: 0.8 of its own.
     pub equivalent_mm: Option<f64>,
     /// Displacement of the holder for each N across it, mm/N.
     pub holder_mm_per_N: f64,
@@ -111,7 +111,7 @@ pub struct StockRemoval {
     sampling: Sampling,
     check: Check,
     /// Names and paths of the programs that have cut it.
-    earlier: Arc<[(String, Toolpath)]>,
+    pub(super) earlier: Arc<[(String, Toolpath)]>,
 }
 
 /// Cells over the diameter of the smallest tool, if no cell is given.
@@ -160,7 +160,7 @@ impl StockRemoval {
     }
 
     /// Returns in words how often teeth pass on `path`, which cuts the stock, and what is near; `None` where the spindle speed is not known. The second is a caution.
-    pub(crate) fn tooth_passing(&self, path: &Toolpath) -> Option<(String, Option<String>)> {
+    pub fn tooth_passing(&self, path: &Toolpath) -> Option<(String, Option<String>)> {
         let tools = self.tools_of(path);
         let at = |(point, engaged): (&PathPoint, &Engaged)| {
             let speed = point.spindle_rev_per_min.filter(|_| engaged.removed_mm2 > 0.0)?;
@@ -216,8 +216,10 @@ impl StockRemoval {
             return self.check.fail(problem.into());
         }
         let placed = placement.place(machine);
-        let Some(first) = path.points().first() else { return Ok(path) };
-        let axes = axes_of(&placed, first);
+        if path.is_empty() {
+            return Ok(path);
+        }
+        let axes = self.axes_along(&path, (machine, placement));
         let mut cutting = Cutting::new(self.field(&axes, &path)?, axes, FREE_MM + self.sampling.chordal_tolerance_mm());
         for (origin, path) in self.earlier.iter() {
             self.follow(&mut cutting, (path, origin), &placed, |_| &CuttingLaw::None)?;
@@ -286,11 +288,6 @@ impl StockRemoval {
     pub(super) fn axes_along(&self, path: &Toolpath, (machine, placement): (&Machine, &Placement)) -> Axes {
         let placed = placement.place(machine);
         path.points().first().map_or_else(Axes::identity, |first| axes_of(&placed, first))
-    }
-
-    /// Returns the programs that have cut the stock, by name.
-    pub(super) fn earlier(&self) -> &[(String, Toolpath)] {
-        &self.earlier
     }
 
     /// Returns the tools with which `path` moves.

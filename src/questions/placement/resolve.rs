@@ -215,6 +215,7 @@ fn resolve_feature(
             format!("commands {first}: a place is sought for one position of such a drive, expected [locked] instead");
         return Err(Error::Argument { argument: origin, problem });
     }
+    #[cfg(not(target_family = "wasm"))]
     if let Some(stock) = &process.stock {
         stock.check_movable(&process.machine, &process.placement)?;
     }
