@@ -115,10 +115,9 @@ impl Grid {
 
     /// Returns the numbers of the cell that holds `p`; that at the rim for a point beyond it.
     pub fn cell(&self, p: Vector2<f64>) -> [u32; 2] {
-        [0, 1].map(|axis| {
-            let number = ((p[axis] - self.low[axis]) / self.size[axis]).max(0.0) as u32;
-            number.min(self.count[axis] - 1)
-        })
+        // Casts saturate.
+        let number = |axis: usize| (((p[axis] - self.low[axis]) / self.size[axis]) as u32).min(self.count[axis] - 1);
+        [number(0), number(1)]
     }
 
     /// Returns the numbers of the cells along an axis whose centres are between `from` and `to`.
@@ -215,7 +214,7 @@ impl Field {
             for x in self.grid.between(0, start, end) {
                 let p = Vector2::new(self.grid.along(0, x), y);
                 let met = sweep.reach(cutter, p);
-                if met.height == f64::INFINITY || met.distance > cutter.radius - free_mm {
+                if met.height == f64::INFINITY || met.squared.sqrt() > cutter.radius - free_mm {
                     continue;
                 }
                 let top = self.datum + f64::from(self.columns[self.grid.index(x, row)].height());
@@ -261,7 +260,7 @@ impl Field {
                 continue;
             }
             // Casts saturate: what is safely inside is all the same.
-            let margin = ((cutter.radius - reach.distance) * scale) as u16;
+            let margin = ((cutter.radius - reach.squared.sqrt()) * scale) as u16;
             column.receive(&Visit { height: (reach.height - self.datum) as f32, margin, number, shape });
         }
     }

@@ -33,8 +33,8 @@ pub(crate) struct Sweep {
 pub(crate) struct Reach {
     /// Height of the lower envelope; infinite where the cutter does not come.
     pub height: f64,
-    /// Horizontal distance to the nearest point of the path, mm.
-    pub distance: f64,
+    /// Horizontal distance to the nearest point of the path, squared, mm².
+    pub squared: f64,
 }
 
 impl Sweep {
@@ -78,17 +78,17 @@ impl Sweep {
     pub fn reach(&self, cutter: &Cutter, p: Vector2<f64>) -> Reach {
         let (nearest, along, aside) = self.foot(p);
         let squared = aside * aside + (along - nearest) * (along - nearest);
-        let distance = squared.sqrt();
-        if distance > cutter.radius + TOUCH {
-            return Reach { height: f64::INFINITY, distance };
+        let reach = cutter.radius + TOUCH;
+        if squared > reach * reach {
+            return Reach { height: f64::INFINITY, squared };
         }
         let height = if self.slope == 0.0 {
-            self.z + cutter.height_mm(distance)
+            self.z + cutter.height_over(squared)
         } else {
             let lowest = self.lowest_along(cutter, along, aside.abs());
-            self.tip(lowest) + cutter.height_mm(norm(aside, along - lowest))
+            self.tip(lowest) + cutter.height_over(aside * aside + (along - lowest) * (along - lowest))
         };
-        Reach { height, distance }
+        Reach { height, squared }
     }
 
     /// Returns the length along the path of its point nearest to `p`.
