@@ -251,9 +251,9 @@ impl Engagement {
     ) {
         let width = (rings.to - rings.from) / f64::from(rings.count);
         let thin = |at: f64| (rings.make)(at - 1e-3 * width, at, at + 1e-3 * width);
-        let measure = |share: f64, samples: &mut Samples, arcs: &mut Vec<Arc>| {
+        let measure = |share: f64, samples: &mut Samples, arcs: &mut Vec<Arc>, known: &dyn Fn(f64) -> Option<bool>| {
             let (ring, first) = (thin(share), arcs.len());
-            samples.fill(field, &ring, front);
+            samples.fill(field, &ring, front, known);
             arcs.extend(samples.arcs(field, &ring, front));
             arcs[first..].iter().map(|arc| arc.to - arc.from).sum::<f64>()
         };
@@ -264,13 +264,19 @@ impl Engagement {
         for number in 0..rings.count {
             let at = rings.from + (f64::from(number) + 0.5) * width;
             let first = self.arcs.len();
-            let length = measure(at, samples, &mut self.arcs);
+            let length = measure(at, samples, &mut self.arcs, &|_| None);
             let arcs = first..self.arcs.len();
             let upper = match number {
                 0 => outer_edge((at, length), rings.from, |share| samples.touches(field, &thin(share), front)),
                 _ => edge_between([(last.0, last.2), (at, length)], |share| {
+                    let about = [&last.1, &arcs].map(|range| &self.arcs[range.clone()]);
                     trial.clear();
-                    measure(share, samples, &mut trial)
+                    // Between two rings it is as on both where they are alike.
+                    measure(share, samples, &mut trial, &|angle| {
+                        let [below, above] =
+                            about.map(|arcs| arcs.iter().any(|arc| arc.from <= angle && angle <= arc.to));
+                        (below == above).then_some(below)
+                    })
                 }),
             };
             if number > 0 {
@@ -360,28 +366,29 @@ impl Field {
     fn nose_contact(&self, cutter: &Cutter, front: &Front) -> Option<(f64, f64)> {
         let (centre, heading) = front.plan();
         let half_cell = 0.5 * self.grid.size.norm();
-        let reach = Vector2::repeat(cutter.radius + half_cell);
-        let ([x0, y0], [x1, y1]) = (self.grid.cell(centre - reach), self.grid.cell(centre + reach));
+        let reach = cutter.radius + half_cell;
+        let [low, high] = [-reach, reach].map(|reach| self.grid.cell(centre + Vector2::repeat(reach)));
         let top = self.stock.bounds().1.z;
         let (mut nearest, mut farthest) = (f64::INFINITY, f64::NEG_INFINITY);
-        for y in y0..=y1 {
-            for x in x0..=x1 {
+        for y in low[1]..=high[1] {
+            for x in low[0]..=high[0] {
                 let from_tip = self.grid.centre(x, y) - centre;
-                let distance = from_tip.norm();
+                let squared = from_tip.norm_squared();
                 let is_behind = front.vertical >= 0.0 && from_tip.dot(&heading) < -half_cell;
-                if is_behind || distance > cutter.radius + half_cell {
+                if is_behind || squared > reach * reach || (nearest <= squared && squared <= farthest) {
                     continue;
                 }
                 let height = top.min(self.datum + f64::from(self.columns[self.grid.index(x, y)].height()));
-                if height > front.height() + cutter.height_mm((distance - half_cell).max(0.0)) {
-                    nearest = distance.min(nearest);
-                    farthest = distance.max(farthest);
+                if height > front.height() + cutter.height_mm((squared.sqrt() - half_cell).max(0.0)) {
+                    nearest = squared.min(nearest);
+                    farthest = squared.max(farthest);
                 }
             }
         }
         if farthest < nearest {
             return None;
         }
+        let [nearest, farthest] = [nearest, farthest].map(f64::sqrt);
         let share = |distance: f64| cutter.nose_share(cutter.height_mm(distance));
         let (from, to) = (share((nearest - half_cell).max(0.0)), share(farthest + half_cell));
         let to = to.min(cutter.nose_share(top - front.height()));

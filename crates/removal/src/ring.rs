@@ -129,24 +129,33 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    /// Samples the points of a ring that move into material.
-    pub fn fill(&mut self, field: &Field, ring: &Ring, front: &Front) {
+    /// Samples the points of a ring that move into material. Of angles that are `known` to be in material or not no point is looked at.
+    pub fn fill(&mut self, field: &Field, ring: &Ring, front: &Front, known: impl Fn(f64) -> Option<bool>) {
         (self.is_side, self.lowest) = (false, front.tip.z + ring.height);
-        self.fill_until(field, ring, front, |_, _| false);
+        self.fill_until(field, ring, front, known, |_, _| false);
     }
 
     /// Whether a ring touches material.
     pub fn touches(&mut self, field: &Field, ring: &Ring, front: &Front) -> bool {
         (self.is_side, self.lowest) = (false, front.tip.z + ring.height);
         let is_material = |samples: &Self, sample: &Sample| samples.is_material(sample, samples.lowest);
-        self.fill_until(field, ring, front, is_material);
+        self.fill_until(field, ring, front, |_| None, is_material);
         self.samples.last().is_some_and(|sample| is_material(self, sample))
     }
 
     /// Samples the points of a ring that move into material up to the first at which `is_last`.
-    fn fill_until(&mut self, field: &Field, ring: &Ring, front: &Front, is_last: impl Fn(&Self, &Sample) -> bool) {
+    fn fill_until(
+        &mut self,
+        field: &Field,
+        ring: &Ring,
+        front: &Front,
+        known: impl Fn(f64) -> Option<bool>,
+        is_last: impl Fn(&Self, &Sample) -> bool,
+    ) {
         self.samples.clear();
         self.spans.clear();
+        // That of what is known.
+        self.spans.push([f64::NEG_INFINITY, f64::INFINITY]);
         self.radius = ring.radius;
         let Some(widest) = front.widest(ring) else { return };
         self.place(widest);
@@ -154,6 +163,11 @@ impl Samples {
         for number in 0..self.places.len() {
             let place = self.places[number];
             if place.angle <= clear_to {
+                continue;
+            }
+            if let Some(is_material) = known(place.angle) {
+                let floor = if is_material { f64::INFINITY } else { f64::NEG_INFINITY };
+                self.samples.push(Sample { place, floor, number: NONE, first: 0, end: 1 });
                 continue;
             }
             let guess = self.samples.last().map_or(NONE, |sample| sample.number);
@@ -188,7 +202,7 @@ impl Samples {
             return 0.0;
         }
         (self.is_side, self.lowest) = (true, bottom.max(field.stock.bounds().0.z));
-        self.fill_until(field, &cutter.side_ring(0.0, 1.0), front, |_, _| false);
+        self.fill_until(field, &cutter.side_ring(0.0, 1.0), front, |_| None, |_, _| false);
         // Walls between the samples, where they are lowest.
         self.refine(field, self.lowest + 10.0 * TOUCH, front);
         let tops = self.samples.iter().map(|sample| self.top(sample, bottom) - front.tip.z);
@@ -253,7 +267,8 @@ impl Samples {
             let is_rising = self.is_material(&b, z);
             // The rim of what the move in air cut is mostly the end. If not, halving goes on from there.
             let air = if is_rising { a } else { b };
-            is_halved = !is_halved || self.is_material(&a, z) == is_rising || air.floor > z + TOUCH;
+            is_halved =
+                !is_halved || self.is_material(&a, z) == is_rising || air.number == NONE || air.floor > z + TOUCH;
             let mut is_found = is_halved;
             while !is_found {
                 let middle = from.halfway(&to);

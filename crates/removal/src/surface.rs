@@ -156,6 +156,15 @@ impl Field {
                 Some(number) if !tried.has(number) => at = number,
                 _ => break,
             }
+            // Of alike moves on one level the nearer one is better, which takes no height to see.
+            let is_farther = || {
+                let [sweep, known] = [at, best.number].map(|number| &self.moves[number as usize]);
+                sweep.is_level_with(known) && sweep.squared(p) >= best.reach.squared
+            };
+            if is_farther() {
+                worse += 1;
+                continue;
+            }
             let reach = self.reach(at, p);
             if is_better(&reach, &best.reach) {
                 (best, worse) = (Best { reach, number: at }, 0);
@@ -177,6 +186,7 @@ impl Field {
 }
 
 impl Tried {
+    #[inline]
     fn has(&self, number: u32) -> bool {
         self.runs[..self.count].iter().any(|run| run.0 <= number && number <= run.1)
     }
