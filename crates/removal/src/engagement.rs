@@ -269,13 +269,14 @@ impl Engagement {
             let upper = match number {
                 0 => outer_edge((at, length), rings.from, |share| samples.touches(field, &thin(share), front)),
                 _ => edge_between([(last.0, last.2), (at, length)], |share| {
-                    let about = [&last.1, &arcs].map(|range| &self.arcs[range.clone()]);
+                    let is_in = |arcs: &Range<usize>, angle: f64| {
+                        self.arcs[arcs.clone()].iter().any(|arc| arc.from <= angle && angle <= arc.to)
+                    };
                     trial.clear();
                     // Between two rings it is as on both where they are alike.
                     measure(share, samples, &mut trial, &|angle| {
-                        let [below, above] =
-                            about.map(|arcs| arcs.iter().any(|arc| arc.from <= angle && angle <= arc.to));
-                        (below == above).then_some(below)
+                        let is_below = is_in(&last.1, angle);
+                        (is_below == is_in(&arcs, angle)).then_some(is_below)
                     })
                 }),
             };

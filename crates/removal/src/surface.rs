@@ -157,11 +157,8 @@ impl Field {
                 _ => break,
             }
             // Of alike moves on one level the nearer one is better, which takes no height to see.
-            let is_farther = || {
-                let [sweep, known] = [at, best.number].map(|number| &self.moves[number as usize]);
-                sweep.is_level_with(known) && sweep.squared(p) >= best.reach.squared
-            };
-            if is_farther() {
+            let sweep = &self.moves[at as usize];
+            if sweep.is_level_with(&self.moves[best.number as usize]) && sweep.squared(p) >= best.reach.squared {
                 worse += 1;
                 continue;
             }
