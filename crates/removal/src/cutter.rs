@@ -101,6 +101,16 @@ impl Cutter {
         }
     }
 
+    /// Returns g(d) at the square of d.
+    #[inline]
+    pub(crate) fn height_over(&self, squared: f64) -> f64 {
+        match self.nose {
+            Nose::Rounded { flat: 0.0, corner } => corner - (corner * corner - squared).max(0.0).sqrt(),
+            Nose::Rounded { corner: 0.0, .. } => 0.0,
+            _ => self.height_mm(squared.sqrt()),
+        }
+    }
+
     /// Returns the radius of the cutter at `height` above its tip, mm; `None` below the tip.
     #[must_use]
     pub fn radius_at_mm(&self, height: f64) -> Option<f64> {

@@ -215,7 +215,7 @@ impl Field {
             for slice in 0..count as u32 {
                 let ring = cutter.side_ring(bottom + f64::from(slice) * height, bottom + f64::from(slice + 1) * height);
                 let first = engagement.arcs.len();
-                engagement.arcs.extend(samples.arcs(self, &ring, &front, true));
+                engagement.arcs.extend(samples.arcs(self, &ring, &front));
                 engagement.add_slice(&ring, &front, first..engagement.arcs.len());
             }
             engagement.volume_per_mm += samples.side_volume(cutter.radius, nose, &front);
@@ -251,29 +251,34 @@ impl Engagement {
     ) {
         let width = (rings.to - rings.from) / f64::from(rings.count);
         let thin = |at: f64| (rings.make)(at - 1e-3 * width, at, at + 1e-3 * width);
-        let mut measure = |share: f64, arcs: &mut Vec<Arc>| {
+        let measure = |share: f64, samples: &mut Samples, arcs: &mut Vec<Arc>, known: &dyn Fn(f64) -> Option<bool>| {
             let (ring, first) = (thin(share), arcs.len());
-            samples.fill(field, &ring, front);
-            arcs.extend(samples.arcs(field, &ring, front, false));
+            samples.fill(field, &ring, front, known);
+            arcs.extend(samples.arcs(field, &ring, front));
             arcs[first..].iter().map(|arc| arc.to - arc.from).sum::<f64>()
         };
         let mut trial = std::mem::take(&mut self.trial);
-        let mut length_at = |share: f64, measure: &mut dyn FnMut(f64, &mut Vec<Arc>) -> f64| {
-            trial.clear();
-            measure(share, &mut trial)
-        };
         // A ring's share, arcs, and their length: the one before.
         let mut last = (rings.from, self.arcs.len()..self.arcs.len(), 0.0);
         let mut edge = rings.from;
         for number in 0..rings.count {
             let at = rings.from + (f64::from(number) + 0.5) * width;
             let first = self.arcs.len();
-            let length = measure(at, &mut self.arcs);
+            let length = measure(at, samples, &mut self.arcs, &|_| None);
             let arcs = first..self.arcs.len();
-            let mut length_of = |share: f64| length_at(share, &mut measure);
             let upper = match number {
-                0 => outer_edge((at, length), rings.from, &mut length_of),
-                _ => edge_between([(last.0, last.2), (at, length)], &mut length_of),
+                0 => outer_edge((at, length), rings.from, |share| samples.touches(field, &thin(share), front)),
+                _ => edge_between([(last.0, last.2), (at, length)], |share| {
+                    let is_in = |arcs: &Range<usize>, angle: f64| {
+                        self.arcs[arcs.clone()].iter().any(|arc| arc.from <= angle && angle <= arc.to)
+                    };
+                    trial.clear();
+                    // Between two rings it is as on both where they are alike.
+                    measure(share, samples, &mut trial, &|angle| {
+                        let is_below = is_in(&last.1, angle);
+                        (is_below == is_in(&arcs, angle)).then_some(is_below)
+                    })
+                }),
             };
             if number > 0 {
                 self.add_ring(&(rings.make)(edge, last.0, upper), front, last.1);
@@ -281,8 +286,8 @@ impl Engagement {
             edge = upper;
             last = (at, arcs, length);
         }
-        let upper = outer_edge((last.0, last.2), rings.to, &mut |share| length_at(share, &mut measure));
         self.trial = trial;
+        let upper = outer_edge((last.0, last.2), rings.to, |share| samples.touches(field, &thin(share), front));
         self.add_ring(&(rings.make)(edge, last.0, upper), front, last.1);
     }
 
@@ -315,22 +320,22 @@ impl Engagement {
     }
 }
 
-/// Returns the share towards `limit` up to which there are arcs, given those of the outermost ring.
-fn outer_edge(ring: (f64, f64), limit: f64, length_of: &mut impl FnMut(f64) -> f64) -> f64 {
+/// Returns the share towards `limit` up to which rings touch material, given the length of the arcs of the outermost ring.
+fn outer_edge(ring: (f64, f64), limit: f64, mut touches: impl FnMut(f64) -> bool) -> f64 {
     let (mut inside, mut outside) = (ring.0, limit);
-    if ring.1 == 0.0 || length_of(inside + 0.99 * (outside - inside)) > 0.0 {
+    if ring.1 == 0.0 || touches(inside + 0.99 * (outside - inside)) {
         return limit;
     }
     for _ in 0..6 {
         let middle = 0.5 * (inside + outside);
-        if length_of(middle) > 0.0 { inside = middle } else { outside = middle }
+        if touches(middle) { inside = middle } else { outside = middle }
     }
     0.5 * (inside + outside)
 }
 
 /// Returns the share at which the slices of two rings meet: so that both with the arcs of their rings have the area that is between the rings,
 /// whether the length of arcs steps from one's to the other's or changes smoothly.
-fn edge_between([low, high]: [(f64, f64); 2], length_of: &mut impl FnMut(f64) -> f64) -> f64 {
+fn edge_between([low, high]: [(f64, f64); 2], mut length_of: impl FnMut(f64) -> f64) -> f64 {
     let (mut from, mut to) = (low, high);
     if (high.1 - low.1).abs() <= STEP_OF_MATERIAL {
         return 0.5 * (low.0 + high.0);
@@ -362,28 +367,29 @@ impl Field {
     fn nose_contact(&self, cutter: &Cutter, front: &Front) -> Option<(f64, f64)> {
         let (centre, heading) = front.plan();
         let half_cell = 0.5 * self.grid.size.norm();
-        let reach = Vector2::repeat(cutter.radius + half_cell);
-        let ([x0, y0], [x1, y1]) = (self.grid.cell(centre - reach), self.grid.cell(centre + reach));
+        let reach = cutter.radius + half_cell;
+        let [low, high] = [-reach, reach].map(|reach| self.grid.cell(centre + Vector2::repeat(reach)));
         let top = self.stock.bounds().1.z;
         let (mut nearest, mut farthest) = (f64::INFINITY, f64::NEG_INFINITY);
-        for y in y0..=y1 {
-            for x in x0..=x1 {
+        for y in low[1]..=high[1] {
+            for x in low[0]..=high[0] {
                 let from_tip = self.grid.centre(x, y) - centre;
-                let distance = from_tip.norm();
+                let squared = from_tip.norm_squared();
                 let is_behind = front.vertical >= 0.0 && from_tip.dot(&heading) < -half_cell;
-                if is_behind || distance > cutter.radius + half_cell {
+                if is_behind || squared > reach * reach || (nearest <= squared && squared <= farthest) {
                     continue;
                 }
                 let height = top.min(self.datum + f64::from(self.columns[self.grid.index(x, y)].height()));
-                if height > front.height() + cutter.height_mm((distance - half_cell).max(0.0)) {
-                    nearest = distance.min(nearest);
-                    farthest = distance.max(farthest);
+                if height > front.height() + cutter.height_mm((squared.sqrt() - half_cell).max(0.0)) {
+                    nearest = squared.min(nearest);
+                    farthest = squared.max(farthest);
                 }
             }
         }
         if farthest < nearest {
             return None;
         }
+        let [nearest, farthest] = [nearest, farthest].map(f64::sqrt);
         let share = |distance: f64| cutter.nose_share(cutter.height_mm(distance));
         let (from, to) = (share((nearest - half_cell).max(0.0)), share(farthest + half_cell));
         let to = to.min(cutter.nose_share(top - front.height()));

@@ -115,19 +115,22 @@ impl Grid {
 
     /// Returns the numbers of the cell that holds `p`; that at the rim for a point beyond it.
     pub fn cell(&self, p: Vector2<f64>) -> [u32; 2] {
-        [0, 1].map(|axis| {
-            let number = ((p[axis] - self.low[axis]) / self.size[axis]).max(0.0) as u32;
-            number.min(self.count[axis] - 1)
-        })
+        // Casts saturate.
+        let number = |axis: usize| (((p[axis] - self.low[axis]) / self.size[axis]) as u32).min(self.count[axis] - 1);
+        [number(0), number(1)]
     }
 
     /// Returns the numbers of the cells along an axis whose centres are between `from` and `to`.
     fn between(&self, axis: usize, from: f64, to: f64) -> std::ops::Range<u32> {
-        let number = |at: f64| ((at - self.low[axis]) / self.size[axis] - 0.5).max(0.0).ceil();
-        let count = f64::from(self.count[axis]);
-        let first = number(from).min(count);
-        let end = (((to - self.low[axis]) / self.size[axis] - 0.5).floor() + 1.0).clamp(0.0, count);
-        first as u32..end.max(first) as u32
+        // Casts saturate, and are faster than `ceil` and `floor`.
+        let number = |at: f64| {
+            let number = (at - self.low[axis]) / self.size[axis] - 0.5;
+            let whole = number as u32;
+            (whole, u32::from(number > f64::from(whole)), u32::from(number >= 0.0))
+        };
+        let ((first, rest, _), (last, _, is_any)) = (number(from), number(to));
+        let end = last.saturating_add(is_any).min(self.count[axis]);
+        (first.saturating_add(rest)).min(end)..end
     }
 
     /// Margins per mm.
@@ -186,10 +189,34 @@ impl Field {
         }
         let number = self.moves.len() as u32;
         let sweep = Sweep::new(from, to, self.number_of(cutter), tag);
+        // Where the last move ended is cut as low as by a move that goes on from there and does not lead down.
+        let is_known = |last: &Sweep| {
+            let end = last.position(last.length);
+            last.cutter == sweep.cutter && (end - from).amax() < 1e-9 && sweep.lowest() >= from.z
+        };
+        let goes_on = self.moves.last().is_some_and(is_known);
+        let safe = SAFE_CELLS * self.grid.size.max();
+        let known = if goes_on && cutter.end_radius() == cutter.radius { (cutter.radius - safe).max(0.0) } else { 0.0 };
         self.moves.push(sweep);
         for row in self.grid.between(1, first.y, last.y) {
-            let (start, end) = span_of_row(&sweep, cutter.radius, self.grid.along(1, row));
-            self.cut_row(&sweep, number, cutter, row, self.grid.between(0, start, end));
+            let y = self.grid.along(1, row);
+            let (mut start, mut end) = span_of_row(&sweep, cutter.radius, y);
+            let aside = y - from.y;
+            if goes_on {
+                // Behind its start a move reaches no farther than the last one.
+                let x = from.x - aside * sweep.uy / sweep.ux;
+                match sweep.ux {
+                    0.0 if aside * sweep.uy <= 0.0 => continue,
+                    0.0 => (),
+                    ux if ux > 0.0 => start = start.max(x),
+                    _ => end = end.min(x),
+                }
+            }
+            // Under a flat end also what is safely inside is known.
+            let half = (known * known - aside * aside).max(0.0).sqrt();
+            let split = if half > 0.0 { [from.x - half, from.x + half] } else { [end, f64::INFINITY] };
+            self.cut_row(&sweep, number, cutter, row, self.grid.between(0, start, end.min(split[0])));
+            self.cut_row(&sweep, number, cutter, row, self.grid.between(0, start.max(split[1]), end));
         }
         Ok(true)
     }
@@ -215,7 +242,7 @@ impl Field {
             for x in self.grid.between(0, start, end) {
                 let p = Vector2::new(self.grid.along(0, x), y);
                 let met = sweep.reach(cutter, p);
-                if met.height == f64::INFINITY || met.distance > cutter.radius - free_mm {
+                if met.height == f64::INFINITY || met.squared.sqrt() > cutter.radius - free_mm {
                     continue;
                 }
                 let top = self.datum + f64::from(self.columns[self.grid.index(x, row)].height());
@@ -261,7 +288,7 @@ impl Field {
                 continue;
             }
             // Casts saturate: what is safely inside is all the same.
-            let margin = ((cutter.radius - reach.distance) * scale) as u16;
+            let margin = ((cutter.radius - reach.squared.sqrt()) * scale) as u16;
             column.receive(&Visit { height: (reach.height - self.datum) as f32, margin, number, shape });
         }
     }

@@ -7,6 +7,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::cutter::{Cutter, Ring};
 use crate::engagement::Arc;
 use crate::field::{Field, NONE};
+use crate::surface::Floor;
 use crate::sweep::{TOUCH, norm};
 
 const DEGREE: f64 = PI / 180.0;
@@ -14,8 +15,8 @@ const DEGREE: f64 = PI / 180.0;
 const END: f64 = 1e-3 * DEGREE;
 /// Step of the samples before any are added.
 const STEP: f64 = 5.0 * DEGREE;
-/// Samples before the ends of the angles that move into material: there walls beside the path begin.
-const NEAR_ENDS: [f64; 5] = [0.25 * DEGREE, 0.5 * DEGREE, 1.0 * DEGREE, 2.0 * DEGREE, 3.5 * DEGREE];
+/// Widest arc of material that may be missed at the ends of the angles that move into material: there walls beside the path begin.
+const LEAST_END: f64 = 0.25 * DEGREE;
 /// Widest arc of material on the cylinder that may be missed.
 const LEAST_ARC: f64 = 0.5 * DEGREE;
 
@@ -53,9 +54,8 @@ impl Front {
         self.tip.z
     }
 
-    fn point(&self, radius: f64, angle: f64) -> Vector2<f64> {
-        let (sine, cosine) = libm::sincos(angle);
-        let [fx, fy] = self.heading.into();
+    fn point(&self, radius: f64, place: &Place) -> Vector2<f64> {
+        let ([cosine, sine], [fx, fy]) = (place.direction.into(), self.heading.into());
         self.tip.xy() + radius * Vector2::new(cosine * fx - sine * fy, cosine * fy + sine * fx)
     }
 
@@ -81,11 +81,32 @@ impl Front {
     }
 }
 
+/// A place on a ring.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    angle: f64,
+    /// Its cosine and sine.
+    direction: Vector2<f64>,
+}
+
+impl Place {
+    fn new(angle: f64) -> Self {
+        let (sine, cosine) = libm::sincos(angle);
+        Self { angle, direction: Vector2::new(cosine, sine) }
+    }
+
+    /// Returns the place halfway to another, less than half a turn away.
+    fn halfway(&self, other: &Self) -> Self {
+        let sum = self.direction + other.direction;
+        Self { angle: 0.5 * (self.angle + other.angle), direction: sum / norm(sum.x, sum.y) }
+    }
+}
+
 /// What is at a point of a ring.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
-    angle: f64,
-    /// H there, and the move that made it.
+    place: Place,
+    /// H there, or a height at or below the lowest of the ring that was cut to, and the move that made it.
     floor: f64,
     number: u32,
     /// Its intervals of stock in [`Samples::spans`].
@@ -97,56 +118,116 @@ struct Sample {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Samples {
     samples: Vec<Sample>,
+    /// Where there are samples before any are added.
+    places: Vec<Place>,
     spans: Vec<[f64; 2]>,
     radius: f64,
+    /// The lowest height that is asked for: which of the moves that cut deeper cut deepest is all the same.
+    lowest: f64,
+    /// Whether they are of the cylinder, where higher slices are asked for as well.
+    is_side: bool,
 }
 
 impl Samples {
-    /// Samples the points of a ring that move into material.
-    pub fn fill(&mut self, field: &Field, ring: &Ring, front: &Front) {
+    /// Samples the points of a ring that move into material. Of angles that are `known` to be in material or not no point is looked at.
+    pub fn fill(&mut self, field: &Field, ring: &Ring, front: &Front, known: impl Fn(f64) -> Option<bool>) {
+        (self.is_side, self.lowest) = (false, front.tip.z + ring.height);
+        self.fill_until(field, ring, front, known, |_, _| false);
+    }
+
+    /// Whether a ring touches material.
+    pub fn touches(&mut self, field: &Field, ring: &Ring, front: &Front) -> bool {
+        (self.is_side, self.lowest) = (false, front.tip.z + ring.height);
+        let is_material = |samples: &Self, sample: &Sample| samples.is_material(sample, samples.lowest);
+        self.fill_until(field, ring, front, |_| None, is_material);
+        self.samples.last().is_some_and(|sample| is_material(self, sample))
+    }
+
+    /// Samples the points of a ring that move into material up to the first at which `is_last`.
+    fn fill_until(
+        &mut self,
+        field: &Field,
+        ring: &Ring,
+        front: &Front,
+        known: impl Fn(f64) -> Option<bool>,
+        is_last: impl Fn(&Self, &Sample) -> bool,
+    ) {
         self.samples.clear();
         self.spans.clear();
+        // That of what is known.
+        self.spans.push([f64::NEG_INFINITY, f64::INFINITY]);
         self.radius = ring.radius;
         let Some(widest) = front.widest(ring) else { return };
+        self.place(widest);
+        let mut clear_to = f64::NEG_INFINITY;
+        for number in 0..self.places.len() {
+            let place = self.places[number];
+            if place.angle <= clear_to {
+                continue;
+            }
+            if let Some(is_material) = known(place.angle) {
+                let floor = if is_material { f64::INFINITY } else { f64::NEG_INFINITY };
+                self.samples.push(Sample { place, floor, number: NONE, first: 0, end: 1 });
+                continue;
+            }
+            let guess = self.samples.last().map_or(NONE, |sample| sample.number);
+            let sample = self.sample(field, front, &place, guess);
+            self.samples.push(sample);
+            if is_last(self, &sample) {
+                break;
+            }
+            // What one move has cut about a sample needs no more.
+            if sample.floor <= self.lowest {
+                clear_to = place.angle + self.clear(field, front, &sample, self.lowest) / ring.radius;
+            }
+        }
+    }
+
+    /// Makes the places to sample between −`widest` and `widest`, if they are not those of the ring before.
+    fn place(&mut self, widest: f64) {
+        if self.places.last().is_some_and(|last| last.angle == widest) {
+            return;
+        }
         let steps = (2.0 * widest / STEP).ceil().max(2.0);
         let at = |number: f64| -widest + 2.0 * widest * number / steps;
-        let mut add = |angle: f64| {
-            let sample = self.sample(field, front, angle);
-            self.samples.push(sample);
-        };
-        add(-widest);
-        NEAR_ENDS.iter().filter(|from_end| -widest + **from_end < at(1.0)).for_each(|from_end| add(-widest + from_end));
-        (1..steps as u32).for_each(|number| add(at(f64::from(number))));
-        NEAR_ENDS
-            .iter()
-            .rev()
-            .filter(|from_end| widest - **from_end > at(steps - 1.0))
-            .for_each(|from_end| add(widest - from_end));
-        add(widest);
+        self.places.clear();
+        self.places.extend((0..steps as u32).map(|number| Place::new(at(f64::from(number)))));
+        self.places.push(Place::new(widest));
     }
 
     /// Samples the cylinder and returns the height above the tip up to which there is material.
     pub fn fill_side(&mut self, field: &Field, cutter: &Cutter, front: &Front) -> f64 {
-        self.fill(field, &cutter.side_ring(0.0, 1.0), front);
         let bottom = front.tip.z + cutter.nose_height_mm();
+        if bottom >= field.stock.bounds().1.z {
+            return 0.0;
+        }
+        (self.is_side, self.lowest) = (true, bottom.max(field.stock.bounds().0.z));
+        self.fill_until(field, &cutter.side_ring(0.0, 1.0), front, |_| None, |_, _| false);
         // Walls between the samples, where they are lowest.
-        self.refine(field, bottom.max(field.stock.bounds().0.z) + 10.0 * TOUCH, front, true);
+        self.refine(field, self.lowest + 10.0 * TOUCH, front);
         let tops = self.samples.iter().map(|sample| self.top(sample, bottom) - front.tip.z);
         tops.fold(0.0, f64::max)
     }
 
-    fn sample(&mut self, field: &Field, front: &Front, angle: f64) -> Sample {
-        let p = front.point(self.radius, angle);
+    /// How far a sample is, at the height `z`, inside what its move cut, mm.
+    fn clear(&self, field: &Field, front: &Front, sample: &Sample, z: f64) -> f64 {
+        field.clearance(sample.number, front.point(self.radius, &sample.place), z)
+    }
+
+    /// Samples a place, at which the move `guess` may have cut.
+    fn sample(&mut self, field: &Field, front: &Front, place: &Place, guess: u32) -> Sample {
+        let p = front.point(self.radius, place);
         let first = self.spans.len() as u32;
         field.stock.spans(p, &mut self.spans);
         let end = self.spans.len() as u32;
-        let (floor, number) = if end == first {
-            (f64::INFINITY, NONE)
+        let floor = if end == first {
+            Floor { height: f64::INFINITY, number: NONE }
+        } else if guess != NONE && field.clearance(guess, p, self.lowest) > self.radius * STEP {
+            Floor { height: self.lowest, number: guess }
         } else {
-            let floor = field.floor(p);
-            (floor.height, floor.number)
+            field.floor_from(p, guess, self.lowest)
         };
-        Sample { angle, floor, number, first, end }
+        Sample { place: *place, floor: floor.height, number: floor.number, first, end }
     }
 
     fn spans_of(&self, sample: &Sample) -> &[[f64; 2]] {
@@ -165,39 +246,63 @@ impl Samples {
     }
 
     /// Returns the arcs in which a ring is in material.
-    pub fn arcs(&mut self, field: &Field, ring: &Ring, front: &Front, is_side: bool) -> impl Iterator<Item = Arc> {
+    pub fn arcs(&mut self, field: &Field, ring: &Ring, front: &Front) -> impl Iterator<Item = Arc> {
         let z = front.tip.z + ring.height;
-        self.refine(field, z, front, is_side);
+        self.refine(field, z, front);
         let samples = &*self;
         let mut next = 0;
         std::iter::from_fn(move || samples.next_arc(&mut next, z))
     }
 
     /// Adds samples until the ends of arcs at the height `z` are known.
-    fn refine(&mut self, field: &Field, z: f64, front: &Front, is_side: bool) {
-        let mut at = 0;
+    fn refine(&mut self, field: &Field, z: f64, front: &Front) {
+        let (mut at, mut is_halved) = (0, true);
         while at + 1 < self.samples.len() {
             let (a, b) = (self.samples[at], self.samples[at + 1]);
-            if self.is_between_unknown(field, [&a, &b], z, front, is_side) {
-                let middle = self.sample(field, front, 0.5 * (a.angle + b.angle));
-                self.samples.insert(at + 1, middle);
-            } else {
-                at += 1;
+            if !self.is_between_unknown(field, [&a, &b], z, front) {
+                (at, is_halved) = (at + 1, true);
+                continue;
+            }
+            let (mut from, mut to) = (a.place, b.place);
+            let is_rising = self.is_material(&b, z);
+            // The rim of what the move in air cut is mostly the end. If not, halving goes on from there.
+            let air = if is_rising { a } else { b };
+            is_halved =
+                !is_halved || self.is_material(&a, z) == is_rising || air.number == NONE || air.floor > z + TOUCH;
+            let mut is_found = is_halved;
+            while !is_found {
+                let middle = from.halfway(&to);
+                let is_cut = field.reach(air.number, front.point(self.radius, &middle)).height <= z + TOUCH;
+                if is_cut == is_rising {
+                    from = middle
+                } else {
+                    to = middle
+                }
+                is_found = to.angle - from.angle <= END;
+            }
+            let places = if is_halved { [from.halfway(&to); 2] } else { [from, to] };
+            for place in &places[usize::from(is_halved)..] {
+                if place.angle > self.samples[at].place.angle && place.angle < self.samples[at + 1].place.angle {
+                    let sample = self.sample(field, front, place, air.number);
+                    self.samples.insert(at + 1, sample);
+                }
             }
         }
     }
 
     /// Whether between two neighbours an end of an arc, or a whole arc, may be.
-    fn is_between_unknown(&self, field: &Field, [a, b]: [&Sample; 2], z: f64, front: &Front, is_side: bool) -> bool {
-        let gap = b.angle - a.angle;
+    fn is_between_unknown(&self, field: &Field, [a, b]: [&Sample; 2], z: f64, front: &Front) -> bool {
+        let gap = b.place.angle - a.place.angle;
         match (self.is_material(a, z), self.is_material(b, z)) {
             (true, true) => false,
             (false, false) => {
+                let widest = self.places.last().map_or(0.0, |last| last.angle);
+                let from_end = widest - a.place.angle.abs().max(b.place.angle.abs());
+                let least = if self.is_side { LEAST_ARC } else { f64::INFINITY };
                 // Nothing is nearer to a sample than the rim of what was cut about it.
-                is_side && gap > LEAST_ARC && {
-                    let clear =
-                        |sample: &Sample| field.clearance(sample.number, front.point(self.radius, sample.angle), z);
-                    clear(a).max(0.0) + clear(b).max(0.0) < self.radius * gap
+                gap > (1.01 * from_end).max(LEAST_END).min(least) && {
+                    let clear = |sample: &Sample| self.clear(field, front, sample, z).max(0.0);
+                    clear(a) + clear(b) < self.radius * gap
                 }
             }
             _ => gap > END,
@@ -211,9 +316,9 @@ impl Samples {
         let first = (*next..count).find(|number| is_material(*number))?;
         let end = (first..count).find(|number| !is_material(*number)).unwrap_or(count);
         *next = end;
-        let middle = |a: usize, b: usize| 0.5 * (self.samples[a].angle + self.samples[b].angle);
-        let from = if first == 0 { self.samples[0].angle } else { middle(first - 1, first) };
-        let to = if end == count { self.samples[count - 1].angle } else { middle(end - 1, end) };
+        let middle = |a: usize, b: usize| 0.5 * (self.samples[a].place.angle + self.samples[b].place.angle);
+        let from = if first == 0 { self.samples[0].place.angle } else { middle(first - 1, first) };
+        let to = if end == count { self.samples[count - 1].place.angle } else { middle(end - 1, end) };
         (to > from).then_some(Arc { from, to })
     }
 
@@ -224,7 +329,7 @@ impl Samples {
             self.spans_of(sample).iter().map(|span| (span[1].min(sample.floor) - span[0].max(bottom)).max(0.0)).sum()
         };
         let between = |pair: &[Sample]| {
-            let (from, to) = (pair[0].angle.max(-FRAC_PI_2), pair[1].angle.min(FRAC_PI_2));
+            let (from, to) = (pair[0].place.angle.max(-FRAC_PI_2), pair[1].place.angle.min(FRAC_PI_2));
             0.5 * (height(&pair[0]) + height(&pair[1])) * (libm::sin(to) - libm::sin(from))
         };
         radius * front.horizontal * self.samples.windows(2).map(between).sum::<f64>()

@@ -27,9 +27,9 @@ pub(crate) struct Floor {
     pub number: u32,
 }
 
-/// Runs of consecutive moves that were tried at a point: at most those of nine columns.
+/// Runs of consecutive moves that were tried at a point: at most those of nine columns and one more.
 struct Tried {
-    runs: [(u32, u32); 9 * KEPT],
+    runs: [(u32, u32); 9 * KEPT + 1],
     count: usize,
 }
 
@@ -55,7 +55,7 @@ fn is_better(a: &Reach, b: &Reach) -> bool {
     if a.height > b.height + LEVEL {
         return false;
     }
-    a.distance < b.distance
+    a.squared < b.squared
 }
 
 impl Field {
@@ -77,16 +77,27 @@ impl Field {
     ///
     /// The columns about `p` name moves; from each the walk goes along consecutive moves while they are better at `p`.
     pub(crate) fn floor(&self, p: Vector2<f64>) -> Floor {
+        self.floor_from(p, NONE, f64::NEG_INFINITY)
+    }
+
+    /// Returns H at `p` and the move that made it as [`Field::floor`], or any move that cut as low as `enough`, looking first at the move `guess`.
+    pub(crate) fn floor_from(&self, p: Vector2<f64>, guess: u32, enough: f64) -> Floor {
         let [x, y] = self.grid.cell(p);
         if let Some(floor) = self.level_floor(x, y) {
             return floor;
         }
-        let mut tried = Tried { runs: [(0, 0); 9 * KEPT], count: 0 };
-        let mut best = Best { reach: Reach { height: f64::INFINITY, distance: f64::INFINITY }, number: NONE };
+        let mut tried = Tried { runs: [(0, 0); 9 * KEPT + 1], count: 0 };
+        let mut best = Best { reach: Reach { height: f64::INFINITY, squared: f64::INFINITY }, number: NONE };
+        self.try_move(p, guess, &mut tried, &mut best);
         self.try_move(p, self.columns[self.grid.index(x, y)].numbers[0], &mut tried, &mut best);
-        for column in self.around(x, y).flatten() {
-            for number in column.numbers.into_iter().take_while(|number| *number != NONE) {
-                self.try_move(p, number, &mut tried, &mut best);
+        for row in self.around(x, y) {
+            for column in row {
+                if best.reach.height <= enough {
+                    break;
+                }
+                for number in column.numbers.into_iter().take_while(|number| *number != NONE) {
+                    self.try_move(p, number, &mut tried, &mut best);
+                }
             }
         }
         if best.reach.height == f64::INFINITY {
@@ -117,7 +128,7 @@ impl Field {
         })
     }
 
-    fn reach(&self, number: u32, p: Vector2<f64>) -> Reach {
+    pub(crate) fn reach(&self, number: u32, p: Vector2<f64>) -> Reach {
         let sweep = &self.moves[number as usize];
         sweep.reach(&self.cutters[sweep.cutter as usize], p)
     }
@@ -145,6 +156,12 @@ impl Field {
                 Some(number) if !tried.has(number) => at = number,
                 _ => break,
             }
+            // Of alike moves on one level the nearer one is better, which takes no height to see.
+            let sweep = &self.moves[at as usize];
+            if sweep.is_level_with(&self.moves[best.number as usize]) && sweep.squared(p) >= best.reach.squared {
+                worse += 1;
+                continue;
+            }
             let reach = self.reach(at, p);
             if is_better(&reach, &best.reach) {
                 (best, worse) = (Best { reach, number: at }, 0);
@@ -166,6 +183,7 @@ impl Field {
 }
 
 impl Tried {
+    #[inline]
     fn has(&self, number: u32) -> bool {
         self.runs[..self.count].iter().any(|run| run.0 <= number && number <= run.1)
     }

@@ -33,8 +33,8 @@ pub(crate) struct Sweep {
 pub(crate) struct Reach {
     /// Height of the lower envelope; infinite where the cutter does not come.
     pub height: f64,
-    /// Horizontal distance to the nearest point of the path, mm.
-    pub distance: f64,
+    /// Horizontal distance to the nearest point of the path, squared, mm².
+    pub squared: f64,
 }
 
 impl Sweep {
@@ -73,22 +73,35 @@ impl Sweep {
         (along.max(0.0).min(self.length), along, wy * self.ux - wx * self.uy)
     }
 
+    /// Returns the square of the horizontal distance of `p` from the path.
+    #[inline]
+    pub fn squared(&self, p: Vector2<f64>) -> f64 {
+        let (nearest, along, aside) = self.foot(p);
+        aside * aside + (along - nearest) * (along - nearest)
+    }
+
+    /// Whether both are level moves of one cutter at one height.
+    #[inline]
+    pub fn is_level_with(&self, other: &Self) -> bool {
+        self.slope == 0.0 && other.slope == 0.0 && self.z == other.z && self.cutter == other.cutter
+    }
+
     /// Returns where the cutter comes at `p`.
     #[inline]
     pub fn reach(&self, cutter: &Cutter, p: Vector2<f64>) -> Reach {
         let (nearest, along, aside) = self.foot(p);
         let squared = aside * aside + (along - nearest) * (along - nearest);
-        let distance = squared.sqrt();
-        if distance > cutter.radius + TOUCH {
-            return Reach { height: f64::INFINITY, distance };
+        let reach = cutter.radius + TOUCH;
+        if squared > reach * reach {
+            return Reach { height: f64::INFINITY, squared };
         }
         let height = if self.slope == 0.0 {
-            self.z + cutter.height_mm(distance)
+            self.z + cutter.height_over(squared)
         } else {
             let lowest = self.lowest_along(cutter, along, aside.abs());
-            self.tip(lowest) + cutter.height_mm(norm(aside, along - lowest))
+            self.tip(lowest) + cutter.height_over(aside * aside + (along - lowest) * (along - lowest))
         };
-        Reach { height, distance }
+        Reach { height, squared }
     }
 
     /// Returns the length along the path of its point nearest to `p`.
@@ -116,7 +129,7 @@ impl Sweep {
                 -self.slope * chord / (1.0 + self.slope * self.slope).sqrt()
             }
             Nose::Rounded { corner: 0.0, .. } => falling,
-            Nose::Rounded { flat, corner } => self.bull_offset(flat, corner, aside, falling),
+            Nose::Rounded { flat, corner } => self.bull_offset(flat, corner, aside, [low - along, high - along]),
             Nose::Cone { rise } => {
                 let ratio = self.slope / rise;
                 if ratio.abs() < 1.0 { -ratio * aside / (1.0 - ratio * ratio).sqrt() } else { falling }
@@ -125,38 +138,46 @@ impl Sweep {
         (along + offset).max(low).min(high)
     }
 
-    /// Returns the offset at which a bull nose is lowest: safeguarded Newton steps on slope + g'(d) o/d, which rises with |o|.
-    fn bull_offset(&self, flat: f64, corner: f64, aside: f64, falling: f64) -> f64 {
-        let steepness = self.slope.abs();
-        // Over the flat end there is no slope to meet.
-        let (mut low, mut high) = ((flat * flat - aside * aside).max(0.0).sqrt(), falling.abs());
-        let mut offset = low;
-        for _ in 0..60 {
+    /// Returns the offset between two at which a bull nose is lowest: safeguarded Newton steps on slope + g'(d) o/d, which rises with o.
+    fn bull_offset(&self, flat: f64, corner: f64, aside: f64, [mut low, mut high]: [f64; 2]) -> f64 {
+        // The derivative, and its own.
+        let derivative = |offset: f64| {
             let distance = norm(aside, offset);
             let into = (distance - flat).clamp(0.0, corner);
             let rest = (corner * corner - into * into).sqrt();
-            let (sine, value);
-            if rest > 0.0 {
-                sine = offset / distance.max(f64::MIN_POSITIVE);
-                value = into / rest * sine - steepness;
-            } else {
-                (sine, value) = (1.0, f64::INFINITY);
+            if into == 0.0 || rest == 0.0 {
+                return (self.slope + if into == 0.0 { 0.0 } else { f64::INFINITY.copysign(offset) }, 0.0);
             }
+            let (cosine, steepness) = (offset / distance, into / rest);
+            let bent = corner * corner / (rest * rest * rest) * cosine * cosine
+                + steepness * aside * aside / (distance * distance * distance);
+            (self.slope + steepness * cosine, bent)
+        };
+        // Mostly an end of a short path.
+        if derivative(low).0 >= 0.0 {
+            return low;
+        }
+        if derivative(high).0 <= 0.0 {
+            return high;
+        }
+        let mut offset = 0.5 * (low + high);
+        for _ in 0..60 {
+            let (value, bent) = derivative(offset);
             if value > 0.0 {
                 high = offset
             } else {
                 low = offset
             }
-            let bent = corner * corner / (rest * rest * rest) * sine * sine
-                + into / rest * aside * aside / (distance * distance * distance).max(f64::MIN_POSITIVE);
             let newton = offset - value / bent;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            if (next - offset).abs() <= 1e-12 * self.length.max(1.0) || high - low <= 1e-12 {
+            let step = (next - offset).abs();
+            offset = next;
+            // Steps square, and the height is flat here.
+            if step <= 1e-7 {
                 break;
             }
-            offset = next;
         }
-        offset.copysign(falling)
+        offset
     }
 
     /// Returns how far `p` lies within what the cutter, where the path is nearest to it, has cut at the height `z`: negative outside.
