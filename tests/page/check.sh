@@ -35,7 +35,9 @@ kinetostat report "$out/map" "$out/map_of_27" --out "$out/comparison.html"
 kinetostat run studies/02_groove_50mm --points 37 --out "$out/groove_of_37" --no-figures
 kinetostat compare "$out/groove" "$out/groove_of_37" --tolerance 0.1 --out "$out/paths.html"
 kinetostat compare "$out/circle" "$out/pocket" --out "$out/places.html"
-check "$out"/{map,groove,circle,pocket,superposition,paper}/report.html "$out"/{comparison,paths,places}.html
+# The part that a program leaves of its stock.
+kinetostat compensate tests/page/stock/pocket.nc --machine orthoglide --process tests/page/stock/pocket.toml --out "$out/part.nc"
+check "$out"/{map,groove,circle,pocket,superposition,paper}/report.html "$out"/{comparison,paths,places}.html "$out/part.nc.html"
 # Of what is measured, and what to measure next.
 kinetostat new identification "$out/mine"
 kinetostat identify "$out/mine" --out "$out/found"

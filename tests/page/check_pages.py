@@ -155,7 +155,7 @@ class Page:
 
     def check_hover(self):
         """The pointer over a map or a curve shows values."""
-        plot = self.page.locator(".explorer .plot").first
+        plot = self.page.locator(".explorer .chart:not(.space) .plot").first
         plot.scroll_into_view_if_needed()
         box = plot.locator(".nsewdrag").first.bounding_box()
         for share in (0.5, 0.37, 0.62, 0.2, 0.8):

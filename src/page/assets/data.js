@@ -133,6 +133,21 @@ const Chart = {
   config: { responsive: true, displaylogo: false, displayModeBar: false, showTips: false },
   // Text of a user in a chart: plotly reads a few tags.
   text: (text) => text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;"),
+  // Paper shows no WebGL: a copy of what is drawn lies over it.
+  onPaper(plot, draw) {
+    window.addEventListener("paper", () => {
+      draw();
+      const { glplot } = plot._fullLayout.scene._scene;
+      // What is drawn can be read only right after it was drawn.
+      glplot.redraw();
+      const copy = plot.querySelector("canvas.paper") ?? document.createElement("canvas");
+      copy.className = "paper";
+      [copy.width, copy.height] = [glplot.canvas.width, glplot.canvas.height];
+      copy.getContext("2d").drawImage(glplot.canvas, 0, 0);
+      glplot.canvas.after(copy);
+    });
+    window.addEventListener("afterprint", () => plot.querySelector("canvas.paper")?.remove());
+  },
   hasWebGl() {
     try {
       const canvas = document.createElement("canvas");

@@ -8,7 +8,7 @@ function partView(article, data) {
     chart.plot.textContent = "This browser offers no WebGL, so there is no view in three dimensions here. The figure above shows the same.";
     return;
   }
-  let course = data.courses.length - 1;
+  let course = 0;
   const corners = data.corners.map(Data.unpack);
   const made = Data.unpack(data.made);
   const count = made.length;
@@ -77,7 +77,6 @@ function partView(article, data) {
     heading();
     Plotly.restyle(chart.plot, { intensity: [intensity()] }, [1]);
   });
-  select.value = String(course);
   readout.textContent = "Click the part to see which line made it there, and with which force.";
   const observer = new IntersectionObserver((entries) => {
     if (!entries.some((entry) => entry.isIntersecting)) return;
@@ -85,5 +84,9 @@ function partView(article, data) {
     draw();
   }, { rootMargin: "200px" });
   observer.observe(chart.plot);
+  Chart.onPaper(chart.plot, () => {
+    observer.disconnect();
+    if (!chart.plot.data) draw();
+  });
   Theme.onChange(() => chart.plot.data && Plotly.relayout(chart.plot, { "font.color": Theme.colour("ink") }));
 }

@@ -135,22 +135,12 @@ function spaceView(charts, view, plane) {
     if (!isClickable) listen();
     space.plot.setAttribute("aria-label", "View of the workspace in three dimensions, coloured by " + view.label() + " " + view.groupName());
   }
-  // Paper shows no WebGL: a copy of what is drawn lies over it.
-  function copyForPaper() {
-    if (!space) return;
-    isSpaceSeen = true;
-    drawSpace();
-    const { glplot } = space.plot._fullLayout.scene._scene;
-    // What is drawn can be read only right after it was drawn.
-    glplot.redraw();
-    const copy = space.plot.querySelector("canvas.paper") ?? document.createElement("canvas");
-    copy.className = "paper";
-    [copy.width, copy.height] = [glplot.canvas.width, glplot.canvas.height];
-    copy.getContext("2d").drawImage(glplot.canvas, 0, 0);
-    glplot.canvas.after(copy);
+  if (space) {
+    Chart.onPaper(space.plot, () => {
+      isSpaceSeen = true;
+      drawSpace();
+    });
   }
-  window.addEventListener("paper", copyForPaper);
-  window.addEventListener("afterprint", () => space?.plot.querySelector("canvas.paper")?.remove());
   let waiting = 0;
   // While slices follow each other quickly, the view waits for the last.
   function drawSoon() {
