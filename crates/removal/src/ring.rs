@@ -275,10 +275,12 @@ impl Samples {
                 let widest = self.places.last().map_or(0.0, |last| last.angle);
                 let from_end = widest - a.place.angle.abs().max(b.place.angle.abs());
                 let least = if self.is_side { LEAST_ARC } else { f64::INFINITY };
-                // Nothing is nearer to a sample than the rim of what was cut about it.
-                gap > (1.01 * from_end).max(LEAST_END).min(least) && {
+                let is_end = gap > (1.01 * from_end).max(LEAST_END);
+                // Nothing is nearer to a sample than the rim of what was cut about it; the side of the stock may be.
+                (is_end || gap > least) && {
+                    let is_beside = |sample: &Sample| is_end && sample.first == sample.end;
                     let clear = |sample: &Sample| self.clear(field, front, sample, z).max(0.0);
-                    clear(a) + clear(b) < self.radius * gap
+                    is_beside(a) || is_beside(b) || clear(a) + clear(b) < self.radius * gap
                 }
             }
             _ => gap > END,
