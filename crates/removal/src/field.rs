@@ -122,15 +122,11 @@ impl Grid {
 
     /// Returns the numbers of the cells along an axis whose centres are between `from` and `to`.
     fn between(&self, axis: usize, from: f64, to: f64) -> std::ops::Range<u32> {
-        // Casts saturate, and are faster than `ceil` and `floor`.
-        let number = |at: f64| {
-            let number = (at - self.low[axis]) / self.size[axis] - 0.5;
-            let whole = number as u32;
-            (whole, u32::from(number > f64::from(whole)), u32::from(number >= 0.0))
-        };
-        let ((first, rest, _), (last, _, is_any)) = (number(from), number(to));
-        let end = last.saturating_add(is_any).min(self.count[axis]);
-        (first.saturating_add(rest)).min(end)..end
+        let number = |at: f64| ((at - self.low[axis]) / self.size[axis] - 0.5).max(0.0).ceil();
+        let count = f64::from(self.count[axis]);
+        let first = number(from).min(count);
+        let end = (((to - self.low[axis]) / self.size[axis] - 0.5).floor() + 1.0).clamp(0.0, count);
+        first as u32..end.max(first) as u32
     }
 
     /// Margins per mm.
@@ -189,34 +185,22 @@ impl Field {
         }
         let number = self.moves.len() as u32;
         let sweep = Sweep::new(from, to, self.number_of(cutter), tag);
-        // Where the last move ended is cut as low as by a move that goes on from there and does not lead down.
-        let is_known = |last: &Sweep| {
-            let end = last.position(last.length);
-            last.cutter == sweep.cutter && (end - from).amax() < 1e-9 && sweep.lowest() >= from.z
-        };
-        let goes_on = self.moves.last().is_some_and(is_known);
-        let safe = SAFE_CELLS * self.grid.size.max();
-        let known = if goes_on && cutter.end_radius() == cutter.radius { (cutter.radius - safe).max(0.0) } else { 0.0 };
+        // About where the last move ended it cut as low as a move that goes on from there and does not lead down.
+        let is_start = |last: &Sweep| last.cutter == sweep.cutter && (last.position(last.length) - from).amax() < 1e-9;
+        let goes_on = sweep.lowest() >= from.z && self.moves.last().is_some_and(is_start);
         self.moves.push(sweep);
         for row in self.grid.between(1, first.y, last.y) {
             let y = self.grid.along(1, row);
             let (mut start, mut end) = span_of_row(&sweep, cutter.radius, y);
             let aside = y - from.y;
-            if goes_on {
-                // Behind its start a move reaches no farther than the last one.
-                let x = from.x - aside * sweep.uy / sweep.ux;
-                match sweep.ux {
-                    0.0 if aside * sweep.uy <= 0.0 => continue,
-                    0.0 => (),
-                    ux if ux > 0.0 => start = start.max(x),
-                    _ => end = end.min(x),
-                }
+            // Behind its start a move reaches no farther than the last one. Across a row that is all of it or nothing.
+            let ahead = aside * sweep.uy / sweep.ux.abs();
+            if goes_on && sweep.ux < 0.0 {
+                end = end.min(from.x + ahead);
+            } else if goes_on {
+                start = start.max(from.x - ahead);
             }
-            // Under a flat end also what is safely inside is known.
-            let half = (known * known - aside * aside).max(0.0).sqrt();
-            let split = if half > 0.0 { [from.x - half, from.x + half] } else { [end, f64::INFINITY] };
-            self.cut_row(&sweep, number, cutter, row, self.grid.between(0, start, end.min(split[0])));
-            self.cut_row(&sweep, number, cutter, row, self.grid.between(0, start.max(split[1]), end));
+            self.cut_row(&sweep, number, cutter, row, self.grid.between(0, start, end));
         }
         Ok(true)
     }

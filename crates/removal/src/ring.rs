@@ -129,29 +129,15 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    /// Samples the points of a ring that move into material. Of angles that are `known` to be in material or not no point is looked at.
-    pub fn fill(&mut self, field: &Field, ring: &Ring, front: &Front, known: impl Fn(f64) -> Option<bool>) {
-        (self.is_side, self.lowest) = (false, front.tip.z + ring.height);
-        self.fill_until(field, ring, front, known, |_, _| false);
-    }
-
     /// Whether a ring touches material.
     pub fn touches(&mut self, field: &Field, ring: &Ring, front: &Front) -> bool {
-        (self.is_side, self.lowest) = (false, front.tip.z + ring.height);
-        let is_material = |samples: &Self, sample: &Sample| samples.is_material(sample, samples.lowest);
-        self.fill_until(field, ring, front, |_| None, is_material);
-        self.samples.last().is_some_and(|sample| is_material(self, sample))
+        self.fill(field, ring, front, |_| None);
+        self.samples.iter().any(|sample| self.is_material(sample, self.lowest))
     }
 
-    /// Samples the points of a ring that move into material up to the first at which `is_last`.
-    fn fill_until(
-        &mut self,
-        field: &Field,
-        ring: &Ring,
-        front: &Front,
-        known: impl Fn(f64) -> Option<bool>,
-        is_last: impl Fn(&Self, &Sample) -> bool,
-    ) {
+    /// Samples the points of a ring that move into material. Of angles that are `known` to be in material or not no point is looked at.
+    pub fn fill(&mut self, field: &Field, ring: &Ring, front: &Front, known: impl Fn(f64) -> Option<bool>) {
+        (self.is_side, self.lowest) = (ring.run == 0.0, front.tip.z + ring.height);
         self.samples.clear();
         self.spans.clear();
         // That of what is known.
@@ -173,9 +159,6 @@ impl Samples {
             let guess = self.samples.last().map_or(NONE, |sample| sample.number);
             let sample = self.sample(field, front, &place, guess);
             self.samples.push(sample);
-            if is_last(self, &sample) {
-                break;
-            }
             // What one move has cut about a sample needs no more.
             if sample.floor <= self.lowest {
                 clear_to = place.angle + self.clear(field, front, &sample, self.lowest) / ring.radius;
@@ -201,8 +184,8 @@ impl Samples {
         if bottom >= field.stock.bounds().1.z {
             return 0.0;
         }
-        (self.is_side, self.lowest) = (true, bottom.max(field.stock.bounds().0.z));
-        self.fill_until(field, &cutter.side_ring(0.0, 1.0), front, |_| None, |_, _| false);
+        let lowest = bottom.max(field.stock.bounds().0.z) - front.tip.z;
+        self.fill(field, &cutter.side_ring(lowest - 0.5, lowest + 0.5), front, |_| None);
         // Walls between the samples, where they are lowest.
         self.refine(field, self.lowest + 10.0 * TOUCH, front);
         let tops = self.samples.iter().map(|sample| self.top(sample, bottom) - front.tip.z);
@@ -269,21 +252,14 @@ impl Samples {
             let air = if is_rising { a } else { b };
             is_halved =
                 !is_halved || self.is_material(&a, z) == is_rising || air.number == NONE || air.floor > z + TOUCH;
-            let mut is_found = is_halved;
-            while !is_found {
+            while !is_halved && to.angle - from.angle > END {
                 let middle = from.halfway(&to);
                 let is_cut = field.reach(air.number, front.point(self.radius, &middle)).height <= z + TOUCH;
-                if is_cut == is_rising {
-                    from = middle
-                } else {
-                    to = middle
-                }
-                is_found = to.angle - from.angle <= END;
+                *(if is_cut == is_rising { &mut from } else { &mut to }) = middle;
             }
-            let places = if is_halved { [from.halfway(&to); 2] } else { [from, to] };
-            for place in &places[usize::from(is_halved)..] {
-                if place.angle > self.samples[at].place.angle && place.angle < self.samples[at + 1].place.angle {
-                    let sample = self.sample(field, front, place, air.number);
+            for place in if is_halved { [from.halfway(&to); 2] } else { [to, from] } {
+                if place.angle > a.place.angle && place.angle < self.samples[at + 1].place.angle {
+                    let sample = self.sample(field, front, &place, air.number);
                     self.samples.insert(at + 1, sample);
                 }
             }
@@ -299,10 +275,12 @@ impl Samples {
                 let widest = self.places.last().map_or(0.0, |last| last.angle);
                 let from_end = widest - a.place.angle.abs().max(b.place.angle.abs());
                 let least = if self.is_side { LEAST_ARC } else { f64::INFINITY };
-                // Nothing is nearer to a sample than the rim of what was cut about it.
-                gap > (1.01 * from_end).max(LEAST_END).min(least) && {
+                let is_end = gap > (1.01 * from_end).max(LEAST_END);
+                // Nothing is nearer to a sample than the rim of what was cut about it; the side of the stock may be.
+                (is_end || gap > least) && {
+                    let is_beside = |sample: &Sample| is_end && sample.first == sample.end;
                     let clear = |sample: &Sample| self.clear(field, front, sample, z).max(0.0);
-                    clear(a) + clear(b) < self.radius * gap
+                    is_beside(a) || is_beside(b) || clear(a) + clear(b) < self.radius * gap
                 }
             }
             _ => gap > END,
