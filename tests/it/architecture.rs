@@ -221,7 +221,7 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 11] = [
     (&["crates/engine/src"], 21_445),
-    (&["crates/removal/src"], 2_600),
+    (&["crates/removal/src"], 2_560),
     (&["src/toolpath"], 16_235),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 11_450),
     (&["src/simulation", "src/redundancy"], 5_285),
@@ -230,7 +230,7 @@ const MOST_LINES: [(&[&str], usize); 11] = [
     (&["src/questions"], 24_470),
     (&["src/products", "src/inspect", "src/explore"], 10_870),
     (&["src/cli"], 2_910),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 110_840),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 110_800),
 ];
 
 #[test]
