@@ -1,7 +1,7 @@
 //! The surface that a path leaves of its stock, and how far that of the tool as it really went is from it.
 
 use kinetostat_removal::{Field, Patch, RemovalError};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 
 use crate::{
@@ -21,18 +21,23 @@ pub struct MachinedSurface {
     pub axes: Matrix3<f64>,
     /// Its patches: those of the envelope of the path as programmed, tagged by the index of the point whose move made them.
     pub patches: Vec<Patch>,
-    /// Of each course of the tool, how far its surface is beyond each patch along the normal, mm: positive where material is left. `None` on the skin of the stock, and
+    /// Of each course of the tool, how far its surface is beyond each patch along the normal, mm: positive where material is left. `None` on the sides of the stock, and
     /// where the position of the tool is not known.
     pub deviations: Vec<Vec<Option<f64>>>,
+    /// Size of patches, mm: what is narrower may not be seen.
+    pub patch_mm: f64,
+    /// Whether that is more than half the radius of the smallest tool.
+    pub is_coarse: bool,
 }
 
-/// Most patches over the plan of the stock: what a picture shows.
+/// Patches over the plan of what is cut: what a picture shows; and most of them, for small tools.
 const PATCHES: f64 = 40_000.0;
+const MOST_PATCHES: f64 = 160_000.0;
 /// Tag of what programs before have cut.
 const EARLIER: u32 = u32::MAX;
 /// No point of the surface is farther off than the tool is from its path, but for rounding, as a share and in mm.
 const REACH: f64 = 1.001;
-const LEAST_REACH_MM: f64 = 1e-4;
+const LEAST_REACH_MM: f64 = 1e-5;
 
 impl StockRemoval {
     /// Returns the surface that `path` leaves of the stock, and how far the surfaces are from it that are left by a tool at the distances `courses` from its points (W, mm;
@@ -50,10 +55,8 @@ impl StockRemoval {
         let refused = |error: RemovalError| Error::argument(origin, error.to_string());
         let axes = self.axes_along(path, (machine, placement));
         let nominal = self.cut_along(path, &axes, |_| Some(Vector3::zeros()), origin)?;
-        let (low, high) = nominal.stock().bounds();
-        let patch_mm = ((high.x - low.x) * (high.y - low.y) / PATCHES).sqrt();
-        let mut patches = nominal.patches(patch_mm).map_err(refused)?;
-        patches.iter_mut().for_each(|patch| patch.tag = patch.tag.filter(|tag| *tag != EARLIER));
+        let (plan, patch_mm, is_coarse) = self.looked_at(&nominal, path, &axes);
+        let mut patches = nominal.patches(plan, patch_mm).map_err(refused)?;
         drop(nominal);
         let deviations = courses.iter().map(|course| {
             let field = self.cut_along(path, &axes, |k| course[k], origin)?;
@@ -61,14 +64,41 @@ impl StockRemoval {
             let reach_mm = REACH * largest + LEAST_REACH_MM;
             let is_known = |k: usize| course[k].is_some() && (k == 0 || course[k - 1].is_some());
             let of = |patch: &Patch| {
-                let tag = patch.tag.filter(|tag| is_known(*tag as usize))? as usize;
-                let deviation = field.deviation(&patch.position, &patch.normal, reach_mm)?;
-                Some(deviation + beyond_aimed(path, tag, &axes, patch))
+                let deviation = || field.deviation(&patch.position, &patch.normal, reach_mm);
+                match patch.tag {
+                    Some(EARLIER) => Some(deviation()),
+                    Some(tag) => {
+                        is_known(tag as usize).then(|| deviation() + beyond_aimed(path, tag as usize, &axes, patch))
+                    }
+                    // The sides of the stock stay, and are not all on its surface here.
+                    None => (patch.normal.z > 0.0).then(deviation),
+                }
             };
             Ok(patches.par_iter().map(of).collect())
         });
         let deviations = deviations.collect::<Result<Vec<_>>>()?;
-        Ok(MachinedSurface { axes, patches, deviations })
+        patches.iter_mut().for_each(|patch| patch.tag = patch.tag.filter(|tag| *tag != EARLIER));
+        Ok(MachinedSurface { axes, patches, deviations, patch_mm, is_coarse })
+    }
+
+    /// Returns the rectangle of the plan about what `path` cuts, how large patches may be there, mm, and whether that is coarse for its smallest tool.
+    fn looked_at(&self, field: &Field, path: &Toolpath, axes: &Matrix3<f64>) -> ([Vector2<f64>; 2], f64, bool) {
+        let tools = self.tools_of(path);
+        let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
+        let mut smallest_mm = f64::INFINITY;
+        for pair in path.points().windows(2).filter(|pair| !is_rapid(&pair[1])) {
+            let Ok(tool) = &tools[&pair[1].tool] else { continue };
+            let radius = tool.cutter.radius_mm();
+            smallest_mm = smallest_mm.min(radius);
+            for at in pair.iter().map(|point| (axes * point.position_mm).xy()) {
+                (low, high) = (low.inf(&at.add_scalar(-1.5 * radius)), high.sup(&at.add_scalar(1.5 * radius)));
+            }
+        }
+        let (first, last) = field.stock().bounds();
+        let size = (last.xy().inf(&high) - first.xy().sup(&low)).map(|own| own.max(0.0));
+        let finest = (size.x * size.y / MOST_PATCHES).sqrt();
+        let wanted = (size.x * size.y / PATCHES).sqrt().min(0.5 * smallest_mm);
+        ([low, high], wanted.max(finest).max(f64::MIN_POSITIVE), finest > 0.5 * smallest_mm)
     }
 
     /// Returns what is left of the stock by a tool that is at `shift` from each point of the path (W, mm), by its feed moves; those between points without one are left out. Moves are
@@ -114,11 +144,11 @@ impl StockRemoval {
 
 /// Returns how much farther than the bend that the program aims at the tool bends along the normal of a wall where its move `tag` makes it, mm.
 fn beyond_aimed(path: &Toolpath, tag: usize, axes: &Matrix3<f64>, patch: &Patch) -> f64 {
-    let Some(engaged) = path.engagements().get(tag) else { return 0.0 };
-    let Some(bend) = engaged.bend.as_ref().filter(|_| patch.normal.z == 0.0) else { return 0.0 };
+    let bend = path.engagements().get(tag).and_then(|own| own.bend.as_ref());
+    let Some(bend) = bend.filter(|_| patch.normal.z == 0.0) else { return 0.0 };
     let tip = (axes * path.points()[tag].position_mm).z;
     let along_normal = (axes * bend.left).dot(&patch.normal);
     // The normal points out of the material: to the right from a wall on the left.
-    let of_wall = bend.at(along_normal < 0.0, (patch.position.z - tip) / engaged.depth_mm.max(f64::MIN_POSITIVE));
+    let of_wall = bend.at(along_normal < 0.0, patch.position.z - tip);
     of_wall.map_or(0.0, |own| own * along_normal - (axes * bend.aimed_mm).dot(&patch.normal))
 }

@@ -126,6 +126,8 @@ const LEAST_WAY: f64 = 1e-5;
 const FREE_MM: f64 = 0.02;
 /// Most memory for a field, bytes.
 const MOST_BYTES: usize = 4 << 30;
+/// Largest bend of a tool, as a share of its radius: one that bends more is given wrongly, or breaks.
+const MOST_BEND: f64 = 0.1;
 /// A tooth passing frequency is near a natural one within this ratio.
 const NEAR: f64 = 1.2;
 /// A tool that leans by less is parallel to the one before, as the sine of the angle: programs give angles with so many digits.
@@ -214,6 +216,12 @@ impl StockRemoval {
         if placement.reference != PathReference::ToolTip {
             let problem = "is cut by the tool tip, and the path is of the platform point: expected placement.reference = \"tool_tip\"";
             return self.check.fail(problem.into());
+        }
+        if let Some((number, _)) = self.tools.iter().find(|own| own.1.1.is_some() && machine.tool_compliance.is_some())
+        {
+            let problem =
+                format!("is given in tools.{number}, and the tool of the machine bends, too: expected one of both");
+            return self.check.key("stick_out_mm").fail(problem);
         }
         let placed = placement.place(machine);
         if path.is_empty() {
@@ -678,7 +686,18 @@ fn bend(
     };
     let left = axes.transpose() * Vector3::z().cross(&heading);
     let across = milling.across(stub, engagement, tool.teeth.clone()?, c, way.z);
-    Ok(Some(Bend { aimed_mm: across.aimed_mm * left, left, walls_mm: across.walls_mm, across_N: across.force_N }))
+    let most = across
+        .walls
+        .iter()
+        .flatten()
+        .flat_map(|wall| wall.bends_mm)
+        .fold(across.aimed_mm.abs(), |most, own| most.max(f64::from(own).abs()));
+    if most > MOST_BEND * tool.cutter.radius_mm() {
+        return Err(format!(
+            "bends its tool by {most:.3} mm, more than a tenth of its radius: expected another youngs_modulus_N_per_mm2, stick_out_mm or holder_N_per_mm"
+        ));
+    }
+    Ok(Some(Bend { aimed_mm: across.aimed_mm * left, left, walls: across.walls, across_N: across.force_N }))
 }
 
 /// Returns what is told of an engagement at feed per tooth `c`, mm.

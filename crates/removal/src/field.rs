@@ -85,9 +85,14 @@ impl Visit {
 
 impl Grid {
     pub fn new(stock: &Stock, cell_mm: f64) -> Result<Self, RemovalError> {
-        positive("cell", cell_mm)?;
         let (low, high) = stock.bounds();
-        let (low, extent) = (low.xy(), (high - low).xy());
+        Self::over(low.xy(), high.xy(), cell_mm)
+    }
+
+    /// Makes a grid over a rectangle of the plan.
+    pub fn over(low: Vector2<f64>, high: Vector2<f64>, cell_mm: f64) -> Result<Self, RemovalError> {
+        positive("cell", cell_mm)?;
+        let extent = high - low;
         let count = extent.map(|extent| (extent / cell_mm * (1.0 - 1e-12)).ceil().max(1.0));
         if count.x * count.y >= f64::from(NONE) {
             return Err(RemovalError::TooManyColumns { columns: count.x * count.y, cell_mm, most: NONE - 1 });

@@ -27,10 +27,14 @@ impl Patch {
     }
 }
 
-/// Neighbouring cells whose heights differ by more than this many cells have a wall between them.
-const STEEP: f64 = 1.5;
+/// Neighbouring cells have a wall between them if their heights differ by more than this, mm, and most of it at one place.
+const LEAST_WALL: f64 = 1e-3;
+/// Bisections that find whether it does.
+const JUMP: usize = 12;
 /// Bisections of the way between two cells, or of a step along a normal.
 const BISECTIONS: usize = 36;
+/// How far below a surface it is looked for across its normal, mm.
+const BELOW_MM: f64 = 1e-5;
 /// Steps along a normal, to either side.
 const STEPS: u32 = 8;
 
@@ -52,10 +56,15 @@ struct Tops<'a> {
 }
 
 impl Field {
-    /// Returns the surface of what is left, seen from the spindle, in patches of at most `patch_mm`. Undercuts of a mesh below what is left are not in it. Fails if the
-    /// size is not positive, or so small that patches cannot be numbered.
-    pub fn patches(&self, patch_mm: f64) -> Result<Vec<Patch>, RemovalError> {
-        let grid = Grid::new(&self.stock, patch_mm)?;
+    /// Returns the surface of what is left over a rectangle of the plan, as far as there was stock, seen from the spindle, in patches of at most `patch_mm`: what is narrower may
+    /// not be seen. Undercuts of a mesh below what is left are not in it. Fails if the size is not positive, or so small that patches cannot be numbered.
+    pub fn patches(&self, [from, to]: [Vector2<f64>; 2], patch_mm: f64) -> Result<Vec<Patch>, RemovalError> {
+        let (low, high) = self.stock.bounds();
+        let (low, high) = (low.xy().sup(&from), high.xy().inf(&to));
+        if low.x >= high.x || low.y >= high.y {
+            return Ok(Vec::new());
+        }
+        let grid = Grid::over(low, high, patch_mm)?;
         let mut spans = Vec::new();
         let cells = || (0..grid.count[1]).flat_map(|y| (0..grid.count[0]).map(move |x| (x, y)));
         let tops = cells().map(|(x, y)| self.top(grid.centre(x, y), &mut spans)).collect();
@@ -63,7 +72,7 @@ impl Field {
         for axis in 0..2 {
             let wall = |(x, y): (u32, u32)| {
                 let [a, b] = [[x, y], tops.next(x, y, axis)?];
-                tops.is_wall(a, b).then(|| tops.crossing(a, b, 0.5 * (tops.at(a)?.z + tops.at(b)?.z)))?
+                tops.wall_between(a, b)
             };
             tops.walls[axis] = cells().map(wall).collect();
         }
@@ -81,14 +90,14 @@ impl Field {
     }
 
     /// Returns how far the surface is beyond `position` along `normal`, at most `reach_mm`, mm: positive where material is left, negative where it is missing. Where a wall now
-    /// stands over the point, or is gone from it, that is how far across the normal, in eight directions. `None` if no surface is found there.
+    /// stands over the point, or is gone from it, that is how far across the normal, in eight directions; where no surface is found, `reach_mm`.
     #[must_use]
-    pub fn deviation(&self, position: &Vector3<f64>, normal: &Vector3<f64>, reach_mm: f64) -> Option<f64> {
+    pub fn deviation(&self, position: &Vector3<f64>, normal: &Vector3<f64>, reach_mm: f64) -> f64 {
         let mut spans = Vec::new();
         let is_left = self.is_material(position, &mut spans);
         let sign = if is_left { 1.0 } else { -1.0 };
-        let mut distance = |direction: &Vector3<f64>| {
-            let mut differs = |along: f64| self.is_material(&(position + along * direction), &mut spans) != is_left;
+        let mut distance = |from: &Vector3<f64>, direction: &Vector3<f64>| {
+            let mut differs = |along: f64| self.is_material(&(from + along * direction), &mut spans) != is_left;
             let at = |step: u32| reach_mm * f64::from(step) / f64::from(STEPS);
             let step = (1..=STEPS).find(|step| differs(at(*step)))?;
             let (mut near, mut far) = (at(step - 1), at(step));
@@ -98,8 +107,8 @@ impl Field {
             }
             Some(0.5 * (near + far))
         };
-        if let Some(along) = distance(&(sign * normal)) {
-            return Some(sign * along);
+        if let Some(along) = distance(position, &(sign * normal)) {
+            return sign * along;
         }
         let axis = if normal.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
         let across = normal.cross(&axis).normalize();
@@ -108,7 +117,9 @@ impl Field {
             let (sine, cosine) = libm::sincos(f64::from(eighth) * std::f64::consts::FRAC_PI_4);
             cosine * across + sine * aside
         });
-        directions.filter_map(|own| distance(&own)).min_by(f64::total_cmp).map(|own| sign * own)
+        // On the surface itself nothing is within it.
+        let below = position - if is_left { 0.0 } else { BELOW_MM } * normal;
+        sign * directions.filter_map(|own| distance(&below, &own)).min_by(f64::total_cmp).unwrap_or(reach_mm)
     }
 
     fn is_material(&self, p: &Vector3<f64>, spans: &mut Vec<[f64; 2]>) -> bool {
@@ -157,20 +168,29 @@ impl Tops<'_> {
         (x < self.grid.count[0] && y < self.grid.count[1]).then(|| &self.tops[self.grid.index(x, y)])
     }
 
+    /// Whether there is a wall between a cell and a neighbour.
     fn is_wall(&self, a: [u32; 2], b: [u32; 2]) -> bool {
-        match (self.at(a), self.at(b)) {
-            (Some(a), Some(b)) => a.is_void != b.is_void || (a.z - b.z).abs() > STEEP * self.grid.size.max(),
-            _ => false,
-        }
+        let [x, y] = [0, 1].map(|axis| a[axis].min(b[axis]));
+        self.walls[usize::from(a[0] == b[0])][self.grid.index(x, y)].is_some()
     }
 
-    /// Returns the point on the line between the centres of two cells where what is left begins to reach up to `z`; `None` if it does so in both or in none.
-    fn crossing(&self, a: [u32; 2], b: [u32; 2], z: f64) -> Option<Vector2<f64>> {
-        self.around_crossing(a, b, z).map(|[low, high]| 0.5 * (low + high))
+    /// Returns where the wall between two neighbours is, on the line between their centres; `None` if there is none.
+    fn wall_between(&self, a: [u32; 2], b: [u32; 2]) -> Option<Vector2<f64>> {
+        let [top_a, top_b] = [*self.at(a)?, *self.at(b)?];
+        let height = (top_a.z - top_b.z).abs();
+        if top_a.is_void == top_b.is_void && height <= LEAST_WALL {
+            return None;
+        }
+        let z = 0.5 * (top_a.z + top_b.z);
+        let [low, high] = self.around_crossing(a, b, z, JUMP)?;
+        let mut spans = Vec::new();
+        let [low_top, high_top] = [low, high].map(|p| self.field.top(p, &mut spans));
+        let is_jump = low_top.is_void != high_top.is_void || high_top.z - low_top.z > 0.5 * height;
+        is_jump.then(|| self.around_crossing(a, b, z, BISECTIONS).map(|[low, high]| 0.5 * (low + high)))?
     }
 
     /// Returns the points beside the wall at `z`: where there is no material, and where there is.
-    fn around_crossing(&self, a: [u32; 2], b: [u32; 2], z: f64) -> Option<[Vector2<f64>; 2]> {
+    fn around_crossing(&self, a: [u32; 2], b: [u32; 2], z: f64, bisections: usize) -> Option<[Vector2<f64>; 2]> {
         let mut spans = Vec::new();
         let mut is_below = |p: Vector2<f64>| {
             let top = self.field.top(p, &mut spans);
@@ -182,7 +202,7 @@ impl Tops<'_> {
             (false, true) => (b, a),
             _ => return None,
         };
-        for _ in 0..BISECTIONS {
+        for _ in 0..bisections {
             let middle = 0.5 * (low + high);
             if is_below(middle) { low = middle } else { high = middle }
         }
@@ -287,7 +307,7 @@ impl Tops<'_> {
                 corners.reverse();
             }
             let z = 0.25 * corners.iter().map(|corner| corner.z).sum::<f64>();
-            let Some([cut, left]) = self.around_crossing(a, b, z) else { continue };
+            let Some([cut, left]) = self.around_crossing(a, b, z, BISECTIONS) else { continue };
             let plan = 0.5 * (cut + left);
             let position = Vector3::new(plan.x, plan.y, z);
             let made = self.field.wall_maker(&position, cut);

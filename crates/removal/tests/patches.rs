@@ -1,9 +1,10 @@
 //! The machined surface in patches, and how far that of displaced moves is from it, against closed forms.
 
 use kinetostat_removal::{Cutter, Field, Stock};
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 const D: f64 = 10.0;
+const EVERYWHERE: [Vector2<f64>; 2] = [Vector2::new(-1e3, -1e3), Vector2::new(1e3, 1e3)];
 
 fn block() -> Stock {
     Stock::cuboid(Vector3::new(-30.0, -20.0, -10.0), Vector3::new(30.0, 20.0, 0.0)).unwrap()
@@ -29,7 +30,7 @@ fn a_displaced_slot_is_off_by_the_shift_along_its_normals() {
         let points = [-60.0 * along - 4.0 * Vector3::z(), 60.0 * along - 4.0 * Vector3::z()];
         let field = cut(block(), &cutter, &points, Vector3::zeros());
         let moved = cut(block(), &cutter, &points, shift);
-        let patches = field.patches(0.5).unwrap();
+        let patches = field.patches(EVERYWHERE, 0.5).unwrap();
         let (mut floors, mut walls) = (0, 0);
         for own in patches.iter().filter(|own| own.tag.is_some()) {
             let across = Vector3::new(-sine, cosine, 0.0).dot(&own.position);
@@ -50,7 +51,7 @@ fn a_displaced_slot_is_off_by_the_shift_along_its_normals() {
             if own.position.x.abs() > 29.0 || own.position.y.abs() > 19.0 {
                 continue;
             }
-            let off = moved.deviation(&own.position, &own.normal, 0.5).unwrap();
+            let off = moved.deviation(&own.position, &own.normal, 0.5);
             assert!((off - shift.dot(&own.normal)).abs() < 1e-5, "{angle}: {off} at {own:?}");
         }
         assert!(floors > 1000 && walls > 100, "{floors} {walls}");
@@ -62,7 +63,7 @@ fn a_displaced_slot_is_off_by_the_shift_along_its_normals() {
 fn patches_cover_the_surface() {
     let cutter = Cutter::flat(D).unwrap();
     let points = [Vector3::new(-60.0, 3.0, -4.0), Vector3::new(60.0, 3.0, -4.0)];
-    let patches = cut(block(), &cutter, &points, Vector3::zeros()).patches(0.5).unwrap();
+    let patches = cut(block(), &cutter, &points, Vector3::zeros()).patches(EVERYWHERE, 0.5).unwrap();
     let of =
         |made: bool| -> f64 { patches.iter().filter(|own| own.tag.is_some() == made).map(|own| own.area_mm2()).sum() };
     assert!((of(true) - 60.0 * (10.0 + 2.0 * 4.0)).abs() < 1.0, "{}", of(true));
@@ -84,7 +85,7 @@ fn a_ball_shows_the_shift_along_the_normals_of_its_groove() {
     let shift = Vector3::new(0.0, 0.08, -0.06);
     let (field, moved) = (cut(block(), &cutter, &points, Vector3::zeros()), cut(block(), &cutter, &points, shift));
     let mut count = 0;
-    for own in field.patches(0.5).unwrap() {
+    for own in field.patches(EVERYWHERE, 0.5).unwrap() {
         if own.tag.is_none() || own.position.x.abs() > 28.0 || own.position.z > -0.5 {
             continue;
         }
@@ -94,7 +95,7 @@ fn a_ball_shows_the_shift_along_the_normals_of_its_groove() {
         let radial: Vector3<f64> = from - along * along.dot(&from);
         assert!((radial.norm() - 5.0).abs() < 1e-5, "{own:?}");
         assert!((own.normal + radial / 5.0).norm() < 1e-4, "{own:?} {radial}");
-        let Some(off) = moved.deviation(&own.position, &own.normal, 0.3) else { panic!("{own:?}") };
+        let off = moved.deviation(&own.position, &own.normal, 0.3);
         // A cylinder displaced across its axis.
         let across = shift - along * along.dot(&shift);
         let exact = {
@@ -135,15 +136,73 @@ fn a_gouge_of_an_earlier_pass_stays() {
     {
         let field = program(rough_off, finish_off);
         let walls: Vec<f64> = nominal
-            .patches(0.5)
+            .patches(EVERYWHERE, 0.5)
             .unwrap()
             .iter()
             .filter(|own| own.tag.is_some() && own.normal.z == 0.0 && own.position.x.abs() < 29.0)
-            .map(|own| field.deviation(&own.position, &own.normal, 0.6).unwrap())
+            .map(|own| field.deviation(&own.position, &own.normal, 0.6))
             .collect();
         assert!(walls.len() > 100);
         for own in walls {
             assert!((own - left).abs() < 1e-5, "{own} instead of {left}");
         }
+    }
+}
+
+/// Where a wall goes into what was not to be cut, the top that it takes is missing by how far it went, at most.
+#[test]
+fn the_top_beside_a_wall_is_missing_by_as_much() {
+    let cutter = Cutter::flat(D).unwrap();
+    let points = [Vector3::new(-60.0, 3.0, -6.0), Vector3::new(60.0, 3.0, -6.0)];
+    let moved = cut(block(), &cutter, &points, Vector3::new(0.0, 0.2, 0.0));
+    let (mut count, top) = (0, cut(block(), &cutter, &points, Vector3::zeros()).patches(EVERYWHERE, 0.13).unwrap());
+    for own in top.iter().filter(|own| own.tag.is_none() && own.normal.z > 0.0) {
+        let off = moved.deviation(&own.position, &own.normal, 0.3);
+        let inside = (8.2 - own.position.y).clamp(0.0, 0.2);
+        assert!((off + if own.position.y > 0.0 { inside } else { 0.0 }).abs() < 2e-4, "{off} {inside} {own:?}");
+        count += usize::from(inside > 0.0 && own.position.y > 0.0);
+    }
+    assert!(count > 100);
+}
+
+/// Walls of any height are in the surface, also where a rib is gone that stood between them.
+#[test]
+fn low_walls_and_lost_ribs_are_seen() {
+    let cutter = Cutter::flat(D).unwrap();
+    for depth in [0.002, 0.05, 0.7] {
+        let points = [Vector3::new(-60.0, 3.0, -depth), Vector3::new(60.0, 3.0, -depth)];
+        let (field, moved) = (
+            cut(block(), &cutter, &points, Vector3::zeros()),
+            cut(block(), &cutter, &points, Vector3::new(0.0, 0.1, 0.0)),
+        );
+        let patches = field.patches(EVERYWHERE, 2.0).unwrap();
+        let walls: Vec<_> = patches.iter().filter(|own| own.tag.is_some() && own.normal.z == 0.0).collect();
+        let area: f64 = walls.iter().map(|own| own.area_mm2()).sum();
+        assert!((area - 2.0 * 60.0 * depth).abs() < 1e-6 * 60.0, "{depth}: {area}");
+        for own in walls {
+            let off = moved.deviation(&own.position, &own.normal, 0.11);
+            assert!((off - 0.1 * own.normal.y).abs() < 1e-5, "{off} {own:?}");
+        }
+    }
+    // 0.3 mm between two slots, each of which goes 0.2 mm into it.
+    let slots = |off: f64| {
+        let mut field = Field::new(block(), 0.25).unwrap();
+        for side in [-1.0, 1.0] {
+            let y = side * (5.15 - off);
+            let at = |x: f64| Vector3::new(x, y, -4.0);
+            field.cut(&cutter, &at(-60.0), &at(60.0), 0).unwrap();
+        }
+        field
+    };
+    let (field, moved) = (slots(0.0), slots(0.2));
+    let tops: Vec<_> = field
+        .patches(EVERYWHERE, 0.1)
+        .unwrap()
+        .into_iter()
+        .filter(|own| own.position.z > -3.9 && own.position.y.abs() < 0.16 && own.position.x.abs() < 29.0)
+        .collect();
+    assert!(tops.len() > 1000);
+    for own in tops {
+        assert!(moved.deviation(&own.position, &own.normal, 0.21) <= -0.1, "{own:?}");
     }
 }

@@ -13,7 +13,9 @@ function partView(article, data) {
   const made = Data.unpack(data.made);
   const count = made.length;
   const faces = { skin: [], cut: [] };
-  for (let face = 0; face < count; face++) faces[Number.isFinite(made[face]) ? "cut" : "skin"].push(face);
+  // What was not to be cut, and is.
+  const isGouged = (face) => data.deviations.some((packed) => Data.unpack(packed)?.[face] < -1e-3);
+  for (let face = 0; face < count; face++) faces[Number.isFinite(made[face]) || isGouged(face) ? "cut" : "skin"].push(face);
   // Two triangles of each face, whose corners are its own.
   function mesh(own) {
     const at = corners.map((values) => own.flatMap((face) => [0, 1, 2, 3].map((corner) => values[4 * face + corner])));
@@ -40,7 +42,7 @@ function partView(article, data) {
     const hidden = { visible: false };
     const traces = [
       { ...mesh(faces.skin), color: "#a8acb3", hoverinfo: "skip" },
-      { ...mesh(faces.cut), intensity: intensity(), intensitymode: "cell", colorscale: SCALE, cmin: -data.end, cmax: data.end, hoverinfo: "none", colorbar: Chart.bar(Data.labelled("material left", "mm")) },
+      { ...mesh(faces.cut), intensity: intensity(), intensitymode: "cell", colorscale: SCALE, cmin: -data.end, cmax: data.end, hoverinfo: "none", colorbar: { ...Chart.bar(Data.labelled("material left", "mm")), tickvals: [-data.end, 0, data.end], ticktext: [-data.end, 0, data.end].map(Data.number) } },
     ];
     Plotly.newPlot(chart.plot, traces, Chart.layout({
       margin: { l: 0, r: 0, t: 0, b: 70 },
@@ -70,6 +72,10 @@ function partView(article, data) {
     const at = made[face];
     const words = data.courses.map((name, own) => `${name} ${Data.withUnit(Data.unpack(data.deviations[own])[face], "mm")}`);
     const values = data.columns.map((column) => `${column.label} ${Data.withUnit(Data.unpack(column.values)?.[at], column.unit)}`);
+    if (!Number.isFinite(at)) {
+      readout.textContent = `No move of the program is to cut here: material left ${words.join(", ")}.`;
+      return;
+    }
     readout.textContent = `${data.places[at]}: material left ${words.join(", ")}; ${values.join(", ")}.`;
   }
   const select = Controls.select(controls, "tool path", data.courses, (index) => {

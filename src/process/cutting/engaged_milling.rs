@@ -10,7 +10,7 @@ use super::{
     arc::{ArcIntegrals, double_exponential},
     feed,
 };
-use crate::toolpath::{Bend, PathPoint, TurnDirection};
+use crate::toolpath::{Bend, BentWall, PathPoint, TurnDirection};
 
 /// Force of an end mill of any shape whose engagement is known.
 ///
@@ -74,9 +74,9 @@ impl Stub {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(non_snake_case, reason = "the unit is N, not n")]
 pub struct Across {
-    pub walls_mm: [Option<[f32; Bend::HEIGHTS]>; 2],
+    pub walls: [Option<BentWall>; 2],
     pub aimed_mm: f64,
-    pub force_N: [f32; 3],
+    pub force_N: [Option<f32>; 3],
 }
 
 /// A tooth that comes so near to where a wall is made has made it, rad: as well as arcs are known.
@@ -171,14 +171,15 @@ impl EngagedMilling {
             }
         };
         let (mut sum, mut count) = (0.0, 0.0);
-        let walls_mm = [FRAC_PI_2, -FRAC_PI_2].map(|wall| {
-            let mut bends = [0.0; Bend::HEIGHTS];
-            for (at, bend) in bends.iter_mut().enumerate() {
-                let height = depth * at as f64 / (Bend::HEIGHTS - 1) as f64;
-                // The slice that has this height; the last one at the top.
-                let slice = engagement.slices.iter().rev().find(|own| own.bottom_mm <= height)?;
-                let reaches = |arc: &Arc| arc.from <= wall + AT_WALL && arc.to >= wall - AT_WALL;
-                engagement.arcs[slice.arcs.clone()].iter().any(reaches).then_some(())?;
+        let walls = [FRAC_PI_2, -FRAC_PI_2].map(|wall| {
+            let reaches = |arc: &Arc| arc.from <= wall + AT_WALL && arc.to >= wall - AT_WALL;
+            let makes = |slice: &&Slice| engagement.arcs[slice.arcs.clone()].iter().any(reaches);
+            let mut made = engagement.slices.iter().filter(makes);
+            let bottom = made.next()?;
+            let (low, high) = (bottom.bottom_mm, made.next_back().unwrap_or(bottom).top_mm);
+            let mut bends_mm = [0.0; Bend::HEIGHTS];
+            for (at, bend) in bends_mm.iter_mut().enumerate() {
+                let height = low + (high - low) * at as f64 / (Bend::HEIGHTS - 1) as f64;
                 let mut mm = 0.0;
                 each_force(wall - lag * height, &mut |force_height, force| {
                     mm += force * stub.compliance(height, force_height);
@@ -187,11 +188,20 @@ impl EngagedMilling {
                 count += 1.0;
                 *bend = mm as f32;
             }
-            Some(bends)
+            Some(BentWall { heights_mm: [low as f32, high as f32], bends_mm })
         });
         let (force, moment) = self.mean(engagement, teeth, c, rise, 1.0);
-        let means = walls_mm.iter().flatten().map(|own| own.iter().copied().map(f64::from).sum::<f64>());
-        let made = walls_mm.iter().flatten().count();
+        // Simpson's rule.
+        let mean = |wall: &BentWall| {
+            let sum: f64 = wall
+                .bends_mm
+                .iter()
+                .zip([1.0, 4.0, 2.0, 4.0, 2.0, 4.0, 1.0])
+                .map(|(own, weight)| f64::from(*own) * weight)
+                .sum();
+            sum / 18.0
+        };
+        let made = walls.iter().flatten().count();
         let aimed_mm = match made {
             // −M_x / F_y is the height at which the mean force acts.
             0 if force.y != 0.0 => {
@@ -199,15 +209,15 @@ impl EngagedMilling {
                 force.y * stub.compliance(0.5 * depth, height)
             }
             0 => 0.0,
-            made => means.sum::<f64>() / (made * Bend::HEIGHTS) as f64,
+            made => walls.iter().flatten().map(mean).sum::<f64>() / made as f64,
         };
         let peak = (0..INSTANTS).fold(0.0, |most: f64, instant| {
             let mut own = 0.0;
             each_force(pitch * f64::from(instant) / f64::from(INSTANTS), &mut |_, force| own += force);
             if own.abs() > most.abs() { own } else { most }
         });
-        let made_force = if count > 0.0 { sum / count } else { 0.0 };
-        Across { walls_mm, aimed_mm, force_N: [force.y, made_force, peak].map(|own| own as f32) }
+        let made_force = (count > 0.0).then(|| (sum / count) as f32);
+        Across { walls, aimed_mm, force_N: [Some(force.y as f32), made_force, Some(peak as f32)] }
     }
 
     /// Returns the force to the left on a tooth that is at θ = `theta` in a slice, for each mm of its height, N/mm.

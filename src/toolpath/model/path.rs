@@ -100,23 +100,34 @@ pub struct Bend {
     pub aimed_mm: Vector3<f64>,
     /// Unit vector to the left of the motion seen from the spindle, W.
     pub left: Vector3<f64>,
-    /// Bend to the left where the wall on the left, and that on the right, is made: at heights evenly from the tip to the depth, mm. `None` where no wall is made.
-    pub walls_mm: [Option<[f32; Bend::HEIGHTS]>; 2],
-    /// Force on the tool to the left: on average, where walls are made, and the largest in size over a turn, N.
-    pub across_N: [f32; 3],
+    /// The wall on the left, and that on the right; `None` where none is made.
+    pub walls: [Option<BentWall>; 2],
+    /// Force on the tool to the left: on average, where walls are made (`None` where none is), and the largest in size over a turn, N.
+    pub across_N: [Option<f32>; 3],
+}
+
+/// How far a tool bends where it makes a wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BentWall {
+    /// Heights above the tip from which to which the wall is made, mm.
+    pub heights_mm: [f32; 2],
+    /// Bend to the left at heights evenly between them, mm.
+    pub bends_mm: [f32; Bend::HEIGHTS],
 }
 
 impl Bend {
     /// Number of heights.
     pub const HEIGHTS: usize = 7;
 
-    /// Returns the bend to the left of the wall on one side (left or not) at a share of the depth, mm; `None` where none is made.
+    /// Returns the bend to the left of the wall on one side (left or not) at a height above the tip, that at its end beyond it, mm; `None` where none is made.
     #[must_use]
-    pub fn at(&self, is_left: bool, share: f64) -> Option<f64> {
-        let own = self.walls_mm[usize::from(!is_left)].as_ref()?;
-        let along = share.clamp(0.0, 1.0) * (Self::HEIGHTS - 1) as f64;
+    pub fn at(&self, is_left: bool, height_mm: f64) -> Option<f64> {
+        let own = self.walls[usize::from(!is_left)].as_ref()?;
+        let [bottom, top] = own.heights_mm.map(f64::from);
+        let share = ((height_mm - bottom) / (top - bottom).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let along = share * (Self::HEIGHTS - 1) as f64;
         let first = (along as usize).min(Self::HEIGHTS - 2);
-        let [low, high] = [first, first + 1].map(|at| f64::from(own[at]));
+        let [low, high] = [first, first + 1].map(|at| f64::from(own.bends_mm[at]));
         Some(low + (along - first as f64) * (high - low))
     }
 }

@@ -74,6 +74,8 @@ pub struct Session {
     pub(super) state: State,
     /// The pose last asked for in [`Session::with_wanted_pose`], and the nominal machine's pose of P there under weight alone.
     rest: Option<(Pose, Pose)>,
+    /// Where the compensated point should be beside what is wanted otherwise, of the last task, O axes, mm.
+    pub(super) aside: Vector3<f64>,
     /// Whether the wanted pose is the nominal machine's equilibrium under its weight and springs.
     is_calibrated_under_weight: bool,
     /// Carrier of the workpiece, if it can move or bend.
@@ -114,6 +116,7 @@ impl Session {
             drives: nominal.home.drives.clone(),
             state: State::rigid(nominal, &nominal.home),
             rest: None,
+            aside: Vector3::zeros(),
             is_calibrated_under_weight: nominal.zeroed == ZeroState::AtRest && nominal.own_load_words().is_some(),
             workpiece: Workpiece::new(nominal, real),
             seeded: None,
@@ -196,6 +199,7 @@ impl Session {
             let moved = workpiece.displacement(task, self.nominal.tool_tip, at_rest, &self.settings.equilibrium)?;
             ready.wanted = Some(moved.compose(ready.wanted()));
         }
+        self.aside = ready.aside;
         if ready.aside != Vector3::zeros() {
             let wanted = ready.wanted();
             ready.wanted = Some(Pose { translation: wanted.translation + ready.aside, ..*wanted });

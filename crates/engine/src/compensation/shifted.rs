@@ -59,6 +59,8 @@ pub(super) fn linear_shift(
             aggregate_errors(nominal, &session.real, at, &mut session.workspace).ok_or(CompensationStatus::Singular)?;
         twist += shift.to_vector();
     }
+    let mut linear = twist.fixed_rows_mut::<3>(0);
+    linear -= session.aside;
     Ok(-(task.task_error(nominal, &task.pose).slope * twist))
 }
 

@@ -82,6 +82,10 @@ impl Side {
         let mut side = Self::default();
         for (k, (patch, deviation)) in surface.patches.iter().zip(&surface.deviations[course]).enumerate() {
             if patch.tag.is_none() {
+                // What was there before is not to be cut.
+                if let Some(deviation) = deviation.filter(|own| *own < -GOUGE_MM) {
+                    side.missing = side.missing.filter(|own| own.0 >= -deviation).or(Some((-deviation, k)));
+                }
                 continue;
             }
             let area = patch.area_mm2();
@@ -109,6 +113,8 @@ impl Side {
     }
 }
 
+/// Less is rounding where nothing was to be cut, mm.
+const GOUGE_MM: f64 = 1e-3;
 /// Names of the courses.
 const NAMES: [&str; 2] = ["without compensation", "as written"];
 
@@ -130,8 +136,15 @@ impl Machined {
                 share(before)
             );
         }
-        if after.unknown > 0.0 {
-            text += &format!(" Of {} of it nothing is known.", percent(after.unknown / after.area));
+        for (side, name) in self.sides.iter().zip(NAMES).filter(|own| own.0.unknown > 0.0) {
+            text += &format!(" Of {} of it nothing is known {name}.", percent(side.unknown / side.area));
+        }
+        if self.surface.is_coarse || after.area == 0.0 {
+            let size = millimetres(self.surface.patch_mm, 1);
+            text += &format!(" That is in patches of {size}: what is narrower may not be seen.");
+        }
+        if job.path.engagements().iter().any(|own| own.bend.is_some()) {
+            text += " Distances from the path are from where the tool has to be for its walls, as it bends in itself.";
         }
         text + "\n"
     }
@@ -184,7 +197,7 @@ impl Machined {
             .text(&self.sentences(report.job))
             .text(
                 "The surface is that of the tool as it goes from point to point, so that what an earlier pass took away stays gone. Tilt of the tool, run-out and vibration are not in \
-                 it; bending of the tool itself is where the process file says how it sticks out.\n",
+                 it, nor what should be cut through and is not; bending of the tool itself is where the process file says how it sticks out.\n",
             )
             .small_tables([table])
             .explorers([VIEW])
@@ -197,6 +210,7 @@ impl Machined {
         let end = self.end_mm(job);
         let view = |course: usize| {
             let face = |(patch, deviation): (&Patch, &Option<f64>)| match (patch.tag, deviation) {
+                (None, Some(gouge)) if *gouge < -GOUGE_MM => FaceValue::Value(*gouge),
                 (None, _) => FaceValue::Skin,
                 (_, None) => FaceValue::Unknown,
                 (_, Some(deviation)) => FaceValue::Value(*deviation),
@@ -216,7 +230,7 @@ impl Machined {
             views: vec![view(0), view(1)],
             range: (-end, end),
             note: format!(
-                "against the surface that the program describes; grey: not cut{}",
+                "against the surface that the program describes; grey: not cut by it{}",
                 job.process
                     .tolerance_mm
                     .map_or_else(String::new, |own| format!("; the scale ends at the tolerance, {own} mm"))

@@ -122,7 +122,7 @@ const ENGAGEMENT: [&str; 11] = [
 /// Returns the cells of these columns, and how teeth pass through the material; empty angles and chip in air.
 fn engagement_cells(own: &Engaged) -> Vec<Cell> {
     let bend = own.bend.as_ref();
-    let across = |at: usize| Cell::from(bend.map(|bend| f64::from(bend.across_N[at])));
+    let across = |at: usize| Cell::from(bend.and_then(|bend| bend.across_N[at]).map(f64::from));
     vec![
         own.depth_mm.into(),
         own.width_mm.into(),
