@@ -42,7 +42,7 @@ function partView(article, data) {
     const hidden = { visible: false };
     const traces = [
       { ...mesh(faces.skin), color: "#a8acb3", hoverinfo: "skip" },
-      { ...mesh(faces.cut), intensity: intensity(), intensitymode: "cell", colorscale: SCALE, cmin: -data.end, cmax: data.end, hoverinfo: "none", colorbar: { ...Chart.bar(Data.labelled("material left", "mm")), tickvals: [-data.end, 0, data.end], ticktext: [-data.end, 0, data.end].map(Data.number) } },
+      { ...mesh(faces.cut), intensity: intensity(), intensitymode: "cell", colorscale: SCALE, cmin: -data.end, cmax: data.end, hoverinfo: "none", colorbar: { ...Chart.bar(Data.labelled("material left", "mm")), tickmode: "array", tickvals: [-data.end, 0, data.end], ticktext: [-data.end, 0, data.end].map(Data.number) } },
     ];
     Plotly.newPlot(chart.plot, traces, Chart.layout({
       margin: { l: 0, r: 0, t: 0, b: 70 },
