@@ -685,19 +685,15 @@ fn bend(
         return Ok(None);
     };
     let left = axes.transpose() * Vector3::z().cross(&heading);
-    let across = milling.across(stub, engagement, tool.teeth.clone()?, c, way.z);
-    let most = across
-        .walls
-        .iter()
-        .flatten()
-        .flat_map(|wall| wall.bends_mm)
-        .fold(across.aimed_mm.abs(), |most, own| most.max(f64::from(own).abs()));
+    let bend = milling.bend(stub, engagement, tool.teeth.clone()?, c, way.z, left);
+    let walls = bend.walls.iter().flatten().flat_map(|wall| wall.bends_mm);
+    let most = walls.fold(bend.aimed_mm.norm(), |most, own| most.max(f64::from(own).abs()));
     if most > MOST_BEND * tool.cutter.radius_mm() {
         return Err(format!(
             "bends its tool by {most:.3} mm, more than a tenth of its radius: expected another youngs_modulus_N_per_mm2, stick_out_mm or holder_N_per_mm"
         ));
     }
-    Ok(Some(Bend { aimed_mm: across.aimed_mm * left, left, walls: across.walls, across_N: across.force_N }))
+    Ok(Some(bend))
 }
 
 /// Returns what is told of an engagement at feed per tooth `c`, mm.

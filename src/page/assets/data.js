@@ -133,6 +133,30 @@ const Chart = {
   config: { responsive: true, displaylogo: false, displayModeBar: false, showTips: false },
   // Text of a user in a chart: plotly reads a few tags.
   text: (text) => text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;"),
+  // A press without a drag picks what `find` returns for the points under the pointer, if it is not null.
+  onPick(plot, find, act) {
+    let [under, pressed] = [null, null];
+    plot.on("plotly_hover", (event) => {
+      under = find(event.points);
+    });
+    plot.on("plotly_unhover", () => {
+      under = null;
+    });
+    plot.addEventListener("pointerdown", (event) => {
+      pressed = [event.clientX, event.clientY];
+    }, true);
+    window.addEventListener("pointerup", (event) => {
+      const isStill = pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4;
+      pressed = null;
+      if (isStill && under !== null) act(under);
+    }, true);
+  },
+  // The page scrolls under the wheel; with Ctrl the view comes nearer.
+  scrollUnderWheel(plot) {
+    plot.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey) event.stopImmediatePropagation();
+    }, { capture: true, passive: true });
+  },
   // Paper shows no WebGL: a copy of what is drawn lies over it.
   onPaper(plot, draw) {
     window.addEventListener("paper", () => {

@@ -48,25 +48,12 @@ function partView(article, data) {
       margin: { l: 0, r: 0, t: 0, b: 70 },
       scene: { aspectmode: "manual", aspectratio: aspect(), xaxis: hidden, yaxis: hidden, zaxis: hidden, camera: { eye: { x: 0.65, y: -1.15, z: 1.15 } } },
     }), Chart.config);
-    let [under, pressed] = [null, null];
-    chart.plot.on("plotly_hover", (event) => {
-      const point = event.points.find((other) => other.curveNumber === 1);
-      under = point ? faces.cut[Math.floor(point.pointNumber / 4)] : null;
-    });
-    chart.plot.on("plotly_unhover", () => {
-      under = null;
-    });
-    chart.plot.addEventListener("pointerdown", (event) => {
-      pressed = [event.clientX, event.clientY];
-    }, true);
-    window.addEventListener("pointerup", (event) => {
-      const isStill = pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4;
-      pressed = null;
-      if (isStill && under !== null) tell(under);
-    }, true);
-    chart.plot.addEventListener("wheel", (event) => {
-      if (!event.ctrlKey) event.stopImmediatePropagation();
-    }, { capture: true, passive: true });
+    const find = (points) => {
+      const point = points.find((other) => other.curveNumber === 1);
+      return point ? faces.cut[Math.floor(point.pointNumber / 4)] : null;
+    };
+    Chart.onPick(chart.plot, find, tell);
+    Chart.scrollUnderWheel(chart.plot);
   }
   function tell(face) {
     const at = made[face];

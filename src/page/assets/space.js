@@ -24,10 +24,7 @@ function spaceView(charts, view, plane) {
         isSpaceSeen = true;
         drawSpace();
       }, { rootMargin: "200px" }).observe(space.plot);
-      // The page scrolls under the wheel; with Ctrl the view comes nearer.
-      space.plot.addEventListener("wheel", (event) => {
-        if (!event.ctrlKey) event.stopImmediatePropagation();
-      }, { capture: true, passive: true });
+      Chart.scrollUnderWheel(space.plot);
     } else {
       space.plot.className = "missing";
       space.plot.removeAttribute("role");
@@ -49,24 +46,10 @@ function spaceView(charts, view, plane) {
     setEye({ x: reach * Math.cos(elevation) * Math.cos(azimuth), y: reach * Math.cos(elevation) * Math.sin(azimuth), z: reach * Math.sin(elevation) });
   }
   let isClickable = false;
-  // A press without a drag picks the point under the pointer.
   function listen() {
     isClickable = true;
-    let [under, pressed] = [null, null];
-    space.plot.on("plotly_hover", (event) => {
-      under = event.points.find((other) => other.data.type === "surface") ?? null;
-    });
-    space.plot.on("plotly_unhover", () => {
-      under = null;
-    });
-    space.plot.addEventListener("pointerdown", (event) => {
-      pressed = [event.clientX, event.clientY];
-    }, true);
-    window.addEventListener("pointerup", (event) => {
-      const isStill = pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4;
-      pressed = null;
-      if (isStill && under) view.choose(state.place.map((value, axis) => [under.x, under.y, under.z][axis] ?? value));
-    }, true);
+    const find = (points) => points.find((other) => other.data.type === "surface") ?? null;
+    Chart.onPick(space.plot, find, (under) => view.choose(state.place.map((value, axis) => [under.x, under.y, under.z][axis] ?? value)));
   }
   function drawSpace() {
     if (!space || !isSpaceSeen) return;

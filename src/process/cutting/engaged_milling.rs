@@ -70,15 +70,6 @@ impl Stub {
     }
 }
 
-/// What bends a tool: bends of both walls at [`Bend::HEIGHTS`] heights, the one to aim at (mm), and the forces of [`Bend`] (N), all to the left of the heading.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(non_snake_case, reason = "the unit is N, not n")]
-pub struct Across {
-    pub walls: [Option<BentWall>; 2],
-    pub aimed_mm: f64,
-    pub force_N: [Option<f32>; 3],
-}
-
 /// A tooth that comes so near to where a wall is made has made it, rad: as well as arcs are known.
 const AT_WALL: f64 = 2e-3;
 /// Longest pieces of an edge over which the force is integrated, mm, and where in them, as a share of half their length.
@@ -139,10 +130,19 @@ impl EngagedMilling {
         (force * share, moment * share)
     }
 
-    /// Returns how `stub` bends to the left of its heading, for a tool as in [`EngagedMilling::mean`]. Where a tooth passes the wall at a height, forces act on all teeth that are in
+    /// Returns how `stub` bends to the `left` of its heading (a unit vector, W), for a tool as in [`EngagedMilling::mean`]. Where a tooth passes the wall at a height, forces act on all teeth that are in
     /// material then; each height of the wall has its own instant. What bends along the heading does not show.
     #[must_use]
-    pub fn across(&self, stub: &Stub, engagement: &Engagement, teeth: u32, c: f64, rise: f64) -> Across {
+    #[allow(non_snake_case, reason = "the unit is N, not n")]
+    pub fn bend(
+        &self,
+        stub: &Stub,
+        engagement: &Engagement,
+        teeth: u32,
+        c: f64,
+        rise: f64,
+        left: Vector3<f64>,
+    ) -> Bend {
         let depth = engagement.depth_mm;
         let pitch = TAU / f64::from(teeth);
         // A tooth above lags behind: the spindle turns against θ.
@@ -217,7 +217,8 @@ impl EngagedMilling {
             if own.abs() > most.abs() { own } else { most }
         });
         let made_force = (count > 0.0).then(|| (sum / count) as f32);
-        Across { walls, aimed_mm, force_N: [Some(force.y as f32), made_force, Some(peak as f32)] }
+        let across_N = [Some(force.y as f32), made_force, Some(peak as f32)];
+        Bend { aimed_mm: aimed_mm * left, left, walls, across_N }
     }
 
     /// Returns the force to the left on a tooth that is at θ = `theta` in a slice, for each mm of its height, N/mm.

@@ -76,14 +76,7 @@ fn a_machine_that_jumps_far_stays_assembled_as_it_is() {
         let mut session = Session::new(&machine, &machine, CompensationSettings::default());
         for at in [[283.5, 284.25, -1095.0], [-285.0, -285.75, -904.5], [286.5, -287.25, -904.0]] {
             let pose = machine.pose_at(at.into());
-            let task = TaskPoint {
-                pose,
-                load,
-                target: Target::ToolTip,
-                wanted: None,
-                aside: Vector3::zeros(),
-                external: None,
-            };
+            let task = TaskPoint::new(pose, load, Target::ToolTip);
             let found = compensate(&mut session, &task, method);
             let error = found.position_error.norm();
             assert!(found.outcome.is_some() && error < 1e-6, "{method:?} at {at:?}: {:?}, {error} mm", found.status);
