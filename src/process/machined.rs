@@ -24,10 +24,21 @@ pub struct MachinedSurface {
     /// Of each course of the tool, how far its surface is beyond each patch along the normal, mm: positive where material is left. `None` on the sides of the stock, and
     /// where the position of the tool is not known.
     pub deviations: Vec<Vec<Option<f64>>>,
+    /// Of each course, what made the surface there; `None` on the sides of the stock and where a program before has made it.
+    pub makers: Vec<Vec<Option<Maker>>>,
     /// Size of patches, mm: what is narrower may not be seen.
     pub patch_mm: f64,
     /// Whether that is more than half the radius of the smallest tool.
     pub is_coarse: bool,
+}
+
+/// A move that makes the surface on a course.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Maker {
+    /// Index of the point to which it goes.
+    pub point: u32,
+    /// Direction in which the tool takes the surface with it, out of the material, in axes of the patches; that of the patch but where another wall is now at it.
+    pub normal: Vector3<f64>,
 }
 
 /// Patches over the plan of what is cut: what a picture shows; and most of them, for small tools.
@@ -58,27 +69,47 @@ impl StockRemoval {
         let (plan, patch_mm, is_coarse) = self.looked_at(&nominal, path, &axes);
         let mut patches = nominal.patches(plan, patch_mm).map_err(refused)?;
         drop(nominal);
-        let deviations = courses.iter().map(|course| {
-            let field = self.cut_along(path, &axes, |k| course[k], origin)?;
-            let largest = course.iter().flatten().fold(0.0, |most: f64, own| most.max(own.norm()));
-            let reach_mm = REACH * largest + LEAST_REACH_MM;
-            let is_known = |k: usize| course[k].is_some() && (k == 0 || course[k - 1].is_some());
-            let of = |patch: &Patch| {
-                let deviation = || field.deviation(&patch.position, &patch.normal, reach_mm);
-                match patch.tag {
-                    Some(EARLIER) => Some(deviation()),
-                    Some(tag) => {
-                        is_known(tag as usize).then(|| deviation() + beyond_aimed(path, tag as usize, &axes, patch))
-                    }
-                    // The sides of the stock stay, and are not all on its surface here.
-                    None => (patch.normal.z > 0.0).then(deviation),
-                }
-            };
-            Ok(patches.par_iter().map(of).collect())
-        });
-        let deviations = deviations.collect::<Result<Vec<_>>>()?;
+        let found = courses.iter().map(|course| self.deviations((path, &axes), &patches, (course, &|_| 1.0), origin));
+        let (deviations, makers) = found.collect::<Result<Vec<_>>>()?.into_iter().unzip();
         patches.iter_mut().for_each(|patch| patch.tag = patch.tag.filter(|tag| *tag != EARLIER));
-        Ok(MachinedSurface { axes, patches, deviations, patch_mm, is_coarse })
+        Ok(MachinedSurface { axes, patches, deviations, makers, patch_mm, is_coarse })
+    }
+
+    /// Returns how far the surface that a tool leaves on `course` is beyond each of `patches`, and what made it, as in [`MachinedSurface`]; tools bend under `factor` times the
+    /// nominal force where they make it.
+    ///
+    /// # Errors
+    /// As [`StockRemoval::machined`].
+    pub(crate) fn deviations(
+        &self,
+        (path, axes): (&Toolpath, &Matrix3<f64>),
+        patches: &[Patch],
+        (course, factor): (&[Option<Vector3<f64>>], &(dyn Fn(usize) -> f64 + Sync)),
+        origin: &str,
+    ) -> Result<(Vec<Option<f64>>, Vec<Option<Maker>>)> {
+        let field = self.cut_along(path, axes, |k| course[k], origin)?;
+        let largest = course.iter().flatten().fold(0.0, |most: f64, own| most.max(own.norm()));
+        let reach_mm = REACH * largest + LEAST_REACH_MM;
+        let is_known = |k: usize| course[k].is_some() && (k == 0 || course[k - 1].is_some());
+        let of = |patch: &Patch| {
+            let is_looked_at = match patch.tag {
+                Some(EARLIER) => true,
+                Some(tag) => is_known(tag as usize),
+                // The sides of the stock stay, and are not all on its surface here.
+                None => patch.normal.z > 0.0,
+            };
+            if !is_looked_at {
+                return (None, None);
+            }
+            let deviation = field.deviation(&patch.position, &patch.normal, reach_mm);
+            let own = patch.tag.filter(|tag| *tag != EARLIER);
+            let maker = field.made_by(&deviation).or(own).filter(|tag| *tag != EARLIER);
+            let beyond = |tag: u32| factor(tag as usize) * beyond_aimed(path, tag as usize, axes, patch);
+            let beyond = own.map_or(0.0, beyond);
+            let normal = deviation.normal;
+            (Some(deviation.mm + beyond), maker.map(|point| Maker { point, normal }))
+        };
+        Ok(patches.par_iter().map(of).unzip())
     }
 
     /// Returns the rectangle of the plan about what `path` cuts, how large patches may be there, mm, and whether that is coarse for its smallest tool.
@@ -143,7 +174,7 @@ impl StockRemoval {
 }
 
 /// Returns how much farther than the bend that the program aims at the tool bends along the normal of a wall where its move `tag` makes it, mm.
-fn beyond_aimed(path: &Toolpath, tag: usize, axes: &Matrix3<f64>, patch: &Patch) -> f64 {
+pub(crate) fn beyond_aimed(path: &Toolpath, tag: usize, axes: &Matrix3<f64>, patch: &Patch) -> f64 {
     let bend = path.engagements().get(tag).and_then(|own| own.bend.as_ref());
     let Some(bend) = bend.filter(|_| patch.normal.z == 0.0) else { return 0.0 };
     let tip = (axes * path.points()[tag].position_mm).z;

@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -22,7 +23,7 @@ use crate::{
     machine::Machine,
     process::{
         Placement,
-        uncertainty::{DrawnForceAt, Draws, ForceFactors, Response, ToolOnWorkpiece, Uncertainty},
+        uncertainty::{DrawnForceAt, Draws, ForceFactors, Response, Surrogate, ToolOnWorkpiece, Uncertainty},
     },
     spatial::Pose,
     statics::Batch,
@@ -137,7 +138,7 @@ struct SpreadBlock {
 
 /// How a point is commanded.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Command {
+pub(crate) enum Command {
     Plain,
     Compensated,
 }
@@ -196,6 +197,27 @@ pub(crate) struct SpreadPart<'a> {
     pub track: &'a TrackBlocks<'a>,
     /// Compensated poses of P as a program commands them at each point; those of the nominal machine if `None`.
     pub written: Option<&'a [Pose]>,
+}
+
+#[cfg(all(feature = "report", not(target_family = "wasm")))]
+impl SpreadPart<'_> {
+    /// Returns what `take` makes of the part with these of its points alone.
+    pub fn with_only<T>(&self, nominal: &Machine, points: &[usize], take: impl FnOnce(&SpreadPart<'_>) -> T) -> T {
+        let tasks: Vec<TaskPoint> = points.iter().map(|k| self.tasks[*k].clone()).collect();
+        let forces: Vec<DrawnForceAt> = points.iter().filter_map(|k| self.forces.get(*k).copied()).collect();
+        let written = self.written.map(|poses| points.iter().map(|k| poses[*k]).collect::<Vec<_>>());
+        let block = along_path::BLOCK;
+        let track = |k: &usize| self.track.block(k - k % block)[k % block].clone();
+        let tracks: Vec<Vec<TrackPoint>> = points.chunks(block).map(|own| own.iter().map(track).collect()).collect();
+        let track = TrackBlocks::of(nominal, &tasks, tracks);
+        take(&SpreadPart {
+            first: self.first,
+            tasks: &tasks,
+            forces: &forces,
+            track: &track,
+            written: written.as_deref(),
+        })
+    }
 }
 
 /// Hands each part of a path to a function, in order.
@@ -295,6 +317,57 @@ impl SpreadPath<'_> {
             Ok(())
         })?;
         Ok(IfMeasured::worth_most(all))
+    }
+
+    #[cfg(all(feature = "report", not(target_family = "wasm")))]
+    /// Returns how far the tool is in each draw from where it is with nominal numbers under the same command, at the `points` of `part`; `None` where one of the displacements
+    /// is missing that tell it.
+    ///
+    /// # Errors
+    /// Of `work`.
+    pub fn surrogates(
+        &self,
+        part: &SpreadPart<'_>,
+        (points, command): (&Range<usize>, Command),
+        work: &Work,
+    ) -> Result<Vec<Option<Surrogate>>> {
+        let block = Block::new(self, part, points, work);
+        let of = |(k, solved): (usize, Option<Solved>)| {
+            let responses = solved?.responses.ok()?;
+            let nominal = responses.get(1)?.nominal;
+            Some(self.drawn.surrogate(&responses, block.force_at(k).tool).shifted(-nominal))
+        };
+        Ok(block.responses(&block.commanded(command)?)?.into_iter().enumerate().map(of).collect())
+    }
+
+    #[cfg(all(feature = "report", not(target_family = "wasm")))]
+    /// Returns how far the tool is from the path at each of its points in the draw `index` with its `machines`, by the engine (O axes, mm); `None` where it has no
+    /// equilibrium.
+    ///
+    /// # Errors
+    /// Of `work` and of the parts of the path.
+    pub fn errors_along(
+        &self,
+        each_part: &EachPart<'_>,
+        (index, machines): (usize, &Machines),
+        command: Command,
+        work: &Work,
+    ) -> Result<Vec<Option<Vector3<f64>>>> {
+        let mut all = Vec::new();
+        each_part(&mut |part| {
+            let starts: Vec<usize> = (0..part.tasks.len()).step_by(along_path::BLOCK).collect();
+            let of = |start: &usize| {
+                let points = *start..part.tasks.len().min(start + along_path::BLOCK);
+                let block = Block::new(self, part, &points, work);
+                let tasks = self.drawn.under_draw(index, block.tasks, block.forces);
+                let commanded = block.commanded(command)?;
+                block.displacements((index, machines), tasks, &commanded.of(0..points.len()))
+            };
+            let found = starts.par_iter().map(of).collect::<Result<Vec<_>>>()?;
+            all.extend(found.into_iter().flatten().map(std::result::Result::ok));
+            Ok(())
+        })?;
+        Ok(all)
     }
 
     /// Largest distance from the path over all its points in a draw with its machines, mm, or why there is none.
@@ -475,6 +548,11 @@ impl<'a> Block<'a> {
         self.forces.get(k).copied().unwrap_or_default()
     }
 
+    /// By how much the tool itself bends more at point `k` under `factor` times the cutting force than its commands are aside for (O axes, mm).
+    fn more_bend(&self, k: usize, factor: f64) -> Vector3<f64> {
+        (1.0 - factor) * self.tasks[k].aside
+    }
+
     /// Solves `commands` with `machines` under the cutting force times `factor`.
     fn solve(&self, machines: &Machines, factor: f64, commands: &Commands<'_>) -> Result<Vec<PathPointResult>> {
         self.solve_under(machines, ForceFactors::of_all(factor), commands)
@@ -543,14 +621,16 @@ impl<'a> Block<'a> {
         let begin = |(k, ((unloaded, loaded), is_known)): (usize, ((&PathPointResult, &PathPointResult), &bool))| {
             let response = |elastic| self.with_setup(k, response(elastic + seated[k]));
             let loaded = loaded.elastic_error().filter(|_| *is_known)?;
-            let free = unloaded.elastic_error().ok_or_else(|| self.failure(unloaded, "without cutting force"));
+            let unbent = self.more_bend(k, 0.0);
+            let free = unloaded.elastic_error().map(|error| error + unbent);
+            let free = free.ok_or_else(|| self.failure(unloaded, "without cutting force"));
             let twice = twice.iter().map(|all| {
                 let words = "with a component of the cutting force twice as large";
                 all[k].elastic_error().ok_or_else(|| self.failure(&all[k], words))
             });
             let errors = [free, Ok(loaded)].into_iter().chain(twice);
             let responses = errors.map(|error| error.map(response)).collect();
-            Some(Solved { unloaded: unloaded.solved_error(), responses })
+            Some(Solved { unloaded: unloaded.solved_error().map(|error| error + unbent), responses })
         };
         let mut points: Vec<Option<Solved>> =
             unloaded.iter().zip(loaded).zip(&commanded.is_known).enumerate().map(begin).collect();
@@ -559,10 +639,13 @@ impl<'a> Block<'a> {
                 let Some(machines) = machines else { continue };
                 for (load, factors) in loads.iter().enumerate() {
                     let answers = self.solve_under(machines, *factors, &commands)?;
-                    for ((point, answer), seated) in points.iter_mut().zip(answers).zip(&seated) {
+                    for (k, (point, answer)) in points.iter_mut().zip(answers).enumerate() {
                         let Some(Solved { responses, .. }) = point else { continue };
                         match (answer.elastic_error(), responses.as_mut()) {
-                            (Some(error), Ok(responses)) => responses[load].ends[own][end] = Some(error + seated),
+                            (Some(error), Ok(responses)) => {
+                                let error = error + seated[k] + self.more_bend(k, factors.all);
+                                responses[load].ends[own][end] = Some(error);
+                            }
                             (None, Ok(_)) => *responses = Err(self.failure(&answer, &drawn.end_words(own, end))),
                             (_, Err(_)) => {}
                         }
@@ -602,20 +685,33 @@ impl<'a> Block<'a> {
     /// Distances from the path at each point in the draw `index` on its machines and with these `tasks`, under its force, mm, or why there is none.
     fn sizes(
         &self,
-        (index, machines): (usize, &Machines),
+        draw: (usize, &Machines),
         tasks: Vec<TaskPoint>,
         commands: &Commands<'_>,
     ) -> Result<Vec<std::result::Result<f64, Failure>>> {
+        let all = self.displacements(draw, tasks, commands)?;
+        Ok(all.into_iter().map(|own| own.map(|own| own.norm())).collect())
+    }
+
+    /// As [`Self::sizes`], the displacements from the path, O axes.
+    fn displacements(
+        &self,
+        (index, machines): (usize, &Machines),
+        tasks: Vec<TaskPoint>,
+        commands: &Commands<'_>,
+    ) -> Result<Vec<std::result::Result<Vector3<f64>, Failure>>> {
         let loaded = self.solve_tasks(machines, tasks, commands)?;
         let free = if self.path.drawn.has_model_error() { self.solve(machines, 0.0, commands)? } else { Vec::new() };
         let error = |answer: &PathPointResult| answer.elastic_error().ok_or_else(|| self.failure(answer, ""));
-        let size = |(k, answer): (usize, &PathPointResult)| {
-            let (free, loaded) = (free.get(k).map(error).transpose()?, error(answer)?);
+        let displacement = |(k, answer): (usize, &PathPointResult)| {
+            let factor = self.path.drawn.uncertainty.draws.factors(self.force_at(k).tool, index).all;
+            let free = free.get(k).map(error).transpose()?.map(|free| free + self.more_bend(k, 0.0));
+            let loaded = error(answer)? + self.more_bend(k, factor);
             let moved = |tool| self.path.drawn.uncertainty.setup_displacement(index, tool);
             let moved = self.tools.get(k).map_or_else(Vector3::zeros, moved);
-            Ok((self.path.drawn.real_displacement(index, free, loaded) + answer.seated() + moved).norm())
+            Ok(self.path.drawn.real_displacement(index, free, loaded) + answer.seated() + moved)
         };
-        Ok(loaded.iter().enumerate().map(size).collect())
+        Ok(loaded.iter().enumerate().map(displacement).collect())
     }
 
     /// Distributions at `points` from `first` on, with their sizes in the draws, and `audits` draws chosen at random at each.

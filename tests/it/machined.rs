@@ -25,12 +25,42 @@ fn process(tool: &str) -> String {
     )
 }
 
+/// Three slides in series, each with its stiffness.
+const MILL: &str = r#"
+schema = 1
+name = "mill"
+title = "a Cartesian mill"
+[platform]
+tool_tip_mm = [0.0, 0.0, 0.0]
+tool_axis = [0.0, 0.0, -1.0]
+controls = ["x", "y", "z"]
+[home]
+position_mm = [0.0, 0.0, 0.0]
+[workspace]
+min_mm = [-1000.0, -1000.0, -1000.0]
+max_mm = [1000.0, 1000.0, 1000.0]
+[[chain]]
+name = "mill"
+elements = [
+  { prismatic_drive = { name = "X", axis = "x", stiffness_N_per_mm = 1000.0, home_mm = 0.0 } },
+  { prismatic_drive = { name = "Y", axis = "y", stiffness_N_per_mm = 2000.0, home_mm = 0.0 } },
+  { prismatic_drive = { name = "Z", axis = "z", stiffness_N_per_mm = 4000.0, home_mm = 0.0 } },
+]
+[[mount]]
+name = "mill"
+chain = "mill"
+"#;
+
 /// Compensates the program into a folder and returns its report and its table of points.
 fn compensated(process: &str, program: &str) -> (Value, Vec<Vec<String>>, Vec<u8>) {
+    compensated_on("orthoglide", process, program)
+}
+
+fn compensated_on(machine: &str, process: &str, program: &str) -> (Value, Vec<Vec<String>>, Vec<u8>) {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out.nc");
     let files = ProgramFiles::prepare(&out, Foreign::Kept).unwrap();
-    let job = job("orthoglide", process, ("part.nc", program));
+    let job = job(machine, process, ("part.nc", program));
     let work = Work::default();
     match compensate_into(job, &Asked::by(Method::Direct), &files, "part.nc", &work).unwrap() {
         ProgramOutcome::Written(_) => (),
@@ -83,6 +113,67 @@ fn the_wall_of_a_straight_pass_is_off_as_the_tool_is() {
     assert_eq!(count("element vertex"), 4 * count("element face"));
     let body = ply.len() - header.len() - "end_header\n".len();
     assert_eq!(body, count("element vertex") * 25 + count("element face") * 17);
+}
+
+/// A shoulder on the side of the part at smaller y, milled down from above, so that the tool is pushed off its wall. Each draw multiplies the force: so it does the distance of the wall without compensation, and as written what
+/// is left of the force beyond the nominal one. The same where the tool bends as well; and the stock that is cut again says so.
+#[test]
+fn the_distribution_of_a_wall_is_that_of_the_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = folder.path().join("mill.toml");
+    std::fs::write(&machine, MILL).unwrap();
+    let program = "G21 G90\nS8000 M3\nG0 X-30 Y0 Z20\nG0 Z-5\nG1 X30 F2400\nG0 Z20\n";
+    let process = |tool: &str, tolerance: f64| {
+        format!(
+            "tolerance_mm = {tolerance}\n[gcode]\nwrite_tolerance_mm = 0.0\n[force.end_milling]\nmaterial = \"Al 7075-T6\"\n[stock]\n\
+             box = {{ min_mm = [-20.0, -30.0, -15.0], max_mm = [20.0, -2.5, 0.0] }}\n[tools.1]\ndiameter_mm = 10.0\nteeth = 4\n{tool}\n\
+             [uncertainty.process]\nforce_relative_std = 0.15\n[uncertainty.model]\nrelative_std = 0.0\n"
+        )
+    };
+    // Logarithm of a factor whose standard deviation is 0.15 of its median.
+    let std = (0.5 * (1.0 + (1.0 + 4.0 * 0.15f64 * 0.15).sqrt())).ln().sqrt();
+    let factor = |z: f64| (z * std).exp();
+    let (low, high) = (factor(-1.644_854), factor(1.644_854));
+    for tool in ["", BENDS] {
+        let (report, ..) = compensated_on(machine.to_str().unwrap(), &process(tool, 0.05), program);
+        let of = |side: &str, keys: &[&str]| {
+            keys.iter().fold(&report["machined_surface"][side], |own, key| &own[*key]).as_f64().unwrap()
+        };
+        let nominal = of("without_compensation", &["most_left", "mm"]);
+        assert!(nominal > 0.02 && of("without_compensation", &["most_missing", "mm"]) < 0.5 * nominal, "{report}");
+        let p95 = of("without_compensation", &["distribution", "most_left_p95_mm"]);
+        assert!((p95 / (high * nominal) - 1.0).abs() < 0.01, "{tool}: {p95} {nominal}");
+        let [left, missing] =
+            ["most_left", "most_missing"].map(|own| of("as_written", &["distribution", &format!("{own}_p95_mm")]));
+        let spread = [("most_left", left, high - 1.0), ("most_missing", missing, 1.0 - low)];
+        for (what, found, share) in spread {
+            // Where the tool bends, the heights of the wall are not all at the mean that the program aims at.
+            let beside = of("as_written", &[what, "mm"]);
+            let wanted = share * nominal;
+            assert!((found - wanted).abs() < 0.02 * wanted + beside, "{tool} {what}: {found} {wanted} {beside}");
+        }
+        for side in ["without_compensation", "as_written"] {
+            let all = report["machined_surface"][side]["distribution"]["cut_again"].as_array().unwrap();
+            assert_eq!(all.len(), 4);
+            for own in all {
+                for what in [0, 1] {
+                    let [estimated, cut] = ["estimated_mm", "cut_mm"].map(|key| own[key][what].as_f64().unwrap());
+                    assert!((cut - estimated).abs() < 0.01 * nominal, "{tool} {side}: {own}");
+                }
+            }
+        }
+    }
+    // How probable it is that the wall is within a tolerance, and that its line takes too much.
+    let (nominal, tolerance) = (compensated_on(machine.to_str().unwrap(), &process("", 0.05), program).0, 0.012);
+    let nominal = nominal["machined_surface"]["without_compensation"]["most_left"]["mm"].as_f64().unwrap();
+    let (report, ..) = compensated_on(machine.to_str().unwrap(), &process("", tolerance), program);
+    let written = &report["machined_surface"]["as_written"]["distribution"];
+    let below = |share: f64| kinetostat::process::uncertainty::normal_cdf(share.ln() / std);
+    let gouged = below(1.0 - tolerance / nominal);
+    let within = below(1.0 + tolerance / nominal) - gouged;
+    assert!((written["within_tolerance_probability"].as_f64().unwrap() - within).abs() < 0.02, "{within}: {written}");
+    let line = &written["gouge_probabilities"][0];
+    assert!((line["probability"].as_f64().unwrap() - gouged).abs() < 0.02 && line["line"] == 5, "{gouged}: {line}");
 }
 
 /// Errors of the tool without compensation where it cuts, W axes (those of the base), mm: solved for each point by itself.

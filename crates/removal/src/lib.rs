@@ -43,7 +43,7 @@ pub use cutter::Cutter;
 pub use engagement::{Arc, Engagement, Milling, Slice, Slicing, Spindle};
 pub use error::RemovalError;
 pub use field::Field;
-pub use patches::Patch;
+pub use patches::{Deviation, Patch};
 pub use stock::Stock;
 pub use surface::SurfacePoint;
 pub use volume::Volumes;

@@ -27,13 +27,24 @@ impl Patch {
     }
 }
 
+/// How far a surface is beyond a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deviation {
+    /// Distance, mm: positive where material is left, negative where it is missing.
+    pub mm: f64,
+    /// The point of the surface.
+    pub position: Vector3<f64>,
+    /// Direction out of the material in which it was found: if the surface moves along it, the distance grows by as much. Zero where none was found.
+    pub normal: Vector3<f64>,
+}
+
 /// Neighbouring cells have a wall between them if their heights differ by more than this, mm, and most of it at one place.
 const LEAST_WALL: f64 = 1e-3;
 /// Bisections that find whether it does.
 const JUMP: usize = 12;
 /// Bisections of the way between two cells, or of a step along a normal.
 const BISECTIONS: usize = 36;
-/// How far below a surface it is looked for across its normal, mm.
+/// How far off a surface it is looked for across its normal, and what made it, mm.
 const BELOW_MM: f64 = 1e-5;
 /// Steps along a normal, to either side.
 const STEPS: u32 = 8;
@@ -89,10 +100,10 @@ impl Field {
         Ok(patches)
     }
 
-    /// Returns how far the surface is beyond `position` along `normal`, at most `reach_mm`, mm: positive where material is left, negative where it is missing. Where a wall now
-    /// stands over the point, or is gone from it, that is how far across the normal, in eight directions; where no surface is found, `reach_mm`.
+    /// Returns how far the surface is beyond `position` along `normal`, at most `reach_mm`. Where a wall now stands over the point, or is gone from it, that is how far across the
+    /// normal, in eight directions; where no surface is found, `reach_mm`.
     #[must_use]
-    pub fn deviation(&self, position: &Vector3<f64>, normal: &Vector3<f64>, reach_mm: f64) -> f64 {
+    pub fn deviation(&self, position: &Vector3<f64>, normal: &Vector3<f64>, reach_mm: f64) -> Deviation {
         let mut spans = Vec::new();
         let is_left = self.is_material(position, &mut spans);
         let sign = if is_left { 1.0 } else { -1.0 };
@@ -107,8 +118,13 @@ impl Field {
             }
             Some(0.5 * (near + far))
         };
+        let found = |along: f64, from: &Vector3<f64>, direction: &Vector3<f64>| Deviation {
+            mm: sign * along,
+            position: from + along * direction,
+            normal: sign * direction,
+        };
         if let Some(along) = distance(position, &(sign * normal)) {
-            return sign * along;
+            return found(along, position, &(sign * normal));
         }
         let axis = if normal.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
         let across = normal.cross(&axis).normalize();
@@ -117,9 +133,23 @@ impl Field {
             let (sine, cosine) = libm::sincos(f64::from(eighth) * std::f64::consts::FRAC_PI_4);
             cosine * across + sine * aside
         });
-        // On the surface itself nothing is within it.
+        // On the surface itself nothing is within it; where the floor beside the wall has moved along the normal as well, the wall is found beyond that.
         let below = position - if is_left { 0.0 } else { BELOW_MM } * normal;
-        sign * directions.filter_map(|own| distance(&below, &own)).min_by(f64::total_cmp).unwrap_or(reach_mm)
+        let beyond = position + sign * reach_mm * normal;
+        let ways = directions.flat_map(|own| [(below, own), (beyond, own)]);
+        let all = ways.filter_map(|(from, own)| Some((distance(&from, &own)?, from, own)));
+        match all.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((along, from, direction)) => found(along, &from, &direction),
+            None => Deviation { normal: Vector3::zeros(), ..found(reach_mm, position, &(sign * normal)) },
+        }
+    }
+
+    /// Returns the tag of the move that made the surface at a deviation; `None` on the skin of the stock.
+    #[must_use]
+    pub fn made_by(&self, surface: &Deviation) -> Option<u32> {
+        let cut = surface.position + BELOW_MM * surface.normal;
+        let floor = self.floor(cut.xy());
+        (floor.number != NONE && floor.height <= cut.z).then(|| self.moves[floor.number as usize].tag)
     }
 
     fn is_material(&self, p: &Vector3<f64>, spans: &mut Vec<[f64; 2]>) -> bool {

@@ -1,6 +1,6 @@
 //! The machined surface in patches, and how far that of displaced moves is from it, against closed forms.
 
-use kinetostat_removal::{Cutter, Field, Stock};
+use kinetostat_removal::{Cutter, Field, Patch, Stock};
 use nalgebra::{Vector2, Vector3};
 
 const D: f64 = 10.0;
@@ -51,7 +51,7 @@ fn a_displaced_slot_is_off_by_the_shift_along_its_normals() {
             if own.position.x.abs() > 29.0 || own.position.y.abs() > 19.0 {
                 continue;
             }
-            let off = moved.deviation(&own.position, &own.normal, 0.5);
+            let off = moved.deviation(&own.position, &own.normal, 0.5).mm;
             assert!((off - shift.dot(&own.normal)).abs() < 1e-5, "{angle}: {off} at {own:?}");
         }
         assert!(floors > 1000 && walls > 100, "{floors} {walls}");
@@ -95,7 +95,7 @@ fn a_ball_shows_the_shift_along_the_normals_of_its_groove() {
         let radial: Vector3<f64> = from - along * along.dot(&from);
         assert!((radial.norm() - 5.0).abs() < 1e-5, "{own:?}");
         assert!((own.normal + radial / 5.0).norm() < 1e-4, "{own:?} {radial}");
-        let off = moved.deviation(&own.position, &own.normal, 0.3);
+        let off = moved.deviation(&own.position, &own.normal, 0.3).mm;
         // A cylinder displaced across its axis.
         let across = shift - along * along.dot(&shift);
         let exact = {
@@ -115,6 +115,25 @@ fn a_ball_shows_the_shift_along_the_normals_of_its_groove() {
 fn n_far(n: &Vector3<f64>, r: &Vector3<f64>) -> f64 {
     let b = n.dot(r);
     -(-b + (b * b - r.norm_squared() + 25.0).sqrt())
+}
+
+/// Where a wall stands over the floor and the floor is higher as well, what is left there is how far it is to the wall.
+#[test]
+fn a_wall_over_a_raised_floor_is_as_far_as_it_is() {
+    let cutter = Cutter::flat(D).unwrap();
+    let points = [Vector3::new(-60.0, 0.0, -4.0), Vector3::new(60.0, 0.0, -4.0)];
+    for up in [-0.05, 0.0, 0.05] {
+        let moved = cut(block(), &cutter, &points, Vector3::new(0.0, 0.2, up));
+        let patches = cut(block(), &cutter, &points, Vector3::zeros()).patches(EVERYWHERE, 0.07).unwrap();
+        let under = |own: &&Patch| own.normal.z == 1.0 && own.tag.is_some() && own.position.y < -4.81;
+        let mut count = 0;
+        for own in patches.iter().filter(under).filter(|own| own.position.x.abs() < 29.0) {
+            let off = moved.deviation(&own.position, &own.normal, 0.4).mm;
+            assert!((off - (-4.8 - own.position.y)).abs() < 1e-5, "{up}: {off} at {own:?}");
+            count += 1;
+        }
+        assert!(count > 500, "{count}");
+    }
 }
 
 /// A roughing pass that bends into the wall leaves a gouge that the finishing pass does not take away.
@@ -140,7 +159,7 @@ fn a_gouge_of_an_earlier_pass_stays() {
             .unwrap()
             .iter()
             .filter(|own| own.tag.is_some() && own.normal.z == 0.0 && own.position.x.abs() < 29.0)
-            .map(|own| field.deviation(&own.position, &own.normal, 0.6))
+            .map(|own| field.deviation(&own.position, &own.normal, 0.6).mm)
             .collect();
         assert!(walls.len() > 100);
         for own in walls {
@@ -157,7 +176,7 @@ fn the_top_beside_a_wall_is_missing_by_as_much() {
     let moved = cut(block(), &cutter, &points, Vector3::new(0.0, 0.2, 0.0));
     let (mut count, top) = (0, cut(block(), &cutter, &points, Vector3::zeros()).patches(EVERYWHERE, 0.13).unwrap());
     for own in top.iter().filter(|own| own.tag.is_none() && own.normal.z > 0.0) {
-        let off = moved.deviation(&own.position, &own.normal, 0.3);
+        let off = moved.deviation(&own.position, &own.normal, 0.3).mm;
         let inside = (8.2 - own.position.y).clamp(0.0, 0.2);
         assert!((off + if own.position.y > 0.0 { inside } else { 0.0 }).abs() < 2e-4, "{off} {inside} {own:?}");
         count += usize::from(inside > 0.0 && own.position.y > 0.0);
@@ -180,7 +199,7 @@ fn low_walls_and_lost_ribs_are_seen() {
         let area: f64 = walls.iter().map(|own| own.area_mm2()).sum();
         assert!((area - 2.0 * 60.0 * depth).abs() < 1e-6 * 60.0, "{depth}: {area}");
         for own in walls {
-            let off = moved.deviation(&own.position, &own.normal, 0.11);
+            let off = moved.deviation(&own.position, &own.normal, 0.11).mm;
             assert!((off - 0.1 * own.normal.y).abs() < 1e-5, "{off} {own:?}");
         }
     }
@@ -203,6 +222,6 @@ fn low_walls_and_lost_ribs_are_seen() {
         .collect();
     assert!(tops.len() > 1000);
     for own in tops {
-        assert!(moved.deviation(&own.position, &own.normal, 0.21) <= -0.1, "{own:?}");
+        assert!(moved.deviation(&own.position, &own.normal, 0.21).mm <= -0.1, "{own:?}");
     }
 }

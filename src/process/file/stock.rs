@@ -135,11 +135,6 @@ pub(super) fn stock(
             return check.fail("is no tool: expected the number of a tool, as after T in a program".into());
         };
         let stick_out = stick_out(spec, &check)?;
-        if stick_out.is_some() && process.uncertainty.is_some() {
-            let problem =
-                "is given where inputs are uncertain: the bend of a tool is not varied with them, expected one of both";
-            return check.key("stick_out_mm").fail(problem.into());
-        }
         if by_number.insert(number, (tool(number, spec, &check)?, stick_out)).is_some() {
             return check.fail(format!("is tool {number} again"));
         }

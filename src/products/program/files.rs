@@ -96,7 +96,7 @@ pub fn compensate_into(
     let UnfinishedFiles { made, points, findings } = under_way.map_or_else(|| UnfinishedFiles::new(&job, files), Ok)?;
     let (mut points, rows) = points.finish()?;
     let mut findings = findings;
-    findings.find_machined(&job, name)?;
+    findings.find_machined(&job, (&proved.written, name), work)?;
     points.extend(findings.part_file(&job, files.file_named(PART)));
     let report = Report { job: &job, name, proved: &proved, findings: &findings };
     let (headline, figures) = (report::headline(&report), report::figures(&report));

@@ -10,6 +10,8 @@ mod part;
 mod prove;
 #[cfg(feature = "report")]
 pub mod report;
+#[cfg(feature = "report")]
+mod surface;
 #[cfg(not(target_family = "wasm"))]
 mod turned;
 

@@ -78,20 +78,8 @@ impl ProgramJob {
         let (mut written_tracked, mut tracked_before) = (self.tracker(), None);
         let done = &|| work.tell(Event::Computed(1));
         let drawn = DrawnMachines::new(self.uncertainty.as_ref(), &machines, &self.process.errors)?;
-        let (counts, tolerance_mm) = (|k: usize| self.is_counted(k), self.process.tolerance_mm);
-        let path = |drawn| SpreadPath {
-            machines: &machines,
-            drawn,
-            placement: self.process.placement,
-            tolerance_mm,
-            margin_mm: written.rounded_mm,
-            audits: 1,
-            counts: &counts,
-            by_drive: true,
-            compensates: true,
-            play: true,
-        };
-        let uncertain = drawn.as_ref().map(path);
+        let counts = |k: usize| self.is_counted(k);
+        let uncertain = drawn.as_ref().map(|drawn| self.spread_path((&machines, drawn), &counts, written));
         let (mut largest, mut reversals) = (LargestBoth::default(), Reversals::default());
         for part in self.parts() {
             let part = part?;
@@ -142,20 +130,48 @@ impl ProgramJob {
         sums.push(as_written);
         let names = methods.iter().map(|method| method.label()).chain([name]);
         let passes = names.zip(&sums).map(|(name, sums)| Pass { name, summary: sums.summary() }).collect();
-        let each_part = |take: &mut dyn FnMut(&SpreadPart<'_>) -> Result<()>| {
-            let (mut before, mut tracked) = (None, self.tracker());
-            for part in self.parts() {
-                let part = part?;
-                let track = self.track(&part, &mut before).into_owned();
-                let track = TrackBlocks::of(&self.machine, part.tasks(), track);
-                let poses = commanded_poses(&part, &mut tracked, &written.sent);
-                take(&part.to_spread(&track, &poses))?;
-            }
-            Ok(())
-        };
+        let each_part = |take: &mut dyn FnMut(&SpreadPart<'_>) -> Result<()>| self.each_part(written, take);
         let largest_along = |path| spread_along::whole(&[(path, &each_part)], &largest, work);
         let spread = uncertain.as_ref().map(largest_along).transpose()?;
         Ok(Proof { passes, without_force: absent, spread: spread.flatten() })
+    }
+
+    /// Returns the path of the program as `written`, whose spread is wanted on the drawn machines over the points that count.
+    pub(super) fn spread_path<'a>(
+        &'a self,
+        (machines, drawn): (&'a Machines, &'a DrawnMachines),
+        counts: &'a (dyn Fn(usize) -> bool + Sync),
+        written: &ProgramAsWritten,
+    ) -> SpreadPath<'a> {
+        SpreadPath {
+            machines,
+            drawn,
+            placement: self.process.placement,
+            tolerance_mm: self.process.tolerance_mm,
+            margin_mm: written.rounded_mm,
+            audits: 1,
+            counts,
+            by_drive: true,
+            compensates: true,
+            play: true,
+        }
+    }
+
+    /// Hands each part of the program with the poses that it commands as `written` to `take`, in order.
+    pub(super) fn each_part(
+        &self,
+        written: &ProgramAsWritten,
+        take: &mut dyn FnMut(&SpreadPart<'_>) -> Result<()>,
+    ) -> Result<()> {
+        let (mut before, mut tracked) = (None, self.tracker());
+        for part in self.parts() {
+            let part = part?;
+            let track = self.track(&part, &mut before).into_owned();
+            let track = TrackBlocks::of(&self.machine, part.tasks(), track);
+            let poses = commanded_poses(&part, &mut tracked, &written.sent);
+            take(&part.to_spread(&track, &poses))?;
+        }
+        Ok(())
     }
 
     /// Adds the part's `errors` where the force is absent (base axes, mm; `None` without equilibrium) to the largest one found.

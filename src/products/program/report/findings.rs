@@ -12,12 +12,13 @@ use crate::{
     files::{OutputFile, table::largest_position},
     input::error::Result,
     machine::Machine,
-    products::program::{ProgramJob, ProvedPart},
+    products::program::{ProgramAsWritten, ProgramJob, ProvedPart},
     questions::{
         path::report::{Curve, cutting_force::ForceCurves, drawn_indices},
         spread_report::SpreadCounts,
     },
     simulation::{BySource, Source, along_path::PathPointResult},
+    work::Work,
 };
 
 /// The counted point with the largest error without compensation.
@@ -114,13 +115,18 @@ impl Findings {
         })
     }
 
-    /// Computes the surface that is left, where the program called `name` cuts stock; all points were added.
+    /// Computes the surface that is left, where the program as `written`, called `name`, cuts stock; all points were added.
     ///
     /// # Errors
-    /// A field of removal too large.
-    pub fn find_machined(&mut self, job: &ProgramJob, name: &str) -> Result<()> {
+    /// A field of removal too large; of `work`.
+    pub fn find_machined(
+        &mut self,
+        job: &ProgramJob,
+        (written, name): (&ProgramAsWritten, &str),
+        work: &Work,
+    ) -> Result<()> {
         if let Some(courses) = self.courses.take() {
-            self.machined = courses.surface(job, name)?;
+            self.machined = courses.surface(job, (written, name), work)?;
         }
         Ok(())
     }

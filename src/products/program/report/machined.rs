@@ -6,18 +6,22 @@ use kinetostat_removal::Patch;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 
-use super::Report;
+use super::{Report, findings::LINES};
 use crate::{
     figures::{FaceValue, Figure, LineFigure, LineSeries, PartFigure},
     files::{
         OutputFile,
-        words::{millimetres, percent},
+        words::{millimetres, percent, probability},
     },
     input::error::Result,
     page::{PartView, Section, SmallTable},
-    process::machined::MachinedSurface,
-    products::program::{ProgramJob, ProvedPart},
+    process::{machined::MachinedSurface, uncertainty::Draws},
+    products::program::{
+        ProgramAsWritten, ProgramJob, ProvedPart,
+        surface::{Recut, SurfaceSpread},
+    },
     simulation::{Source, along_path::PathPointResult},
+    work::Work,
 };
 
 /// Errors of the tool along a program that cuts stock (W, mm), without compensation and as written; `None` without equilibrium.
@@ -43,15 +47,21 @@ impl Courses {
         self.errors[1].extend(proved.written.iter().map(|answer| turned(&PathPointResult::solved_error(answer))));
     }
 
-    /// Returns the surface that is left.
+    /// Returns the surface that is left by the program as `written`, called `name`, and its distribution where inputs are uncertain.
     ///
     /// # Errors
-    /// As [`StockRemoval::machined`](crate::process::stock::StockRemoval).
-    pub fn surface(self, job: &ProgramJob, name: &str) -> Result<Option<Machined>> {
+    /// As [`StockRemoval::machined`](crate::process::stock::StockRemoval); of `work`.
+    pub fn surface(
+        self,
+        job: &ProgramJob,
+        (written, name): (&ProgramAsWritten, &str),
+        work: &Work,
+    ) -> Result<Option<Machined>> {
         let Some(stock) = &job.process.stock else { return Ok(None) };
         let surface = stock.machined(&job.path, (&job.machine, &job.process.placement), &self.errors, name)?;
         let sides = [0, 1].map(|course| Side::new(&surface, course, job.process.tolerance_mm));
-        Ok(Some(Machined { surface, errors: self.errors, sides }))
+        let spread = job.surface_spread(&surface, written, work)?;
+        Ok(Some(Machined { surface, errors: self.errors, sides, spread }))
     }
 }
 
@@ -63,6 +73,8 @@ pub(super) struct Machined {
     errors: [Vec<Option<Vector3<f64>>>; 2],
     /// Without compensation and as written.
     sides: [Side; 2],
+    /// Where inputs are uncertain.
+    spread: Option<SurfaceSpread>,
 }
 
 /// How far one surface is from the programmed one.
@@ -126,8 +138,9 @@ impl Machined {
             format!("up to {} is left and {} missing", of(side.left), of(side.missing))
         };
         let [before, after] = &self.sides;
-        let nominal = if job.uncertainty.is_some() { "With nominal numbers, on the part" } else { "On the part" };
-        let mut text = format!("{nominal} {} without compensation; {} as written.", words(before), words(after));
+        let nominal = if self.spread.is_some() { "With nominal numbers" } else { "On the part" };
+        let mut text = self.spread.as_ref().map_or_else(String::new, |own| uncertain_sentences(job, own));
+        text += &format!("{nominal}, {} without compensation; {} as written.", words(before), words(after));
         if let Some(tolerance) = job.process.tolerance_mm {
             let share = |side: &Side| percent(side.within / side.area.max(f64::MIN_POSITIVE));
             text += &format!(
@@ -149,57 +162,76 @@ impl Machined {
         text + "\n"
     }
 
-    /// Returns the place in the program whose move made a patch, in words.
-    fn place(&self, job: &ProgramJob, patch: usize) -> Option<String> {
-        self.surface.patches[patch].tag.map(|tag| job.place_words(tag as usize))
+    /// Returns the place in the program whose move made the surface at a patch on a course, in words.
+    fn place(&self, job: &ProgramJob, (patch, course): (usize, usize)) -> Option<String> {
+        self.surface.makers[course][patch].map(|maker| job.place_words(maker.point as usize))
     }
 
     /// Returns largest values and shares as JSON.
     pub fn json(&self, job: &ProgramJob) -> Value {
-        let side = |side: &Side| {
+        let line = |segment: usize| job.file.line_of(segment);
+        let side = |course: usize| {
+            let side = &self.sides[course];
             let of = |found: Option<(f64, usize)>| {
-                let patch = found.map(|own| &self.surface.patches[own.1]);
-                let position = patch.map(|patch| self.surface.axes.tr_mul(&patch.position));
+                let position = found.map(|own| self.surface.axes.tr_mul(&self.surface.patches[own.1].position));
+                let maker = found.and_then(|own| Some(self.surface.makers[course][own.1]?.point));
                 json!({
                     "mm": found.map_or(0.0, |own| own.0),
-                    "point": patch.and_then(|patch| patch.tag),
-                    "line": patch.and_then(|patch| job.file.line_of(job.path.points()[patch.tag? as usize].source.segment)),
+                    "point": maker,
+                    "line": maker.and_then(|own| line(job.path.points()[own as usize].source.segment)),
                     "position_mm": position.map(|own| [own.x, own.y, own.z]),
                 })
             };
-            json!({
+            let mut json = json!({
                 "most_left": of(side.left),
                 "most_missing": of(side.missing),
                 "area_mm2": side.area,
                 "area_within_tolerance_mm2": job.process.tolerance_mm.map(|_| side.within),
                 "area_unknown_mm2": side.unknown,
-            })
+            });
+            if let Some(spread) = &self.spread {
+                let own = &spread.courses[course];
+                let [left, missing] = own.most_p95_mm();
+                let gouge = |(segment, share): &(usize, f64)| json!({ "line": line(*segment), "probability": share });
+                let recut = |own: &Recut| json!({ "estimated_mm": own.estimated_mm, "cut_mm": own.cut_mm });
+                json["distribution"] = json!({
+                    "most_left_p95_mm": left,
+                    "most_missing_p95_mm": missing,
+                    "within_tolerance_probability": own.within.map(|own| own[0]),
+                    "nothing_missing_beyond_tolerance_probability": own.within.map(|own| own[1]),
+                    "gouge_probabilities": own.gouges.iter().map(gouge).collect::<Vec<_>>(),
+                    "cut_again": own.recuts.iter().map(recut).collect::<Vec<_>>(),
+                });
+            }
+            json
         };
-        let [before, after] = &self.sides;
-        json!({ "against": "programmed envelope", "without_compensation": side(before), "as_written": side(after) })
+        json!({ "against": "programmed envelope", "without_compensation": side(0), "as_written": side(1) })
     }
 
     /// Returns the section of the page on the part.
     pub fn section(&self, report: &Report<'_>) -> Section {
-        let row = |(name, side): (&str, &Side)| {
+        let row = |course: usize| {
+            let side = &self.sides[course];
             let of = |found: Option<(f64, usize)>| found.map_or_else(|| "–".into(), |own| millimetres(own.0, 4));
             let place = |found: Option<(f64, usize)>| {
-                found.and_then(|own| self.place(report.job, own.1)).unwrap_or_else(|| "–".into())
+                found.and_then(|own| self.place(report.job, (own.1, course))).unwrap_or_else(|| "–".into())
             };
-            vec![name.into(), of(side.left), place(side.left), of(side.missing), place(side.missing)]
+            vec![NAMES[course].into(), of(side.left), place(side.left), of(side.missing), place(side.missing)]
         };
         let table = SmallTable {
             caption: "Material left and missing on the machined surface, along its normal".into(),
             header: ["", "most left", "where", "most missing", "where"].map(String::from).into(),
-            rows: NAMES.into_iter().zip(&self.sides).map(row).collect(),
+            rows: [0, 1].map(row).into(),
         };
+        let uncertain = self.spread.iter().flat_map(|own| uncertain_tables(report.job, own));
         Section::new("What is left on the part?", "deviation of the machined surface from the programmed one")
             .text(&self.sentences(report.job))
             .text(
                 "The surface is that of the tool as it goes from point to point, so that what an earlier pass took away stays gone. Tilt of the tool, run-out and vibration are not in \
                  it, nor what should be cut through and is not; bending of the tool itself is where the process file says how it sticks out.\n",
             )
-            .small_tables([table])
+            .text(&self.spread.as_ref().map_or_else(String::new, recut_words))
+            .small_tables([table].into_iter().chain(uncertain))
             .explorers([VIEW])
             .figures(&[DEVIATIONS])
     }
@@ -255,7 +287,7 @@ impl Machined {
             corners_mm: [0, 1, 2]
                 .map(|axis| surface.patches.iter().flat_map(|patch| patch.corners.map(|own| own[axis])).collect()),
             made: surface.patches.iter().map(made).collect(),
-            courses: NAMES.iter().zip(&surface.deviations).map(|(name, own)| (name.to_string(), own.clone())).collect(),
+            courses: self.courses(),
             end_mm: self.end_mm(job),
             places: tags.iter().map(|tag| job.place_words(*tag as usize)).collect(),
             columns: vec![
@@ -266,6 +298,17 @@ impl Machined {
                 column("as written", "mm", &error(1)),
             ],
         }
+    }
+
+    /// Returns the surfaces that are shown, by name, with how far each patch is off.
+    fn courses(&self) -> Vec<(String, Vec<Option<f64>>)> {
+        let nominal = NAMES.iter().zip(&self.surface.deviations).map(|(name, own)| (name.to_string(), own.clone()));
+        let signed = |(deviation, p95): (&Option<f64>, &Option<f64>)| Some(p95.as_ref()?.copysign((*deviation)?));
+        let p95 = self.spread.iter().map(|own| {
+            let all = self.surface.deviations[1].iter().zip(&own.courses[1].p95_mm);
+            ("as written, with 95 % not farther off".to_string(), all.map(signed).collect())
+        });
+        nominal.chain(p95).collect()
     }
 
     /// Returns where the colours end, mm: at the tolerance, as what is out of it has the strongest, or at the largest deviation.
@@ -344,3 +387,73 @@ const VIEW: &str = "The machined part";
 const DEVIATIONS: &str = "deviations";
 /// Bins of the distribution.
 const BINS: usize = 40;
+
+/// Returns in sentences how sure it is what is left on the part.
+fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread) -> String {
+    let [before, after] =
+        spread.courses.each_ref().map(|own| own.most_p95_mm().map(|own| millimetres(own.max(0.0), 3)));
+    let mut text = format!(
+        "On the part as written, with 95 % probability at most {} is left anywhere, and at most {} missing ({} and {} without compensation).",
+        after[0], after[1], before[0], before[1]
+    );
+    let sure = |share: f64| probability(share, Draws::COUNT);
+    if let (Some(tolerance), [Some(before), Some(after)]) =
+        (job.process.tolerance_mm, spread.courses.each_ref().map(|own| own.within))
+    {
+        text += &format!(
+            " All of its surface is within {tolerance} mm with {} probability ({} without); nothing is missing by more with {}.",
+            sure(after[0]),
+            sure(before[0]),
+            sure(after[1])
+        );
+    }
+    if let [(segment, share), ..] = spread.courses[1].gouges[..]
+        && let Some(line) = job.file.line_name(segment)
+    {
+        text += &format!(" The likeliest to take too much is {line}: {}.", sure(share));
+    }
+    text += &match spread.most_beyond() {
+        Some((beyond, true)) => {
+            format!(
+                " That is an estimate: where the stock was cut again as in a draw, up to {} more was off.",
+                millimetres(beyond, 3)
+            )
+        }
+        None => {
+            " That is an estimate that could not be confirmed, as in a draw the machine has no equilibrium somewhere."
+                .into()
+        }
+        Some(_) => String::new(),
+    };
+    text + " "
+}
+
+/// Returns what the estimate of the surface rests on, in sentences.
+fn recut_words(spread: &SurfaceSpread) -> String {
+    let recuts = spread.courses.iter().flat_map(|own| &own.recuts).count();
+    let held = match spread.most_beyond() {
+        Some((beyond, _)) => {
+            format!("the largest distance from the programmed surface was at most {} larger", millimetres(beyond, 3))
+        }
+        None => "in one of them at least the machine has no equilibrium somewhere".into(),
+    };
+    format!(
+        "Distributions are estimates: each place of the nominal surface goes with the move that makes it. In {recuts} draws the stock was cut again, as the engine says that the tool \
+         goes: {held}.\n"
+    )
+}
+
+/// Returns the lines that may take more than the tolerance from the part, the likeliest first, as a table; none without such.
+fn uncertain_tables(job: &ProgramJob, spread: &SurfaceSpread) -> Option<SmallTable> {
+    let tolerance = job.process.tolerance_mm?;
+    let [before, after] = &spread.courses;
+    let row = |(segment, share): &(usize, f64)| {
+        let without = before.gouges.iter().find(|own| own.0 == *segment).map_or(0.0, |own| own.1);
+        let sure = |share: f64| probability(share, Draws::COUNT);
+        Some(vec![job.file.line_name(*segment)?, job.file.line_text(*segment)?, sure(*share), sure(without)])
+    };
+    let rows: Vec<_> = after.gouges.iter().filter_map(row).take(LINES).collect();
+    let header = ["line", "text", "as written", "without compensation"].map(String::from).into();
+    let caption = format!("Probability that a line takes more than {tolerance} mm too much from the part");
+    (!rows.is_empty()).then_some(SmallTable { caption, header, rows })
+}
