@@ -129,6 +129,8 @@ impl Side {
 const GOUGE_MM: f64 = 1e-3;
 /// Names of the courses.
 const NAMES: [&str; 2] = ["without compensation", "as written"];
+/// Name of the surface that is so far off as with 95 % probability it is not farther.
+const P95_NAME: &str = "as written, with 95 %";
 
 impl Machined {
     /// Returns in sentences what is left and missing on the part.
@@ -221,7 +223,7 @@ impl Machined {
         let table = SmallTable {
             caption: "Material left and missing on the machined surface, along its normal".into(),
             header: ["", "most left", "where", "most missing", "where"].map(String::from).into(),
-            rows: [0, 1].map(row).into(),
+            rows: [0, 1].map(row).into_iter().chain(self.spread.iter().map(p95_row)).collect(),
         };
         let uncertain = self.spread.iter().flat_map(|own| uncertain_tables(report.job, own));
         Section::new("What is left on the part?", "deviation of the machined surface from the programmed one")
@@ -240,15 +242,15 @@ impl Machined {
     pub fn figures(&self, job: &ProgramJob) -> Vec<(String, Figure)> {
         let surface = &self.surface;
         let end = self.end_mm(job);
-        let view = |course: usize| {
+        let view = |(course, (name, deviations)): (usize, (String, Vec<Option<f64>>))| {
             let face = |(patch, deviation): (&Patch, &Option<f64>)| match (patch.tag, deviation) {
                 (None, Some(gouge)) if *gouge < -GOUGE_MM => FaceValue::Value(*gouge),
                 (None, _) => FaceValue::Skin,
                 (_, None) => FaceValue::Unknown,
                 (_, Some(deviation)) => FaceValue::Value(*deviation),
             };
-            let title = format!("{}\n{}", NAMES[course], self.range_words(course));
-            (title, surface.patches.iter().zip(&surface.deviations[course]).map(face).collect())
+            let title = format!("{name}\n{}", self.range_words(course));
+            (title, surface.patches.iter().zip(&deviations).map(face).collect())
         };
         let corners = |patch: &Patch| patch.corners.map(|corner| corner.into());
         let part = PartFigure {
@@ -259,7 +261,7 @@ impl Machined {
             ),
             quantity: "material left [mm]".into(),
             faces: surface.patches.iter().map(corners).collect(),
-            views: vec![view(0), view(1)],
+            views: self.courses().into_iter().enumerate().map(view).collect(),
             range: (-end, end),
             note: format!(
                 "against the surface that the program describes; grey: not cut by it{}",
@@ -306,7 +308,7 @@ impl Machined {
         let signed = |(deviation, p95): (&Option<f64>, &Option<f64>)| Some(p95.as_ref()?.copysign((*deviation)?));
         let p95 = self.spread.iter().map(|own| {
             let all = self.surface.deviations[1].iter().zip(&own.courses[1].p95_mm);
-            ("as written, with 95 % not farther off".to_string(), all.map(signed).collect())
+            (P95_NAME.to_string(), all.map(signed).collect())
         });
         nominal.chain(p95).collect()
     }
@@ -318,9 +320,11 @@ impl Machined {
     }
 
     fn range_words(&self, course: usize) -> String {
-        let Side { left, missing, .. } = &self.sides[course];
         let of = |found: &Option<(f64, usize)>| found.map_or(0.0, |own| own.0);
-        format!("\u{2212}{:.3} to +{:.3} mm", of(missing), of(left))
+        let nominal = self.sides.get(course).map(|side| [of(&side.left), of(&side.missing)]);
+        let p95 = || self.spread.as_ref().map(|own| own.courses[1].most_p95_mm());
+        let [left, missing] = nominal.or_else(p95).unwrap_or_default();
+        format!("\u{2212}{missing:.3} to +{left:.3} mm")
     }
 
     /// Returns the distribution of deviations over the machined area.
@@ -350,11 +354,13 @@ impl Machined {
     pub fn ply(&self, job: &ProgramJob, name: String) -> OutputFile {
         let surface = &self.surface;
         let count = surface.patches.len();
-        let mut bytes = Vec::with_capacity(count * (4 * 25 + 17) + 512);
+        let p95 = self.spread.as_ref().map(|own| &own.courses[1].p95_mm);
+        let p95_property = if p95.is_some() { "property float as_written_p95_mm\n" } else { "" };
+        let mut bytes = Vec::with_capacity(count * (4 * 29 + 17) + 512);
         let header = format!(
             "ply\nformat binary_little_endian 1.0\ncomment deviation from the programmed surface along its normal, mm, positive where material is left\n\
              element vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float without_compensation_mm\n\
-             property float as_written_mm\nproperty int line\nproperty uchar known\nelement face {count}\nproperty list uchar int vertex_indices\nend_header\n",
+             property float as_written_mm\n{p95_property}property int line\nproperty uchar known\nelement face {count}\nproperty list uchar int vertex_indices\nend_header\n",
             4 * count
         );
         bytes.extend(header.as_bytes());
@@ -363,10 +369,11 @@ impl Machined {
             let line = segment.and_then(|segment| job.file.line_of(segment)).unwrap_or(0) as i32;
             let deviations = [0, 1].map(|course| surface.deviations[course][k]);
             let is_known = deviations.iter().all(Option::is_some);
-            let [before, after] = deviations.map(|own| own.unwrap_or(0.0) as f32);
+            let values = deviations.into_iter().chain(p95.map(|own| own[k]));
+            let values: Vec<f32> = values.map(|own| own.unwrap_or(0.0) as f32).collect();
             for corner in &patch.corners {
                 let corner = surface.axes.tr_mul(corner);
-                for own in corner.iter().map(|own| *own as f32).chain([before, after]) {
+                for own in corner.iter().map(|own| *own as f32).chain(values.iter().copied()) {
                     bytes.extend(own.to_le_bytes());
                 }
                 bytes.extend(line.to_le_bytes());
@@ -428,6 +435,12 @@ fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread) -> String {
     text + " "
 }
 
+/// Returns the row of a table of what is left and missing with 95 % probability.
+fn p95_row(spread: &SurfaceSpread) -> Vec<String> {
+    let [left, missing] = spread.courses[1].most_p95_mm().map(|own| millimetres(own.max(0.0), 4));
+    vec![P95_NAME.into(), left, "anywhere".into(), missing, "anywhere".into()]
+}
+
 /// Returns what the estimate of the surface rests on, in sentences.
 fn recut_words(spread: &SurfaceSpread) -> String {
     let recuts = spread.courses.iter().flat_map(|own| &own.recuts).count();
@@ -438,7 +451,7 @@ fn recut_words(spread: &SurfaceSpread) -> String {
         None => "in one of them at least the machine has no equilibrium somewhere".into(),
     };
     format!(
-        "Distributions are estimates: each place of the nominal surface goes with the move that makes it. In {recuts} draws the stock was cut again, as the engine says that the tool \
+        "Distributions are estimates: each place of the nominal surface goes with the move that makes it; what is left may be less, as passes beside take some of it. In {recuts} draws the stock was cut again, as the engine says that the tool \
          goes: {held}.\n"
     )
 }
