@@ -9,6 +9,7 @@ use crate::{
     machine::Machine,
     process::{
         Placement,
+        part::{FinishedPart, PartSurface},
         stock::{StockRemoval, is_rapid, is_unknown_way},
     },
     toolpath::Toolpath,
@@ -24,11 +25,25 @@ pub struct MachinedSurface {
     /// Of each course of the tool, how far its surface is beyond each patch along the normal, mm: positive where material is left. `None` on the sides of the stock, and
     /// where the position of the tool is not known.
     pub deviations: Vec<Vec<Option<f64>>>,
+    /// How far it is from the part, where that is given.
+    pub against_part: Option<AgainstPart>,
     /// Size of patches, mm: what is narrower may not be seen.
     pub patch_mm: f64,
     /// Whether that is more than half the radius of the smallest tool.
     pub is_coarse: bool,
 }
+
+/// How far points of the surface are from the nearest of the part, mm: positive outside of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AgainstPart {
+    /// Name of the part's file.
+    pub name: String,
+    /// Of each patch as programmed, and as each course leaves it. `None` where that is not known, and on the skin of the stock, but for where a course goes below it.
+    pub surfaces: Vec<Vec<Option<f64>>>,
+}
+
+/// Less is rounding where nothing was to be cut, mm.
+pub const GOUGE_MM: f64 = 1e-3;
 
 /// Patches over the plan of what is cut: what a picture shows; and most of them, for small tools.
 const PATCHES: f64 = 40_000.0;
@@ -78,7 +93,8 @@ impl StockRemoval {
         });
         let deviations = deviations.collect::<Result<Vec<_>>>()?;
         patches.iter_mut().for_each(|patch| patch.tag = patch.tag.filter(|tag| *tag != EARLIER));
-        Ok(MachinedSurface { axes, patches, deviations, patch_mm, is_coarse })
+        let against_part = self.part.as_ref().map(|part| against(part, &axes, &patches, &deviations));
+        Ok(MachinedSurface { axes, patches, deviations, against_part, patch_mm, is_coarse })
     }
 
     /// Returns the rectangle of the plan about what `path` cuts, how large patches may be there, mm, and whether that is coarse for its smallest tool.
@@ -140,6 +156,26 @@ impl StockRemoval {
         }
         Ok(())
     }
+}
+
+/// Returns how far patches are from the part: as they are, and as each course leaves them.
+fn against(
+    part: &FinishedPart,
+    axes: &Matrix3<f64>,
+    patches: &[Patch],
+    deviations: &[Vec<Option<f64>>],
+) -> AgainstPart {
+    let surface = PartSurface::new(&part.mesh);
+    let distance =
+        |patch: &Patch, deviation: f64| surface.distance_mm(&axes.tr_mul(&(patch.position + deviation * patch.normal)));
+    let as_is = |patch: &Patch| patch.tag.map(|_| distance(patch, 0.0));
+    let left = |(patch, deviation): (&Patch, &Option<f64>)| {
+        let moved = deviation.filter(|own| patch.tag.is_some() || *own < -GOUGE_MM);
+        moved.map(|deviation| distance(patch, deviation))
+    };
+    let programmed = patches.par_iter().map(as_is).collect();
+    let courses = deviations.iter().map(|own| patches.par_iter().zip(own).map(left).collect());
+    AgainstPart { name: part.name.clone(), surfaces: [programmed].into_iter().chain(courses).collect() }
 }
 
 /// Returns how much farther than the bend that the program aims at the tool bends along the normal of a wall where its move `tag` makes it, mm.

@@ -6,7 +6,10 @@ use kinetostat_removal::Patch;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 
-use super::Report;
+use super::{
+    Report,
+    against::{PartSides, ToolSides, tolerance_mm},
+};
 use crate::{
     figures::{FaceValue, Figure, LineFigure, LineSeries, PartFigure},
     files::{
@@ -15,7 +18,7 @@ use crate::{
     },
     input::error::Result,
     page::{PartView, Section, SmallTable},
-    process::machined::MachinedSurface,
+    process::machined::{GOUGE_MM, MachinedSurface},
     products::program::{ProgramJob, ProvedPart},
     simulation::{Source, along_path::PathPointResult},
 };
@@ -50,37 +53,53 @@ impl Courses {
     pub fn surface(self, job: &ProgramJob, name: &str) -> Result<Option<Machined>> {
         let Some(stock) = &job.process.stock else { return Ok(None) };
         let surface = stock.machined(&job.path, (&job.machine, &job.process.placement), &self.errors, name)?;
-        let sides = [0, 1].map(|course| Side::new(&surface, course, job.process.tolerance_mm));
-        Ok(Some(Machined { surface, errors: self.errors, sides }))
+        let tolerance = |patch: &Patch| tolerance_mm(job, patch.tag);
+        let sides = [0, 1].map(|course| Side::new(&surface, &surface.deviations[course], &tolerance, &|_| true));
+        let part = PartSides::new(&surface, job);
+        let mut machined = Machined { surface, errors: self.errors, sides, part, tools: Vec::new() };
+        machined.tools = machined.tools(job);
+        Ok(Some(machined))
     }
 }
 
 /// The surface that is left on the part.
 #[derive(Debug)]
 pub(super) struct Machined {
-    surface: MachinedSurface,
+    pub(super) surface: MachinedSurface,
     /// Errors of the tool at all points, W, mm.
     errors: [Vec<Option<Vector3<f64>>>; 2],
     /// Without compensation and as written.
-    sides: [Side; 2],
+    pub(super) sides: [Side; 2],
+    /// Against the part of the drawing, where one is given.
+    pub(super) part: Option<PartSides>,
+    /// Of each tool, where they differ.
+    pub(super) tools: Vec<ToolSides>,
 }
 
-/// How far one surface is from the programmed one.
+/// How far one surface is from another one.
 #[derive(Debug, Clone, Default, PartialEq)]
-struct Side {
+pub(super) struct Side {
     /// Largest depth of material left and of material missing, mm, with the patch.
-    left: Option<(f64, usize)>,
-    missing: Option<(f64, usize)>,
-    /// Areas of what was machined, mm²: in all, of unknown deviation, within the tolerance.
-    area: f64,
-    unknown: f64,
-    within: f64,
+    pub left: Option<(f64, usize)>,
+    pub missing: Option<(f64, usize)>,
+    /// Areas of what was machined, mm²: in all, of unknown deviation, with a tolerance, within it.
+    pub area: f64,
+    pub unknown: f64,
+    pub judged: f64,
+    pub within: f64,
 }
 
 impl Side {
-    fn new(surface: &MachinedSurface, course: usize, tolerance_mm: Option<f64>) -> Self {
+    /// Returns it for the patches that `counts` takes, with these deviations and tolerances, mm.
+    pub fn new(
+        surface: &MachinedSurface,
+        deviations: &[Option<f64>],
+        tolerance_mm: &dyn Fn(&Patch) -> Option<f64>,
+        counts: &dyn Fn(&Patch) -> bool,
+    ) -> Self {
         let mut side = Self::default();
-        for (k, (patch, deviation)) in surface.patches.iter().zip(&surface.deviations[course]).enumerate() {
+        for (k, (patch, deviation)) in surface.patches.iter().zip(deviations).enumerate().filter(|own| counts(own.1.0))
+        {
             if patch.tag.is_none() {
                 // What was there before is not to be cut.
                 if let Some(deviation) = deviation.filter(|own| *own < -GOUGE_MM) {
@@ -89,12 +108,14 @@ impl Side {
                 continue;
             }
             let area = patch.area_mm2();
+            let tolerance_mm = tolerance_mm(patch);
             side.area += area;
+            side.judged += tolerance_mm.map_or(0.0, |_| area);
             let Some(deviation) = *deviation else {
                 side.unknown += area;
                 continue;
             };
-            if deviation.abs() <= tolerance_mm.unwrap_or(f64::INFINITY) {
+            if tolerance_mm.is_some_and(|tolerance| deviation.abs() <= tolerance) {
                 side.within += area;
             }
             let [left, missing] = [deviation, -deviation];
@@ -113,10 +134,8 @@ impl Side {
     }
 }
 
-/// Less is rounding where nothing was to be cut, mm.
-const GOUGE_MM: f64 = 1e-3;
 /// Names of the courses.
-const NAMES: [&str; 2] = ["without compensation", "as written"];
+pub(super) const NAMES: [&str; 2] = ["without compensation", "as written"];
 
 impl Machined {
     /// Returns in sentences what is left and missing on the part.
@@ -128,14 +147,7 @@ impl Machined {
         let [before, after] = &self.sides;
         let nominal = if job.uncertainty.is_some() { "With nominal numbers, on the part" } else { "On the part" };
         let mut text = format!("{nominal} {} without compensation; {} as written.", words(before), words(after));
-        if let Some(tolerance) = job.process.tolerance_mm {
-            let share = |side: &Side| percent(side.within / side.area.max(f64::MIN_POSITIVE));
-            text += &format!(
-                " {} of the machined surface is within {tolerance} mm, {} without.",
-                share(after),
-                share(before)
-            );
-        }
+        text += &self.within_words(job, [before, after]);
         for (side, name) in self.sides.iter().zip(NAMES).filter(|own| own.0.unknown > 0.0) {
             text += &format!(" Of {} of it nothing is known {name}.", percent(side.unknown / side.area));
         }
@@ -146,37 +158,43 @@ impl Machined {
         if job.path.engagements().iter().any(|own| own.bend.is_some()) {
             text += " Distances from the path are from where the tool has to be for its walls, as it bends in itself.";
         }
-        text + "\n"
+        text + "\n" + &self.against_sentences(job)
     }
 
     /// Returns the place in the program whose move made a patch, in words.
-    fn place(&self, job: &ProgramJob, patch: usize) -> Option<String> {
+    pub(super) fn place(&self, job: &ProgramJob, patch: usize) -> Option<String> {
         self.surface.patches[patch].tag.map(|tag| job.place_words(tag as usize))
     }
 
     /// Returns largest values and shares as JSON.
     pub fn json(&self, job: &ProgramJob) -> Value {
-        let side = |side: &Side| {
-            let of = |found: Option<(f64, usize)>| {
-                let patch = found.map(|own| &self.surface.patches[own.1]);
-                let position = patch.map(|patch| self.surface.axes.tr_mul(&patch.position));
-                json!({
-                    "mm": found.map_or(0.0, |own| own.0),
-                    "point": patch.and_then(|patch| patch.tag),
-                    "line": patch.and_then(|patch| job.file.line_of(job.path.points()[patch.tag? as usize].source.segment)),
-                    "position_mm": position.map(|own| [own.x, own.y, own.z]),
-                })
-            };
-            json!({
-                "most_left": of(side.left),
-                "most_missing": of(side.missing),
-                "area_mm2": side.area,
-                "area_within_tolerance_mm2": job.process.tolerance_mm.map(|_| side.within),
-                "area_unknown_mm2": side.unknown,
-            })
-        };
-        let [before, after] = &self.sides;
-        json!({ "against": "programmed envelope", "without_compensation": side(before), "as_written": side(after) })
+        let [before, after] = self.sides.each_ref().map(|side| self.side_json(job, side));
+        let mut report =
+            json!({ "against": "programmed envelope", "without_compensation": before, "as_written": after });
+        self.add_against(job, &mut report);
+        report
+    }
+
+    /// Returns a depth with its place as JSON.
+    pub(super) fn patch_json(&self, job: &ProgramJob, found: Option<(f64, usize)>) -> Value {
+        let patch = found.map(|own| &self.surface.patches[own.1]);
+        let position = patch.map(|patch| self.surface.axes.tr_mul(&patch.position));
+        json!({
+            "mm": found.map_or(0.0, |own| own.0),
+            "point": patch.and_then(|patch| patch.tag),
+            "line": patch.and_then(|patch| job.file.line_of(job.path.points()[patch.tag? as usize].source.segment)),
+            "position_mm": position.map(|own| [own.x, own.y, own.z]),
+        })
+    }
+
+    pub(super) fn side_json(&self, job: &ProgramJob, side: &Side) -> Value {
+        json!({
+            "most_left": self.patch_json(job, side.left),
+            "most_missing": self.patch_json(job, side.missing),
+            "area_mm2": side.area,
+            "area_within_tolerance_mm2": (side.judged > 0.0).then_some(side.within),
+            "area_unknown_mm2": side.unknown,
+        })
     }
 
     /// Returns the section of the page on the part.
@@ -191,7 +209,12 @@ impl Machined {
         let table = SmallTable {
             caption: "Material left and missing on the machined surface, along its normal".into(),
             header: ["", "most left", "where", "most missing", "where"].map(String::from).into(),
-            rows: NAMES.into_iter().zip(&self.sides).map(row).collect(),
+            rows: NAMES
+                .into_iter()
+                .zip(&self.sides)
+                .chain(self.part.iter().flat_map(PartSides::named))
+                .map(row)
+                .collect(),
         };
         Section::new("What is left on the part?", "deviation of the machined surface from the programmed one")
             .text(&self.sentences(report.job))
@@ -199,7 +222,7 @@ impl Machined {
                 "The surface is that of the tool as it goes from point to point, so that what an earlier pass took away stays gone. Tilt of the tool, run-out and vibration are not in \
                  it, nor what should be cut through and is not; bending of the tool itself is where the process file says how it sticks out.\n",
             )
-            .small_tables([table])
+            .small_tables([table].into_iter().chain(self.against_tables(report.job)))
             .explorers([VIEW])
             .figures(&[DEVIATIONS])
     }
@@ -208,6 +231,7 @@ impl Machined {
     pub fn figures(&self, job: &ProgramJob) -> Vec<(String, Figure)> {
         let surface = &self.surface;
         let end = self.end_mm(job);
+        let (reference, deviations, _) = self.reference();
         let view = |course: usize| {
             let face = |(patch, deviation): (&Patch, &Option<f64>)| match (patch.tag, deviation) {
                 (None, Some(gouge)) if *gouge < -GOUGE_MM => FaceValue::Value(*gouge),
@@ -216,7 +240,7 @@ impl Machined {
                 (_, Some(deviation)) => FaceValue::Value(*deviation),
             };
             let title = format!("{}\n{}", NAMES[course], self.range_words(course));
-            (title, surface.patches.iter().zip(&surface.deviations[course]).map(face).collect())
+            (title, surface.patches.iter().zip(deviations[course]).map(face).collect())
         };
         let corners = |patch: &Patch| patch.corners.map(|corner| corner.into());
         let part = PartFigure {
@@ -230,9 +254,8 @@ impl Machined {
             views: vec![view(0), view(1)],
             range: (-end, end),
             note: format!(
-                "against the surface that the program describes; grey: not cut by it{}",
-                job.process
-                    .tolerance_mm
+                "{reference}; grey: not cut by the program{}",
+                self.least_tolerance_mm(job)
                     .map_or_else(String::new, |own| format!("; the scale ends at the tolerance, {own} mm"))
             ),
         };
@@ -255,7 +278,7 @@ impl Machined {
             corners_mm: [0, 1, 2]
                 .map(|axis| surface.patches.iter().flat_map(|patch| patch.corners.map(|own| own[axis])).collect()),
             made: surface.patches.iter().map(made).collect(),
-            courses: NAMES.iter().zip(&surface.deviations).map(|(name, own)| (name.to_string(), own.clone())).collect(),
+            courses: self.courses(),
             end_mm: self.end_mm(job),
             places: tags.iter().map(|tag| job.place_words(*tag as usize)).collect(),
             columns: vec![
@@ -270,25 +293,26 @@ impl Machined {
 
     /// Returns where the colours end, mm: at the tolerance, as what is out of it has the strongest, or at the largest deviation.
     fn end_mm(&self, job: &ProgramJob) -> f64 {
-        let largest = self.sides.iter().map(Side::largest).fold(1e-3, f64::max);
-        job.process.tolerance_mm.unwrap_or(largest)
+        let largest = self.reference().2.into_iter().map(Side::largest).fold(1e-3, f64::max);
+        self.least_tolerance_mm(job).unwrap_or(largest)
     }
 
     fn range_words(&self, course: usize) -> String {
-        let Side { left, missing, .. } = &self.sides[course];
+        let Side { left, missing, .. } = self.reference().2[course];
         let of = |found: &Option<(f64, usize)>| found.map_or(0.0, |own| own.0);
         format!("\u{2212}{:.3} to +{:.3} mm", of(missing), of(left))
     }
 
     /// Returns the distribution of deviations over the machined area.
     fn histogram(&self, job: &ProgramJob, end: f64) -> Figure {
+        let (reference, deviations, sides) = self.reference();
         let series = NAMES.iter().enumerate().map(|(course, name)| {
             let mut shares = [0.0; BINS];
             let bin = 2.0 * end / BINS as f64;
-            for (patch, deviation) in self.surface.patches.iter().zip(&self.surface.deviations[course]) {
+            for (patch, deviation) in self.surface.patches.iter().zip(deviations[course]) {
                 if let (Some(_), Some(deviation)) = (patch.tag, deviation) {
                     let at = ((deviation + end) / bin).clamp(0.0, BINS as f64 - 1.0) as usize;
-                    shares[at] += 100.0 * patch.area_mm2() / self.sides[course].area.max(f64::MIN_POSITIVE);
+                    shares[at] += 100.0 * patch.area_mm2() / sides[course].area.max(f64::MIN_POSITIVE);
                 }
             }
             let steps = shares.iter().enumerate().flat_map(|(at, share)| {
@@ -298,7 +322,8 @@ impl Machined {
             LineSeries::new(*name, steps.collect(), course == 0)
         });
         let labels = ["material left along the normal [mm]", "share of the machined area [%]"];
-        let subtitle = format!("{}, bins of {}", job.machine.name, millimetres(2.0 * end / BINS as f64, 4));
+        let subtitle =
+            format!("{}, {reference}, bins of {}", job.machine.name, millimetres(2.0 * end / BINS as f64, 4));
         Figure::Lines(LineFigure::new("How the deviation is spread over the part", subtitle, labels, series.collect()))
     }
 
@@ -307,11 +332,17 @@ impl Machined {
     pub fn ply(&self, job: &ProgramJob, name: String) -> OutputFile {
         let surface = &self.surface;
         let count = surface.patches.len();
-        let mut bytes = Vec::with_capacity(count * (4 * 25 + 17) + 512);
+        let part: Vec<&Vec<Option<f64>>> = surface.against_part.iter().flat_map(|own| &own.surfaces[1..]).collect();
+        let mut bytes = Vec::with_capacity(count * (4 * (25 + 4 * part.len()) + 17) + 512);
+        let against = NAMES
+            .iter()
+            .zip(&part)
+            .map(|(name, _)| format!("property float against_part_{}_mm\n", name.replace(' ', "_")));
+        let against: String = against.collect();
         let header = format!(
             "ply\nformat binary_little_endian 1.0\ncomment deviation from the programmed surface along its normal, mm, positive where material is left\n\
              element vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float without_compensation_mm\n\
-             property float as_written_mm\nproperty int line\nproperty uchar known\nelement face {count}\nproperty list uchar int vertex_indices\nend_header\n",
+             property float as_written_mm\n{against}property int line\nproperty uchar known\nelement face {count}\nproperty list uchar int vertex_indices\nend_header\n",
             4 * count
         );
         bytes.extend(header.as_bytes());
@@ -320,11 +351,11 @@ impl Machined {
             let line = segment.and_then(|segment| job.file.line_of(segment)).unwrap_or(0) as i32;
             let deviations = [0, 1].map(|course| surface.deviations[course][k]);
             let is_known = deviations.iter().all(Option::is_some);
-            let [before, after] = deviations.map(|own| own.unwrap_or(0.0) as f32);
             for corner in &patch.corners {
                 let corner = surface.axes.tr_mul(corner);
-                for own in corner.iter().map(|own| *own as f32).chain([before, after]) {
-                    bytes.extend(own.to_le_bytes());
+                let values = deviations.into_iter().chain(part.iter().map(|course| course[k]));
+                for own in corner.iter().copied().chain(values.map(|own| own.unwrap_or(0.0))) {
+                    bytes.extend((own as f32).to_le_bytes());
                 }
                 bytes.extend(line.to_le_bytes());
                 bytes.push(is_known.into());
