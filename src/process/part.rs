@@ -26,17 +26,15 @@ const HAIR_MM: f64 = 0.1;
 impl FinishedPart {
     /// Fails unless the triangles face outwards and the part is within its stock.
     pub fn check(&self, stock: &StockShape) -> Result<(), String> {
-        let StockMesh { vertices, triangles } = self.mesh.as_ref();
-        let corners = |triangle: &[u32; 3]| triangle.map(|own| vertices[own as usize] - vertices[0]);
-        let volume = |[a, b, c]: [Vector3<f64>; 3]| a.dot(&b.cross(&c)) / 6.0;
-        let volume_mm3: f64 = triangles.iter().map(|own| volume(corners(own))).sum();
+        let volume_mm3 = volume_mm3(&self.mesh);
         if volume_mm3 <= 0.0 {
             return Err(format!(
                 "its triangles enclose {volume_mm3:.3} mm³: expected their corners counter-clockwise seen from outside"
             ));
         }
         let outside = stock.outside();
-        let farthest = vertices.iter().map(|vertex| (outside(vertex), vertex)).max_by(|a, b| a.0.total_cmp(&b.0));
+        let farthest =
+            self.mesh.vertices.iter().map(|vertex| (outside(vertex), vertex)).max_by(|a, b| a.0.total_cmp(&b.0));
         match farthest.filter(|own| own.0 > HAIR_MM) {
             Some((by, at)) => Err(format!(
                 "it sticks out of the stock by {by:.3} mm at ({:.3}, {:.3}, {:.3}) mm: expected it within, in mm and in the frame of the workpiece",
@@ -47,9 +45,12 @@ impl FinishedPart {
     }
 }
 
+/// How far outside a place is, mm.
+type Outside<'a> = Box<dyn Fn(&Vector3<f64>) -> f64 + 'a>;
+
 impl StockShape {
     /// Returns how far outside of the stock a place is, mm; not positive within.
-    fn outside(&self) -> Box<dyn Fn(&Vector3<f64>) -> f64 + '_> {
+    fn outside(&self) -> Outside<'_> {
         match self {
             StockShape::Box { min, max } => Box::new(move |at| (min - at).sup(&(at - max)).max()),
             StockShape::Cylinder { base, diameter_mm, height_mm } => Box::new(move |at| {
@@ -57,11 +58,19 @@ impl StockShape {
                 (from.xy().norm() - 0.5 * diameter_mm).max(-from.z).max(from.z - height_mm)
             }),
             StockShape::Mesh(mesh) => {
-                let surface = PartSurface::new(mesh);
-                Box::new(move |at| surface.distance_mm(at))
+                // Which way the triangles of a stock face does not matter.
+                let (surface, sense) = (PartSurface::new(mesh), volume_mm3(mesh).signum());
+                Box::new(move |at| sense * surface.distance_mm(at))
             }
         }
     }
+}
+
+/// Returns the volume within a closed surface, negative if its triangles face inwards, mm³.
+fn volume_mm3(mesh: &StockMesh) -> f64 {
+    let from_first = |corner: u32| mesh.vertices[corner as usize] - mesh.vertices[0];
+    let volume = |[a, b, c]: [Vector3<f64>; 3]| a.dot(&b.cross(&c)) / 6.0;
+    mesh.triangles.iter().map(|own| volume(own.map(from_first))).sum()
 }
 
 /// A closed surface of triangles, ordered so that what is nearest to a place is found at once.

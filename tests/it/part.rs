@@ -36,8 +36,7 @@ fn shoulder(wall: f64, floor: f64) -> Triangles {
     let ends = ends.iter().flat_map(|[a, b, c]| {
         [[at(20.0, *a), at(20.0, *b), at(20.0, *c)], [at(-20.0, *a), at(-20.0, *c), at(-20.0, *b)]]
     });
-    // Sides face outwards where x runs against the sense of the outline.
-    sides.map(|[a, b, c]| [a, c, b]).chain(ends).collect()
+    sides.chain(ends).collect()
 }
 
 /// A solid turned about z in facets, from its outline (r, z), up on its outside.
@@ -132,6 +131,7 @@ fn what_a_program_leaves_and_gouges_is_told_by_line() {
             "{gouge}"
         );
         assert!(found.page.contains("Lines out of tolerance against the part as written"));
+        assert!(found.page.contains(">\u{2212}0.1000 mm<"), "as programmed in the table");
         let mut checked = [0; 2];
         for face in &found.faces {
             let middle: [f64; 7] = std::array::from_fn(|own| face.iter().map(|corner| corner[own]).sum::<f64>() / 4.0);
@@ -198,6 +198,16 @@ fn each_tool_has_its_tolerance() {
         assert!(found.cautions.iter().any(|own| own.contains(&words)), "{:?}", found.cautions);
         assert!(found.page.contains("What each tool made last, against the part (part.stl)"));
     }
+}
+
+/// A program of another part, or frame, comes nowhere near; it gouges nothing.
+#[test]
+fn a_program_that_is_nowhere_near_its_part_is_told() {
+    let blank = box_triangles(BLANK[0], BLANK[1], 0.0);
+    let found = compensated(PROCESS, LINE, [&blank, &shoulder(7.5, 2.0)]);
+    let near = "The program comes no nearer to the part than 2.00 mm: is the part in the frame of the program?";
+    assert!(found.cautions.iter().any(|own| own == near), "{:?}", found.cautions);
+    assert!(found.cautions.iter().all(|own| !own.contains("gouges")), "{:?}", found.cautions);
 }
 
 /// How far a place is outside of a stock is known near its corners, edges and hollows: against the distance from two boxes that it is made of.
@@ -270,7 +280,11 @@ fn what_is_no_part_is_refused() {
         ),
         (PROCESS.to_string(), binary_stl(&inside_out), "stock.part: part.stl: its triangles enclose -"),
         (PROCESS.to_string(), b"no mesh".to_vec(), "stock.part: part.stl: is no STL file"),
-        (PROCESS.to_string(), binary_stl(&scaled(1.01)), "stock.part: part.stl: it sticks out of the stock by 0.36"),
+        (
+            PROCESS.to_string(),
+            binary_stl(&scaled(1.01)),
+            "stock.part: part.stl: it sticks out of the stock by 0.374 mm at (20.200, 30.300, 10.100) mm",
+        ),
         (cylinder, binary_stl(&part), "stock.part: part.stl: it sticks out of the stock by 11.57"),
         (cuboid(19.9 - 1e-3), binary_stl(&part), "stock.part: part.stl: it sticks out of the stock by 0.101 mm at ("),
         (
@@ -286,6 +300,9 @@ fn what_is_no_part_is_refused() {
         assert!(found.contains(expected), "{found}\ninstead of {expected}");
     }
     // By rounding a part may be a little larger than its stock; what it is read from is an input.
+    let turned: Triangles = blank.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+    let files = [("blank.stl", binary_stl(&turned)), ("part.stl", binary_stl(&part))];
+    assert!(job_beside(PROCESS, &machine, LINE, &files).is_ok());
     let files = |part: &Triangles| [("blank.stl", binary_stl(&blank)), ("part.stl", binary_stl(part))];
     let inputs =
         |process: &str, part: &Triangles| job_beside(process, &machine, LINE, &files(part)).unwrap().process.inputs;

@@ -134,14 +134,17 @@ impl Machined {
     /// Returns in sentences what is left on the part of the drawing, and missing of it.
     pub fn against_sentences(&self, job: &ProgramJob) -> String {
         let Some((part, own)) = self.part() else { return String::new() };
-        let of = |found: Option<(f64, usize)>| millimetres(found.map_or(0.0, |own| own.0), 4);
+        // What is less is rounding.
+        let of = |found: Option<(f64, usize)>| {
+            millimetres(found.map_or(0.0, |own| if own.0 < 1e-5 { 0.0 } else { own.0 }), 4)
+        };
         let at = |found: Option<(f64, usize)>| {
             let place = found.filter(|own| own.0 >= GOUGE_MM).and_then(|own| self.place(job, own.1));
             of(found) + &place.map_or_else(String::new, |place| format!(" ({place})"))
         };
         let [programmed, before, after] = &own.sides;
         let mut text = format!(
-            "Against the part ({}) up to {} is left and {} missing as written; {} and {} without compensation; {} and {} of the surface that the program describes.{}\n",
+            "Against the part ({}) up to {} is left and {} missing as written; {} and {} without compensation; {} and {} as programmed.{}\n",
             part.name,
             at(after.left),
             at(after.missing),
@@ -164,7 +167,7 @@ impl Machined {
     /// Returns a caution if the program as written gouges the part beyond tolerance; empty otherwise.
     pub fn gouge_text(&self, job: &ProgramJob) -> String {
         let Some((part, own)) = self.part() else { return String::new() };
-        let gouge = own.lines.iter().find(|patch| part.surfaces[2][**patch] < Some(0.0));
+        let gouge = own.lines.iter().find(|patch| part.surfaces[2][**patch].is_some_and(|own| own < 0.0));
         let Some((patch, tolerance)) =
             gouge.and_then(|own| Some((*own, tolerance_mm(job, self.surface.patches[*own].tag)?)))
         else {
@@ -187,13 +190,17 @@ impl Machined {
 
     /// Returns the tables of lines out of tolerance and of tools.
     pub fn against_tables(&self, job: &ProgramJob) -> Vec<SmallTable> {
-        let length = |own: Option<f64>| own.map_or_else(|| "–".into(), |own| millimetres(own, 4));
+        let signed = |own: Option<f64>| {
+            let sign = |own: f64| if own < 0.0 { "\u{2212}" } else { "" };
+            own.map_or_else(|| "–".into(), |own| sign(own).to_string() + &millimetres(own.abs(), 4))
+        };
+        let tolerance = |own: Option<f64>| own.map_or_else(|| "–".into(), |own| format!("{own} mm"));
         let lines = self.part().filter(|own| !own.1.lines.is_empty()).map(|(part, own)| {
             let row = |patch: &usize| {
                 let [programmed, before, after] = [0, 1, 2].map(|own| part.surfaces[own][*patch]);
-                let tolerance = tolerance_mm(job, self.surface.patches[*patch].tag);
-                let lengths = [after, before, programmed, tolerance].map(length);
-                [self.line_words(job, *patch)].into_iter().chain(lengths).collect()
+                let [after, before, programmed] = [after, before, programmed].map(signed);
+                let allowed = tolerance(tolerance_mm(job, self.surface.patches[*patch].tag));
+                vec![self.line_words(job, *patch), after, before, programmed, allowed]
             };
             let (listed, count) = (own.lines.len().min(LISTED), own.lines.len());
             let caption = format!("Lines out of tolerance against the part as written, the worst {listed} of {count}: left (+), missing (\u{2212})");
@@ -216,7 +223,7 @@ impl Machined {
             let area = format!("{:.0} mm²", after.area);
             vec![
                 tool,
-                length(own.tolerance_mm),
+                tolerance(own.tolerance_mm),
                 area,
                 share(before),
                 share(after),

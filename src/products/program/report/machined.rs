@@ -145,7 +145,12 @@ impl Machined {
             format!("up to {} is left and {} missing", of(side.left), of(side.missing))
         };
         let [before, after] = &self.sides;
-        let nominal = if job.uncertainty.is_some() { "With nominal numbers, on the part" } else { "On the part" };
+        let nominal = match (job.uncertainty.is_some(), self.part.is_some()) {
+            (true, false) => "With nominal numbers, on the part",
+            (true, true) => "With nominal numbers, against the programmed surface",
+            (false, false) => "On the part",
+            (false, true) => "Against the programmed surface",
+        };
         let mut text = format!("{nominal} {} without compensation; {} as written.", words(before), words(after));
         text += &self.within_words(job, [before, after]);
         for (side, name) in self.sides.iter().zip(NAMES).filter(|own| own.0.unknown > 0.0) {
@@ -207,7 +212,9 @@ impl Machined {
             vec![name.into(), of(side.left), place(side.left), of(side.missing), place(side.missing)]
         };
         let table = SmallTable {
-            caption: "Material left and missing on the machined surface, along its normal".into(),
+            caption:
+                "Material left and missing on the machined surface: along its normal, to the nearest point of a part"
+                    .into(),
             header: ["", "most left", "where", "most missing", "where"].map(String::from).into(),
             rows: NAMES
                 .into_iter()
@@ -321,7 +328,7 @@ impl Machined {
             });
             LineSeries::new(*name, steps.collect(), course == 0)
         });
-        let labels = ["material left along the normal [mm]", "share of the machined area [%]"];
+        let labels = ["material left [mm]", "share of the machined area [%]"];
         let subtitle =
             format!("{}, {reference}, bins of {}", job.machine.name, millimetres(2.0 * end / BINS as f64, 4));
         Figure::Lines(LineFigure::new("How the deviation is spread over the part", subtitle, labels, series.collect()))
