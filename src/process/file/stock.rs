@@ -140,7 +140,7 @@ pub(super) fn stock(
     if let Some(name) = &spec.part {
         let check = check_stock.key("part");
         let own = FinishedPart { name: name.clone(), mesh: mesh(name, &check)? };
-        own.check(&shape).or_else(|fault| check.fail(format!("{name}: {fault}")))?;
+        own.check(&shape).or_else(|fault| check.fail(format!("{}: {fault}", own.name)))?;
         part = Some(own);
     }
     let mut by_number = BTreeMap::new();
