@@ -9,6 +9,7 @@ use crate::{
     machine::Machine,
     process::{
         Placement,
+        part::{FinishedPart, PartSurface},
         stock::{StockRemoval, is_rapid, is_unknown_way},
     },
     toolpath::Toolpath,
@@ -26,6 +27,8 @@ pub struct MachinedSurface {
     pub deviations: Vec<Vec<Option<f64>>>,
     /// Of each course, what made the surface there; `None` on the sides of the stock and where a program before has made it.
     pub makers: Vec<Vec<Option<Maker>>>,
+    /// How far it is from the part, where that is given.
+    pub against_part: Option<AgainstPart>,
     /// Size of patches, mm: what is narrower may not be seen.
     pub patch_mm: f64,
     /// Whether that is more than half the radius of the smallest tool.
@@ -40,6 +43,18 @@ pub struct Maker {
     /// Direction in which the tool takes the surface with it, out of the material, in axes of the patches; that of the patch but where another wall is now at it.
     pub normal: Vector3<f64>,
 }
+
+/// How far points of the surface are from the nearest of the part, mm: positive outside of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AgainstPart {
+    /// Name of the part's file.
+    pub name: String,
+    /// Of each patch as programmed, and as each course leaves it. `None` where that is not known, and on the skin of the stock, but for where a course goes below it.
+    pub surfaces: Vec<Vec<Option<f64>>>,
+}
+
+/// Less is rounding where nothing was to be cut, mm.
+pub const GOUGE_MM: f64 = 1e-3;
 
 /// Patches over the plan of what is cut: what a picture shows; and most of them, for small tools.
 const PATCHES: f64 = 40_000.0;
@@ -70,9 +85,10 @@ impl StockRemoval {
         let mut patches = nominal.patches(plan, patch_mm).map_err(refused)?;
         drop(nominal);
         let found = courses.iter().map(|course| self.deviations((path, &axes), &patches, (course, &|_| 1.0), origin));
-        let (deviations, makers) = found.collect::<Result<Vec<_>>>()?.into_iter().unzip();
+        let (deviations, makers): (Vec<_>, _) = found.collect::<Result<Vec<_>>>()?.into_iter().unzip();
         patches.iter_mut().for_each(|patch| patch.tag = patch.tag.filter(|tag| *tag != EARLIER));
-        Ok(MachinedSurface { axes, patches, deviations, makers, patch_mm, is_coarse })
+        let against_part = self.part.as_ref().map(|part| against(part, &axes, &patches, &deviations));
+        Ok(MachinedSurface { axes, patches, deviations, makers, against_part, patch_mm, is_coarse })
     }
 
     /// Returns how far the surface that a tool leaves on `course` is beyond each of `patches`, and what made it, as in [`MachinedSurface`]; tools bend under `factor` times the
@@ -171,6 +187,26 @@ impl StockRemoval {
         }
         Ok(())
     }
+}
+
+/// Returns how far patches are from the part: as they are, and as each course leaves them.
+fn against(
+    part: &FinishedPart,
+    axes: &Matrix3<f64>,
+    patches: &[Patch],
+    deviations: &[Vec<Option<f64>>],
+) -> AgainstPart {
+    let surface = PartSurface::new(&part.mesh);
+    let distance =
+        |patch: &Patch, deviation: f64| surface.distance_mm(&axes.tr_mul(&(patch.position + deviation * patch.normal)));
+    let as_is = |patch: &Patch| patch.tag.map(|_| distance(patch, 0.0));
+    let left = |(patch, deviation): (&Patch, &Option<f64>)| {
+        let moved = deviation.filter(|own| patch.tag.is_some() || *own < -GOUGE_MM);
+        moved.map(|deviation| distance(patch, deviation))
+    };
+    let programmed = patches.par_iter().map(as_is).collect();
+    let courses = deviations.iter().map(|own| patches.par_iter().zip(own).map(left).collect());
+    AgainstPart { name: part.name.clone(), surfaces: [programmed].into_iter().chain(courses).collect() }
 }
 
 /// Returns how much farther than the bend that the program aims at the tool bends along the normal of a wall where its move `tag` makes it, mm.

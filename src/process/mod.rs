@@ -7,6 +7,8 @@ pub mod file;
 pub mod machined;
 mod milling;
 mod not_followed;
+#[cfg(not(target_family = "wasm"))]
+mod part;
 mod placement;
 pub(crate) mod program_file;
 mod redundancy;

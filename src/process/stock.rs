@@ -8,6 +8,7 @@ use std::{
 use kinetostat_removal::{Cutter, Engagement, Field, Milling, RemovalError, Slicing, Spindle, Stock};
 use nalgebra::{Matrix3, Vector3};
 
+use super::part::FinishedPart;
 use crate::{
     input::{
         check::Check,
@@ -68,6 +69,15 @@ pub(super) struct StockTool {
     stub: Option<Stub>,
 }
 
+/// What the process file says of a tool.
+#[derive(Debug, Clone)]
+pub(super) struct StockToolSpec {
+    pub shape: ToolDescription,
+    pub stick_out: Option<StickOut>,
+    /// Tolerance of the surface that it makes, mm; `None`: that of the process.
+    pub tolerance_mm: Option<f64>,
+}
+
 /// How a tool sticks out of its holder.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(non_snake_case, reason = "the unit is N, not n")]
@@ -105,11 +115,13 @@ impl StickOut {
 pub struct StockRemoval {
     shape: StockShape,
     cell_mm: Option<f64>,
-    tools: BTreeMap<u32, (ToolDescription, Option<StickOut>)>,
+    tools: BTreeMap<u32, StockToolSpec>,
     natural_frequencies_Hz: Vec<f64>,
     /// Of the paths that cut it.
     sampling: Sampling,
     check: Check,
+    /// What is to be left of it, if that is known.
+    pub(super) part: Option<FinishedPart>,
     /// Names and paths of the programs that have cut it.
     pub(super) earlier: Arc<[(String, Toolpath)]>,
 }
@@ -146,19 +158,25 @@ pub(super) type Tools = BTreeMap<Option<u32>, std::result::Result<StockTool, Str
 impl StockRemoval {
     /// Creates the stock of a `shape` with its largest cell, for paths sampled so.
     pub(super) fn new(
-        (shape, cell_mm): (StockShape, Option<f64>),
-        tools: BTreeMap<u32, (ToolDescription, Option<StickOut>)>,
+        (shape, part, cell_mm): (StockShape, Option<FinishedPart>, Option<f64>),
+        tools: BTreeMap<u32, StockToolSpec>,
         frequencies: Vec<f64>,
         sampling: Sampling,
         check: Check,
     ) -> Self {
         let earlier = Arc::new([]);
-        Self { shape, cell_mm, tools, natural_frequencies_Hz: frequencies, sampling, check, earlier }
+        Self { shape, cell_mm, tools, natural_frequencies_Hz: frequencies, sampling, check, part, earlier }
     }
 
     /// Returns the same stock, which the paths of these programs, by name, have cut before, in their order.
     pub(super) fn after(self, earlier: Vec<(String, Toolpath)>) -> Self {
         Self { earlier: earlier.into(), ..self }
+    }
+
+    /// Returns the tolerance of the surface that the tool with this number makes, the only one where no number is given, mm; `None` if it has none of its own.
+    pub fn tolerance_mm(&self, number: Option<u32>) -> Option<f64> {
+        let only = || self.tools.keys().next().copied().filter(|_| self.tools.len() == 1);
+        self.tools.get(&number.or_else(only)?)?.tolerance_mm
     }
 
     /// Returns in words how often teeth pass on `path`, which cuts the stock, and what is near; `None` where the spindle speed is not known. The second is a caution.
@@ -217,7 +235,8 @@ impl StockRemoval {
             let problem = "is cut by the tool tip, and the path is of the platform point: expected placement.reference = \"tool_tip\"";
             return self.check.fail(problem.into());
         }
-        if let Some((number, _)) = self.tools.iter().find(|own| own.1.1.is_some() && machine.tool_compliance.is_some())
+        if let Some((number, _)) =
+            self.tools.iter().find(|own| own.1.stick_out.is_some() && machine.tool_compliance.is_some())
         {
             let problem =
                 format!("is given in tools.{number}, and the tool of the machine bends, too: expected one of both");
@@ -320,7 +339,7 @@ impl StockRemoval {
             _ => return Err("does not say which tool cuts: expected T before it, or a single tool in [tools]".into()),
         };
         let own = self.tools.get(&number);
-        let sources = own.map(|own| &own.0).into_iter().chain(comments.iter().filter(|own| own.number == number));
+        let sources = own.map(|own| &own.shape).into_iter().chain(comments.iter().filter(|own| own.number == number));
         let sources: Vec<&ToolDescription> = sources.collect();
         let mut tool = match sources.first() {
             Some(first) => (*first).clone(),
@@ -370,7 +389,7 @@ impl StockRemoval {
             return Err(format!("{}: expected the same shape", described()));
         }
         let cutter = cutter(shape, diameter_mm, &tool).map_err(|error| format!("{}: {error}", described()))?;
-        let stub = own.and_then(|own| own.1).map(|own| own.stub(diameter_mm));
+        let stub = own.and_then(|own| own.stick_out).map(|own| own.stub(diameter_mm));
         if stub.is_some() && shape == ToolShape::Drill {
             return Err(format!(
                 "{}: expected no tools.{number}.stick_out_mm, which is of tools that make walls",
@@ -380,17 +399,20 @@ impl StockRemoval {
         Ok(StockTool { cutter, teeth, refused: None, stub })
     }
 
-    /// Fails for a mesh that seems to be in metres, from the length of the path that cuts it.
+    /// Fails for a mesh or a part that seems to be in metres, from the length of the path that cuts it.
     fn check_unit(&self, path: &Toolpath) -> Result<()> {
-        let StockShape::Mesh(mesh) = &self.shape else { return Ok(()) };
+        let mesh = if let StockShape::Mesh(mesh) = &self.shape { Some(("mesh", mesh)) } else { None };
+        let meshes = mesh.into_iter().chain(self.part.iter().map(|part| ("part", &part.mesh)));
         let size = |places: &mut dyn Iterator<Item = Vector3<f64>>| {
             Extent::around(places).map_or(0.0, |extent| (extent.max - extent.min).amax())
         };
-        let size = [size(&mut mesh.vertices.iter().copied()), size(&mut path.positions_mm().into_iter())];
-        if size[0] <= METRES_MM[0] && size[1] > METRES_MM[1] {
-            let problem =
-                format!("is {:.3} mm large, and the path {:.0} mm: expected mm, not metres", size[0], size[1]);
-            return self.check.key("mesh").fail(problem);
+        let along = size(&mut path.positions_mm().into_iter());
+        for (key, mesh) in meshes {
+            let large = size(&mut mesh.vertices.iter().copied());
+            if large <= METRES_MM[0] && along > METRES_MM[1] {
+                let problem = format!("is {large:.3} mm large, and the path {along:.0} mm: expected mm, not metres");
+                return self.check.key(key).fail(problem);
+            }
         }
         Ok(())
     }
@@ -398,7 +420,7 @@ impl StockRemoval {
     /// Returns the uncut stock in axes of the field, for `path` and the programs before.
     ///
     /// # Errors
-    /// A mesh in metres, a path sampled too coarsely, a stock that lies askew, a field too large.
+    /// A mesh or part in metres, a path sampled too coarsely, a stock that lies askew, a field too large.
     pub(super) fn field(&self, axes: &Axes, path: &Toolpath) -> Result<Field> {
         self.check_unit(path)?;
         let paths = || self.earlier.iter().map(|own| &own.1).chain([path]);

@@ -89,6 +89,7 @@ mod own_forces;
 #[cfg(feature = "report")]
 mod page_parts;
 mod parameters;
+mod part;
 mod parts;
 mod path_study;
 mod pieces;

@@ -274,7 +274,12 @@ fn problem(process: &str, machine: &Machine, program: &str) -> String {
 }
 
 /// The job of a program beside whose process file there are `files`.
-fn job_beside(process: &str, machine: &Machine, program: &str, files: &[(&str, Vec<u8>)]) -> Result<ProgramJob> {
+pub(crate) fn job_beside(
+    process: &str,
+    machine: &Machine,
+    program: &str,
+    files: &[(&str, Vec<u8>)],
+) -> Result<ProgramJob> {
     let text = format!("schema = 1\n{process}");
     let files = files.iter().map(|(name, bytes)| (name.to_string(), bytes.clone()));
     let folder = Folder::in_memory(files.chain([("part.nc".to_string(), program.as_bytes().to_vec())]));
@@ -469,7 +474,7 @@ fn what_comments_leave_open_or_contradict_is_refused() {
 }
 
 /// An STL file in text of the box between two corners, turned by an angle about z; its triangles in their order.
-fn box_triangles(low: [f64; 3], high: [f64; 3], turn_deg: f64) -> Vec<[[f64; 3]; 3]> {
+pub(crate) fn box_triangles(low: [f64; 3], high: [f64; 3], turn_deg: f64) -> Vec<[[f64; 3]; 3]> {
     let (sine, cosine) = turn_deg.to_radians().sin_cos();
     let corner = |k: usize| {
         let [x, y, z] = [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { high[axis] } else { low[axis] });
@@ -491,7 +496,7 @@ fn ascii_stl(triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
 }
 
 /// With a header that begins as a text does.
-fn binary_stl(triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
+pub(crate) fn binary_stl(triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
     let mut bytes = format!("{:<80}", "solid of another program\n").into_bytes();
     bytes.extend((triangles.len() as u32).to_le_bytes());
     for corners in triangles {

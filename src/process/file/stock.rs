@@ -14,7 +14,8 @@ use crate::{
     },
     process::{
         Process, ProgramFile,
-        stock::{StickOut, StockRemoval, StockShape, cutter},
+        part::FinishedPart,
+        stock::{StickOut, StockRemoval, StockShape, StockToolSpec, cutter},
     },
     toolpath::{Sampling, ToolDescription, ToolShape},
 };
@@ -30,6 +31,8 @@ pub struct StockSpec {
     pub cylinder: Option<CylinderSpec>,
     /// An STL file, beside the process file, of a closed surface; mm.
     pub mesh: Option<String>,
+    /// An STL file, beside the process file, of what is to be left of it; mm.
+    pub part: Option<String>,
     /// Programs, beside the process file, that have cut the stock before, in their order.
     #[serde(default)]
     pub after: Vec<String>,
@@ -78,6 +81,8 @@ pub struct ToolSpec {
     pub teeth: Option<u32>,
     /// Angle of the helix.
     pub helix_deg: Option<f64>,
+    /// Tolerance of the surface that it makes, instead of that of the process.
+    pub tolerance_mm: Option<f64>,
     /// Length from the holder to the tip.
     pub stick_out_mm: Option<f64>,
     /// Young's modulus.
@@ -105,6 +110,15 @@ pub(super) fn stock(
     };
     let check_stock = check.key("stock");
     let mut inputs = Inputs::default();
+    let mut mesh = |name: &str, check: &Check| {
+        let bytes = beside(name, folder, check)?.bytes(name)?;
+        inputs = std::mem::take(&mut inputs).and(Inputs::of_bytes(name, &bytes));
+        let mesh = stl::read(bytes).and_then(|own| {
+            let closed = Stock::mesh(own.vertices.clone(), own.triangles.clone());
+            closed.map(|_| Arc::new(own)).map_err(|error| error.to_string())
+        });
+        mesh.or_else(|fault| check.fail(format!("{name}: {fault}")))
+    };
     let shape = match (spec.cuboid, spec.cylinder, &spec.mesh) {
         (Some(BoxSpec { min_mm, max_mm }), None, None) => {
             let check = check_stock.key("box");
@@ -119,15 +133,16 @@ pub(super) fn stock(
             let diameter_mm = check.key("diameter_mm").positive(diameter_mm)?;
             StockShape::Cylinder { base, diameter_mm, height_mm: check.key("height_mm").positive(height_mm)? }
         }
-        (None, None, Some(name)) => {
-            let bytes = beside(name, folder, &check_stock.key("mesh"))?.bytes(name)?;
-            inputs = Inputs::of_bytes(name, &bytes);
-            let shape = stl::read(bytes).map(|mesh| StockShape::Mesh(Arc::new(mesh)));
-            let shape = shape.and_then(|own| own.along_z().map(|_| own).map_err(|error| error.to_string()));
-            shape.or_else(|fault| check_stock.key("mesh").fail(format!("{name}: {fault}")))?
-        }
+        (None, None, Some(name)) => StockShape::Mesh(mesh(name, &check_stock.key("mesh"))?),
         _ => return check_stock.fail("expected one of box, cylinder and mesh".into()),
     };
+    let mut part = None;
+    if let Some(name) = &spec.part {
+        let check = check_stock.key("part");
+        let own = FinishedPart { name: name.clone(), mesh: mesh(name, &check)? };
+        own.check(&shape).or_else(|fault| check.fail(format!("{}: {fault}", own.name)))?;
+        part = Some(own);
+    }
     let mut by_number = BTreeMap::new();
     for (name, spec) in &process.tools {
         let check = check.key("tools").key(name);
@@ -135,7 +150,9 @@ pub(super) fn stock(
             return check.fail("is no tool: expected the number of a tool, as after T in a program".into());
         };
         let stick_out = stick_out(spec, &check)?;
-        if by_number.insert(number, (tool(number, spec, &check)?, stick_out)).is_some() {
+        let tolerance_mm = check.key("tolerance_mm").optional_positive(spec.tolerance_mm)?;
+        let own = StockToolSpec { shape: tool(number, spec, &check)?, stick_out, tolerance_mm };
+        if by_number.insert(number, own).is_some() {
             return check.fail(format!("is tool {number} again"));
         }
     }
@@ -145,7 +162,7 @@ pub(super) fn stock(
         check_stock.key(&format!("natural_frequencies_Hz[{number}]")).positive(*own)?;
     }
     let frequencies = frequencies.clone();
-    Ok((Some(StockRemoval::new((shape, cell_mm), by_number, frequencies, sampling, check_stock)), inputs))
+    Ok((Some(StockRemoval::new((shape, part, cell_mm), by_number, frequencies, sampling, check_stock)), inputs))
 }
 
 /// Reads the programs that have cut the stock of `process` before.

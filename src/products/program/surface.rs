@@ -94,18 +94,40 @@ const WORDS: usize = Draws::COUNT / 64;
 struct Found {
     p95_mm: Vec<(usize, f64)>,
     most_mm: [Vec<f64>; 2],
+    /// Draws in which something is off by more than its tolerance, and in which it is missing; `None` where nothing has one.
+    beyond: Option<[Bits; 2]>,
     /// Draws in which a move takes more than the tolerance.
-    gouged: BTreeMap<usize, [u64; WORDS]>,
+    gouged: BTreeMap<usize, Bits>,
+}
+
+/// A bit for each draw.
+type Bits = [u64; WORDS];
+
+/// Joins other bits to these.
+fn unite(bits: &mut Bits, next: &Bits) {
+    bits.iter_mut().zip(next).for_each(|(own, next)| *own |= next);
+}
+
+/// Share of the draws that have their bit.
+fn share_of(bits: &Bits) -> f64 {
+    f64::from(bits.iter().map(|own| own.count_ones()).sum::<u32>()) / Draws::COUNT as f64
 }
 
 impl Found {
     fn new() -> Self {
         let none = || vec![f64::NEG_INFINITY; Draws::COUNT];
-        Self { p95_mm: Vec::new(), most_mm: [none(), none()], gouged: BTreeMap::new() }
+        Self { p95_mm: Vec::new(), most_mm: [none(), none()], beyond: None, gouged: BTreeMap::new() }
     }
 
-    /// Adds the patch `k`, which is off by these distances in the draws; on the skin of the stock only what is missing counts.
-    fn add(&mut self, k: usize, off_mm: &[f64], is_skin: bool, gouge: Option<(usize, f64)>, sizes: &mut Vec<f64>) {
+    /// Adds the patch `k` with its tolerance, which the move `segment` makes and which is off by these distances in the draws; on the skin of the stock only what is missing
+    /// counts.
+    fn add(
+        &mut self,
+        (k, is_skin, tolerance): (usize, bool, Option<f64>),
+        segment: Option<usize>,
+        off_mm: &[f64],
+        sizes: &mut Vec<f64>,
+    ) {
         let [left, missing] = &mut self.most_mm;
         for (draw, off) in off_mm.iter().enumerate() {
             left[draw] = if is_skin { left[draw] } else { left[draw].max(*off) };
@@ -114,11 +136,17 @@ impl Found {
         sizes.clear();
         sizes.extend(off_mm.iter().map(|off| off.abs()));
         self.p95_mm.push((k, quantile(sizes, P95)));
-        let Some((segment, tolerance)) = gouge else { return };
-        if off_mm.iter().any(|off| *off < -tolerance) {
-            let bits = self.gouged.entry(segment).or_insert([0; WORDS]);
-            let out = off_mm.iter().enumerate().filter(|(_, off)| **off < -tolerance);
-            out.for_each(|(draw, _)| bits[draw / 64] |= 1 << (draw % 64));
+        let Some(tolerance) = tolerance else { return };
+        let (mut left, mut missing) = ([0; WORDS], [0; WORDS]);
+        for (draw, off) in off_mm.iter().enumerate() {
+            left[draw / 64] |= u64::from(!is_skin && *off > tolerance) << (draw % 64);
+            missing[draw / 64] |= u64::from(*off < -tolerance) << (draw % 64);
+        }
+        let [out, gouged] = self.beyond.get_or_insert([[0; WORDS]; 2]);
+        [&left, &missing].into_iter().for_each(|own| unite(out, own));
+        unite(gouged, &missing);
+        if let Some(segment) = segment.filter(|_| missing != [0; WORDS]) {
+            unite(self.gouged.entry(segment).or_insert([0; WORDS]), &missing);
         }
     }
 
@@ -127,19 +155,26 @@ impl Found {
         for (own, next) in self.most_mm.iter_mut().zip(next.most_mm) {
             own.iter_mut().zip(next).for_each(|(own, next)| *own = own.max(next));
         }
+        if let Some(next) = next.beyond {
+            let own = self.beyond.get_or_insert([[0; WORDS]; 2]);
+            own.iter_mut().zip(&next).for_each(|(own, next)| unite(own, next));
+        }
         for (segment, next) in next.gouged {
-            let bits = self.gouged.entry(segment).or_insert([0; WORDS]);
-            bits.iter_mut().zip(next).for_each(|(own, next)| *own |= next);
+            unite(self.gouged.entry(segment).or_insert([0; WORDS]), &next);
         }
         self
     }
 }
+
+/// Tolerance of a patch, mm.
+type ToleranceOf<'a> = dyn Fn(&Patch) -> Option<f64> + Sync + 'a;
 
 /// The surface whose distribution is wanted.
 struct Wanted<'a> {
     job: &'a ProgramJob,
     stock: &'a StockRemoval,
     surface: &'a MachinedSurface,
+    tolerance_mm: &'a ToleranceOf<'a>,
     /// From axes of the patches to those of the base.
     turn: Matrix3<f64>,
     path: &'a SpreadPath<'a>,
@@ -155,7 +190,7 @@ impl ProgramJob {
     pub(super) fn surface_spread(
         &self,
         surface: &MachinedSurface,
-        written: &ProgramAsWritten,
+        (written, tolerance_mm): (&ProgramAsWritten, &ToleranceOf<'_>),
         work: &Work,
     ) -> Result<Option<SurfaceSpread>> {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
@@ -164,7 +199,7 @@ impl ProgramJob {
         let counts = |_| true;
         let path = self.spread_path((&machines, &drawn), &counts, written);
         let turn = self.process.placement.place(&self.machine).workpiece().rotation * surface.axes.transpose();
-        let wanted = Wanted { job: self, stock, surface, turn, path: &path, written, work };
+        let wanted = Wanted { job: self, stock, surface, tolerance_mm, turn, path: &path, written, work };
         let courses = [(0, Command::Plain), (1, Command::Compensated)].map(|(course, command)| {
             let by_maker = wanted.patches_by_maker(course);
             work.tell(Event::Stage(Stage { of: "moves that make the surface", items: by_maker.len() }));
@@ -191,18 +226,14 @@ impl Wanted<'_> {
         self.path.drawn.uncertainty.tool_index(point.tool.filter(|_| point.cutting))
     }
 
-    /// Least depth that counts as missing where the move to a point makes `patch`, if a tolerance is given, mm.
-    fn tolerance_mm(&self, _: &Patch) -> Option<f64> {
-        self.job.process.tolerance_mm
-    }
-
     fn course(&self, course: usize, command: Command, by_maker: &BTreeMap<usize, Vec<usize>>) -> Result<CourseSpread> {
         let surface = self.surface;
         let mut found = Found::new();
         // What no draw changes: what programs before have made.
         for (k, (patch, deviation)) in surface.patches.iter().zip(&surface.deviations[course]).enumerate() {
             if let (None, Some(deviation)) = (surface.makers[course][k], deviation.filter(|own| *own != 0.0)) {
-                found.add(k, &[deviation; Draws::COUNT], patch.tag.is_none(), None, &mut Vec::new());
+                let own = (k, patch.tag.is_none(), (self.tolerance_mm)(patch));
+                found.add(own, None, &[deviation; Draws::COUNT], &mut Vec::new());
             }
         }
         self.job.each_part(self.written, &mut |part| {
@@ -218,17 +249,11 @@ impl Wanted<'_> {
         })?;
         let mut p95_mm = vec![None; surface.patches.len()];
         found.p95_mm.iter().for_each(|(k, own)| p95_mm[*k] = Some(*own));
-        let share = |bits: &[u64]| bits.iter().map(|own| own.count_ones()).sum::<u32>() as f64 / Draws::COUNT as f64;
-        let mut gouges: Vec<(usize, f64)> =
-            found.gouged.iter().map(|(segment, bits)| (*segment, share(bits))).collect();
+        let gouges = found.gouged.iter().map(|(segment, bits)| (*segment, share_of(bits)));
+        let mut gouges: Vec<(usize, f64)> = gouges.collect();
         gouges.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let within = found.beyond.as_ref().map(|own| own.each_ref().map(|bits| 1.0 - share_of(bits)));
         let [left, missing] = &found.most_mm;
-        let within = self.job.process.tolerance_mm.map(|tolerance| {
-            let is_deep = |depth: &f64| *depth > tolerance;
-            let gouged = missing.iter().filter(|own| is_deep(own)).count();
-            let out = left.iter().zip(missing).filter(|(a, b)| is_deep(a) || is_deep(b)).count();
-            [out, gouged].map(|own| 1.0 - own as f64 / Draws::COUNT as f64)
-        });
         let largest: Vec<f64> = left.iter().zip(missing).map(|(a, b)| a.max(*b)).collect();
         let mut order: Vec<usize> = (0..Draws::COUNT).collect();
         order.sort_by(|a, b| largest[*a].total_cmp(&largest[*b]));
@@ -290,8 +315,8 @@ impl Wanted<'_> {
                     let factors = draws.force_of(self.tool_index(tag as usize));
                     off.iter_mut().zip(factors).for_each(|(off, factor)| *off += (factor - 1.0) * beyond);
                 }
-                let gouge = self.tolerance_mm(patch).map(|tolerance| (end.source.segment, tolerance));
-                found.add(k, &off, patch.tag.is_none(), gouge, &mut sizes);
+                let own = (k, patch.tag.is_none(), (self.tolerance_mm)(patch));
+                found.add(own, Some(end.source.segment), &off, &mut sizes);
             }
         }
         self.work.tell(Event::Computed(makers.len()));

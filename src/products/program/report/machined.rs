@@ -6,7 +6,11 @@ use kinetostat_removal::Patch;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 
-use super::{Report, findings::LINES};
+use super::{
+    Report,
+    against::{PartSides, ToolSides, tolerance_mm},
+    findings::LINES,
+};
 use crate::{
     figures::{FaceValue, Figure, LineFigure, LineSeries, PartFigure},
     files::{
@@ -15,10 +19,13 @@ use crate::{
     },
     input::error::Result,
     page::{PartView, Section, SmallTable},
-    process::{machined::MachinedSurface, uncertainty::Draws},
+    process::{
+        machined::{GOUGE_MM, MachinedSurface},
+        uncertainty::Draws,
+    },
     products::program::{
         ProgramAsWritten, ProgramJob, ProvedPart,
-        surface::{Recut, SurfaceSpread},
+        surface::{CourseSpread, Recut, SurfaceSpread},
     },
     simulation::{Source, along_path::PathPointResult},
     work::Work,
@@ -59,40 +66,57 @@ impl Courses {
     ) -> Result<Option<Machined>> {
         let Some(stock) = &job.process.stock else { return Ok(None) };
         let surface = stock.machined(&job.path, (&job.machine, &job.process.placement), &self.errors, name)?;
-        let sides = [0, 1].map(|course| Side::new(&surface, course, job.process.tolerance_mm));
-        let spread = job.surface_spread(&surface, written, work)?;
-        Ok(Some(Machined { surface, errors: self.errors, sides, spread }))
+        let tolerance = |patch: &Patch| tolerance_mm(job, patch.tag);
+        let sides = [0, 1].map(|course| Side::new(&surface, &surface.deviations[course], &tolerance, &|_| true));
+        let part = PartSides::new(&surface, job);
+        let tolerance = |patch: &Patch| tolerance_mm(job, patch.tag);
+        let spread = job.surface_spread(&surface, (written, &tolerance), work)?;
+        let mut machined = Machined { surface, errors: self.errors, sides, part, tools: Vec::new(), spread };
+        machined.tools = machined.tools(job);
+        Ok(Some(machined))
     }
 }
 
 /// The surface that is left on the part.
 #[derive(Debug)]
 pub(super) struct Machined {
-    surface: MachinedSurface,
+    pub(super) surface: MachinedSurface,
     /// Errors of the tool at all points, W, mm.
     errors: [Vec<Option<Vector3<f64>>>; 2],
     /// Without compensation and as written.
-    sides: [Side; 2],
-    /// Where inputs are uncertain.
+    pub(super) sides: [Side; 2],
+    /// Against the part of the drawing, where one is given.
+    pub(super) part: Option<PartSides>,
+    /// Of each tool, where they differ.
+    pub(super) tools: Vec<ToolSides>,
+    /// Of the surface against the programmed one, where inputs are uncertain.
     spread: Option<SurfaceSpread>,
 }
 
-/// How far one surface is from the programmed one.
+/// How far one surface is from another one.
 #[derive(Debug, Clone, Default, PartialEq)]
-struct Side {
+pub(super) struct Side {
     /// Largest depth of material left and of material missing, mm, with the patch.
-    left: Option<(f64, usize)>,
-    missing: Option<(f64, usize)>,
-    /// Areas of what was machined, mm²: in all, of unknown deviation, within the tolerance.
-    area: f64,
-    unknown: f64,
-    within: f64,
+    pub left: Option<(f64, usize)>,
+    pub missing: Option<(f64, usize)>,
+    /// Areas of what was machined, mm²: in all, of unknown deviation, with a tolerance, within it.
+    pub area: f64,
+    pub unknown: f64,
+    pub judged: f64,
+    pub within: f64,
 }
 
 impl Side {
-    fn new(surface: &MachinedSurface, course: usize, tolerance_mm: Option<f64>) -> Self {
+    /// Returns it for the patches that `counts` takes, with these deviations and tolerances, mm.
+    pub fn new(
+        surface: &MachinedSurface,
+        deviations: &[Option<f64>],
+        tolerance_mm: &dyn Fn(&Patch) -> Option<f64>,
+        counts: &dyn Fn(&Patch) -> bool,
+    ) -> Self {
         let mut side = Self::default();
-        for (k, (patch, deviation)) in surface.patches.iter().zip(&surface.deviations[course]).enumerate() {
+        for (k, (patch, deviation)) in surface.patches.iter().zip(deviations).enumerate().filter(|own| counts(own.1.0))
+        {
             if patch.tag.is_none() {
                 // What was there before is not to be cut.
                 if let Some(deviation) = deviation.filter(|own| *own < -GOUGE_MM) {
@@ -101,12 +125,14 @@ impl Side {
                 continue;
             }
             let area = patch.area_mm2();
+            let tolerance_mm = tolerance_mm(patch);
             side.area += area;
+            side.judged += tolerance_mm.map_or(0.0, |_| area);
             let Some(deviation) = *deviation else {
                 side.unknown += area;
                 continue;
             };
-            if deviation.abs() <= tolerance_mm.unwrap_or(f64::INFINITY) {
+            if tolerance_mm.is_some_and(|tolerance| deviation.abs() <= tolerance) {
                 side.within += area;
             }
             let [left, missing] = [deviation, -deviation];
@@ -125,12 +151,12 @@ impl Side {
     }
 }
 
-/// Less is rounding where nothing was to be cut, mm.
-const GOUGE_MM: f64 = 1e-3;
 /// Names of the courses.
-const NAMES: [&str; 2] = ["without compensation", "as written"];
-/// Name of the surface that is so far off as with 95 % probability it is not farther.
-const P95_NAME: &str = "as written, with 95 %";
+pub(super) const NAMES: [&str; 2] = ["without compensation", "as written"];
+/// In place of the number of a course: as the program describes it.
+pub(super) const PROGRAMMED: usize = 2;
+/// Names of surfaces that are so far off as with 95 % probability each place is not farther.
+const P95_NAMES: [&str; 2] = ["without, with 95 %", "as written, with 95 %"];
 
 impl Machined {
     /// Returns in sentences what is left and missing on the part.
@@ -140,17 +166,18 @@ impl Machined {
             format!("up to {} is left and {} missing", of(side.left), of(side.missing))
         };
         let [before, after] = &self.sides;
-        let nominal = if self.spread.is_some() { "With nominal numbers" } else { "On the part" };
-        let mut text = self.spread.as_ref().map_or_else(String::new, |own| uncertain_sentences(job, own));
-        text += &format!("{nominal}, {} without compensation; {} as written.", words(before), words(after));
-        if let Some(tolerance) = job.process.tolerance_mm {
-            let share = |side: &Side| percent(side.within / side.area.max(f64::MIN_POSITIVE));
-            text += &format!(
-                " {} of the machined surface is within {tolerance} mm, {} without.",
-                share(after),
-                share(before)
-            );
-        }
+        let nominal = match (job.uncertainty.is_some(), self.part.is_some()) {
+            (true, false) => "With nominal numbers, on the part",
+            (true, true) => "With nominal numbers, against the programmed surface",
+            (false, false) => "On the part",
+            (false, true) => "Against the programmed surface",
+        };
+        let mut text = self
+            .spread
+            .as_ref()
+            .map_or_else(String::new, |own| uncertain_sentences(job, own, &self.tolerance_words(job)));
+        text += &format!("{nominal} {} without compensation; {} as written.", words(before), words(after));
+        text += &self.within_words(job, [before, after]);
         for (side, name) in self.sides.iter().zip(NAMES).filter(|own| own.0.unknown > 0.0) {
             text += &format!(" Of {} of it nothing is known {name}.", percent(side.unknown / side.area));
         }
@@ -161,69 +188,79 @@ impl Machined {
         if job.path.engagements().iter().any(|own| own.bend.is_some()) {
             text += " Distances from the path are from where the tool has to be for its walls, as it bends in itself.";
         }
-        text + "\n"
+        text + "\n" + &self.against_sentences(job)
     }
 
-    /// Returns the place in the program whose move made the surface at a patch on a course, in words.
-    fn place(&self, job: &ProgramJob, (patch, course): (usize, usize)) -> Option<String> {
-        self.surface.makers[course][patch].map(|maker| job.place_words(maker.point as usize))
+    /// Returns the index of the point whose move makes the surface at a patch on a course; as programmed on [`PROGRAMMED`].
+    pub(super) fn maker(&self, (patch, course): (usize, usize)) -> Option<u32> {
+        match self.surface.makers.get(course) {
+            Some(makers) => makers[patch].map(|own| own.point),
+            None => self.surface.patches[patch].tag,
+        }
+    }
+
+    /// Returns the place in the program whose move makes the surface at a patch on a course, in words.
+    pub(super) fn place(&self, job: &ProgramJob, at: (usize, usize)) -> Option<String> {
+        self.maker(at).map(|point| job.place_words(point as usize))
     }
 
     /// Returns largest values and shares as JSON.
     pub fn json(&self, job: &ProgramJob) -> Value {
-        let line = |segment: usize| job.file.line_of(segment);
-        let side = |course: usize| {
-            let side = &self.sides[course];
-            let of = |found: Option<(f64, usize)>| {
-                let position = found.map(|own| self.surface.axes.tr_mul(&self.surface.patches[own.1].position));
-                let maker = found.and_then(|own| Some(self.surface.makers[course][own.1]?.point));
-                json!({
-                    "mm": found.map_or(0.0, |own| own.0),
-                    "point": maker,
-                    "line": maker.and_then(|own| line(job.path.points()[own as usize].source.segment)),
-                    "position_mm": position.map(|own| [own.x, own.y, own.z]),
-                })
-            };
-            let mut json = json!({
-                "most_left": of(side.left),
-                "most_missing": of(side.missing),
-                "area_mm2": side.area,
-                "area_within_tolerance_mm2": job.process.tolerance_mm.map(|_| side.within),
-                "area_unknown_mm2": side.unknown,
-            });
-            if let Some(spread) = &self.spread {
-                let own = &spread.courses[course];
-                let [left, missing] = own.most_p95_mm();
-                let gouge = |(segment, share): &(usize, f64)| json!({ "line": line(*segment), "probability": share });
-                let recut = |own: &Recut| json!({ "estimated_mm": own.estimated_mm, "cut_mm": own.cut_mm });
-                json["distribution"] = json!({
-                    "most_left_p95_mm": left,
-                    "most_missing_p95_mm": missing,
-                    "within_tolerance_probability": own.within.map(|own| own[0]),
-                    "nothing_missing_beyond_tolerance_probability": own.within.map(|own| own[1]),
-                    "gouge_probabilities": own.gouges.iter().map(gouge).collect::<Vec<_>>(),
-                    "cut_again": own.recuts.iter().map(recut).collect::<Vec<_>>(),
-                });
-            }
-            json
-        };
-        json!({ "against": "programmed envelope", "without_compensation": side(0), "as_written": side(1) })
+        let [mut before, mut after] = [0, 1].map(|course| self.side_json(job, (&self.sides[course], course)));
+        if let Some(spread) = &self.spread {
+            let of = |own: &CourseSpread| distribution_json(job, own);
+            [before["distribution"], after["distribution"]] = spread.courses.each_ref().map(of);
+        }
+        let mut report =
+            json!({ "against": "programmed envelope", "without_compensation": before, "as_written": after });
+        self.add_against(job, &mut report);
+        report
+    }
+
+    /// Returns a depth with its place as JSON.
+    pub(super) fn patch_json(&self, job: &ProgramJob, (found, course): (Option<(f64, usize)>, usize)) -> Value {
+        let position = found.map(|own| self.surface.axes.tr_mul(&self.surface.patches[own.1].position));
+        let maker = found.and_then(|own| self.maker((own.1, course)));
+        json!({
+            "mm": found.map_or(0.0, |own| own.0),
+            "point": maker,
+            "line": maker.and_then(|own| job.file.line_of(job.path.points()[own as usize].source.segment)),
+            "position_mm": position.map(|own| [own.x, own.y, own.z]),
+        })
+    }
+
+    pub(super) fn side_json(&self, job: &ProgramJob, (side, course): (&Side, usize)) -> Value {
+        json!({
+            "most_left": self.patch_json(job, (side.left, course)),
+            "most_missing": self.patch_json(job, (side.missing, course)),
+            "area_mm2": side.area,
+            "area_within_tolerance_mm2": (side.judged > 0.0).then_some(side.within),
+            "area_unknown_mm2": side.unknown,
+        })
     }
 
     /// Returns the section of the page on the part.
     pub fn section(&self, report: &Report<'_>) -> Section {
-        let row = |course: usize| {
-            let side = &self.sides[course];
+        let row = |((name, side), course): ((&str, &Side), usize)| {
             let of = |found: Option<(f64, usize)>| found.map_or_else(|| "–".into(), |own| millimetres(own.0, 4));
             let place = |found: Option<(f64, usize)>| {
                 found.and_then(|own| self.place(report.job, (own.1, course))).unwrap_or_else(|| "–".into())
             };
-            vec![NAMES[course].into(), of(side.left), place(side.left), of(side.missing), place(side.missing)]
+            vec![name.into(), of(side.left), place(side.left), of(side.missing), place(side.missing)]
         };
         let table = SmallTable {
-            caption: "Material left and missing on the machined surface, along its normal".into(),
+            caption:
+                "Material left and missing on the machined surface: along its normal, to the nearest point of a part"
+                    .into(),
             header: ["", "most left", "where", "most missing", "where"].map(String::from).into(),
-            rows: [0, 1].map(row).into_iter().chain(self.spread.iter().map(p95_row)).collect(),
+            rows: NAMES
+                .into_iter()
+                .zip(&self.sides)
+                .zip([0, 1])
+                .chain(self.part.iter().flat_map(PartSides::named).zip([PROGRAMMED, 0, 1]))
+                .map(row)
+                .chain(self.spread.iter().map(p95_row))
+                .collect(),
         };
         let uncertain = self.spread.iter().flat_map(|own| uncertain_tables(report.job, own));
         Section::new("What is left on the part?", "deviation of the machined surface from the programmed one")
@@ -233,7 +270,7 @@ impl Machined {
                  it, nor what should be cut through and is not; bending of the tool itself is where the process file says how it sticks out.\n",
             )
             .text(&self.spread.as_ref().map_or_else(String::new, recut_words))
-            .small_tables([table].into_iter().chain(uncertain))
+            .small_tables([table].into_iter().chain(uncertain).chain(self.against_tables(report.job)))
             .explorers([VIEW])
             .figures(&[DEVIATIONS])
     }
@@ -242,7 +279,13 @@ impl Machined {
     pub fn figures(&self, job: &ProgramJob) -> Vec<(String, Figure)> {
         let surface = &self.surface;
         let end = self.end_mm(job);
-        let view = |(course, (name, deviations)): (usize, (String, Vec<Option<f64>>))| {
+        let (reference, nominal, _) = self.reference();
+        let uncertain = if self.part.is_none() { self.p95_surfaces() } else { Vec::new() };
+        let view = |course: usize| {
+            let (name, deviations) = match uncertain.get(course) {
+                Some((name, own)) => (name.as_str(), &own[..]),
+                None => (NAMES[course], nominal[course]),
+            };
             let face = |(patch, deviation): (&Patch, &Option<f64>)| match (patch.tag, deviation) {
                 (None, Some(gouge)) if *gouge < -GOUGE_MM => FaceValue::Value(*gouge),
                 (None, _) => FaceValue::Skin,
@@ -250,7 +293,7 @@ impl Machined {
                 (_, Some(deviation)) => FaceValue::Value(*deviation),
             };
             let title = format!("{name}\n{}", self.range_words(course));
-            (title, surface.patches.iter().zip(&deviations).map(face).collect())
+            (title, surface.patches.iter().zip(deviations).map(face).collect())
         };
         let corners = |patch: &Patch| patch.corners.map(|corner| corner.into());
         let part = PartFigure {
@@ -261,12 +304,11 @@ impl Machined {
             ),
             quantity: "material left [mm]".into(),
             faces: surface.patches.iter().map(corners).collect(),
-            views: self.courses().into_iter().enumerate().map(view).collect(),
+            views: vec![view(0), view(1)],
             range: (-end, end),
             note: format!(
-                "against the surface that the program describes; grey: not cut by it{}",
-                job.process
-                    .tolerance_mm
+                "{reference}; grey: not cut by the program{}",
+                self.least_tolerance_mm(job)
                     .map_or_else(String::new, |own| format!("; the scale ends at the tolerance, {own} mm"))
             ),
         };
@@ -302,40 +344,40 @@ impl Machined {
         }
     }
 
-    /// Returns the surfaces that are shown, by name, with how far each patch is off.
-    fn courses(&self) -> Vec<(String, Vec<Option<f64>>)> {
-        let nominal = NAMES.iter().zip(&self.surface.deviations).map(|(name, own)| (name.to_string(), own.clone()));
+    /// Returns how far each patch is off that with 95 % probability is not exceeded, to the side on which it is with nominal numbers, mm, by name; nothing where inputs are exact.
+    pub(super) fn p95_surfaces(&self) -> Vec<(String, Vec<Option<f64>>)> {
         let signed = |(deviation, p95): (&Option<f64>, &Option<f64>)| Some(p95.as_ref()?.copysign((*deviation)?));
-        let p95 = self.spread.iter().map(|own| {
-            let all = self.surface.deviations[1].iter().zip(&own.courses[1].p95_mm);
-            (P95_NAME.to_string(), all.map(signed).collect())
-        });
-        nominal.chain(p95).collect()
+        let of = |((name, own), nominal): ((&str, &CourseSpread), &Vec<Option<f64>>)| {
+            (name.to_string(), nominal.iter().zip(&own.p95_mm).map(signed).collect())
+        };
+        let courses = self.spread.iter().flat_map(|own| P95_NAMES.into_iter().zip(&own.courses));
+        courses.zip(&self.surface.deviations).map(of).collect()
     }
 
     /// Returns where the colours end, mm: at the tolerance, as what is out of it has the strongest, or at the largest deviation.
     fn end_mm(&self, job: &ProgramJob) -> f64 {
-        let largest = self.sides.iter().map(Side::largest).fold(1e-3, f64::max);
-        job.process.tolerance_mm.unwrap_or(largest)
+        let largest = self.reference().2.into_iter().map(Side::largest).fold(1e-3, f64::max);
+        self.least_tolerance_mm(job).unwrap_or(largest)
     }
 
     fn range_words(&self, course: usize) -> String {
-        let of = |found: &Option<(f64, usize)>| found.map_or(0.0, |own| own.0);
-        let nominal = self.sides.get(course).map(|side| [of(&side.left), of(&side.missing)]);
-        let p95 = || self.spread.as_ref().map(|own| own.courses[1].most_p95_mm());
-        let [left, missing] = nominal.or_else(p95).unwrap_or_default();
+        let Side { left, missing, .. } = self.reference().2[course];
+        let nominal = [left, missing].map(|own| own.map_or(0.0, |own| own.0));
+        let uncertain = self.spread.as_ref().filter(|_| self.part.is_none());
+        let [left, missing] = uncertain.map_or(nominal, |own| own.courses[course].most_p95_mm());
         format!("\u{2212}{missing:.3} to +{left:.3} mm")
     }
 
     /// Returns the distribution of deviations over the machined area.
     fn histogram(&self, job: &ProgramJob, end: f64) -> Figure {
+        let (reference, deviations, sides) = self.reference();
         let series = NAMES.iter().enumerate().map(|(course, name)| {
             let mut shares = [0.0; BINS];
             let bin = 2.0 * end / BINS as f64;
-            for (patch, deviation) in self.surface.patches.iter().zip(&self.surface.deviations[course]) {
+            for (patch, deviation) in self.surface.patches.iter().zip(deviations[course]) {
                 if let (Some(_), Some(deviation)) = (patch.tag, deviation) {
                     let at = ((deviation + end) / bin).clamp(0.0, BINS as f64 - 1.0) as usize;
-                    shares[at] += 100.0 * patch.area_mm2() / self.sides[course].area.max(f64::MIN_POSITIVE);
+                    shares[at] += 100.0 * patch.area_mm2() / sides[course].area.max(f64::MIN_POSITIVE);
                 }
             }
             let steps = shares.iter().enumerate().flat_map(|(at, share)| {
@@ -344,8 +386,9 @@ impl Machined {
             });
             LineSeries::new(*name, steps.collect(), course == 0)
         });
-        let labels = ["material left along the normal [mm]", "share of the machined area [%]"];
-        let subtitle = format!("{}, bins of {}", job.machine.name, millimetres(2.0 * end / BINS as f64, 4));
+        let labels = ["material left [mm]", "share of the machined area [%]"];
+        let subtitle =
+            format!("{}, {reference}, bins of {}", job.machine.name, millimetres(2.0 * end / BINS as f64, 4));
         Figure::Lines(LineFigure::new("How the deviation is spread over the part", subtitle, labels, series.collect()))
     }
 
@@ -354,13 +397,16 @@ impl Machined {
     pub fn ply(&self, job: &ProgramJob, name: String) -> OutputFile {
         let surface = &self.surface;
         let count = surface.patches.len();
-        let p95 = self.spread.as_ref().map(|own| &own.courses[1].p95_mm);
-        let p95_property = if p95.is_some() { "property float as_written_p95_mm\n" } else { "" };
-        let mut bytes = Vec::with_capacity(count * (4 * 29 + 17) + 512);
+        let part = surface.against_part.iter().flat_map(|own| NAMES.iter().zip(&own.surfaces[1..]));
+        let part = part.map(|(name, own)| (format!("against_part_{}_mm", name.replace(' ', "_")), own));
+        let p95 = self.spread.iter().map(|own| ("as_written_p95_mm".to_string(), &own.courses[1].p95_mm));
+        let more: Vec<(String, &Vec<Option<f64>>)> = part.chain(p95).collect();
+        let mut bytes = Vec::with_capacity(count * (4 * (25 + 4 * more.len()) + 17) + 512);
+        let properties: String = more.iter().map(|(name, _)| format!("property float {name}\n")).collect();
         let header = format!(
             "ply\nformat binary_little_endian 1.0\ncomment deviation from the programmed surface along its normal, mm, positive where material is left\n\
              element vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float without_compensation_mm\n\
-             property float as_written_mm\n{p95_property}property int line\nproperty uchar known\nelement face {count}\nproperty list uchar int vertex_indices\nend_header\n",
+             property float as_written_mm\n{properties}property int line\nproperty uchar known\nelement face {count}\nproperty list uchar int vertex_indices\nend_header\n",
             4 * count
         );
         bytes.extend(header.as_bytes());
@@ -369,12 +415,11 @@ impl Machined {
             let line = segment.and_then(|segment| job.file.line_of(segment)).unwrap_or(0) as i32;
             let deviations = [0, 1].map(|course| surface.deviations[course][k]);
             let is_known = deviations.iter().all(Option::is_some);
-            let values = deviations.into_iter().chain(p95.map(|own| own[k]));
-            let values: Vec<f32> = values.map(|own| own.unwrap_or(0.0) as f32).collect();
             for corner in &patch.corners {
                 let corner = surface.axes.tr_mul(corner);
-                for own in corner.iter().map(|own| *own as f32).chain(values.iter().copied()) {
-                    bytes.extend(own.to_le_bytes());
+                let values = deviations.into_iter().chain(more.iter().map(|own| own.1[k]));
+                for own in corner.iter().copied().chain(values.map(|own| own.unwrap_or(0.0))) {
+                    bytes.extend((own as f32).to_le_bytes());
                 }
                 bytes.extend(line.to_le_bytes());
                 bytes.push(is_known.into());
@@ -396,7 +441,7 @@ const DEVIATIONS: &str = "deviations";
 const BINS: usize = 40;
 
 /// Returns in sentences how sure it is what is left on the part.
-fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread) -> String {
+fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread, within: &str) -> String {
     let [before, after] =
         spread.courses.each_ref().map(|own| own.most_p95_mm().map(|own| millimetres(own.max(0.0), 3)));
     let mut text = format!(
@@ -404,11 +449,9 @@ fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread) -> String {
         after[0], after[1], before[0], before[1]
     );
     let sure = |share: f64| probability(share, Draws::COUNT);
-    if let (Some(tolerance), [Some(before), Some(after)]) =
-        (job.process.tolerance_mm, spread.courses.each_ref().map(|own| own.within))
-    {
+    if let [Some(before), Some(after)] = spread.courses.each_ref().map(|own| own.within) {
         text += &format!(
-            " All of its surface is within {tolerance} mm with {} probability ({} without); nothing is missing by more with {}.",
+            " All of its surface is within {within} with {} probability ({} without); nothing is missing by more with {}.",
             sure(after[0]),
             sure(before[0]),
             sure(after[1])
@@ -435,10 +478,25 @@ fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread) -> String {
     text + " "
 }
 
+/// Returns what is known of the distribution of a surface as JSON.
+fn distribution_json(job: &ProgramJob, own: &CourseSpread) -> Value {
+    let [left, missing] = own.most_p95_mm();
+    let gouge = |(segment, share): &(usize, f64)| json!({ "line": job.file.line_of(*segment), "probability": share });
+    let recut = |own: &Recut| json!({ "estimated_mm": own.estimated_mm, "cut_mm": own.cut_mm });
+    json!({
+        "most_left_p95_mm": left,
+        "most_missing_p95_mm": missing,
+        "within_tolerance_probability": own.within.map(|own| own[0]),
+        "nothing_missing_beyond_tolerance_probability": own.within.map(|own| own[1]),
+        "gouge_probabilities": own.gouges.iter().map(gouge).collect::<Vec<_>>(),
+        "cut_again": own.recuts.iter().map(recut).collect::<Vec<_>>(),
+    })
+}
+
 /// Returns the row of a table of what is left and missing with 95 % probability.
 fn p95_row(spread: &SurfaceSpread) -> Vec<String> {
     let [left, missing] = spread.courses[1].most_p95_mm().map(|own| millimetres(own.max(0.0), 4));
-    vec![P95_NAME.into(), left, "anywhere".into(), missing, "anywhere".into()]
+    vec![P95_NAMES[1].into(), left, "anywhere".into(), missing, "anywhere".into()]
 }
 
 /// Returns what the estimate of the surface rests on, in sentences.
@@ -458,7 +516,6 @@ fn recut_words(spread: &SurfaceSpread) -> String {
 
 /// Returns the lines that may take more than the tolerance from the part, the likeliest first, as a table; none without such.
 fn uncertain_tables(job: &ProgramJob, spread: &SurfaceSpread) -> Option<SmallTable> {
-    let tolerance = job.process.tolerance_mm?;
     let [before, after] = &spread.courses;
     let row = |(segment, share): &(usize, f64)| {
         let without = before.gouges.iter().find(|own| own.0 == *segment).map_or(0.0, |own| own.1);
@@ -467,6 +524,6 @@ fn uncertain_tables(job: &ProgramJob, spread: &SurfaceSpread) -> Option<SmallTab
     };
     let rows: Vec<_> = after.gouges.iter().filter_map(row).take(LINES).collect();
     let header = ["line", "text", "as written", "without compensation"].map(String::from).into();
-    let caption = format!("Probability that a line takes more than {tolerance} mm too much from the part");
+    let caption = "Probability that a line takes more than the tolerance too much from the part".into();
     (!rows.is_empty()).then_some(SmallTable { caption, header, rows })
 }

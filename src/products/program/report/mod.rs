@@ -1,5 +1,6 @@
 //! Reports of a compensated program: its points, the effect of limits, the proof, and a page.
 
+mod against;
 mod findings;
 mod machined;
 mod notes;

@@ -280,6 +280,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let forces = report.proved.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
     let mut headline = Headline::new(verdict + &sure + &forces, basis)
         .with_cautions(&report.proved.worse_as_written().unwrap_or_default())
+        .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.gouge_text(report.job)))
         .with_cautions(
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )

@@ -1,0 +1,94 @@
+//! The finished part as its drawing has it: a closed surface of triangles, and how far a place is from it.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use parry3d_f64::{
+    math::Vector,
+    query::PointQuery,
+    shape::{TriMesh, TriMeshFlags},
+};
+
+use super::stock::{StockMesh, StockShape};
+
+/// The finished part, in the frame of the workpiece.
+#[derive(Debug, Clone)]
+pub(super) struct FinishedPart {
+    /// Name of its file.
+    pub name: String,
+    /// Its surface, closed.
+    pub mesh: Arc<StockMesh>,
+}
+
+/// A hair: what a part may stick out of its stock, by rounding and by chords, mm.
+const HAIR_MM: f64 = 0.1;
+
+impl FinishedPart {
+    /// Fails unless the triangles face outwards and the part is within its stock.
+    pub fn check(&self, stock: &StockShape) -> Result<(), String> {
+        let volume_mm3 = volume_mm3(&self.mesh);
+        if volume_mm3 <= 0.0 {
+            return Err(format!(
+                "its triangles enclose {volume_mm3:.3} mm³: expected their corners counter-clockwise seen from outside"
+            ));
+        }
+        let outside = stock.outside();
+        let farthest =
+            self.mesh.vertices.iter().map(|vertex| (outside(vertex), vertex)).max_by(|a, b| a.0.total_cmp(&b.0));
+        match farthest.filter(|own| own.0 > HAIR_MM) {
+            Some((by, at)) => Err(format!(
+                "it sticks out of the stock by {by:.3} mm at ({:.3}, {:.3}, {:.3}) mm: expected it within, in mm and in the frame of the workpiece",
+                at.x, at.y, at.z
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
+/// How far outside a place is, mm.
+type Outside<'a> = Box<dyn Fn(&Vector3<f64>) -> f64 + 'a>;
+
+impl StockShape {
+    /// Returns how far outside of the stock a place is, mm; not positive within.
+    fn outside(&self) -> Outside<'_> {
+        match self {
+            StockShape::Box { min, max } => Box::new(move |at| (min - at).sup(&(at - max)).max()),
+            StockShape::Cylinder { base, diameter_mm, height_mm } => Box::new(move |at| {
+                let from = at - base;
+                (from.xy().norm() - 0.5 * diameter_mm).max(-from.z).max(from.z - height_mm)
+            }),
+            StockShape::Mesh(mesh) => {
+                // Which way the triangles of a stock face does not matter.
+                let (surface, sense) = (PartSurface::new(mesh), volume_mm3(mesh).signum());
+                Box::new(move |at| sense * surface.distance_mm(at))
+            }
+        }
+    }
+}
+
+/// Returns the volume within a closed surface, negative if its triangles face inwards, mm³.
+fn volume_mm3(mesh: &StockMesh) -> f64 {
+    let from_first = |corner: u32| mesh.vertices[corner as usize] - mesh.vertices[0];
+    let volume = |[a, b, c]: [Vector3<f64>; 3]| a.dot(&b.cross(&c)) / 6.0;
+    mesh.triangles.iter().map(|own| volume(own.map(from_first))).sum()
+}
+
+/// A closed surface of triangles, ordered so that what is nearest to a place is found at once.
+pub(super) struct PartSurface(TriMesh);
+
+impl PartSurface {
+    /// Creates the surface of a closed mesh, which has triangles.
+    pub fn new(mesh: &StockMesh) -> Self {
+        let vertices = mesh.vertices.iter().map(|own| Vector::new(own.x, own.y, own.z)).collect();
+        let surface = TriMesh::with_flags(vertices, mesh.triangles.clone(), TriMeshFlags::ORIENTED);
+        Self(surface.expect("a closed mesh has triangles"))
+    }
+
+    /// Returns how far a place is from the nearest point of the surface, mm: positive outside, negative inside.
+    pub fn distance_mm(&self, at: &Vector3<f64>) -> f64 {
+        let at = Vector::new(at.x, at.y, at.z);
+        let nearest = self.0.project_local_point(at, false);
+        let distance = (nearest.point - at).length();
+        if nearest.is_inside { -distance } else { distance }
+    }
+}
