@@ -2,6 +2,7 @@
 
 mod check;
 mod even;
+pub(crate) mod feeds;
 pub(crate) mod fit;
 pub(crate) mod fold;
 mod place;
