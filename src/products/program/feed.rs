@@ -9,7 +9,7 @@ use crate::{
     input::error::{Error, Result},
     process::{
         Process,
-        cutting::{LEAST_HEADING, PathLoad},
+        cutting::PathLoad,
         feed::{FeedLimits, FeedQuantity},
     },
     simulation::{ProgramFile, along_path::PathPointResult},
@@ -28,6 +28,11 @@ const KEPT: f64 = 1.0 + 1e-6;
 const STEP: f64 = 1e-3;
 /// A feed that stays may be slower than it might be by this share, so that few F words are needed.
 const SLACK: f64 = 0.05;
+/// The end of a tool cuts where it takes more than this share of what is removed, or falls by more: less is of rounding.
+const BY_END: f64 = 0.01;
+
+/// A value and its place along the program, in words.
+pub type Placed = (f64, String);
 
 /// The feeds that were chosen for a program, and what they do.
 #[derive(Debug, Clone)]
@@ -41,7 +46,7 @@ pub struct FoundFeeds {
     /// Number of F words that are changed or new.
     pub words: usize,
     /// Largest value of each limited quantity, its limit, and its place, as programmed and as written.
-    pub largest: Vec<(FeedQuantity, f64, [(f64, String); 2])>,
+    pub largest: Vec<(FeedQuantity, f64, [Placed; 2])>,
     /// Number of lines whose feed each limit stops, in order of [`FeedQuantity::ALL`], then the largest change, and that the end of a tool cuts, whose force is in no law:
     /// no line of those is fed faster.
     pub stopped_by: [usize; 7],
@@ -56,7 +61,7 @@ pub struct FoundFeeds {
 struct Uses {
     /// Largest value of each quantity, and the point that has it.
     values: [(f64, usize); 5],
-    /// Whether the end of a tool cuts, whose force is in no law.
+    /// Whether the end of a tool cuts, whose force is in no law; see [`BY_END`].
     by_end: bool,
 }
 
@@ -114,6 +119,10 @@ pub(super) fn with_feeds(
         line_of[line.motions.clone()].fill(Some(k));
     }
     let mut job = ProgramJob::as_programmed(process.clone(), program, name, work)?;
+    if !job.untrackable_points(1, |_| {})?.is_empty() {
+        // It is refused as a whole, and that says where.
+        return Ok(job);
+    }
     let (minutes, programmed) = (feed_minutes(&job.path), uses(&job, limits, &line_of, work)?);
     let programmed_largest = largest(&job, limits, &programmed);
     let mut sought = vec![Sought::default(); lines.len()];
@@ -241,7 +250,7 @@ fn nearest(limits: &FeedLimits, uses: &Uses) -> (FeedQuantity, f64) {
 }
 
 /// Returns the largest value of each limited quantity, and its place.
-fn largest(job: &ProgramJob, limits: &FeedLimits, uses: &[Option<Uses>]) -> Vec<(f64, String)> {
+fn largest(job: &ProgramJob, limits: &FeedLimits, uses: &[Option<Uses>]) -> Vec<Placed> {
     let of = |(quantity, _): (FeedQuantity, f64)| {
         let all = uses.iter().flatten().map(|uses| uses.values[quantity as usize]);
         let (value, point) = all.fold((0.0, 0), |most, own| if own.0 > most.0 { own } else { most });
@@ -261,16 +270,26 @@ fn uses(job: &ProgramJob, limits: &FeedLimits, line_of: &[Option<usize>], work: 
             let law = job.process.load(point).map_err(|fault| Error::argument(&job.name, fault.to_string()))?;
             let load = law.on_tool(point.tangent, there.tool_axes());
             let torque = load.moment_Nmm.dot(&there.tool_axes().column(2)).abs() / 1e3;
+            let fall = point.tangent.dot(&there.tool_axes().column(2));
             let by_end = match (job.path.engagements().get(k), law) {
-                (Some(engaged), _) => engaged.end_mm2 > 0.0,
-                (None, PathLoad::Milling(_)) => point.tangent.dot(&there.tool_axes().column(2)) > LEAST_HEADING,
+                (Some(engaged), _) => engaged.end_mm2 * fall > BY_END * engaged.removed_mm2,
+                (None, PathLoad::Milling(_)) => fall > BY_END,
                 _ => false,
             };
             if load.force_N.norm() == 0.0 && torque == 0.0 && !by_end {
                 continue;
             }
             let power = torque * point.spindle_rev_per_min.unwrap_or_default() * std::f64::consts::TAU / 60.0 / 1e3;
-            let deflection = results.get(i).and_then(PathPointResult::solved_error).map_or(0.0, |error| error.norm());
+            let deflection = match results.get(i) {
+                None => 0.0,
+                Some(result) => PathPointResult::solved_error(result).map(|error| error.norm()).ok_or_else(|| {
+                    let (place, why) = (job.place_words(k), result.status.reason(&job.machine));
+                    Error::argument(
+                        &job.name,
+                        format!("{place}: the deflection that [feed] limits is not known: {why}"),
+                    )
+                })?,
+            };
             let uses = uses[line].get_or_insert_default();
             uses.by_end |= by_end;
             for (most, own) in uses.values.iter_mut().zip([load.force_N.norm(), torque, power, deflection, feed]) {

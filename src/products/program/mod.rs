@@ -25,7 +25,7 @@ use self::turned::with_best_gamma;
 pub use compensate::{Asked, CommandSource, Compensated, InMemory, ProvedProgram, Receiver, Refusal};
 pub use corrected::{CorrectedPath, ProgramAsWritten, WrittenCalls};
 #[cfg(not(target_family = "wasm"))]
-pub use feed::FoundFeeds;
+pub use feed::{FoundFeeds, Placed};
 pub use forces::ForceCheck;
 pub use part::Part;
 pub use prove::{CuttingLawCheck, Proof, ProvedPart, WithoutForce};

@@ -8,7 +8,7 @@ use crate::{
     files::words::{counted, join_words},
     page::{Section, SmallTable},
     process::feed::FeedQuantity,
-    products::program::{FoundFeeds, ProgramJob},
+    products::program::{FoundFeeds, Placed, ProgramJob},
     questions::path::report::Curve,
 };
 
@@ -46,10 +46,8 @@ pub fn feed_text(report: &Report<'_>) -> String {
     let Some(feed) = &report.job.feed else { return String::new() };
     let FoundFeeds { minutes: [before, after], lines: [faster, slower, same, in_air], words, .. } = feed;
     let mut text = format!(
-        "At programmed feed the moves at feed rate take {before:.2} min, with the feeds as written {after:.2} min, without acceleration and rapid moves.\n\
-         {} are fed faster, {slower} slower and {same} as programmed; {in_air} that cut nothing stay. {} of the program are changed or new.\n",
-        counted(*faster, "line"),
-        counted(*words, "F word")
+        "Moves at feed rate take {before:.3} min as programmed and {after:.3} min as written, without acceleration and rapid moves.\n\
+         Lines fed faster: {faster}; slower: {slower}; as programmed: {same}; that cut nothing and stay: {in_air}. F words changed or new: {words}.\n"
     );
     let keys = FeedQuantity::ALL.map(FeedQuantity::key).into_iter().chain(["change", END]);
     let stopped = keys.zip(feed.stopped_by).filter(|own| own.1 > 0);
@@ -68,7 +66,7 @@ pub fn feed_text(report: &Report<'_>) -> String {
 pub(super) fn section(report: &Report<'_>) -> Option<Section> {
     let feed = report.job.feed.as_ref()?;
     let rows = feed.largest.iter().map(|(quantity, limit, values)| {
-        let at = |(value, place): &(f64, String)| format!("{} ({place})", shown(*quantity, *value));
+        let at = |(value, place): &Placed| format!("{} ({place})", shown(*quantity, *value));
         vec![quantity.name().to_string(), shown(*quantity, *limit), at(&values[0]), at(&values[1])]
     });
     let limits = SmallTable {
