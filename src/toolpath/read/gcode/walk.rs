@@ -33,6 +33,7 @@ pub(crate) struct Block {
 
 /// What the words of a line, whether it moves the tool or not, make of the feed in force.
 #[derive(Clone, Debug)]
+#[cfg_attr(target_family = "wasm", expect(dead_code, reason = "pages leave feeds as they are"))]
 pub(crate) struct FeedWords {
     /// Index of the line, from 0.
     pub line: usize,
