@@ -28,7 +28,8 @@ use super::{Ending, choice, headline, on_machine::OnMachine, reporting::Reportin
 /// Write the program that makes the loaded tool follow its path, and prove it by simulating what was written.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The program keeps its format: in G-code only motion words change; comments, line numbers, other words and the feed stay.
+The program keeps its format: in G-code only motion words change; comments, line numbers, other words and, without [feed] in the process,
+the feed stay.
 Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json, and a page about the program to OUT.html.
 Files that the program calls are written beside it, too, if their calls stay. Files of these names are only replaced if they are
 as this command left them, or with --force.
@@ -119,7 +120,20 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             return Ok(Ending::SomeUnsolved);
         }
     };
-    let WrittenProgram { headline, proved, machine, process, gamma, blocks, used, spread, rows, page } = *written;
+    let WrittenProgram {
+        headline,
+        proved,
+        machine,
+        process,
+        exceeds_feed_limits,
+        gamma,
+        blocks,
+        used,
+        spread,
+        feed,
+        rows,
+        page,
+    } = *written;
     reporting.print_styled(&headline::result_text(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
     if let Some(gamma) = gamma {
         reporting.print(&format!("\n{gamma}"))?;
@@ -133,7 +147,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     }
     let residual = residual_text(&machine, proved.commanded_max_mm()) + &holes_text(proved.written.in_holes_mm);
     let limits = limits_text(&machine, &process.limits, &proved);
-    reporting.print_styled(&headline::sentences(&(limits + &residual + &spread + &blocks)))?;
+    reporting.print_styled(&headline::sentences(&(feed + &limits + &residual + &spread + &blocks)))?;
     if proved.uncorrected > 0 {
         let positions = counted(proved.uncorrected, "position");
         reporting.print(&format!("Left as written, as there is no correction: {positions} where nothing is cut.\n"))?;
@@ -144,7 +158,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
     reporting.print_styled(&headline::sentences(&used))?;
     let does_harm = proved.worse_as_written().is_some() || proved.is_probably_worse();
-    Ok(Ending::of(headline.unsolved.is_none() && !does_harm))
+    Ok(Ending::of(headline.unsolved.is_none() && !does_harm && !exceeds_feed_limits))
 }
 
 /// Opens the program to compensate, with progress where γ is sought.

@@ -2,6 +2,8 @@
 
 pub mod cutting;
 mod cutting_rule;
+#[cfg(not(target_family = "wasm"))]
+pub mod feed;
 pub mod file;
 #[cfg(all(not(target_family = "wasm"), feature = "report"))]
 pub mod machined;

@@ -207,7 +207,8 @@ impl StudyContext<'_> {
             (None, Some(ProcessRef::File(file))) => self.process_file(file, &top),
             (None, Some(ProcessRef::Tables(spec))) => Process::from_tables(spec, &top, self.folder, &self.machine),
             (None, None) => top.fail("missing: expected the name of a process file, or its tables".into()),
-        }?;
+        }?
+        .with_programmed_feed("a study")?;
         if process.uncertainty.is_some() {
             self.uncertainty_of_process.replace(process.uncertainty.clone());
         }

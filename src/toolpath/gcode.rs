@@ -28,6 +28,8 @@
 //! - A rapid move is one path point, its end. Controllers need not drive it straight.
 //! - Where the tool is is not known until G0 and G1 have given X, Y and Z: motions before stay as they are ([`Notes`]).
 
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use super::write::gcode::feeds::FedLine;
 pub use super::{
     RewriteError,
     expand::SiblingFiles,

@@ -38,6 +38,8 @@ mod explore_cloud;
 mod export_correction;
 mod external_axes;
 #[cfg(feature = "report")]
+mod feed;
+#[cfg(feature = "report")]
 mod figure_parts;
 #[cfg(feature = "report")]
 mod figures;

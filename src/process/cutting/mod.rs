@@ -145,6 +145,20 @@ impl CuttingLaw {
         path.points().iter().map(|point| self.load(point)).collect()
     }
 
+    /// Whether there is a force at all, whether it depends on the feed of a program, and whether its mean torque about the tool's axis is known.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn knows(&self) -> [bool; 3] {
+        let (by_feed, torque) = match self {
+            CuttingLaw::None => return [false; 3],
+            CuttingLaw::PathFrame(_) | CuttingLaw::Table(_) | CuttingLaw::FromPath => (false, false),
+            CuttingLaw::SlotMilling(own) => (own.feed_per_tooth_mm.is_none(), false),
+            CuttingLaw::EndMilling(own) => (own.feed_per_tooth_mm.is_none(), own.over_turn == MeanOrPeak::Mean),
+            CuttingLaw::EngagedMilling(own) => (own.feed_per_tooth_mm.is_none(), true),
+            CuttingLaw::Drilling(own) | CuttingLaw::EngagedDrilling(own) => (own.feed_per_rev_mm.is_none(), true),
+        };
+        [true, by_feed, torque]
+    }
+
     /// Whether the loads of the path are its loads.
     pub(super) fn takes_loads(&self) -> bool {
         match self {

@@ -31,6 +31,11 @@ impl OwnForces {
         of_feature.map(|(_, law)| law).or_else(of_tool)
     }
 
+    /// Returns all of them.
+    pub(crate) fn laws(&self) -> impl Iterator<Item = &CuttingLaw> {
+        self.by_tool.values().chain(self.by_feature.iter().map(|(_, law)| law))
+    }
+
     /// Returns these forces with one component each, as [`CuttingLaw::with_only`] does.
     pub(crate) fn with_only(&self, component: usize) -> Option<Self> {
         let by_tool = self.by_tool.iter().map(|(number, law)| Some((*number, law.with_only(component)?)));
@@ -44,7 +49,7 @@ impl OwnForces {
         if self.is_empty() {
             return others.check(path);
         }
-        let mut laws = self.by_tool.values().chain(self.by_feature.iter().map(|(_, law)| law)).chain([others]);
+        let mut laws = self.laws().chain([others]);
         if !laws.any(CuttingLaw::takes_loads) && path.points().iter().any(|point| point.load.is_some()) {
             return Err(LoadError::UnusedLoads { other_law: true });
         }

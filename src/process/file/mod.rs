@@ -1,6 +1,8 @@
 //! The process file, checked: placement of the workpiece, cutting force, errors of the real machine, and limits of compensation.
 
 pub mod chain_errors;
+#[cfg(not(target_family = "wasm"))]
+mod feed;
 mod force;
 pub(crate) mod force_spec;
 #[cfg(not(target_family = "wasm"))]
@@ -70,6 +72,9 @@ pub struct Process {
     pub sampling: Sampling,
     /// Limits of corrections and drive forces.
     pub limits: CorrectionLimits,
+    /// What limits the feed of a program; `None`: the feed is as programmed.
+    #[cfg(not(target_family = "wasm"))]
+    pub feed: Option<crate::process::feed::FeedLimits>,
     /// What is compensated: position or full pose.
     pub target: Target,
     /// Along a program, the length after a corner over which the cutting force is blended from one move to the next, mm; at 0 it jumps.
@@ -196,6 +201,22 @@ impl Process {
     /// It has a table `[uncertainty]`.
     pub fn exact_for(self, name: &str) -> Result<Self> {
         self.uncertainty.as_ref().map_or(Ok(()), |table| uncertainty::refuse(&table.check, name)).map(|()| self)
+    }
+
+    /// Returns the process itself if it has no table `[feed]`; `name` says in the error what leaves feeds as they are.
+    ///
+    /// # Errors
+    /// It has a table `[feed]`.
+    pub fn with_programmed_feed(self, name: &str) -> Result<Self> {
+        #[cfg(not(target_family = "wasm"))]
+        if let Some(limits) = &self.feed {
+            return limits.check.fail(format!(
+                "is not for {name}, which leaves feeds as programmed: only compensate changes those of a G-code program"
+            ));
+        }
+        #[cfg(target_family = "wasm")]
+        let _ = name;
+        Ok(self)
     }
 
     /// Computes the load at every point of `path`, in order. Fails like [`OwnForces::check`] and [`CuttingLaw::load`].

@@ -74,6 +74,8 @@ fn process(
             .key("cutting")
             .fail("is given where [stock] is, which says what cuts: expected no such table".into());
     }
+    #[cfg(not(target_family = "wasm"))]
+    let feed = super::feed::limits(spec, [&cutting].into_iter().chain(own_forces.laws()), check)?;
     let features = own_forces.by_feature.iter().map(|(text, _)| text.clone()).collect();
     let check_gcode = check.key("gcode");
     let machine = match &spec.tool {
@@ -104,6 +106,8 @@ fn process(
         errors: chain_errors(&spec.chain_error, machine, check)?,
         uncertainty,
         sampling,
+        #[cfg(not(target_family = "wasm"))]
+        feed,
         limits: limits(&spec.limits, &check.key("limits"))?,
         target,
         corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,

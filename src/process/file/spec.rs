@@ -48,6 +48,13 @@ pub struct ProcessSpec {
     /// Limits of corrections and drive forces; none if not given.
     #[serde(default)]
     pub limits: LimitsSpec,
+    /// What limits the feed of a program; as programmed if not given.
+    #[cfg(not(target_family = "wasm"))]
+    pub feed: Option<super::feed::FeedSpec>,
+    /// See there.
+    #[cfg(target_family = "wasm")]
+    #[serde(default, rename = "feed")]
+    pub _feed: serde::de::IgnoredAny,
     /// What is compensated.
     #[serde(default)]
     pub compensate: CompensateTable,
@@ -100,6 +107,8 @@ impl ProcessSpec {
             ("cutting", self.cutting != CuttingRuleSpec::default()),
             ("sampling", self.sampling != SamplingSpec::default()),
             ("limits", self.limits != LimitsSpec::default()),
+            #[cfg(not(target_family = "wasm"))]
+            ("feed", self.feed.is_some()),
             #[cfg(not(target_family = "wasm"))]
             ("redundancy", self.redundancy != RedundancyTable::default()),
             ("gcode", self.gcode != GcodeSpec::default()),

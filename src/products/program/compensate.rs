@@ -148,6 +148,12 @@ impl ProgramJob {
             let problem = "is not computed for a measured pass: expected a method, or no such table";
             table.check.fail::<()>(problem.into())?;
         }
+        #[cfg(not(target_family = "wasm"))]
+        if let (CommandSource::Mirror(_), Some(limits)) = (&asked.way, &self.process.feed) {
+            let problem =
+                "changes feeds, and a measured pass is of the program as it was: expected a method, or no such table";
+            limits.check.fail::<()>(problem.into())?;
+        }
         if asked.ends_early {
             let failures = self.untrackable_points(NAMED, |points| work.tell(Event::Computed(points)))?;
             if !failures.is_empty() {

@@ -50,6 +50,8 @@ pub struct WrittenProgram {
     pub machine: Machine,
     /// The process.
     pub process: Process,
+    /// Whether limits of its feed are exceeded, though the feed is as slow as it may be.
+    pub exceeds_feed_limits: bool,
     /// Effect of the rotation about the tool axis, as sentences and a table, if the best γ was sought.
     pub gamma: Option<String>,
     /// What its blocks demand of a control, in sentences.
@@ -58,6 +60,8 @@ pub struct WrittenProgram {
     pub used: String,
     /// How sure the errors are, in sentences; empty where inputs are taken as exact.
     pub spread: String,
+    /// How its feeds were chosen, in sentences; empty where they are as programmed.
+    pub feed: String,
     /// Which rows its table of points has, if not all, in a sentence.
     pub rows: Option<String>,
     /// Path of its page.
@@ -115,13 +119,28 @@ pub fn compensate_into(
     if !spread.is_empty() {
         spread.insert_str(0, "The table is of nominal numbers.\n");
     }
+    let feed = report::feed_text(&report);
+    let exceeds_feed_limits = job.feed.as_ref().is_some_and(|feed| !feed.exceeded.is_empty());
     let (machine, process) = (job.machine.clone(), job.process.clone());
     // A page takes memory; nothing more is asked of the points.
     proved.written.sent = CommandedPath { positions: Vec::new(), orientations: None };
     drop((job, findings));
     let bytes = std::mem::take(&mut proved.written.bytes);
     let page = files.write((bytes, proved.written.callees(), points, json), made.path(), (page, &figures))?;
-    let written = WrittenProgram { headline, proved, machine, process, gamma, blocks, used, spread, rows, page };
+    let written = WrittenProgram {
+        headline,
+        proved,
+        machine,
+        process,
+        exceeds_feed_limits,
+        gamma,
+        blocks,
+        used,
+        spread,
+        feed,
+        rows,
+        page,
+    };
     Ok(ProgramOutcome::Written(Box::new(written)))
 }
 

@@ -3,6 +3,8 @@
 pub mod bounded;
 mod compensate;
 mod corrected;
+#[cfg(not(target_family = "wasm"))]
+mod feed;
 #[cfg(feature = "report")]
 pub mod files;
 mod forces;
@@ -24,6 +26,8 @@ use self::part::TrackPart;
 use self::turned::with_best_gamma;
 pub use compensate::{Asked, CommandSource, Compensated, InMemory, ProvedProgram, Receiver, Refusal};
 pub use corrected::{CorrectedPath, ProgramAsWritten, WrittenCalls};
+#[cfg(not(target_family = "wasm"))]
+pub use feed::{FoundFeeds, Placed};
 pub use forces::ForceCheck;
 pub use part::Part;
 pub use prove::{CuttingLawCheck, Proof, ProvedPart, WithoutForce};
@@ -67,6 +71,9 @@ pub struct ProgramJob {
     pub file: ProgramFile,
     /// The γ (rotation about the tool axis) that was found, if the process asks for the best one.
     pub redundancy: Option<FoundGamma>,
+    /// The feeds that were chosen, if the process asks for it; `file` has them.
+    #[cfg(not(target_family = "wasm"))]
+    pub feed: Option<FoundFeeds>,
     /// The points of the program.
     pub path: Toolpath,
     /// The program's name in error messages.
@@ -113,12 +120,21 @@ impl ProgramJob {
     }
 
     /// Prepares `program`, called `name` in errors, and computes the cutting force along it; seeks γ if the process asks for the best one,
-    /// and reports the progress of that to `work`.
+    /// and reports the progress of that to `work`; chooses its feeds if the process limits something by them.
     ///
     /// # Errors
     /// A target that a program cannot command, a program that moves nowhere or has too many points, or a path that lacks what the cutting
-    /// force needs; no γ that is possible along the whole path, or a format that cannot express it; errors of `work`.
+    /// force needs; no γ that is possible along the whole path, or a format that cannot express it; a program whose feeds cannot be chosen; errors of `work`.
     pub fn new(process: Process, program: ProgramFile, name: &str, work: &Work) -> Result<Self> {
+        #[cfg(not(target_family = "wasm"))]
+        if let Some(limits) = &process.feed {
+            return feed::with_feeds(limits, &process, program, name, work);
+        }
+        Self::as_programmed(process, program, name, work)
+    }
+
+    /// Prepares `program` as [`ProgramJob::new`] does, with the feeds that it has.
+    fn as_programmed(process: Process, program: ProgramFile, name: &str, work: &Work) -> Result<Self> {
         // Pages get programs at the γ that was found.
         #[cfg(target_family = "wasm")]
         let (_, redundancy) = (work, None);
@@ -169,6 +185,8 @@ impl ProgramJob {
             components,
             file,
             redundancy,
+            #[cfg(not(target_family = "wasm"))]
+            feed: None,
             path,
             name,
             tasks,

@@ -1,6 +1,7 @@
 //! Reports of a compensated program: its points, the effect of limits, the proof, and a page.
 
 mod against;
+mod feed;
 mod findings;
 mod machined;
 mod notes;
@@ -8,6 +9,7 @@ mod page;
 mod tables;
 mod words;
 
+pub use feed::feed_text;
 pub use findings::{Findings, outside_workspace};
 pub use notes::{notes_text, use_text};
 pub use page::{figures, page};

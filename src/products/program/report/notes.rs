@@ -23,12 +23,15 @@ pub fn use_text(report: &Report<'_>) -> String {
         PathReference::ToolTip => "the tool tip",
         PathReference::PlatformPoint => "the platform point P",
     };
+    let (fed, feed) = if report.job.feed.is_some() { (" and feeds", "") } else { ("", " feed,") };
     let rest = match (report.job.process.redundancy.is_sought(), report.job.is_full_pose()) {
         (false, false) => {
-            format!(". Positions of moves are changed, all else is as in {name}: orientation, feed, spindle, tool.\n")
+            format!(
+                ". Positions{fed} of moves are changed, all else is as in {name}: orientation,{feed} spindle, tool.\n"
+            )
         }
         (false, true) => format!(
-            " and how the tool stands. Positions and orientations of moves are changed, all else is as in {name}: feed, spindle, tool.\n"
+            " and how the tool stands. Positions{fed} and orientations of moves are changed, all else is as in {name}:{feed} spindle, tool.\n"
         ),
         (true, _) => format!(
             ". The tool is rotated about its axis: positions and orientations of moves are changed, and there are more of them; lines above \

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{
-    Report,
+    Report, feed,
     findings::{DrawnPoint, Findings, WorstPoint},
     limits_text, passes_table, residual_text, spread_text,
     tables::{error_before_column, spread_quantities},
@@ -46,6 +46,7 @@ pub fn page(report: &Report<'_>, headline: Headline, (points, rows): (&str, Opti
             Some(worst_section(report).text(rows.unwrap_or_default())),
             Some(cause_section(report)),
             Some(remedy_section(report)),
+            feed::section(report),
             Some(use_section(report)),
             Some(proof_section(report)),
         ]
@@ -198,6 +199,9 @@ pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
         ];
         figures.push((SPREAD.into(), distances("Distance from the path where inputs are uncertain", &curves)));
     }
+    let title = "Feed along the path";
+    figures
+        .extend(feed::figure(report.job, |own| curve_figure(report.job, title, "share of the programmed feed", own)));
     if !force.is_empty() {
         figures.push(("cutting_force".into(), curve_figure(report.job, cutting_force::TITLE, "force [N]", &force)));
     }

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::{
-    Report,
+    Report, feed,
     words::{limit_unit, shown_price},
 };
 use crate::{
@@ -359,6 +359,9 @@ pub fn program_json(report: &Report<'_>) -> Value {
     if let Some(uncertainty) = &job.uncertainty {
         report["uncertainty"] = spread_report::json(uncertainty, &findings.spread);
         report["uncertainty"]["largest"] = json!(proved.spread);
+    }
+    if let Some(found) = &job.feed {
+        report["feed"] = feed::json(found);
     }
     if let Some(play) = findings.play.json() {
         report["play"] = play;

@@ -1,7 +1,7 @@
 //! Sentences about a compensated program: its first screen, the effect of limits, its blocks, and its residual error.
 
 use super::{
-    Report, notes_text,
+    Report, feed, notes_text,
     tables::{WITHOUT_FORCE, error_before_column},
 };
 use crate::{
@@ -278,7 +278,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
     };
     let uncertain = report.job.uncertainty.as_ref();
     let forces = report.proved.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
-    let mut headline = Headline::new(verdict + &sure + &forces, basis)
+    let mut headline = Headline::new(feed::verdict(report.job) + &verdict + &sure + &forces, basis)
         .with_cautions(&report.proved.worse_as_written().unwrap_or_default())
         .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.gouge_text(report.job)))
         .with_cautions(

@@ -1,13 +1,16 @@
 //! Walks through a G-code program line by line. Each walk reads its bytes anew, so that long programs take little memory.
 
+use std::ops::Range;
+
 use crate::toolpath::{
     model::{
         MotionGeometry, NumberFormat,
-        gcode::{BlockDelete, Centre, GcodeError, LengthUnit, Motion, MotionCode, Notes, Refusal},
+        gcode::{BlockDelete, Centre, Dialect, GcodeError, LengthUnit, Motion, MotionCode, Notes, Refusal, Word},
         number,
     },
     read::gcode::{
-        Effect, Interpreter, LineReader, ObservedStyle, Pole, Program, Statement, Style, ZeroSetting, lines,
+        Effect, Interpreter, LineReader, ObservedStyle, Pole, Program, Statement, Style, ZeroSetting, effective_words,
+        lines,
     },
 };
 
@@ -26,6 +29,18 @@ pub(crate) struct Block {
     pub pole: Option<Pole>,
     /// Length of what new lines of the block begin with too: blanks, block-delete mark, in Heidenhain's dialect the number.
     pub prefix: usize,
+}
+
+/// What the words of a line, whether it moves the tool or not, make of the feed in force.
+#[derive(Clone, Debug)]
+#[cfg_attr(target_family = "wasm", expect(dead_code, reason = "pages leave feeds as they are"))]
+pub(crate) struct FeedWords {
+    /// Index of the line, from 0.
+    pub line: usize,
+    /// Bytes of the number after F in the line.
+    pub number: Option<Range<usize>>,
+    /// Whether M72 restores the feed that was saved.
+    pub restores: bool,
 }
 
 /// Line of a motion, and whether it is a hole.
@@ -75,6 +90,13 @@ impl PoleArcs {
     }
 }
 
+impl FeedWords {
+    fn of(line: usize, words: &[Word], dialect: Dialect) -> Self {
+        let number = effective_words(words).iter().find(|word| word.letter == 'F').map(Word::number);
+        Self { line, number, restores: words.iter().any(|word| word.mode_save_code(dialect) == Some(72)) }
+    }
+}
+
 impl Program {
     /// Returns all blocks of the program at once. `Err` for a line that cannot be followed.
     pub(crate) fn all_blocks(&self) -> Result<Vec<Block>, GcodeError> {
@@ -88,6 +110,14 @@ impl Program {
 
     /// Passes each block to `visit`, in order, and returns the notes. `Err` from `visit`, or for a line that cannot be followed.
     pub(crate) fn walk<E: From<GcodeError>>(&self, mut visit: impl FnMut(&Block) -> Result<(), E>) -> Result<Notes, E> {
+        self.walk_lines(|block, _| block.map_or(Ok(()), &mut visit))
+    }
+
+    /// Passes each line of words to `visit` with its block, if it is one, as [`Program::walk`] does.
+    pub(crate) fn walk_lines<E: From<GcodeError>>(
+        &self,
+        mut visit: impl FnMut(Option<&Block>, &FeedWords) -> Result<(), E>,
+    ) -> Result<Notes, E> {
         let mut interpreter = Interpreter::new(&self.options, self.dialect);
         let mut reader = LineReader::new(self.dialect);
         let mut percents = 0;
@@ -109,11 +139,12 @@ impl Program {
                 Statement::Percent => percents += 1,
                 Statement::Command { moves } => interpreter.forget_position(line + 1, [moves; 3]),
                 Statement::Words { words, prefix } => {
+                    let feed = FeedWords::of(line, &words, self.dialect);
                     let effect = interpreter.follow_line(line + 1, words).map_err(located)?;
-                    if effect != Effect::default() {
-                        let Effect { motion_word, motions, zero_setting, pole } = effect;
-                        visit(&Block { line, motion_word, motions, zero_setting, pole, prefix })?;
-                    }
+                    let has_effect = effect != Effect::default();
+                    let Effect { motion_word, motions, zero_setting, pole } = effect;
+                    let block = Block { line, motion_word, motions, zero_setting, pole, prefix };
+                    visit(has_effect.then_some(&block), &feed)?;
                 }
             }
             if percents == 2 {

@@ -2,6 +2,8 @@
 
 mod check;
 mod even;
+#[cfg(not(target_family = "wasm"))]
+pub(crate) mod feeds;
 pub(crate) mod fit;
 pub(crate) mod fold;
 mod place;
