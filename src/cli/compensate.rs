@@ -161,12 +161,14 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     Ok(Ending::of(headline.unsolved.is_none() && !does_harm && !exceeds_feed_limits))
 }
 
-/// Opens the program to compensate, with progress where γ is sought.
+/// Opens the program to compensate, with progress where γ is sought or stock is cut.
 fn open_job(process: Process, path: &Path, reporting: &Reporting) -> Result<ProgramJob> {
-    if !process.redundancy.is_sought() {
-        return ProgramJob::open(process, path, &Work::default());
-    }
-    let progress = reporting.progress(&path.display().to_string(), 0, "values of γ");
+    let of = match (process.redundancy.is_sought(), process.stock.is_some()) {
+        (true, _) => "values of γ",
+        (false, true) => "moves cut",
+        (false, false) => return ProgramJob::open(process, path, &Work::default()),
+    };
+    let progress = reporting.progress(&path.display().to_string(), 0, of);
     let job = ProgramJob::open(process, path, &progress.work());
     progress.end();
     job

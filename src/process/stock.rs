@@ -219,7 +219,7 @@ impl StockRemoval {
     }
 
     /// Returns `path` as it cuts the stock, with the load of an [`EngagedMilling`] law at points on whose way material is touched, and how it is touched
-    /// ([`Toolpath::engagements`]). `law` gives the law of a point; `origin` names the path in errors.
+    /// ([`Toolpath::engagements`]). `law` gives the law of a point; `origin` names the path in errors; `done` is called for each point.
     ///
     /// # Errors
     /// A tool that is not known, or leans, or is a drill of another diameter than its law; a rapid move through material, a start in it, a path that touches none; loads that come with the path; a feed or a
@@ -229,7 +229,7 @@ impl StockRemoval {
         path: Toolpath,
         (machine, placement): (&Machine, &Placement),
         law: impl Fn(&PathPoint) -> &'a CuttingLaw,
-        origin: &str,
+        (origin, done): (&str, &mut dyn FnMut()),
     ) -> Result<Toolpath> {
         if placement.reference != PathReference::ToolTip {
             let problem = "is cut by the tool tip, and the path is of the platform point: expected placement.reference = \"tool_tip\"";
@@ -249,9 +249,9 @@ impl StockRemoval {
         let axes = self.axes_along(&path, (machine, placement));
         let mut cutting = Cutting::new(self.field(&axes, &path)?, axes, FREE_MM + self.sampling.chordal_tolerance_mm());
         for (origin, path) in self.earlier.iter() {
-            self.follow(&mut cutting, (path, origin), &placed, |_| &CuttingLaw::None)?;
+            self.follow(&mut cutting, (path, origin), &placed, (|_| &CuttingLaw::None, &mut || ()))?;
         }
-        self.follow(&mut cutting, (&path, origin), &placed, law)
+        self.follow(&mut cutting, (&path, origin), &placed, (law, done))
     }
 
     /// Returns `path` as it cuts what there is; see [`StockRemoval::cut`].
@@ -260,7 +260,7 @@ impl StockRemoval {
         cutting: &mut Cutting,
         (path, origin): (&Toolpath, &str),
         placed: &PlacedWorkpiece,
-        law: impl Fn(&PathPoint) -> &'a CuttingLaw,
+        (law, done): (impl Fn(&PathPoint) -> &'a CuttingLaw, &mut dyn FnMut()),
     ) -> Result<Toolpath> {
         if let [first, ..] = path.external_axes() {
             let problem = format!("is cut along one direction of the tool, and {origin} commands {first}");
@@ -273,6 +273,7 @@ impl StockRemoval {
         let mut points = path.points().to_vec();
         let mut engagements = vec![Engaged::default(); points.len()];
         for k in 0..points.len() {
+            done();
             let to = points[k];
             if cutting.leans(&axes_of(placed, &to)) {
                 let problem = "tilts the tool, and stock is cut along one direction of it: expected one orientation, or no [stock]";

@@ -221,16 +221,16 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 11] = [
     (&["crates/engine/src"], 21_450),
-    (&["crates/removal/src"], 2_585),
-    (&["src/toolpath"], 16_245),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 11_505),
-    (&["src/simulation", "src/redundancy"], 5_285),
+    (&["crates/removal/src"], 2_615),
+    (&["src/toolpath"], 16_500),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 11_905),
+    (&["src/simulation", "src/redundancy"], 5_380),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_680),
     (&["src/figures", "src/page"], 9_725),
     (&["src/questions"], 24_470),
-    (&["src/products", "src/inspect", "src/explore"], 10_885),
-    (&["src/cli"], 2_910),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 110_915),
+    (&["src/products", "src/inspect", "src/explore"], 12_240),
+    (&["src/cli"], 2_925),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 113_070),
 ];
 
 #[test]

@@ -171,6 +171,14 @@ impl Process {
     /// Returns `path` with its cutting points marked by the file's cutting rule, or as it cuts the stock; `origin` names the path in errors. Fails when no move that
     /// may cut does, or the machine cannot reach an orientation of the path.
     pub fn mark_cutting(&self, path: Toolpath, origin: &str) -> Result<Toolpath> {
+        self.mark_cutting_and_tell(path, origin, &mut || ())
+    }
+
+    /// As [`Process::mark_cutting`]; calls `done` for each point up to which stock is cut.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn mark_cutting_and_tell(&self, path: Toolpath, origin: &str, done: &mut dyn FnMut()) -> Result<Toolpath> {
         if let Some((point, why)) = first_unreachable(&self.machine, &self.placement, &path) {
             let problem = format!("move {} {why}", point.source.segment + 1);
             return Err(Error::Argument { argument: origin.into(), problem });
@@ -190,8 +198,10 @@ impl Process {
         #[cfg(not(target_family = "wasm"))]
         if let Some(stock) = &self.stock {
             let law = |point: &PathPoint| self.own_forces.law_at(point).unwrap_or(&self.cutting);
-            return stock.cut(path, (&self.machine, &self.placement), law, origin);
+            return stock.cut(path, (&self.machine, &self.placement), law, (origin, done));
         }
+        #[cfg(target_family = "wasm")]
+        let _ = done;
         Ok(path)
     }
 

@@ -50,7 +50,7 @@ use crate::{
     },
     spatial::Pose,
     toolpath::{PathPoint, Toolpath},
-    work::Work,
+    work::{Event, Work},
 };
 
 /// A program ready to be compensated: its machine, process and path, with the cutting force along it.
@@ -158,7 +158,11 @@ impl ProgramJob {
             return Err(Error::argument(name, problem));
         }
         check_orientations(&process, &path, name)?;
-        let path = process.mark_cutting(path, name)?;
+        #[cfg(not(target_family = "wasm"))]
+        if process.stock.is_some() {
+            work.tell(Event::Stage(crate::work::Stage { of: "moves cut", items: path.len() }));
+        }
+        let path = process.mark_cutting_and_tell(path, name, &mut || work.tell(Event::Computed(1)))?;
         let process = Process { machine: locked_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
         let faulty = |fault: LoadError| Error::argument(name, fault.to_string());
