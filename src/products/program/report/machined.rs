@@ -166,18 +166,14 @@ impl Machined {
             format!("up to {} is left and {} missing", of(side.left), of(side.missing))
         };
         let [before, after] = &self.sides;
-        let nominal = match (job.uncertainty.is_some(), self.part.is_some()) {
-            (true, false) => "With nominal numbers, on the part",
-            (true, true) => "With nominal numbers, against the programmed surface",
-            (false, false) => "On the part",
-            (false, true) => "Against the programmed surface",
+        let against = if self.part.is_some() { "Against the programmed surface" } else { "On the part" };
+        let mut text = match &self.spread {
+            Some(spread) => uncertain_sentences(job, spread, &self.tolerance_words(job)),
+            None => {
+                let words = format!("{against} {} without compensation; {} as written.", words(before), words(after));
+                words + &self.within_words(job, [before, after])
+            }
         };
-        let mut text = self
-            .spread
-            .as_ref()
-            .map_or_else(String::new, |own| uncertain_sentences(job, own, &self.tolerance_words(job)));
-        text += &format!("{nominal} {} without compensation; {} as written.", words(before), words(after));
-        text += &self.within_words(job, [before, after]);
         for (side, name) in self.sides.iter().zip(NAMES).filter(|own| own.0.unknown > 0.0) {
             text += &format!(" Of {} of it nothing is known {name}.", percent(side.unknown / side.area));
         }
@@ -475,7 +471,7 @@ fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread, within: &str) -
         }
         Some(_) => String::new(),
     };
-    text + " "
+    text
 }
 
 /// Returns what is known of the distribution of a surface as JSON.
