@@ -67,12 +67,16 @@ pub(super) struct StockTool {
     refused: Option<String>,
     /// How it bends in itself; `None`: not at all.
     stub: Option<Stub>,
+    /// Its shank and holder as cutters, by name, and how high their ends are above its tip, mm.
+    bodies: Vec<(&'static str, Cutter, f64)>,
 }
 
 /// What the process file says of a tool.
 #[derive(Debug, Clone)]
 pub(super) struct StockToolSpec {
     pub shape: ToolDescription,
+    /// What must not come into the stock: name, diameter and height above the tip from which on it is there, mm.
+    pub bodies: Vec<(&'static str, f64, f64)>,
     pub stick_out: Option<StickOut>,
     /// Tolerance of the surface that it makes, mm; `None`: that of the process.
     pub tolerance_mm: Option<f64>,
@@ -370,7 +374,7 @@ impl StockRemoval {
             Some(Err(_)) => {
                 let refused = format!("is of tool {number}, {}, which stock cannot be cut with", said.join(", "));
                 let cutter = cutter(ToolShape::Flat, diameter_mm, &tool).map_err(|error| error.to_string())?;
-                return Ok(StockTool { cutter, teeth, refused: Some(refused), stub: None });
+                return Ok(StockTool { cutter, teeth, refused: Some(refused), stub: None, bodies: Vec::new() });
             }
         };
         if shape == ToolShape::BullNose && tool.corner_radius_mm.is_none() {
@@ -397,7 +401,13 @@ impl StockRemoval {
                 described()
             ));
         }
-        Ok(StockTool { cutter, teeth, refused: None, stub })
+        let body = |&(name, diameter_mm, from_mm): &(&'static str, f64, f64)| {
+            Cutter::flat(diameter_mm)
+                .map(|own| (name, own, from_mm))
+                .map_err(|error| format!("{}: {error}", described()))
+        };
+        let bodies = own.iter().flat_map(|own| &own.bodies).map(body).collect::<std::result::Result<_, _>>()?;
+        Ok(StockTool { cutter, teeth, refused: None, stub, bodies })
     }
 
     /// Fails for a mesh or a part that seems to be in metres, from the length of the path that cuts it.
@@ -537,6 +547,7 @@ impl Cutting {
             return Ok(());
         }
         let tool = tool?;
+        self.check_bodies(tool, &from, &self.at)?;
         let refused = |error: RemovalError| error.to_string();
         let mut met = self.field.first_in_way(&tool.cutter, &from, &self.at, self.free_mm).map_err(refused)?;
         // Columns see what is wider than a cell; the surface is asked for the rest where the tool may be in material.
@@ -561,6 +572,27 @@ impl Cutting {
         ))
     }
 
+    /// `Err` if the shank or the holder of the tool is in the stock while its tip moves from one point to another.
+    fn check_bodies(
+        &self,
+        tool: &StockTool,
+        from: &Vector3<f64>,
+        to: &Vector3<f64>,
+    ) -> std::result::Result<(), String> {
+        let top = self.field.stock().bounds().1.z;
+        for (name, body, height) in tool.bodies.iter().filter(|own| from.z.min(to.z) + own.2 < top) {
+            let [from, to] = [from, to].map(|own| own + *height * Vector3::z());
+            let met = self.field.first_in_way(body, &from, &to, self.free_mm).map_err(|error| error.to_string())?;
+            if let Some(met) = met {
+                let [x, y, z]: [f64; 3] = (self.axes.transpose() * met).into();
+                return Err(format!(
+                    "has the {name} of its tool in the stock at ({x:.2}, {y:.2}, {z:.2}) mm: expected one that is higher above the tip than {height} mm, or narrower"
+                ));
+            }
+        }
+        Ok(())
+    }
+
     /// Moves the tip by `way` and cuts what it meets; returns the load of the law where the cut is heaviest, with the engagement there, or nothing in air.
     fn feed(
         &mut self,
@@ -582,6 +614,7 @@ impl Cutting {
                 self.removed_mm2 = at_end;
             }
             self.field.cut(&tool.cutter, &from, &end, to.source.segment as u32).map_err(|error| error.to_string())?;
+            self.check_bodies(tool, &from, &end)?;
             self.at = end;
         }
         Ok(heaviest)

@@ -240,6 +240,29 @@ fn a_ball_has_the_force_of_the_sum_over_its_edge() {
     }
 }
 
+/// A shoulder 5 mm deep, cut with 10 mm: what is wider than that must not begin lower than its top.
+#[test]
+fn a_shank_or_holder_in_the_stock_is_refused() {
+    let process = |body: &str| process([2.5, 30.0], &format!("{TOOL}{body}\n"), MATERIAL);
+    let orthoglide = Machine::named_or_file("orthoglide").unwrap();
+    for (name, diameter, from, meets) in [
+        ("holder", 40.0, 4.0, true),
+        ("holder", 40.0, 5.1, false),
+        ("shank", 12.0, 3.0, true),
+        ("shank", 10.0, 3.0, false),
+        ("shank", 8.0, 0.5, false),
+    ] {
+        let process = process(&format!("{name} = {{ diameter_mm = {diameter:?}, from_mm = {from:?} }}"));
+        if meets {
+            let found = problem(&process, &orthoglide, LINE);
+            assert!(found.contains(&format!("move 2: has the {name} of its tool in the stock at (")), "{found}");
+        } else {
+            let job = job("orthoglide", &process, ("part.nc", LINE));
+            assert!(middle(&job).iter().all(|own| own.1.depth_mm > 4.9), "{name} {diameter} {from}");
+        }
+    }
+}
+
 /// However coarsely the path is sampled, what it meets between its points is found, by feed and by rapid moves.
 #[test]
 fn what_lies_between_points_is_found() {

@@ -65,7 +65,7 @@ function partView(article, data) {
     }
     readout.textContent = `${data.places[at]}: material left ${words.join(", ")}; ${values.join(", ")}.`;
   }
-  const select = Controls.select(controls, "tool path", data.courses, (index) => {
+  const select = Controls.select(controls, "surface", data.courses, (index) => {
     course = index;
     heading();
     Plotly.restyle(chart.plot, { intensity: [intensity()] }, [1]);

@@ -65,6 +65,16 @@ pub struct CylinderSpec {
     pub height_mm: f64,
 }
 
+/// A cylinder about the axis of a tool that must not come into the stock.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodySpec {
+    /// D.
+    pub diameter_mm: f64,
+    /// Height above the tip from which on it is there.
+    pub from_mm: f64,
+}
+
 /// A tool of a program that cuts stock. What is not given, a comment of the program has to say.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -83,6 +93,10 @@ pub struct ToolSpec {
     pub helix_deg: Option<f64>,
     /// Tolerance of the surface that it makes, instead of that of the process.
     pub tolerance_mm: Option<f64>,
+    /// What is above its flutes.
+    pub shank: Option<BodySpec>,
+    /// What holds it.
+    pub holder: Option<BodySpec>,
     /// Length from the holder to the tip.
     pub stick_out_mm: Option<f64>,
     /// Young's modulus.
@@ -151,7 +165,15 @@ pub(super) fn stock(
         };
         let stick_out = stick_out(spec, &check)?;
         let tolerance_mm = check.key("tolerance_mm").optional_positive(spec.tolerance_mm)?;
-        let own = StockToolSpec { shape: tool(number, spec, &check)?, stick_out, tolerance_mm };
+        let body = |(name, body): (&'static str, Option<BodySpec>)| {
+            let BodySpec { diameter_mm, from_mm } = body?;
+            let check = check.key(name);
+            let size = check.key("diameter_mm").positive(diameter_mm);
+            Some(size.and_then(|diameter_mm| Ok((name, diameter_mm, check.key("from_mm").positive(from_mm)?))))
+        };
+        let bodies = [("shank", spec.shank), ("holder", spec.holder)].into_iter().filter_map(body);
+        let bodies = bodies.collect::<Result<_>>()?;
+        let own = StockToolSpec { shape: tool(number, spec, &check)?, bodies, stick_out, tolerance_mm };
         if by_number.insert(number, own).is_some() {
             return check.fail(format!("is tool {number} again"));
         }
