@@ -9,7 +9,6 @@ use crate::{
     machine::Machine,
     process::{
         Placement,
-        part::{FinishedPart, PartSurface},
         stock::{StockRemoval, is_rapid, is_unknown_way},
     },
     toolpath::Toolpath,
@@ -25,23 +24,14 @@ pub struct MachinedSurface {
     /// Of each course of the tool, how far its surface is beyond each patch along the normal, mm: positive where material is left. `None` on the sides of the stock, and
     /// where the position of the tool is not known.
     pub deviations: Vec<Vec<Option<f64>>>,
-    /// Of each course, what made the surface there; `None` on the sides of the stock and where a program before has made it.
-    pub makers: Vec<Vec<Option<Maker>>>,
+    /// Of each course, the index of the point whose move made the surface there; `None` on the sides of the stock and where a program before has made it.
+    pub makers: Vec<Vec<Option<u32>>>,
     /// How far it is from the part, where that is given.
     pub against_part: Option<AgainstPart>,
     /// Size of patches, mm: what is narrower may not be seen.
     pub patch_mm: f64,
     /// Whether that is more than half the radius of the smallest tool.
     pub is_coarse: bool,
-}
-
-/// A move that makes the surface on a course.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Maker {
-    /// Index of the point to which it goes.
-    pub point: u32,
-    /// Direction in which the tool takes the surface with it, out of the material, in axes of the patches; that of the patch but where another wall is now at it.
-    pub normal: Vector3<f64>,
 }
 
 /// How far points of the surface are from the nearest of the part, mm: positive outside of it.
@@ -87,8 +77,33 @@ impl StockRemoval {
         let found = courses.iter().map(|course| self.deviations((path, &axes), &patches, (course, &|_| 1.0), origin));
         let (deviations, makers): (Vec<_>, _) = found.collect::<Result<Vec<_>>>()?.into_iter().unzip();
         patches.iter_mut().for_each(|patch| patch.tag = patch.tag.filter(|tag| *tag != EARLIER));
-        let against_part = self.part.as_ref().map(|part| against(part, &axes, &patches, &deviations));
-        Ok(MachinedSurface { axes, patches, deviations, makers, against_part, patch_mm, is_coarse })
+        let mut surface =
+            MachinedSurface { axes, patches, deviations, makers, against_part: None, patch_mm, is_coarse };
+        surface.against_part = self.part.as_ref().map(|part| {
+            let programmed = vec![Some(0.0); surface.patches.len()];
+            let all = [&programmed].into_iter().chain(&surface.deviations);
+            let surfaces = all.filter_map(|own| self.against_part(&surface, own)).collect();
+            AgainstPart { name: part.name.clone(), surfaces }
+        });
+        Ok(surface)
+    }
+
+    /// Returns how far from the part patches are that are off the programmed surface by these `deviations`, as in [`AgainstPart`]; `None` if no part is given.
+    pub(crate) fn against_part(
+        &self,
+        surface: &MachinedSurface,
+        deviations: &[Option<f64>],
+    ) -> Option<Vec<Option<f64>>> {
+        let part = self.part.as_ref()?;
+        let of = |(patch, deviation): (&Patch, &Option<f64>)| {
+            // What no move of the program makes is as it was.
+            let deviation = if patch.tag.is_some() { (*deviation)? } else { deviation.unwrap_or(0.0) };
+            let at = surface.axes.tr_mul(&(patch.position + deviation * patch.normal));
+            let distance = part.surface.distance_mm(&at);
+            // That is not to be cut by it, but may be missing by programs before.
+            (patch.tag.is_some() || (patch.normal.z > 0.0 && distance < -GOUGE_MM)).then_some(distance)
+        };
+        Some(surface.patches.par_iter().zip(deviations).map(of).collect())
     }
 
     /// Returns how far the surface that a tool leaves on `course` is beyond each of `patches`, and what made it, as in [`MachinedSurface`]; tools bend under `factor` times the
@@ -102,7 +117,7 @@ impl StockRemoval {
         patches: &[Patch],
         (course, factor): (&[Option<Vector3<f64>>], &(dyn Fn(usize) -> f64 + Sync)),
         origin: &str,
-    ) -> Result<(Vec<Option<f64>>, Vec<Option<Maker>>)> {
+    ) -> Result<(Vec<Option<f64>>, Vec<Option<u32>>)> {
         let field = self.cut_along(path, axes, |k| course[k], origin)?;
         let largest = course.iter().flatten().fold(0.0, |most: f64, own| most.max(own.norm()));
         let reach_mm = REACH * largest + LEAST_REACH_MM;
@@ -122,8 +137,7 @@ impl StockRemoval {
             let maker = field.made_by(&deviation).or(own).filter(|tag| *tag != EARLIER);
             let beyond = |tag: u32| factor(tag as usize) * beyond_aimed(path, tag as usize, axes, patch);
             let beyond = own.map_or(0.0, beyond);
-            let normal = deviation.normal;
-            (Some(deviation.mm + beyond), maker.map(|point| Maker { point, normal }))
+            (Some(deviation.mm + beyond), maker)
         };
         Ok(patches.par_iter().map(of).unzip())
     }
@@ -189,28 +203,8 @@ impl StockRemoval {
     }
 }
 
-/// Returns how far patches are from the part: as they are, and as each course leaves them.
-fn against(
-    part: &FinishedPart,
-    axes: &Matrix3<f64>,
-    patches: &[Patch],
-    deviations: &[Vec<Option<f64>>],
-) -> AgainstPart {
-    let surface = PartSurface::new(&part.mesh);
-    let distance =
-        |patch: &Patch, deviation: f64| surface.distance_mm(&axes.tr_mul(&(patch.position + deviation * patch.normal)));
-    let as_is = |patch: &Patch| patch.tag.map(|_| distance(patch, 0.0));
-    let left = |(patch, deviation): (&Patch, &Option<f64>)| {
-        let moved = deviation.filter(|own| patch.tag.is_some() || *own < -GOUGE_MM);
-        moved.map(|deviation| distance(patch, deviation))
-    };
-    let programmed = patches.par_iter().map(as_is).collect();
-    let courses = deviations.iter().map(|own| patches.par_iter().zip(own).map(left).collect());
-    AgainstPart { name: part.name.clone(), surfaces: [programmed].into_iter().chain(courses).collect() }
-}
-
 /// Returns how much farther than the bend that the program aims at the tool bends along the normal of a wall where its move `tag` makes it, mm.
-pub(crate) fn beyond_aimed(path: &Toolpath, tag: usize, axes: &Matrix3<f64>, patch: &Patch) -> f64 {
+fn beyond_aimed(path: &Toolpath, tag: usize, axes: &Matrix3<f64>, patch: &Patch) -> f64 {
     let bend = path.engagements().get(tag).and_then(|own| own.bend.as_ref());
     let Some(bend) = bend.filter(|_| patch.normal.z == 0.0) else { return 0.0 };
     let tip = (axes * path.points()[tag].position_mm).z;

@@ -18,12 +18,20 @@ pub(super) struct FinishedPart {
     pub name: String,
     /// Its surface, closed.
     pub mesh: Arc<StockMesh>,
+    /// The same, for distances.
+    pub surface: Arc<PartSurface>,
 }
 
 /// A hair: what a part may stick out of its stock, by rounding and by chords, mm.
 const HAIR_MM: f64 = 0.1;
 
 impl FinishedPart {
+    /// Creates the part of a closed mesh.
+    pub fn new(name: String, mesh: Arc<StockMesh>) -> Self {
+        let surface = Arc::new(PartSurface::new(&mesh));
+        Self { name, mesh, surface }
+    }
+
     /// Fails unless the triangles face outwards and the part is within its stock.
     pub fn check(&self, stock: &StockShape) -> Result<(), String> {
         let volume_mm3 = volume_mm3(&self.mesh);
@@ -74,6 +82,7 @@ fn volume_mm3(mesh: &StockMesh) -> f64 {
 }
 
 /// A closed surface of triangles, ordered so that what is nearest to a place is found at once.
+#[derive(Debug)]
 pub(super) struct PartSurface(TriMesh);
 
 impl PartSurface {

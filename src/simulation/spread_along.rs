@@ -23,7 +23,7 @@ use crate::{
     machine::Machine,
     process::{
         Placement,
-        uncertainty::{DrawnForceAt, Draws, ForceFactors, Response, Surrogate, ToolOnWorkpiece, Uncertainty},
+        uncertainty::{DrawnForceAt, Draws, ForceFactors, Response, ToolOnWorkpiece, Uncertainty},
     },
     spatial::Pose,
     statics::Batch,
@@ -199,27 +199,6 @@ pub(crate) struct SpreadPart<'a> {
     pub written: Option<&'a [Pose]>,
 }
 
-#[cfg(all(feature = "report", not(target_family = "wasm")))]
-impl SpreadPart<'_> {
-    /// Returns what `take` makes of the part with these of its points alone.
-    pub fn with_only<T>(&self, nominal: &Machine, points: &[usize], take: impl FnOnce(&SpreadPart<'_>) -> T) -> T {
-        let tasks: Vec<TaskPoint> = points.iter().map(|k| self.tasks[*k].clone()).collect();
-        let forces: Vec<DrawnForceAt> = points.iter().filter_map(|k| self.forces.get(*k).copied()).collect();
-        let written = self.written.map(|poses| points.iter().map(|k| poses[*k]).collect::<Vec<_>>());
-        let block = along_path::BLOCK;
-        let track = |k: &usize| self.track.block(k - k % block)[k % block].clone();
-        let tracks: Vec<Vec<TrackPoint>> = points.chunks(block).map(|own| own.iter().map(track).collect()).collect();
-        let track = TrackBlocks::of(nominal, &tasks, tracks);
-        take(&SpreadPart {
-            first: self.first,
-            tasks: &tasks,
-            forces: &forces,
-            track: &track,
-            written: written.as_deref(),
-        })
-    }
-}
-
 /// Hands each part of a path to a function, in order.
 pub(crate) type EachPart<'a> = dyn Fn(&mut dyn FnMut(&SpreadPart<'_>) -> Result<()>) -> Result<()> + 'a;
 
@@ -317,27 +296,6 @@ impl SpreadPath<'_> {
             Ok(())
         })?;
         Ok(IfMeasured::worth_most(all))
-    }
-
-    #[cfg(all(feature = "report", not(target_family = "wasm")))]
-    /// Returns how far the tool is in each draw from where it is with nominal numbers under the same command, at the `points` of `part`; `None` where one of the displacements
-    /// is missing that tell it.
-    ///
-    /// # Errors
-    /// Of `work`.
-    pub fn surrogates(
-        &self,
-        part: &SpreadPart<'_>,
-        (points, command): (&Range<usize>, Command),
-        work: &Work,
-    ) -> Result<Vec<Option<Surrogate>>> {
-        let block = Block::new(self, part, points, work);
-        let of = |(k, solved): (usize, Option<Solved>)| {
-            let responses = solved?.responses.ok()?;
-            let nominal = responses.get(1)?.nominal;
-            Some(self.drawn.surrogate(&responses, block.force_at(k).tool).shifted(-nominal))
-        };
-        Ok(block.responses(&block.commanded(command)?)?.into_iter().enumerate().map(of).collect())
     }
 
     #[cfg(all(feature = "report", not(target_family = "wasm")))]

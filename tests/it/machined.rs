@@ -134,46 +134,68 @@ fn the_distribution_of_a_wall_is_that_of_the_force() {
     let std = (0.5 * (1.0 + (1.0 + 4.0 * 0.15f64 * 0.15).sqrt())).ln().sqrt();
     let factor = |z: f64| (z * std).exp();
     let (low, high) = (factor(-1.644_854), factor(1.644_854));
+    // Of 128 draws, of a Sobol sequence: the quantiles of 5 and 95 % of factors are known to 2 %.
     for tool in ["", BENDS] {
         let (report, ..) = compensated_on(machine.to_str().unwrap(), &process(tool, 0.05), program);
-        let of = |side: &str, keys: &[&str]| {
-            keys.iter().fold(&report["machined_surface"][side], |own, key| &own[*key]).as_f64().unwrap()
-        };
-        let nominal = of("without_compensation", &["most_left", "mm"]);
-        assert!(nominal > 0.02 && of("without_compensation", &["most_missing", "mm"]) < 0.5 * nominal, "{report}");
-        let p95 = of("without_compensation", &["distribution", "most_left_p95_mm"]);
-        assert!((p95 / (high * nominal) - 1.0).abs() < 0.01, "{tool}: {p95} {nominal}");
-        let [left, missing] =
-            ["most_left", "most_missing"].map(|own| of("as_written", &["distribution", &format!("{own}_p95_mm")]));
-        let spread = [("most_left", left, high - 1.0), ("most_missing", missing, 1.0 - low)];
-        for (what, found, share) in spread {
+        let surface = &report["machined_surface"];
+        let of = |keys: &[&str]| keys.iter().fold(surface, |own, key| &own[*key]).as_f64().unwrap();
+        assert_eq!(of(&["distribution", "draws"]), 128.0);
+        let nominal = of(&["without_compensation", "most_left", "mm"]);
+        assert!(nominal > 0.02 && of(&["without_compensation", "most_missing", "mm"]) < 0.5 * nominal, "{surface}");
+        let p95 = of(&["distribution", "without_compensation", "most_left_p95_mm"]);
+        assert!((p95 / (high * nominal) - 1.0).abs() < 0.03, "{tool}: {p95} {nominal}");
+        for (what, share) in [("most_left", high - 1.0), ("most_missing", 1.0 - low)] {
+            let found = of(&["distribution", "as_written", &format!("{what}_p95_mm")]);
             // Where the tool bends, the heights of the wall are not all at the mean that the program aims at.
-            let beside = of("as_written", &[what, "mm"]);
-            let wanted = share * nominal;
-            assert!((found - wanted).abs() < 0.02 * wanted + beside, "{tool} {what}: {found} {wanted} {beside}");
-        }
-        for side in ["without_compensation", "as_written"] {
-            let all = report["machined_surface"][side]["distribution"]["cut_again"].as_array().unwrap();
-            assert_eq!(all.len(), 4);
-            for own in all {
-                for what in [0, 1] {
-                    let [estimated, cut] = ["estimated_mm", "cut_mm"].map(|key| own[key][what].as_f64().unwrap());
-                    assert!((cut - estimated).abs() < 0.01 * nominal, "{tool} {side}: {own}");
-                }
-            }
+            let (wanted, beside) = (share * nominal, of(&["as_written", what, "mm"]));
+            assert!((found - wanted).abs() < 0.1 * wanted + beside, "{tool} {what}: {found} {wanted} {beside}");
         }
     }
     // How probable it is that the wall is within a tolerance, and that its line takes too much.
-    let (nominal, tolerance) = (compensated_on(machine.to_str().unwrap(), &process("", 0.05), program).0, 0.012);
-    let nominal = nominal["machined_surface"]["without_compensation"]["most_left"]["mm"].as_f64().unwrap();
+    let tolerance = 0.012;
     let (report, ..) = compensated_on(machine.to_str().unwrap(), &process("", tolerance), program);
-    let written = &report["machined_surface"]["as_written"]["distribution"];
+    let nominal = report["machined_surface"]["without_compensation"]["most_left"]["mm"].as_f64().unwrap();
+    let written = &report["machined_surface"]["distribution"]["as_written"];
     let below = |share: f64| kinetostat::process::uncertainty::normal_cdf(share.ln() / std);
     let gouged = below(1.0 - tolerance / nominal);
     let within = below(1.0 + tolerance / nominal) - gouged;
-    assert!((written["within_tolerance_probability"].as_f64().unwrap() - within).abs() < 0.02, "{within}: {written}");
+    assert!((written["within_tolerance_probability"].as_f64().unwrap() - within).abs() < 0.03, "{within}: {written}");
     let line = &written["gouge_probabilities"][0];
-    assert!((line["probability"].as_f64().unwrap() - gouged).abs() < 0.02 && line["line"] == 5, "{gouged}: {line}");
+    assert!((line["probability"].as_f64().unwrap() - gouged).abs() < 0.03 && line["line"] == 5, "{gouged}: {line}");
+}
+
+/// A roughing tool whose force varies by itself leaves 0.006 mm to a finishing one: the wall is gouged where its force is so much beyond the nominal one that it takes more than that and the
+/// tolerance, by its own line.
+#[test]
+fn a_roughing_pass_may_gouge_what_another_tool_finishes() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = folder.path().join("mill.toml");
+    std::fs::write(&machine, MILL).unwrap();
+    let (allowance, tolerance) = (0.006, 0.008);
+    let program = format!(
+        "G21 G90\nS8000 M3\nT1 M6\nG0 X-30 Y{allowance} Z20\nG0 Z-5\nG1 X30 F2400\nG0 Z20\nT2 M6\nG0 X-30 Y0\nG0 Z-5\nG1 X30 F2400\nG0 Z20\n"
+    );
+    let process = format!(
+        "tolerance_mm = {tolerance}\n[gcode]\nwrite_tolerance_mm = 0.0\n[force.end_milling]\nmaterial = \"Al 7075-T6\"\n[stock]\n\
+         box = {{ min_mm = [-20.0, -30.0, -15.0], max_mm = [20.0, -2.5, 0.0] }}\n[tools.1]\ndiameter_mm = 10.0\nteeth = 4\n\
+         [tools.2]\ndiameter_mm = 10.0\nteeth = 4\n\
+         [uncertainty.process]\nforce_relative_std = 0.15\nforce_per_tool = true\n[uncertainty.model]\nrelative_std = 0.0\n"
+    );
+    let (report, rows, _) = compensated_on(machine.to_str().unwrap(), &process, &program);
+    let column = |name: &str| rows[0].iter().position(|own| own == name).unwrap();
+    let (line, force) = (column("line"), column("cutting_force_y_N"));
+    let deflection = |wanted: &str| {
+        let own =
+            rows[1..].iter().filter(|row| row[line] == wanted).map(|row| row[force].parse::<f64>().unwrap() / 2e3);
+        own.fold(0.0, |most: f64, own| if own.abs() > most.abs() { own } else { most })
+    };
+    let (rough, std) = (deflection("6"), (0.5 * (1.0 + (1.0 + 4.0 * 0.15f64 * 0.15).sqrt())).ln().sqrt());
+    // The compensated roughing tool is off by (f − 1) of its deflection, away from the wall where that is positive.
+    assert!(rough > 0.06, "{rough}");
+    let gouged = kinetostat::process::uncertainty::normal_cdf((1.0 - (allowance + tolerance) / rough).ln() / std);
+    let written = &report["machined_surface"]["distribution"]["as_written"];
+    let found = 1.0 - written["nothing_missing_beyond_tolerance_probability"].as_f64().unwrap();
+    assert!(gouged > 0.05 && (found - gouged).abs() < 0.03, "{found} {gouged}: {written}");
 }
 
 /// Errors of the tool without compensation where it cuts, W axes (those of the base), mm: solved for each point by itself.

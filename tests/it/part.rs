@@ -194,7 +194,10 @@ fn each_tool_has_its_tolerance() {
         assert_eq!(within(&tools[1]), Some(area(&tools[1])));
         assert!((within(&found.surface).unwrap() - area(&tools[1])).abs() < 1e-9);
         let share = if judged == 2 { "50 %" } else { "100 %" };
-        let words = format!("{share} of the machined surface is within the tolerance of the tool that made it");
+        let words = format!(
+            "{share} of {} is within the tolerance of the tool that made it",
+            if judged == 2 { "the machined surface" } else { "what has a tolerance" }
+        );
         assert!(found.cautions.iter().any(|own| own.contains(&words)), "{:?}", found.cautions);
         assert!(found.page.contains("What each tool made last, against the part (part.stl)"));
     }

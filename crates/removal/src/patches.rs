@@ -42,10 +42,12 @@ pub struct Deviation {
 const LEAST_WALL: f64 = 1e-3;
 /// Bisections that find whether it does.
 const JUMP: usize = 12;
-/// Bisections of the way between two cells, or of a step along a normal.
+/// Bisections of the way between two cells.
 const BISECTIONS: usize = 36;
 /// How far off a surface it is looked for across its normal, and what made it, mm.
 const BELOW_MM: f64 = 1e-5;
+/// So near a distance is found, mm.
+const NEAR_MM: f64 = 1e-7;
 /// Steps along a normal, to either side.
 const STEPS: u32 = 8;
 
@@ -112,7 +114,7 @@ impl Field {
             let at = |step: u32| reach_mm * f64::from(step) / f64::from(STEPS);
             let step = (1..=STEPS).find(|step| differs(at(*step)))?;
             let (mut near, mut far) = (at(step - 1), at(step));
-            for _ in 0..BISECTIONS {
+            while far - near > NEAR_MM {
                 let middle = 0.5 * (near + far);
                 if differs(middle) { far = middle } else { near = middle }
             }

@@ -153,7 +153,7 @@ pub(super) fn stock(
     let mut part = None;
     if let Some(name) = &spec.part {
         let check = check_stock.key("part");
-        let own = FinishedPart { name: name.clone(), mesh: mesh(name, &check)? };
+        let own = FinishedPart::new(name.clone(), mesh(name, &check)?);
         own.check(&shape).or_else(|fault| check.fail(format!("{}: {fault}", own.name)))?;
         part = Some(own);
     }

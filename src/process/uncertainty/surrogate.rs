@@ -388,9 +388,7 @@ impl Surrogate {
     pub fn displacements(&self, draws: &Draws) -> Vec<[f64; 3]> {
         let Some(load) = self.by_load.first() else { return Vec::new() };
         let moved = |draw: usize| {
-            let added =
-                |(own, added): &(usize, Polynomial)| draws.component(self.tool, *own)[draw] * added.at(draws, draw);
-            let by_force = load.at(draws, draw) + self.components.iter().map(added).sum::<Vector3<f64>>();
+            let by_force = load.at(draws, draw);
             let by_force = by_force + draws.model_error(draw, &by_force);
             (self.unloaded.at(draws, draw) + draws.force_of(self.tool)[draw] * by_force).into()
         };

@@ -31,6 +31,9 @@ const SLACK: f64 = 0.05;
 /// The end of a tool cuts where it takes more than this share of what is removed, or falls by more: less is of rounding.
 const BY_END: f64 = 0.01;
 
+/// A tool that falls steeper cuts with its tip, where it has hardly a speed; a sine.
+const STEEP: f64 = 0.5;
+
 /// A value and its place along the program, in words.
 pub type Placed = (f64, String);
 
@@ -113,15 +116,26 @@ pub(super) fn with_feeds(
             return limits.check.fail(problem);
         }
     };
-    let lines = first.fed_lines()?;
+    let lines = match first.fed_lines()? {
+        Ok(lines) => lines,
+        Err((line, why)) => {
+            return Err(Error::argument(
+                name,
+                format!("line {line} {why}: expected it otherwise, or no [feed] in the process"),
+            ));
+        }
+    };
     let mut line_of = vec![None; first.motion_count()];
     for (k, line) in lines.iter().enumerate() {
         line_of[line.motions.clone()].fill(Some(k));
     }
-    let mut job = ProgramJob::as_programmed(process.clone(), program, name, work)?;
+    // Behind a corner the force goes over from that of the line before: each line answers for its own.
+    let own = Process { corner_mm: 0.0, ..process.clone() };
+    let mut source = program.clone();
+    let mut job = ProgramJob::as_programmed(own.clone(), program, name, work)?;
     if !job.untrackable_points(1, |_| {})?.is_empty() {
         // It is refused as a whole, and that says where.
-        return Ok(job);
+        return ProgramJob::as_programmed(process.clone(), source, name, work);
     }
     let (minutes, programmed) = (feed_minutes(&job.path), uses(&job, limits, &line_of, work)?);
     let programmed_largest = largest(&job, limits, &programmed);
@@ -139,21 +153,20 @@ pub(super) fn with_feeds(
         let next = plan(&lines, &sought, &now, limits.change);
         let ends = next == numbers || round == ROUNDS;
         if is_kept {
-            good = Some((job, now, numbers, words));
+            good = Some((job, source, now, numbers, words));
         }
         if ends {
             break;
         }
         let written = first.with_feeds(&lines, &next)?;
         let (program, count) = written.map_err(|failure| Error::argument(name, without_own_feed(&failure)))?;
-        job = ProgramJob::as_programmed(process.clone(), ProgramFile::Gcode(Box::new(program)), name, work)?;
+        source = ProgramFile::Gcode(Box::new(program));
+        job = ProgramJob::as_programmed(own.clone(), source.clone(), name, work)?;
         now = uses(&job, limits, &line_of, work)?;
         (numbers, words) = (next, count);
     }
-    let Some((mut job, uses, numbers, words)) = good else {
-        let problem = format!(
-            "finds no feeds within {ROUNDS} programs at which all limits hold that can: expected fewer limits, or others"
-        );
+    let Some((job, source, uses, numbers, words)) = good else {
+        let problem = format!("finds no feeds within {ROUNDS} programs at which all limits hold that can");
         return limits.check.fail(problem);
     };
     let after = largest(&job, limits, &uses);
@@ -176,6 +189,7 @@ pub(super) fn with_feeds(
             found.exceeded.push((job.place_words(point), quantity, value, most));
         }
     }
+    let mut job = ProgramJob::as_programmed(process.clone(), source, name, work)?;
     job.feed = Some(found);
     Ok(job)
 }
@@ -271,11 +285,16 @@ fn uses(job: &ProgramJob, limits: &FeedLimits, line_of: &[Option<usize>], work: 
             let load = law.on_tool(point.tangent, there.tool_axes());
             let torque = load.moment_Nmm.dot(&there.tool_axes().column(2)).abs() / 1e3;
             let fall = point.tangent.dot(&there.tool_axes().column(2));
-            let by_end = match (job.path.engagements().get(k), law) {
-                (Some(engaged), _) => engaged.end_mm2 * fall > BY_END * engaged.removed_mm2,
-                (None, PathLoad::Milling(_)) => fall > BY_END,
-                _ => false,
-            };
+            // On a way that is not known, as after a return to the reference position, nothing says how it comes to there.
+            let is_unknown = |k: usize| point.arc_length_mm <= job.path.points()[k - 1].arc_length_mm;
+            let by_end = k == 0
+                || is_unknown(k)
+                || fall > STEEP
+                || match (job.path.engagements().get(k), law) {
+                    (Some(engaged), _) => engaged.end_mm2 * fall > BY_END * engaged.removed_mm2,
+                    (None, PathLoad::Milling(_)) => fall > BY_END,
+                    _ => false,
+                };
             if load.force_N.norm() == 0.0 && torque == 0.0 && !by_end {
                 continue;
             }

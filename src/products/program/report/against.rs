@@ -55,7 +55,7 @@ impl PartSides {
             let Some(distance) = distance.filter(|own| is_out(own) && (patch.tag.is_some() || *own < 0.0)) else {
                 continue;
             };
-            let maker = surface.makers[1][k].map(|own| own.point).or(patch.tag);
+            let maker = surface.makers[1][k].or(patch.tag);
             let segment = maker.map(|own| job.path.points()[own as usize].source.segment);
             let most = worst.entry((segment, distance < 0.0)).or_default();
             if distance.abs() > most.0 {
@@ -93,7 +93,7 @@ impl Machined {
     pub fn courses(&self) -> Vec<(String, Vec<Option<f64>>)> {
         let part = self.surface.against_part.iter().flat_map(|part| PART_NAMES.iter().zip(&part.surfaces));
         let all = NAMES.iter().zip(&self.surface.deviations).chain(part);
-        all.map(|(name, own)| (name.to_string(), own.clone())).chain(self.p95_surfaces()).collect()
+        all.map(|(name, own)| (name.to_string(), own.clone())).chain(self.uncertain_surfaces()).collect()
     }
 
     /// Returns what each tool made last, if there are several or one has a tolerance of its own.
@@ -122,8 +122,9 @@ impl Machined {
         if after.judged == 0.0 {
             return String::new();
         }
+        let what = if after.judged < after.area { "what has a tolerance" } else { "the machined surface" };
         let [before, after] = [before, after].map(|side| percent(side.within / side.judged));
-        format!(" {after} of the machined surface is within {}, {before} without.", self.tolerance_words(job))
+        format!(" {after} of {what} is within {}, {before} without.", self.tolerance_words(job))
     }
 
     /// Returns what the surface is to be within, in words.
@@ -173,12 +174,13 @@ impl Machined {
     /// Returns a caution if the program as written gouges the part beyond tolerance; empty otherwise.
     pub fn gouge_text(&self, job: &ProgramJob) -> String {
         let Some((part, own)) = self.part() else { return String::new() };
-        let gouge = own.lines.iter().find(|patch| part.surfaces[2][**patch].is_some_and(|own| own < 0.0));
-        let Some((patch, tolerance)) =
-            gouge.and_then(|own| Some((*own, tolerance_mm(job, self.surface.patches[*own].tag)?)))
-        else {
-            return String::new();
+        let gouge = |patch: &usize| {
+            let depth = part.surfaces[2][*patch].filter(|own| *own < 0.0)?;
+            let tolerance = tolerance_mm(job, self.surface.patches[*patch].tag)?;
+            Some((*patch, tolerance, -depth / tolerance))
         };
+        let worst = own.lines.iter().filter_map(gouge).max_by(|a, b| a.2.total_cmp(&b.2));
+        let Some((patch, tolerance, _)) = worst else { return String::new() };
         let [programmed, _, written] = [0, 1, 2].map(|own| part.surfaces[own][patch].filter(|own| *own < 0.0));
         let [programmed, written] =
             [programmed, written].map(|own| own.map_or_else(|| "not".into(), |own| millimetres(-own, 4)));

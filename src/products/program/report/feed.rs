@@ -33,11 +33,21 @@ pub(super) fn verdict(job: &ProgramJob) -> String {
     let mut lines: Vec<&String> = exceeded.map(|own| &own.0).collect();
     lines.dedup();
     format!(
-        "Limits of [feed] are not kept in {}, though the feed is as slow as it may be there: {} is {} and its limit {} ({place}). ",
+        "Limits of [feed] are not kept in {}, though the feed is as slow as it may be there, or stays as that of a tap: {} is {} and its limit {} ({place}). ",
         counted(lines.len(), "place"),
         quantity.name(),
         shown(*quantity, *value),
         shown(*quantity, *limit)
+    )
+}
+
+/// Returns that the feed is changed, as a sentence; empty where it is not.
+pub(super) fn caution(job: &ProgramJob) -> String {
+    let Some(feed) = job.feed.as_ref().filter(|feed| feed.words > 0) else { return String::new() };
+    let [before, after] = feed.minutes;
+    format!(
+        "The feed is changed by {}: moves at feed rate take {after:.3} min, {before:.3} as programmed.\n",
+        counted(feed.words, "F word")
     )
 }
 
@@ -57,7 +67,7 @@ pub fn feed_text(report: &Report<'_>) -> String {
         text += &format!("What stops the feed where the tool cuts: {}.\n", join_words(&words));
     }
     if report.job.uncertainty.is_some() {
-        text += "The limits of [feed] hold with nominal numbers: what is uncertain is not in them.\n";
+        text += "The limits of [feed] are for nominal numbers: what is uncertain is not in them.\n";
     }
     text
 }

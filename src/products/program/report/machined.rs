@@ -19,13 +19,10 @@ use crate::{
     },
     input::error::Result,
     page::{PartView, Section, SmallTable},
-    process::{
-        machined::{GOUGE_MM, MachinedSurface},
-        uncertainty::Draws,
-    },
+    process::machined::{GOUGE_MM, MachinedSurface},
     products::program::{
         ProgramAsWritten, ProgramJob, ProvedPart,
-        surface::{CourseSpread, Recut, SurfaceSpread},
+        surface::{CourseSpread, SurfaceSpread},
     },
     simulation::{Source, along_path::PathPointResult},
     work::Work,
@@ -155,8 +152,8 @@ impl Side {
 pub(super) const NAMES: [&str; 2] = ["without compensation", "as written"];
 /// In place of the number of a course: as the program describes it.
 pub(super) const PROGRAMMED: usize = 2;
-/// Names of surfaces that are so far off as with 95 % probability each place is not farther.
-const P95_NAMES: [&str; 2] = ["without, with 95 %", "as written, with 95 %"];
+/// Names of what is at most missing and at most left at each place as written, each with 95 % probability.
+const UNCERTAIN: [&str; 2] = ["as written: missing", "as written: left"];
 
 impl Machined {
     /// Returns in sentences what is left and missing on the part.
@@ -190,7 +187,7 @@ impl Machined {
     /// Returns the index of the point whose move makes the surface at a patch on a course; as programmed on [`PROGRAMMED`].
     pub(super) fn maker(&self, (patch, course): (usize, usize)) -> Option<u32> {
         match self.surface.makers.get(course) {
-            Some(makers) => makers[patch].map(|own| own.point),
+            Some(makers) => makers[patch].or(self.surface.patches[patch].tag),
             None => self.surface.patches[patch].tag,
         }
     }
@@ -202,14 +199,15 @@ impl Machined {
 
     /// Returns largest values and shares as JSON.
     pub fn json(&self, job: &ProgramJob) -> Value {
-        let [mut before, mut after] = [0, 1].map(|course| self.side_json(job, (&self.sides[course], course)));
-        if let Some(spread) = &self.spread {
-            let of = |own: &CourseSpread| distribution_json(job, own);
-            [before["distribution"], after["distribution"]] = spread.courses.each_ref().map(of);
-        }
+        let [before, after] = [0, 1].map(|course| self.side_json(job, (&self.sides[course], course)));
         let mut report =
             json!({ "against": "programmed envelope", "without_compensation": before, "as_written": after });
         self.add_against(job, &mut report);
+        if let Some(spread) = &self.spread {
+            let [before, after] = spread.courses.each_ref().map(|own| distribution_json(job, own));
+            let against = if self.part.is_some() { "part" } else { "programmed envelope" };
+            report["distribution"] = json!({ "against": against, "draws": spread.draws, "without_compensation": before, "as_written": after });
+        }
         report
     }
 
@@ -255,17 +253,16 @@ impl Machined {
                 .zip([0, 1])
                 .chain(self.part.iter().flat_map(PartSides::named).zip([PROGRAMMED, 0, 1]))
                 .map(row)
-                .chain(self.spread.iter().map(p95_row))
+                .chain(self.spread.iter().flat_map(|own| [0, 1].map(|course| self.p95_row(own, course))))
                 .collect(),
         };
         let uncertain = self.spread.iter().flat_map(|own| uncertain_tables(report.job, own));
-        Section::new("What is left on the part?", "deviation of the machined surface from the programmed one")
+        Section::new("What is left on the part?", "how far the machined surface is off, and where")
             .text(&self.sentences(report.job))
             .text(
                 "The surface is that of the tool as it goes from point to point, so that what an earlier pass took away stays gone. Tilt of the tool, run-out and vibration are not in \
                  it, nor what should be cut through and is not; bending of the tool itself is where the process file says how it sticks out.\n",
             )
-            .text(&self.spread.as_ref().map_or_else(String::new, recut_words))
             .small_tables([table].into_iter().chain(uncertain).chain(self.against_tables(report.job)))
             .explorers([VIEW])
             .figures(&[DEVIATIONS])
@@ -276,7 +273,7 @@ impl Machined {
         let surface = &self.surface;
         let end = self.end_mm(job);
         let (reference, nominal, _) = self.reference();
-        let uncertain = if self.part.is_none() { self.p95_surfaces() } else { Vec::new() };
+        let uncertain = self.uncertain_surfaces();
         let view = |course: usize| {
             let (name, deviations) = match uncertain.get(course) {
                 Some((name, own)) => (name.as_str(), &own[..]),
@@ -303,9 +300,12 @@ impl Machined {
             views: vec![view(0), view(1)],
             range: (-end, end),
             note: format!(
-                "{reference}; grey: not cut by the program{}",
-                self.least_tolerance_mm(job)
-                    .map_or_else(String::new, |own| format!("; the scale ends at the tolerance, {own} mm"))
+                "{reference}{}; grey: not cut by the program{}",
+                if self.spread.is_some() { ", each place with 95 % probability" } else { "" },
+                self.least_tolerance_mm(job).map_or_else(String::new, |own| {
+                    let smallest = if self.tools.is_empty() { "" } else { "smallest " };
+                    format!("; the scale ends at the {smallest}tolerance, {own} mm")
+                })
             ),
         };
         vec![("answer".into(), Figure::Part(Box::new(part))), (DEVIATIONS.into(), self.histogram(job, end))]
@@ -314,9 +314,10 @@ impl Machined {
     /// Returns the interactive view of the part: a click tells the line, the engagement, the force and the errors of the tool where it made a face.
     pub fn view(&self, job: &ProgramJob) -> PartView {
         let surface = &self.surface;
-        let tags: BTreeSet<u32> = surface.patches.iter().filter_map(|patch| patch.tag).collect();
+        let makers: Vec<Option<u32>> = (0..surface.patches.len()).map(|k| self.maker((k, 1))).collect();
+        let tags: BTreeSet<u32> = makers.iter().copied().flatten().collect();
         let tags: Vec<u32> = tags.into_iter().collect();
-        let made = |patch: &Patch| tags.binary_search(&patch.tag?).ok();
+        let made = |k: usize| tags.binary_search(&makers[k]?).ok();
         let column = |label: &str, unit: &str, value: &dyn Fn(usize) -> Option<f64>| {
             (label.to_string(), unit.to_string(), tags.iter().map(|tag| value(*tag as usize)).collect())
         };
@@ -326,7 +327,7 @@ impl Machined {
             title: VIEW.into(),
             corners_mm: [0, 1, 2]
                 .map(|axis| surface.patches.iter().flat_map(|patch| patch.corners.map(|own| own[axis])).collect()),
-            made: surface.patches.iter().map(made).collect(),
+            made: (0..makers.len()).map(made).collect(),
             courses: self.courses(),
             end_mm: self.end_mm(job),
             places: tags.iter().map(|tag| job.place_words(*tag as usize)).collect(),
@@ -340,14 +341,20 @@ impl Machined {
         }
     }
 
-    /// Returns how far each patch is off that with 95 % probability is not exceeded, to the side on which it is with nominal numbers, mm, by name; nothing where inputs are exact.
-    pub(super) fn p95_surfaces(&self) -> Vec<(String, Vec<Option<f64>>)> {
-        let signed = |(deviation, p95): (&Option<f64>, &Option<f64>)| Some(p95.as_ref()?.copysign((*deviation)?));
-        let of = |((name, own), nominal): ((&str, &CourseSpread), &Vec<Option<f64>>)| {
-            (name.to_string(), nominal.iter().zip(&own.p95_mm).map(signed).collect())
+    /// Returns how much is at most missing and at most left at each patch as written, each with 95 % probability, mm, by name; nothing where inputs are exact.
+    pub(super) fn uncertain_surfaces(&self) -> Vec<(String, Vec<Option<f64>>)> {
+        let of = |own: &SurfaceSpread, end: usize| {
+            let ranges = own.courses[1].ranges_mm.iter();
+            (UNCERTAIN[end].to_string(), ranges.map(|range| range.map(|own| own[end])).collect())
         };
-        let courses = self.spread.iter().flat_map(|own| P95_NAMES.into_iter().zip(&own.courses));
-        courses.zip(&self.surface.deviations).map(of).collect()
+        self.spread.iter().flat_map(|own| [of(own, 0), of(own, 1)]).collect()
+    }
+
+    /// Returns the row of a table of what is left and missing on a course with 95 % probability.
+    fn p95_row(&self, spread: &SurfaceSpread, course: usize) -> Vec<String> {
+        let [left, missing] = spread.courses[course].most_mm.map(|own| millimetres(own, 4));
+        let against = if self.part.is_some() { "against the part, " } else { "" };
+        vec![format!("{against}{}, with 95 %", NAMES[course]), left, "anywhere".into(), missing, "anywhere".into()]
     }
 
     /// Returns where the colours end, mm: at the tolerance, as what is out of it has the strongest, or at the largest deviation.
@@ -358,10 +365,11 @@ impl Machined {
 
     fn range_words(&self, course: usize) -> String {
         let Side { left, missing, .. } = self.reference().2[course];
-        let nominal = [left, missing].map(|own| own.map_or(0.0, |own| own.0));
-        let uncertain = self.spread.as_ref().filter(|_| self.part.is_none());
-        let [left, missing] = uncertain.map_or(nominal, |own| own.courses[course].most_p95_mm());
-        format!("\u{2212}{missing:.3} to +{left:.3} mm")
+        let [left, missing] = [left, missing].map(|own| own.map_or(0.0, |own| own.0));
+        match &self.spread {
+            None => format!("\u{2212}{missing:.3} to +{left:.3} mm"),
+            Some(spread) => format!("at most {:.3} mm (95 %)", spread.courses[1].most_mm[1 - course]),
+        }
     }
 
     /// Returns the distribution of deviations over the machined area.
@@ -388,15 +396,17 @@ impl Machined {
         Figure::Lines(LineFigure::new("How the deviation is spread over the part", subtitle, labels, series.collect()))
     }
 
-    /// Returns the part as a PLY file called `name`: faces in W with the deviations of their corners, mm the line that made them (0 on the skin of the stock), and whether
+    /// Returns the part as a PLY file called `name`: faces in W with the deviations of their corners, mm the line that makes them as written (0 on the skin of the stock), and whether
     /// the deviation is known: where not, it is 0.
     pub fn ply(&self, job: &ProgramJob, name: String) -> OutputFile {
         let surface = &self.surface;
         let count = surface.patches.len();
         let part = surface.against_part.iter().flat_map(|own| NAMES.iter().zip(&own.surfaces[1..]));
         let part = part.map(|(name, own)| (format!("against_part_{}_mm", name.replace(' ', "_")), own));
-        let p95 = self.spread.iter().map(|own| ("as_written_p95_mm".to_string(), &own.courses[1].p95_mm));
-        let more: Vec<(String, &Vec<Option<f64>>)> = part.chain(p95).collect();
+        let uncertain = self.uncertain_surfaces();
+        let quantiles = ["as_written_p05_mm", "as_written_p95_mm"].map(String::from);
+        let quantiles = quantiles.into_iter().zip(uncertain.iter().map(|own| &own.1));
+        let more: Vec<(String, &Vec<Option<f64>>)> = part.chain(quantiles).collect();
         let mut bytes = Vec::with_capacity(count * (4 * (25 + 4 * more.len()) + 17) + 512);
         let properties: String = more.iter().map(|(name, _)| format!("property float {name}\n")).collect();
         let header = format!(
@@ -407,7 +417,7 @@ impl Machined {
         );
         bytes.extend(header.as_bytes());
         for (k, patch) in surface.patches.iter().enumerate() {
-            let segment = patch.tag.map(|tag| job.path.points()[tag as usize].source.segment);
+            let segment = self.maker((k, 1)).map(|tag| job.path.points()[tag as usize].source.segment);
             let line = segment.and_then(|segment| job.file.line_of(segment)).unwrap_or(0) as i32;
             let deviations = [0, 1].map(|course| surface.deviations[course][k]);
             let is_known = deviations.iter().all(Option::is_some);
@@ -436,15 +446,14 @@ const DEVIATIONS: &str = "deviations";
 /// Bins of the distribution.
 const BINS: usize = 40;
 
-/// Returns in sentences how sure it is what is left on the part.
+/// Returns in sentences how sure it is what is left on the part, which is to be `within` its tolerance.
 fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread, within: &str) -> String {
-    let [before, after] =
-        spread.courses.each_ref().map(|own| own.most_p95_mm().map(|own| millimetres(own.max(0.0), 3)));
+    let [before, after] = spread.courses.each_ref().map(|own| own.most_mm.map(|own| millimetres(own, 3)));
     let mut text = format!(
-        "On the part as written, with 95 % probability at most {} is left anywhere, and at most {} missing ({} and {} without compensation).",
-        after[0], after[1], before[0], before[1]
+        "On the part as written, with 95 % probability at most {} is left anywhere, and at most {} missing ({} and {} without compensation), in {} draws.",
+        after[0], after[1], before[0], before[1], spread.draws
     );
-    let sure = |share: f64| probability(share, Draws::COUNT);
+    let sure = |share: f64| probability(share, spread.draws);
     if let [Some(before), Some(after)] = spread.courses.each_ref().map(|own| own.within) {
         text += &format!(
             " All of its surface is within {within} with {} probability ({} without); nothing is missing by more with {}.",
@@ -458,56 +467,13 @@ fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread, within: &str) -
     {
         text += &format!(" The likeliest to take too much is {line}: {}.", sure(share));
     }
-    text += &match spread.most_beyond() {
-        Some((beyond, true)) => {
-            format!(
-                " That is an estimate: where the stock was cut again as in a draw, up to {} more was off.",
-                millimetres(beyond, 3)
-            )
-        }
-        None => {
-            " That is an estimate that could not be confirmed, as in a draw the machine has no equilibrium somewhere."
-                .into()
-        }
-        Some(_) => String::new(),
-    };
+    let failed = spread.courses[1].failed;
+    if failed > 0 {
+        text += &format!(
+            " In {failed} of them the machine has no equilibrium somewhere: these count as out of tolerance, and in none of the distances."
+        );
+    }
     text
-}
-
-/// Returns what is known of the distribution of a surface as JSON.
-fn distribution_json(job: &ProgramJob, own: &CourseSpread) -> Value {
-    let [left, missing] = own.most_p95_mm();
-    let gouge = |(segment, share): &(usize, f64)| json!({ "line": job.file.line_of(*segment), "probability": share });
-    let recut = |own: &Recut| json!({ "estimated_mm": own.estimated_mm, "cut_mm": own.cut_mm });
-    json!({
-        "most_left_p95_mm": left,
-        "most_missing_p95_mm": missing,
-        "within_tolerance_probability": own.within.map(|own| own[0]),
-        "nothing_missing_beyond_tolerance_probability": own.within.map(|own| own[1]),
-        "gouge_probabilities": own.gouges.iter().map(gouge).collect::<Vec<_>>(),
-        "cut_again": own.recuts.iter().map(recut).collect::<Vec<_>>(),
-    })
-}
-
-/// Returns the row of a table of what is left and missing with 95 % probability.
-fn p95_row(spread: &SurfaceSpread) -> Vec<String> {
-    let [left, missing] = spread.courses[1].most_p95_mm().map(|own| millimetres(own.max(0.0), 4));
-    vec![P95_NAMES[1].into(), left, "anywhere".into(), missing, "anywhere".into()]
-}
-
-/// Returns what the estimate of the surface rests on, in sentences.
-fn recut_words(spread: &SurfaceSpread) -> String {
-    let recuts = spread.courses.iter().flat_map(|own| &own.recuts).count();
-    let held = match spread.most_beyond() {
-        Some((beyond, _)) => {
-            format!("the largest distance from the programmed surface was at most {} larger", millimetres(beyond, 3))
-        }
-        None => "in one of them at least the machine has no equilibrium somewhere".into(),
-    };
-    format!(
-        "Distributions are estimates: each place of the nominal surface goes with the move that makes it; what is left may be less, as passes beside take some of it. In {recuts} draws the stock was cut again, as the engine says that the tool \
-         goes: {held}.\n"
-    )
 }
 
 /// Returns the lines that may take more than the tolerance from the part, the likeliest first, as a table; none without such.
@@ -515,11 +481,25 @@ fn uncertain_tables(job: &ProgramJob, spread: &SurfaceSpread) -> Option<SmallTab
     let [before, after] = &spread.courses;
     let row = |(segment, share): &(usize, f64)| {
         let without = before.gouges.iter().find(|own| own.0 == *segment).map_or(0.0, |own| own.1);
-        let sure = |share: f64| probability(share, Draws::COUNT);
+        let sure = |share: f64| probability(share, spread.draws);
         Some(vec![job.file.line_name(*segment)?, job.file.line_text(*segment)?, sure(*share), sure(without)])
     };
     let rows: Vec<_> = after.gouges.iter().filter_map(row).take(LINES).collect();
     let header = ["line", "text", "as written", "without compensation"].map(String::from).into();
     let caption = "Probability that a line takes more than the tolerance too much from the part".into();
     (!rows.is_empty()).then_some(SmallTable { caption, header, rows })
+}
+
+/// Returns what is known of the distribution of a surface as JSON.
+fn distribution_json(job: &ProgramJob, own: &CourseSpread) -> Value {
+    let [left, missing] = own.most_mm;
+    let gouge = |(segment, share): &(usize, f64)| json!({ "line": job.file.line_of(*segment), "probability": share });
+    json!({
+        "failed_draws": own.failed,
+        "most_left_p95_mm": left,
+        "most_missing_p95_mm": missing,
+        "within_tolerance_probability": own.within.map(|own| own[0]),
+        "nothing_missing_beyond_tolerance_probability": own.within.map(|own| own[1]),
+        "gouge_probabilities": own.gouges.iter().map(gouge).collect::<Vec<_>>(),
+    })
 }

@@ -284,6 +284,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_cautions(
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
+        .with_cautions(&feed::caution(report.job))
         .with_cautions(&spread_report::along_cautions(&along(report), distribution))
         .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.sentences(report.job)))
         .with_cautions(&without_force_text(report))
@@ -406,7 +407,8 @@ fn main_sentence(report: &Report<'_>) -> String {
     let then = residual.map_or_else(String::new, |residual| {
         format!("; with the compensated program, by {} if all inputs are exact", millimetres(residual, 4))
     });
-    format!("Running {}, the tool of {name} is off by up to {off}{line}{then}.", report.name)
+    let fed = if report.job.feed.is_some() { " at the feeds that [feed] allows" } else { "" };
+    format!("Running {}{fed}, the tool of {name} is off by up to {off}{line}{then}.", report.name)
 }
 
 /// Returns the share of points within tolerance in words; empty without a tolerance.

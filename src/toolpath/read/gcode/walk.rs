@@ -41,6 +41,8 @@ pub(crate) struct FeedWords {
     pub number: Option<Range<usize>>,
     /// Whether M72 restores the feed that was saved.
     pub restores: bool,
+    /// G codes, in tenths.
+    pub codes: Vec<u32>,
 }
 
 /// Line of a motion, and whether it is a hole.
@@ -93,7 +95,9 @@ impl PoleArcs {
 impl FeedWords {
     fn of(line: usize, words: &[Word], dialect: Dialect) -> Self {
         let number = effective_words(words).iter().find(|word| word.letter == 'F').map(Word::number);
-        Self { line, number, restores: words.iter().any(|word| word.mode_save_code(dialect) == Some(72)) }
+        let restores = words.iter().any(|word| word.mode_save_code(dialect) == Some(72));
+        let codes = words.iter().filter(|word| word.letter == 'G').filter_map(Word::tenths).collect();
+        Self { line, number, restores, codes }
     }
 }
 

@@ -8,10 +8,10 @@ use std::{
 use crate::toolpath::{
     expand::edit::LineEdit,
     model::{
-        gcode::{FeedMode, GcodeError, MotionCode},
+        gcode::{Dialect, FeedMode, GcodeError, MotionCode},
         number::{decimals_in, format_plain, format_shortest},
     },
-    read::gcode::{Block, CalledFile, Program},
+    read::gcode::{Block, CalledFile, Program, lines},
     write::gcode::{Calls, FoldFailure, Rewritten},
 };
 
@@ -48,7 +48,7 @@ enum Since {
     Stays,
     /// A line has set it.
     Set,
-    /// It is what M70 has saved.
+    /// It is what M70 has saved, or that of a line before which may be switched off: not known.
     Restored,
 }
 
@@ -90,20 +90,29 @@ fn is_same(a: f64, b: f64) -> bool {
 }
 
 impl Program {
-    /// Returns the lines that move the tool at a feed that is known.
-    pub(crate) fn fed_lines(&self) -> Result<Vec<FedLine>, GcodeError> {
+    /// Returns the lines that move the tool at a feed that is known. `Err` within gives a line, from 1, beside which no feed can be changed, and why.
+    pub(crate) fn fed_lines(&self) -> Result<Result<Vec<FedLine>, (usize, &'static str)>, GcodeError> {
         let mut lines: Vec<FedLine> = Vec::new();
         let (mut motions, mut since, mut text, mut mode) = (0, Since::Stays, String::new(), None);
+        let (mut unfit, mut is_at_feed) = (None, false);
         self.walk_lines(|block, words| {
             let first = motions;
             motions += block.map_or(0, |block| block.motions.len());
+            let has = |tenths: &[u32]| words.codes.iter().any(|code| tenths.contains(code));
+            is_at_feed = !has(&[0]) && (is_at_feed || has(&[10, 20, 30]));
+            if has(&[530]) && is_at_feed {
+                unfit = unfit.or(Some((words.line + 1, "moves by feed to a position of the machine (G53), where the feed that is changed before would hold")));
+            }
+            if has(&[40]) && words.number.is_some() && self.dialect != Dialect::Sinumerik {
+                unfit = unfit.or(Some((words.line + 1, "has F beside G4, which some controls take for a time and others for a feed")));
+            }
             let fed = block.and_then(|block| {
                 let motion = block.motions.first().filter(|motion| motion.code != MotionCode::Rapid)?;
                 Some((block.line, motion, motion.modal.feed.filter(|feed| *feed > 0.0)?))
             });
             if words.restores {
                 since = Since::Restored;
-            } else if words.number.is_some() {
+            } else if words.number.is_some() && since != Since::Restored {
                 since = Since::Set;
             }
             if let Some(number) = &words.number {
@@ -138,10 +147,11 @@ impl Program {
                 has_word: words.number.is_some(),
                 since,
             });
-            since = Since::Stays;
+            // With block delete switched on it does not run.
+            since = if lines::is_deletable(self.content(line)) { Since::Restored } else { Since::Stays };
             Ok(())
         })?;
-        Ok(lines)
+        Ok(unfit.map_or(Ok(lines), Err))
     }
 
     /// Returns the program, read again, with these numbers after F on its fed `lines` (`None`: the programmed one), and how many F words it has that are new. `Err` within says which line
