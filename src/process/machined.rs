@@ -46,6 +46,11 @@ pub struct AgainstPart {
 /// Less is rounding where nothing was to be cut, mm.
 pub const GOUGE_MM: f64 = 1e-3;
 
+/// A surface that is left: how far it is beyond each patch, mm, and the points whose moves make it there.
+pub(crate) type Left = (Vec<Option<f64>>, Vec<Option<u32>>);
+/// Factor of the force on the way to a point.
+pub(crate) type FactorAt<'a> = dyn Fn(usize) -> f64 + Sync + 'a;
+
 /// Patches over the plan of what is cut: what a picture shows; and most of them, for small tools.
 const PATCHES: f64 = 40_000.0;
 const MOST_PATCHES: f64 = 160_000.0;
@@ -115,9 +120,9 @@ impl StockRemoval {
         &self,
         (path, axes): (&Toolpath, &Matrix3<f64>),
         patches: &[Patch],
-        (course, factor): (&[Option<Vector3<f64>>], &(dyn Fn(usize) -> f64 + Sync)),
+        (course, factor): (&[Option<Vector3<f64>>], &FactorAt<'_>),
         origin: &str,
-    ) -> Result<(Vec<Option<f64>>, Vec<Option<u32>>)> {
+    ) -> Result<Left> {
         let field = self.cut_along(path, axes, |k| course[k], origin)?;
         let largest = course.iter().flatten().fold(0.0, |most: f64, own| most.max(own.norm()));
         let reach_mm = REACH * largest + LEAST_REACH_MM;

@@ -19,6 +19,7 @@ pub(super) struct FinishedPart {
     /// Its surface, closed.
     pub mesh: Arc<StockMesh>,
     /// The same, for distances.
+    #[cfg_attr(not(feature = "report"), expect(dead_code, reason = "only reports tell of it"))]
     pub surface: Arc<PartSurface>,
 }
 

@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
+#[cfg(all(feature = "report", not(target_family = "wasm")))]
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

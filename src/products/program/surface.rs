@@ -12,7 +12,7 @@ use super::{ProgramAsWritten, ProgramJob};
 use crate::{
     input::error::Result,
     process::{
-        machined::{GOUGE_MM, MachinedSurface},
+        machined::{FactorAt, GOUGE_MM, Left, MachinedSurface},
         stock::StockRemoval,
         uncertainty::{Draws, P95, quantile},
     },
@@ -49,7 +49,7 @@ pub(super) struct CourseSpread {
 
 /// Most points at which draws are solved and patches that are looked at in all of them, if they are more than the fewest; of one scramble, halved.
 const MOST_POINTS: usize = 2_000_000;
-const MOST_PATCHES: usize = 6_000_000;
+const MOST_PATCHES: usize = 10_000_000;
 const FEWEST_DRAWS: usize = 32;
 /// Probability with which nothing is below the lower of the quantiles of a place.
 const P05: f64 = 1.0 - P95;
@@ -67,9 +67,6 @@ struct Wanted<'a> {
     written: &'a ProgramAsWritten,
     work: &'a Work,
 }
-
-/// A surface in a draw: how far it is beyond each patch, mm, and the points whose moves make it.
-type Drawn = (Vec<Option<f64>>, Vec<Option<u32>>);
 
 impl ProgramJob {
     /// Returns the distribution of the `surface` that the program leaves, as `written` and without compensation; `None` where inputs are taken as exact.
@@ -156,7 +153,7 @@ impl Wanted<'_> {
     }
 
     /// The surface that is left where the tool goes as in a draw; `None` where the machine has no equilibrium somewhere.
-    fn cut(&self, draw: usize, command: Command) -> Result<Option<Drawn>> {
+    fn cut(&self, draw: usize, command: Command) -> Result<Option<Left>> {
         let each = |take: &mut dyn FnMut(&SpreadPart<'_>) -> Result<()>| self.job.each_part(self.written, take);
         let errors = self
             .path
@@ -170,7 +167,7 @@ impl Wanted<'_> {
         }
         let draws = &self.path.drawn.uncertainty.draws;
         let factor = |k: usize| draws.factors(self.tool_index(k), draw).all;
-        let course = (&course[..], &factor as &(dyn Fn(usize) -> f64 + Sync));
+        let course = (&course[..], &factor as &FactorAt<'_>);
         let (deviations, makers) = self.stock.deviations(
             (&self.job.path, &self.surface.axes),
             &self.surface.patches,
