@@ -315,3 +315,41 @@ fn other_programs_and_commands_refuse_it() {
         assert!(code == Some(2) && said.contains(&expected), "{said}");
     }
 }
+
+/// A line that may be switched off carries no feed for the next one; what moves or waits beside the path is refused where its feed would be another; a way that is not known is not fed
+/// faster.
+#[test]
+fn no_line_relies_on_a_feed_that_may_not_be_there() {
+    let feed = "max_force_N = 80.0\nchange = [0.3, 3.0]\n";
+    let program = "G21 G90\nS8000 M3\nG0 X0 Y0 Z0\nG1 X10 F1500\n(DEEP)\n/G1 X20\nG1 X30\n";
+    let all = numbers(&text(&job("orthoglide", &process(feed), ("part.nc", program))));
+    let deep = feed_at(80.0, DEEP_MM);
+    assert_eq!(all.len(), 3, "{all:?}");
+    assert!(all[1..].iter().all(|own| *own <= deep && *own > 0.993 * deep), "{all:?} {deep}");
+    for (line, expected) in [
+        ("G53 G1 Z-5", "line 5 moves by feed to a position of the machine (G53)"),
+        ("G53 Z-5", "line 5 moves by feed to a position of the machine (G53)"),
+        ("G4 F3", "line 5 has F beside G4"),
+    ] {
+        let program = format!("G21 G90\nS8000 M3\nG0 X0 Y0 Z0\nG1 X10 F1000\n{line}\nG1 X20\n");
+        let found = refusal(&light(feed), ("part.nc", &program));
+        assert!(found.contains(expected), "{found}");
+    }
+    let rapid = "G21 G90\nS8000 M3\nG0 X0 Y0 Z0\nG1 X10 F1000\nG0 G53 Z0\nG0 X0 Y0 Z5\nG1 Z0\nX20 F1000\n";
+    let all = numbers(&text(&job("orthoglide", &light(feed), ("part.nc", rapid))));
+    // The way down keeps its feed.
+    assert!(all.len() == 3 && all[0] > 1000.0 && all[1] == 1000.0 && all[2] > 1000.0, "{all:?}");
+}
+
+/// Where the force goes over behind a corner, each line answers for its own: a short one is not fed by the force of the line before.
+#[test]
+fn a_short_line_behind_a_corner_is_limited_by_its_own_force() {
+    let process = process("max_deflection_mm = 0.3\nchange = [0.2, 3.0]\n");
+    let process = format!("[compensate]\ncorner_mm = 5.0\n{process}");
+    let program = "G21 G90\nS8000 M3\nG0 X0 Y0 Z0\nG1 X10 F1000\nY1\n(DEEP)\nX20\n";
+    let job = job("orthoglide", &process, ("part.nc", program));
+    let feed = job.feed.as_ref().unwrap();
+    assert!(feed.exceeded.is_empty(), "{:?}", feed.exceeded);
+    let most = job.pass_by(Method::None, &|| (), |_, _| Ok(())).unwrap().summary.max_mm.unwrap();
+    assert!(most <= 0.3 * (1.0 + 1e-6), "{most}");
+}

@@ -15,7 +15,7 @@ use crate::{
     figures::{FaceValue, Figure, LineFigure, LineSeries, PartFigure},
     files::{
         OutputFile,
-        words::{millimetres, percent, probability},
+        words::{millimetres, percent},
     },
     input::error::Result,
     page::{PartView, Section, SmallTable},
@@ -368,7 +368,7 @@ impl Machined {
         let [left, missing] = [left, missing].map(|own| own.map_or(0.0, |own| own.0));
         match &self.spread {
             None => format!("\u{2212}{missing:.3} to +{left:.3} mm"),
-            Some(spread) => format!("at most {:.3} mm (95 %)", spread.courses[1].most_mm[1 - course]),
+            Some(spread) => format!("\u{2264} {:.3} mm, 95 %", spread.courses[1].most_mm[1 - course]),
         }
     }
 
@@ -453,19 +453,19 @@ fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread, within: &str) -
         "On the part as written, with 95 % probability at most {} is left anywhere, and at most {} missing ({} and {} without compensation), in {} draws.",
         after[0], after[1], before[0], before[1], spread.draws
     );
-    let sure = |share: f64| probability(share, spread.draws);
+    let count = |share: f64| (share * spread.draws as f64).round();
     if let [Some(before), Some(after)] = spread.courses.each_ref().map(|own| own.within) {
         text += &format!(
-            " All of its surface is within {within} with {} probability ({} without); nothing is missing by more with {}.",
-            sure(after[0]),
-            sure(before[0]),
-            sure(after[1])
+            " All of its surface is within {within} in {} of them ({} without compensation); nothing is missing by more in {}.",
+            count(after[0]),
+            count(before[0]),
+            count(after[1])
         );
     }
     if let [(segment, share), ..] = spread.courses[1].gouges[..]
         && let Some(line) = job.file.line_name(segment)
     {
-        text += &format!(" The likeliest to take too much is {line}: {}.", sure(share));
+        text += &format!(" The likeliest to take too much is {line}: in {}.", count(share));
     }
     let failed = spread.courses[1].failed;
     if failed > 0 {
@@ -481,12 +481,12 @@ fn uncertain_tables(job: &ProgramJob, spread: &SurfaceSpread) -> Option<SmallTab
     let [before, after] = &spread.courses;
     let row = |(segment, share): &(usize, f64)| {
         let without = before.gouges.iter().find(|own| own.0 == *segment).map_or(0.0, |own| own.1);
-        let sure = |share: f64| probability(share, spread.draws);
-        Some(vec![job.file.line_name(*segment)?, job.file.line_text(*segment)?, sure(*share), sure(without)])
+        let of_draws = |share: f64| format!("{} of {}", (share * spread.draws as f64).round(), spread.draws);
+        Some(vec![job.file.line_name(*segment)?, job.file.line_text(*segment)?, of_draws(*share), of_draws(without)])
     };
     let rows: Vec<_> = after.gouges.iter().filter_map(row).take(LINES).collect();
     let header = ["line", "text", "as written", "without compensation"].map(String::from).into();
-    let caption = "Probability that a line takes more than the tolerance too much from the part".into();
+    let caption = "In how many draws a line takes more than the tolerance too much from the part".into();
     (!rows.is_empty()).then_some(SmallTable { caption, header, rows })
 }
 
