@@ -299,12 +299,12 @@ impl SpreadPath<'_> {
         Ok(IfMeasured::worth_most(all))
     }
 
-    #[cfg(all(feature = "report", not(target_family = "wasm")))]
     /// Returns how far the tool is from the path at each of its points in the draw `index` with its `machines`, by the engine (O axes, mm); `None` where it has no
     /// equilibrium.
     ///
     /// # Errors
     /// Of `work` and of the parts of the path.
+    #[cfg(all(feature = "report", not(target_family = "wasm")))]
     pub fn errors_along(
         &self,
         each_part: &EachPart<'_>,

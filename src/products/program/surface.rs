@@ -41,10 +41,10 @@ pub(super) struct CourseSpread {
     pub ranges_mm: Vec<Option<[f64; 2]>>,
     /// Most material left and most missing anywhere that are not exceeded with 95 % probability, each by itself, mm; not a number where all draws failed.
     pub most_mm: [f64; 2],
-    /// Share of the draws in which all of the surface is within its tolerance, and in which nothing of it is missing by more; `None` without one.
-    pub within: Option<[f64; 2]>,
-    /// Share of the draws in which a line takes more than the tolerance too much, by the index of its move; the likeliest first.
-    pub gouges: Vec<(usize, f64)>,
+    /// Number of draws in which all of the surface is within its tolerance, and in which nothing of it is missing by more; `None` without one.
+    pub within: Option<[usize; 2]>,
+    /// Number of draws in which a line takes more than the tolerance too much, by the index of its move; the likeliest first.
+    pub gouges: Vec<(usize, usize)>,
 }
 
 /// Most points at which draws are solved and patches that are looked at in all of them, if they are more than the fewest; of one scramble, halved.
@@ -140,14 +140,13 @@ impl Wanted<'_> {
             let is_known = !values.is_empty() && values.iter().all(|own| own.is_finite());
             is_known.then(|| [P05, P95].map(|share| quantile(&mut values, share)))
         };
-        let share = |count: usize| count as f64 / draws as f64;
-        let mut gouges: Vec<(usize, f64)> = lines.into_iter().map(|(line, count)| (line, share(count))).collect();
-        gouges.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let mut gouges: Vec<(usize, usize)> = lines.into_iter().collect();
+        gouges.sort_by(|a, b| b.1.cmp(&a.1));
         Ok(CourseSpread {
             failed,
             ranges_mm: (0..patches.len()).into_par_iter().map(range).collect(),
             most_mm: most.map(|mut own| quantile(&mut own, P95)),
-            within: has_tolerance.then(|| [out, gouged].map(|count| 1.0 - share(count))),
+            within: has_tolerance.then(|| [out, gouged].map(|count| draws - count)),
             gouges,
         })
     }

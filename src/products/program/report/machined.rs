@@ -66,7 +66,6 @@ impl Courses {
         let tolerance = |patch: &Patch| tolerance_mm(job, patch.tag);
         let sides = [0, 1].map(|course| Side::new(&surface, &surface.deviations[course], &tolerance, &|_| true));
         let part = PartSides::new(&surface, job);
-        let tolerance = |patch: &Patch| tolerance_mm(job, patch.tag);
         let spread = job.surface_spread(&surface, (written, &tolerance), work)?;
         let mut machined = Machined { surface, errors: self.errors, sides, part, tools: Vec::new(), spread };
         machined.tools = machined.tools(job);
@@ -86,7 +85,7 @@ pub(super) struct Machined {
     pub(super) part: Option<PartSides>,
     /// Of each tool, where they differ.
     pub(super) tools: Vec<ToolSides>,
-    /// Of the surface against the programmed one, where inputs are uncertain.
+    /// Its distribution where inputs are uncertain: against the part where one is given, else against the programmed surface.
     spread: Option<SurfaceSpread>,
 }
 
@@ -204,7 +203,7 @@ impl Machined {
             json!({ "against": "programmed envelope", "without_compensation": before, "as_written": after });
         self.add_against(job, &mut report);
         if let Some(spread) = &self.spread {
-            let [before, after] = spread.courses.each_ref().map(|own| distribution_json(job, own));
+            let [before, after] = spread.courses.each_ref().map(|own| distribution_json(job, (own, spread.draws)));
             let against = if self.part.is_some() { "part" } else { "programmed envelope" };
             report["distribution"] = json!({ "against": against, "draws": spread.draws, "without_compensation": before, "as_written": after });
         }
@@ -453,19 +452,16 @@ fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread, within: &str) -
         "On the part as written, with 95 % probability at most {} is left anywhere, and at most {} missing ({} and {} without compensation), in {} draws.",
         after[0], after[1], before[0], before[1], spread.draws
     );
-    let count = |share: f64| (share * spread.draws as f64).round();
     if let [Some(before), Some(after)] = spread.courses.each_ref().map(|own| own.within) {
         text += &format!(
             " All of its surface is within {within} in {} of them ({} without compensation); nothing is missing by more in {}.",
-            count(after[0]),
-            count(before[0]),
-            count(after[1])
+            after[0], before[0], after[1]
         );
     }
-    if let [(segment, share), ..] = spread.courses[1].gouges[..]
+    if let [(segment, count), ..] = spread.courses[1].gouges[..]
         && let Some(line) = job.file.line_name(segment)
     {
-        text += &format!(" The likeliest to take too much is {line}: in {}.", count(share));
+        text += &format!(" The likeliest to take too much is {line}: in {count}.");
     }
     let failed = spread.courses[1].failed;
     if failed > 0 {
@@ -479,10 +475,10 @@ fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread, within: &str) -
 /// Returns the lines that may take more than the tolerance from the part, the likeliest first, as a table; none without such.
 fn uncertain_tables(job: &ProgramJob, spread: &SurfaceSpread) -> Option<SmallTable> {
     let [before, after] = &spread.courses;
-    let row = |(segment, share): &(usize, f64)| {
-        let without = before.gouges.iter().find(|own| own.0 == *segment).map_or(0.0, |own| own.1);
-        let of_draws = |share: f64| format!("{} of {}", (share * spread.draws as f64).round(), spread.draws);
-        Some(vec![job.file.line_name(*segment)?, job.file.line_text(*segment)?, of_draws(*share), of_draws(without)])
+    let row = |(segment, count): &(usize, usize)| {
+        let without = before.gouges.iter().find(|own| own.0 == *segment).map_or(0, |own| own.1);
+        let of_draws = |count: usize| format!("{count} of {}", spread.draws);
+        Some(vec![job.file.line_name(*segment)?, job.file.line_text(*segment)?, of_draws(*count), of_draws(without)])
     };
     let rows: Vec<_> = after.gouges.iter().filter_map(row).take(LINES).collect();
     let header = ["line", "text", "as written", "without compensation"].map(String::from).into();
@@ -491,15 +487,17 @@ fn uncertain_tables(job: &ProgramJob, spread: &SurfaceSpread) -> Option<SmallTab
 }
 
 /// Returns what is known of the distribution of a surface as JSON.
-fn distribution_json(job: &ProgramJob, own: &CourseSpread) -> Value {
+fn distribution_json(job: &ProgramJob, (own, draws): (&CourseSpread, usize)) -> Value {
     let [left, missing] = own.most_mm;
-    let gouge = |(segment, share): &(usize, f64)| json!({ "line": job.file.line_of(*segment), "probability": share });
+    let share = |count: usize| count as f64 / draws as f64;
+    let gouge =
+        |(segment, count): &(usize, usize)| json!({ "line": job.file.line_of(*segment), "probability": share(*count) });
     json!({
         "failed_draws": own.failed,
         "most_left_p95_mm": left,
         "most_missing_p95_mm": missing,
-        "within_tolerance_probability": own.within.map(|own| own[0]),
-        "nothing_missing_beyond_tolerance_probability": own.within.map(|own| own[1]),
+        "within_tolerance_probability": own.within.map(|own| share(own[0])),
+        "nothing_missing_beyond_tolerance_probability": own.within.map(|own| share(own[1])),
         "gouge_probabilities": own.gouges.iter().map(gouge).collect::<Vec<_>>(),
     })
 }
