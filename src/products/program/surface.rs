@@ -141,7 +141,7 @@ impl Wanted<'_> {
             is_known.then(|| [P05, P95].map(|share| quantile(&mut values, share)))
         };
         let mut gouges: Vec<(usize, usize)> = lines.into_iter().collect();
-        gouges.sort_by(|a, b| b.1.cmp(&a.1));
+        gouges.sort_by_key(|own| std::cmp::Reverse(own.1));
         Ok(CourseSpread {
             failed,
             ranges_mm: (0..patches.len()).into_par_iter().map(range).collect(),
