@@ -1,6 +1,6 @@
 //! The surface that a path leaves of its stock, and how far that of the tool as it really went is from it.
 
-use kinetostat_removal::{Field, Patch, RemovalError};
+use kinetostat_removal::{Cutter, Field, Patch, RemovalError};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 
@@ -43,6 +43,13 @@ pub struct AgainstPart {
     pub surfaces: Vec<Vec<Option<f64>>>,
 }
 
+/// How a tool goes along a path: at each point how far its tip is off (W, mm; `None` where that is not known) and how it is rotated (rotation vector in W, rad).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Course<'a> {
+    pub errors_mm: &'a [Option<Vector3<f64>>],
+    pub rotations: &'a [Vector3<f64>],
+}
+
 /// Less is rounding where nothing was to be cut, mm.
 pub const GOUGE_MM: f64 = 1e-3;
 
@@ -61,8 +68,8 @@ const REACH: f64 = 1.001;
 const LEAST_REACH_MM: f64 = 1e-5;
 
 impl StockRemoval {
-    /// Returns the surface that `path` leaves of the stock, and how far the surfaces are from it that are left by a tool at the distances `courses` from its points (W, mm;
-    /// `None` where not known). Moves are cut as the tool goes from point to point: a gouge by an earlier pass stays. The tilt of the tool is not in it.
+    /// Returns the surface that `path` leaves of the stock, and how far the surfaces are from it that are left by a tool on these `courses`. Moves are cut as the tip goes from point to point: a
+    /// gouge by an earlier pass stays. Rotation moves the surface where it is made, to first order; a flat end that is tilted cuts a floor with its lowest edge.
     ///
     /// # Errors
     /// As [`StockRemoval::cut`]; a field too large.
@@ -70,7 +77,7 @@ impl StockRemoval {
         &self,
         path: &Toolpath,
         (machine, placement): (&Machine, &Placement),
-        courses: &[Vec<Option<Vector3<f64>>>],
+        courses: &[Course<'_>],
         origin: &str,
     ) -> Result<MachinedSurface> {
         let refused = |error: RemovalError| Error::argument(origin, error.to_string());
@@ -79,7 +86,7 @@ impl StockRemoval {
         let (plan, patch_mm, is_coarse) = self.looked_at(&nominal, path, &axes);
         let mut patches = nominal.patches(plan, patch_mm).map_err(refused)?;
         drop(nominal);
-        let found = courses.iter().map(|course| self.deviations((path, &axes), &patches, (course, &|_| 1.0), origin));
+        let found = courses.iter().map(|course| self.deviations((path, &axes), &patches, (*course, &|_| 1.0), origin));
         let (deviations, makers): (Vec<_>, _) = found.collect::<Result<Vec<_>>>()?.into_iter().unzip();
         patches.iter_mut().for_each(|patch| patch.tag = patch.tag.filter(|tag| *tag != EARLIER));
         let mut surface =
@@ -111,8 +118,8 @@ impl StockRemoval {
         Some(surface.patches.par_iter().zip(deviations).map(of).collect())
     }
 
-    /// Returns how far the surface that a tool leaves on `course` is beyond each of `patches`, and what made it, as in [`MachinedSurface`]; tools bend under `factor` times the
-    /// nominal force where they make it.
+    /// Returns how far the surface that a tool leaves on `course` is beyond each of `patches`, and what made it, as in [`MachinedSurface`]; tools bend, and are rotated, by `factor`
+    /// times the nominal one where they make it.
     ///
     /// # Errors
     /// As [`StockRemoval::machined`].
@@ -120,13 +127,15 @@ impl StockRemoval {
         &self,
         (path, axes): (&Toolpath, &Matrix3<f64>),
         patches: &[Patch],
-        (course, factor): (&[Option<Vector3<f64>>], &FactorAt<'_>),
+        (course, factor): (Course<'_>, &FactorAt<'_>),
         origin: &str,
     ) -> Result<Left> {
-        let field = self.cut_along(path, axes, |k| course[k], origin)?;
-        let largest = course.iter().flatten().fold(0.0, |most: f64, own| most.max(own.norm()));
+        let Course { errors_mm, rotations } = course;
+        let field = self.cut_along(path, axes, |k| errors_mm[k], origin)?;
+        let tools = self.tools_of(path);
+        let largest = errors_mm.iter().flatten().fold(0.0, |most: f64, own| most.max(own.norm()));
         let reach_mm = REACH * largest + LEAST_REACH_MM;
-        let is_known = |k: usize| course[k].is_some() && (k == 0 || course[k - 1].is_some());
+        let is_known = |k: usize| errors_mm[k].is_some() && (k == 0 || errors_mm[k - 1].is_some());
         let of = |patch: &Patch| {
             let is_looked_at = match patch.tag {
                 Some(EARLIER) => true,
@@ -140,8 +149,12 @@ impl StockRemoval {
             let deviation = field.deviation(&patch.position, &patch.normal, reach_mm);
             let own = patch.tag.filter(|tag| *tag != EARLIER);
             let maker = field.made_by(&deviation).or(own).filter(|tag| *tag != EARLIER);
-            let beyond = |tag: u32| factor(tag as usize) * beyond_aimed(path, tag as usize, axes, patch);
-            let beyond = own.map_or(0.0, beyond);
+            let beyond = own.map_or(0.0, |tag| {
+                let (tag, tool) = (tag as usize, &tools[&path.points()[tag as usize].tool]);
+                let by_rotation =
+                    tool.as_ref().map_or(0.0, |tool| by_rotation(path, (tag, rotations), axes, (patch, &tool.cutter)));
+                factor(tag) * (beyond_aimed(path, tag, axes, patch) + by_rotation)
+            });
             (Some(deviation.mm + beyond), maker)
         };
         Ok(patches.par_iter().map(of).unzip())
@@ -206,6 +219,37 @@ impl StockRemoval {
         }
         Ok(())
     }
+}
+
+/// Returns how far the rotation of the tool moves the surface along its normal where the move to point `tag` makes it, mm: positive where material is left.
+fn by_rotation(
+    path: &Toolpath,
+    (tag, rotations): (usize, &[Vector3<f64>]),
+    axes: &Matrix3<f64>,
+    (patch, cutter): (&Patch, &Cutter),
+) -> f64 {
+    let before = tag.saturating_sub(1);
+    let [from, to] = [before, tag].map(|k| axes * path.points()[k].position_mm);
+    let way = to - from;
+    let share = if way.xy() == Vector2::zeros() {
+        1.0
+    } else {
+        (patch.position - from).xy().dot(&way.xy()) / way.xy().norm_squared()
+    };
+    let share = share.clamp(0.0, 1.0);
+    let rotation = axes * rotations[before].lerp(&rotations[tag], share);
+    let arm = patch.position - (from + share * way);
+    let moved = patch.normal.dot(&rotation.cross(&arm));
+    let is_floor = patch.normal.z == 1.0 && cutter.height_mm(arm.xy().norm()) == 0.0;
+    if !is_floor {
+        return moved;
+    }
+    // The end goes over the place along a chord, the ends of which are off it the most.
+    let flat = cutter.radius_mm() - cutter.nose_height_mm();
+    let chord = (flat * flat - arm.xy().norm_squared()).max(0.0).sqrt();
+    let along =
+        Vector3::new(way.x, way.y, 0.0).try_normalize(f64::EPSILON).map_or(0.0, |along| rotation.cross(&along).z.abs());
+    moved - along * chord
 }
 
 /// Returns how much farther than the bend that the program aims at the tool bends along the normal of a wall where its move `tag` makes it, mm.

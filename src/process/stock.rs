@@ -137,7 +137,7 @@ const NOSE_SLICES: u32 = 16;
 /// Most slices of the side of a tool in a high stock.
 const MOST_SLICES: f64 = 400.0;
 /// Ways shorter than this are none: what is met by them is within what counts as touched, mm.
-const LEAST_WAY: f64 = 1e-5;
+pub(crate) const LEAST_WAY: f64 = 1e-5;
 /// A rapid move may come so near into material: programs round, mm.
 const FREE_MM: f64 = 0.02;
 /// Most memory for a field, bytes.
@@ -251,11 +251,43 @@ impl StockRemoval {
             return Ok(path);
         }
         let axes = self.axes_along(&path, (machine, placement));
-        let mut cutting = Cutting::new(self.field(&axes, &path)?, axes, FREE_MM + self.sampling.chordal_tolerance_mm());
-        for (origin, path) in self.earlier.iter() {
-            self.follow(&mut cutting, (path, origin), &placed, (|_| &CuttingLaw::None, &mut || ()))?;
-        }
+        let mut cutting = self.cutting_before(&path, axes, &placed)?;
         self.follow(&mut cutting, (&path, origin), &placed, (law, done))
+    }
+
+    /// Returns `path` as it cuts the stock with its tool at `shifts` (W, mm) from its points, which stay where they are: otherwise as [`StockRemoval::cut`], but that rapid moves and
+    /// bodies of tools may come into material, as they do where the tool has left some.
+    ///
+    /// # Errors
+    /// As there.
+    pub(super) fn cut_shifted<'a>(
+        &self,
+        path: &Toolpath,
+        (machine, placement): (&Machine, &Placement),
+        shifts: &[Vector3<f64>],
+        (law, origin): (impl Fn(&PathPoint) -> &'a CuttingLaw, &str),
+    ) -> Result<Toolpath> {
+        let placed = placement.place(machine);
+        let mut cutting = self.cutting_before(path, self.axes_along(path, (machine, placement)), &placed)?;
+        cutting.is_checked = false;
+        let shifted = path.points().iter().zip(shifts);
+        let shifted =
+            shifted.map(|(point, shift)| PathPoint { position_mm: point.position_mm + shift, load: None, ..*point });
+        let shifted = Toolpath::assemble(shifted.collect()).with_tools(path.tools().to_vec());
+        let cut = self.follow(&mut cutting, (&shifted, origin), &placed, (law, &mut || ()))?;
+        let points = path.points().iter().zip(cut.points());
+        let points = points.map(|(point, cut)| PathPoint { load: cut.load, ..*point }).collect();
+        let own = Toolpath::assemble(points).with_tools(path.tools().to_vec());
+        Ok(own.with_engagements(cut.engagements().to_vec()))
+    }
+
+    /// Returns the stock for `path` as the programs before have left it.
+    fn cutting_before(&self, path: &Toolpath, axes: Axes, placed: &PlacedWorkpiece) -> Result<Cutting> {
+        let mut cutting = Cutting::new(self.field(&axes, path)?, axes, FREE_MM + self.sampling.chordal_tolerance_mm());
+        for (origin, path) in self.earlier.iter() {
+            self.follow(&mut cutting, (path, origin), placed, (|_| &CuttingLaw::None, &mut || ()))?;
+        }
+        Ok(cutting)
     }
 
     /// Returns `path` as it cuts what there is; see [`StockRemoval::cut`].
@@ -308,7 +340,7 @@ impl StockRemoval {
             points[k].load = load.filter(|_| to.cutting);
             engagements[k] = engaged;
         }
-        if engagements.iter().all(|own| own.removed_mm2 == 0.0) {
+        if cutting.is_checked && engagements.iter().all(|own| own.removed_mm2 == 0.0) {
             let problem = "nothing touches the stock: expected it where the tool goes, in the frame of the program";
             return Err(Error::argument(origin, problem));
         }
@@ -501,6 +533,8 @@ struct Cutting {
     /// Volume removed for each mm where it was engaged last, mm².
     removed_mm2: f64,
     free_mm: f64,
+    /// Whether rapid moves and bodies of tools are refused in material.
+    is_checked: bool,
 }
 
 /// A tool, or what is wrong with its number.
@@ -513,13 +547,13 @@ impl Cutting {
         let slice_mm = ((high.z - low.z) / MOST_SLICES).max(Slicing::default().slice_mm);
         let slicing = Slicing { nose_slices: NOSE_SLICES, slice_mm, ..Slicing::default() };
         let (engagement, at) = (Engagement::default(), Vector3::zeros());
-        Self { field, slicing, engagement, axes, at, removed_mm2: 0.0, free_mm }
+        Self { field, slicing, engagement, axes, at, removed_mm2: 0.0, free_mm, is_checked: true }
     }
 
     /// Puts the tip where the path begins, or goes on after a way that is not known. `Err` if the tool is in the stock there.
     fn begin(&mut self, tool: Known<'_>, position: &Vector3<f64>) -> std::result::Result<(), String> {
         self.at = self.axes * position;
-        if self.at.z >= self.field.stock().bounds().1.z {
+        if !self.is_checked || self.at.z >= self.field.stock().bounds().1.z {
             return Ok(());
         }
         let cutter = &tool?.cutter;
@@ -543,7 +577,7 @@ impl Cutting {
         self.at += way;
         self.removed_mm2 = 0.0;
         let (low, high) = self.field.stock().bounds();
-        if from.z.min(self.at.z) >= high.z {
+        if !self.is_checked || from.z.min(self.at.z) >= high.z {
             return Ok(());
         }
         let tool = tool?;
@@ -580,7 +614,8 @@ impl Cutting {
         to: &Vector3<f64>,
     ) -> std::result::Result<(), String> {
         let top = self.field.stock().bounds().1.z;
-        for (name, body, height) in tool.bodies.iter().filter(|own| from.z.min(to.z) + own.2 < top) {
+        let looked_at = tool.bodies.iter().filter(|own| self.is_checked && from.z.min(to.z) + own.2 < top);
+        for (name, body, height) in looked_at {
             let [from, to] = [from, to].map(|own| own + *height * Vector3::z());
             let met = self.field.first_in_way(body, &from, &to, self.free_mm).map_err(|error| error.to_string())?;
             if let Some(met) = met {

@@ -326,14 +326,27 @@ fn no_line_relies_on_a_feed_that_may_not_be_there() {
     let deep = feed_at(80.0, DEEP_MM);
     assert_eq!(all.len(), 3, "{all:?}");
     assert!(all[1..].iter().all(|own| *own <= deep && *own > 0.993 * deep), "{all:?} {deep}");
+    // What a line that may be switched off does to the feed, whether it moves or not.
+    for between in ["/F375", "/G0 Y1 F375", "/M98 P100"] {
+        let called = if between.contains("M98") { "O100\nG1 Y1 F375\nM99\n" } else { "" };
+        let program = format!("G21 G90\nS8000 M3\nG0 X0 Y0 Z0\nG1 X20 F500\n(DEEP)\n{between}\nG1 X40\nM30\n{called}");
+        let written = text(&job("orthoglide", &process(feed), ("part.nc", &program)));
+        let last = written.lines().find(|line| line.starts_with("G1 X40")).unwrap();
+        assert!(last.contains('F'), "{written}");
+    }
     for (line, expected) in [
-        ("G53 G1 Z-5", "line 5 moves by feed to a position of the machine (G53)"),
-        ("G53 Z-5", "line 5 moves by feed to a position of the machine (G53)"),
+        ("G53 G1 Z-5", "line 5 moves by feed to a position of the machine (G53"),
+        ("G53 Z-5", "line 5 moves by feed to a position of the machine (G53"),
         ("G4 F3", "line 5 has F beside G4"),
     ] {
         let program = format!("G21 G90\nS8000 M3\nG0 X0 Y0 Z0\nG1 X10 F1000\n{line}\nG1 X20\n");
         let found = refusal(&light(feed), ("part.nc", &program));
         assert!(found.contains(expected), "{found}");
+    }
+    for line in ["G1 SUPA Z300", "G153 Z300"] {
+        let program = format!("G71 G90 G54\nS8000 M3\nG0 X0 Y0 Z0\nG1 X10 F1000\n{line}\nG1 X20\nM30\n");
+        let found = refusal(&light(feed), ("part.mpf", &program));
+        assert!(found.contains("line 5 moves by feed to a position of the machine"), "{found}");
     }
     let rapid = "G21 G90\nS8000 M3\nG0 X0 Y0 Z0\nG1 X10 F1000\nG0 G53 Z0\nG0 X0 Y0 Z5\nG1 Z0\nX20 F1000\n";
     let all = numbers(&text(&job("orthoglide", &light(feed), ("part.nc", rapid))));

@@ -104,17 +104,23 @@ impl Mesh {
         let tile = y * self.tiles[0] + x;
         let first = spans.len();
         for &number in &self.listed[self.starts[tile] as usize..self.starts[tile + 1] as usize] {
-            if let Some(crossing) = crossing(&self.corners(&self.triangles[number as usize]), p) {
-                spans.push([crossing, 0.0]);
+            spans.extend(crossing(&self.corners(&self.triangles[number as usize]), p));
+        }
+        // Inside is what the surface winds around, so that where two bodies overlap there is material; it is closed, and each edge of the plan belongs to one side.
+        spans[first..].sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(b[1].total_cmp(&a[1])));
+        let (mut winding, mut entry, mut end) = (0.0, 0.0, first);
+        for k in first..spans.len() {
+            let [height, turn] = spans[k];
+            if winding == 0.0 {
+                entry = height;
+            }
+            winding += turn;
+            if winding == 0.0 {
+                spans[end] = [entry, height];
+                end += 1;
             }
         }
-        // Crossings in order are pairs of entry and exit, as the surface is closed and each edge of the plan belongs to one side.
-        spans[first..].sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
-        let pairs = (spans.len() - first) / 2;
-        for pair in 0..pairs {
-            spans[first + pair] = [spans[first + 2 * pair][0], spans[first + 2 * pair + 1][0]];
-        }
-        spans.truncate(first + pairs);
+        spans.truncate(end);
     }
 
     /// Whether over a rectangle there is no edge of a triangle, and all of it has the same triangles, all level.
@@ -132,9 +138,9 @@ impl Mesh {
     }
 }
 
-/// Returns the height at which the vertical through `p` crosses a triangle. A vertical through an edge crosses one of the two triangles that
+/// Returns the height at which the vertical through `p` crosses a triangle, and whether it comes into the body there (1) or leaves it (−1) on its way up. A vertical through an edge crosses one of the two triangles that
 /// share it: the sign of an edge is computed from its ends in a fixed order, and zero counts as left of it.
-fn crossing(corners: &[Vector3<f64>; 3], p: Vector2<f64>) -> Option<f64> {
+fn crossing(corners: &[Vector3<f64>; 3], p: Vector2<f64>) -> Option<[f64; 2]> {
     let [a, b, c] = corners;
     let (w_c, w_a, w_b) = (side(a, b, p), side(b, c, p), side(c, a, p));
     let left = |value: f64, from: &Vector3<f64>, to: &Vector3<f64>| {
@@ -145,7 +151,8 @@ fn crossing(corners: &[Vector3<f64>; 3], p: Vector2<f64>) -> Option<f64> {
         return None;
     }
     let sum = w_a + w_b + w_c;
-    (sum != 0.0).then(|| (w_a * a.z + w_b * b.z + w_c * c.z) / sum)
+    let turn = if signs[0] { -1.0 } else { 1.0 };
+    (sum != 0.0).then(|| [(w_a * a.z + w_b * b.z + w_c * c.z) / sum, turn])
 }
 
 /// Twice the area of the triangle of an edge and `p`, with the same bits but the sign for the reversed edge.

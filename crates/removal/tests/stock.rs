@@ -48,6 +48,25 @@ fn a_box_of_triangles_is_a_box() {
     assert_eq!(a.2, b.2);
 }
 
+/// Two boxes in one file that overlap are their union, as the same union in one surface is.
+#[test]
+fn bodies_that_overlap_are_one() {
+    let (mut vertices, mut triangles) = prism(&SQUARE, -10.0, 0.0);
+    let (more, above) = prism(&[[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]], -5.0, 5.0);
+    let shift = vertices.len() as u32;
+    triangles.extend(above.iter().map(|triangle| triangle.map(|vertex| vertex + shift)));
+    vertices.extend(more);
+    let mut field = Field::new(Stock::mesh(vertices, triangles).unwrap(), 0.25).unwrap();
+    assert!((field.volumes().stock_mm3 - (12000.0 + 500.0)).abs() < 1e-6, "{}", field.volumes().stock_mm3);
+    let path = [Vector3::new(-30.0, 0.0, -8.0), Vector3::new(30.0, 0.0, -8.0)];
+    cut_path(&mut field, &Cutter::flat(8.0).unwrap(), &path, 0.5, &Slicing::default(), |tip, engagement| {
+        let depth = if tip.x > -4.0 && tip.x < 0.0 { 13.0 } else { 8.0 };
+        if (-15.0..-10.0).contains(&tip.x) || (-4.0..0.0).contains(&tip.x) {
+            assert!((engagement.depth_mm - depth).abs() < 1e-9, "{} at {}", engagement.depth_mm, tip.x);
+        }
+    });
+}
+
 #[test]
 fn undercuts_are_kept_as_spans() {
     // A plate above another, with a gap between: two spans a column.

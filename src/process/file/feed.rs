@@ -34,6 +34,8 @@ pub struct FeedSpec {
 
 /// How much a feed may change if the file does not say it.
 const CHANGE: [f64; 2] = [0.5, 1.5];
+/// Slower feeds are no cut, and numbers after F do not tell them apart.
+const LEAST_CHANGE: f64 = 0.01;
 
 /// Checks the limits of the feed; fails where no force of the `laws` can be changed by it.
 pub(super) fn limits<'a>(
@@ -54,9 +56,9 @@ pub(super) fn limits<'a>(
     }
     let change = spec.change.unwrap_or(CHANGE);
     let [low, high] = change;
-    if !(low > 0.0 && low <= 1.0 && high >= 1.0 && high.is_finite()) {
+    if !(low >= LEAST_CHANGE && low <= 1.0 && high >= 1.0 && high.is_finite()) {
         let problem = format!(
-            "must be two shares of the programmed feed, one above 0 and at most 1, one at least 1, got {change:?}"
+            "must be two shares of the programmed feed, one from {LEAST_CHANGE} to 1, one at least 1, got {change:?}"
         );
         return check.key("change").fail(problem);
     }

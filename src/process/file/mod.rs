@@ -205,6 +205,20 @@ impl Process {
         Ok(path)
     }
 
+    /// Returns `path`, which has cut the stock, with the loads of what its tool cuts at `shifts` from its points (W, mm); `None` without stock. Errors of the stock.
+    #[cfg(not(target_family = "wasm"))]
+    pub(crate) fn cut_shifted(
+        &self,
+        path: &Toolpath,
+        shifts: &[nalgebra::Vector3<f64>],
+        origin: &str,
+    ) -> Result<Option<Toolpath>> {
+        let law = |point: &PathPoint| self.own_forces.law_at(point).unwrap_or(&self.cutting);
+        let cut =
+            |stock: &StockRemoval| stock.cut_shifted(path, (&self.machine, &self.placement), shifts, (law, origin));
+        self.stock.as_ref().map(cut).transpose()
+    }
+
     /// Returns the process itself if it has no table `[uncertainty]`; `name` says in the error who computes with exact inputs only.
     ///
     /// # Errors

@@ -1,5 +1,7 @@
 //! Compensates a program: finds the commands, writes the program that gives them, reads it back and proves it by simulation.
 
+#[cfg(not(target_family = "wasm"))]
+use super::DeflectedCut;
 use super::{
     CorrectedPath, ForceCheck, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, Proof, ProvedPart,
     WithoutForce,
@@ -92,6 +94,9 @@ pub struct ProvedProgram {
     pub forces: Option<ForceCheck>,
     /// What the program as written does if the cutting force is absent.
     pub without_force: WithoutForce,
+    /// The tool without compensation in the cut that it makes; `None` without stock, for long programs, and where nothing bends.
+    #[cfg(not(target_family = "wasm"))]
+    pub deflected_cut: Option<DeflectedCut>,
     /// Distributions of the largest error over the points that count, without compensation and as written; `None` where inputs are taken as exact.
     pub spread: Option<PathSpread>,
     /// Number of non-cutting points (rapid moves) that have no correction and keep their position.
@@ -209,6 +214,8 @@ impl ProgramJob {
             exceeded,
             forces,
             without_force,
+            #[cfg(not(target_family = "wasm"))]
+            deflected_cut: self.deflected_cut(work)?,
             spread,
             uncorrected,
             takes_play_back: matches!(asked.way, CommandSource::Method(method) if method != Method::None),

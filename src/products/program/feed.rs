@@ -153,7 +153,7 @@ pub(super) fn with_feeds(
         let next = plan(&lines, &sought, &now, limits.change);
         let ends = next == numbers || round == ROUNDS;
         if is_kept {
-            good = Some((job, source, now, numbers, words));
+            good = Some((job, source, (now, sought.clone()), numbers, words));
         }
         if ends {
             break;
@@ -165,7 +165,7 @@ pub(super) fn with_feeds(
         now = uses(&job, limits, &line_of, work)?;
         (numbers, words) = (next, count);
     }
-    let Some((job, source, uses, numbers, words)) = good else {
+    let Some((job, source, (uses, sought), numbers, words)) = good else {
         let problem = format!("finds no feeds within {ROUNDS} programs at which all limits hold that can");
         return limits.check.fail(problem);
     };

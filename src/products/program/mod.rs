@@ -4,6 +4,8 @@ pub mod bounded;
 mod compensate;
 mod corrected;
 #[cfg(not(target_family = "wasm"))]
+mod deflected;
+#[cfg(not(target_family = "wasm"))]
 mod feed;
 #[cfg(feature = "report")]
 pub mod files;
@@ -27,6 +29,8 @@ use self::turned::with_best_gamma;
 pub use compensate::{Asked, CommandSource, Compensated, InMemory, ProvedProgram, Receiver, Refusal};
 pub use corrected::{CorrectedPath, ProgramAsWritten, WrittenCalls};
 #[cfg(not(target_family = "wasm"))]
+pub use deflected::DeflectedCut;
+#[cfg(not(target_family = "wasm"))]
 pub use feed::{FoundFeeds, Placed};
 pub use forces::ForceCheck;
 pub use part::Part;
@@ -37,7 +41,6 @@ use crate::{
     input::error::{Error, Result},
     machine::{Coordinate, Machine},
     process::{
-        cutting::LoadError,
         file::Process,
         uncertainty::{ForceSpread, Uncertainty, UncertaintyTable},
     },
@@ -165,10 +168,8 @@ impl ProgramJob {
         let path = process.mark_cutting_and_tell(path, name, &mut || work.tell(Event::Computed(1)))?;
         let process = Process { machine: locked_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
-        let faulty = |fault: LoadError| Error::argument(name, fault.to_string());
-        process.check_loads(&path).map_err(faulty)?;
-        let all = || (0..path.len()).map(part::task_at(&process, &path)).collect::<std::result::Result<_, _>>();
-        let tasks = machine.has_parasitic_rotation.then(all).transpose().map_err(faulty)?;
+        process.check_loads(&path).map_err(|fault| Error::argument(name, fault.to_string()))?;
+        let tasks = part::stored_tasks(&process, &path, name)?;
         let real = Machines::new(&machine, &process.errors)?.real;
         let tools = path.cutting_tools();
         let cut = process.cut_by(&tools);

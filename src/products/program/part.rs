@@ -79,6 +79,13 @@ pub(super) fn empty_tracks(path: &Toolpath) -> Vec<OnceLock<TrackPart>> {
     if path.len() > MOST_STORED { Vec::new() } else { parts(path.len()).map(|_| OnceLock::new()).collect() }
 }
 
+/// Returns the task points of `path`, called `name` in errors, for a platform with parasitic rotation; `None` for others.
+pub(super) fn stored_tasks(process: &Process, path: &Toolpath, name: &str) -> Result<Option<Vec<TaskPoint>>> {
+    let all = || (0..path.len()).map(task_at(process, path)).collect::<std::result::Result<_, _>>();
+    let fault = |fault: LoadError| Error::argument(name, fault.to_string());
+    process.machine.has_parasitic_rotation.then(all).transpose().map_err(fault)
+}
+
 /// Returns a function from the index of a point of `path` to its task point, to be called in order, since the force blends from move to move.
 pub(super) fn task_at<'a>(
     process: &'a Process,

@@ -27,6 +27,8 @@ pub struct ProvedPart<'a> {
     pub part: &'a Part<'a>,
     /// Error at each point without compensation by source, base axes, mm; `None` without equilibrium; empty for a source not simulated alone.
     pub before: &'a BySource<Vec<Option<Vector3<f64>>>>,
+    /// Rotation of the tool at each point without compensation, rotation vectors in base axes, rad; without meaning where there is no equilibrium.
+    pub rotations_before: &'a [Vector3<f64>],
     /// Results of the program as written.
     pub written: &'a [PathPointResult],
     /// Error of the program as written where the cutting force is absent, base axes, mm; `None` without equilibrium.
@@ -86,6 +88,7 @@ impl ProgramJob {
             law.check(&part)?;
             let case = part.case([&self.machine, &self.real, &self.machine]);
             let track = self.track(&part, &mut tracked_before);
+            let mut rotations_before = Vec::new();
             let before = BySource::of(&self.machine, |source| {
                 if source != Source::All && !asked.sources_apart {
                     return Vec::new();
@@ -95,6 +98,7 @@ impl ProgramJob {
                 let answers = run_tracked(&case, &Commands::Method(Method::None), &track, done);
                 if source == Source::All {
                     self.sum_up(&mut sums[0], part.first, &answers);
+                    rotations_before = answers.iter().map(|answer| answer.residual_rotation).collect();
                 }
                 answers.iter().map(PathPointResult::solved_error).collect()
             });
@@ -122,6 +126,7 @@ impl ProgramJob {
             take(&ProvedPart {
                 part: &part,
                 before: &before,
+                rotations_before: &rotations_before,
                 written: &answers,
                 without_force: &without_force,
                 spread: &spread,

@@ -12,7 +12,7 @@ use super::{ProgramAsWritten, ProgramJob};
 use crate::{
     input::error::Result,
     process::{
-        machined::{FactorAt, GOUGE_MM, Left, MachinedSurface},
+        machined::{Course, FactorAt, GOUGE_MM, Left, MachinedSurface},
         stock::StockRemoval,
         uncertainty::{Draws, P95, quantile},
     },
@@ -62,6 +62,8 @@ struct Wanted<'a> {
     job: &'a ProgramJob,
     stock: &'a StockRemoval,
     surface: &'a MachinedSurface,
+    /// Rotations of the tool with nominal inputs, W, by course.
+    rotations: &'a [Vec<Vector3<f64>>; 2],
     tolerance_mm: &'a ToleranceOf<'a>,
     path: &'a SpreadPath<'a>,
     written: &'a ProgramAsWritten,
@@ -75,7 +77,7 @@ impl ProgramJob {
     /// Of `work`; a field of removal too large.
     pub(super) fn surface_spread(
         &self,
-        surface: &MachinedSurface,
+        (surface, rotations): (&MachinedSurface, &[Vec<Vector3<f64>>; 2]),
         (written, tolerance_mm): (&ProgramAsWritten, &ToleranceOf<'_>),
         work: &Work,
     ) -> Result<Option<SurfaceSpread>> {
@@ -84,7 +86,7 @@ impl ProgramJob {
         let (Some(drawn), Some(stock)) = (drawn, &self.process.stock) else { return Ok(None) };
         let counts = |_| true;
         let path = self.spread_path((&machines, &drawn), &counts, written);
-        let wanted = Wanted { job: self, stock, surface, tolerance_mm, path: &path, written, work };
+        let wanted = Wanted { job: self, stock, surface, rotations, tolerance_mm, path: &path, written, work };
         let mut draws = Draws::PER_SCRAMBLE;
         while draws > FEWEST_DRAWS
             && (draws * self.path.len() > MOST_POINTS || draws * surface.patches.len() > MOST_PATCHES)
@@ -166,7 +168,8 @@ impl Wanted<'_> {
         }
         let draws = &self.path.drawn.uncertainty.draws;
         let factor = |k: usize| draws.factors(self.tool_index(k), draw).all;
-        let course = (&course[..], &factor as &FactorAt<'_>);
+        let rotations = &self.rotations[usize::from(command == Command::Compensated)];
+        let course = (Course { errors_mm: &course, rotations }, &factor as &FactorAt<'_>);
         let (deviations, makers) = self.stock.deviations(
             (&self.job.path, &self.surface.axes),
             &self.surface.patches,

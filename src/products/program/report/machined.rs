@@ -19,7 +19,7 @@ use crate::{
     },
     input::error::Result,
     page::{PartView, Section, SmallTable},
-    process::machined::{GOUGE_MM, MachinedSurface},
+    process::machined::{Course, GOUGE_MM, MachinedSurface},
     products::program::{
         ProgramAsWritten, ProgramJob, ProvedPart,
         surface::{CourseSpread, SurfaceSpread},
@@ -34,6 +34,8 @@ pub(super) struct Courses {
     /// `R_OW`.
     turn: Matrix3<f64>,
     errors: [Vec<Option<Vector3<f64>>>; 2],
+    /// How the tool is rotated there, rotation vectors in W, rad.
+    rotations: [Vec<Vector3<f64>>; 2],
 }
 
 impl Courses {
@@ -41,7 +43,10 @@ impl Courses {
     pub fn new(job: &ProgramJob) -> Option<Self> {
         job.process.stock.as_ref()?;
         let turn = job.process.placement.place(&job.machine).workpiece().rotation;
-        Some(Self { turn, errors: [0, 1].map(|_| Vec::with_capacity(job.path.len())) })
+        let points = job.path.len();
+        let (errors, rotations) =
+            ([0, 1].map(|_| Vec::with_capacity(points)), [0, 1].map(|_| Vec::with_capacity(points)));
+        Some(Self { turn, errors, rotations })
     }
 
     /// Adds the points of the next proved part.
@@ -49,6 +54,8 @@ impl Courses {
         let turned = |error: &Option<Vector3<f64>>| error.map(|error| self.turn.tr_mul(&error));
         self.errors[0].extend(proved.before[Source::All].iter().map(turned));
         self.errors[1].extend(proved.written.iter().map(|answer| turned(&PathPointResult::solved_error(answer))));
+        self.rotations[0].extend(proved.rotations_before.iter().map(|own| self.turn.tr_mul(own)));
+        self.rotations[1].extend(proved.written.iter().map(|answer| self.turn.tr_mul(&answer.residual_rotation)));
     }
 
     /// Returns the surface that is left by the program as `written`, called `name`, and its distribution where inputs are uncertain.
@@ -62,11 +69,12 @@ impl Courses {
         work: &Work,
     ) -> Result<Option<Machined>> {
         let Some(stock) = &job.process.stock else { return Ok(None) };
-        let surface = stock.machined(&job.path, (&job.machine, &job.process.placement), &self.errors, name)?;
+        let courses = [0, 1].map(|k| Course { errors_mm: &self.errors[k], rotations: &self.rotations[k] });
+        let surface = stock.machined(&job.path, (&job.machine, &job.process.placement), &courses, name)?;
         let tolerance = |patch: &Patch| tolerance_mm(job, patch.tag);
         let sides = [0, 1].map(|course| Side::new(&surface, &surface.deviations[course], &tolerance, &|_| true));
         let part = PartSides::new(&surface, job);
-        let spread = job.surface_spread(&surface, (written, &tolerance), work)?;
+        let spread = job.surface_spread((&surface, &self.rotations), (written, &tolerance), work)?;
         let mut machined = Machined { surface, errors: self.errors, sides, part, tools: Vec::new(), spread };
         machined.tools = machined.tools(job);
         Ok(Some(machined))
@@ -259,7 +267,7 @@ impl Machined {
         Section::new("What is left on the part?", "how far the machined surface is off, and where")
             .text(&self.sentences(report.job))
             .text(
-                "The surface is that of the tool as it goes from point to point, so that what an earlier pass took away stays gone. Tilt of the tool, run-out and vibration are not in \
+                "The surface is that of the tool as it goes from point to point, so that what an earlier pass took away stays gone. The tool is rotated as the machine deflects. Run-out and vibration are not in \
                  it, nor what should be cut through and is not; bending of the tool itself is where the process file says how it sticks out.\n",
             )
             .small_tables([table].into_iter().chain(uncertain).chain(self.against_tables(report.job)))

@@ -8,7 +8,7 @@ use super::{
     limits_text, passes_table, residual_text, spread_text,
     tables::{error_before_column, spread_quantities},
     use_text,
-    words::{blocks_table, written_text},
+    words::{blocks_table, deflected_cut_text, written_text},
 };
 use crate::{
     answer::facts_of,
@@ -142,6 +142,7 @@ fn proof_section(report: &Report<'_>) -> Section {
     Section::new("How is the program checked?", "read back and simulated point by point, beside other ways")
         .text("The last row is the program as it was written, read back, rounding included, and simulated.")
         .text(&residual_text(&report.job.machine, report.proved.commanded_max_mm()))
+        .text(&deflected_cut_text(report, false))
         .small_tables([table])
 }
 

@@ -158,7 +158,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
     let called = job.file.called_files();
     let spread_columns = spread_columns(job);
     let width = columns.len() - spread_columns.len() - play_columns(machine).len();
-    let ProvedPart { part, before, written, without_force, spread } = proved;
+    let ProvedPart { part, before, written, without_force, spread, .. } = proved;
     let (points, tasks) = (part.points, part.tasks());
     let stations = stations(&job.process, points, tasks, Some(&job.file));
     let mut track = job.tracker();
@@ -368,6 +368,18 @@ pub fn program_json(report: &Report<'_>) -> Value {
     }
     if let Some(machined) = &findings.machined {
         report["machined_surface"] = machined.json(job);
+    }
+    if let Some(found) = &proved.deflected_cut {
+        let (point, size) = found.largest;
+        report["without_compensation_in_its_own_cut"] = json!({
+            "error_max_mm": size,
+            "point": point,
+            "in_the_programmed_cut_mm": found.programmed_mm,
+            "cuts": found.rounds,
+            "disagreement_mm": found.left_mm,
+            "share_of_points_agreed": found.agreed,
+            "converged": found.has_converged(),
+        });
     }
     report
 }

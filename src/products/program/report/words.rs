@@ -287,6 +287,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_cautions(&feed::caution(report.job))
         .with_cautions(&spread_report::along_cautions(&along(report), distribution))
         .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.sentences(report.job)))
+        .with_cautions(&deflected_cut_text(report, true))
         .with_cautions(&without_force_text(report))
         .with_cautions(&play_text(report))
         .with_cautions(&spread_report::cautions(
@@ -361,6 +362,35 @@ fn end_teeth_text(job: &ProgramJob) -> String {
         let place = job.place_words(k);
         format!("Where the flat end of a tool goes down into material, the force of its end teeth is not known and not in this: up to {area:.1} mm² of it ({place}).\n")
     })
+}
+
+/// The deflected cut is told on the first screen where it changes the largest error by this share.
+const OTHER_CUT: f64 = 0.1;
+
+/// Returns how the deflection of the tool without compensation changes its cut, in a sentence; empty without stock, and `on_first_screen` where that matters little.
+pub(super) fn deflected_cut_text(report: &Report<'_>, on_first_screen: bool) -> String {
+    let Some(found) = &report.proved.deflected_cut else { return String::new() };
+    let [own, programmed, left] = [found.largest.1, found.programmed_mm, found.left_mm].map(|own| millimetres(own, 4));
+    if !found.has_converged() {
+        return format!(
+            "How deflection changes the cut without compensation has not settled: after {} cuts of the stock, deflection and force disagree at {} of the points, by up to {left}. \
+             Without compensation means here with the force of the programmed cut.\n",
+            found.rounds,
+            percent(1.0 - found.agreed)
+        );
+    }
+    let change = found.largest.1 / found.programmed_mm - 1.0;
+    if on_first_screen && change.abs() < OTHER_CUT {
+        return String::new();
+    }
+    format!(
+        "Without compensation the tool, deflected, cuts {} than programmed: with the force of that cut it is off by up to {own}, {}, not {programmed} ({} of the stock, \
+         until deflection and force agree at {} of the points).\n",
+        if change < 0.0 { "less" } else { "more" },
+        report.job.place_words(found.largest.0),
+        counted(found.rounds, "cut"),
+        percent(found.agreed)
+    )
 }
 
 /// Returns what the play of the drives does, in sentences; empty without play.

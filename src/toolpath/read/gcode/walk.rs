@@ -5,7 +5,9 @@ use std::ops::Range;
 use crate::toolpath::{
     model::{
         MotionGeometry, NumberFormat,
-        gcode::{BlockDelete, Centre, Dialect, GcodeError, LengthUnit, Motion, MotionCode, Notes, Refusal, Word},
+        gcode::{
+            BlockDelete, Centre, Dialect, GWord, GcodeError, LengthUnit, Motion, MotionCode, Notes, Refusal, Word,
+        },
         number,
     },
     read::gcode::{
@@ -41,8 +43,12 @@ pub(crate) struct FeedWords {
     pub number: Option<Range<usize>>,
     /// Whether M72 restores the feed that was saved.
     pub restores: bool,
-    /// G codes, in tenths.
-    pub codes: Vec<u32>,
+    /// Whether the line moves to positions of the machine (G53, and Sinumerik's G153 and SUPA).
+    pub to_machine: bool,
+    /// Whether it is a dwell.
+    pub dwells: bool,
+    /// Whether it makes the motion a rapid one; `None` where it names none.
+    pub is_rapid: Option<bool>,
 }
 
 /// Line of a motion, and whether it is a hole.
@@ -96,8 +102,21 @@ impl FeedWords {
     fn of(line: usize, words: &[Word], dialect: Dialect) -> Self {
         let number = effective_words(words).iter().find(|word| word.letter == 'F').map(Word::number);
         let restores = words.iter().any(|word| word.mode_save_code(dialect) == Some(72));
-        let codes = words.iter().filter(|word| word.letter == 'G').filter_map(Word::tenths).collect();
-        Self { line, number, restores, codes }
+        let mut own = Self { line, number, restores, to_machine: false, dwells: false, is_rapid: None };
+        for word in words {
+            let meaning = match word.meaning {
+                Some(vocable) => Some(vocable.meaning),
+                None if word.letter == 'G' => dialect.g_word(word).ok(),
+                None => None,
+            };
+            match meaning {
+                Some(GWord::Machine) => own.to_machine = true,
+                Some(GWord::Dwell) => own.dwells = true,
+                Some(GWord::Motion(code)) => own.is_rapid = Some(code == MotionCode::Rapid),
+                _ => {}
+            }
+        }
+        own
     }
 }
 

@@ -95,15 +95,18 @@ impl Program {
         let mut lines: Vec<FedLine> = Vec::new();
         let (mut motions, mut since, mut text, mut mode) = (0, Since::Stays, String::new(), None);
         let (mut unfit, mut is_at_feed) = (None, false);
+        // A call that begins with / may set the feed, or not.
+        let deletes_calls = self.expansion.as_ref().is_some_and(|expansion| {
+            expansion.files.iter().any(|file| file.bytes.split(|byte| *byte == b'\n').any(lines::is_deletable))
+        });
         self.walk_lines(|block, words| {
             let first = motions;
             motions += block.map_or(0, |block| block.motions.len());
-            let has = |tenths: &[u32]| words.codes.iter().any(|code| tenths.contains(code));
-            is_at_feed = !has(&[0]) && (is_at_feed || has(&[10, 20, 30]));
-            if has(&[530]) && is_at_feed {
-                unfit = unfit.or(Some((words.line + 1, "moves by feed to a position of the machine (G53), where the feed that is changed before would hold")));
+            is_at_feed = words.is_rapid.map_or(is_at_feed, |is_rapid| !is_rapid);
+            if words.to_machine && is_at_feed {
+                unfit = unfit.or(Some((words.line + 1, "moves by feed to a position of the machine (G53, SUPA), where the feed that is changed before would hold")));
             }
-            if has(&[40]) && words.number.is_some() && self.dialect != Dialect::Sinumerik {
+            if words.dwells && words.number.is_some() && self.dialect != Dialect::Sinumerik {
                 unfit = unfit.or(Some((words.line + 1, "has F beside G4, which some controls take for a time and others for a feed")));
             }
             let fed = block.and_then(|block| {
@@ -118,7 +121,14 @@ impl Program {
             if let Some(number) = &words.number {
                 text = String::from_utf8_lossy(&self.content(words.line)[number.clone()]).into_owned();
             }
-            let Some((line, motion, feed)) = fed else { return Ok::<(), GcodeError>(()) };
+            // With block delete switched on it does not run.
+            let is_unsure = deletes_calls || lines::is_deletable(self.content(words.line));
+            let Some((line, motion, feed)) = fed else {
+                if is_unsure {
+                    since = Since::Restored;
+                }
+                return Ok::<(), GcodeError>(());
+            };
             if mode.replace(motion.modal.feed_mode).is_some_and(|own| own != motion.modal.feed_mode) {
                 since = Since::Set;
             }
@@ -147,8 +157,7 @@ impl Program {
                 has_word: words.number.is_some(),
                 since,
             });
-            // With block delete switched on it does not run.
-            since = if lines::is_deletable(self.content(line)) { Since::Restored } else { Since::Stays };
+            since = if is_unsure { Since::Restored } else { Since::Stays };
             Ok(())
         })?;
         Ok(unfit.map_or(Ok(lines), Err))
