@@ -113,7 +113,7 @@ class Path:
 
     @classmethod
     def from_file(cls, path: str | PathLike[str], process: Process) -> Path:
-        """The program in `path`: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), APT (.apt, .cl, .cls, .ncl) or
+        """The program in `path`: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), FANUC (.ls), APT (.apt, .cl, .cls, .ncl) or
         G-code.
 
         Raises :class:`Error` with file, line and what was expected.

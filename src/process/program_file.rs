@@ -79,8 +79,13 @@ impl ProgramFile {
         #[cfg(not(target_family = "wasm"))]
         if let Some(language) = Language::detect(file, &bytes) {
             let data = Self::dat_file_name(&file.file_name().unwrap_or_default().to_string_lossy());
-            let found = if language == Language::Krl { beside(&data) } else { None };
-            let found = found.map(|bytes| (data, bytes));
+            let names = match language {
+                Language::Krl => [data, String::new()],
+                Language::Ls => ["sysframe.va".to_owned(), "SYSFRAME.VA".to_owned()],
+                _ => Default::default(),
+            };
+            let found = names.into_iter().filter(|name| !name.is_empty()).find_map(|name| Some((beside(&name)?, name)));
+            let found = found.map(|(bytes, name)| (name, bytes));
             let program = RobotProgram::parse(bytes, &name, language, found, &process.robot_program)?;
             check_tool(&program, process)?;
             return Ok(ProgramFile::Robot(Box::new(program)));
@@ -141,7 +146,7 @@ impl ProgramFile {
         Path::new(name).with_extension("dat").to_string_lossy().into_owned()
     }
 
-    /// Returns name and bytes of the `.dat` beside it, if it is a KRL program and has one.
+    /// Returns name and bytes of the `.dat` beside a KRL program, or of the `sysframe.va` beside a FANUC one, if there is one.
     pub(crate) fn dat_file(&self) -> Option<(&str, &[u8])> {
         match self {
             #[cfg(not(target_family = "wasm"))]

@@ -36,12 +36,13 @@ fn program(name: &str) -> RobotProgram {
     let file = folder().join(name);
     let bytes = fs::read(&file).unwrap();
     let language = Language::detect(&file, &bytes).unwrap();
-    let beside = fs::read(file.with_extension("dat")).ok().map(|bytes| ("beside.dat".to_owned(), bytes));
+    let data = fs::read(file.with_extension("dat")).or(fs::read(file.with_extension("va")));
+    let beside = data.ok().map(|bytes| ("beside.dat".to_owned(), bytes));
     RobotProgram::parse(bytes, name, language, beside, &options(name)).unwrap_or_else(|refused| panic!("{refused}"))
 }
 
 fn parse(language: Language, source: &str, options: &RobotOptions) -> Result<RobotProgram, String> {
-    let name = ["p.src", "p.mod", "p.apt"][language as usize];
+    let name = ["p.src", "p.mod", "p.ls", "p.apt"][language as usize];
     RobotProgram::parse(source, name, language, None, options).map_err(|refused| refused.to_string())
 }
 
@@ -66,7 +67,7 @@ fn files(folder_name: &str) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(folder().join(folder_name))
         .unwrap()
         .map(|entry| format!("{folder_name}/{}", entry.unwrap().file_name().to_string_lossy()))
-        .filter(|name| !name.ends_with(".dat"))
+        .filter(|name| !name.ends_with(".dat") && !name.ends_with(".va"))
         .collect();
     names.sort();
     names
@@ -148,7 +149,7 @@ fn check_written(program: &RobotProgram) {
 
 #[test]
 fn programs_without_correction_are_the_same_and_with_one_lead_where_they_should() {
-    for folder in ["krl", "rapid", "apt"] {
+    for folder in ["krl", "rapid", "ls", "apt"] {
         let names = files(folder);
         assert!(names.len() >= 15, "{} programs in {folder}", names.len());
         names.iter().for_each(|name| check_written(&program(name)));
@@ -463,6 +464,208 @@ fn a_rapid_target_that_moves_is_written_where_it_is_used() {
 }
 
 #[test]
+fn listings_mean_what_they_say() {
+    let of = |name: &str| program(&format!("ls/{name}.ls")).toolpath(coarse()).unwrap();
+    let path = of("01_plain");
+    assert_eq!(shape(&path), (27, 25, [0.0, 0.0, 50.0], [0.0, 0.0, 50.0]));
+    assert_eq!(path.points()[4].feed_mm_per_min, Some(1200.0));
+    // W of 180 degrees: the z axis of the tool points down.
+    assert!((platform(&path, 3) * Vector3::z() + Vector3::z()).norm() < 1e-12);
+    assert_eq!(shape(&of("02_reused")), (13, 13, [0.0; 3], [0.0; 3]));
+    let path = of("03_circle");
+    assert!((path.length_mm() - 40.0 * std::f64::consts::PI).abs() < 1e-9);
+    assert!(path.points().iter().all(|point| (point.position_mm.norm() - 20.0).abs() < 1e-9));
+    assert_eq!(shape(&of("04_names")), (4, 4, [1.5, 2.5, 3.5], [31.5, 2.5, 3.5]));
+    assert_eq!(of("06_no_numbers").points()[0].feed_mm_per_min, Some(2400.0));
+    let path = of("07_external");
+    assert_eq!(path.external_axes(), ["external_rail_mm"]);
+    assert_eq!((path.points()[0].external[0], path.points()[path.len() - 1].external[0]), (100.0, 200.0));
+    let feeds: Vec<_> = of("09_speeds").points().iter().map(|point| (point.feed_mm_per_min, point.cutting)).collect();
+    assert_eq!(
+        feeds,
+        [(Some(1000.0), true), (Some(254.0), true), (None, true), (None, true), (None, true), (None, false)]
+    );
+    let joints = program("ls/10_joints.ls");
+    assert_eq!(joints.notes().unlocated_lines, [18, 21]);
+    assert_eq!(shape(&joints.toolpath(coarse()).unwrap()), (3, 3, [10.0, 0.0, 5.0], [30.0, 0.0, 5.0]));
+    let frames = program("ls/14_frames.ls");
+    let path = frames.toolpath(coarse()).unwrap();
+    // The first frame is W; the second stands 20 mm along and 50 mm beside it, turned by 90 degrees, and the position turns back.
+    assert_eq!(shape(&path), (8, 8, [0.0; 3], [20.0, 50.0, 0.0]));
+    assert_eq!(frames.notes().tool_tip_mm, Some(("utool[3]".into(), Vector3::new(10.0, 0.0, 200.0))));
+    let back = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -FRAC_PI_2);
+    assert!((0..path.len()).all(|point| platform(&path, point).angle_to(&back) < 1e-7));
+    let turned = rotation_of_abc([-0.384, -39.284, -175.389]);
+    assert!(platform(&of("16_turned"), 0).angle_to(&turned) < 1e-7);
+}
+
+/// A listing of these instructions, and of positions with these coordinates.
+fn listing(instructions: &[&str], positions: &[[f64; 3]]) -> String {
+    let numbered = instructions.iter().enumerate().map(|(k, text)| format!("{:4}:{text} ;\n", k + 1));
+    let positions = positions.iter().enumerate().map(|(k, [x, y, z])| {
+        let pose = format!("X = {x}  mm,\tY = {y}  mm,\tZ = {z}  mm,\n\tW = 180.0 deg,\tP = 0.0 deg,\tR = 0.0 deg");
+        format!("P[{}]{{\n   GP1:\n\tUF : 1, UT : 1,\tCONFIG : 'N U T, 0, 0, 0',\n\t{pose}\n}};\n", k + 1)
+    });
+    let (program, positions) = (numbered.collect::<String>(), positions.collect::<String>());
+    format!("/PROG  A\n/ATTR\nLINE_COUNT\t= {};\n/MN\n{program}/POS\n{positions}/END\n", instructions.len())
+}
+
+#[test]
+fn positions_of_a_listing_change_in_their_places_unless_they_are_used_twice() {
+    let lines = ["L P[1] 20mm/sec FINE", "L P[2] 20mm/sec CNT50", "  !P two", "L P[1] 20mm/sec FINE"];
+    let source = listing(&lines, &[[0.0, 0.0, 0.0], [30.0, 0.0, 0.0]]);
+    let program = parse(Language::Ls, &source, &RobotOptions::default()).unwrap();
+    let path = program.toolpath(coarse()).unwrap();
+    let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(|p| p + Vector3::new(0.0, 0.0, 0.25)).collect();
+    let written = program.rewrite(&path, &wanted, None, WriteOptions::with_tolerance(0.005, program.own_format()));
+    let body = |x: &str| {
+        listing(&[], &[[0.0; 3]])
+            .split_once('{')
+            .unwrap()
+            .1
+            .replace("X = 0", &format!("X = {x}"))
+            .replace("Z = 0", "Z = 0.250")
+    };
+    let added = body("0").replace("/END\n", "");
+    let expected = source
+        .replacen("L P[1]", "L P[3]", 1)
+        .replacen("   4:L P[1]", "   4:L P[4]", 1)
+        .replace("X = 30  mm,\tY = 0  mm,\tZ = 0 ", "X = 30  mm,\tY = 0  mm,\tZ = 0.250 ")
+        .replace("/END\n", &format!("P[3]{{{added}P[4]{{{added}/END\n"));
+    assert_eq!(String::from_utf8_lossy(written.unwrap().bytes()), expected);
+}
+
+#[test]
+fn lines_of_a_listing_are_counted_on_where_one_becomes_several() {
+    let source = listing(
+        &["L P[1] 20mm/sec FINE", "L P[2] 20mm/sec FINE ACC50", "  !end"],
+        &[[0.0, 0.0, 0.0], [20.0, 0.0, 0.0]],
+    );
+    let program = parse(Language::Ls, &source, &RobotOptions::default()).unwrap();
+    let path = program.toolpath(Sampling::new(0.01, 10.0).unwrap()).unwrap();
+    let wanted = [Vector3::zeros(), Vector3::new(10.0, 1.0, 0.0), Vector3::new(20.0, 0.0, 0.0)];
+    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();
+    let text = String::from_utf8_lossy(written.bytes()).into_owned();
+    let (program, positions) = text.split_once("/POS\n").unwrap();
+    assert_eq!(
+        program,
+        "/PROG  A\n/ATTR\nLINE_COUNT\t= 4;\n/MN\n   1:L P[1] 20mm/sec FINE ;\n   2:L P[3] 20mm/sec FINE ACC50 ;\n   \
+         3:L P[2] 20mm/sec FINE ACC50 ;\n   4:  !end ;\n"
+    );
+    assert!(
+        positions.contains("P[3]{\n   GP1:\n") && positions.contains("X = 10.000  mm,\tY = 1.000  mm,"),
+        "{positions}"
+    );
+}
+
+#[test]
+fn listings_that_are_not_followed_are_refused_by_line_and_instruction() {
+    let refused = |lines: &[&str]| {
+        let source = listing(lines, &[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [20.0, 10.0, 0.0]]);
+        parse(Language::Ls, &source, &RobotOptions::default()).unwrap_err()
+    };
+    for (line, message) in [
+        ("L PR[1] 20mm/sec FINE", "motions to registers (PR) and other places are not followed; expected P[n] of /POS"),
+        (
+            "L P[R[1]] 20mm/sec FINE",
+            "positions whose number is computed are not followed; expected P[n] with a plain number",
+        ),
+        ("L P[7] 20mm/sec FINE", "P[7] is not known; expected its numbers in the file, or in the statement"),
+        ("A P[1] 20mm/sec CNT100", "arcs by A and splines by S are not followed; expected L, C and J"),
+        ("L P[1] 2.0sec FINE", "times of motions (sec) are not followed; expected a speed"),
+        ("L P[1] 20mm/sec", "expected FINE or CNT behind the speed"),
+        ("L P[1] FINE", "expected a speed in mm/sec, cm/min, inch/min, deg/sec or %"),
+        ("L P[1] 20mm/sec FINE Offset,PR[1]", OPTIONS),
+        ("L P[1] 20mm/sec FINE Tool_Offset", OPTIONS),
+        ("L P[1] 20mm/sec FINE INC", OPTIONS),
+        ("L P[1] 20mm/sec CNT100 TB .10sec,DO[1]=ON", OPTIONS),
+        ("JMP LBL[1]", "jumps are not followed; expected the motions in the order they run, without labels to go to"),
+        (
+            "IF R[1]=1,JMP LBL[1]",
+            "jumps are not followed; expected the motions in the order they run, without labels to go to",
+        ),
+        (
+            "IF R[1]=1,CALL PART",
+            "calls PART, which may move the tool; expected the program in one routine, or PART in robot_program.calls_kept if it does not",
+        ),
+        (
+            "Weave Sine[1]",
+            "calls WEAVE, which may move the tool; expected the program in one routine, or WEAVE in robot_program.calls_kept if it does not",
+        ),
+        ("$MNUFRAME[1,1]=PR[1]", "system variables are not followed; expected a program that does not set them"),
+        ("UFRAME_NUM=R[1]", "expected a plain number"),
+        ("P[R[1]]=LPOS", "assignments to positions without a plain number are not followed; expected P[n]"),
+    ] {
+        assert_eq!(refused(&[line]), format!("p.ls:5: `{line} ;`: {message}"));
+    }
+    for (lines, message) in [
+        (
+            &["L P[1] 20mm/sec FINE", "P[1]=LPOS"][..],
+            "p.ls:5: `L P[1] 20mm/sec FINE ;`: P[1] is computed in line 6; expected a point whose numbers the file gives",
+        ),
+        (
+            &["FOR R[1]=1 TO 3", "L P[1] 20mm/sec FINE"],
+            "p.ls:6: `L P[1] 20mm/sec FINE ;`: in FOR of line 5, where it may be skipped or repeated; expected outside, where it runs once",
+        ),
+        (
+            &["END", "L P[1] 20mm/sec FINE"],
+            "p.ls:6: `L P[1] 20mm/sec FINE ;`: a motion after the end of the program in line 5; expected none",
+        ),
+        (
+            &["L P[1] 20mm/sec FINE", "UFRAME[1]=PR[1]"],
+            "p.ls:6: `UFRAME[1]=PR[1] ;`: frames that are set between motions are not followed; expected UFRAME_NUM and UTOOL_NUM",
+        ),
+        (
+            &["UFRAME_NUM=2", "L P[1] 20mm/sec FINE"],
+            "p.ls:6: `L P[1] 20mm/sec FINE ;`: positions with another UF or UT than the one in force are not followed; expected UFRAME_NUM and UTOOL_NUM as in the position",
+        ),
+        (
+            &["C P[1] P[2] 20mm/sec FINE"],
+            "p.ls:5: `C P[1] P[2] 20mm/sec FINE ;`: circular motion from a place that is not known; expected a motion to a full pose before it",
+        ),
+    ] {
+        assert_eq!(refused(lines), message);
+    }
+    let joints = listing(&["L P[1] 20mm/sec FINE"], &[[0.0; 3]])
+        .replace("X = 0  mm,\tY = 0  mm,\tZ = 0  mm,\n\tW = 180.0 deg,\tP = 0.0 deg,\tR = 0.0 deg", "J1= 0 deg");
+    for (source, end) in [
+        (joints.as_str(), ": L and C to positions of joints (J1 …) are not followed; expected X, Y, Z, W, P, R"),
+        (
+            "\u{1}\u{2}TP",
+            ": expected a listing with /PROG and /MN; a binary .tp becomes one by PrintTP of WinOLPC or ROBOGUIDE, or by saving the program as .ls on the controller (ASCII Upload)",
+        ),
+        (
+            "/PROG A\n/MN\n   1:L P[1] 20mm/sec FINE\n/POS\n",
+            "p.ls:3: `L P[1] 20mm/sec FINE`: expected ; at the end of the instruction",
+        ),
+        ("/PROG A\n/POS\n/MN\n", "p.ls:2: `/POS`: expected /MN before /POS"),
+        ("/PROG A\n/MN\nL P[1]\n", "p.ls:3: `L P[1]`: expected the number of a line and :"),
+    ] {
+        let message = parse(Language::Ls, source, &RobotOptions::default()).unwrap_err();
+        assert!(message.ends_with(end), "{message}");
+    }
+}
+
+/// Refusal of options of motions in a listing.
+const OPTIONS: &str = "options other than ACC, Wjnt, PTH, COORD, EV, Ind.EV and BREAK behind FINE or CNT are not followed; expected none that \
+                       shift the position (Offset, Tool_Offset, INC, VOFFSET), act on the way (TA, TB, DB, Skip), or turn (RTCP)";
+
+#[test]
+fn frames_of_a_listing_are_known_by_the_process_or_refused() {
+    let lines = ["UFRAME_NUM=1", "L P[1] 20mm/sec FINE", "UFRAME_NUM=2", "L P[2] 20mm/sec FINE"];
+    let (before, behind) = (listing(&lines, &[[0.0; 3], [5.0, 0.0, 0.0]]), "P[2]{\n   GP1:\n\tUF : 1");
+    let source = before.replace(behind, "P[2]{\n   GP1:\n\tUF : 2");
+    let message = parse(Language::Ls, &source, &RobotOptions::default()).unwrap_err();
+    assert!(message.ends_with("where uframe[2] stands to the base before it is not known; expected its pose in robot_program.bases of the process"));
+    let mut options = RobotOptions::default();
+    options.bases.insert("uframe[1]".into(), Isometry3::translation(100.0, 0.0, 0.0));
+    options.bases.insert("uframe[2]".into(), Isometry3::translation(0.0, 50.0, 0.0));
+    let path = parse(Language::Ls, &source, &options).unwrap().toolpath(coarse()).unwrap();
+    let (_, _, first, last) = shape(&path);
+    assert_eq!((first, last), ([100.0, 0.0, 0.0], [5.0, 50.0, 0.0]));
+}
+
+#[test]
 fn apt_programs_mean_what_they_say() {
     let of = |name: &str| program(&format!("apt/{name}")).toolpath(coarse()).unwrap();
     let axis = |path: &Toolpath, point: usize| match path.points()[point].orientation {
@@ -544,6 +747,7 @@ fn names_and_first_words_tell_the_language() {
     assert_eq!(of("a.mod", "%%%\n VERSION:1\n%%%\nMODULE a"), Some(Language::Rapid));
     assert_eq!(of("a.prg", "G0 X1\n"), None);
     assert_eq!(of("a.ncl", ""), Some(Language::Apt));
+    assert_eq!((of("a.LS", ""), of("a.tp", "")), (Some(Language::Ls), Some(Language::Ls)));
     assert_eq!((of("a.nc", "MODULE"), of("a", "")), (None, None));
 }
 

@@ -70,6 +70,10 @@ fn loading_text(job: &ProgramJob, name: &str) -> String {
             "Load the program in place of {name} (the module keeps its name), with the same work objects and tools. Lines that were added have \
              the configuration of the target they lead up to: where the arm changes it along a motion, put ConfL\\Off before.\n"
         ),
+        Language::Ls => format!(
+            "Load the program in place of {name}, under the name behind /PROG, with the same user frame and tool. Positions that were added have \
+             the CONFIG of the one they lead up to.\n"
+        ),
         Language::Apt => {
             format!("Post-process the program in place of {name}, with the same machine, origin and tool length.\n")
         }
@@ -180,7 +184,7 @@ fn robot_notes(program: &RobotProgram) -> String {
             motion_lines(&notes.unlocated_lines)
         );
     }
-    if notes.named_points {
+    if notes.named_points && program.language() != Language::Ls {
         text += "Points stay as they are declared; a motion to one of them that is corrected has numbers in place of its name.\n";
     }
     text

@@ -13,6 +13,8 @@ pub enum Language {
     Krl,
     /// RAPID of ABB.
     Rapid,
+    /// TP programs of FANUC as listings (LS).
+    Ls,
     /// APT, and the CLDATA of CAM systems as text.
     Apt,
 }
@@ -25,6 +27,8 @@ impl Language {
         match extension.as_str() {
             "src" => Some(Language::Krl),
             "apt" | "cl" | "cls" | "ncl" | "cldata" => Some(Language::Apt),
+            // A binary .tp is refused with what makes a listing of it.
+            "ls" | "tp" => Some(Language::Ls),
             "modx" => Some(Language::Rapid),
             "mod" | "prg" => {
                 first_words(bytes).any(|word| matches!(word.as_str(), "MODULE" | "PROC")).then_some(Language::Rapid)
@@ -33,12 +37,18 @@ impl Language {
         }
     }
 
+    /// Whether poses have three angles A, B, C in degrees.
+    pub(crate) fn has_degrees(self) -> bool {
+        matches!(self, Language::Krl | Language::Ls)
+    }
+
     /// Returns the language's name for sentences.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Language::Krl => "KRL",
             Language::Rapid => "RAPID",
+            Language::Ls => "FANUC LS",
             Language::Apt => "APT",
         }
     }
@@ -49,6 +59,7 @@ impl Language {
         match self {
             Language::Krl => "krl",
             Language::Rapid => "rapid",
+            Language::Ls => "fanuc_ls",
             Language::Apt => "apt",
         }
     }
@@ -92,10 +103,10 @@ pub(crate) struct Decimals {
 }
 
 impl Decimals {
-    /// Creates the format with the decimals that the source uses, at least 4 (KRL) or 6 for rotations, so that the tip of a long tool
+    /// Creates the format with the decimals that the source uses, at least 4 (degrees) or 6 for rotations, so that the tip of a long tool
     /// stays in place, and at least 3 for external axes.
     pub fn of_source(language: Language, rotation: usize, external: usize) -> Decimals {
-        let least = if language == Language::Krl { 4 } else { 6 };
+        let least = if language.has_degrees() { 4 } else { 6 };
         let clamp =
             |seen: usize, least: u8| u8::try_from(seen).unwrap_or(u8::MAX).clamp(least, NumberFormat::MAX_DECIMALS);
         Decimals { rotation: clamp(rotation, least), external: clamp(external, 3) }

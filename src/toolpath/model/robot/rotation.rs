@@ -54,7 +54,7 @@ pub(crate) fn tool_orientation(
     let platform = |in_base| Some(Orientation::Platform(frames.base.rotation * in_base * frames.tool.inverse()));
     let [a, b, c, d] = numbers.map(Option::unwrap_or_default);
     match language {
-        Language::Krl => {
+        Language::Krl | Language::Ls => {
             let [Some(_), Some(_), Some(_), _] = numbers else {
                 let Some(Orientation::Platform(platform)) = before else { return Ok(None) };
                 let abc_before = abc_of_rotation(&tool_frame_in_base(&platform, frames), 0.0);
@@ -99,7 +99,7 @@ fn tool_frame_in_base(platform: &UnitQuaternion<f64>, frames: &Frames) -> UnitQu
 pub(crate) fn rotation_parts(language: Language, orientation: &Orientation, frames: &Frames, old: &Target) -> Vec<f64> {
     let number = |entry| old.number(Component::Rotation(entry)).unwrap_or_default();
     match (language, orientation) {
-        (Language::Krl, Orientation::Platform(platform)) => {
+        (Language::Krl | Language::Ls, Orientation::Platform(platform)) => {
             abc_of_rotation(&tool_frame_in_base(platform, frames), number(2)).to_vec()
         }
         (Language::Rapid, Orientation::Platform(platform)) => {

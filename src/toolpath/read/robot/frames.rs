@@ -37,10 +37,13 @@ impl<'a> Bases<'a> {
         let continues_name =
             |at: Option<&u8>| at.is_some_and(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$'));
         let is_named = |name: &String| {
-            source.windows(name.len().max(1)).enumerate().any(|(at, text)| {
-                let (before, behind) = (at.checked_sub(1).and_then(|at| source.get(at)), source.get(at + name.len()));
-                text.eq_ignore_ascii_case(name.as_bytes()) && !continues_name(before) && !continues_name(behind)
-            })
+            // Listings say UFRAME_NUM=1.
+            name.starts_with("uframe[")
+                || source.windows(name.len().max(1)).enumerate().any(|(at, text)| {
+                    let (before, behind) =
+                        (at.checked_sub(1).and_then(|at| source.get(at)), source.get(at + name.len()));
+                    text.eq_ignore_ascii_case(name.as_bytes()) && !continues_name(before) && !continues_name(behind)
+                })
         };
         self.options.bases.keys().filter(|name| *name != RobotOptions::WORLD).any(is_named)
     }

@@ -1,9 +1,10 @@
-//! Robot programs (KRL, RAPID, APT): read, and followed motion by motion.
+//! Robot programs (KRL, RAPID, LS, APT): read, and followed motion by motion.
 
 pub(crate) mod apt;
 pub(crate) mod follow;
 pub(crate) mod frames;
 pub(crate) mod krl;
+pub(crate) mod ls;
 pub(crate) mod rapid;
 pub(crate) mod scan;
 pub(crate) mod source;
@@ -23,7 +24,7 @@ pub struct RobotProgram {
     pub(crate) language: Language,
     pub(crate) options: RobotOptions,
     pub(crate) source: Vec<u8>,
-    /// Name and bytes of the `.dat` beside a `.src`.
+    /// Name and bytes of the `.dat` beside a `.src`, or of the `sysframe.va` beside a `.ls`.
     pub(crate) beside: Option<(String, Vec<u8>)>,
     /// Line and byte of each motion, in order.
     pub(crate) motions: Vec<MotionLocation>,
@@ -36,7 +37,8 @@ impl RobotProgram {
     /// Most points that a path of the program may have.
     pub const MAX_POINTS: usize = Sampling::MAX_PIECES;
 
-    /// Reads and follows a program. `name` is its file name, for messages; `beside` is name and bytes of the `.dat` of a KRL program.
+    /// Reads and follows a program. `name` is its file name, for messages; `beside` is name and bytes of the `.dat` of a KRL program, or of
+    /// the `sysframe.va` of a FANUC one.
     pub fn parse(
         source: impl Into<Vec<u8>>,
         name: &str,
@@ -77,7 +79,7 @@ impl RobotProgram {
         &self.source
     }
 
-    /// Name and bytes of the `.dat` beside a KRL program.
+    /// Name and bytes of the `.dat` beside a KRL program, or of the `sysframe.va` beside a FANUC one.
     #[must_use]
     pub fn beside(&self) -> Option<(&str, &[u8])> {
         self.beside.as_ref().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))

@@ -7,7 +7,7 @@ use crate::toolpath::{
         MotionGeometry, NumberFormat, decimals_in,
         robot::{Component, Decimals, Language, RobotError, RobotFault, Statement, Target},
     },
-    read::robot::{Follower, Motion, Refusal, RobotProgram, Tools, apt, krl, rapid},
+    read::robot::{Follower, Motion, Refusal, RobotProgram, Tools, apt, krl, ls, rapid},
 };
 
 /// Line and byte at which a motion begins.
@@ -104,6 +104,7 @@ impl RobotProgram {
 enum Reader<'a> {
     Krl(Box<krl::Reader<'a>>),
     Rapid(Box<rapid::Reader<'a>>),
+    Ls(Box<ls::Reader<'a>>),
     Apt(Box<apt::Reader<'a>>),
 }
 
@@ -114,6 +115,10 @@ impl<'a> Reader<'a> {
         match program.language {
             Language::Krl => Reader::Krl(Box::new(krl::Reader::new(source, program.beside(), options))),
             Language::Rapid => Reader::Rapid(Box::new(rapid::Reader::new(source, options))),
+            Language::Ls => {
+                let system_frames = program.beside().map(|(_, bytes)| bytes);
+                Reader::Ls(Box::new(ls::Reader::new(source, system_frames, options)))
+            }
             Language::Apt => Reader::Apt(Box::new(apt::Reader::new(source, options))),
         }
     }
@@ -123,6 +128,7 @@ impl<'a> Reader<'a> {
         match self {
             Reader::Krl(reader) => reader.next(),
             Reader::Rapid(reader) => reader.next(),
+            Reader::Ls(reader) => reader.next(),
             Reader::Apt(reader) => reader.next(),
         }
     }
@@ -132,6 +138,7 @@ impl<'a> Reader<'a> {
         match self {
             Reader::Krl(reader) => Some(reader.tools()),
             Reader::Rapid(reader) => Some(reader.tools()),
+            Reader::Ls(reader) => Some(reader.tools()),
             Reader::Apt(_) => None,
         }
     }

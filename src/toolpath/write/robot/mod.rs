@@ -1,11 +1,12 @@
 //! Programs of poses, written back with moved points.
 
 mod circle;
+mod listing;
 mod rewrite;
 mod split;
 mod target_text;
 
-pub(crate) use {split::*, target_text::*};
+pub(crate) use {listing::*, split::*, target_text::*};
 
 use crate::toolpath::read::robot::RobotProgram;
 

@@ -1,6 +1,8 @@
 //! Writes the motions of robot programs: one statement where one passes all corrected points, otherwise a sequence of
 //! straight motions and circles.
 
+use std::borrow::Cow;
+
 use nalgebra::Vector3;
 
 use crate::toolpath::{
@@ -9,7 +11,7 @@ use crate::toolpath::{
         robot::{Language, MotionKind, RobotFault, Target},
     },
     read::robot::{Motion, ToolState, indent, line_ending},
-    write::robot::{Goal, PoseFormat, WrittenPose},
+    write::robot::{Goal, Listing, PoseFormat, WrittenPose},
 };
 
 /// The points of one motion, and their corrected positions and orientations.
@@ -62,6 +64,8 @@ pub(crate) struct Writer<'a> {
     out: Vec<u8>,
     /// How many bytes of the source have been copied or replaced.
     copied: usize,
+    /// Positions that stand apart from the motions.
+    listing: Option<Listing>,
     /// Where the written statements have led the tool; `None` if unknown.
     tracked: Option<ToolState>,
     pieces: Vec<usize>,
@@ -79,12 +83,17 @@ impl<'a> Writer<'a> {
     /// Creates a writer of the program `source` with nothing written; poses get the format `format`.
     pub fn new(source: &'a [u8], format: PoseFormat, tolerance_mm: f64) -> Self {
         let out = Vec::with_capacity(source.len());
-        Self { source, format, tolerance_mm, out, copied: 0, tracked: None, pieces: Vec::new(), parameters: Vec::new() }
+        let listing = (format.language == Language::Ls).then(|| Listing::new(source));
+        let (pieces, parameters) = (Vec::new(), Vec::new());
+        Self { source, format, tolerance_mm, out, copied: 0, listing, tracked: None, pieces, parameters }
     }
 
     /// Copies the rest of the source and returns the bytes, the number of points of each motion, and where on its motion each lies.
     pub fn finish(mut self) -> (Vec<u8>, Vec<usize>, Vec<f64>) {
-        self.out.extend_from_slice(&self.source[self.copied..]);
+        match self.listing {
+            Some(listing) => listing.finish(self.source, self.copied, &mut self.out),
+            None => self.out.extend_from_slice(&self.source[self.copied..]),
+        }
         (self.out, self.pieces, self.parameters)
     }
 
@@ -130,9 +139,19 @@ impl<'a> Writer<'a> {
     /// Copies the source up to `target`, and writes `pose` in its place if that changes.
     pub(crate) fn put_target(&mut self, target: &Target, pose: &WrittenPose) {
         if pose.is_changed {
+            let text = self.place(target, pose, true);
             self.out.extend_from_slice(&self.source[self.copied..target.at.start]);
-            self.out.extend_from_slice(&pose.text);
+            self.out.extend_from_slice(&text);
             self.copied = target.at.end;
+        }
+    }
+
+    /// Returns the text that leads to `pose` in a motion: its numbers, or the name of the position in a listing that gets them, which is that
+    /// of `target` where `is_own`, and no other motion uses it.
+    fn place<'p>(&mut self, target: &Target, pose: &'p WrittenPose, is_own: bool) -> Cow<'p, [u8]> {
+        match &mut self.listing {
+            Some(listing) => Cow::Owned(listing.place(&self.source[target.at.clone()], pose, is_own)),
+            None => Cow::Borrowed(&pose.text),
         }
     }
 
@@ -195,9 +214,13 @@ impl<'a> Writer<'a> {
         let line_keyword = match (statement.kind, self.format.language) {
             (MotionKind::Circle, Language::Krl) => b"LIN".as_slice(),
             (MotionKind::Circle, Language::Rapid) => b"MoveL",
+            (MotionKind::Circle, Language::Ls) => b"L",
             _ => keyword,
         };
-        let (blanks, _) = indent(source, at.start);
+        let prefix = match &mut self.listing {
+            Some(listing) => listing.prefix(source, at.start),
+            None => indent(source, at.start).0,
+        };
         self.out.extend_from_slice(&source[self.copied..at.start]);
         let mut next = 0;
         while next < points.len() {
@@ -206,14 +229,19 @@ impl<'a> Writer<'a> {
             self.out.extend_from_slice(if piece.via.is_some() { keyword } else { line_keyword });
             self.out.extend_from_slice(&source[statement.keyword.end..first_pose]);
             if let (Some(pose), Some(via)) = (&piece.via, &statement.via) {
-                self.out.extend_from_slice(&pose.text);
+                let text = self.place(via, pose, false);
+                self.out.extend_from_slice(&text);
                 self.out.extend_from_slice(&source[via.at.end..target.at.start]);
             }
-            self.out.extend_from_slice(&piece.end.text);
+            let text = self.place(target, &piece.end, next == points.len());
+            self.out.extend_from_slice(&text);
             self.out.extend_from_slice(&source[statement.suffix.clone()]);
             if next < points.len() {
                 self.out.extend_from_slice(line_ending(source));
-                self.out.extend_from_slice(blanks);
+                self.out.extend_from_slice(prefix);
+                if let Some(listing) = &mut self.listing {
+                    listing.added_lines += 1;
+                }
             }
             self.record_points(piece.end.state, piece.parameters);
         }

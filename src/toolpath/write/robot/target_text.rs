@@ -54,7 +54,7 @@ impl PoseFormat {
     /// Returns half a unit of the last decimal of rotations, rad.
     fn half_turn_unit(self) -> f64 {
         let half = last_place(self.decimals.rotation) * (0.5 + 1e-6);
-        if self.language == Language::Krl { half.to_radians() } else { half }
+        if self.language.has_degrees() { half.to_radians() } else { half }
     }
 
     /// Rewrites `target` of `statement`, which starts at `from`, so that it leads to `goal`; numbers that are right to half a unit

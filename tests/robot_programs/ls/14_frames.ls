@@ -1,0 +1,41 @@
+/PROG  FRAMES
+/ATTR
+OWNER		= MNEDITOR;
+COMMENT		= "";
+PROG_SIZE	= 636;
+CREATE		= DATE 25-03-04  TIME 08:00:00;
+LINE_COUNT	= 6;
+PROTECT		= READ_WRITE;
+TCD:  STACK_SIZE	= 0,
+      TASK_PRIORITY	= 50,
+      PAUSE_REQUEST	= 0;
+DEFAULT_GROUP	= 1,*,*,*,*;
+CONTROL_CODE	= 00000000 00000000;
+/APPL
+/MN
+   1:  UFRAME_NUM=2 ;
+   2:  UTOOL_NUM=3 ;
+   3:L P[1] 20mm/sec FINE    ;
+   4:L P[2] 20mm/sec FINE    ;
+   5:  UFRAME_NUM=4 ;
+   6:L P[3] 20mm/sec FINE    ;
+/POS
+P[1]{
+   GP1:
+	UF : 2, UT : 3,		CONFIG : 'N U T, 0, 0, 0',
+	X =     0.000  mm,	Y =     0.000  mm,	Z =     0.000  mm,
+	W =     0.000 deg,	P =     0.000 deg,	R =     0.000 deg
+};
+P[2]{
+   GP1:
+	UF : 2, UT : 3,		CONFIG : 'N U T, 0, 0, 0',
+	X =    20.000  mm,	Y =     0.000  mm,	Z =     0.000  mm,
+	W =     0.000 deg,	P =     0.000 deg,	R =     0.000 deg
+};
+P[3]{
+   GP1:
+	UF : 4, UT : 3,		CONFIG : 'N U T, 0, 0, 0',
+	X =     0.000  mm,	Y =     0.000  mm,	Z =     0.000  mm,
+	W =     0.000 deg,	P =     0.000 deg,	R =   -90.000 deg
+};
+/END
