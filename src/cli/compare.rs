@@ -53,7 +53,7 @@ pub struct CompareArguments {
     /// Process file: cutting force, chain errors, limits; its place is one of those compared. [gcode] decimals are not used
     #[arg(long, short, required_unless_present = "results")]
     process: Option<PathBuf>,
-    /// Path: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), FANUC (.ls), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
+    /// Path: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), FANUC (.ls), URScript (.script), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
     #[arg(long, required_unless_present = "results")]
     path: Option<PathBuf>,
     /// A place; give several, or none to see that of the process file alone

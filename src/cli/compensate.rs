@@ -42,7 +42,7 @@ Examples:
   kinetostat compensate path.csv --machine kr270 --branch front-up-noflip --process milling.toml --out compensated.csv
   kinetostat compensate path.csv --machine kr270 --redundancy best --process milling.toml --out turned.csv")]
 pub struct CompensateArguments {
-    /// Program: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), FANUC (.ls), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
+    /// Program: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), FANUC (.ls), URScript (.script), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
     path: PathBuf,
     #[command(flatten)]
     on: OnMachine,

@@ -32,7 +32,7 @@ Examples:
 pub struct ExploreArguments {
     /// Built-in machine or machine file
     machine: String,
-    /// Path of a workpiece: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), FANUC (.ls), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
+    /// Path of a workpiece: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), FANUC (.ls), URScript (.script), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
     #[arg(long, requires = "process")]
     path: Option<PathBuf>,
     /// Process file: cutting force, chain errors, limits, and where the workpiece stands first

@@ -1,4 +1,4 @@
-//! Programs of poses: KUKA KRL, ABB RAPID, FANUC listings, and APT or CLDATA of CAM systems. Read, followed, and written back with moved points.
+//! Programs of poses: KUKA KRL, ABB RAPID, FANUC listings, URScript, and APT or CLDATA of CAM systems. Read, followed, and written back with moved points.
 //!
 //! What a statement means is followed, or it is refused with file, line and statement; all that does not move the tool is copied as it stands. A
 //! reader for each language gives the statements that move the tool one after another (`statement.rs`); what they lead to, and how they are

@@ -42,7 +42,7 @@ fn program(name: &str) -> RobotProgram {
 }
 
 fn parse(language: Language, source: &str, options: &RobotOptions) -> Result<RobotProgram, String> {
-    let name = ["p.src", "p.mod", "p.ls", "p.apt"][language as usize];
+    let name = ["p.src", "p.mod", "p.ls", "p.script", "p.apt"][language as usize];
     RobotProgram::parse(source, name, language, None, options).map_err(|refused| refused.to_string())
 }
 
@@ -149,7 +149,7 @@ fn check_written(program: &RobotProgram) {
 
 #[test]
 fn programs_without_correction_are_the_same_and_with_one_lead_where_they_should() {
-    for folder in ["krl", "rapid", "ls", "apt"] {
+    for folder in ["krl", "rapid", "ls", "urscript", "apt"] {
         let names = files(folder);
         assert!(names.len() >= 15, "{} programs in {folder}", names.len());
         names.iter().for_each(|name| check_written(&program(name)));
@@ -666,6 +666,162 @@ fn frames_of_a_listing_are_known_by_the_process_or_refused() {
 }
 
 #[test]
+fn scripts_mean_what_they_say() {
+    let of = |name: &str| program(&format!("urscript/{name}.script")).toolpath(coarse()).unwrap();
+    let plain = program("urscript/01_plain.script");
+    let path = plain.toolpath(coarse()).unwrap();
+    assert_eq!(plain.notes().unlocated_lines, [3]);
+    assert_eq!(shape(&path), (11, 11, [400.0, -200.0, 100.0], [460.0, -160.0, 100.0]));
+    assert_eq!(path.points()[1].feed_mm_per_min, Some(3000.0));
+    assert_eq!(plain.notes().tool_tip_mm.as_ref().unwrap().1, Vector3::new(0.0, 0.0, 200.0));
+    // A turn by π about x points the tool down.
+    assert!((platform(&path, 3) * Vector3::z() + Vector3::z()).norm() < 1e-8);
+    let path = of("02_positional");
+    assert_eq!(shape(&path), (16, 16, [400.0, 100.0, 100.0], [400.0, 150.0, 100.0]));
+    assert!(path.points().iter().all(|point| point.feed_mm_per_min == Some(1200.0)));
+    let path = of("03_circle");
+    assert!((path.length_mm() - 40.0 * std::f64::consts::PI).abs() < 1e-9);
+    let named = program("urscript/04_named.script");
+    let path = named.toolpath(coarse()).unwrap();
+    assert_eq!((path.points()[0].cutting, path.points()[1].feed_mm_per_min), (false, Some(15000.0)));
+    assert!(named.notes().named_points && named.notes().unlocated_lines.is_empty());
+    assert_eq!(shape(&of("05_loop")), (6, 6, [100.0, 200.0, 300.0], [150.0, 200.0, 300.0]));
+    // The feature is turned by 90 degrees about z; the first frame is W.
+    let path = of("06_feature");
+    assert_eq!((path.points()[0].position_mm.norm(), path.points()[5].position_mm), (0.0, Vector3::x() * 50.0));
+    assert_eq!(shape(&of("12_lines")), (3, 3, [100.0, 200.0, 300.0], [120.0, 200.0, 300.0]));
+    let joints = program("urscript/10_joints.script");
+    assert_eq!(joints.notes().unlocated_lines, [3, 6]);
+    let feeds: Vec<_> = of("14_times").points().iter().map(|point| point.feed_mm_per_min).collect();
+    assert_eq!(feeds, [None, Some(6000.0), Some(6000.0), None, None]);
+    let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(1.2, -0.4, 2.0));
+    assert!(platform(&of("11_turned"), 0).angle_to(&rotation) < 1e-7);
+}
+
+#[test]
+fn features_of_a_script_stand_in_the_base_of_the_robot() {
+    let source = fs::read_to_string(folder().join("urscript/06_feature.script")).unwrap();
+    let mut options = RobotOptions::default();
+    options.bases.insert("base".into(), Isometry3::translation(-100.0, 0.0, 0.0));
+    options.bases.insert("world".into(), Isometry3::translation(-100.0, 0.0, 0.0));
+    let path = parse(Language::UrScript, &source, &options).unwrap().toolpath(coarse()).unwrap();
+    let (_, _, first, last) = shape(&path);
+    assert_eq!((first, last), ([400.0, 200.0, 50.0], [380.0, 250.0, 50.0]));
+}
+
+#[test]
+fn scripts_that_are_not_followed_are_refused_by_line_and_statement() {
+    let refused = |source: &str| parse(Language::UrScript, source, &RobotOptions::default()).unwrap_err();
+    let pose = "p[0.1,0.2,0.3,0,0,0]";
+    let computed = "computed targets and positions of joints are not followed; expected p[x,y,z,rx,ry,rz] in plain numbers, its name, or pose_trans(feature, pose)";
+    for (line, message) in [
+        ("movel([0,-1.57,1.57,0,0,0])".into(), computed.to_owned()),
+        ("movel(pose_add(a, b))".into(), computed.to_owned()),
+        ("movel(here)".into(), "here is not known; expected its numbers in the file, or in the statement".into()),
+        ("movel(p[0,0,x,0,0,0])".into(), "expected a plain number".into()),
+        (format!("movel({pose}, t=2)"), "times of motions (t) are not followed; expected a speed v".into()),
+        (format!("movel({pose}, speed=2)"), "expected the arguments of the URScript manual, each once".into()),
+        (format!("movel({pose}, a=1, a=2)"), "expected the arguments of the URScript manual, each once".into()),
+        (format!("movel({pose}); sleep(1)"), "expected nothing behind the )".into()),
+        (format!("movel({pose}"), "expected ( and ) on the same line".into()),
+        (
+            format!("movec({pose}, {pose}, mode=1)"),
+            "circles that carry the orientation along (mode=1) are not followed; expected mode=0".into(),
+        ),
+        (
+            format!("servoj(get_inverse_kin({pose}))"),
+            "motions that servo, follow, push or give way are not followed; expected movel, movep, movec and movej".into(),
+        ),
+        (format!("x = movel({pose})"), "expected a motion on a line of its own".into()),
+        (
+            "grip(5)".into(),
+            "calls grip, which may move the tool; expected the program in one routine, or grip in robot_program.calls_kept if it does not".into(),
+        ),
+        ("what now".into(), "not a statement that is known; expected a statement of URScript".into()),
+    ] {
+        assert_eq!(refused(&format!("def a():\n{line}\nend\n")), format!("p.script:2: `{line}`: {message}"));
+    }
+    for (source, message) in [
+        (
+            format!("def a():\nx = {pose}\nif y:\nx = p[0,0,0,0,0,0]\nend\nmovel(x)\nend"),
+            "p.script:6: `movel(x)`: x is computed in line 4; expected a point whose numbers the file gives",
+        ),
+        (
+            format!("while i < 3:\nmovel({pose})\nend"),
+            "p.script:2: `movel(p[0.1,0.2,0.3,0,0,0])`: in while of line 1, where it may be skipped or repeated; expected outside, where it runs once",
+        ),
+        (
+            format!("movel({pose})\nwhile True:\nmovel({pose})\nend"),
+            "p.script:3: `movel(p[0.1,0.2,0.3,0,0,0])`: in while of line 2, where it may be skipped or repeated; expected outside, where it runs once",
+        ),
+        (
+            format!("def a():\nmovel({pose})\nend\ndef b():\nmovel({pose})\nend"),
+            "p.script:5: `movel(p[0.1,0.2,0.3,0,0,0])`: a motion in the routine of line 4, beside those of line 1; expected all motions in one routine",
+        ),
+        (
+            format!("while True:\nmovel({pose})\nend\nmovel({pose})"),
+            "p.script:4: `movel(p[0.1,0.2,0.3,0,0,0])`: a motion after the end of the program in line 3; expected none",
+        ),
+        (
+            format!("while True:\nmovel({pose})\nset_tcp({pose})\nend"),
+            "p.script:3: `set_tcp(p[0.1,0.2,0.3,0,0,0])`: set_tcp behind motions of an endless loop is not followed; expected set_tcp before it",
+        ),
+        (
+            format!("movec({pose}, p[0,0,0,0,0,0])"),
+            "p.script:1: `movec(p[0.1,0.2,0.3,0,0,0], p[0,0,0,0,0,0])`: circular motion from a place that is not known; expected a motion to a full pose before it",
+        ),
+    ] {
+        assert_eq!(refused(&source), message);
+    }
+}
+
+/// Radii of blends at the ends of motions in a script and the places of these ends, mm, by a reading of its own.
+fn blends_of_script(text: &str) -> Vec<(f64, Vector3<f64>)> {
+    let motions = text.lines().filter(|line| line.trim_start().starts_with("movel(p["));
+    let motion = |line: &str| {
+        let numbers: Vec<f64> = line.split(['[', ',', ']']).filter_map(|number| number.trim().parse().ok()).collect();
+        let radius = line.split("r=").nth(1).map_or(0.0, |r| r.trim_end_matches(')').parse().unwrap());
+        (radius * 1e3, Vector3::new(numbers[0], numbers[1], numbers[2]) * 1e3)
+    };
+    motions.map(motion).collect()
+}
+
+#[test]
+fn blends_of_scripts_do_not_meet() {
+    let source = fs::read_to_string(folder().join("urscript/13_blend.script")).unwrap();
+    let program = parse(Language::UrScript, &source, &RobotOptions::default()).unwrap();
+    let path = program.toolpath(Sampling::default()).unwrap();
+    let wanted: Vec<Vector3<f64>> =
+        path.positions_mm().into_iter().map(|p| p + Vector3::z() * (0.3 * (p.x * 0.5 + p.y * 0.4).sin())).collect();
+    let written = program.rewrite(&path, &wanted, None, program.own_format()).unwrap();
+    let blends = blends_of_script(&String::from_utf8_lossy(written.bytes()));
+    assert!(blends.len() > 30, "{}", blends.len());
+    for pair in blends.windows(2) {
+        let distance = (pair[1].1 - pair[0].1).norm();
+        assert!(pair[0].0 + pair[1].0 < distance, "{pair:?}");
+    }
+    // Those in between go on; the first and the last point are stopped at as before.
+    assert!(blends[1..blends.len() - 1].iter().all(|(radius, _)| *radius > 0.1));
+    assert_eq!((blends[0].0, blends[blends.len() - 1].0), (0.0, 0.0));
+}
+
+#[test]
+fn a_circle_of_a_script_that_bends_becomes_lines_with_its_speed() {
+    let source = "movel(p[0.02,0,0,0,0,0])\nmovec(p[0,0.02,0,0,0,0], p[-0.02,0,0,0,0,0], 1.5, 0.02, 0, 0) # arc\n";
+    let program = parse(Language::UrScript, source, &RobotOptions::default()).unwrap();
+    let path = program.toolpath(Sampling::new(5.0, 40.0).unwrap().with_max_turn(2.0).unwrap()).unwrap();
+    let bent = |(k, p): (usize, Vector3<f64>)| p + Vector3::z() * if k % 2 == 1 { 2.0 } else { 0.0 };
+    let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().enumerate().map(bent).collect();
+    let written = program.rewrite(&path, &wanted, None, program.own_format()).unwrap();
+    assert_eq!(
+        String::from_utf8_lossy(written.bytes()),
+        "movel(p[0.02,0,0,0,0,0])\nmovel(p[0.010000,0.017321,0.002000,0,0,0], a=1.5, v=0.02, r=0.0010000)\n\
+         movel(p[-0.010000,0.017321,0,0,0,0], a=1.5, v=0.02, r=0.0010000)\n\
+         movel(p[-0.02,0,0.002000,0,0,0], a=1.5, v=0.02, r=0) # arc\n"
+    );
+}
+
+#[test]
 fn apt_programs_mean_what_they_say() {
     let of = |name: &str| program(&format!("apt/{name}")).toolpath(coarse()).unwrap();
     let axis = |path: &Toolpath, point: usize| match path.points()[point].orientation {
@@ -747,6 +903,7 @@ fn names_and_first_words_tell_the_language() {
     assert_eq!(of("a.mod", "%%%\n VERSION:1\n%%%\nMODULE a"), Some(Language::Rapid));
     assert_eq!(of("a.prg", "G0 X1\n"), None);
     assert_eq!(of("a.ncl", ""), Some(Language::Apt));
+    assert_eq!(of("a.script", ""), Some(Language::UrScript));
     assert_eq!((of("a.LS", ""), of("a.tp", "")), (Some(Language::Ls), Some(Language::Ls)));
     assert_eq!((of("a.nc", "MODULE"), of("a", "")), (None, None));
 }

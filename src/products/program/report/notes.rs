@@ -74,6 +74,11 @@ fn loading_text(job: &ProgramJob, name: &str) -> String {
             "Load the program in place of {name}, under the name behind /PROG, with the same user frame and tool. Positions that were added have \
              the CONFIG of the one they lead up to.\n"
         ),
+        Language::UrScript => {
+            format!(
+                "Run the program in place of {name}, with the same installation: its TCP, its payload and its features.\n"
+            )
+        }
         Language::Apt => {
             format!("Post-process the program in place of {name}, with the same machine, origin and tool length.\n")
         }

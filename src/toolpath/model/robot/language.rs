@@ -15,6 +15,8 @@ pub enum Language {
     Rapid,
     /// TP programs of FANUC as listings (LS).
     Ls,
+    /// URScript of Universal Robots.
+    UrScript,
     /// APT, and the CLDATA of CAM systems as text.
     Apt,
 }
@@ -28,6 +30,7 @@ impl Language {
             "src" => Some(Language::Krl),
             "apt" | "cl" | "cls" | "ncl" | "cldata" => Some(Language::Apt),
             // A binary .tp is refused with what makes a listing of it.
+            "script" | "urscript" => Some(Language::UrScript),
             "ls" | "tp" => Some(Language::Ls),
             "modx" => Some(Language::Rapid),
             "mod" | "prg" => {
@@ -49,6 +52,7 @@ impl Language {
             Language::Krl => "KRL",
             Language::Rapid => "RAPID",
             Language::Ls => "FANUC LS",
+            Language::UrScript => "URScript",
             Language::Apt => "APT",
         }
     }
@@ -60,6 +64,7 @@ impl Language {
             Language::Krl => "krl",
             Language::Rapid => "rapid",
             Language::Ls => "fanuc_ls",
+            Language::UrScript => "urscript",
             Language::Apt => "apt",
         }
     }

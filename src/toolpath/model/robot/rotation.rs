@@ -1,5 +1,7 @@
 //! Orientations as robot languages write them: A, B, C in degrees, a quaternion, or the tool axis.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
 use crate::toolpath::model::{
@@ -73,6 +75,7 @@ pub(crate) fn tool_orientation(
             check_unit_length("quaternion", quaternion.norm())?;
             Ok(platform(UnitQuaternion::from_quaternion(quaternion)))
         }
+        Language::UrScript => Ok(platform(UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c)))),
         Language::Apt => {
             let axis = Vector3::new(a, b, c);
             check_unit_length("tool axis", axis.norm())?;
@@ -94,7 +97,7 @@ fn tool_frame_in_base(platform: &UnitQuaternion<f64>, frames: &Frames) -> UnitQu
     frames.base.rotation.inverse() * platform * frames.tool
 }
 
-/// Returns the rotation components to write for `orientation` (W): A, B, C in degrees, a quaternion, or i, j, k; of equivalent ones those
+/// Returns the rotation components to write for `orientation` (W): A, B, C in degrees, a quaternion, i, j, k, or a rotation vector; of equivalent ones those
 /// nearest to the components of `old`. Empty where the language cannot say it.
 pub(crate) fn rotation_parts(language: Language, orientation: &Orientation, frames: &Frames, old: &Target) -> Vec<f64> {
     let number = |entry| old.number(Component::Rotation(entry)).unwrap_or_default();
@@ -107,6 +110,15 @@ pub(crate) fn rotation_parts(language: Language, orientation: &Orientation, fram
             let entries = [q.w, q.i, q.j, q.k];
             let along: f64 = (0..4).map(|entry| entries[entry] * number(entry)).sum();
             entries.map(|entry| if along < 0.0 { -entry } else { entry }).to_vec()
+        }
+        (Language::UrScript, Orientation::Platform(platform)) => {
+            // Vectors along one axis that differ by full turns are the same rotation.
+            let vector = tool_frame_in_base(platform, frames).scaled_axis();
+            let old = Vector3::new(number(0), number(1), number(2));
+            let axis =
+                vector.try_normalize(LEAST_COSINE).or_else(|| old.try_normalize(LEAST_COSINE)).unwrap_or_default();
+            let turns = ((old - vector).dot(&axis) / TAU).round();
+            (vector + axis * (turns * TAU)).iter().copied().collect()
         }
         (Language::Apt, Orientation::ToolAxis(axis)) => {
             (frames.base.rotation.inverse() * axis).iter().copied().collect()

@@ -52,6 +52,13 @@ impl Target {
     }
 }
 
+/// mm in an inch.
+pub(crate) const INCH_MM: f64 = 25.4;
+/// mm in a metre.
+pub(crate) const METRE_MM: f64 = 1e3;
+/// A coordinate in metres has as many more decimals than one in mm.
+pub(crate) const METRE_DECIMALS: u8 = 3;
+
 /// The base, tool frame and unit in force at a statement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Frames {
@@ -91,6 +98,9 @@ pub(crate) struct Statement {
     /// Whether positions are relative to where the tool is.
     pub is_step: bool,
     pub frames: Frames,
+    /// Distance from the end at which the motion begins to blend into the next, mm; infinite if unknown, `None` if it goes to its end or the
+    /// language gives no distance.
+    pub blend_mm: Option<f64>,
     /// mm/min.
     pub feed_mm_per_min: Option<f64>,
     pub spindle_rev_per_min: Option<f64>,

@@ -6,15 +6,12 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::robot::{Component, Frames, MotionKind, Number, RobotFault, RobotOptions, Statement, Target},
+    model::robot::{Component, Frames, INCH_MM, MotionKind, Number, RobotFault, RobotOptions, Statement, Target},
     read::{
         robot::{LineCursor, Refusal, trimmed},
         scan::Scan,
     },
 };
-
-/// mm in an inch.
-const INCH_MM: f64 = 25.4;
 
 /// Unit of a feed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -230,6 +227,7 @@ impl<'a> Reader<'a> {
             sweep_rad: None,
             is_step: false,
             frames: Frames { unit_mm: self.unit_mm, ..Frames::default() },
+            blend_mm: None,
             feed_mm_per_min: feed.filter(|feed| *feed > 0.0),
             spindle_rev_per_min: self.spindle_rev_per_min,
             tool: self.tool,

@@ -269,6 +269,7 @@ impl<'a> Reader<'a> {
             sweep_rad: None,
             is_step: false,
             frames,
+            blend_mm: None,
             feed_mm_per_min,
             spindle_rev_per_min: None,
             tool: None,

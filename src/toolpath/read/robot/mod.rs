@@ -1,4 +1,4 @@
-//! Robot programs (KRL, RAPID, LS, APT): read, and followed motion by motion.
+//! Robot programs (KRL, RAPID, LS, URScript, APT): read, and followed motion by motion.
 
 pub(crate) mod apt;
 pub(crate) mod follow;
@@ -8,6 +8,7 @@ pub(crate) mod ls;
 pub(crate) mod rapid;
 pub(crate) mod scan;
 pub(crate) mod source;
+pub(crate) mod urscript;
 pub(crate) mod walk;
 
 pub(crate) use {follow::*, frames::*, source::*, walk::*};

@@ -5,9 +5,11 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     model::{
         MotionGeometry, NumberFormat, decimals_in,
-        robot::{Component, Decimals, Language, RobotError, RobotFault, Statement, Target},
+        robot::{
+            Component, Decimals, INCH_MM, Language, METRE_DECIMALS, METRE_MM, RobotError, RobotFault, Statement, Target,
+        },
     },
-    read::robot::{Follower, Motion, Refusal, RobotProgram, Tools, apt, krl, ls, rapid},
+    read::robot::{Follower, Motion, Refusal, RobotProgram, Tools, apt, krl, ls, rapid, urscript},
 };
 
 /// Line and byte at which a motion begins.
@@ -61,7 +63,10 @@ impl RobotProgram {
         let (mut motions, mut decimals) = (Vec::new(), [[0usize; 3]; 2]);
         let notes = self.walk(|motion| {
             let statement = &motion.statement;
-            let decimals = &mut decimals[usize::from(statement.frames.unit_mm != 1.0)];
+            let unit_mm = statement.frames.unit_mm;
+            // Decimals of metres are counted as those of millimetres.
+            let shift = if unit_mm == METRE_MM { METRE_DECIMALS.into() } else { 0 };
+            let decimals = &mut decimals[usize::from(unit_mm == INCH_MM)];
             for (target, _) in self.targets(statement) {
                 for number in &target.numbers {
                     let text = String::from_utf8_lossy(&target.text[number.at.clone()]);
@@ -71,7 +76,8 @@ impl RobotProgram {
                         Component::Rotation(_) => 1,
                         Component::External(_) => 2,
                     };
-                    decimals[kind] = decimals_in(mantissa).max(decimals[kind]);
+                    let shift = if kind == 0 { shift } else { 0 };
+                    decimals[kind] = decimals_in(mantissa).saturating_sub(shift).max(decimals[kind]);
                 }
             }
             motions.push(MotionLocation {
@@ -105,6 +111,7 @@ enum Reader<'a> {
     Krl(Box<krl::Reader<'a>>),
     Rapid(Box<rapid::Reader<'a>>),
     Ls(Box<ls::Reader<'a>>),
+    UrScript(Box<urscript::Reader<'a>>),
     Apt(Box<apt::Reader<'a>>),
 }
 
@@ -119,6 +126,7 @@ impl<'a> Reader<'a> {
                 let system_frames = program.beside().map(|(_, bytes)| bytes);
                 Reader::Ls(Box::new(ls::Reader::new(source, system_frames, options)))
             }
+            Language::UrScript => Reader::UrScript(Box::new(urscript::Reader::new(source, options))),
             Language::Apt => Reader::Apt(Box::new(apt::Reader::new(source, options))),
         }
     }
@@ -129,6 +137,7 @@ impl<'a> Reader<'a> {
             Reader::Krl(reader) => reader.next(),
             Reader::Rapid(reader) => reader.next(),
             Reader::Ls(reader) => reader.next(),
+            Reader::UrScript(reader) => reader.next(),
             Reader::Apt(reader) => reader.next(),
         }
     }
@@ -139,6 +148,7 @@ impl<'a> Reader<'a> {
             Reader::Krl(reader) => Some(reader.tools()),
             Reader::Rapid(reader) => Some(reader.tools()),
             Reader::Ls(reader) => Some(reader.tools()),
+            Reader::UrScript(reader) => Some(reader.tools()),
             Reader::Apt(_) => None,
         }
     }

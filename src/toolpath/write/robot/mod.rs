@@ -1,12 +1,13 @@
 //! Programs of poses, written back with moved points.
 
+mod blend;
 mod circle;
 mod listing;
 mod rewrite;
 mod split;
 mod target_text;
 
-pub(crate) use {listing::*, split::*, target_text::*};
+pub(crate) use {blend::*, listing::*, split::*, target_text::*};
 
 use crate::toolpath::read::robot::RobotProgram;
 

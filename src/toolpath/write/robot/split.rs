@@ -11,7 +11,7 @@ use crate::toolpath::{
         robot::{Language, MotionKind, RobotFault, Target},
     },
     read::robot::{Motion, ToolState, indent, line_ending},
-    write::robot::{Goal, Listing, PoseFormat, WrittenPose},
+    write::robot::{Goal, LastBlend, Listing, PoseFormat, WrittenPose, suffix_between},
 };
 
 /// The points of one motion, and their corrected positions and orientations.
@@ -58,14 +58,16 @@ impl Points<'_> {
 /// The writer of a corrected robot program: the text written so far, and where it has led the tool.
 #[derive(Debug)]
 pub(crate) struct Writer<'a> {
-    source: &'a [u8],
+    pub(crate) source: &'a [u8],
     pub(crate) format: PoseFormat,
     tolerance_mm: f64,
-    out: Vec<u8>,
+    pub(crate) out: Vec<u8>,
     /// How many bytes of the source have been copied or replaced.
     copied: usize,
     /// Positions that stand apart from the motions.
     listing: Option<Listing>,
+    /// The blend at the end of the motion before, where the program gives it a distance that overlapping ones must not have.
+    pub(crate) last_blend: Option<LastBlend>,
     /// Where the written statements have led the tool; `None` if unknown.
     tracked: Option<ToolState>,
     pieces: Vec<usize>,
@@ -85,7 +87,18 @@ impl<'a> Writer<'a> {
         let out = Vec::with_capacity(source.len());
         let listing = (format.language == Language::Ls).then(|| Listing::new(source));
         let (pieces, parameters) = (Vec::new(), Vec::new());
-        Self { source, format, tolerance_mm, out, copied: 0, listing, tracked: None, pieces, parameters }
+        Self {
+            source,
+            format,
+            tolerance_mm,
+            out,
+            copied: 0,
+            listing,
+            last_blend: None,
+            tracked: None,
+            pieces,
+            parameters,
+        }
     }
 
     /// Copies the rest of the source and returns the bytes, the number of points of each motion, and where on its motion each lies.
@@ -101,31 +114,30 @@ impl<'a> Writer<'a> {
     pub fn write_motion(&mut self, motion: &Motion, points: Points<'_>) -> Result<(), RobotFault> {
         let statement = &motion.statement;
         let (Some(target), Some(last)) = (&statement.end, points.len().checked_sub(1)) else {
-            self.tracked = None;
+            (self.tracked, self.last_blend) = (None, None);
             self.pieces.push(0);
             return Ok(());
         };
-        match (&motion.geometry, self.tracked) {
+        let is_one = match (&motion.geometry, self.tracked) {
             (MotionGeometry::Line(..), Some(from)) => {
                 let goal = points.goal(last, motion);
                 let end = self.format.write_pose(statement, target, &goal, Some(&from))?.ok_or(RobotFault::NoCircle)?;
                 let geometry = MotionGeometry::Line(from.position, end.state.position);
-                match self.parameters(&geometry, [from, end.state], motion, points, 0..points.len()) {
-                    Some(parameters) => self.write_one_statement(target, &end, parameters),
-                    None => self.write_split(motion, points)?,
-                }
+                let parameters = self.parameters(&geometry, [from, end.state], motion, points, 0..points.len());
+                parameters.map(|parameters| self.write_one_statement(target, &end, parameters)).is_some()
             }
-            (MotionGeometry::Circle(arc), Some(from)) => {
-                if !self.write_circle(motion, arc, from, points)? {
-                    self.write_split(motion, points)?;
-                }
-            }
+            (MotionGeometry::Circle(arc), Some(from)) => self.write_circle(motion, arc, from, points)?,
             _ => {
                 let from = self.tracked;
                 let end = self.format.write_pose(statement, target, &points.goal(last, motion), from.as_ref())?;
                 let end = end.ok_or(RobotFault::CircleFromNowhere)?;
                 self.write_one_statement(target, &end, vec![1.0; points.len()]);
+                true
             }
+        };
+        match is_one {
+            true => self.keep_blend(statement),
+            false => self.write_split(motion, points)?,
         }
         Ok(())
     }
@@ -215,6 +227,7 @@ impl<'a> Writer<'a> {
             (MotionKind::Circle, Language::Krl) => b"LIN".as_slice(),
             (MotionKind::Circle, Language::Rapid) => b"MoveL",
             (MotionKind::Circle, Language::Ls) => b"L",
+            (MotionKind::Circle, Language::UrScript) => b"movel",
             _ => keyword,
         };
         let prefix = match &mut self.listing {
@@ -222,28 +235,41 @@ impl<'a> Writer<'a> {
             None => indent(source, at.start).0,
         };
         self.out.extend_from_slice(&source[self.copied..at.start]);
-        let mut next = 0;
+        let (mut pieces, mut lengths_mm, mut next) = (Vec::new(), Vec::new(), 0);
         while next < points.len() {
-            let piece = self.longest(motion, target, points, next)?;
+            let from = self.tracked.ok_or(RobotFault::CircleFromNowhere)?.position;
+            let mut piece = self.longest(motion, target, points, next)?;
             next += piece.parameters.len();
-            self.out.extend_from_slice(if piece.via.is_some() { keyword } else { line_keyword });
+            lengths_mm.push((piece.end.state.position - from).norm());
+            self.record_points(piece.end.state, std::mem::take(&mut piece.parameters));
+            pieces.push(piece);
+        }
+        self.shorten_blend_before(at.start, lengths_mm[0]);
+        for (k, piece) in pieces.iter().enumerate() {
+            let is_line = piece.via.is_none();
+            self.out.extend_from_slice(if is_line { line_keyword } else { keyword });
             self.out.extend_from_slice(&source[statement.keyword.end..first_pose]);
             if let (Some(pose), Some(via)) = (&piece.via, &statement.via) {
                 let text = self.place(via, pose, false);
                 self.out.extend_from_slice(&text);
                 self.out.extend_from_slice(&source[via.at.end..target.at.start]);
             }
-            let text = self.place(target, &piece.end, next == points.len());
+            let following_mm = lengths_mm.get(k + 1);
+            let text = self.place(target, &piece.end, following_mm.is_none());
             self.out.extend_from_slice(&text);
-            self.out.extend_from_slice(&source[statement.suffix.clone()]);
-            if next < points.len() {
-                self.out.extend_from_slice(line_ending(source));
-                self.out.extend_from_slice(prefix);
-                if let Some(listing) = &mut self.listing {
-                    listing.added_lines += 1;
-                }
+            let Some(following_mm) = following_mm else {
+                let suffix = self.end_suffix(statement, lengths_mm[k], is_line);
+                self.out.extend_from_slice(&suffix);
+                break;
+            };
+            let room_mm = lengths_mm[k].min(*following_mm);
+            let suffix = suffix_between(self.format.language, source, statement, room_mm, is_line);
+            self.out.extend_from_slice(&suffix);
+            self.out.extend_from_slice(line_ending(source));
+            self.out.extend_from_slice(prefix);
+            if let Some(listing) = &mut self.listing {
+                listing.added_lines += 1;
             }
-            self.record_points(piece.end.state, piece.parameters);
         }
         self.copied = at.end;
         Ok(())

@@ -7,7 +7,10 @@ use crate::{
     toolpath::{
         model::{
             NumberFormat, Orientation, format_fixed, last_place,
-            robot::{Component, Decimals, Language, Number, RobotFault, Statement, Target, rotation},
+            robot::{
+                Component, Decimals, INCH_MM, Language, METRE_DECIMALS, METRE_MM, Number, RobotFault, Statement,
+                Target, rotation,
+            },
         },
         read::robot::{ToolState, target_state},
     },
@@ -42,7 +45,11 @@ pub(crate) struct PoseFormat {
 impl PoseFormat {
     /// Returns the number of decimals of positions in the unit of the program.
     fn position_decimals(self, unit_mm: f64) -> u8 {
-        if unit_mm == 1.0 { self.format.mm_decimals() } else { self.format.inch_decimals() }
+        match unit_mm {
+            INCH_MM => self.format.inch_decimals(),
+            METRE_MM => self.format.mm_decimals() + METRE_DECIMALS,
+            _ => self.format.mm_decimals(),
+        }
     }
 
     /// Returns one unit of the last decimal of positions, mm.

@@ -103,6 +103,7 @@ impl Reader<'_> {
             sweep_rad,
             is_step,
             frames,
+            blend_mm: None,
             feed_mm_per_min: self.feed_mm_per_min,
             spindle_rev_per_min: None,
             tool: None,

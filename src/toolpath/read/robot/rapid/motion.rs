@@ -59,6 +59,7 @@ impl Reader<'_> {
             sweep_rad: None,
             is_step: false,
             frames: Frames::default(),
+            blend_mm: None,
             feed_mm_per_min: None,
             spindle_rev_per_min: None,
             tool: None,

@@ -1,0 +1,487 @@
+//! URScript of Universal Robots: lines of a `.script`, in m and rad.
+//!
+//! Followed are movel, movep, movec and movej to poses `p[x,y,z,rx,ry,rz]`, by name or in a feature (`pose_trans`), `set_tcp`, and variables
+//! with plain poses and numbers. Motions that servo, follow or push, and calls of what is not in the program, are refused.
+
+use std::{collections::HashMap, ops::Range};
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use crate::toolpath::{
+    model::robot::{Component, Frames, METRE_MM, MotionKind, Number, RobotFault, RobotOptions, Statement, Target},
+    read::{
+        robot::{Base, Bases, LineCursor, Refusal, Tool, Tools, trimmed},
+        scan::Scan,
+    },
+};
+
+/// Default speed of motions along a path, m/s.
+const SPEED_M_PER_S: f64 = 0.25;
+
+/// Value of a variable.
+#[derive(Clone, Debug)]
+enum Value {
+    /// The text of a pose in these bytes.
+    Pose(Range<usize>),
+    Number(f64),
+    /// Unknown to the reader because of this line.
+    Computed(usize),
+}
+
+/// A reader of URScript lines with the variables and modes in force.
+#[derive(Debug)]
+pub(crate) struct Reader<'a> {
+    source: &'a [u8],
+    options: &'a RobotOptions,
+    lines: LineCursor<'a>,
+    values: HashMap<&'a str, Value>,
+    /// Names of the functions of the program.
+    functions: Vec<&'a str>,
+    bases: Bases<'a>,
+    tools: Tools<'a>,
+    tool: Option<Tool>,
+    /// Keywords and lines of the open blocks.
+    blocks: Vec<(&'a str, usize)>,
+    /// Line of the function that has the motions; 0 outside of all.
+    motion_routine: Option<usize>,
+    /// Line on which the endless loop around the motions ends.
+    end_line: Option<usize>,
+}
+
+impl<'a> Reader<'a> {
+    /// Starts at the first line of `source`.
+    pub fn new(source: &'a [u8], options: &'a RobotOptions) -> Self {
+        let mut lines = LineCursor::new(source);
+        let functions = std::iter::from_fn(|| lines.advance()).filter_map(|line| {
+            let mut scan = Scan::new(&source[line]);
+            matches!(scan.name().0, "def" | "thread" | "sec").then(|| scan.name().0)
+        });
+        Self {
+            source,
+            options,
+            functions: functions.collect(),
+            lines: LineCursor::new(source),
+            values: HashMap::new(),
+            bases: Bases::new(options, source),
+            tools: Tools::new(options),
+            tool: None,
+            blocks: Vec::new(),
+            motion_routine: None,
+            end_line: None,
+        }
+    }
+
+    /// Returns the tools that motions have used so far.
+    pub fn tools(&self) -> &Tools<'a> {
+        &self.tools
+    }
+
+    /// Returns the next statement that moves the tool; `None` at the end, `Err` for a statement that is not followed.
+    pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
+        while let Some(line) = self.lines.advance() {
+            let length = code_bytes(&self.source[line.clone()]).find(|(_, byte)| *byte == b'#').map(|(at, _)| at);
+            let code = trimmed(self.source, line.start..length.map_or(line.end, |length| line.start + length));
+            let found = self.follow_line(code.clone());
+            if let Some(statement) = found.map_err(|fault| Refusal { line: self.lines.line, at: code, fault })? {
+                return Ok(Some(statement));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Follows a line of code, the bytes `code`: returns the statement if it moves the tool, or else sets modes.
+    fn follow_line(&mut self, code: Range<usize>) -> Result<Option<Statement>, RobotFault> {
+        let (text, line) = (&self.source[code.clone()], self.lines.line);
+        let mut scan = Scan::new(text);
+        let (mut word, mut at) = scan.name();
+        while matches!(word, "global" | "local") {
+            (word, at) = scan.name();
+        }
+        let kind = match word {
+            "movel" | "movep" => Some(MotionKind::Line),
+            "movec" => Some(MotionKind::Circle),
+            "movej" => Some(MotionKind::PointToPoint),
+            _ => None,
+        };
+        if let Some(kind) = kind {
+            return self.motion(kind, code, at).map(Some);
+        }
+        if let Some(name) = called_names(text).find(|name| is_motion(name)) {
+            return match name {
+                "movel" | "movep" | "movec" | "movej" => {
+                    Err(RobotFault::Form { expected: "a motion on a line of its own" })
+                }
+                _ => RobotFault::not_followed(
+                    "motions that servo, follow, push or give way are",
+                    "movel, movep, movec and movej",
+                ),
+            };
+        }
+        match word {
+            // PolyScope numbers its nodes: $ 1 "Robot Program".
+            _ if text.is_empty() || text[0] == b'$' => {}
+            "def" | "thread" | "sec" | "if" => self.blocks.push((word, line)),
+            "while" => {
+                let condition = trimmed(text, at.end..text.len());
+                let is_endless = matches!(&text[condition], b"True:" | b"(True):" | b"True :" | b"(True) :");
+                let is_alone = self.motion_routine.is_none() && self.blocks.iter().all(|(word, _)| *word == "def");
+                self.blocks.push((if is_endless && is_alone { ENDLESS } else { word }, line));
+            }
+            "end" => {
+                let ended = self.blocks.pop();
+                if self.motion_routine.is_some() && ended.is_some_and(|(word, _)| word == ENDLESS) {
+                    self.end_line = Some(line);
+                }
+            }
+            "halt" if self.is_plain() => self.end_line = Some(line),
+            "elif" | "else" | "halt" | "break" | "continue" | "return" | "pass" | "join" | "kill" | "run" => {}
+            "set_tcp" => self.set_tool(scan, text)?,
+            "" => return Err(RobotFault::Unknown { expected: "a statement of URScript" }),
+            _ if scan.takes(b'(') => self.check_call(word)?,
+            _ => {
+                let is_whole = scan.next() != Some(b'[');
+                if !is_whole {
+                    scan.take_while(|byte| byte != b'=');
+                }
+                if !scan.takes(b'=') || scan.next() == Some(b'=') {
+                    return Err(RobotFault::Unknown { expected: "a statement of URScript" });
+                }
+                let value = trimmed(self.source, code.start + scan.at..code.end);
+                let written = &self.source[value.clone()];
+                let value = match plain_number(written) {
+                    _ if !is_whole || !self.is_plain() => Value::Computed(line),
+                    Some(number) => Value::Number(number),
+                    None if pose_numbers(written).is_ok() => Value::Pose(value),
+                    None => Value::Computed(line),
+                };
+                self.values.insert(word, value);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether the line is in no branch or loop, so that it runs once.
+    fn is_plain(&self) -> bool {
+        self.blocks.iter().all(|(word, _)| *word == "def")
+    }
+
+    /// Refuses a line in a branch, a loop or a thread; the endless loop around a program is none.
+    fn check_runs_once(&self) -> Result<(), RobotFault> {
+        match self.blocks.iter().find(|(word, _)| !matches!(*word, "def" | ENDLESS)) {
+            Some((word, line)) => Err(RobotFault::Branch { keyword: (*word).to_owned(), line: *line }),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses a call of `name` unless it is in the program, moves nothing, or the options say so.
+    fn check_call(&self, name: &str) -> Result<(), RobotFault> {
+        let kept = self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(name));
+        let ignored = IGNORED.split_whitespace().any(|known| known == name)
+            || IGNORED_BEGINNINGS.iter().any(|begin| name.starts_with(begin));
+        // All motions are in one function: one of the program that another calls moves nothing, or is the one that does.
+        match kept || ignored || self.functions.contains(&name) {
+            true => Ok(()),
+            false => Err(RobotFault::Call { name: name.to_owned() }),
+        }
+    }
+
+    /// Follows `set_tcp(p[…])`.
+    fn set_tool(&mut self, scan: Scan<'_>, text: &[u8]) -> Result<(), RobotFault> {
+        self.check_runs_once()?;
+        if self.motion_routine.is_some() && !self.is_plain() {
+            return RobotFault::not_followed("set_tcp behind motions of an endless loop is", "set_tcp before it");
+        }
+        let (arguments, _) = arguments(text, scan.at)?;
+        let first = trimmed(text, arguments[0].clone());
+        let frame = self.pose(&text[first.clone()])?;
+        let name = format!("set_tcp({})", String::from_utf8_lossy(&text[first]));
+        self.tool = Some(Tool { name, in_flange: Some(frame) });
+        Ok(())
+    }
+
+    /// Returns the text of the pose that `text` gives or names.
+    fn pose_text<'t>(&'t self, text: &'t [u8]) -> Result<&'t [u8], RobotFault> {
+        let (name, at) = Scan::new(text).name();
+        if name == "p" && text[at.end..].trim_ascii_start().starts_with(b"[") {
+            return Ok(text);
+        }
+        let is_whole = at.end == text.len() && !name.is_empty();
+        match self.values.get(name).filter(|_| is_whole) {
+            Some(Value::Pose(at)) => Ok(&self.source[at.clone()]),
+            Some(Value::Computed(line)) => Err(RobotFault::Computed { name: name.to_owned(), line: *line }),
+            Some(Value::Number(_)) | None if is_whole => {
+                Err(RobotFault::NoPoint { name: name.to_owned(), beside: String::new() })
+            }
+            _ => RobotFault::not_followed("computed targets and positions of joints are", POSE),
+        }
+    }
+
+    /// Returns the pose that `text` gives or names, mm.
+    fn pose(&self, text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
+        let numbers = pose_numbers(self.pose_text(text)?)?;
+        let [x, y, z, rx, ry, rz] = std::array::from_fn(|k| numbers[k].value);
+        let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(rx, ry, rz));
+        Ok(Isometry3::from_parts(Translation3::from(Vector3::new(x, y, z) * METRE_MM), rotation))
+    }
+
+    /// Returns the number that `text` gives or names; `None` if it is not known.
+    fn number(&self, text: &[u8]) -> Option<f64> {
+        match self.values.get(std::str::from_utf8(text).ok()?) {
+            Some(Value::Number(number)) => Some(*number),
+            _ => plain_number(text),
+        }
+    }
+
+    /// Returns the target of the argument in the bytes `at` of the source, and its base: a pose, its name, or `pose_trans(feature, pose)`.
+    fn target(&self, at: Range<usize>) -> Result<(Target, Base), RobotFault> {
+        let at = trimmed(self.source, at);
+        let text = &self.source[at.clone()];
+        let mut scan = Scan::new(text);
+        let name = scan.name().0;
+        // The joints of a pose, by which PolyScope moves to it.
+        if name == "get_inverse_kin" {
+            let (parts, _) = arguments(text, scan.at)?;
+            return match parts.len() {
+                1 | 2 => self.target(at.start + parts[0].start..at.start + parts[0].end),
+                _ => Err(RobotFault::Form { expected: "get_inverse_kin(pose, qnear)" }),
+            };
+        }
+        if name == "pose_trans" {
+            let (parts, _) = arguments(text, scan.at)?;
+            let [feature, pose] = &parts[..] else {
+                return Err(RobotFault::Form { expected: "pose_trans(feature, pose)" });
+            };
+            let feature = &text[trimmed(text, feature.clone())];
+            let base = Base {
+                name: String::from_utf8_lossy(feature).to_ascii_lowercase(),
+                in_world: Some(self.pose(feature)?),
+            };
+            return Ok((self.target(at.start + pose.start..at.start + pose.end)?.0, base));
+        }
+        let written = self.pose_text(text)?;
+        let base = Base { name: "base".into(), in_world: Some(Isometry3::identity()) };
+        Ok((Target { at, text: written.to_vec(), numbers: pose_numbers(written)? }, base))
+    }
+
+    /// Returns the statement of the motion in the bytes `code`, whose name is at `keyword` in them.
+    fn motion(&mut self, kind: MotionKind, code: Range<usize>, keyword: Range<usize>) -> Result<Statement, RobotFault> {
+        self.check_runs_once()?;
+        if let Some(end) = self.end_line {
+            return Err(RobotFault::AfterEnd { end });
+        }
+        let routine = self.blocks.iter().rfind(|(word, _)| *word == "def").map_or(0, |(_, line)| *line);
+        let first = *self.motion_routine.get_or_insert(routine);
+        if first != routine {
+            return Err(RobotFault::SecondRoutine { line: routine, first });
+        }
+        let text = &self.source[code.clone()];
+        let (parts, end) = arguments(text, keyword.end)?;
+        if end != text.len() {
+            return Err(RobotFault::Form { expected: "nothing behind the )" });
+        }
+        let names = argument_names(&text[keyword.clone()]);
+        let mut given: [Option<&[u8]>; 6] = [None; 6];
+        let poses = if kind == MotionKind::Circle { 2 } else { 1 };
+        for (k, part) in parts.iter().enumerate() {
+            let (name, value) = named_argument(&text[part.clone()]);
+            let k = name.map_or(Some(k), |name| names.iter().position(|known| *known == name));
+            let slot = k.filter(|k| *k < names.len()).and_then(|k| given.get_mut(k)).filter(|slot| slot.is_none());
+            *slot.ok_or(RobotFault::Form { expected: "the arguments of the URScript manual, each once" })? =
+                Some(value);
+        }
+        let number = |name: &str| {
+            let given = names.iter().position(|known| *known == name).and_then(|k| given[k]);
+            given.map_or(Some(0.0), |text| self.number(text))
+        };
+        let is_cut = kind != MotionKind::PointToPoint;
+        if is_cut && number("t") != Some(0.0) {
+            return RobotFault::not_followed("times of motions (t) are", "a speed v");
+        }
+        if number("mode") != Some(0.0) {
+            return RobotFault::not_followed("circles that carry the orientation along (mode=1) are", "mode=0");
+        }
+        let v = if given[poses + 1].is_some() { number("v") } else { Some(SPEED_M_PER_S) };
+        let feed_mm_per_min = v.filter(|v| is_cut && *v > 0.0).map(|v| v * METRE_MM * 60.0);
+        let blend_mm = Some(number("r").map_or(f64::INFINITY, |r| r * METRE_MM)).filter(|r| *r != 0.0);
+        let at = |k: usize| parts.get(k).map(|part| code.start + part.start..code.start + part.end);
+        let target = |k: usize| self.target(at(k).ok_or(RobotFault::Form { expected: POSE })?);
+        let via = if poses == 2 { Some(target(0)?) } else { None };
+        let end = match target(poses - 1) {
+            Ok(end) => Some(end),
+            // Positions of joints, or a pose that is computed.
+            Err(_) if !is_cut => None,
+            Err(fault) => return Err(fault),
+        };
+        if let (Some((_, one)), Some((_, other))) = (&via, &end)
+            && one != other
+        {
+            return RobotFault::not_followed("circles with points in two features are", "one feature");
+        }
+        let frames = match &end {
+            Some((_, base)) => Frames {
+                base: self.bases.pose(Some(base))?,
+                tool: self.tools.rotation(self.tool.as_ref())?,
+                unit_mm: METRE_MM,
+            },
+            None => Frames::default(),
+        };
+        Ok(Statement {
+            line: self.lines.line,
+            keyword: code.start + keyword.start..code.start + keyword.end,
+            suffix: end.as_ref().map_or(code.end, |(end, _)| end.at.end)..code.end,
+            at: code,
+            kind,
+            via: via.map(|(via, _)| via),
+            end: end.map(|(end, _)| end),
+            sweep_rad: None,
+            is_step: false,
+            frames,
+            blend_mm,
+            feed_mm_per_min,
+            spindle_rev_per_min: None,
+            tool: None,
+        })
+    }
+}
+
+/// Keyword of an endless loop around the motions, each pass of which is the same.
+const ENDLESS: &str = "while True";
+
+const POSE: &str = "p[x,y,z,rx,ry,rz] in plain numbers, its name, or pose_trans(feature, pose)";
+
+/// Returns the names of the arguments of a motion, in the order of the URScript manual.
+pub(crate) fn argument_names(keyword: &[u8]) -> &'static [&'static str] {
+    match keyword {
+        b"movec" => &["pose_via", "pose_to", "a", "v", "r", "mode"],
+        b"movep" => &["pose", "a", "v", "r"],
+        b"movej" => &["q", "a", "v", "t", "r"],
+        _ => &["pose", "a", "v", "t", "r"],
+    }
+}
+
+/// Splits `a=1.2` into name and value; a value alone has no name.
+pub(crate) fn named_argument(text: &[u8]) -> (Option<&str>, &[u8]) {
+    let mut scan = Scan::new(text);
+    let (name, _) = scan.name();
+    match !name.is_empty() && scan.takes(b'=') {
+        true => (Some(name), scan.rest().trim_ascii()),
+        false => (None, text.trim_ascii()),
+    }
+}
+
+/// Returns the ranges of the arguments in the parentheses of `text` that open behind byte `from`, and where these close.
+pub(crate) fn arguments(text: &[u8], from: usize) -> Result<(Vec<Range<usize>>, usize), RobotFault> {
+    let (mut depth, mut start, mut parts) = (0usize, 0, Vec::new());
+    for (at, byte) in code_bytes(text).filter(|(at, _)| *at >= from) {
+        match byte {
+            b'(' | b'[' => {
+                depth += 1;
+                if depth == 1 {
+                    start = at + 1;
+                }
+            }
+            b')' | b']' => {
+                depth = depth.saturating_sub(1);
+                if depth == 0 {
+                    parts.push(start..at);
+                    return Ok((parts, at + 1));
+                }
+            }
+            b',' if depth == 1 => {
+                parts.push(start..at);
+                start = at + 1;
+            }
+            _ => {}
+        }
+    }
+    Err(RobotFault::Form { expected: "( and ) on the same line" })
+}
+
+/// Iterates over the bytes of a line outside strings, with their indices.
+fn code_bytes(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
+    let mut quote = None;
+    text.iter().copied().enumerate().filter(move |(_, byte)| {
+        let is_quote = matches!(byte, b'"' | b'\'');
+        if is_quote && quote.is_none_or(|open| open == *byte) {
+            quote = if quote.is_some() { None } else { Some(*byte) };
+            return false;
+        }
+        quote.is_none()
+    })
+}
+
+/// Iterates over the names before parentheses in `text`.
+fn called_names(text: &[u8]) -> impl Iterator<Item = &str> {
+    let opens = code_bytes(text).filter(|(_, byte)| *byte == b'(').map(|(at, _)| text[..at].trim_ascii_end());
+    opens.map(|before| {
+        let start =
+            before.iter().rposition(|byte| !(byte.is_ascii_alphanumeric() || *byte == b'_')).map_or(0, |at| at + 1);
+        std::str::from_utf8(&before[start..]).unwrap_or_default()
+    })
+}
+
+/// Whether the function `name` of the language moves the robot, or lets it be moved.
+fn is_motion(name: &str) -> bool {
+    const MOTIONS: [&str; 13] = [
+        "move",
+        "servo",
+        "speed",
+        "force_mode",
+        "teach_mode",
+        "freedrive_mode",
+        "path_offset",
+        "track_conveyor",
+        "conveyor",
+        "jog",
+        "screw_driving",
+        "optimove",
+        "direct_torque",
+    ];
+    MOTIONS.iter().any(|begin| name.starts_with(begin))
+}
+
+/// Parses a plain number; `None` if `text` is anything else.
+fn plain_number(text: &[u8]) -> Option<f64> {
+    let mut scan = Scan::new(text);
+    let (number, _) = scan.number().ok()?;
+    scan.is_done().then_some(number)
+}
+
+/// Parses `p[x,y,z,rx,ry,rz]`; returns the numbers with their ranges in `text`.
+fn pose_numbers(text: &[u8]) -> Result<Vec<Number>, RobotFault> {
+    let (mut scan, mut numbers) = (Scan::new(text), Vec::with_capacity(6));
+    let is_pose = scan.name().0 == "p";
+    scan.expect(if is_pose { b'[' } else { b'p' }, POSE)?;
+    for k in 0..6 {
+        if k > 0 {
+            scan.expect(b',', POSE)?;
+        }
+        let (value, at) = scan.number()?;
+        let component = if k < 3 { Component::Position(k) } else { Component::Rotation(k - 3) };
+        numbers.push(Number { component, at, value });
+    }
+    scan.expect(b']', POSE)?;
+    if scan.is_done() { Ok(numbers) } else { Err(RobotFault::Form { expected: POSE }) }
+}
+
+/// Functions that neither move the robot nor change what a motion means.
+const IGNORED: &str = "sleep sync textmsg varmsg popup halt enter_critical exit_critical stopl stopj reset_world_model zero_ftsensor protective_stop";
+const IGNORED_BEGINNINGS: [&str; 17] = [
+    "set_digital",
+    "set_standard",
+    "set_configurable",
+    "set_tool_",
+    "set_analog",
+    "set_payload",
+    "set_target_payload",
+    "set_gravity",
+    "set_flag",
+    "set_input_actions",
+    "set_runstate",
+    "write_output",
+    "socket_",
+    "modbus_",
+    "rtde_",
+    "rpc_",
+    "request_",
+];
