@@ -549,7 +549,7 @@ fn lines_of_a_listing_are_counted_on_where_one_becomes_several() {
     let (program, positions) = text.split_once("/POS\n").unwrap();
     assert_eq!(
         program,
-        "/PROG  A\n/ATTR\nLINE_COUNT\t= 4;\n/MN\n   1:L P[1] 20mm/sec FINE ;\n   2:L P[3] 20mm/sec FINE ACC50 ;\n   \
+        "/PROG  A\n/ATTR\nLINE_COUNT\t= 4;\n/MN\n   1:L P[1] 20mm/sec FINE ;\n   2:L P[3] 20mm/sec CNT100 ACC50 ;\n   \
          3:L P[2] 20mm/sec FINE ACC50 ;\n   4:  !end ;\n"
     );
     assert!(
@@ -803,6 +803,61 @@ fn blends_of_scripts_do_not_meet() {
     // Those in between go on; the first and the last point are stopped at as before.
     assert!(blends[1..blends.len() - 1].iter().all(|(radius, _)| *radius > 0.1));
     assert_eq!((blends[0].0, blends[blends.len() - 1].0), (0.0, 0.0));
+}
+
+#[test]
+fn points_in_between_are_blended_in_all_languages() {
+    let krl = |x: f64, end: &str| format!("LIN {{X {x},Y 0,Z 0,A 0,B 0,C 0}}{end}\n");
+    let rapid = |x: f64, zone: &str| {
+        format!("MoveL [[{x},0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v20,{zone},tool0;\n")
+    };
+    let lines = |texts: [String; 2]| texts.concat();
+    for (language, source, spacing_mm, between, end) in [
+        (Language::Krl, lines([krl(0.0, ""), krl(60.0, "")]), 10.0, "} C_DIS", "}"),
+        (Language::Krl, lines([krl(0.0, ""), krl(60.0, " C_VEL")]), 10.0, "} C_VEL", "} C_VEL"),
+        // A stop at the end stays; zones of 1 mm where the program has none, or says not how large they are.
+        (Language::Rapid, lines([rapid(0.0, "fine"), rapid(60.0, "fine")]), 10.0, ",v20,z1,tool0;", ",v20,fine,tool0;"),
+        (
+            Language::Rapid,
+            lines([rapid(0.0, "fine"), rapid(60.0, "fine\\Inpos:=inpos50")]),
+            10.0,
+            ",v20,z1,tool0;",
+            ",v20,fine\\Inpos:=inpos50,tool0;",
+        ),
+        (
+            Language::Rapid,
+            lines([rapid(0.0, "fine"), rapid(60.0, "myzone")]),
+            10.0,
+            ",v20,z1,tool0;",
+            ",v20,myzone,tool0;",
+        ),
+        // Below half of 30 mm, and of 10 mm; of 0.5 mm it is none of the predefined ones.
+        (Language::Rapid, lines([rapid(0.0, "fine"), rapid(60.0, "z10")]), 30.0, ",v20,z10,tool0;", ",v20,z10,tool0;"),
+        (Language::Rapid, lines([rapid(0.0, "fine"), rapid(60.0, "z50")]), 10.0, ",v20,z1,tool0;", ",v20,z50,tool0;"),
+        (Language::Rapid, lines([rapid(0.0, "fine"), rapid(3.0, "z5")]), 0.5, ",v20,[FALSE,0.22", ",v20,z5,tool0;"),
+        (
+            Language::Rapid,
+            lines([rapid(0.0, "fine"), rapid(3.0, "[FALSE,0.2,0.2,0.2,0.02,0.2,0.02]")]),
+            0.5,
+            ",v20,[FALSE,0.2,0.2",
+            ",v20,[FALSE,0.2,0.2,0.2,0.02,0.2,0.02],tool0;",
+        ),
+    ] {
+        let source = if language == Language::Rapid { format!("PROC a()\n{source}ENDPROC\n") } else { source };
+        let program = parse(language, &source, &RobotOptions::default()).unwrap();
+        let path = program.toolpath(Sampling::new(1.0, spacing_mm).unwrap()).unwrap();
+        let bent = |(k, p): (usize, Vector3<f64>)| p + Vector3::y() * if k % 2 == 1 { 0.05 } else { 0.0 };
+        let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().enumerate().map(bent).collect();
+        let written = program.rewrite(&path, &wanted, None, program.own_format()).unwrap();
+        let text = String::from_utf8_lossy(written.bytes()).into_owned();
+        let motions: Vec<&str> =
+            text.lines().filter(|line| line.starts_with("LIN") || line.starts_with("MoveL")).collect();
+        assert_eq!(motions.len(), path.len());
+        let (last, inner) = motions[1..].split_last().unwrap();
+        assert!(last.ends_with(end), "{last}");
+        assert!(!inner.is_empty() && inner.iter().all(|line| line.contains(between)), "{inner:?}");
+        assert!(!last.ends_with(" C_DIS"), "{last}");
+    }
 }
 
 #[test]

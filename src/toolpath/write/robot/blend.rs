@@ -4,7 +4,11 @@ use std::borrow::Cow;
 
 use crate::toolpath::{
     model::robot::{Language, METRE_MM, MotionKind, Statement},
-    read::robot::urscript::{argument_names, arguments, named_argument},
+    read::robot::{
+        rapid::{ZONES, split_arguments},
+        trimmed,
+        urscript::{argument_names, arguments, named_argument},
+    },
     write::robot::Writer,
 };
 
@@ -56,7 +60,8 @@ const SHARE: f64 = 0.45;
 const SMALL_MM: f64 = 1.0;
 
 /// Returns what stands behind the last pose of `statement`, with a blend for a point that is put in and has its nearer neighbour in
-/// the distance `room_mm`.
+/// the distance `room_mm`. KUKA's controller begins to approximate at half the distance to a neighbour at the earliest, and CNT of FANUC is a
+/// share of the speed: these need none of it.
 pub(crate) fn suffix_between<'a>(
     language: Language,
     source: &'a [u8],
@@ -64,9 +69,25 @@ pub(crate) fn suffix_between<'a>(
     room_mm: f64,
     is_line: bool,
 ) -> Cow<'a, [u8]> {
+    let suffix = &source[statement.suffix.clone()];
+    let text = String::from_utf8_lossy(suffix).to_ascii_uppercase();
     match language {
+        Language::Krl if !text.contains("C_") => Cow::Owned([suffix, b" C_DIS"].concat()),
+        Language::Ls => match text.find("FINE") {
+            Some(at) => Cow::Owned([&suffix[..at], b"CNT100", &suffix[at + 4..]].concat()),
+            None => Cow::Borrowed(suffix),
+        },
+        Language::Rapid => {
+            let zone = split_arguments(suffix, 0).get(2).map(|zone| trimmed(suffix, zone.clone()));
+            match (zone, radius_mm(statement, room_mm)) {
+                (Some(zone), Some(radius)) => {
+                    Cow::Owned([&suffix[..zone.start], zone_of(radius).as_bytes(), &suffix[zone.end..]].concat())
+                }
+                _ => Cow::Borrowed(suffix),
+            }
+        }
         Language::UrScript => script_suffix(source, statement, radius_mm(statement, room_mm), is_line),
-        _ => Cow::Borrowed(&source[statement.suffix.clone()]),
+        _ => Cow::Borrowed(suffix),
     }
 }
 
@@ -77,6 +98,17 @@ fn radius_mm(statement: &Statement, room_mm: f64) -> Option<f64> {
         Some(own) if own <= most => None,
         Some(own) if own.is_finite() => Some(most),
         _ => Some(most.min(SMALL_MM)),
+    }
+}
+
+/// Returns the zone of RAPID with a radius of at most `radius_mm`.
+fn zone_of(radius_mm: f64) -> String {
+    match ZONES.iter().rfind(|(_, zone)| *zone <= radius_mm) {
+        Some((name, _)) => (*name).to_owned(),
+        None => {
+            let [whole, tenth] = [radius_mm, radius_mm / 10.0].map(|r| format!("{:.4}", (r * 1e4).floor() / 1e4));
+            format!("[FALSE,{whole},{whole},{whole},{tenth},{whole},{tenth}]")
+        }
     }
 }
 

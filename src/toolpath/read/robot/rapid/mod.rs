@@ -21,6 +21,8 @@ mod data;
 mod lex;
 mod motion;
 
+pub(crate) use {lex::split_arguments, motion::ZONES};
+
 /// A reader of RAPID statements with the modes in force.
 #[derive(Debug)]
 pub(crate) struct Reader<'a> {

@@ -32,6 +32,24 @@ const SPEEDS: [u32; 25] = [
     6000, 7000,
 ];
 
+/// Radii of RAPID's zones `z0`, `z1`, …, mm.
+pub(crate) const ZONES: [(&str, f64); 14] = [
+    ("z0", 0.3),
+    ("z1", 1.0),
+    ("z5", 5.0),
+    ("z10", 10.0),
+    ("z15", 15.0),
+    ("z20", 20.0),
+    ("z30", 30.0),
+    ("z40", 40.0),
+    ("z50", 50.0),
+    ("z60", 60.0),
+    ("z80", 80.0),
+    ("z100", 100.0),
+    ("z150", 150.0),
+    ("z200", 200.0),
+];
+
 impl Reader<'_> {
     /// Returns the statement of MoveL, MoveC, MoveJ or MoveAbsJ with its poses, frames and feed; `Err` if it is not followed.
     pub(crate) fn motion(&mut self, unit: &CodeUnit) -> Result<Statement, RobotFault> {
@@ -80,6 +98,7 @@ impl Reader<'_> {
             statement.via = Some(self.target(arguments[0].clone())?);
         }
         statement.feed_mm_per_min = self.speed_mm_per_s(arguments[targets].clone())?.map(|speed| speed * 60.0);
+        statement.blend_mm = self.blend_mm(arguments[targets + 1].clone());
         let (base, tool) = self.base_and_tool(arguments[targets + 2].clone())?;
         statement.frames =
             Frames { base: self.bases.pose(Some(&base))?, tool: self.tools.rotation(Some(&tool))?, unit_mm: 1.0 };
@@ -195,6 +214,13 @@ impl Reader<'_> {
         Ok(speed.filter(|speed| *speed > 0.0 && self.is_speed_unscaled))
     }
 
+    /// Returns the radius of the zone that an argument gives, mm; infinite if unknown, `None` for a stop at the point.
+    fn blend_mm(&self, argument: Range<usize>) -> Option<f64> {
+        let (at, options) = self.expression_and_options(argument);
+        let given = options.iter().find_map(|option| option.strip_prefix("Z:=")?.parse().ok());
+        given.or_else(|| zone_radius_mm(&String::from_utf8_lossy(&self.source[at]).to_ascii_uppercase()))
+    }
+
     /// Returns the work object and the tool that the last argument of a motion names.
     fn base_and_tool(&self, argument: Range<usize>) -> Result<(Base, Tool), RobotFault> {
         let (at, options) = self.expression_and_options(argument);
@@ -230,3 +256,16 @@ impl Reader<'_> {
 /// Fault of an argument that is no target.
 const POINT: RobotFault =
     RobotFault::Form { expected: "a target: its name, Offs(…), or [[x,y,z],[q1,q2,q3,q4],[…],[…]]" };
+
+/// Returns the radius of a RAPID zone `text` in capitals, mm: infinite if it is declared elsewhere, `None` for fine.
+fn zone_radius_mm(text: &str) -> Option<f64> {
+    let unknown = Some(f64::INFINITY);
+    match text {
+        "FINE" => None,
+        _ if text.starts_with("[TRUE") => None,
+        _ => match text.strip_prefix("[FALSE,") {
+            Some(rest) => rest.split(',').next().and_then(|radius| radius.trim().parse().ok()).or(unknown),
+            None => ZONES.iter().find(|(name, _)| name.eq_ignore_ascii_case(text)).map(|(_, mm)| *mm).or(unknown),
+        },
+    }
+}
