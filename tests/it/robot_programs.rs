@@ -747,6 +747,23 @@ fn scripts_that_are_not_followed_are_refused_by_line_and_statement() {
             "p.script:6: `movel(x)`: x is computed in line 4; expected a point whose numbers the file gives",
         ),
         (
+            format!("def a():\nset_tcp({pose})\nend\ndef b():\nmovel({pose})\nend"),
+            "p.script:5: `movel(p[0.1,0.2,0.3,0,0,0])`: set_tcp in other functions than the motions is not followed; expected set_tcp before them",
+        ),
+        // What a function finds in a variable depends on when it runs; an argument is another each time.
+        (
+            format!("x = {pose}\ndef a():\nmovel(x)\nend\nx = p[0,0,0,0,0,0]\na()"),
+            "p.script:3: `movel(x)`: x is computed in line 3; expected a point whose numbers the file gives",
+        ),
+        (
+            format!("x = {pose}\ndef a(x):\nmovel(x)\nend\na(x)"),
+            "p.script:3: `movel(x)`: x is computed in line 3; expected a point whose numbers the file gives",
+        ),
+        (
+            format!("def a():\nx = {pose}\nb()\nmovel(x)\nend\ndef b():\nglobal x = p[0,0,0,0,0,0]\nend"),
+            "p.script:4: `movel(x)`: x is computed in line 4; expected a point whose numbers the file gives",
+        ),
+        (
             format!("while i < 3:\nmovel({pose})\nend"),
             "p.script:2: `movel(p[0.1,0.2,0.3,0,0,0])`: in while of line 1, where it may be skipped or repeated; expected outside, where it runs once",
         ),

@@ -106,3 +106,25 @@ pub(crate) struct Statement {
     pub spindle_rev_per_min: Option<f64>,
     pub tool: Option<u32>,
 }
+
+impl Statement {
+    /// Creates a statement on line `line` that leads nowhere yet, with nothing behind its poses.
+    pub fn new(at: Range<usize>, line: usize, keyword: Range<usize>, kind: MotionKind) -> Self {
+        Self {
+            suffix: at.end..at.end,
+            at,
+            line,
+            keyword,
+            kind,
+            via: None,
+            end: None,
+            sweep_rad: None,
+            is_step: false,
+            frames: Frames::default(),
+            blend_mm: None,
+            feed_mm_per_min: None,
+            spindle_rev_per_min: None,
+            tool: None,
+        }
+    }
+}

@@ -217,20 +217,11 @@ impl<'a> Reader<'a> {
             FeedUnit::Other => None,
         });
         Statement {
-            suffix: at.end..at.end,
-            at,
-            line,
-            keyword,
-            kind,
-            via: None,
-            end: None,
-            sweep_rad: None,
-            is_step: false,
             frames: Frames { unit_mm: self.unit_mm, ..Frames::default() },
-            blend_mm: None,
             feed_mm_per_min: feed.filter(|feed| *feed > 0.0),
             spindle_rev_per_min: self.spindle_rev_per_min,
             tool: self.tool,
+            ..Statement::new(at, line, keyword, kind)
         }
     }
 }

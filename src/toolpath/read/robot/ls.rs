@@ -258,22 +258,8 @@ impl<'a> Reader<'a> {
             Some((via, _)) => via,
             None => None,
         };
-        Ok(Statement {
-            keyword: at.start + keyword.start..at.start + keyword.end,
-            at,
-            line,
-            suffix,
-            kind,
-            via,
-            end,
-            sweep_rad: None,
-            is_step: false,
-            frames,
-            blend_mm: None,
-            feed_mm_per_min,
-            spindle_rev_per_min: None,
-            tool: None,
-        })
+        let keyword = at.start + keyword.start..at.start + keyword.end;
+        Ok(Statement { suffix, via, end, frames, feed_mm_per_min, ..Statement::new(at, line, keyword, kind) })
     }
 
     /// Takes the next position of a motion, `P[2]` or `P[2:name]`, whose text begins at byte `start` of the source: its pose, `None` for joint

@@ -34,7 +34,10 @@ pub(crate) struct Reader<'a> {
     source: &'a [u8],
     options: &'a RobotOptions,
     lines: LineCursor<'a>,
-    values: HashMap<&'a str, Value>,
+    /// Values with the lines of the functions that set them, 0 outside of all.
+    values: HashMap<&'a str, (Value, usize)>,
+    /// Lines of the functions that set each name, for each time.
+    setters: HashMap<&'a str, Vec<usize>>,
     /// Names of the functions of the program.
     functions: Vec<&'a str>,
     bases: Bases<'a>,
@@ -62,6 +65,7 @@ impl<'a> Reader<'a> {
             functions: functions.collect(),
             lines: LineCursor::new(source),
             values: HashMap::new(),
+            setters: setters(source),
             bases: Bases::new(options, source),
             tools: Tools::new(options),
             tool: None,
@@ -154,10 +158,25 @@ impl<'a> Reader<'a> {
                     None if pose_numbers(written).is_ok() => Value::Pose(value),
                     None => Value::Computed(line),
                 };
-                self.values.insert(word, value);
+                self.values.insert(word, (value, self.routine()));
             }
         }
         Ok(None)
+    }
+
+    /// Returns the line of the function around this line; 0 outside of all.
+    fn routine(&self) -> usize {
+        self.blocks.iter().rfind(|(word, _)| matches!(*word, "def" | "thread" | "sec")).map_or(0, |(_, line)| *line)
+    }
+
+    /// Returns the value of a variable, if it has one. It is that of the last line before only where no other function sets it, and this one
+    /// or nothing set it again: when functions run is not known.
+    fn value(&self, name: &str) -> Option<Value> {
+        let (value, routine) = self.values.get(name)?;
+        let setters = self.setters.get(name).map_or(&[][..], Vec::as_slice);
+        let is_known =
+            setters.iter().all(|setter| setter == routine) && (setters.len() == 1 || self.routine() == *routine);
+        Some(if is_known { value.clone() } else { Value::Computed(self.lines.line) })
     }
 
     /// Whether the line is in no branch or loop, so that it runs once.
@@ -206,9 +225,9 @@ impl<'a> Reader<'a> {
             return Ok(text);
         }
         let is_whole = at.end == text.len() && !name.is_empty();
-        match self.values.get(name).filter(|_| is_whole) {
-            Some(Value::Pose(at)) => Ok(&self.source[at.clone()]),
-            Some(Value::Computed(line)) => Err(RobotFault::Computed { name: name.to_owned(), line: *line }),
+        match self.value(name).filter(|_| is_whole) {
+            Some(Value::Pose(at)) => Ok(&self.source[at]),
+            Some(Value::Computed(line)) => Err(RobotFault::Computed { name: name.to_owned(), line }),
             Some(Value::Number(_)) | None if is_whole => {
                 Err(RobotFault::NoPoint { name: name.to_owned(), beside: String::new() })
             }
@@ -226,8 +245,8 @@ impl<'a> Reader<'a> {
 
     /// Returns the number that `text` gives or names; `None` if it is not known.
     fn number(&self, text: &[u8]) -> Option<f64> {
-        match self.values.get(std::str::from_utf8(text).ok()?) {
-            Some(Value::Number(number)) => Some(*number),
+        match self.value(std::str::from_utf8(text).ok()?) {
+            Some(Value::Number(number)) => Some(number),
             _ => plain_number(text),
         }
     }
@@ -269,7 +288,11 @@ impl<'a> Reader<'a> {
         if let Some(end) = self.end_line {
             return Err(RobotFault::AfterEnd { end });
         }
-        let routine = self.blocks.iter().rfind(|(word, _)| *word == "def").map_or(0, |(_, line)| *line);
+        let routine = self.routine();
+        let is_around = |line: &usize| *line == 0 || self.blocks.iter().any(|(_, at)| at == line);
+        if !self.setters.get("set_tcp").is_none_or(|lines| lines.iter().all(is_around)) {
+            return RobotFault::not_followed("set_tcp in other functions than the motions is", "set_tcp before them");
+        }
         let first = *self.motion_routine.get_or_insert(routine);
         if first != routine {
             return Err(RobotFault::SecondRoutine { line: routine, first });
@@ -325,23 +348,53 @@ impl<'a> Reader<'a> {
             },
             None => Frames::default(),
         };
+        let keyword = code.start + keyword.start..code.start + keyword.end;
         Ok(Statement {
-            line: self.lines.line,
-            keyword: code.start + keyword.start..code.start + keyword.end,
             suffix: end.as_ref().map_or(code.end, |(end, _)| end.at.end)..code.end,
-            at: code,
-            kind,
             via: via.map(|(via, _)| via),
             end: end.map(|(end, _)| end),
-            sweep_rad: None,
-            is_step: false,
             frames,
             blend_mm,
             feed_mm_per_min,
-            spindle_rev_per_min: None,
-            tool: None,
+            ..Statement::new(code, self.lines.line, keyword, kind)
         })
     }
+}
+
+/// Returns the lines of the functions that set each name, as a variable or as an argument, or call `set_tcp`; 0 outside of all.
+fn setters(source: &[u8]) -> HashMap<&str, Vec<usize>> {
+    let (mut lines, mut blocks, mut found) = (LineCursor::new(source), Vec::new(), HashMap::<_, Vec<usize>>::new());
+    while let Some(line) = lines.advance() {
+        let mut scan = Scan::new(&source[line]);
+        let mut word = scan.name().0;
+        while matches!(word, "global" | "local") {
+            word = scan.name().0;
+        }
+        let outer = blocks.last().copied().unwrap_or(0);
+        match word {
+            "def" | "thread" | "sec" => {
+                blocks.push(lines.line);
+                scan.name();
+                while scan.takes(b'(') || scan.takes(b',') {
+                    found.entry(scan.name().0).or_default().push(lines.line);
+                    scan.take_while(|byte| !matches!(byte, b',' | b')'));
+                }
+            }
+            "if" | "while" => blocks.push(outer),
+            "set_tcp" => found.entry(word).or_default().push(outer),
+            "end" => drop(blocks.pop()),
+            "" => {}
+            _ => {
+                if scan.next() == Some(b'[') {
+                    scan.take_while(|byte| byte != b'=');
+                }
+                if scan.takes(b'=') && scan.peek() != Some(b'=') {
+                    found.entry(word).or_default().push(outer);
+                }
+            }
+        }
+    }
+    found
 }
 
 /// Keyword of an endless loop around the motions, each pass of which is the same.

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use crate::toolpath::{
     model::robot::{Language, METRE_MM, MotionKind, Statement},
     read::robot::{
-        rapid::{ZONES, split_arguments},
+        rapid::{split_arguments, zone_of},
         trimmed,
         urscript::{argument_names, arguments, named_argument},
     },
@@ -98,17 +98,6 @@ fn radius_mm(statement: &Statement, room_mm: f64) -> Option<f64> {
         Some(own) if own <= most => None,
         Some(own) if own.is_finite() => Some(most),
         _ => Some(most.min(SMALL_MM)),
-    }
-}
-
-/// Returns the zone of RAPID with a radius of at most `radius_mm`.
-fn zone_of(radius_mm: f64) -> String {
-    match ZONES.iter().rfind(|(_, zone)| *zone <= radius_mm) {
-        Some((name, _)) => (*name).to_owned(),
-        None => {
-            let [whole, tenth] = [radius_mm, radius_mm / 10.0].map(|r| format!("{:.4}", (r * 1e4).floor() / 1e4));
-            format!("[FALSE,{whole},{whole},{whole},{tenth},{whole},{tenth}]")
-        }
     }
 }
 

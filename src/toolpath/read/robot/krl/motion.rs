@@ -92,21 +92,16 @@ impl Reader<'_> {
             },
             None => Frames::default(),
         };
+        let keyword = code.start + keyword.start..code.start + keyword.end;
         Ok(Some(Statement {
-            line: self.lines.line,
-            keyword: code.start + keyword.start..code.start + keyword.end,
-            at: code,
             suffix,
-            kind,
             via,
             end,
             sweep_rad,
             is_step,
             frames,
-            blend_mm: None,
             feed_mm_per_min: self.feed_mm_per_min,
-            spindle_rev_per_min: None,
-            tool: None,
+            ..Statement::new(code, self.lines.line, keyword, kind)
         }))
     }
 

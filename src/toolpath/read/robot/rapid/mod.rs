@@ -21,7 +21,7 @@ mod data;
 mod lex;
 mod motion;
 
-pub(crate) use {lex::split_arguments, motion::ZONES};
+pub(crate) use {lex::split_arguments, motion::zone_of};
 
 /// A reader of RAPID statements with the modes in force.
 #[derive(Debug)]

@@ -32,23 +32,8 @@ const SPEEDS: [u32; 25] = [
     6000, 7000,
 ];
 
-/// Radii of RAPID's zones `z0`, `z1`, …, mm.
-pub(crate) const ZONES: [(&str, f64); 14] = [
-    ("z0", 0.3),
-    ("z1", 1.0),
-    ("z5", 5.0),
-    ("z10", 10.0),
-    ("z15", 15.0),
-    ("z20", 20.0),
-    ("z30", 30.0),
-    ("z40", 40.0),
-    ("z50", 50.0),
-    ("z60", 60.0),
-    ("z80", 80.0),
-    ("z100", 100.0),
-    ("z150", 150.0),
-    ("z200", 200.0),
-];
+/// Radii of the zones `z0` (0.3 mm), `z1`, `z5`, … `z200`, mm.
+const ZONES: [f64; 14] = [0.3, 1.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0, 150.0, 200.0];
 
 impl Reader<'_> {
     /// Returns the statement of MoveL, MoveC, MoveJ or MoveAbsJ with its poses, frames and feed; `Err` if it is not followed.
@@ -66,22 +51,7 @@ impl Reader<'_> {
             "MOVEC" => MotionKind::Circle,
             _ => MotionKind::PointToPoint,
         };
-        let mut statement = Statement {
-            at: unit.at.clone(),
-            line: unit.line,
-            keyword,
-            suffix: unit.at.end..unit.at.end,
-            kind,
-            via: None,
-            end: None,
-            sweep_rad: None,
-            is_step: false,
-            frames: Frames::default(),
-            blend_mm: None,
-            feed_mm_per_min: None,
-            spindle_rev_per_min: None,
-            tool: None,
-        };
+        let mut statement = Statement::new(unit.at.clone(), unit.line, keyword, kind);
         if unit.word == "MOVEABSJ" {
             return Ok(statement);
         }
@@ -257,15 +227,23 @@ impl Reader<'_> {
 const POINT: RobotFault =
     RobotFault::Form { expected: "a target: its name, Offs(…), or [[x,y,z],[q1,q2,q3,q4],[…],[…]]" };
 
-/// Returns the radius of a RAPID zone `text` in capitals, mm: infinite if it is declared elsewhere, `None` for fine.
+/// Returns the radius of a zone, mm, of its `text` in capitals: infinite if it is declared elsewhere, `None` for fine.
 fn zone_radius_mm(text: &str) -> Option<f64> {
-    let unknown = Some(f64::INFINITY);
-    match text {
-        "FINE" => None,
-        _ if text.starts_with("[TRUE") => None,
-        _ => match text.strip_prefix("[FALSE,") {
-            Some(rest) => rest.split(',').next().and_then(|radius| radius.trim().parse().ok()).or(unknown),
-            None => ZONES.iter().find(|(name, _)| name.eq_ignore_ascii_case(text)).map(|(_, mm)| *mm).or(unknown),
-        },
+    let known = match text.strip_prefix("[FALSE,") {
+        _ if text == "FINE" || text.starts_with("[TRUE") => return None,
+        Some(rest) => rest.split(',').next().and_then(|radius| radius.trim().parse().ok()),
+        None => ZONES.into_iter().find(|radius| text == format!("Z{}", radius.trunc())),
+    };
+    known.or(Some(f64::INFINITY))
+}
+
+/// Returns the zone with a radius of at most `radius_mm`: predefined where one is, or with its numbers.
+pub(crate) fn zone_of(radius_mm: f64) -> String {
+    match ZONES.into_iter().rfind(|zone| *zone <= radius_mm) {
+        Some(radius) => format!("z{}", radius.trunc()),
+        None => {
+            let [whole, tenth] = [radius_mm, radius_mm / 10.0].map(|r| format!("{:.4}", (r * 1e4).floor() / 1e4));
+            format!("[FALSE,{whole},{whole},{whole},{tenth},{whole},{tenth}]")
+        }
     }
 }
