@@ -120,6 +120,7 @@ mod scaling;
 mod schema;
 mod sensitivities;
 mod shown_coordinates;
+mod sinumerik_programs;
 mod slot_milling;
 mod snap_through;
 mod solved_in_part;

@@ -28,8 +28,8 @@ pub(crate) struct Call {
     arguments: Option<Arguments>,
 }
 
-/// Values of arguments by the numbers of their variables.
-pub(crate) type Arguments = Vec<(u32, f64)>;
+/// Values of arguments by the names of their variables.
+pub(crate) type Arguments = Vec<(String, f64)>;
 
 /// What a call names.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,7 +99,7 @@ impl Run<'_> {
             if words.iter().filter(|other| other.letter == word.letter).count() > 1 {
                 return Err((word.span.start, Fault::Repeated { letter: word.letter }));
             }
-            arguments.extend(word.value.map(|value| (number, value)));
+            arguments.extend(word.value.map(|value| (number.to_string(), value)));
         }
         let begin = self.find_subprogram(&p.to_string(), CallTarget::Number).map_err(at)?;
         self.call(begin, l.unwrap_or(1), Some(arguments)).map_err(at)
@@ -162,7 +162,7 @@ impl Run<'_> {
                 Some(read) => read + 1,
                 None => {
                     let Some(bytes) = (self.beside)(&name) else { continue };
-                    self.sources.push(SourceFile::new(&bytes));
+                    self.sources.push(SourceFile::new(&bytes, self.dialect));
                     self.files.push(CalledFile { name, bytes });
                     self.sources.len() - 1
                 }
@@ -208,6 +208,7 @@ impl Run<'_> {
         self.here = call.return_to;
         let (line, has_scope) = (call.return_to.line, call.arguments.is_some());
         self.calls.pop();
+        self.sections.retain(|section| section.depth <= self.calls.len());
         self.call_frames.pop();
         if has_scope {
             self.variables.end_call();

@@ -73,7 +73,8 @@ impl Run<'_> {
                     arguments.push(reader.bracket()?.ok_or(Fault::Macro(MacroFault::NoValue))?);
                 }
                 let begin = self.find_subprogram(name, CallTarget::Word)?;
-                let next = self.call(begin, 1, Some((1..).zip(arguments).collect()))?;
+                let next =
+                    self.call(begin, 1, Some((1..).map(|number: u32| number.to_string()).zip(arguments).collect()))?;
                 self.call_frames.last_mut().into_iter().for_each(|frame| frame.by_o_word = true);
                 Ok(next)
             }

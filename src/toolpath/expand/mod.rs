@@ -2,7 +2,7 @@
 
 use crate::toolpath::{
     model::gcode::{Dialect, GcodeError, GcodeOptions},
-    read::gcode::{Expansion, Program, dialect},
+    read::gcode::{Expansion, Program, lines::Lines},
 };
 
 mod calls;
@@ -15,6 +15,7 @@ mod jumps;
 pub(crate) mod line;
 mod modes;
 pub(crate) mod run;
+mod sinumerik;
 mod sinumerik_cycles;
 pub(crate) mod variables;
 
@@ -54,17 +55,23 @@ impl Program {
     ) -> Result<Program, GcodeError> {
         let dialect = options.dialect.unwrap_or_else(|| Dialect::detect(&source));
         let options = &GcodeOptions { dialect: Some(dialect), ..options.clone() };
-        let (mut bytes, mut expansion) = match dialect {
-            _ if dialect.is_iso() => run::Run::new(source, name, options, beside).run_to_end()?,
-            _ => {
-                let Some((bytes, lines)) = dialect.without_cycles(&source) else {
-                    return Err(dialect::expansion_error(&source, name, dialect));
-                };
-                (bytes, Expansion::from_lines(name, source, &lines))
-            }
+        let (mut bytes, mut expansion) = if dialect == Dialect::Heidenhain {
+            (
+                source.clone(),
+                Expansion::from_lines(name, source.clone(), &(0..Lines::split(&source).len()).collect::<Vec<_>>()),
+            )
+        } else {
+            run::Run::new(source, name, options, beside).run_to_end()?
         };
         if !dialect.is_iso() {
-            // Moves have taken the place of its cycles.
+            // Those cycles that are left in place are refused when the program is read.
+            match dialect.without_cycles(&bytes) {
+                Some((moves, lines)) => {
+                    bytes = moves;
+                    expansion.compose(&lines);
+                }
+                None => expansion.keeps_calls = keeps_calls,
+            }
         } else if keeps_calls {
             expansion.keeps_calls = true;
         } else {

@@ -20,6 +20,11 @@ pub enum MacroFault {
     /// A variable of the machine.
     #[error("depends on the state of the machine; expected variables #1 to #999 and names that the program assigns")]
     MachineState,
+    /// A name that no DEF declares.
+    #[error(
+        "a name that the program does not declare; expected an R parameter, or DEF REAL, DEF INT or DEF BOOL before it"
+    )]
+    Undeclared,
     /// A jump without an aim.
     #[error(
         "its other end is not in the program; expected the label, or the word that ends or begins the same loop, branch or subprogram"

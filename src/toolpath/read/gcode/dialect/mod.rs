@@ -124,11 +124,6 @@ pub(crate) fn resolve_dialect(source: &[u8], name: &str, given: Option<Dialect>)
     }
 }
 
-/// Returns the error that a program is not in ISO code and cannot be expanded.
-pub(crate) fn expansion_error(source: &[u8], name: &str, dialect: Dialect) -> GcodeError {
-    first_line_error(source, name, dialect, Fault::NotWrittenOut)
-}
-
 /// Returns the error that `fault` is on the first line of `source`.
 fn first_line_error(source: &[u8], name: &str, dialect: Dialect, fault: Fault) -> GcodeError {
     let lines = Lines::split(source);
