@@ -6,8 +6,22 @@ use kinetostat::toolpath::{
 };
 
 /// Files beside the program.
-fn beside(_name: &str) -> Option<Vec<u8>> {
-    None
+fn beside(name: &str) -> Option<Vec<u8>> {
+    let text = match name {
+        "L100.SPF" => "%_N_L100_SPF\nG91 X2 ; step\nY1\nG90 M17\n",
+        "HOLE.SPF" => {
+            "; a hole\nPROC HOLE(REAL DEEP, INT TURNS=2, BOOL BACK) DISPLOF\nDEF REAL AT\nAT=AT-DEEP\nZ=AT F=TURNS\nAT=5\nIF BACK\nZ=AT\nENDIF\nRET\n"
+        }
+        "CALLER.SPF" => "L100 P2\nL100\nN10 Z1 M17 ; back\n",
+        "OPEN.SPF" => "X1\n",
+        "SAVED.SPF" => "PROC SAVED SAVE\nX1\nRET\n",
+        "ENDED.SPF" => "X1\nM30\n",
+        "ENDLESS.SPF" => "ENDLESS\nRET\n",
+        "VARIED.SPF" => "PROC VARIED(VAR REAL A)\nRET\n",
+        "READS.SPF" => "X=OUTER\nRET\n",
+        _ => return None,
+    };
+    Some(text.into())
 }
 
 fn options() -> GcodeOptions {
@@ -123,6 +137,63 @@ fn sections_are_repeated() {
     assert_eq!(moves("AA: X=IC(1)\nZ1\nREPEATB AA P=2\nZ2"), ["AA: X=IC(1)", "Z1", "AA: X=IC(1)", "AA: X=IC(1)", "Z2"]);
     // One within another.
     assert_eq!(moves("AA: X=IC(1)\nBB: Y=IC(1)\nREPEAT BB\nREPEAT AA\nZ2").len(), 7);
+}
+
+#[test]
+fn subprograms_are_run() {
+    let step = ["G91 X2 ; step", "Y1", "G90 "];
+    assert_eq!(moves("L100"), step);
+    assert_eq!(moves("N10 L100 P2 ; twice"), [step, step].concat());
+    assert_eq!(moves("R1=2\nL100 P=R1"), [step, step].concat());
+    assert_eq!(moves("CALL \"L100\""), step);
+    assert_eq!(moves("CALLER"), [&[step, step, step].concat()[..], &["N10 Z1 ; back"]].concat());
+    assert_eq!(moves("HOLE(2.5)"), ["Z=-2.5 F=2.0"]);
+    assert_eq!(
+        moves("DEF REAL D=1\nHOLE(D,,TRUE) P2\nX=D"),
+        ["Z=-1.0 F=2.0", "Z=5.0", "Z=-1.0 F=2.0", "Z=5.0", "X=1.0"]
+    );
+    assert_eq!(moves("HOLE(1,3.6)"), ["Z=-1.0 F=4.0"]);
+    let in_one_file =
+        "%_N_A_MPF\nG1 X0 Y0 Z0 F100\nL5\nPART P2\nM30\n%_N_L5_SPF\nX1\nM17\n%_N_PART_SPF\nY=IC(1)\nRET\n";
+    assert_eq!(lines(in_one_file), ["%_N_A_MPF", "G1 X0 Y0 Z0 F100", "X1", "Y=IC(1)", "Y=IC(1)", "M30"]);
+    for (source, why) in [
+        ("L7", "subprogram L7 is neither in the file nor beside it; expected the file L7.SPF"),
+        (
+            "FACE_MILL(1,2)",
+            "subprogram FACE_MILL is neither in the file nor beside it; expected the file FACE_MILL.SPF",
+        ),
+        ("L100(1)", "expected as many arguments as PROC has"),
+        ("L100 P1.5", "expected P as a whole number"),
+        ("OPEN", "the subprogram ends here without M99, endsub, M17, RET or LBL 0"),
+        ("SAVED", "expected PROC without SAVE and the like"),
+        ("ENDED", "expected M17 or RET at the end of a subprogram"),
+        ("ENDLESS", "calls are more than 50 deep"),
+        ("VARIED(R1)", "a variable without a value"),
+        ("R1=1\nVARIED(R1)", "expected REAL, INT or BOOL"),
+        ("DEF REAL OUTER=1\nREADS", "a variable without a value"),
+        ("MCALL L100", "cycles are not followed"),
+        ("EXTCALL(\"L100\")", "subprogram EXTCALL is neither"),
+        ("PCALL L100", "calls a subprogram"),
+    ] {
+        let found = refusal(source);
+        assert!(found.contains(why), "{source}: {found}");
+    }
+}
+
+#[test]
+fn calls_stay_where_they_can() {
+    let program =
+        Program::parse_with_calls("G1 X0 Y0 Z0 F9\nL100\nX50\nL100\nM30\n", "part.mpf", &options(), &beside).unwrap();
+    let points = path(&program);
+    let goals: Vec<_> = points.positions_mm().into_iter().map(|p| p + nalgebra::Vector3::new(0.0, 0.0, 0.5)).collect();
+    let rewritten = program.rewrite(&points, &goals, NumberFormat::default()).unwrap();
+    match program.folded_calls(&rewritten).unwrap() {
+        Calls::Stay { program, beside } => {
+            assert!(String::from_utf8_lossy(&program).contains("\nL100\nX50"));
+            assert_eq!(beside.len(), 1);
+        }
+        Calls::WrittenOut(why) => assert_eq!(why.to_string(), "x"),
+    }
 }
 
 #[test]

@@ -7,14 +7,15 @@ use std::ops::Range;
 
 use crate::toolpath::{
     expand::{
+        calls::CallTarget,
         expression::Reader,
         line::{SourceLine, long_number},
         run::{Next, Run, Section, Step},
-        variables::{Kind, Variables, is_r_parameter},
+        variables::{Arguments, Kind, Variables, is_r_parameter},
     },
     model::gcode::{Fault, Foreign, MacroFault},
     read::{
-        gcode::{Origin, lines::is_blank},
+        gcode::{Origin, dialect::sinumerik_words, lines::is_blank},
         scan::Scan,
     },
 };
@@ -70,15 +71,95 @@ impl Run<'_> {
             }
             "ENDLABEL" => Ok(Next::Line),
             "DEF" => self.declare(line).map_err(at),
+            "PROC" | "EXTERN" => Ok(Next::Line),
+            name if self.is_call(line, name) => self.call_sinumerik(line).map_err(at),
             _ => {
                 self.decimals = self.decimals.max(line.decimals());
-                let evaluated = evaluate(line, &mut self.variables)?;
+                let is_main = self.calls.is_empty();
+                let evaluated = evaluate(line, &mut self.variables, is_main)?;
                 if evaluated.has_code {
                     self.write_line(evaluated.bytes);
                 }
-                Ok(if evaluated.ends { Next::End } else { Next::Line })
+                match evaluated.ends {
+                    true if is_main => Ok(Next::End),
+                    true => self.end_call().map_err(at),
+                    false => Ok(Next::Line),
+                }
             }
         }
+    }
+
+    /// Whether a line that begins with `name` calls a subprogram: `L100`, `NAME`, `NAME(1,2)`, `CALL "NAME"`.
+    fn is_call(&self, line: &SourceLine, name: &str) -> bool {
+        let rest = line.rest()[name.len()..].trim_start();
+        let is_numbered = name.strip_prefix('L').is_some_and(|number| number.parse::<u32>().is_ok());
+        let is_name = name.len() > 1 && name.bytes().take(2).all(|byte| byte.is_ascii_alphabetic() || byte == b'_');
+        let has_arguments = rest.starts_with('(');
+        let is_free = || matches!(sinumerik_words::plain_name(name, has_arguments), Err(Foreign::Call));
+        let ends = rest.is_empty() || has_arguments || rest.starts_with('P') || name == "CALL";
+        ends && (is_numbered || (is_name && is_free()))
+    }
+
+    /// Runs a call: finds the subprogram and begins it, with its parameters (PROC), as often as P says.
+    fn call_sinumerik(&mut self, line: &SourceLine) -> Result<Next, Fault> {
+        let mut reader = Reader::new(&line.code, line.begin, &self.variables);
+        let mut name = reader.identifier();
+        if name == "CALL" {
+            let quoted = line.code[reader.at..].trim().strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
+            name = quoted.ok_or(Fault::Macro(MacroFault::Expression { expected: "a name in quotes" }))?.to_owned();
+            reader.at = line.code.len();
+        }
+        let values = if reader.peek() == Some(b'(') { arguments(line, &mut reader)? } else { Vec::new() };
+        let mut times = 1.0;
+        if reader.takes("P") {
+            let is_assigned = reader.takes("=");
+            let value = if is_assigned { reader.expression()? } else { reader.value()? };
+            times = value.filter(|times| times.fract() == 0.0 && (0.0..=9999.0).contains(times)).unwrap_or(f64::NAN);
+        }
+        expect_end(&mut reader)?;
+        if times.is_nan() {
+            return Err(Fault::Macro(MacroFault::Expression { expected: "P as a whole number" }));
+        }
+        let begin = self.find_subprogram(&name, CallTarget::Number)?;
+        let parameters = self.parameters(begin)?;
+        if values.len() > parameters.len() {
+            return Err(Fault::Macro(MacroFault::Expression { expected: "as many arguments as PROC has" }));
+        }
+        let value = |at: usize| values.get(at).and_then(|value| Some(value.as_ref()?.0));
+        let given =
+            |(at, (name, kind, default)): (usize, (String, Kind, f64))| (name, kind, value(at).unwrap_or(default));
+        let mut arguments: Arguments = parameters.into_iter().enumerate().map(given).collect();
+        arguments.iter_mut().for_each(|(_, kind, value)| *value = kind.converted(*value));
+        self.call(begin, times as u32, Some(arguments))
+    }
+
+    /// Returns the parameters of the PROC that the subprogram at `begin` begins with, and their defaults; none without PROC.
+    fn parameters(&self, begin: Origin) -> Result<Arguments, Fault> {
+        let lines = self.sources[begin.file].lines[begin.line..].iter();
+        let Some(line) =
+            lines.into_iter().find(|line| !line.rest().is_empty()).filter(|line| line.first_word() == "PROC")
+        else {
+            return Ok(Vec::new());
+        };
+        let mut reader = Reader::new(&line.code, line.begin, &self.variables);
+        let (_, _, mut parameters) = (reader.identifier(), reader.identifier(), Vec::new());
+        let mut goes_on = reader.takes("(") && !reader.takes(")");
+        while goes_on {
+            let kind = kind_by_name(&reader.identifier())?;
+            let name = reader.identifier();
+            let default = if reader.takes("=") { reader.expression()? } else { Some(0.0) };
+            parameters.push((name, kind, default.ok_or(Fault::Macro(MacroFault::NoValue))?));
+            goes_on = reader.takes(",");
+            if !goes_on && !reader.takes(")") {
+                return Err(Fault::Macro(MacroFault::Expression { expected: ", or )" }));
+            }
+        }
+        while reader.peek().is_some() {
+            if !matches!(reader.identifier().as_str(), "DISPLOF" | "DISPLON" | "SBLOF" | "SBLON" | "ACTBLOCNO") {
+                return Err(Fault::Macro(MacroFault::Expression { expected: "PROC without SAVE and the like" }));
+            }
+        }
+        Ok(parameters)
     }
 
     /// Runs a line that branches, loops, jumps or repeats, and returns which line comes next.
@@ -313,8 +394,12 @@ pub(crate) fn expect_end(reader: &mut Reader<'_>) -> Result<(), Fault> {
 }
 
 /// Returns a line of words with values for its expressions and without its assignments, which take effect in their order. `Err` gives
-/// the faulty byte.
-pub(crate) fn evaluate(line: &SourceLine, variables: &mut Variables) -> Result<Evaluated, (usize, Fault)> {
+/// the faulty byte. The end of a subprogram, unless it `is_main`, is left out too.
+pub(crate) fn evaluate(
+    line: &SourceLine,
+    variables: &mut Variables,
+    is_main: bool,
+) -> Result<Evaluated, (usize, Fault)> {
     let text = line.code.as_bytes();
     let (mut out, mut from, mut at) = (Vec::new(), 0, line.begin);
     let (mut ends, mut code_bytes) = (false, line.code[line.begin..].trim().len());
@@ -349,7 +434,7 @@ pub(crate) fn evaluate(line: &SourceLine, variables: &mut Variables) -> Result<E
             reader.at += line.code[reader.at..].find(']').map_or(0, |length| length + 1);
         }
         let value_at = reader.at;
-        let mut values = Vec::new();
+        let (mut values, mut is_end) = (Vec::new(), false);
         let is_assignment = reader.peek() == Some(b'=') && !line.code[reader.at..].starts_with("==");
         if is_assignment {
             reader.takes("=");
@@ -357,13 +442,19 @@ pub(crate) fn evaluate(line: &SourceLine, variables: &mut Variables) -> Result<E
                 values.extend(assigned_value(line, &mut reader).map_err(fail)?);
             }
         } else if is_name && reader.peek() == Some(b'(') && has_numbers(&name) {
-            values = arguments(line, &mut reader).map_err(fail)?;
+            values = arguments(line, &mut reader).map_err(fail)?.into_iter().flatten().collect();
         } else if is_name {
-            ends |= name == "RET";
+            is_end = name == "RET";
         } else {
             let is_of_number = |byte: &u8| matches!(byte, b'+' | b'-' | b'.' | b'0'..=b'9');
             reader.at += text[reader.at..].iter().take_while(|byte| is_of_number(byte)).count();
-            ends |= byte == b'M' && name[1..].parse::<u32>().is_ok_and(|number| matches!(number, 2 | 17 | 30));
+            let number = name[1..].parse::<u32>().unwrap_or(0);
+            is_end = byte == b'M' && matches!(number, 2 | 17 | 30);
+            if is_end && number != 17 && !is_main {
+                return Err(fail(Fault::Macro(MacroFault::Expression {
+                    expected: "M17 or RET at the end of a subprogram",
+                })));
+            }
             if line.code[reader.at..].starts_with("EX") {
                 reader.at = at + 1;
                 values.push((reader.number().map_err(fail)?, at + 1..reader.at));
@@ -385,6 +476,9 @@ pub(crate) fn evaluate(line: &SourceLine, variables: &mut Variables) -> Result<E
             at += text[at..].iter().take_while(|byte| **byte == b' ').count();
             variables.set(&name, Some(value)).map_err(fail)?;
             assigned.push(name);
+        }
+        ends |= is_end;
+        if variable_value.is_some() || (is_end && !is_main) {
             out.extend_from_slice(&line.bytes[from..begin]);
             from = at;
             code_bytes = code_bytes.saturating_sub(line.code[begin..at].len());
@@ -396,7 +490,7 @@ pub(crate) fn evaluate(line: &SourceLine, variables: &mut Variables) -> Result<E
         }
     }
     out.extend_from_slice(&line.bytes[from..]);
-    Ok(Evaluated { bytes: out, has_code: assigned.is_empty() || code_bytes > 0, ends })
+    Ok(Evaluated { bytes: out, has_code: (assigned.is_empty() && (is_main || !ends)) || code_bytes > 0, ends })
 }
 
 /// A value, and the bytes of its expression.
@@ -437,18 +531,21 @@ fn assigned_value(line: &SourceLine, reader: &mut Reader<'_>) -> Result<Option<V
     Ok(Some((value, range)))
 }
 
-/// Reads the arguments in brackets of a cycle, and returns those that are neither left out nor strings.
-pub(crate) fn arguments(line: &SourceLine, reader: &mut Reader<'_>) -> Result<Vec<ValueAt>, Fault> {
+/// Reads arguments in brackets; `None` for those that are left out or strings.
+fn arguments(line: &SourceLine, reader: &mut Reader<'_>) -> Result<Vec<Option<ValueAt>>, Fault> {
     let mut values = Vec::new();
     reader.takes("(");
     loop {
         match reader.peek() {
-            Some(b',' | b')') => {}
-            Some(b'"') => reader.at = closed_end(line, reader.at)?,
+            Some(b',' | b')') => values.push(None),
+            Some(b'"') => {
+                reader.at = closed_end(line, reader.at)?;
+                values.push(None);
+            }
             _ => {
                 let start = reader.at;
                 let value = reader.expression()?.ok_or(Fault::Macro(MacroFault::NoValue))?;
-                values.push((value, trimmed(line, start..reader.at)));
+                values.push(Some((value, trimmed(line, start..reader.at))));
             }
         }
         if reader.takes(")") {

@@ -26,6 +26,17 @@ pub(crate) enum Kind {
     Bool,
 }
 
+impl Kind {
+    /// Returns `value` as a variable of this kind holds it.
+    pub fn converted(self, value: f64) -> f64 {
+        match self {
+            Kind::Real => value,
+            Kind::Int => value.round(),
+            Kind::Bool => f64::from(u8::from(value != 0.0)),
+        }
+    }
+}
+
 impl Default for Variables {
     /// Starts without any variables, by the rules of ISO.
     fn default() -> Variables {
@@ -69,11 +80,7 @@ impl Variables {
         if self.dialect == Dialect::Sinumerik && kind.is_none() && is_local(self.dialect, name) {
             return Err(Fault::Macro(MacroFault::Undeclared));
         }
-        let value = value.map(|value| match kind {
-            Some(Kind::Int) => value.round(),
-            Some(Kind::Bool) => f64::from(u8::from(value != 0.0)),
-            _ => value,
-        });
+        let value = value.map(|value| kind.unwrap_or(Kind::Real).converted(value));
         let is_local = is_local(self.dialect, name);
         let map = match self.local.last_mut() {
             Some(local) if is_local => local,
@@ -99,13 +106,15 @@ impl Variables {
     }
 
     /// Begins a call with `arguments` by the names of their variables.
-    pub fn call(&mut self, arguments: &[(String, f64)]) {
-        self.local.push(arguments.iter().cloned().collect());
+    pub fn call(&mut self, arguments: &Arguments) {
+        self.local.push(values(arguments));
+        let depth = self.local.len();
+        self.kinds.extend(arguments.iter().map(|(name, kind, _)| ((depth, name.clone()), *kind)));
     }
 
     /// Whether the local variables of the innermost call are still its `arguments`.
-    pub fn has_arguments(&self, arguments: &[(String, f64)]) -> bool {
-        self.local.last() == Some(&arguments.iter().cloned().collect())
+    pub fn has_arguments(&self, arguments: &Arguments) -> bool {
+        self.local.last() == Some(&values(arguments))
     }
 
     /// Ends the innermost call.
@@ -123,6 +132,14 @@ impl Variables {
             _ => &self.common,
         }
     }
+}
+
+/// Arguments of a call: name and kind of each variable, and its value.
+pub(crate) type Arguments = Vec<(String, Kind, f64)>;
+
+/// Returns the values of arguments by the names of their variables.
+fn values(arguments: &Arguments) -> BTreeMap<String, f64> {
+    arguments.iter().map(|(name, _, value)| (name.clone(), *value)).collect()
 }
 
 /// Whether `name` is local: #1 to #33 and names without a leading `_`, Sinumerik's names other than R1, Heidenhain's QL.

@@ -31,10 +31,12 @@ pub enum MacroFault {
     )]
     NoLabel,
     /// A call of what is not there.
-    #[error("subprogram {name} is neither in the file nor beside it; expected O{name}, or a file of this name")]
+    #[error("subprogram {name} is neither in the file nor beside it; expected {expected}")]
     NoSubprogram {
         /// Name of the subprogram.
         name: String,
+        /// What it is called in the file, or the name of its file.
+        expected: String,
     },
     /// A program that goes on and on.
     #[error("the program has run {most} lines and has not ended; expected one that ends")]
@@ -52,7 +54,7 @@ pub enum MacroFault {
     #[error("ends a subprogram where none was called, or repeats the main program for ever; expected M2 or M30")]
     NoCall,
     /// A subprogram that does not come back.
-    #[error("the subprogram ends here without M99 or endsub; expected one of them")]
+    #[error("the subprogram ends here without M99, endsub, M17, RET or LBL 0; expected its own of them")]
     NoReturn,
     /// A word of a call that is not read.
     #[error(

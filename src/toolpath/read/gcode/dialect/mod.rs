@@ -14,7 +14,7 @@ mod heidenhain;
 mod heidenhain_words;
 pub(crate) mod scan;
 pub(crate) mod sinumerik;
-mod sinumerik_words;
+pub(crate) mod sinumerik_words;
 
 /// Whether all dialects are read. The engine of pages is small and reads ISO alone.
 const READS_ALL: bool = !cfg!(target_family = "wasm");
