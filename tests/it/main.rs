@@ -18,6 +18,7 @@ mod command_line;
 mod compensate_command;
 mod compensation_methods;
 mod compensation_six_drives;
+mod contours;
 mod controls;
 mod convergence;
 mod corner_forces;

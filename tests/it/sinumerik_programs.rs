@@ -10,7 +10,7 @@ fn beside(name: &str) -> Option<Vec<u8>> {
     let text = match name {
         "L100.SPF" => "%_N_L100_SPF\nG91 X2 ; step\nY1\nG90 M17\n",
         "HOLE.SPF" => {
-            "; a hole\nPROC HOLE(REAL DEEP, INT TURNS=2, BOOL BACK) DISPLOF\nDEF REAL AT\nAT=AT-DEEP\nZ=AT F=TURNS\nAT=5\nIF BACK\nZ=AT\nENDIF\nRET\n"
+            "PROC HOLE(REAL DEEP, INT TURNS=2, BOOL BACK) DISPLOF\nDEF REAL AT\nAT=AT-DEEP\nZ=AT F=TURNS\nAT=5\nIF BACK\nZ=AT\nENDIF\nRET\n"
         }
         "CALLER.SPF" => "L100 P2\nL100\nN10 Z1 M17 ; back\n",
         "OPEN.SPF" => "X1\n",

@@ -6,10 +6,12 @@ use crate::toolpath::{
 };
 
 mod calls;
+mod contour;
 mod cycles;
 pub(crate) mod edit;
 mod expression;
 mod flow;
+mod geometry;
 mod heidenhain_cycles;
 mod jumps;
 pub(crate) mod line;
@@ -65,12 +67,21 @@ impl Program {
         };
         if !dialect.is_iso() {
             // Those cycles that are left in place are refused when the program is read.
-            match dialect.without_cycles(&bytes) {
-                Some((moves, lines)) => {
-                    bytes = moves;
-                    expansion.compose(&lines);
-                }
-                None => expansion.keeps_calls = keeps_calls,
+            let without_cycles = dialect.without_cycles(&bytes);
+            let has_cycles = without_cycles.is_some();
+            if let Some((moves, lines)) = without_cycles {
+                bytes = moves;
+                expansion.compose(&lines);
+            }
+            let (moves, lines, is_changed) =
+                contour::follow(&bytes, dialect, options.block_delete).map_err(|(line, refusal)| {
+                    let content = &bytes[Lines::split(&bytes).content(line)];
+                    expansion.relocate(refusal.locate(name, line + 1, content).with_dialect(dialect))
+                })?;
+            expansion.keeps_calls = keeps_calls && !is_changed && !has_cycles;
+            if is_changed {
+                bytes = moves;
+                expansion.compose(&lines);
             }
         } else if keeps_calls {
             expansion.keeps_calls = true;

@@ -89,7 +89,7 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
 
 /// Returns the words of a line; none if it cannot be read, which is reported when the expanded program is read.
 fn line_words(content: &[u8]) -> Vec<Word> {
-    match sinumerik::parse_line(content) {
+    match sinumerik::parse_line(content, true) {
         Ok(Statement::Words { words, .. }) => words,
         _ => Vec::new(),
     }

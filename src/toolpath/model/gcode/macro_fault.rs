@@ -20,6 +20,12 @@ pub enum MacroFault {
     /// A variable of the machine.
     #[error("depends on the state of the machine; expected variables #1 to #999 and names that the program assigns")]
     MachineState,
+    /// A contour that is not that of lines and arcs in a plane.
+    #[error("cannot be written out as lines and arcs; expected {expected}")]
+    Contour {
+        /// What should stand there.
+        expected: &'static str,
+    },
     /// A name that no DEF declares.
     #[error(
         "a name that the program does not declare; expected an R parameter, or DEF REAL, DEF INT or DEF BOOL before it"

@@ -25,6 +25,8 @@ pub(crate) struct Reader {
     continued: Option<Continued>,
     /// Feed of the last TOOL CALL.
     tool_feed: Option<f64>,
+    /// Whether words of contours are returned, not refused.
+    follows_contours: bool,
 }
 
 /// Kind of a block of several lines.
@@ -50,6 +52,11 @@ static PRESET: ForeignWord = ForeignWord { name: "CYCL DEF 247", meaning: GWord:
 const TCPM: [&str; 2] = ["F TCP AXIS POS PATHCTRL AXIS", "F TCP AXIS POS PATHCTRL AXIS REFPNT TIP-TIP"];
 
 impl Reader {
+    /// Starts before the first line of a program whose contours are written out.
+    pub fn of_contours() -> Reader {
+        Reader { follows_contours: true, ..Reader::default() }
+    }
+
     /// Parses the next line into words; lines that do not change where the tool goes have none.
     pub fn parse_line(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
         let is_continued = line.trim_ascii_end().ends_with(b"~");
@@ -80,6 +87,10 @@ impl Reader {
             "C" => Verb::Arc,
             "CR" => Verb::ArcByRadius,
             "CC" => Verb::Centre,
+            "LP" if self.follows_contours => Verb::PolarLine,
+            "CP" if self.follows_contours => Verb::PolarArc,
+            "CT" | "CTP" if self.follows_contours => Verb::TangentialArc,
+            "RND" | "CHF" if self.follows_contours => return heidenhain_words::corner_words(scan, &name, start),
             "M" => Verb::None,
             _ => return self.other_block_words(&name, scan, start),
         };
