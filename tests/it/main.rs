@@ -66,6 +66,7 @@ mod gcode_words;
 mod gcode_writing;
 mod golden_figures;
 mod golden_tables;
+mod heidenhain_programs;
 mod hung_machines;
 mod identification;
 mod inputs;

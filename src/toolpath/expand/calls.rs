@@ -28,6 +28,13 @@ pub(crate) struct Call {
     arguments: Option<Arguments>,
 }
 
+impl Call {
+    /// Whether it calls a section of the same program without variables of its own, as Heidenhain's CALL LBL does.
+    pub fn is_section(&self) -> bool {
+        self.arguments.is_none()
+    }
+}
+
 /// What a call names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum CallTarget {
@@ -134,8 +141,13 @@ impl Run<'_> {
     pub(crate) fn find_subprogram(&mut self, name: &str, target: CallTarget) -> Result<Origin, Fault> {
         const ENDS: [&str; 9] = ["", ".ngc", ".nc", ".NC", ".cnc", ".CNC", ".tap", ".TAP", ".txt"];
         const SINUMERIK_ENDS: [&str; 5] = [".SPF", ".spf", ".MPF", ".mpf", ""];
+        const HEIDENHAIN_ENDS: [&str; 5] = ["", ".H", ".h", ".nc", ".NC"];
         let is_iso = self.dialect.is_iso();
-        let ends: &[&str] = if is_iso { &ENDS } else { &SINUMERIK_ENDS };
+        let ends: &[&str] = match self.dialect {
+            Dialect::Sinumerik => &SINUMERIK_ENDS,
+            Dialect::Heidenhain => &HEIDENHAIN_ENDS,
+            _ => &ENDS,
+        };
         let begin = |source: &SourceFile| match target {
             CallTarget::Word => source.next_o_line(0, name, &["SUB"]),
             CallTarget::Number | CallTarget::File => source.program_line(name),
@@ -169,7 +181,11 @@ impl Run<'_> {
             };
             return Ok(Origin { file, line: begin(&self.sources[file]).map_or(0, |line| line + 1) });
         }
-        let expected = if is_iso { format!("O{bare}, or a file of this name") } else { format!("the file {bare}.SPF") };
+        let expected = match self.dialect {
+            Dialect::Sinumerik => format!("the file {bare}.SPF"),
+            Dialect::Heidenhain => "a file of this name".to_owned(),
+            _ => format!("O{bare}, or a file of this name"),
+        };
         Err(Fault::Macro(MacroFault::NoSubprogram { name: bare.to_owned(), expected }))
     }
 

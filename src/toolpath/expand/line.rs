@@ -3,12 +3,15 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    expand::{expression::Reader, variables::Variables},
+    expand::{expression::Reader, heidenhain, variables::Variables},
     model::{
         decimals_in,
         gcode::{Contradiction, Dialect, Fault, MacroFault},
     },
-    read::{gcode::lines, scan::Scan},
+    read::{
+        gcode::{dialect::block_numbers, lines},
+        scan::Scan,
+    },
 };
 
 /// A line with its label and code.
@@ -48,6 +51,7 @@ impl SourceLine {
     pub fn of(bytes: &[u8], dialect: Dialect) -> SourceLine {
         match dialect {
             Dialect::Sinumerik => SourceLine::of_sinumerik(bytes),
+            Dialect::Heidenhain => SourceLine::of_heidenhain(bytes),
             _ => SourceLine::new(bytes),
         }
     }
@@ -81,6 +85,18 @@ impl SourceLine {
             scan = label;
         }
         line.begin = scan.at;
+        line
+    }
+
+    /// Splits a block of Heidenhain's into its number, its label and code.
+    fn of_heidenhain(bytes: &[u8]) -> SourceLine {
+        let number = block_numbers::leading_number(bytes);
+        let begin = number.as_ref().map_or_else(|| lines::prefix_len(bytes), |(range, _)| range.end);
+        let scan = Scan::of_line(bytes, begin);
+        let mut line = SourceLine::bare(bytes, scan.line.iter().map(|byte| ascii_upper(*byte)).collect());
+        line.n_number = number.and_then(|(_, number)| u32::try_from(number).ok());
+        line.begin = scan.at + scan.line[scan.at..].iter().take_while(|byte| lines::is_blank(**byte)).count();
+        line.label = line.rest().strip_prefix("LBL").map(heidenhain::label_name);
         line
     }
 

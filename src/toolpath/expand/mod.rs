@@ -12,6 +12,7 @@ pub(crate) mod edit;
 mod expression;
 mod flow;
 mod geometry;
+mod heidenhain;
 mod heidenhain_cycles;
 mod jumps;
 pub(crate) mod line;
@@ -57,14 +58,7 @@ impl Program {
     ) -> Result<Program, GcodeError> {
         let dialect = options.dialect.unwrap_or_else(|| Dialect::detect(&source));
         let options = &GcodeOptions { dialect: Some(dialect), ..options.clone() };
-        let (mut bytes, mut expansion) = if dialect == Dialect::Heidenhain {
-            (
-                source.clone(),
-                Expansion::from_lines(name, source.clone(), &(0..Lines::split(&source).len()).collect::<Vec<_>>()),
-            )
-        } else {
-            run::Run::new(source, name, options, beside).run_to_end()?
-        };
+        let (mut bytes, mut expansion) = run::Run::new(source, name, options, beside).run_to_end()?;
         if !dialect.is_iso() {
             // Those cycles that are left in place are refused when the program is read.
             let without_cycles = dialect.without_cycles(&bytes);

@@ -33,6 +33,8 @@ pub(crate) struct Run<'a> {
     pub(crate) repeats: Vec<(Origin, u32)>,
     /// Sections that are repeated, the innermost last.
     pub(crate) sections: Vec<Section>,
+    /// Whether the block before defines one of Heidenhain's cycles with Q parameters.
+    pub(crate) defines_cycle: bool,
     /// Last values of the counters of Sinumerik's open FOR loops, by their lines.
     pub(crate) last_counts: BTreeMap<Origin, f64>,
     pub(crate) variables: Variables,
@@ -85,6 +87,7 @@ impl<'a> Run<'a> {
             calls: Vec::new(),
             repeats: Vec::new(),
             sections: Vec::new(),
+            defines_cycle: false,
             last_counts: BTreeMap::new(),
             variables: Variables::new(dialect),
             dialect,
@@ -189,8 +192,10 @@ impl<'a> Run<'a> {
             self.write_line(line.bytes.clone());
             return Ok(Next::Line);
         }
-        if self.dialect == Dialect::Sinumerik {
-            return self.follow_sinumerik(line);
+        match self.dialect {
+            Dialect::Sinumerik => return self.follow_sinumerik(line),
+            Dialect::Heidenhain => return self.follow_heidenhain(line),
+            _ => {}
         }
         // Behind code, a % ends the program or is that of a file called.
         if line.is_percent() {

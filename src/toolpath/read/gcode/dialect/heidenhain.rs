@@ -27,6 +27,7 @@ pub(crate) struct Reader {
     tool_feed: Option<f64>,
     /// Whether words of contours are returned, not refused.
     follows_contours: bool,
+    has_begun: bool,
 }
 
 /// Kind of a block of several lines.
@@ -34,6 +35,8 @@ pub(crate) struct Reader {
 enum Continued {
     /// A block that does not change where the tool goes.
     Passive,
+    /// A comment with a block number.
+    Comment,
     /// CYCL DEF 247, which sets a preset.
     Preset,
 }
@@ -60,20 +63,27 @@ impl Reader {
     /// Parses the next line into words; lines that do not change where the tool goes have none.
     pub fn parse_line(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
         let is_continued = line.trim_ascii_end().ends_with(b"~");
+        let number = block_numbers::leading_number(line);
+        // In a program with numbers, a block that has one is a new one.
+        self.continued = self.continued.filter(|block| *block != Continued::Comment || number.is_none());
         if let Some(block) = self.continued {
             self.continued = self.continued.filter(|_| is_continued);
             let words = if block == Continued::Preset { preset_words(Scan::of_line(line, 0))? } else { Vec::new() };
             return Ok(Statement::Words { words, prefix: 0 });
         }
-        let start = block_numbers::leading_number(line).map_or_else(|| lines::prefix_len(line), |(range, _)| range.end);
+        let has_number = number.is_some();
+        let start = number.map_or_else(|| lines::prefix_len(line), |(range, _)| range.end);
         let mut scan = Scan::of_line(line, start);
         scan.next();
         let prefix = scan.at;
-        // A heading of the program's outline.
-        let is_empty = matches!(scan.peek(), None | Some(b'*'));
+        // A heading of the program's outline, or what simulators note before the program.
+        let is_empty = matches!(scan.peek(), None | Some(b'*')) || (scan.peek() == Some(b'(') && !self.has_begun);
+        self.has_begun |= !is_empty;
         let words = if is_empty { Vec::new() } else { self.block_words(scan, is_continued)? };
         if is_continued && !is_empty {
             self.continued.get_or_insert(Continued::Passive);
+        } else if is_continued && has_number {
+            self.continued = Some(Continued::Comment);
         }
         Ok(Statement::Words { words, prefix })
     }
