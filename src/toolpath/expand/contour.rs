@@ -397,7 +397,10 @@ impl<'a> Contour<'a> {
                 _ => 0.0,
             };
             let rises = named[normal] && from[normal].zip(to[normal]).is_none();
-            if !(0.0..=999.0).contains(&turns) || turns.fract() != 0.0 || (turns > 0.0 && rises) {
+            if !(0.0..=999.0).contains(&turns)
+                || turns.fract() != 0.0
+                || (turns > 0.0 && (rises || words.iter().any(is_rotary)))
+            {
                 return Err(unknown());
             }
             let whole = arc.abs() + TAU * turns;
@@ -599,7 +602,9 @@ impl<'a> Contour<'a> {
                 _ if is_explicit => return Err(fail()),
                 _ => {}
             }
-            if corner.is_some() && waiting.is_interrupted {
+            let next_words = next.as_ref().map_or(&[][..], |next| &next.words);
+            let is_turned = waiting.words.iter().chain(next_words).any(is_rotary);
+            if corner.is_some() && (waiting.is_interrupted || is_turned) {
                 return Err(fail());
             }
         }
@@ -689,6 +694,11 @@ impl<'a> Contour<'a> {
             _ => format!("L{words}"),
         }
     }
+}
+
+/// Whether `word` is A, B or C.
+fn is_rotary(word: &Word) -> bool {
+    matches!(word.letter, 'A' | 'B' | 'C')
 }
 
 /// Returns `p` turned by `angle` degrees.
