@@ -2,7 +2,7 @@
 
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
-    gcode::{Dialect, GcodeError, GcodeOptions, Program},
+    gcode::{Calls, Dialect, GcodeError, GcodeOptions, Program},
 };
 
 fn beside(name: &str) -> Option<Vec<u8>> {
@@ -106,6 +106,28 @@ fn blocks_that_are_written_out_have_rising_numbers() {
     let text = String::from_utf8(program.source().to_vec()).unwrap();
     let numbers: Vec<u32> = text.lines().filter_map(|line| line.split(' ').next()?.parse().ok()).collect();
     assert!(numbers.len() == 7 && numbers.windows(2).all(|pair| pair[0] < pair[1]), "{text}");
+}
+
+#[test]
+fn labels_stay_where_they_can() {
+    let source = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z\n2 L X+0 Y+0 Z+0 FMAX\n3 CALL LBL 1\n4 L X+20 Y+10 F50\n5 M30\n6 LBL 1\n7 L X+9 F50\n8 LBL 0\n9 END PGM A MM\n";
+    let program = Program::parse_with_calls(source, "a.h", &GcodeOptions::default(), &beside).unwrap();
+    let path = program.toolpath(Sampling::new(0.1, 200.0).unwrap()).unwrap();
+    let folded = |by: f64, bend: f64| {
+        let mut goals: Vec<_> =
+            path.positions_mm().into_iter().map(|p| p + nalgebra::Vector3::new(0.0, by, 0.0)).collect();
+        let middle = goals.len() - 1;
+        goals[middle].z += bend;
+        let rewritten = program.rewrite(&path, &goals, NumberFormat::default()).unwrap();
+        match program.folded_calls(&rewritten).unwrap() {
+            Calls::Stay { program, .. } => String::from_utf8(program).unwrap(),
+            Calls::WrittenOut(why) => panic!("{why}"),
+        }
+    };
+    assert_eq!(folded(0.0, 0.0), source);
+    assert_eq!(folded(0.0, 0.25), source.replace("4 L X+20 Y+10 F50", "4 L X+20 Y+10 Z+0.2500 F50"),);
+    let lifted = folded(0.5, 0.0);
+    assert!(lifted.contains("\n3 CALL LBL 1\n4 L X+20 Y+10.5000 F50\n"), "{lifted}");
 }
 
 #[test]
