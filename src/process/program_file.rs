@@ -12,7 +12,7 @@ use crate::{
     process::file::Process,
     toolpath::{
         Sampling, Toolpath,
-        gcode::{Expand, Fault, Program, SiblingFiles},
+        gcode::{Expand, Program, SiblingFiles},
         polyline::Polyline,
     },
 };
@@ -100,8 +100,7 @@ impl ProgramFile {
                 if !refused.fault.is_solved_by_expansion() {
                     return Err(refused);
                 }
-                let written_out = Program::parse_with_calls(bytes, &name, options, beside);
-                written_out.map_err(|fault| if fault.fault == Fault::NotWrittenOut { refused } else { fault })
+                Program::parse_with_calls(bytes, &name, options, beside)
             }),
         };
         Ok(ProgramFile::Gcode(Box::new(program?)))

@@ -1,4 +1,4 @@
-; --expand no_return.nc:7:1: `G1 X5`: the subprogram ends here without M99 or endsub; expected one of them
+; --expand no_return.nc:7:1: `G1 X5`: the subprogram ends here without M99, endsub, M17, RET or LBL 0; expected its own of them
 G21 G90 G17 F100
 G0 X0 Y0 Z5
 M98 P100

@@ -256,16 +256,3 @@ fn a_dialect_that_is_asked_for_is_not_told_by_the_text() {
     );
     assert!(refusal("BEGIN PGM A MM\n", Some(Dialect::Iso)).starts_with("part:1:1: `BEGIN`: not ISO code"));
 }
-
-#[test]
-fn only_iso_programs_are_written_out() {
-    let options = GcodeOptions::default();
-    let refusal = |source: &str| {
-        Program::parse_expanded(source.as_bytes(), "part.mpf", &options, &|_| None).unwrap_err().to_string()
-    };
-    assert_eq!(
-        refusal("G1 X=5\nM30\n"),
-        "part.mpf:1:1: `G1 X=5`: only ISO programs and some drilling cycles of others are written out; expected CYCLE81 or CYCLE82, CYCL \
-         DEF 200 or 201 and no other, or no --expand (read as Sinumerik)"
-    );
-}

@@ -6,9 +6,9 @@ use crate::toolpath::{
         line::{CalledWord, SourceLine},
         modes::CallFrame,
         run::{Next, Run, Step},
-        variables::argument_variable,
+        variables::{Arguments, Kind, argument_variable},
     },
-    model::gcode::{Fault, MacroFault},
+    model::gcode::{Dialect, Fault, MacroFault},
     read::gcode::{CalledFile, Origin},
 };
 
@@ -28,8 +28,12 @@ pub(crate) struct Call {
     arguments: Option<Arguments>,
 }
 
-/// Values of arguments by the numbers of their variables.
-pub(crate) type Arguments = Vec<(u32, f64)>;
+impl Call {
+    /// Whether it calls a section of the same program without variables of its own, as Heidenhain's CALL LBL does.
+    pub fn is_section(&self) -> bool {
+        self.arguments.is_none()
+    }
+}
 
 /// What a call names.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,7 +103,7 @@ impl Run<'_> {
             if words.iter().filter(|other| other.letter == word.letter).count() > 1 {
                 return Err((word.span.start, Fault::Repeated { letter: word.letter }));
             }
-            arguments.extend(word.value.map(|value| (number, value)));
+            arguments.extend(word.value.map(|value| (number.to_string(), Kind::Real, value)));
         }
         let begin = self.find_subprogram(&p.to_string(), CallTarget::Number).map_err(at)?;
         self.call(begin, l.unwrap_or(1), Some(arguments)).map_err(at)
@@ -136,6 +140,14 @@ impl Run<'_> {
     /// Returns the first line of the subprogram `name`, in the program or in a file beside it, which is then read. `Err` if there is none.
     pub(crate) fn find_subprogram(&mut self, name: &str, target: CallTarget) -> Result<Origin, Fault> {
         const ENDS: [&str; 9] = ["", ".ngc", ".nc", ".NC", ".cnc", ".CNC", ".tap", ".TAP", ".txt"];
+        const SINUMERIK_ENDS: [&str; 5] = [".SPF", ".spf", ".MPF", ".mpf", ""];
+        const HEIDENHAIN_ENDS: [&str; 5] = ["", ".H", ".h", ".nc", ".NC"];
+        let is_iso = self.dialect.is_iso();
+        let ends: &[&str] = match self.dialect {
+            Dialect::Sinumerik => &SINUMERIK_ENDS,
+            Dialect::Heidenhain => &HEIDENHAIN_ENDS,
+            _ => &ENDS,
+        };
         let begin = |source: &SourceFile| match target {
             CallTarget::Word => source.next_o_line(0, name, &["SUB"]),
             CallTarget::Number | CallTarget::File => source.program_line(name),
@@ -148,28 +160,33 @@ impl Run<'_> {
         }
         let bare = name.trim_matches(['<', '>']);
         let is_name = !bare.is_empty() && !bare.contains(['/', '\\']);
-        let stems = [
-            bare.to_lowercase(),
-            bare.to_owned(),
+        let o_names = [
             format!("{bare:0>4}"),
             format!("O{bare}"),
             format!("o{bare}"),
             format!("O{bare:0>4}"),
             format!("o{bare:0>4}"),
         ];
-        for name in stems.iter().filter(|_| is_name).flat_map(|stem| ENDS.map(|end| format!("{stem}{end}"))) {
+        let stems = [bare.to_lowercase(), bare.to_owned()];
+        let stems = stems.iter().chain(o_names.iter().filter(|_| is_iso)).filter(|_| is_name);
+        for name in stems.flat_map(|stem| ends.iter().map(move |end| format!("{stem}{end}"))) {
             let file = match self.files.iter().skip(1).position(|file| file.name == name) {
                 Some(read) => read + 1,
                 None => {
                     let Some(bytes) = (self.beside)(&name) else { continue };
-                    self.sources.push(SourceFile::new(&bytes));
+                    self.sources.push(SourceFile::new(&bytes, self.dialect));
                     self.files.push(CalledFile { name, bytes });
                     self.sources.len() - 1
                 }
             };
             return Ok(Origin { file, line: begin(&self.sources[file]).map_or(0, |line| line + 1) });
         }
-        Err(Fault::Macro(MacroFault::NoSubprogram { name: bare.to_owned() }))
+        let expected = match self.dialect {
+            Dialect::Sinumerik => format!("the file {bare}.SPF"),
+            Dialect::Heidenhain => "a file of this name".to_owned(),
+            _ => format!("O{bare}, or a file of this name"),
+        };
+        Err(Fault::Macro(MacroFault::NoSubprogram { name: bare.to_owned(), expected }))
     }
 
     /// Calls the subprogram at `begin` for `times` runs, with local variables if there are `arguments`; goes on with the next line if that is
@@ -199,7 +216,10 @@ impl Run<'_> {
         let Some(call) = self.calls.last_mut() else { return Err(Fault::Macro(MacroFault::NoCall)) };
         call.runs_left -= 1;
         if call.runs_left > 0 {
-            if call.arguments.as_ref().is_some_and(|arguments| !self.variables.has_arguments(arguments)) {
+            if let Some(arguments) = call.arguments.as_ref().filter(|_| self.dialect == Dialect::Sinumerik) {
+                self.variables.end_call();
+                self.variables.call(arguments);
+            } else if call.arguments.as_ref().is_some_and(|arguments| !self.variables.has_arguments(arguments)) {
                 return Err(Fault::Macro(MacroFault::ChangedArguments));
             }
             self.here = call.begin;
@@ -208,6 +228,7 @@ impl Run<'_> {
         self.here = call.return_to;
         let (line, has_scope) = (call.return_to.line, call.arguments.is_some());
         self.calls.pop();
+        self.sections.retain(|section| section.depth <= self.calls.len());
         self.call_frames.pop();
         if has_scope {
             self.variables.end_call();

@@ -7,6 +7,7 @@ use crate::toolpath::{
         jumps::{do_number, end_number},
         line::{SourceLine, evaluate_line},
         run::{Next, Run},
+        variables::{Arguments, Kind},
     },
     model::gcode::{Fault, MacroFault},
     read::gcode::Origin,
@@ -68,12 +69,13 @@ impl Run<'_> {
                 Ok(next)
             }
             "CALL" => {
-                let mut arguments = Vec::new();
+                let mut arguments: Arguments = Vec::new();
                 while reader.peek() == Some(b'[') {
-                    arguments.push(reader.bracket()?.ok_or(Fault::Macro(MacroFault::NoValue))?);
+                    let value = reader.bracket()?.ok_or(Fault::Macro(MacroFault::NoValue))?;
+                    arguments.push(((arguments.len() + 1).to_string(), Kind::Real, value));
                 }
                 let begin = self.find_subprogram(name, CallTarget::Word)?;
-                let next = self.call(begin, 1, Some((1..).zip(arguments).collect()))?;
+                let next = self.call(begin, 1, Some(arguments))?;
                 self.call_frames.last_mut().into_iter().for_each(|frame| frame.by_o_word = true);
                 Ok(next)
             }

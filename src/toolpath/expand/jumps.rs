@@ -39,6 +39,46 @@ impl SourceFile {
         (begin..end.unwrap_or(self.lines.len())).find(is_label).or_else(|| (0..self.lines.len()).find(is_label))
     }
 
+    /// Index of the line that Sinumerik's jump from the line `from` leads to: forwards (GOTOF), backwards (GOTOB), or forwards and then from
+    /// the beginning of the program.
+    pub fn jump_target(&self, from: usize, word: &str, target: &str) -> Option<usize> {
+        let number = target.strip_prefix('N').and_then(|number| number.parse::<u32>().ok());
+        let is_target = |line: &usize| {
+            let line = &self.lines[*line];
+            line.label.as_deref() == Some(target) || (number.is_some() && line.n_number == number)
+        };
+        let is_begin = |line: &usize| self.lines[*line].o_name.is_some();
+        let begin = (0..=from).rev().find(is_begin).unwrap_or(0);
+        let end = (from + 1..self.lines.len()).find(is_begin).unwrap_or(self.lines.len());
+        match word {
+            "GOTOB" => (begin..=from).rev().find(is_target),
+            "GOTOF" => (from + 1..end).find(is_target),
+            _ => (from + 1..end).chain(begin..=from).find(is_target),
+        }
+    }
+
+    /// Index of the next line after `from` with one of `words` that ends or divides the block in which it is, not one within it.
+    pub fn block_end(&self, from: usize, words: &[&str]) -> Option<usize> {
+        let mut depth = 0i32;
+        (from + 1..self.lines.len()).find(|line| {
+            let line = &self.lines[*line];
+            let found = depth == 0 && words.contains(&line.first_word());
+            depth += line.block_change();
+            found
+        })
+    }
+
+    /// Index of the last line before `from` with `word` that begins the block which the line `from` ends.
+    pub fn block_begin(&self, from: usize, word: &str) -> Option<usize> {
+        let mut depth = 0i32;
+        (0..from).rev().find(|line| {
+            let line = &self.lines[*line];
+            let found = depth == 0 && line.first_word() == word && line.block_change() > 0;
+            depth += line.block_change();
+            found
+        })
+    }
+
     /// Index of the next `END number` after `from`.
     pub fn find_end_after(&self, from: usize, number: u32) -> Option<usize> {
         (from + 1..self.lines.len()).find(|line| end_number(&self.lines[*line]) == Some(number))

@@ -3,12 +3,15 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    expand::{expression::Reader, variables::Variables},
+    expand::{expression::Reader, heidenhain, variables::Variables},
     model::{
         decimals_in,
         gcode::{Contradiction, Dialect, Fault, MacroFault},
     },
-    read::gcode::lines,
+    read::{
+        gcode::{dialect::block_numbers, lines},
+        scan::Scan,
+    },
 };
 
 /// A line with its label and code.
@@ -17,8 +20,10 @@ pub(crate) struct SourceLine {
     pub bytes: Vec<u8>,
     /// Code in upper case with blanks for comments, as many bytes as the line; empty if the line is no code.
     pub code: String,
-    /// The name after a leading O: `100` or `<NAME>`.
+    /// The name after a leading O: `100` or `<NAME>`; that of Sinumerik's `%_N_NAME_SPF`.
     pub o_name: Option<String>,
+    /// The label that the line has: Sinumerik's `NAME:`, Heidenhain's `LBL 5`.
+    pub label: Option<String>,
     /// The number after a leading N.
     pub n_number: Option<u32>,
     /// Index of the code behind the block-delete mark, N and the O name.
@@ -32,14 +37,77 @@ impl SourceLine {
         let letters = self.code.chars().filter(|c| is_letter(*c));
         let words = letters.zip(self.code.split(is_letter).skip(1).map(str::trim));
         let coordinates = words.filter(|(letter, _)| matches!(letter, 'X'..='Z' | 'I'..='K' | 'R'));
-        let is_plain = |number: &&str| number.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'+' | b'-'));
-        coordinates.map(|(_, number)| number).filter(is_plain).map(decimals_in).max().unwrap_or(0)
+        let is_plain =
+            |number: &&str| number.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b',' | b'+' | b'-'));
+        coordinates
+            .map(|(_, number)| number.trim_start_matches(['=', ' ']))
+            .filter(is_plain)
+            .map(decimals_in)
+            .max()
+            .unwrap_or(0)
+    }
+
+    /// Splits a line of a program in `dialect`.
+    pub fn of(bytes: &[u8], dialect: Dialect) -> SourceLine {
+        match dialect {
+            Dialect::Sinumerik => SourceLine::of_sinumerik(bytes),
+            Dialect::Heidenhain => SourceLine::of_heidenhain(bytes),
+            _ => SourceLine::new(bytes),
+        }
+    }
+
+    /// Splits a line of Sinumerik's into block-delete mark, N, label and code; a line with a % is a program's name, if it is anything.
+    fn of_sinumerik(bytes: &[u8]) -> SourceLine {
+        let mut scan = Scan::of_line(bytes, lines::prefix_len(bytes));
+        let mut line = SourceLine::bare(bytes, scan.line.iter().map(|byte| ascii_upper(*byte)).collect());
+        if scan.next() == Some(b'%') {
+            let name = line.code.trim().strip_prefix("%_N_").and_then(|name| name.rsplit_once('_'));
+            line.o_name = name.map(|(name, _)| name.to_owned());
+            line.code.clear();
+            return line;
+        }
+        if matches!(scan.peek(), Some(b'N' | b'n' | b':')) {
+            let mut number = scan;
+            number.at += 1;
+            let digits = number.take_while(|byte| byte.is_ascii_digit());
+            if !digits.is_empty() {
+                line.n_number = line.code[digits].parse().ok();
+                scan = number;
+            }
+        }
+        scan.next();
+        let mut label = scan;
+        let name = label.take_while(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+        let is_name = name.len() > 1 && !line.code[name.clone()].starts_with(|c: char| c.is_ascii_digit());
+        if is_name && label.peek() == Some(b':') {
+            line.label = Some(line.code[name].to_owned());
+            label.at += 1;
+            scan = label;
+        }
+        line.begin = scan.at;
+        line
+    }
+
+    /// Splits a block of Heidenhain's into its number, its label and code.
+    fn of_heidenhain(bytes: &[u8]) -> SourceLine {
+        let number = block_numbers::leading_number(bytes);
+        let begin = number.as_ref().map_or_else(|| lines::prefix_len(bytes), |(range, _)| range.end);
+        let scan = Scan::of_line(bytes, begin);
+        let mut line = SourceLine::bare(bytes, scan.line.iter().map(|byte| ascii_upper(*byte)).collect());
+        line.n_number = number.and_then(|(_, number)| u32::try_from(number).ok());
+        line.begin = scan.at + scan.line[scan.at..].iter().take_while(|byte| lines::is_blank(**byte)).count();
+        line.label = line.rest().strip_prefix("LBL").map(heidenhain::label_name);
+        line
+    }
+
+    /// Returns a line with `code` that has neither number nor name.
+    fn bare(bytes: &[u8], code: String) -> SourceLine {
+        SourceLine { bytes: bytes.to_vec(), code, o_name: None, label: None, n_number: None, begin: 0 }
     }
 
     /// Splits a line into block-delete mark, N, O name and code.
     pub fn new(bytes: &[u8]) -> SourceLine {
-        let code = code_text(bytes);
-        let mut line = SourceLine { bytes: bytes.to_vec(), code, o_name: None, n_number: None, begin: 0 };
+        let mut line = SourceLine::bare(bytes, code_text(bytes));
         let text = line.code.as_bytes();
         let mut at = text.iter().take_while(|b| **b == b' ').count();
         if text.get(at) == Some(&b'/') {
@@ -77,6 +145,12 @@ impl SourceLine {
     pub fn keyword(&self) -> &str {
         let rest = self.rest();
         &rest[..rest.bytes().take_while(u8::is_ascii_alphabetic).count()]
+    }
+
+    /// The letters, digits and `_` that the rest begins with: `WHILE`, `L100`, `CYCLE81`.
+    pub fn first_word(&self) -> &str {
+        let rest = self.rest();
+        &rest[..rest.bytes().take_while(|byte| byte.is_ascii_alphanumeric() || *byte == b'_').count()]
     }
 
     /// Whether the line is only the number or name of a program.
@@ -156,11 +230,15 @@ fn code_text(bytes: &[u8]) -> String {
                 text.extend(std::iter::repeat_n(' ', length));
             }
             b';' => break,
-            b' '..=b'~' => text.push(char::from(byte.to_ascii_uppercase())),
-            _ => text.push(' '),
+            _ => text.push(ascii_upper(byte)),
         }
     }
     text
+}
+
+/// Returns the character of a byte in upper case, a blank for what is not ASCII.
+fn ascii_upper(byte: u8) -> char {
+    if matches!(byte, b' '..=b'~') { char::from(byte.to_ascii_uppercase()) } else { ' ' }
 }
 
 /// Returns the line with values for its expressions and without its assignments, which take effect after them. `Err` gives the faulty byte.
@@ -218,7 +296,16 @@ fn word_number(letter: u8, value: f64) -> String {
     let min_decimals = u8::from(!matches!(letter, b'G' | b'M' | b'N' | b'T' | b'H' | b'D' | b'O' | b'P' | b'L'));
     // Controls read eight digits.
     let whole = format!("{:.0}", value.abs().trunc()).len();
-    let scale = 10f64.powi(i32::try_from(MOST_DIGITS.saturating_sub(whole)).unwrap_or(0));
+    write_scaled(value, 10f64.powi(i32::try_from(MOST_DIGITS.saturating_sub(whole)).unwrap_or(0)), min_decimals)
+}
+
+/// Formats a value for Sinumerik or Heidenhain as a word of `letter` takes it: whole, or with a decimal point and at most seven decimals.
+pub(crate) fn long_number(letter: u8, value: f64) -> String {
+    write_scaled(value, 1e7, u8::from(!matches!(letter, b'G' | b'M' | b'N' | b'T' | b'H' | b'D' | b'L')))
+}
+
+/// Formats a value that is rounded to whole steps of 1 / `scale`.
+fn write_scaled(value: f64, scale: f64, min_decimals: u8) -> String {
     let text = crate::toolpath::model::number::format_shortest((value * scale).round() / scale + 0.0, min_decimals);
     if min_decimals == 0 { text.trim_end_matches('.').to_owned() } else { text }
 }

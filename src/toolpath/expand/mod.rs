@@ -2,19 +2,23 @@
 
 use crate::toolpath::{
     model::gcode::{Dialect, GcodeError, GcodeOptions},
-    read::gcode::{Expansion, Program, dialect},
+    read::gcode::{Program, lines::Lines},
 };
 
 mod calls;
+mod contour;
 mod cycles;
 pub(crate) mod edit;
 mod expression;
 mod flow;
+mod geometry;
+mod heidenhain;
 mod heidenhain_cycles;
 mod jumps;
 pub(crate) mod line;
 mod modes;
 pub(crate) mod run;
+mod sinumerik;
 mod sinumerik_cycles;
 pub(crate) mod variables;
 
@@ -54,17 +58,25 @@ impl Program {
     ) -> Result<Program, GcodeError> {
         let dialect = options.dialect.unwrap_or_else(|| Dialect::detect(&source));
         let options = &GcodeOptions { dialect: Some(dialect), ..options.clone() };
-        let (mut bytes, mut expansion) = match dialect {
-            _ if dialect.is_iso() => run::Run::new(source, name, options, beside).run_to_end()?,
-            _ => {
-                let Some((bytes, lines)) = dialect.without_cycles(&source) else {
-                    return Err(dialect::expansion_error(&source, name, dialect));
-                };
-                (bytes, Expansion::from_lines(name, source, &lines))
-            }
-        };
+        let (mut bytes, mut expansion) = run::Run::new(source, name, options, beside).run_to_end()?;
         if !dialect.is_iso() {
-            // Moves have taken the place of its cycles.
+            // Those cycles that are left in place are refused when the program is read.
+            let without_cycles = dialect.without_cycles(&bytes);
+            let has_cycles = without_cycles.is_some();
+            if let Some((moves, lines)) = without_cycles {
+                bytes = moves;
+                expansion.compose(&lines);
+            }
+            let (moves, lines, is_changed) =
+                contour::follow(&bytes, dialect, options.block_delete).map_err(|(line, refusal)| {
+                    let content = &bytes[Lines::split(&bytes).content(line)];
+                    expansion.relocate(refusal.locate(name, line + 1, content).with_dialect(dialect))
+                })?;
+            expansion.keeps_calls = keeps_calls && !is_changed && !has_cycles;
+            if is_changed {
+                bytes = moves;
+                expansion.compose(&lines);
+            }
         } else if keeps_calls {
             expansion.keeps_calls = true;
         } else {

@@ -1,5 +1,7 @@
 //! Runs a program line by line and writes each line that is run, with its expressions evaluated.
 
+use std::collections::BTreeMap;
+
 use crate::toolpath::{
     expand::{
         SiblingFiles,
@@ -29,6 +31,12 @@ pub(crate) struct Run<'a> {
     pub(crate) calls: Vec<Call>,
     /// LinuxCNC's open `repeat` loops: their lines, and runs that are still to be done.
     pub(crate) repeats: Vec<(Origin, u32)>,
+    /// Sections that are repeated, the innermost last.
+    pub(crate) sections: Vec<Section>,
+    /// Whether the block before defines one of Heidenhain's cycles with Q parameters.
+    pub(crate) defines_cycle: bool,
+    /// Last values of the counters of Sinumerik's open FOR loops, by their lines.
+    pub(crate) last_counts: BTreeMap<Origin, f64>,
     pub(crate) variables: Variables,
     pub(crate) dialect: Dialect,
     pub(crate) modes: Modes,
@@ -36,10 +44,24 @@ pub(crate) struct Run<'a> {
     pub(crate) call_frames: Vec<CallFrame>,
     bytes: Vec<u8>,
     /// Most decimals of a coordinate that is written as a number.
-    decimals: usize,
+    pub(crate) decimals: usize,
     origins: Vec<Origin>,
     /// Whether a % opened the program.
     has_tape_marks: bool,
+}
+
+/// A section of lines that is repeated, by Sinumerik's REPEAT.
+#[derive(Debug)]
+pub(crate) struct Section {
+    /// First line.
+    pub begin: usize,
+    /// Line before which a run of it ends, and the line behind the repetition.
+    pub stop: usize,
+    pub return_to: usize,
+    /// Runs that are still to be done.
+    pub runs_left: u32,
+    /// Number of open calls.
+    pub depth: usize,
 }
 
 /// Which line comes next.
@@ -59,11 +81,14 @@ impl<'a> Run<'a> {
         Run {
             block_delete: options.block_delete,
             beside,
-            sources: vec![SourceFile::new(&source)],
+            sources: vec![SourceFile::new(&source, dialect)],
             files: vec![CalledFile { name: name.to_owned(), bytes: source }],
             here: Origin { file: 0, line: 0 },
             calls: Vec::new(),
             repeats: Vec::new(),
+            sections: Vec::new(),
+            defines_cycle: false,
+            last_counts: BTreeMap::new(),
             variables: Variables::new(dialect),
             dialect,
             modes: Modes::new(options),
@@ -79,6 +104,7 @@ impl<'a> Run<'a> {
     pub fn run_to_end(mut self) -> Result<(Vec<u8>, Expansion), GcodeError> {
         let mut steps = 0;
         loop {
+            self.end_sections();
             let Some(line) = self.sources[self.here.file].lines.get(self.here.line).cloned() else {
                 match self.calls.is_empty() {
                     true => break,
@@ -97,8 +123,8 @@ impl<'a> Run<'a> {
             } else {
                 self.follow_line(&line)
             };
-            let next =
-                next.map_err(|fault| refused(fault).locate(&self.files[at.file].name, at.line + 1, &line.bytes))?;
+            let locate = |refusal: Refusal| refusal.locate(&self.files[at.file].name, at.line + 1, &line.bytes);
+            let next = next.map_err(|fault| locate(refused(fault)).with_dialect(self.dialect))?;
             match next {
                 Next::Line => self.here.line += 1,
                 Next::At(line) => self.here.line = line,
@@ -127,11 +153,32 @@ impl<'a> Run<'a> {
     fn missing_return(&self) -> GcodeError {
         let last = self.source().lines.last();
         let bytes = last.map_or(&[][..], |line| &line.bytes);
-        Refusal::new(0..bytes.len(), Fault::Macro(MacroFault::NoReturn)).locate(
-            &self.files[self.here.file].name,
-            self.here.line,
-            bytes,
-        )
+        Refusal::new(0..bytes.len(), Fault::Macro(MacroFault::NoReturn))
+            .locate(&self.files[self.here.file].name, self.here.line, bytes)
+            .with_dialect(self.dialect)
+    }
+
+    /// Begins the sections that end at this line anew, or goes on behind them if that was their last run.
+    fn end_sections(&mut self) {
+        while let Some(section) = self.sections.last_mut() {
+            if section.depth != self.calls.len() || section.stop != self.here.line {
+                return;
+            }
+            section.runs_left -= 1;
+            if section.runs_left > 0 {
+                self.here.line = section.begin;
+                return;
+            }
+            self.here.line = section.return_to;
+            self.sections.pop();
+        }
+    }
+
+    /// Jumps to `line`, which leaves the sections that it is not in.
+    pub(crate) fn jump_to(&mut self, line: usize) -> Next {
+        let depth = self.calls.len();
+        self.sections.retain(|section| section.depth != depth || (section.begin..section.stop).contains(&line));
+        Next::At(line)
     }
 
     /// Returns the file that the current line is in.
@@ -144,6 +191,11 @@ impl<'a> Run<'a> {
         if self.block_delete == BlockDelete::Skip && lines::is_deletable(&line.bytes) {
             self.write_line(line.bytes.clone());
             return Ok(Next::Line);
+        }
+        match self.dialect {
+            Dialect::Sinumerik => return self.follow_sinumerik(line),
+            Dialect::Heidenhain => return self.follow_heidenhain(line),
+            _ => {}
         }
         // Behind code, a % ends the program or is that of a file called.
         if line.is_percent() {
@@ -165,7 +217,7 @@ impl<'a> Run<'a> {
     }
 
     /// Whether only comments stand before this line of its file.
-    fn is_first_code(&self) -> bool {
+    pub(crate) fn is_first_code(&self) -> bool {
         self.source().lines[..self.here.line].iter().all(SourceLine::is_without_code)
     }
 
@@ -226,11 +278,11 @@ impl<'a> Run<'a> {
 
 impl SourceFile {
     /// Splits a file into lines.
-    pub fn new(bytes: &[u8]) -> SourceFile {
+    pub fn new(bytes: &[u8], dialect: Dialect) -> SourceFile {
         let lines = Lines::split(bytes);
         SourceFile {
             endings: (0..lines.len()).map(|line| bytes[lines.ending(line)].to_vec()).collect(),
-            lines: (0..lines.len()).map(|line| SourceLine::new(&bytes[lines.content(line)])).collect(),
+            lines: (0..lines.len()).map(|line| SourceLine::of(&bytes[lines.content(line)], dialect)).collect(),
         }
     }
 }

@@ -1,6 +1,7 @@
-//! Sinumerik's drilling cycles CYCLE81 and CYCLE82 as moves, once or after each block (MCALL).
+//! Sinumerik's drilling cycles CYCLE81 and CYCLE82 as moves, once, after each block (MCALL) or on a circle (HOLES2).
 
 use crate::toolpath::{
+    expand::line::long_number,
     model::{format_plain, gcode::Word},
     read::{
         gcode::{
@@ -21,12 +22,17 @@ struct Hole {
     dwell_s: f64,
 }
 
+/// Most holes of a pattern.
+const MOST_HOLES: f64 = 10_000.0;
+
 /// What a line means for cycles.
 enum Line {
     /// A hole here.
     Hole(Hole),
     /// A hole after each block that moves from now on, or none any more.
     ModalState(Option<Hole>),
+    /// The hole in force at these points of the plane.
+    Pattern(Vec<[f64; 2]>),
     Other,
 }
 
@@ -44,7 +50,7 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
             origins.push(line);
         };
         let meaning = parse_line(content)?;
-        let mut hole = None;
+        let (mut hole, mut places) = (None, vec![None]);
         match &meaning {
             Line::Other => {
                 write_line(content);
@@ -52,11 +58,15 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
                 is_across |= words.iter().any(|word| is_g(word, &[18.0, 19.0]));
                 motion =
                     words.iter().rev().find(|word| is_g(word, &[0.0, 1.0, 2.0, 3.0])).map(|word| word.value).or(motion);
-                let moves = words.iter().any(|word| matches!(word.letter, 'X' | 'Y' | 'Z'));
+                let moves =
+                    words.iter().any(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'A' | 'B' | 'C' | 'a' | 'p'));
                 let leaves = words.iter().any(|word| is_g(word, &[74.0, 75.0]));
                 // Coordinates that may be no motion of the tool to where it drills.
-                let is_other =
-                    |word: &Word| (word.meaning.is_some() && word.letter == 'G') || is_g(word, &[4.0, 53.0, 153.0]);
+                let is_other = |word: &Word| {
+                    (word.meaning.is_some() && word.letter == 'G')
+                        || is_g(word, &[4.0, 53.0, 110.0, 111.0, 112.0, 153.0])
+                        || matches!(word.letter, 'A' | 'B' | 'C' | 'w')
+                };
                 if modal.is_some() && (leaves || (moves && words.iter().any(is_other))) {
                     return None;
                 }
@@ -65,6 +75,10 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
                 }
             }
             Line::Hole(called) => hole = Some(called.clone()),
+            Line::Pattern(points) => {
+                hole = Some(modal.clone()?);
+                places = points.iter().copied().map(Some).collect();
+            }
             Line::ModalState(state) => {
                 modal.clone_from(state);
                 is_changed = true;
@@ -82,14 +96,18 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
         }
         is_changed = true;
         let prefix = &content[..lines::prefix_len(content)];
-        hole.moves(motion).iter().for_each(|text| write_line(&[prefix, text.as_bytes()].concat()));
+        for place in places {
+            let over = place.map(|[x, y]| format!("G0 X=AC({}) Y=AC({})", long_number(b'X', x), long_number(b'X', y)));
+            let moves = over.into_iter().chain(hole.moves(motion));
+            moves.for_each(|text| write_line(&[prefix, text.as_bytes()].concat()));
+        }
     }
     is_changed.then_some((out, origins))
 }
 
 /// Returns the words of a line; none if it cannot be read, which is reported when the expanded program is read.
 fn line_words(content: &[u8]) -> Vec<Word> {
-    match sinumerik::parse_line(content) {
+    match sinumerik::parse_line(content, true) {
         Ok(Statement::Words { words, .. }) => words,
         _ => Vec::new(),
     }
@@ -128,20 +146,39 @@ fn parse_line(content: &[u8]) -> Option<Line> {
             Some(if is_modal { Line::ModalState(Some(hole)) } else { Line::Hole(hole) })
         }
         _ if is_modal => None,
+        "HOLES2" => Some(Line::Pattern(circle(&scan.upper_text(scan.at..scan.line.len()))?)),
         _ => Some(Line::Other),
     }
+}
+
+/// Parses numbers in brackets; `None` for those that are left out, or if there is anything else.
+fn numbers(arguments: &str) -> Option<Vec<Option<f64>>> {
+    let inner = arguments.trim().strip_prefix('(')?.strip_suffix(')')?;
+    let value = |text: &str| match text.trim() {
+        "" => Some(None),
+        text => text.parse::<f64>().ok().filter(|value| value.is_finite()).map(Some),
+    };
+    inner.split(',').map(value).collect()
+}
+
+/// Returns the points of HOLES2 by its arguments `(CPA, CPO, RAD, STA1, INDA, NUM)`: centre, radius, angle of the first, angle from one to the
+/// next (0: evenly all around), and their number.
+fn circle(arguments: &str) -> Option<Vec<[f64; 2]>> {
+    let values: Option<Vec<f64>> = numbers(arguments)?.into_iter().collect();
+    let [x, y, radius, first, step, count] = values?[..] else { return None };
+    let is_count = count.fract() == 0.0 && (1.0..=MOST_HOLES).contains(&count) && radius > 0.0;
+    let step = if step == 0.0 { 360.0 / count } else { step };
+    let point = |number: u32| {
+        let (sin, cos) = libm::sincos((first + f64::from(number) * step).to_radians());
+        [x + radius * cos, y + radius * sin]
+    };
+    is_count.then(|| (0..count as u32).map(point).collect())
 }
 
 impl Hole {
     /// Parses the arguments `(RTP, RFP, SDIS, DP, DPR)` of cycle `name`, for CYCLE82 with DTB behind them; `None` if they are no hole.
     fn parse(name: &str, arguments: &str) -> Option<Hole> {
-        let inner = arguments.trim().strip_prefix('(')?.strip_suffix(')')?;
-        let mut values = Vec::new();
-        for text in inner.split(',').map(str::trim) {
-            let value =
-                if text.is_empty() { None } else { Some(text.parse::<f64>().ok().filter(|value| value.is_finite())?) };
-            values.push(value);
-        }
+        let values = numbers(arguments)?;
         let most = if name == "CYCLE82" { 6 } else { 5 };
         if values.iter().skip(most).any(Option::is_some) {
             return None;

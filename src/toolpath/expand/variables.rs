@@ -10,8 +10,31 @@ pub(crate) struct Variables {
     common: BTreeMap<String, f64>,
     /// Local variables of each call, the innermost last.
     local: Vec<BTreeMap<String, f64>>,
+    /// Kinds of declared variables (DEF INT, DEF BOOL), by the number of scopes in which they are.
+    kinds: BTreeMap<(usize, String), Kind>,
     /// Dialect whose rules the expressions follow.
     pub dialect: Dialect,
+}
+
+/// Kind of a variable that Sinumerik's DEF or PROC declares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kind {
+    Real,
+    /// Values are rounded.
+    Int,
+    /// All but 0 is 1.
+    Bool,
+}
+
+impl Kind {
+    /// Returns `value` as a variable of this kind holds it.
+    pub fn converted(self, value: f64) -> f64 {
+        match self {
+            Kind::Real => value,
+            Kind::Int => value.round(),
+            Kind::Bool => f64::from(u8::from(value != 0.0)),
+        }
+    }
 }
 
 impl Default for Variables {
@@ -29,13 +52,14 @@ const LAST_LOCAL: u32 = 33;
 impl Variables {
     /// Starts without any variables, by the rules of `dialect`.
     pub fn new(dialect: Dialect) -> Variables {
-        Variables { common: BTreeMap::new(), local: vec![BTreeMap::new()], dialect }
+        Variables { common: BTreeMap::new(), local: vec![BTreeMap::new()], kinds: BTreeMap::new(), dialect }
     }
 
-    /// Returns the value of `#name`, `None` if it is not set. `Err` for system variables.
+    /// Returns the value of the variable `name`, `None` if it is not set. `Err` for system variables.
     pub fn get(&self, name: &str) -> Result<Option<f64>, Fault> {
         let value = self.scope(name).get(name).copied();
         match name.parse::<u32>() {
+            _ if !self.dialect.is_iso() => Ok(value),
             Ok(number) if number > LAST_OWN => Err(Fault::Macro(MacroFault::MachineState)),
             Err(_) if name.starts_with('_') && value.is_none() => Err(Fault::Macro(MacroFault::MachineState)),
             _ => Ok(value),
@@ -47,12 +71,17 @@ impl Variables {
         self.scope(name).contains_key(name)
     }
 
-    /// Sets `#name`, or removes it by `None`. `Err` for system variables.
+    /// Sets the variable `name`, or removes it by `None`. `Err` for system variables, and those that Sinumerik's DEF has not declared.
     pub fn set(&mut self, name: &str, value: Option<f64>) -> Result<(), Fault> {
         if name.parse::<u32>().is_ok_and(|number| number > LAST_OWN || number == 0) {
             return Err(Fault::Macro(MacroFault::MachineState));
         }
-        let is_local = is_local(name);
+        let kind = self.kinds.get(&(self.local.len(), name.to_owned())).copied();
+        if self.dialect == Dialect::Sinumerik && kind.is_none() && is_local(self.dialect, name) {
+            return Err(Fault::Macro(MacroFault::Undeclared));
+        }
+        let value = value.map(|value| kind.unwrap_or(Kind::Real).converted(value));
+        let is_local = is_local(self.dialect, name);
         let map = match self.local.last_mut() {
             Some(local) if is_local => local,
             _ => &mut self.common,
@@ -64,19 +93,34 @@ impl Variables {
         Ok(())
     }
 
-    /// Begins a call with `arguments` by the numbers of their variables.
-    pub fn call(&mut self, arguments: &[(u32, f64)]) {
-        self.local.push(by_variable(arguments));
+    /// Declares the variable `name` in the innermost call, with its initial `value`.
+    pub fn declare(&mut self, name: &str, kind: Kind, value: f64) -> Result<(), Fault> {
+        self.kinds.insert((self.local.len(), name.to_owned()), kind);
+        self.set(name, Some(value))
+    }
+
+    /// Whether the variable or array `name` is declared in the innermost call.
+    pub fn is_declared(&self, name: &str) -> bool {
+        let is_key = |name: &str| self.kinds.contains_key(&(self.local.len(), name.to_owned()));
+        !self.kinds.is_empty() && (is_key(name) || is_key(&format!("{name}[0]")))
+    }
+
+    /// Begins a call with `arguments` by the names of their variables.
+    pub fn call(&mut self, arguments: &Arguments) {
+        self.local.push(values(arguments));
+        let depth = self.local.len();
+        self.kinds.extend(arguments.iter().map(|(name, kind, _)| ((depth, name.clone()), *kind)));
     }
 
     /// Whether the local variables of the innermost call are still its `arguments`.
-    pub fn has_arguments(&self, arguments: &[(u32, f64)]) -> bool {
-        self.local.last() == Some(&by_variable(arguments))
+    pub fn has_arguments(&self, arguments: &Arguments) -> bool {
+        self.local.last() == Some(&values(arguments))
     }
 
     /// Ends the innermost call.
     pub fn end_call(&mut self) {
         if self.local.len() > 1 {
+            self.kinds.retain(|(scopes, _), _| *scopes < self.local.len());
             self.local.pop();
         }
     }
@@ -84,20 +128,32 @@ impl Variables {
     /// Returns the variables among which `name` belongs: those of the innermost call if it is local, else the common ones.
     fn scope(&self, name: &str) -> &BTreeMap<String, f64> {
         match self.local.last() {
-            Some(local) if is_local(name) => local,
+            Some(local) if is_local(self.dialect, name) => local,
             _ => &self.common,
         }
     }
 }
 
-/// Whether `name` is local: #1 to #33, and names without a leading `_`.
-fn is_local(name: &str) -> bool {
-    name.parse::<u32>().map_or(!name.starts_with('_'), |number| number <= LAST_LOCAL)
-}
+/// Arguments of a call: name and kind of each variable, and its value.
+pub(crate) type Arguments = Vec<(String, Kind, f64)>;
 
 /// Returns the values of arguments by the names of their variables.
-fn by_variable(arguments: &[(u32, f64)]) -> BTreeMap<String, f64> {
-    arguments.iter().map(|(number, value)| (number.to_string(), *value)).collect()
+fn values(arguments: &Arguments) -> BTreeMap<String, f64> {
+    arguments.iter().map(|(name, _, value)| (name.clone(), *value)).collect()
+}
+
+/// Whether `name` is local: #1 to #33 and names without a leading `_`, Sinumerik's names other than R1, Heidenhain's QL.
+fn is_local(dialect: Dialect, name: &str) -> bool {
+    match dialect {
+        Dialect::Sinumerik => !is_r_parameter(name),
+        Dialect::Heidenhain => name.starts_with("QL"),
+        _ => name.parse::<u32>().map_or(!name.starts_with('_'), |number| number <= LAST_LOCAL),
+    }
+}
+
+/// Whether `name` is one of Sinumerik's R parameters: R1.
+pub(crate) fn is_r_parameter(name: &str) -> bool {
+    name.strip_prefix('R').is_some_and(|number| number.parse::<u32>().is_ok())
 }
 
 /// Returns the number of the variable that takes the value after `letter` in Fanuc's G65 (first kind of arguments), if there is one.

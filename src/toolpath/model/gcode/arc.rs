@@ -137,7 +137,12 @@ fn check_radii([start_mm, end_mm]: [f64; 2], unit: LengthUnit) -> Result<(), Arc
 
 /// Returns the centre of the arc of the signed `radius`, mm: on the bisector of the chord, at √(r² − (c/2)²) from its middle; to the left
 /// of the motion for a short counter-clockwise arc. Fails if the radius is too small or the ends coincide.
-fn centre_by_radius(from: [f64; 2], to: [f64; 2], radius: f64, turn: TurnDirection) -> Result<[f64; 2], ArcFault> {
+pub(crate) fn centre_by_radius(
+    from: [f64; 2],
+    to: [f64; 2],
+    radius: f64,
+    turn: TurnDirection,
+) -> Result<[f64; 2], ArcFault> {
     let chord = [to[0] - from[0], to[1] - from[1]];
     let chord_mm = libm::hypot(chord[0], chord[1]);
     if chord_mm < SAME_POINT_MM {

@@ -46,12 +46,6 @@ pub enum Fault {
     /// What another dialect has and what is not followed of it.
     #[error("{0}")]
     Foreign(Foreign),
-    /// A program of another dialect that is to be written out.
-    #[error(
-        "only ISO programs and some drilling cycles of others are written out; expected CYCLE81 or CYCLE82, CYCL DEF 200 or 201 and no other, or \
-         no --expand"
-    )]
-    NotWrittenOut,
     /// A variable, an expression or an assignment.
     #[error(
         "variables and expressions are not read; expected plain numbers, or expand in [gcode] of the process file (--expand), which \
@@ -330,6 +324,14 @@ impl Fault {
 
     /// Whether the fault may vanish when the program is expanded into its moves.
     pub fn is_solved_by_expansion(&self) -> bool {
-        matches!(self, Fault::Variable | Fault::Unsupported(Unsupported::Subprogram) | Fault::Foreign(Foreign::Cycle))
+        let of_dialect = |foreign: &Foreign| {
+            use Foreign::{Call, Corner, Cycle, Flow, Frame, Motion, Parameter};
+            matches!(foreign, Parameter | Flow | Call | Cycle | Motion | Corner | Frame)
+        };
+        match self {
+            Fault::Variable | Fault::Unsupported(Unsupported::Subprogram) => true,
+            Fault::Foreign(foreign) => of_dialect(foreign),
+            _ => false,
+        }
     }
 }

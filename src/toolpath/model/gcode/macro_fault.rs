@@ -20,16 +20,29 @@ pub enum MacroFault {
     /// A variable of the machine.
     #[error("depends on the state of the machine; expected variables #1 to #999 and names that the program assigns")]
     MachineState,
+    /// A contour that is not that of lines and arcs in a plane.
+    #[error("cannot be written out as lines and arcs; expected {expected}")]
+    Contour {
+        /// What should stand there.
+        expected: &'static str,
+    },
+    /// A name that no DEF declares.
+    #[error(
+        "a name that the program does not declare; expected an R parameter, or DEF REAL, DEF INT or DEF BOOL before it"
+    )]
+    Undeclared,
     /// A jump without an aim.
     #[error(
         "its other end is not in the program; expected the label, or the word that ends or begins the same loop, branch or subprogram"
     )]
     NoLabel,
     /// A call of what is not there.
-    #[error("subprogram {name} is neither in the file nor beside it; expected O{name}, or a file of this name")]
+    #[error("subprogram {name} is neither in the file nor beside it; expected {expected}")]
     NoSubprogram {
         /// Name of the subprogram.
         name: String,
+        /// What it is called in the file, or the name of its file.
+        expected: String,
     },
     /// A program that goes on and on.
     #[error("the program has run {most} lines and has not ended; expected one that ends")]
@@ -47,7 +60,7 @@ pub enum MacroFault {
     #[error("ends a subprogram where none was called, or repeats the main program for ever; expected M2 or M30")]
     NoCall,
     /// A subprogram that does not come back.
-    #[error("the subprogram ends here without M99 or endsub; expected one of them")]
+    #[error("the subprogram ends here without M99, endsub, M17, RET or LBL 0; expected its own of them")]
     NoReturn,
     /// A word of a call that is not read.
     #[error(

@@ -32,18 +32,6 @@ pub struct CalledFile {
 }
 
 impl Expansion {
-    /// Creates the expansion of the file `name`, each of whose new lines comes from the line with the index in `lines`.
-    pub(crate) fn from_lines(name: &str, bytes: Vec<u8>, lines: &[usize]) -> Expansion {
-        Expansion {
-            origins: lines.iter().map(|line| Origin { file: 0, line: *line }).collect(),
-            lines: Lines::split(&bytes).len(),
-            files: vec![CalledFile { name: name.to_owned(), bytes }],
-            header: 0,
-            keeps_calls: false,
-            decimals: usize::MAX,
-        }
-    }
-
     /// Bytes of the program's own file.
     pub fn file_bytes(&self) -> &[u8] {
         &self.files[0].bytes

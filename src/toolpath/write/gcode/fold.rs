@@ -3,14 +3,16 @@
 //! A line that runs more than once can be written once if the same was written of it each time. What was computed for it stays
 //! computed only if nothing of it has changed. The files found so are run again: they must give what was written, byte by byte.
 
-use std::collections::BTreeMap;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use thiserror::Error;
 
 use crate::toolpath::{
     expand::{line::SourceLine, run::Run},
+    model::gcode::Dialect,
     read::gcode::{
         CalledFile, Expansion, Origin, Program,
+        dialect::block_numbers,
         lines::{self, Lines},
     },
     write::gcode::Rewritten,
@@ -64,7 +66,7 @@ fn file_prefix(file: Option<&str>) -> String {
 /// What a source line becomes in the written program: unchanged, or another text.
 enum Change<'a> {
     Itself,
-    Text { was: &'a [u8], text: &'a [u8] },
+    Text { was: Cow<'a, [u8]>, text: Cow<'a, [u8]> },
 }
 
 impl Program {
@@ -82,15 +84,16 @@ impl Program {
         let mut run = Vec::with_capacity(rewritten.bytes().len());
         let mut first = 0;
         for (line, (origin, end)) in expansion.origins.iter().zip(&rewritten.line_ends).enumerate() {
-            let text = &rewritten.bytes()[first..*end];
+            let text = numberless(&rewritten.bytes()[first..*end], self.dialect);
             first = *end;
             if line == expansion.header {
                 continue;
             }
-            run.extend_from_slice(text);
+            run.extend_from_slice(&text);
             let was = &self.source[self.lines.content(line).start..self.lines.ending(line).end];
+            let was = numberless(was, self.dialect);
             // The second % stands for the end, whatever line that is.
-            if lines::first_byte(was) == Some(b'%') {
+            if lines::first_byte(&was) == Some(b'%') {
                 continue;
             }
             let now = if text == was { Change::Itself } else { Change::Text { was, text } };
@@ -106,15 +109,18 @@ impl Program {
             }
             changes.insert(*origin, now);
         }
-        let program = apply(0, expansion.file_bytes(), &changes)?;
+        let program = apply(0, expansion.file_bytes(), &changes, self.dialect)?;
         let mut beside = Vec::with_capacity(expansion.files.len());
         for (file, source) in expansion.files.iter().enumerate().skip(1) {
-            beside.push(CalledFile { name: source.name.clone(), bytes: apply(file, &source.bytes, &changes)? });
+            beside.push(CalledFile {
+                name: source.name.clone(),
+                bytes: apply(file, &source.bytes, &changes, self.dialect)?,
+            });
         }
         let bytes_of = |name: &str| beside.iter().find(|file| file.name == name).map(|file| file.bytes.clone());
         let rerun = Run::new(program.clone(), &self.name, &self.options, &bytes_of).run_to_end();
         match rerun {
-            Ok((rerun, _)) if rerun == run => Ok(Calls::Stay { program, beside }),
+            Ok((rerun, _)) if numberless(&rerun, self.dialect) == run => Ok(Calls::Stay { program, beside }),
             Ok((rerun, _)) => Err((expansion.first_difference(&rerun, &run), FoldFault::OutOfPlace)),
             Err(_) => Err((Origin::default(), FoldFault::OutOfPlace)),
         }
@@ -136,7 +142,12 @@ impl Expansion {
 }
 
 /// Returns the bytes of the file with number `file`, with its lines replaced as `changes` says; fails at a line that is computed.
-fn apply(file: usize, bytes: &[u8], changes: &BTreeMap<Origin, Change<'_>>) -> Result<Vec<u8>, (Origin, FoldFault)> {
+fn apply(
+    file: usize,
+    bytes: &[u8],
+    changes: &BTreeMap<Origin, Change<'_>>,
+    dialect: Dialect,
+) -> Result<Vec<u8>, (Origin, FoldFault)> {
     let lines = Lines::split(bytes);
     let mut out = Vec::with_capacity(bytes.len());
     for line in 0..lines.len() {
@@ -148,8 +159,15 @@ fn apply(file: usize, bytes: &[u8], changes: &BTreeMap<Origin, Change<'_>>) -> R
             continue;
         };
         let was = &was[..Lines::split(was).content(0).end];
-        let call = if was == content { None } else { Some(call_words(content, was).ok_or((at, FoldFault::Computed))?) };
-        out.extend_from_slice(text);
+        let bare = numberless(content, dialect);
+        let call = if *was == *bare { None } else { Some(call_words(content, was).ok_or((at, FoldFault::Computed))?) };
+        // All lines of a block get its number, and are counted on below.
+        let number = &content[..content.len() - bare.len()];
+        let lines_of = Lines::split(text);
+        for line in 0..lines_of.len() {
+            out.extend_from_slice(number);
+            out.extend_from_slice(&text[lines_of.content(line).start..lines_of.ending(line).end]);
+        }
         if let Some(call) = call {
             out.extend_from_slice(call.as_bytes());
             out.extend_from_slice(if ending.is_empty() { b"\n" } else { ending });
@@ -158,7 +176,21 @@ fn apply(file: usize, bytes: &[u8], changes: &BTreeMap<Origin, Change<'_>>) -> R
             out.pop();
         }
     }
-    Ok(out)
+    Ok(dialect.renumbered(bytes, out))
+}
+
+/// Returns lines without the numbers that blocks of Heidenhain's begin with.
+fn numberless(bytes: &[u8], dialect: Dialect) -> Cow<'_, [u8]> {
+    if dialect != Dialect::Heidenhain {
+        return Cow::Borrowed(bytes);
+    }
+    let lines = Lines::split(bytes);
+    let text = (0..lines.len()).flat_map(|line| {
+        let content = &bytes[lines.content(line)];
+        let number = block_numbers::leading_number(content).filter(|(range, _)| range.start == 0);
+        [&content[number.map_or(0, |(range, _)| range.end)..], &bytes[lines.ending(line)]]
+    });
+    Cow::Owned(text.flatten().copied().collect())
 }
 
 /// Returns the words of the line `content` that call a subprogram or return from one; `None` unless `rest` is all else that is on the line.

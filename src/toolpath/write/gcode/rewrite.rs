@@ -7,9 +7,9 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     model::{
         MotionGeometry, Orientation, PathPoint, RewriteError, Toolpath, check_corrected, end_of_segment,
-        gcode::{Angles, Motion, MotionCode, Rotary, WriteOptions},
+        gcode::{Angles, Dialect, Motion, MotionCode, Rotary, WriteOptions},
     },
-    read::gcode::Program,
+    read::gcode::{Program, lines::Lines},
     write::gcode::{Calls, Rewritten, Targets, Writer},
 };
 
@@ -159,8 +159,19 @@ impl Program {
         if next != path.len() {
             return Err(foreign());
         }
+        let before = (self.dialect == Dialect::Heidenhain).then(|| Lines::split(&writer.out));
+        let bytes = self.dialect.renumbered(&self.source, writer.out);
+        if let Some(before) = before {
+            let (after, mut lines) = (Lines::split(&bytes), 0usize);
+            for end in &mut writer.line_ends {
+                while lines < before.len() && before.ending(lines).end <= *end {
+                    lines += 1;
+                }
+                *end = lines.checked_sub(1).map_or(0, |last| after.ending(last).end);
+            }
+        }
         Ok(Rewritten {
-            bytes: self.dialect.renumbered(&self.source, writer.out),
+            bytes,
             pieces: writer.pieces,
             parameters: writer.parameters,
             line_ends: writer.line_ends,

@@ -12,13 +12,13 @@ pub(crate) fn renumber_blocks(source: &[u8], written: Vec<u8>) -> Vec<u8> {
         return written;
     }
     let mut out = Vec::with_capacity(written.len() + lines.len());
-    let (mut before, mut added) = (None, 0);
+    let (mut last, mut added) = (None, 0);
     for line in 0..lines.len() {
         let content = &written[lines.content(line)];
         match leading_number(content) {
             Some((range, number)) => {
-                added += u64::from(before == Some(number));
-                before = Some(number);
+                added += last.map_or(0, |last: u64| (last + 1).saturating_sub(number + added));
+                last = Some(number + added);
                 out.extend_from_slice(&content[..range.start]);
                 out.extend_from_slice((number + added).to_string().as_bytes());
                 out.extend_from_slice(&content[range.end..]);

@@ -25,6 +25,9 @@ pub(crate) struct Reader {
     continued: Option<Continued>,
     /// Feed of the last TOOL CALL.
     tool_feed: Option<f64>,
+    /// Whether words of contours are returned, not refused.
+    follows_contours: bool,
+    has_begun: bool,
 }
 
 /// Kind of a block of several lines.
@@ -32,6 +35,8 @@ pub(crate) struct Reader {
 enum Continued {
     /// A block that does not change where the tool goes.
     Passive,
+    /// A comment with a block number.
+    Comment,
     /// CYCL DEF 247, which sets a preset.
     Preset,
 }
@@ -50,23 +55,35 @@ static PRESET: ForeignWord = ForeignWord { name: "CYCL DEF 247", meaning: GWord:
 const TCPM: [&str; 2] = ["F TCP AXIS POS PATHCTRL AXIS", "F TCP AXIS POS PATHCTRL AXIS REFPNT TIP-TIP"];
 
 impl Reader {
+    /// Starts before the first line of a program whose contours are written out.
+    pub fn of_contours() -> Reader {
+        Reader { follows_contours: true, ..Reader::default() }
+    }
+
     /// Parses the next line into words; lines that do not change where the tool goes have none.
     pub fn parse_line(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
         let is_continued = line.trim_ascii_end().ends_with(b"~");
+        let number = block_numbers::leading_number(line);
+        // In a program with numbers, a block that has one is a new one.
+        self.continued = self.continued.filter(|block| *block != Continued::Comment || number.is_none());
         if let Some(block) = self.continued {
             self.continued = self.continued.filter(|_| is_continued);
             let words = if block == Continued::Preset { preset_words(Scan::of_line(line, 0))? } else { Vec::new() };
             return Ok(Statement::Words { words, prefix: 0 });
         }
-        let start = block_numbers::leading_number(line).map_or_else(|| lines::prefix_len(line), |(range, _)| range.end);
+        let has_number = number.is_some();
+        let start = number.map_or_else(|| lines::prefix_len(line), |(range, _)| range.end);
         let mut scan = Scan::of_line(line, start);
         scan.next();
         let prefix = scan.at;
-        // A heading of the program's outline.
-        let is_empty = matches!(scan.peek(), None | Some(b'*'));
+        // A heading of the program's outline, or what simulators note before the program.
+        let is_empty = matches!(scan.peek(), None | Some(b'*')) || (scan.peek() == Some(b'(') && !self.has_begun);
+        self.has_begun |= !is_empty;
         let words = if is_empty { Vec::new() } else { self.block_words(scan, is_continued)? };
         if is_continued && !is_empty {
             self.continued.get_or_insert(Continued::Passive);
+        } else if is_continued && has_number {
+            self.continued = Some(Continued::Comment);
         }
         Ok(Statement::Words { words, prefix })
     }
@@ -80,6 +97,10 @@ impl Reader {
             "C" => Verb::Arc,
             "CR" => Verb::ArcByRadius,
             "CC" => Verb::Centre,
+            "LP" if self.follows_contours => Verb::PolarLine,
+            "CP" if self.follows_contours => Verb::PolarArc,
+            "CT" | "CTP" if self.follows_contours => Verb::TangentialArc,
+            "RND" | "CHF" if self.follows_contours => return heidenhain_words::corner_words(scan, &name, start),
             "M" => Verb::None,
             _ => return self.other_block_words(&name, scan, start),
         };

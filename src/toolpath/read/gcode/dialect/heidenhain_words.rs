@@ -21,6 +21,11 @@ pub(crate) enum Verb {
     Arc,
     /// CR, an arc by its radius.
     ArcByRadius,
+    /// LP, CP: to polar coordinates about the centre in force.
+    PolarLine,
+    PolarArc,
+    /// CT, CTP: along the tangent before it.
+    TangentialArc,
     /// CC, the centre of arcs.
     Centre,
     /// No verb: M functions alone.
@@ -115,6 +120,24 @@ pub(crate) fn coordinate_word(
     Ok(Word { distance, ..numbered_word(letter, value, start, number)? })
 }
 
+/// Returns the word of `RND R5` or `CHF 5`, which begins at byte `start`; `Err` with anything else than an F, which counts only there.
+pub(crate) fn corner_words(mut scan: Scan, name: &str, start: usize) -> Result<Vec<Word>, Refusal> {
+    if name == "RND" {
+        scan.next();
+        scan.take_letters();
+    }
+    let letter = if name == "RND" { 'f' } else { 'h' };
+    let word = coordinate_word(&mut scan, letter, None, start)?;
+    let mut rest = scan;
+    rest.next();
+    if rest.take_letters() == "F" {
+        rest.next();
+        rest.take_decimal()?;
+        scan = rest;
+    }
+    if scan.next().is_some() { Err(scan.refuse(scan.at, Foreign::Unknown)) } else { Ok(vec![word]) }
+}
+
 /// A motion block that is being read.
 struct Block<'a> {
     scan: Scan<'a>,
@@ -128,7 +151,12 @@ struct Block<'a> {
 impl Block<'_> {
     /// Whether the block is an arc.
     fn is_arc(&self) -> bool {
-        matches!(self.verb, Verb::Arc | Verb::ArcByRadius)
+        matches!(self.verb, Verb::Arc | Verb::ArcByRadius | Verb::PolarArc | Verb::TangentialArc)
+    }
+
+    /// Whether the block may have polar coordinates.
+    fn is_polar(&self) -> bool {
+        matches!(self.verb, Verb::PolarLine | Verb::PolarArc | Verb::TangentialArc)
     }
 
     /// Reads the next word of the block; `Err` if it is not followed.
@@ -143,6 +171,16 @@ impl Block<'_> {
         if letters == "M" {
             return self.read_m_word(start);
         }
+        let polar = match letters.as_str() {
+            "PR" => Some(('p', None)),
+            "PA" => Some(('a', None)),
+            "IPA" => Some(('a', Some(Distance::Incremental))),
+            _ => None,
+        };
+        if let Some((letter, distance)) = polar.filter(|_| self.is_polar()) {
+            self.words.push(coordinate_word(&mut self.scan, letter, distance, start)?);
+            return Ok(());
+        }
         let refuse = |scan: &Scan, fault: Fault| Err(scan.refuse(start, fault));
         match letters.as_str() {
             "U" | "V" | "W" | "IU" | "IV" | "IW" => {
@@ -156,9 +194,11 @@ impl Block<'_> {
                     self.scan.take_decimal()?;
                 }
             }
-            "R" if matches!(self.verb, Verb::Line | Verb::Arc | Verb::ArcByRadius) => self.read_radius(start)?,
+            "R" if self.verb == Verb::Line || self.is_arc() || self.is_polar() => self.read_radius(start)?,
             "RL" | "RR" => return refuse(&self.scan, Foreign::Compensation { off: "R0" }.into()),
-            "F" | "FMAX" | "FAUTO" if self.verb == Verb::Line || self.is_arc() => self.read_feed(&letters, start)?,
+            "F" | "FMAX" | "FAUTO" if self.verb == Verb::Line || self.is_arc() || self.is_polar() => {
+                self.read_feed(&letters, start)?
+            }
             "DR" if self.is_arc() => {
                 let turn = match self.scan.next() {
                     Some(b'+') => TurnDirection::CounterClockwise,
@@ -277,10 +317,14 @@ impl Block<'_> {
         let (meaning, value) = match (self.verb, self.sense) {
             (Verb::None, _) => return Ok(self.words),
             (Verb::Centre, _) => (&CENTRE, 0.0),
-            (Verb::Line, _) if self.is_rapid => (&RAPID, 0.0),
-            (Verb::Line, _) => (&LINE, 1.0),
+            (Verb::Line | Verb::PolarLine, _) if self.is_rapid => (&RAPID, 0.0),
+            (Verb::Line | Verb::PolarLine, _) => (&LINE, 1.0),
+            (Verb::TangentialArc, _) => {
+                self.words.insert(0, Word::plain('u', 0.0, span));
+                return Ok(self.words);
+            }
             (_, None) => return refuse(Foreign::NoSense),
-            _ if !has(|letter| matches!(letter, 'X' | 'Y' | 'Z')) => return refuse(Foreign::NoEnd),
+            _ if !has(|letter| matches!(letter, 'X' | 'Y' | 'Z' | 'a')) => return refuse(Foreign::NoEnd),
             (Verb::ArcByRadius, _) if !has(|letter| letter == 'R') => return refuse(Foreign::NoRadius),
             (_, Some(TurnDirection::Clockwise)) => (&CLOCKWISE, 2.0),
             (_, Some(TurnDirection::CounterClockwise)) => (&COUNTER_CLOCKWISE, 3.0),

@@ -14,7 +14,7 @@ mod heidenhain;
 mod heidenhain_words;
 pub(crate) mod scan;
 pub(crate) mod sinumerik;
-mod sinumerik_words;
+pub(crate) mod sinumerik_words;
 
 /// Whether all dialects are read. The engine of pages is small and reads ISO alone.
 const READS_ALL: bool = !cfg!(target_family = "wasm");
@@ -86,7 +86,10 @@ pub(crate) enum Statement {
 /// A reader of lines in one dialect.
 pub(crate) enum LineReader {
     Iso,
-    Sinumerik,
+    Sinumerik {
+        /// Whether words of contours are returned, not refused.
+        follows_contours: bool,
+    },
     Heidenhain(heidenhain::Reader),
 }
 
@@ -94,16 +97,24 @@ impl LineReader {
     /// Starts before the first line.
     pub fn new(dialect: Dialect) -> LineReader {
         match dialect {
-            Dialect::Sinumerik => LineReader::Sinumerik,
+            Dialect::Sinumerik => LineReader::Sinumerik { follows_contours: false },
             Dialect::Heidenhain => LineReader::Heidenhain(heidenhain::Reader::default()),
             _ => LineReader::Iso,
+        }
+    }
+
+    /// Starts before the first line of a program whose contours are written out: their words are returned as well.
+    pub fn of_contours(dialect: Dialect) -> LineReader {
+        match dialect {
+            Dialect::Heidenhain => LineReader::Heidenhain(heidenhain::Reader::of_contours()),
+            _ => LineReader::Sinumerik { follows_contours: true },
         }
     }
 
     /// Parses the next line into words, a `%` or a command; `Err` for what is not followed.
     pub fn parse_line(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
         match self {
-            LineReader::Sinumerik if READS_ALL => sinumerik::parse_line(line),
+            LineReader::Sinumerik { follows_contours } if READS_ALL => sinumerik::parse_line(line, *follows_contours),
             LineReader::Heidenhain(reader) if READS_ALL => reader.parse_line(line),
             _ => match lines::parse_code(line)? {
                 Code::Percent => Ok(Statement::Percent),
@@ -122,11 +133,6 @@ pub(crate) fn resolve_dialect(source: &[u8], name: &str, given: Option<Dialect>)
         None if READS_ALL => Ok(Dialect::detect(source)),
         None => Ok(Dialect::Iso),
     }
-}
-
-/// Returns the error that a program is not in ISO code and cannot be expanded.
-pub(crate) fn expansion_error(source: &[u8], name: &str, dialect: Dialect) -> GcodeError {
-    first_line_error(source, name, dialect, Fault::NotWrittenOut)
 }
 
 /// Returns the error that `fault` is on the first line of `source`.

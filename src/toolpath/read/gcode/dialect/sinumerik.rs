@@ -12,13 +12,19 @@ use crate::toolpath::{
     },
 };
 
-/// Parses `line` into words, or as a `%`; `Err` for what is not followed.
-pub(crate) fn parse_line(line: &[u8]) -> Result<Statement, Refusal> {
+/// Parses `line` into words, or as a `%`; `Err` for what is not followed: words of contours too, unless `follows_contours`.
+pub(crate) fn parse_line(line: &[u8], follows_contours: bool) -> Result<Statement, Refusal> {
     let prefix = lines::prefix_len(line);
     if line.get(prefix) == Some(&b'%') {
         return Ok(Statement::Percent);
     }
-    let mut block = Block { scan: Scan::of_line(line, prefix), words: Vec::new(), adds: false, machine_axis: None };
+    let mut block = Block {
+        scan: Scan::of_line(line, prefix),
+        words: Vec::new(),
+        adds: false,
+        machine_axis: None,
+        follows_contours,
+    };
     while let Some(byte) = block.scan.next() {
         block.read_token(byte)?;
     }
@@ -33,6 +39,7 @@ struct Block<'a> {
     adds: bool,
     /// Refusal of a coordinate of the machine, if there is one.
     machine_axis: Option<Refusal>,
+    follows_contours: bool,
 }
 
 impl Block<'_> {
@@ -77,6 +84,8 @@ impl Block<'_> {
             match sinumerik_words::assigned_name(&name) {
                 Ok(Assigned::Radius) => return self.read_value('R', start),
                 Ok(Assigned::Passive) => return self.skip_value(),
+                Ok(Assigned::OfContour(letter, _)) if self.follows_contours => return self.read_value(letter, start),
+                Ok(Assigned::OfContour(_, foreign)) => return refuse(&self.scan, foreign),
                 Err(foreign) => return refuse(&self.scan, foreign),
             }
         }
@@ -85,6 +94,11 @@ impl Block<'_> {
             Err(foreign) => refuse(&self.scan, foreign),
             Ok(Name::Passive) if has_arguments => self.scan.skip_closed(b'(', b')'),
             Ok(Name::Passive) => Ok(()),
+            Ok(Name::OfContour(letter, number, _)) if self.follows_contours && !has_arguments => {
+                self.words.push(Word::plain(letter, number, range));
+                Ok(())
+            }
+            Ok(Name::OfContour(.., foreign)) => refuse(&self.scan, foreign),
             Ok(Name::Word(vocable)) if has_arguments && vocable.name != sinumerik_words::TRANSFORMED => {
                 refuse(&self.scan, Foreign::Call)
             }
@@ -108,6 +122,9 @@ impl Block<'_> {
         if !digits.is_empty() && extension.takes(b'=') {
             let is_master = extension.upper_text(digits).parse::<u32>().is_ok_and(|number| number < 2);
             self.scan.at = extension.at;
+            if self.follows_contours && is_master && matches!(letter, 'I' | 'J' | 'K') {
+                return self.read_value(letter.to_ascii_lowercase(), start);
+            }
             return self.read_numbered_address(letter, is_master, start);
         }
         match letter {

@@ -58,6 +58,8 @@ pub(crate) enum Name {
     Word(&'static ForeignWord),
     /// A name that does not change where the tool goes.
     Passive,
+    /// A word of a contour: its letter ([`Word::OF_CONTOURS`]) and number, and why it is refused where contours are not written out.
+    OfContour(char, f64, Foreign),
 }
 
 /// Returns the meaning of `name` (upper case), with or without arguments behind it; `Err` if it is not followed.
@@ -79,6 +81,12 @@ pub(crate) fn plain_name(name: &str, has_arguments: bool) -> Result<Name, Foreig
         {
             Name::Passive
         }
+        "CIP" => Name::OfContour('v', 0.0, Foreign::Motion),
+        "CT" => Name::OfContour('u', 0.0, Foreign::Motion),
+        "ROT" => Name::OfContour('w', 0.0, Foreign::Frame),
+        "AROT" => Name::OfContour('w', 1.0, Foreign::Frame),
+        "SCALE" => Name::OfContour('w', 2.0, Foreign::Frame),
+        "ASCALE" => Name::OfContour('w', 3.0, Foreign::Frame),
         _ => return Err(refusal_of_name(name)),
     })
 }
@@ -86,12 +94,11 @@ pub(crate) fn plain_name(name: &str, has_arguments: bool) -> Result<Name, Foreig
 /// Returns why `name`, which is not followed, is refused.
 fn refusal_of_name(name: &str) -> Foreign {
     match name {
-        "ROT" | "AROT" | "ROTS" | "AROTS" | "CROTS" | "SCALE" | "ASCALE" | "MIRROR" | "AMIRROR" | "TOFRAME"
-        | "TOROT" | "PAROT" => Foreign::Frame,
+        "ROTS" | "AROTS" | "CROTS" | "MIRROR" | "AMIRROR" | "TOFRAME" | "TOROT" | "PAROT" => Foreign::Frame,
         "TRANSMIT" | "TRACYL" | "TRAANG" | "TRACON" | "CYCLE800" | "TCARR" | "TCOABS" | "TCOFR" | "ORIWKS"
         | "ORIMKS" | "ORIVECT" | "ORIEULER" | "ORIRPY" | "ORIVIRT1" | "ORIVIRT2" | "ORIPLANE" | "ORICURVE"
         | "ORISON" => Foreign::Kinematics,
-        "CIP" | "CT" | "ASPLINE" | "BSPLINE" | "CSPLINE" | "POLY" | "INVCW" | "INVCCW" => Foreign::Motion,
+        "ASPLINE" | "BSPLINE" | "CSPLINE" | "POLY" | "INVCW" | "INVCCW" => Foreign::Motion,
         "IF" | "ELSE" | "ENDIF" | "GOTO" | "GOTOF" | "GOTOB" | "GOTOC" | "GOTOS" | "LOOP" | "ENDLOOP" | "FOR"
         | "ENDFOR" | "WHILE" | "ENDWHILE" | "REPEAT" | "REPEATB" | "UNTIL" | "CASE" => Foreign::Flow,
         "DEF" | "DEFINE" | "REDEF" | "STRING" | "REAL" | "INT" | "BOOL" => Foreign::Parameter,
@@ -109,6 +116,8 @@ pub(crate) enum Assigned {
     Radius,
     /// A value that does not change where the tool goes.
     Passive,
+    /// A word of a contour: its letter ([`Word::OF_CONTOURS`]), and why it is refused where contours are not written out.
+    OfContour(char, Foreign),
 }
 
 /// Returns the meaning of `NAME=`, in upper case; `Err` if it is not followed.
@@ -117,9 +126,16 @@ pub(crate) fn assigned_name(name: &str) -> Result<Assigned, Foreign> {
         "CR" => Ok(Assigned::Radius),
         "ADIS" | "ADISPOS" | "CTOL" | "OTOL" | "ATOL" | "SPOS" | "SPOSA" | "LIMS" | "ACC" | "OVR" | "VELOLIM"
         | "FGREF" | "DISC" | "FL" | "FP" => Ok(Assigned::Passive),
-        "CHF" | "CHR" | "RND" | "RNDM" => Err(Foreign::Corner),
-        "AP" | "RP" | "RPL" => Err(Foreign::Frame),
-        "AR" | "TURN" | "ANG" | "OFFN" => Err(Foreign::Motion),
+        "CHF" => Ok(Assigned::OfContour('c', Foreign::Corner)),
+        "CHR" => Ok(Assigned::OfContour('h', Foreign::Corner)),
+        "RND" => Ok(Assigned::OfContour('f', Foreign::Corner)),
+        "RNDM" => Ok(Assigned::OfContour('m', Foreign::Corner)),
+        "AP" => Ok(Assigned::OfContour('a', Foreign::Frame)),
+        "RP" => Ok(Assigned::OfContour('p', Foreign::Frame)),
+        "RPL" => Ok(Assigned::OfContour('l', Foreign::Frame)),
+        "TURN" => Ok(Assigned::OfContour('t', Foreign::Motion)),
+        "FRC" | "FRCM" => Err(Foreign::Corner),
+        "AR" | "ANG" | "OFFN" => Err(Foreign::Motion),
         "LEAD" | "TILT" => Err(Foreign::Kinematics),
         _ => Err(Foreign::Parameter),
     }

@@ -1,0 +1,169 @@
+//! Lines and arcs in a plane: tangents, corners that are cut off, circles through three points.
+
+use std::f64::consts::TAU;
+
+use crate::toolpath::model::TurnDirection;
+
+/// A point or vector in the plane.
+pub(crate) type Point = [f64; 2];
+/// Centre and sense of an arc.
+pub(crate) type About = (Point, TurnDirection);
+/// Where a corner begins, the arc that cuts it off (none for a chamfer), and where it ends.
+pub(crate) type CutCorner = (Point, Option<About>, Point);
+
+/// Tangents that differ by less, as a share of a radian, make no corner.
+const SMOOTH: f64 = 1e-6;
+
+/// A line or an arc.
+#[derive(Clone, Debug)]
+pub(crate) struct Element {
+    pub from: Point,
+    pub to: Point,
+    pub arc: Option<About>,
+}
+
+fn minus(a: Point, b: Point) -> Point {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn along(a: Point, by: f64, b: Point) -> Point {
+    [a[0] + by * b[0], a[1] + by * b[1]]
+}
+
+fn cross(a: Point, b: Point) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn unit(a: Point) -> Point {
+    let length = libm::hypot(a[0], a[1]);
+    [a[0] / length, a[1] / length]
+}
+
+/// Returns the signed angle, rad, of the arc from `from` to `to`; a full turn if they are the same.
+pub(crate) fn sweep(from: Point, to: Point, centre: Point, turn: TurnDirection) -> f64 {
+    let [a, b] = [minus(from, centre), minus(to, centre)];
+    let angle = libm::atan2(cross(a, b), dot(a, b)).rem_euclid(TAU);
+    match turn {
+        TurnDirection::CounterClockwise if angle > 1e-9 => angle,
+        TurnDirection::CounterClockwise => TAU,
+        TurnDirection::Clockwise if angle > TAU - 1e-9 => -TAU,
+        TurnDirection::Clockwise => angle - TAU,
+    }
+}
+
+/// Returns the centre and sense of the arc through three points; `None` if they are on a line.
+pub(crate) fn circle_through(a: Point, b: Point, c: Point) -> Option<About> {
+    let (u, v) = (minus(b, a), minus(c, a));
+    let area = 2.0 * cross(u, v);
+    if area.abs() < 1e-9 * libm::hypot(u[0], u[1]) * libm::hypot(v[0], v[1]) || area == 0.0 {
+        return None;
+    }
+    let (uu, vv) = (dot(u, u), dot(v, v));
+    let turn = if area > 0.0 { TurnDirection::CounterClockwise } else { TurnDirection::Clockwise };
+    Some(([a[0] + (v[1] * uu - u[1] * vv) / area, a[1] + (u[0] * vv - v[0] * uu) / area], turn))
+}
+
+impl Element {
+    /// Returns the unit tangent at the end or the start.
+    pub fn tangent(&self, at_end: bool) -> Point {
+        let point = if at_end { self.to } else { self.from };
+        match self.arc {
+            None => unit(minus(self.to, self.from)),
+            Some((centre, turn)) => {
+                let [a, b] = unit(minus(point, centre));
+                if turn == TurnDirection::CounterClockwise { [-b, a] } else { [b, -a] }
+            }
+        }
+    }
+
+    /// Returns the signed radius of the parallel at `distance` to the left of an arc, positive counter-clockwise.
+    fn parallel_radius(&self, (centre, turn): About, distance: f64) -> f64 {
+        let radius = libm::hypot(self.to[0] - centre[0], self.to[1] - centre[1]);
+        if turn == TurnDirection::CounterClockwise { radius - distance } else { radius + distance }
+    }
+
+    /// Returns the point of the element nearest to `p`, if it is within it.
+    fn foot(&self, p: Point) -> Option<Point> {
+        match self.arc {
+            None => {
+                let tangent = self.tangent(true);
+                let at = dot(minus(p, self.from), tangent);
+                let length = dot(minus(self.to, self.from), tangent);
+                (0.0..=length).contains(&at).then(|| along(self.from, at, tangent))
+            }
+            Some((centre, turn)) => {
+                let radius = libm::hypot(self.to[0] - centre[0], self.to[1] - centre[1]);
+                let foot = along(centre, radius, unit(minus(p, centre)));
+                let whole = sweep(self.from, self.to, centre, turn).abs();
+                (sweep(self.from, foot, centre, turn).abs() <= whole).then_some(foot)
+            }
+        }
+    }
+
+    /// Cuts off the corner before the line `next` by a chamfer of this `length`, or one that takes `length` of each line. `None` where
+    /// there is no corner, `Err` where it does not fit.
+    pub fn chamfer(&self, next: &Element, length: f64, is_leg: bool) -> Result<Option<CutCorner>, ()> {
+        let (before, behind) = (self.tangent(true), next.tangent(false));
+        if cross(before, behind).abs() < SMOOTH && dot(before, behind) > 0.0 {
+            return Ok(None);
+        }
+        // Half the angle by which the way turns.
+        let half = libm::atan2(cross(before, behind).abs(), dot(before, behind)) / 2.0;
+        let leg = if is_leg { length } else { length / (2.0 * libm::cos(half)) };
+        let lengths = [minus(self.to, self.from), minus(next.to, next.from)].map(|[a, b]| libm::hypot(a, b));
+        let fits = self.arc.is_none() && next.arc.is_none() && leg > 0.0 && lengths.iter().all(|length| leg <= *length);
+        if fits { Ok(Some((along(self.to, -leg, before), None, along(self.to, leg, behind)))) } else { Err(()) }
+    }
+}
+
+/// Cuts off the corner between two elements by an arc of `radius` that is tangential to both. `None` where there is no corner, `Err` where it
+/// does not fit.
+pub(crate) fn round_corner(a: &Element, b: &Element, radius: f64) -> Result<Option<CutCorner>, ()> {
+    let (before, behind) = (a.tangent(true), b.tangent(false));
+    let turned = cross(before, behind);
+    if turned.abs() < SMOOTH {
+        return if dot(before, behind) > 0.0 { Ok(None) } else { Err(()) };
+    }
+    let side = radius * turned.signum();
+    let line = |e: &Element| {
+        let [x, y] = e.tangent(true);
+        (along(e.to, side, [-y, x]), [x, y])
+    };
+    let circle = |e: &Element, about: About| (about.0, e.parallel_radius(about, side));
+    let on_line = |(point, tangent): (Point, Point), (centre, r): (Point, f64)| {
+        let from = minus(point, centre);
+        let middle = -dot(from, tangent);
+        let height = r * r - dot(from, from) + middle * middle;
+        let root = height.max(0.0).sqrt();
+        if height < -1e-9 || r <= 0.0 {
+            Vec::new()
+        } else {
+            vec![along(point, middle - root, tangent), along(point, middle + root, tangent)]
+        }
+    };
+    let centres = match (a.arc, b.arc) {
+        (None, None) => {
+            let ((p, t), (q, u)) = (line(a), line(b));
+            vec![along(p, cross(minus(q, p), u) / cross(t, u), t)]
+        }
+        (Some(about), None) => on_line(line(b), circle(a, about)),
+        (None, Some(about)) => on_line(line(a), circle(b, about)),
+        (Some(about), Some(other)) => {
+            let ((c, r), (d, s)) = (circle(a, about), circle(b, other));
+            let between = minus(d, c);
+            let distance = libm::hypot(between[0], between[1]);
+            let middle = (distance * distance + r * r - s * s) / (2.0 * distance);
+            let [x, y] = unit(between);
+            if distance == 0.0 || s <= 0.0 { Vec::new() } else { on_line((along(c, middle, [x, y]), [-y, x]), (c, r)) }
+        }
+    };
+    let away = |p: &Point| dot(minus(*p, a.to), minus(*p, a.to));
+    let centre = centres.into_iter().min_by(|p, q| away(p).total_cmp(&away(q))).ok_or(())?;
+    let (begin, end) = a.foot(centre).zip(b.foot(centre)).ok_or(())?;
+    let turn = if side > 0.0 { TurnDirection::CounterClockwise } else { TurnDirection::Clockwise };
+    Ok(Some((begin, Some((centre, turn)), end)))
+}
