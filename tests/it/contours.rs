@@ -196,6 +196,7 @@ fn what_is_no_line_or_arc_is_refused() {
         ("ROT Z30\nG18", Dialect::Sinumerik, "expected one plane while coordinates are rotated"),
         ("G55\nROT Z30\nX5", Dialect::Sinumerik, "expected a position that is known before it"),
         ("G3 X0 Y0 I5 AR=30", Dialect::Sinumerik, "this motion is not followed"),
+        ("CC Y+5 Z-3\nCP IPA-90 DR-", Dialect::Heidenhain, "expected both coordinates of the plane"),
         ("RND R5", Dialect::Heidenhain, "lines or arcs"),
         ("LP PR+5 PA+0", Dialect::Heidenhain, "expected a pole before it"),
         ("CC X+0 Y+5\nCP IPA+90 DR-", Dialect::Heidenhain, "expected a position that is known"),

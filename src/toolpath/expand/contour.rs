@@ -204,6 +204,9 @@ impl<'a> Contour<'a> {
                 }
                 GWord::Setting(Setting::Pole) => {
                     let [first, second, _] = self.plane.axes();
+                    if axes[3 - first - second].is_some() {
+                        return Err(word.refuse(Fault::PoleAxes));
+                    }
                     let at = self.ends(axes, &words)?;
                     self.pole = at[first].zip(at[second]).map(|(a, b)| [a, b]);
                     self.polar = [None; 2];
@@ -238,7 +241,7 @@ impl<'a> Contour<'a> {
             return Ok(());
         }
         if !is_motion {
-            let is_kept = find('m').is_none() && words.iter().all(|word| !word.letter.is_ascii_lowercase());
+            let is_kept = find('m').is_none() && words.iter().all(|word| !word.is_of_contour());
             let text = if is_kept { self.content(line).to_vec() } else { self.without_motion(line, &words, "").0 };
             let is_centre = words.iter().any(|word| word.meaning.is_some_and(|vocable| vocable.name == "CC"));
             if let Some(waiting) = &mut self.waiting {
@@ -338,8 +341,7 @@ impl<'a> Contour<'a> {
                 |word| refuse(word, "a position that is known before it"),
             )
         };
-        let is_special =
-            words.iter().any(|word| word.letter.is_ascii_lowercase() && !matches!(word.letter, 'f' | 'c' | 'h' | 'm'));
+        let is_special = words.iter().any(|word| word.is_of_contour() && !matches!(word.letter, 'f' | 'c' | 'h' | 'm'));
         let is_rewritten = is_special || self.angle != 0.0 || !matches!(self.way, Way::Code(_));
         if is_rewritten && (named[first] || named[second]) && end.is_none() {
             return Err(unknown());
@@ -564,7 +566,7 @@ impl<'a> Contour<'a> {
                 let meaning = word.meaning.map_or_else(|| self.dialect.g_word(word), |vocable| Ok(vocable.meaning));
                 matches!(meaning, Ok(GWord::Motion(_) | GWord::Setting(_)))
             }
-            letter => letter.is_ascii_lowercase(),
+            _ => word.is_of_contour(),
         };
         let (mut out, mut from, mut text) = (Vec::new(), 0, Some(text).filter(|text| !text.is_empty()));
         for word in words.iter().filter(is_moved) {
@@ -635,7 +637,7 @@ impl<'a> Contour<'a> {
             self.dialect == Dialect::Sinumerik && !names_motion && self.code != moves.first().map(|one| one.code);
         let is_about_pole = self.dialect == Dialect::Heidenhain && words.iter().all(|word| word.letter != 'R');
         let has_other_pole = is_about_pole && moves.iter().any(|one| one.centre.is_some() && one.centre != self.centre);
-        let has_corner_word = words.iter().any(|word| word.letter.is_ascii_lowercase());
+        let has_corner_word = words.iter().any(|word| word.is_of_contour());
         if !(waiting.is_rewritten || needs_code || has_other_pole || has_corner_word) {
             self.code = moves.last().map(|one| one.code);
             self.write(self.content(line), line);

@@ -96,6 +96,11 @@ impl Run<'_> {
         let mut reader = Reader::new(&line.code, line.begin, &self.variables);
         let name = reader.q_name()?;
         reader.at = equals + 1;
+        // MAX, AUTO and the like are no numbers.
+        if reader.peek().is_some_and(|byte| byte.is_ascii_alphabetic() && byte != b'Q') {
+            self.variables.set(&name, None)?;
+            return Ok(line.bytes.clone());
+        }
         let value = reader.number()?;
         let end = reader.at;
         self.variables.set(&name, Some(value))?;

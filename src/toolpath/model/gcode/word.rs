@@ -28,7 +28,12 @@ impl Word {
     /// Letters of words of contours, which are read only to be written out as lines and arcs: polar angle and radius (AP, RP; PA, PR), turns
     /// (TURN), rounding (RND), chamfer by its own length (CHF) and by that of a side (CHR), rounding in force (RNDM), angle of a rotation (RPL),
     /// third point of an arc (I1, J1, K1); the arcs themselves (CT, CIP), and rotations and scales (ROT 0, AROT 1, SCALE 2, ASCALE 3).
-    pub const OF_CONTOURS: &str = "aptfchmlijkuvw";
+    const OF_CONTOURS: &str = "aptfchmlijkuvw";
+
+    /// Whether the word is of a contour that is written out as lines and arcs.
+    pub fn is_of_contour(&self) -> bool {
+        Word::OF_CONTOURS.contains(self.letter)
+    }
 
     /// Creates a word that is a letter directly followed by its number.
     pub fn plain(letter: char, value: f64, span: Range<usize>) -> Word {

@@ -58,7 +58,7 @@ pub(crate) enum Name {
     Word(&'static ForeignWord),
     /// A name that does not change where the tool goes.
     Passive,
-    /// A word of a contour: its letter ([`Word::OF_CONTOURS`]) and number, and why it is refused where contours are not written out.
+    /// A word of a contour: its letter (`Word::OF_CONTOURS`) and number, and why it is refused where contours are not written out.
     OfContour(char, f64, Foreign),
 }
 
@@ -116,7 +116,7 @@ pub(crate) enum Assigned {
     Radius,
     /// A value that does not change where the tool goes.
     Passive,
-    /// A word of a contour: its letter ([`Word::OF_CONTOURS`]), and why it is refused where contours are not written out.
+    /// A word of a contour: its letter (`Word::OF_CONTOURS`), and why it is refused where contours are not written out.
     OfContour(char, Foreign),
 }
 
