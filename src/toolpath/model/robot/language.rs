@@ -24,7 +24,12 @@ impl Language {
         let extension = file.extension()?.to_string_lossy().to_ascii_lowercase();
         match extension.as_str() {
             "src" => Some(Language::Krl),
-            "apt" | "cl" | "cls" | "ncl" | "cldata" => Some(Language::Apt),
+            "apt" | "aptsource" | "cl" | "cls" | "clsf" | "ncl" | "cldata" => Some(Language::Apt),
+            // Creo counts versions behind the name: part.ncl.1
+            version if version.bytes().all(|byte| byte.is_ascii_digit()) => {
+                let stem = Path::new(file.file_stem()?);
+                stem.extension().is_some_and(|stem| stem.eq_ignore_ascii_case("ncl")).then_some(Language::Apt)
+            }
             "modx" => Some(Language::Rapid),
             "mod" | "prg" => {
                 first_words(bytes).any(|word| matches!(word.as_str(), "MODULE" | "PROC")).then_some(Language::Rapid)
@@ -77,6 +82,17 @@ pub struct RobotOptions {
     pub external_axes: Vec<String>,
     /// Subprograms, by names in small letters, that do not move the tool.
     pub calls_kept: Vec<String>,
+    /// Which points an APT program has under CUTCOM, where it does not say so itself.
+    pub cutcom_points: Option<CutcomPoints>,
+}
+
+/// What the points of an APT program under CUTCOM are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CutcomPoints {
+    /// Those of the tool centre: the control only adds the wear of the tool.
+    ToolCentre,
+    /// Those of the contour, from which the control offsets the tool.
+    Contour,
 }
 
 impl RobotOptions {

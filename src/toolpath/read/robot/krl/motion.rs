@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::robot::{Component, Frames, MotionKind, RobotFault, Statement, Target},
+    model::robot::{AptParts, Component, Frames, MotionKind, RobotFault, Statement, Target},
     read::{
         robot::{
             krl::{Reader, frame, state::variable_name},
@@ -106,6 +106,7 @@ impl Reader<'_> {
             feed_mm_per_min: self.feed_mm_per_min,
             spindle_rev_per_min: None,
             tool: None,
+            apt: AptParts::default(),
         }))
     }
 

@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use crate::toolpath::{
     model::{
         format_shortest,
-        robot::{Component, Frames, MotionKind, Number, RobotFault, Statement, Target},
+        robot::{AptParts, Component, Frames, MotionKind, Number, RobotFault, Statement, Target},
     },
     read::{
         robot::{
@@ -62,6 +62,7 @@ impl Reader<'_> {
             feed_mm_per_min: None,
             spindle_rev_per_min: None,
             tool: None,
+            apt: AptParts::default(),
         };
         if unit.word == "MOVEABSJ" {
             return Ok(statement);
