@@ -10,6 +10,7 @@ mod cycles;
 pub(crate) mod edit;
 mod expression;
 mod flow;
+mod frames;
 mod heidenhain_cycles;
 mod jumps;
 pub(crate) mod line;
@@ -52,7 +53,7 @@ impl Program {
         beside: &SiblingFiles<'_>,
         keeps_calls: bool,
     ) -> Result<Program, GcodeError> {
-        let dialect = options.dialect.unwrap_or_else(|| Dialect::detect(&source));
+        let dialect = dialect::resolve_dialect(&source, name, options.dialect)?;
         let options = &GcodeOptions { dialect: Some(dialect), ..options.clone() };
         let (mut bytes, mut expansion) = match dialect {
             _ if dialect.is_iso() => run::Run::new(source, name, options, beside).run_to_end()?,
@@ -63,10 +64,21 @@ impl Program {
                 (bytes, Expansion::from_lines(name, source, &lines))
             }
         };
+        let plain = match dialect.is_iso() {
+            true => frames::plain_coordinates(&bytes, name, options),
+            false => Ok(None),
+        };
+        let plain = plain.map_err(|fault| expansion.relocate(fault))?;
+        let has_plain = plain.is_some();
+        if let Some((moves, lines)) = plain {
+            expansion.compose(&lines);
+            bytes = moves;
+        }
         if !dialect.is_iso() {
             // Moves have taken the place of its cycles.
         } else if keeps_calls {
-            expansion.keeps_calls = true;
+            // Lines in rotated coordinates are not those that were called.
+            expansion.keeps_calls = !has_plain;
         } else {
             let program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
             let without_cycles = program.without_cycles().map_err(|fault| expansion.relocate(fault))?;

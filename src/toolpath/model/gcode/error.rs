@@ -64,6 +64,11 @@ pub enum Fault {
     /// A comment that is opened and not closed on its line.
     #[error("comment is not closed; expected `)` on the same line")]
     OpenComment,
+    /// A `)` behind a comment that has ended.
+    #[error(
+        "comment within a comment, which ends at the first `)` to some controls and is an error to others; expected one without ( ) in it"
+    )]
+    NestedComment,
     /// Something that is no word.
     #[error("not a word; expected a letter followed by a number, such as X10.5")]
     NotAWord,
@@ -330,6 +335,11 @@ impl Fault {
 
     /// Whether the fault may vanish when the program is expanded into its moves.
     pub fn is_solved_by_expansion(&self) -> bool {
-        matches!(self, Fault::Variable | Fault::Unsupported(Unsupported::Subprogram) | Fault::Foreign(Foreign::Cycle))
+        matches!(
+            self,
+            Fault::Variable
+                | Fault::Unsupported(Unsupported::Subprogram | Unsupported::Transform | Unsupported::Corner)
+                | Fault::Foreign(Foreign::Cycle)
+        )
     }
 }

@@ -26,7 +26,10 @@ pub enum MacroFault {
     )]
     NoLabel,
     /// A call of what is not there.
-    #[error("subprogram {name} is neither in the file nor beside it; expected O{name}, or a file of this name")]
+    #[error(
+        "subprogram {name} is neither in the file nor beside it; expected O{name}, a file of this name, or {name} in calls_kept of [gcode] if \
+         it moves nothing"
+    )]
     NoSubprogram {
         /// Name of the subprogram.
         name: String,
@@ -44,7 +47,10 @@ pub enum MacroFault {
         most: usize,
     },
     /// M99 where nothing was called.
-    #[error("ends a subprogram where none was called, or repeats the main program for ever; expected M2 or M30")]
+    #[error(
+        "ends a subprogram where none was called, or repeats the main program for ever; expected M2 or M30, or start_mm in [gcode], from \
+         where the program runs as a subprogram"
+    )]
     NoCall,
     /// A subprogram that does not come back.
     #[error("the subprogram ends here without M99 or endsub; expected one of them")]
