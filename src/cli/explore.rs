@@ -8,7 +8,11 @@ use kinetostat::{
     input::error::{Error, Result},
     machine::{Machine, catalogue},
     page::explore_page,
-    process::file::Process,
+    process::{
+        MillingForce,
+        file::{Cutter, Process},
+    },
+    questions::{Overrides, Study},
     simulation::ProgramFile,
 };
 
@@ -28,13 +32,20 @@ can be pulled and the workspace mapped.
 Examples:
   kinetostat explore orthoglide
   kinetostat explore my_machine.toml --out my_machine.html
-  kinetostat explore orthoglide --path part.nc --process milling.toml")]
+  kinetostat explore orthoglide --path part.nc --process milling.toml
+  kinetostat explore orthoglide --cutter D=10,z=4,ae=5,ap=8,fz=0.08,cut=down --material 'Al 6082-T6'")]
 pub struct ExploreArguments {
     /// Built-in machine or machine file
     machine: String,
     /// Path of a workpiece: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), FANUC (.ls), URScript (.script), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
     #[arg(long, requires = "process")]
     path: Option<PathBuf>,
+    /// Cutter and cut whose force the map shows: D, ae, ap, fz in mm, z teeth, cut=up or down; kr and ka of Kienzle materials
+    #[arg(long, value_name = "D=10,z=4,ae=5,ap=8,fz=0.08,cut=down", requires = "material", conflicts_with = "path")]
+    cutter: Option<String>,
+    /// Material of the cut of --cutter, as in end_milling of a process file: Al 6082-T6
+    #[arg(long, requires = "cutter")]
+    material: Option<String>,
     /// Process file: cutting force, chain errors, limits, and where the workpiece stands first
     #[arg(long, requires = "path")]
     process: Option<PathBuf>,
@@ -85,6 +96,9 @@ fn check_files(machine: &str, process: &Path, program: &Path) -> Result<()> {
 /// Reads the machine, process and program that the arguments name, and returns them as a scene.
 fn read_scene(arguments: &ExploreArguments) -> Result<Scene> {
     let machine = &arguments.machine;
+    if let (Some(cutter), Some(material)) = (&arguments.cutter, &arguments.material) {
+        return scene_of_cutter(machine, &Cutter::parse(cutter, material)?);
+    }
     match (&arguments.path, &arguments.process) {
         (Some(program), Some(process)) => {
             super::check_tolerance(arguments.tolerance)?;
@@ -98,4 +112,21 @@ fn read_scene(arguments: &ExploreArguments) -> Result<Scene> {
             Ok(Scene::from_machine(machine, Some(toml)))
         }
     }
+}
+
+/// Returns the scene of a map of `machine` under the force of `cutter`, at the middle height of its workspace.
+fn scene_of_cutter(machine: &str, cutter: &Cutter) -> Result<Scene> {
+    let force = MillingForce::from(cutter.force());
+    let workspace = &Machine::named_or_file(machine)?.workspace;
+    let text = format!(
+        "schema = 3\nquestion = \"How does this machine bend under the cutter?\"\nmachine = {machine:?}\n[process.force.path_frame]\n\
+         radial_force_N = {:?}\ntangential_force_N = {:?}\naxial_force_N = {:?}\n[workspace_map]\nslices_z_mm = [{:?}]\n",
+        force.radial,
+        force.tangential,
+        force.axial,
+        f64::midpoint(workspace.min.z, workspace.max.z)
+    );
+    let study = Study::from_toml(&text, "study.toml", Path::new(""), &Overrides::default())?;
+    let problem = "expected a machine whose workspace can be mapped";
+    Scene::from_study(&study)?.ok_or_else(|| Error::argument("--cutter", problem))
 }

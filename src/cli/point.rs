@@ -10,13 +10,13 @@ use kinetostat::{
         solve,
     },
     machine::{Branch, ChainError, Machine, Motion},
-    process::{ForceLaw, MillingForce},
+    process::{ForceLaw, MillingForce, file::Cutter},
     simulation::Machines,
     spatial::{Pose, Wrench},
     statics::Status,
 };
 use nalgebra::Vector3;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::{
     Ending, any_numbers, choice, number, numbers,
@@ -34,6 +34,7 @@ the spindle. Picture: docs/forces.svg.
 Examples:
   kinetostat point --machine orthoglide --position 126.35,126.35,126.35 --phi 130 --chain-errors 1,-1,1
   kinetostat point --machine orthoglide --at Q1 --phi 130 --law printed
+  kinetostat point --machine orthoglide --at Q1 --phi 130 --cutter D=10,z=4,ae=5,ap=8,fz=0.08,cut=down,n=8000 --material 'Al 6082-T6'
   kinetostat point --machine orthoglide --at Q0 --wrench 215,-10,-25,1000,21500,0 --json
   kinetostat point --machine robot.toml --pose 1600,200,900,0,180,30 --wrench 0,0,-500,0,0,0 --full-pose
   kinetostat point --machine kr270 --pose 1600,200,900,0,180,30 --branch front-up-flip
@@ -68,6 +69,12 @@ pub struct PointArguments {
     /// How the milling force turns with φ, eq. (17): as a rotation, or as the paper prints it
     #[arg(long, value_parser = choice::law(), default_value = "rotated", requires = "phi", conflicts_with = "wrench")]
     law: ForceLaw,
+    /// Cutter and cut instead of the force: D, ae, ap, fz in mm, z teeth, cut=up or down, n in rev/min; kr and ka of Kienzle materials
+    #[arg(long, value_name = "D=10,z=4,ae=5,ap=8,fz=0.08,cut=down,n=8000", requires_all = ["phi", "material"], conflicts_with_all = ["wrench", "force", "law"])]
+    cutter: Option<String>,
+    /// Material of the cut of --cutter, as in end_milling of a process file: Al 6082-T6
+    #[arg(long, requires = "cutter")]
+    material: Option<String>,
     /// Load at P in base axes instead of the milling force: fx,fy,fz,mx,my,mz in N and N·mm
     #[arg(long, value_parser = numbers::<6>, allow_hyphen_values = true)]
     wrench: Option<[f64; 6]>,
@@ -109,11 +116,15 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
             "what is between P and the tool tip bends, so that P is not where the tool is: expected the tool tip";
         return Err(Error::argument("--platform", problem));
     }
+    let cutter = match (&arguments.cutter, &arguments.material) {
+        (Some(cutter), Some(material)) => Some(Cutter::parse(cutter, material)?),
+        _ => None,
+    };
     let question = PointQuestion {
         machines: Machines::new(&machine, &errors)?,
         errors,
         place,
-        load: requested_load(arguments),
+        load: requested_load(arguments, cutter.as_ref()),
         target: match (arguments.platform, arguments.full_pose) {
             (true, _) => Target::PlatformPoint,
             (_, true) => Target::FullPose,
@@ -126,7 +137,8 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
         Err(unreachable) => {
             let text = format!("unreachable: {unreachable}");
             if arguments.json {
-                print_json(&with_settings(unreachable_json(&question, &chain_errors_deg, &unreachable), arguments))?;
+                let json = unreachable_json(&question, &chain_errors_deg, &unreachable);
+                print_json(&with_cutter(with_settings(json, arguments), cutter.as_ref()))?;
                 say(&text);
             } else {
                 print(&(text + "\n"))?;
@@ -135,10 +147,13 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
         }
     };
     if arguments.json {
-        print_json(&with_settings(point_json(&answer, &chain_errors_deg), arguments))?;
+        print_json(&with_cutter(with_settings(point_json(&answer, &chain_errors_deg), arguments), cutter.as_ref()))?;
     } else {
         for (name, value) in &arguments.set {
             print(&format!("with {name} = {value}\n"))?;
+        }
+        if let Some(cutter) = &cutter {
+            print(&cutter_text(cutter))?;
         }
         print(&point_text(&answer))?;
     }
@@ -151,6 +166,39 @@ fn with_settings(mut json: Value, arguments: &PointArguments) -> Value {
         json["set"] = arguments.set.iter().cloned().collect();
     }
     json
+}
+
+/// Returns `json` with force, torque and power of the `cutter`.
+fn with_cutter(mut json: Value, cutter: Option<&Cutter>) -> Value {
+    if let Some(cutter) = cutter {
+        let cut = cutter.force();
+        json["cut"] = json!({
+            "force_along_feed_N": cut.force_N.x,
+            "force_across_feed_N": cut.force_N.y,
+            "force_to_spindle_N": cut.force_N.z,
+            "force_N": cut.force_N.norm(),
+            "torque_Nm": cut.torque_Nmm / 1e3,
+            "power_kW": cutter.power_watts().map(|power| power / 1e3),
+            "feed_mm_per_min": cutter.feed_mm_per_min(),
+        });
+    }
+    json
+}
+
+/// Returns the lines that say force, torque and power of `cutter`.
+fn cutter_text(cutter: &Cutter) -> String {
+    let cut = cutter.force();
+    let [along, across, to_spindle] = <[f64; 3]>::from(cut.force_N);
+    let mut text = format!(
+        "cut: {:.1} N on the tool, mean over a turn: {along:.1} N along the feed, {across:.1} N across it (along φ), {to_spindle:.1} N to \
+         the spindle; torque {:.3} N·m",
+        cut.force_N.norm(),
+        cut.torque_Nmm.abs() / 1e3
+    );
+    if let (Some(power), Some(feed)) = (cutter.power_watts(), cutter.feed_mm_per_min()) {
+        text += &format!(", power {:.3} kW, feed {feed:.0} mm/min", power / 1e3);
+    }
+    text + "\n"
 }
 
 /// Returns the command that the arguments give: a pose, drive positions, a position or a named point; an error if it does not fit the
@@ -203,8 +251,11 @@ fn checked_chain_errors(arguments: &PointArguments, machine: &Machine) -> Result
     Err(Error::argument("--chain-errors", problem))
 }
 
-/// Returns the load of the arguments: a wrench at P, a milling force on the tool, or none.
-fn requested_load(arguments: &PointArguments) -> PointLoad {
+/// Returns the load of the arguments: a wrench at P, the force of the `cutter`, a milling force on the tool, or none.
+fn requested_load(arguments: &PointArguments, cutter: Option<&Cutter>) -> PointLoad {
+    if let (Some(cut), Some(phi)) = (cutter.map(Cutter::force), arguments.phi) {
+        return PointLoad::Cut(cut.into(), phi.to_radians(), cut.torque_Nmm);
+    }
     let ([radial, tangential, axial], law) = (arguments.force, arguments.law);
     match (arguments.wrench, arguments.phi) {
         (Some(wrench), _) => PointLoad::Wrench(Wrench::new(wrench)),

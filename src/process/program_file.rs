@@ -219,8 +219,10 @@ impl ProgramFile {
     /// Returns whether a move is a hole of a drilling cycle.
     pub fn is_hole(&self, segment: usize) -> bool {
         match self {
+            ProgramFile::Polyline(_) => false,
             ProgramFile::Gcode(program) => program.is_hole(segment),
-            _ => false,
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(program) => program.is_hole(segment),
         }
     }
 

@@ -44,9 +44,16 @@ pub(super) fn uncertainty_anywhere(context: &StudyContext<'_>, scene: &Scene) ->
 /// Returns the scene of a workspace study, process tables that it does not use, and its inputs. `Err` without a force in the tool frame.
 pub(super) fn scene(context: &StudyContext<'_>, keys: SceneKeys) -> Result<(Scene, Vec<&'static str>, Inputs)> {
     let process = context.process(None, &context.check)?;
-    let CuttingLaw::PathFrame(frame) = process.cutting else {
+    let force = match process.cutting {
+        CuttingLaw::PathFrame(frame) => Some(frame.force),
+        // Its torque, about the tool's axis, is in no map.
+        CuttingLaw::EndMilling(own) => own.feed_per_tooth_mm.map(|c| own.force(c).into()),
+        _ => None,
+    };
+    let Some(force) = force else {
         let problem = format!(
-            "{} has no path: expected a force that is constant in the frame of the tool, [force.path_frame]",
+            "{} has no path: expected a force that is constant in the frame of the tool, [force.path_frame], or [force.end_milling] with \
+             feed_per_tooth_mm",
             context.name
         );
         return context.process_location(None).key("force").fail(problem);
@@ -64,7 +71,7 @@ pub(super) fn scene(context: &StudyContext<'_>, keys: SceneKeys) -> Result<(Scen
         return context.check.root().key("process").key(table).fail(problem);
     }
     let scene = Scene {
-        force: frame.force,
+        force,
         phis: tool_angles(keys.phi_step_deg.unwrap_or(PHI_STEP_DEG), &context.check.key("phi_step_deg"))?,
         errors: process.errors,
         machine: process.machine,

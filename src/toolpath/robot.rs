@@ -17,7 +17,7 @@
 pub use super::{
     model::robot::{
         error::{RobotError, RobotFault},
-        language::{Language, RobotOptions},
+        language::{CutcomPoints, Language, RobotOptions},
         rotation::{abc_of_rotation, rotation_of_abc},
     },
     read::robot::{RobotProgram, walk::RobotNotes},

@@ -1,13 +1,15 @@
 //! Cutting forces on each point of a path, of which the force of the paper is one, and which points cut.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use kinetostat::{
     MillingForce, Pose,
+    inspect::point::PointLoad,
     nalgebra::Vector3,
     process::{
         CuttingRule, ForceLaw,
         cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling},
+        file::Cutter,
     },
     spatial::frame_about,
     toolpath::{Circle, Load, PathPoint, Plane, Sampling, Toolpath, TurnDirection, gcode::Program, polyline::Polyline},
@@ -214,4 +216,47 @@ fn height_and_feed_say_what_cuts() {
         CuttingRule { max_feed_mm_per_min: Some(400.0), ..below }.words(),
         "every move but rapid ones, with z of the workpiece up to 0 mm and a feed up to 400 mm/min"
     );
+}
+
+#[test]
+fn a_cutter_named_in_one_line_has_the_force_of_end_milling() {
+    let parse = |text: &str| Cutter::parse(text, "Al 6082-T6").map_err(|refused| refused.to_string());
+    let cutter = parse("D=10,z=4,ae=5,ap=8,fz=0.08,cut=down,n=8000").unwrap();
+    // Half immersion, from π/2 to π: ∫ sin ψ = 1; K_tc = 631 N/mm², K_te = 13 N/mm.
+    let torque = 4.0 * 8.0 / TAU * (631.0 * 0.08 + 13.0 * FRAC_PI_2) * 5.0;
+    assert!((cutter.force().torque_Nmm - torque).abs() < 1e-9 * torque, "{}", cutter.force().torque_Nmm);
+    let power = torque / 1e3 * 8000.0 * TAU / 60.0;
+    assert!((cutter.power_watts().unwrap() - power).abs() < 1e-9 * power);
+    assert_eq!(cutter.feed_mm_per_min(), Some(2560.0));
+    assert_eq!(parse("D=10,z=4,ae=5,ap=8,fz=0.08,cut=up").unwrap().power_watts(), None);
+    // At a point the load is that of a path along φ + 90°.
+    let path = read("x_mm,y_mm,z_mm\n0,0,0\n5,2,0\n");
+    let axes = frame_about(Vector3::z());
+    let along = axes.tr_mul(&path.points()[1].tangent);
+    let phi = (-along.x).atan2(along.y);
+    let wanted = loads(&CuttingLaw::EndMilling(cutter.law), &path)[1];
+    let cut = cutter.force();
+    let tool = Pose { rotation: axes, translation: Vector3::zeros() };
+    let found = PointLoad::Cut(cut.into(), phi, cut.torque_Nmm).wrench(&tool);
+    assert!((found.force - wanted.force_N).norm() < 1e-9, "{} {}", found.force, wanted.force_N);
+    assert!((found.moment - wanted.moment_Nmm).norm() < 1e-9, "{} {}", found.moment, wanted.moment_Nmm);
+    for (text, problem) in [
+        ("D=10,z=4", "radial_width_mm: missing"),
+        ("D=10,z=4,ae=5,ap=8,cut=up", "fz: missing: expected the feed per tooth in mm"),
+        ("D=10,z=4,ae=5,ap=8,fz=0.1", "cut: missing"),
+        ("D=10,z=4,ae=15,ap=8,fz=0.1", "must be at most diameter_mm"),
+        ("D=10,D=5", "D=5: is given twice"),
+        ("D", "expected entries such as D=10"),
+        ("D=ten", "D=ten: expected a number"),
+        ("z=4.5", "expected a whole number"),
+        ("cut=left", "expected cut=up or cut=down"),
+        ("vc=300", "vc=300: expected D, z, ae, ap, fz, cut, n, kr and ka"),
+        ("D=10,z=4,ae=10,ap=8,fz=0.1,n=0", "n: must be"),
+    ] {
+        let refused = parse(text).unwrap_err();
+        assert!(refused.contains(problem) && refused.contains("--cutter"), "{text}: {refused}");
+    }
+    assert!(Cutter::parse("D=10,z=4,ae=10,ap=8,fz=0.1", "cheese").is_err());
+    assert!(Cutter::parse("D=10,z=4,ae=10,ap=8,fz=0.1", "C45E").is_err());
+    assert!(Cutter::parse("D=10,z=4,ae=10,ap=8,fz=0.1,kr=0.3,ka=-0.1", "C45E").is_ok());
 }

@@ -101,7 +101,7 @@ fn what_depends_on_the_machine_or_does_not_end_is_refused_with_its_line() {
         ),
         (
             "O1\nM98 P7\n",
-            "part.nc:2:1: `M98 P7`: subprogram 7 is neither in the file nor beside it; expected O7, or a file of this name".into(),
+            "part.nc:2:1: `M98 P7`: subprogram 7 is neither in the file nor beside it; expected O7, a file of this name, or 7 in calls_kept of [gcode] if it moves nothing".into(),
         ),
         (
             "O1\nM98 P1\n",
@@ -304,4 +304,153 @@ fn decimals_are_those_of_the_file_and_not_of_what_macros_compute() {
     let fine = source.replace("X5.25", "X5.25000");
     let program = Program::parse_expanded(fine, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
     assert_eq!(program.own_format().mm_decimals(), 5);
+}
+
+/// Positions of the tool in X and Y at the ends of the moves of a program in plain coordinates, to 1e-6 mm.
+fn ends(source: &str) -> Vec<[f64; 2]> {
+    let program = expanded(source).unwrap_or_else(|error| panic!("{error}"));
+    let path = program.toolpath(Sampling::new(1e4, 1e4).unwrap().with_max_turn(4.0).unwrap()).unwrap();
+    let points = path.points();
+    let is_last = |k: &usize| points.get(k + 1).is_none_or(|next| next.source.segment != points[*k].source.segment);
+    let round = |c: f64| (c * 1e6).round() / 1e6 + 0.0;
+    (0..points.len()).filter(is_last).map(|k| [points[k].position_mm.x, points[k].position_mm.y].map(round)).collect()
+}
+
+#[test]
+fn rotated_coordinates_are_written_plain() {
+    // A quarter turn about (10, 5): (10 + a, 5 + b) becomes (10 − b, 5 + a).
+    let source = "G21 G90 G54 G0 X0 Y0 Z0\nG68 X10 Y5 R90\nG1 X20 Y5 F100\nX20 Y8\nG3 X17 Y11 I-3 J0\nG91 G1 X2\nG90 G69\nG1 X0 Y0\nM30\n";
+    assert_eq!(ends(source), [[0.0, 0.0], [10.0, 15.0], [7.0, 15.0], [4.0, 12.0], [4.0, 14.0], [0.0, 0.0]]);
+    assert_eq!(
+        lines(source)[2..6],
+        ["G1 X10.0 Y15.0 F100", "X7.0 Y15.0", "G3 X4.0 Y12.0 I0.0 J-3.0", "G91 G1 X0.0 Y2.0"]
+    );
+    // Holes of a cycle, whose Z and R stay; by calls, each time by another angle.
+    let source = "G0 X0 Y0 Z5\n#1=0\nWHILE [#1 LT 3] DO1\nG68 X0 Y0 R[#1*90]\nG81 X10 Y0 Z-2 R1 F50\nG80 G69\n#1=#1+1\nEND1\nM30\n";
+    let found = lines(&source.replace("G81", "G1").replace("R1 F50", "F50"));
+    assert!(
+        found.contains(&"G1 X0.0 Y10.0 Z-2 F50".to_owned()) && found.contains(&"G1 X-10.0 Y0.0 Z-2 F50".to_owned()),
+        "{found:?}"
+    );
+    assert_eq!(ends(source).iter().filter(|end| **end == [-10.0, 0.0]).count() > 0, true);
+}
+
+#[test]
+fn polar_coordinates_are_written_plain() {
+    let source = "G17 G90 G16\nG0 X100 Y0 Z5\nG1 Y90 F100\nX50\nG91 Y90\nG90 G15\nG1 X0 Y0\nM30\n";
+    assert_eq!(ends(source), [[100.0, 0.0], [0.0, 100.0], [0.0, 50.0], [-50.0, 0.0], [0.0, 0.0]]);
+    assert!(refusal("G0 X0 Y0 Z0\nG16\nG1 Y30 F9\n").contains("leads to a place that depends on the control here"));
+    assert!(
+        refusal("G0 X0 Y0 Z0\nG16\nG1 X9 Y30 F9\nG91 X5\n")
+            .contains("not followed while coordinates are rotated or polar")
+    );
+}
+
+#[test]
+fn corners_of_lines_are_written_as_moves() {
+    let square = |corner: &str| format!("G0 X0 Y0 Z0\nG1 X20{corner} F100\nY20\nX5 Y5\nM30\n");
+    assert_eq!(ends(&square(",C3")), [[0.0, 0.0], [17.0, 0.0], [20.0, 3.0], [20.0, 20.0], [5.0, 5.0]]);
+    assert_eq!(ends(&square(" ,R4.")), [[0.0, 0.0], [16.0, 0.0], [20.0, 4.0], [20.0, 20.0], [5.0, 5.0]]);
+    assert_eq!(lines(&square(",R4"))[1..4], ["G1 X16.0 Y0.0 F100", "G3 X20.0 Y4.0 R4.0", "G1 X20.0 Y20.0"]);
+    // A corner behind a corner; one to the right.
+    let found = ends("G0 X0 Y0 Z0\nG1 X20 ,C3 F9\nY20 ,R2\nX40\nM30\n");
+    assert_eq!(found, [[0.0, 0.0], [17.0, 0.0], [20.0, 3.0], [20.0, 18.0], [22.0, 20.0], [40.0, 20.0]]);
+    let place = "are followed between two straight lines of G17 and G90 that are long enough";
+    for source in [
+        "G0 X0 Y0 Z0\nG1 X20 ,R25 F9\nY20\n",
+        "G0 X0 Y0 Z0\nG1 X20 ,R5 F9\nG2 X30 Y10 I10 J0\n",
+        "G0 X0 Y0 Z0\nG1 X20 ,R5 F9\nM8\nY20\n",
+        "G0 X0 Y0 Z0\nG1 X20 ,R5 F9\nX30\n",
+        "G0 X0 Y0 Z0\nG0 X20 ,R5\nG1 Y20 F9\n",
+        "G0 X0 Y0 Z0\nG91 G1 X20 ,R5 F9\nY20\n",
+        "G0 X0 Y0 Z0\nG1 X20 Z-1 ,C5 F9\nY20\n",
+        "G0 X0 Y0 Z0\nG1 X20 ,C5 F9\nM30\n",
+        "G0 X0 Y0 Z0\nG1 X20 ,C F9\nY20\n",
+    ] {
+        let refused = refusal(source);
+        assert!(refused.contains(place), "{source}: {refused}");
+    }
+}
+
+#[test]
+fn rotations_that_depend_on_the_control_are_refused() {
+    let begin = "G0 X0 Y0 Z0\nG68 X0 Y0 R30\n";
+    for (source, problem) in [
+        ("G0 X0 Y0 Z0\nG68 R30\nG1 X5 Y5 F9\n", "rotates by what the line does not say"),
+        ("G0 X0 Y0 Z0\nG68 X0 Y0\nG1 X5 Y5 F9\n", "rotates by what the line does not say"),
+        ("G0 X0 Y0 Z0\nG18\nG68 X0 Y0 R5\nG1 X5 Y5 F9\n", "rotates by what the line does not say"),
+        (&format!("{begin}G1 X5 F9\n"), "leads to a place that depends on the control here"),
+        (&format!("{begin}G91 G1 X5 Y5 F9\n"), "leads to a place that depends on the control here"),
+        (&format!("{begin}G69\nG1 X5 F9\n"), "leads to a place that depends on the control here"),
+        (&format!("{begin}G55 G1 X5 Y5 F9\n"), "not followed while coordinates are rotated or polar"),
+        (&format!("{begin}G1 X5 Y5 F9\nG28 Z0\n"), "not followed while coordinates are rotated or polar"),
+        (&format!("{begin}G68 X0 Y0 R9\n"), "not followed while coordinates are rotated or polar"),
+        (&format!("G90.1\n{begin}G1 X5 Y5 F9\nG2 X7 Y7 I7 J5\n"), "not followed while coordinates are rotated or polar"),
+        ("G0 X0 Y0 Z0\nG51 X0 Y0 P2\n", "polar, scaled or rotated coordinates are not supported"),
+    ] {
+        let refused = refusal(source);
+        assert!(refused.contains(problem), "{source}: {refused}");
+    }
+    let options = GcodeOptions { dialect: Some(kinetostat::toolpath::gcode::Dialect::LinuxCnc), ..Default::default() };
+    let refused = Program::parse_expanded(format!("{begin}G1 X5 Y5 F9\n").into_bytes(), "part.nc", &options, &|_| None);
+    assert!(refused.unwrap_err().to_string().contains("polar, scaled or rotated coordinates"));
+}
+
+#[test]
+fn subprograms_alone_are_read_from_where_they_are_called() {
+    let source = "O5001\nG1 X20 F100\nG91 Y5\nM99 (back)\n%\n";
+    let start = Some(Vector3::new(1.0, 2.0, 3.0));
+    let options = GcodeOptions { start_mm: start, ..Default::default() };
+    let program = Program::parse(source, "5001.nc", &options).unwrap();
+    let path = program.toolpath(Sampling::default()).unwrap();
+    assert_eq!(path.points()[path.len() - 1].position_mm, Vector3::new(20.0, 7.0, 3.0));
+    let same = program.rewrite(&path, &path.positions_mm(), program.own_format()).unwrap();
+    assert_eq!(same.bytes(), source.as_bytes());
+    let refused = Program::parse_expanded(source, "5001.nc", &GcodeOptions::default(), &|_| None).unwrap_err();
+    assert!(refused.to_string().contains("expected M2 or M30, or start_mm in [gcode]"), "{refused}");
+    // With calls of its own, it is run to its end.
+    let source = "O1\nM98 P100\nM99\nO100\nG91 G1 X1 F9\nM99\n";
+    let program = Program::parse_with_calls(source, "1.nc", &options, &|_| None).unwrap();
+    assert_eq!(program.toolpath(Sampling::default()).unwrap().points()[0].position_mm, Vector3::new(2.0, 2.0, 3.0));
+    assert!(Program::parse("G1 X5 F9\nM99 P10\n", "1.nc", &options).is_err());
+    // Behind its end nothing moves.
+    assert!(Program::parse("G1 X5 F9\nM99\nX6\n", "1.nc", &options).unwrap_err().to_string().contains("end"));
+}
+
+#[test]
+fn calls_that_move_nothing_stay_as_they_are() {
+    let source = "G0 X0 Y0 Z0\nG65 P9810 X100. Y5. (probe)\nM98 P9000 L2\nG1 X5 F9\nM30\n";
+    let options = GcodeOptions { calls_kept: vec![9810, 9000], ..Default::default() };
+    let program = Program::parse(source, "part.nc", &options).unwrap();
+    let path = program.toolpath(Sampling::default()).unwrap();
+    assert_eq!(path.points()[path.len() - 1].position_mm, Vector3::new(5.0, 0.0, 0.0));
+    assert_eq!(program.rewrite(&path, &path.positions_mm(), program.own_format()).unwrap().bytes(), source.as_bytes());
+    let written_out = Program::parse_expanded(source, "part.nc", &options, &|_| None).unwrap();
+    assert!(String::from_utf8_lossy(written_out.source()).contains("G65 P9810 X100. Y5. (probe)\nM98 P9000 L2\n"));
+    let refused = refusal(source);
+    assert!(
+        refused.contains("subprogram 9810 is neither in the file nor beside it")
+            && refused.contains("or 9810 in calls_kept of [gcode]"),
+        "{refused}"
+    );
+    // One that moves beside the call is no line that moves nothing.
+    assert!(Program::parse("G0 X0 Y0 Z0\nG1 X5 F9 M98 P9000\n", "part.nc", &options).is_err());
+}
+
+#[test]
+fn programs_of_okuma_are_refused_by_their_name() {
+    for first in ["$FLANGE.MIN%", " $A1.ssb% "] {
+        let source = format!("{first}\n(PART)\nLEN=20\nG0 X0 Y0 Z0\nG1 XLEN F9\n");
+        let refused = Program::parse(source, "flange.nc", &GcodeOptions::default()).unwrap_err().to_string();
+        assert!(refused.contains("a program of Okuma's OSP control"), "{refused}");
+    }
+    // Grbl's settings begin with the same sign.
+    assert!(Program::parse("$H\nG0 X0 Y0 Z0\n", "grbl.nc", &GcodeOptions::default()).is_ok());
+}
+
+#[test]
+fn comments_in_comments_are_refused_by_what_they_are() {
+    let refused = refusal("G0 X0 Y0 Z0\nG1 X5 F9 (a (b) c)\n");
+    assert!(refused.contains("comment within a comment"), "{refused}");
+    assert!(expanded("G0 X0 Y0 Z0\nG1 X5 F9 (a (b))\n").is_ok());
 }

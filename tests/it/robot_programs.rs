@@ -7,7 +7,7 @@ use kinetostat::toolpath::{
     NumberFormat, Orientation, Sampling, Toolpath,
     gcode::WriteOptions,
     internals::{Base, Bases, Scan, Tool, Tools},
-    robot::{Language, RobotOptions, RobotProgram, abc_of_rotation, rotation_of_abc},
+    robot::{CutcomPoints, Language, RobotOptions, RobotProgram, abc_of_rotation, rotation_of_abc},
 };
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -154,6 +154,151 @@ fn programs_without_correction_are_the_same_and_with_one_lead_where_they_should(
         assert!(names.len() >= 15, "{} programs in {folder}", names.len());
         names.iter().for_each(|name| check_written(&program(name)));
     }
+}
+
+/// The centres of the unit vectors between the points of a motion and `centre` turn by these angles about +z, degrees.
+fn turned_about(path: &Toolpath, motion: usize, centre: Vector3<f64>) -> f64 {
+    let points = path.points();
+    let first = points.iter().position(|point| point.source.segment == motion).unwrap();
+    let on_arc = points[first - 1..].iter().take_while(|point| point.source.segment <= motion);
+    let arms: Vec<Vector3<f64>> = on_arc.map(|point| point.position_mm - centre).collect();
+    let turn = |pair: &[Vector3<f64>]| {
+        let (a, b) = (pair[0], pair[1]);
+        (a.x * b.y - a.y * b.x).atan2(a.x * b.x + a.y * b.y)
+    };
+    arms.windows(2).map(turn).sum::<f64>().to_degrees()
+}
+
+#[test]
+fn arcs_of_apt_turn_as_the_system_that_wrote_them_means_it() {
+    let of = |name: &str| program(&format!("apt/{name}")).toolpath(Sampling::default()).unwrap();
+    let is_near = |found: f64, wanted: f64| assert!((found - wanted).abs() < 1e-2, "{found} instead of {wanted}");
+    // SolidWorks CAM: right-handed about the axis; a full turn that goes down is a helix.
+    let path = of("16_circles.apt");
+    is_near(turned_about(&path, 2, Vector3::zeros()), 90.0);
+    is_near(turned_about(&path, 3, Vector3::new(0.0, 50.0, 0.0)), -270.0);
+    is_near(turned_about(&path, 4, Vector3::new(0.0, 50.0, 0.0)), 360.0);
+    let middle = path.points().iter().find(|p| p.source.segment == 4 && p.source.parameter >= 0.5).unwrap();
+    assert!((middle.position_mm - Vector3::new(-20.0, 50.0, -2.5)).norm() < 0.4, "{}", middle.position_mm);
+    assert_eq!((path.points()[5].tool, path.points()[5].feed_mm_per_min), (Some(7), Some(300.0)));
+    // NX: clockwise seen against the axis.
+    is_near(turned_about(&of("17_circles_nx.cls"), 1, Vector3::zeros()), -90.0);
+    // Creo: right-handed.
+    is_near(turned_about(&of("18_circles_creo.ncl.3"), 2, Vector3::zeros()), -90.0);
+    // CATIA: in the direction of INDIRV, to the first or the second place where the circle meets the line.
+    let path = of("19_circles_catia.apt");
+    is_near(turned_about(&path, 2, Vector3::zeros()), 135.0);
+    is_near(turned_about(&path, 3, Vector3::zeros()), 315.0);
+    let up = path.points().iter().filter(|point| point.source.segment == 4);
+    assert!(
+        up.clone()
+            .all(|p| (p.position_mm - Vector3::new(0.0, 10.4, 0.0)).norm() - 10.0 < 1e-3 && p.position_mm.z > 0.0)
+    );
+    // CSYS says how the tool stands where coordinates are those of the world.
+    let path = of("20_setups.apt");
+    let axis = |k: usize| path.points()[k].orientation;
+    assert_eq!(axis(0), Some(Orientation::ToolAxis(Vector3::z())));
+    let last_of = |motion: usize| path.points().iter().rposition(|point| point.source.segment == motion).unwrap();
+    assert_eq!(axis(last_of(3)), Some(Orientation::ToolAxis(Vector3::x())));
+    assert_eq!(axis(last_of(5)), Some(Orientation::ToolAxis(Vector3::z())));
+}
+
+#[test]
+fn arcs_of_apt_stay_arcs_where_one_passes_the_corrected_points() {
+    let options = RobotOptions::default();
+    let program = parse(
+        Language::Apt,
+        "FEDRAT/100\nGOTO/30.000,0,0\nCIRCLE/0.000,0.000,0,0,0,1\nGOTO/0.000,30.000,0\n",
+        &options,
+    );
+    let program = program.unwrap();
+    let path = program.toolpath(Sampling::default()).unwrap();
+    let grown: Vec<Vector3<f64>> =
+        path.positions_mm().iter().map(|p| p + p.normalize() * 0.25 + Vector3::new(0.1, -0.2, 0.3)).collect();
+    let written = program.rewrite(&path, &grown, None, program.own_format()).unwrap();
+    assert_eq!(
+        String::from_utf8_lossy(written.bytes()),
+        "FEDRAT/100\nGOTO/30.350,-0.200,0.300\nCIRCLE/0.100,-0.200,0.300,0,0,1\nGOTO/0.100,30.050,0.300\n"
+    );
+    // Where none does, lines take the place of the circle and of its record.
+    let bent: Vec<Vector3<f64>> =
+        path.points().iter().map(|p| p.position_mm + Vector3::z() * (9.0 * p.source.parameter).sin() * 0.2).collect();
+    let written =
+        program.rewrite(&path, &bent, None, WriteOptions::with_tolerance(0.005, program.own_format())).unwrap();
+    let text = String::from_utf8_lossy(written.bytes()).into_owned();
+    assert!(!text.contains("CIRCLE") && text.matches("GOTO/").count() > 4, "{text}");
+}
+
+#[test]
+fn holes_of_apt_cycles_are_moved_with_their_bottom() {
+    let source = "UNITS/MM\nSPINDL/1000,RPM,CLW\nRAPID\nGOTO/10.000,0,30\nCYCLE/INIT\n\
+                  CYCLE/DEEP2,FEDTO,12.5,1STPECK,5.,SUBPECK,2.,MMPR,0.1,RAPTO,3.,RTRCTO,25.\nGOTO/10.000,20.000,1.500\n\
+                  GOTO/40.000,20.000,1.500\nCYCLE/OFF\nGOTO/40,20,40\nFINI\n";
+    let program = parse(Language::Apt, source, &RobotOptions::default()).unwrap();
+    let path = program.toolpath(coarse()).unwrap();
+    let hole: Vec<_> = path.points().iter().filter(|point| point.source.segment == 1).collect();
+    assert!(program.is_hole(1) && program.is_hole(2) && !program.is_hole(0) && !program.is_hole(3));
+    let heights: Vec<f64> = hole.iter().map(|point| point.position_mm.z).collect();
+    assert_eq!(
+        (heights[0], heights[1], heights[heights.len() - 2], heights[heights.len() - 1]),
+        (30.0, 4.5, -11.0, 26.5)
+    );
+    assert!(hole.iter().all(|point| point.cutting == (point.position_mm.z < 4.5)));
+    assert_eq!(hole[3].feed_mm_per_min, Some(100.0));
+    // From hole to hole at the height of RTRCTO.
+    let next = path.points().iter().find(|point| point.source.segment == 2).unwrap();
+    assert_eq!(next.position_mm, Vector3::new(40.0, 20.0, 26.5));
+    let same = program.rewrite(&path, &path.positions_mm(), None, program.own_format()).unwrap();
+    assert_eq!(same.bytes(), source.as_bytes());
+    let moved: Vec<Vector3<f64>> = path
+        .points()
+        .iter()
+        .map(|p| p.position_mm + if p.cutting { Vector3::new(0.012, -0.02, 0.1) } else { Vector3::zeros() })
+        .collect();
+    let written = program.rewrite(&path, &moved, None, program.own_format()).unwrap();
+    let text = String::from_utf8_lossy(written.bytes()).into_owned();
+    assert!(text.contains("RTRCTO,25.\nGOTO/10.012,19.980,1.600\nGOTO/40.012,19.980,1.600\nCYCLE/OFF\n"), "{text}");
+    let back = written.read_back().unwrap().positions_mm();
+    let bottom = path.points().iter().rposition(|point| point.source.segment == 1).unwrap() - 1;
+    assert!((back[bottom] - moved[bottom]).norm() < 1e-9);
+    // NX writes the depth negative; Creo names it DEPTH and CLEAR; without RTRCTO the tool comes back to where the feed began.
+    for cycle in [
+        "DRILL,RAPTO,3.,FEDTO,-12.5,MMPM,100",
+        "DRILL, DEPTH, 12.5, MMPM, 100, CLEAR, 3.",
+        "TAP,FEDTO,12.5,MMPM,100,RAPTO,3.",
+    ] {
+        let source = format!("GOTO/0,0,9\nCYCLE/{cycle}\nGOTO/5,0,0,0,0,1\nCYCLE/OFF\n");
+        let path = parse(Language::Apt, &source, &RobotOptions::default()).unwrap().toolpath(coarse()).unwrap();
+        let z: Vec<f64> = path.positions_mm().iter().map(|p| p.z).collect();
+        assert_eq!((z[1], z[2], z[z.len() - 2], z[z.len() - 1]), (9.0, 3.0, -12.5, 3.0), "{cycle}");
+    }
+}
+
+#[test]
+fn points_under_cutcom_are_asked_for() {
+    let source = "GOTO/0,0,0\nCUTCOM/LEFT\nGOTO/10,0,0\nCUTCOM/OFF\nGOTO/10,10,0\n";
+    let with = |cutcom_points| parse(Language::Apt, source, &RobotOptions { cutcom_points, ..Default::default() });
+    let refused = with(None).unwrap_err();
+    assert!(
+        refused.contains("p.apt:2: `CUTCOM/LEFT`") && refused.contains("cutcom_points = \"tool_centre\" or"),
+        "{refused}"
+    );
+    assert!(
+        with(Some(CutcomPoints::Contour))
+            .unwrap_err()
+            .contains("contours from which the control offsets the tool are not")
+    );
+    check_written(&with(Some(CutcomPoints::ToolCentre)).unwrap());
+    // Creo says it itself.
+    let creo = |points: &str| {
+        parse(
+            Language::Apt,
+            &format!("$$-> CUTCOM_GEOMETRY_TYPE / OUTPUT_ON_{points}\n{source}"),
+            &RobotOptions::default(),
+        )
+    };
+    check_written(&creo("CENTER").unwrap());
+    assert!(creo("PROFILE").unwrap_err().contains("contours"));
 }
 
 #[test]
@@ -928,13 +1073,67 @@ fn apt_programs_mean_what_they_say() {
 
 #[test]
 fn apt_that_is_not_followed_is_refused_by_line_and_record() {
-    let circles = ": circles, cycles, compensation, turned tables and computed motions are not followed; expected GOTO/x,y,z,i,j,k";
+    let computed = ": turned tables, splines and computed motions are not followed; expected GOTO/x,y,z,i,j,k";
+    let circle = ": expected x,y,z,i,j,k (SolidWorks CAM), x,y,z,i,j,k,r behind a header of Pro/CLfile (Creo), or x,y,z,i,j,k,r,t,f,d,e (NX)";
+    let cycle = ": expected DRILL, DEEP, BRKCHP, FACE, REAM, BORE or TAP with FEDTO or DEPTH, RAPTO or CLEAR, and RTRCTO, each before its number";
+    let block = ": blocks of a control that INSERT puts into the program are not followed; expected a comment, or INSERT in \
+                 robot_program.calls_kept if none moves the tool";
+    let behind = ": expected the motion of the circle behind CIRCLE or INDIRV";
+    let turned = ": expected TLON,GOFWD/(CIRCLE/x,y,z,r),ON,(LINE/…) or (CYLNDR/x,y,z,i,j,k,r),ON,(PLANE/…) behind INDIRV, outside of cycles and RAPID";
+    let hole = ": expected GOTO of a hole in a cycle, and no RAPID before the end of an arc";
+    let no_circle = ": start, middle and end are on no circle; expected three points apart and not on a line";
     for (source, end) in [
-        ("CUTCOM/LEFT,5", circles),
-        ("CIRCLE/0,0,0,0,0,1,5,0.01", circles),
-        ("CYCLE/DRILL,5,MMPM,100", circles),
-        ("GOFWD/L1,TO,L2", circles),
-        ("ROTABL/AAXIS,90", circles),
+        ("CIRCLE/0,0,0,0,0,1,5,0.01", circle),
+        ("CIRCLE/0,0,0,0,0,1,5", circle),
+        ("CIRCLE/0,5,0,0,0,0\nGOTO/0,10,0", ": expected an axis i,j,k of length 1"),
+        (
+            "CIRCLE/0,5,0,0,0,1,5,.01,.5,10,0,TIMES,2",
+            ": helices of several turns (TIMES) are not followed; expected an arc for each turn",
+        ),
+        ("CIRCLE/0,5,0,0,0,1\nFEDRAT/5\nGOTO/0,10,0", behind),
+        ("RAPID\nCIRCLE/0,5,0,0,0,1\nGOTO/0,10,0", hole),
+        (
+            "CIRCLE/0,5,0,0,0,1\nGOTO/0,11,0",
+            ": arc starts 5.0000 mm and ends 6.0000 mm from its centre; expected equal radii to 0.005 mm or 0.1 %",
+        ),
+        (
+            "CIRCLE/0,5,0,0,0,1\nGOTO/5,5,0\nGOTO/0,10,0",
+            ": points on the circle behind its first are not followed; expected one GOTO behind CIRCLE, the end of the arc",
+        ),
+        ("INDIRV/1,0,0\nTLON,GOFWD/C1,PAST,L2", turned),
+        ("INDIRV/1,0,0\nGOTO/0,10,0", behind),
+        // The first place where the circle meets the line is the other one; the direction is not that of the circle.
+        ("INDIRV/-1,0,0\nTLON,GOFWD/(CIRCLE/0,5,0,5),ON,(LINE/0,5,0,5,5,0)", no_circle),
+        ("INDIRV/1,1,0\nTLON,GOFWD/(CIRCLE/0,5,0,5),ON,(LINE/0,5,0,5,5,0)", no_circle),
+        ("CYCLE/DRILL,5,MMPM,100", cycle),
+        ("CYCLE/DRILL,FEDTO,0,RAPTO,3", cycle),
+        ("CYCLE/DRILL,FEDTO,5,RAPTO,3,OPTION,2", cycle),
+        ("CYCLE/MILL,FEDTO,5,RAPTO,3", cycle),
+        ("CYCLE/DRILL,FEDTO,5,RAPTO,3\nGODLTA/1,0,0", hole),
+        ("CYCLE/DRILL,FEDTO,5,RAPTO,3\nRAPID\nGOTO/1,0,0", hole),
+        ("INSERT/G0 Z100", block),
+        ("INSERT/N10 M6", block),
+        ("INSERT/L Z+100 FMAX", block),
+        ("INSERT CALL LBL 5", block),
+        ("INSERT/#500=3", block),
+        ("TLDATA/TURN,1,2", ": programs of lathes are not followed; expected a program of a mill"),
+        ("TOOLNO/1,TURN,2", ": programs of lathes are not followed; expected a program of a mill"),
+        ("TRNTYP/LOCAL,0,0,0", ": other kinds of coordinates are not followed; expected TRNTYP/WORLD,0,0,0"),
+        (
+            "$$-> CSYS / 1,0,0,0, $\n0,1,0,0,0,0,1,0\n$$-> CSYS / 1,0,0,5, $\n0,1,0,0,0,0,1,0",
+            ": second systems of coordinates are not followed; expected one for all points",
+        ),
+        (
+            "$$*CATIA0\n$$ A\n$$ 1 0 0 0\n$$ 0 1 0 0\n$$ 0 0 1 0\n$$*CATIA0\n$$ B\n$$ 1 0 0 0\n$$ 0 1 0 9\n$$ 0 0 1 0",
+            ": second systems of coordinates are not followed; expected one for all points",
+        ),
+        (
+            "GOTO/0,0,0,1,0,0\nMULTAX/OFF\nGOTO/1,0,0",
+            ": expected the tool axis i,j,k behind MULTAX/OFF, or TLAXIS before",
+        ),
+        ("NURBS/", computed),
+        ("GOFWD/L1,TO,L2", computed),
+        ("ROTABL/AAXIS,90", computed),
         ("GOTO/P1", ": expected a plain number"),
         ("GOTO/1,2", ": expected three plain numbers x,y,z, or six with the tool axis i,j,k"),
         ("GOTO/1,2,3,0,0,2", ": tool axis has length 2; expected 1"),
@@ -946,7 +1145,7 @@ fn apt_that_is_not_followed_is_refused_by_line_and_record() {
         ("FINI\nGOTO/1,2,3", ": a motion after the end of the program in line 2; expected none"),
         (
             "MSYS/0,0,0,1,0,0,0,1,0\nMSYS/5,0,0,1,0,0,0,1,0",
-            ": second systems of coordinates are not followed; expected one MSYS",
+            ": second systems of coordinates are not followed; expected one for all points",
         ),
     ] {
         let message = parse(Language::Apt, &format!("GOTO/0,0,0\n{source}\n"), &RobotOptions::default()).unwrap_err();
@@ -974,7 +1173,10 @@ fn names_and_first_words_tell_the_language() {
     assert_eq!(of("a.SRC", ""), Some(Language::Krl));
     assert_eq!(of("a.mod", "%%%\n VERSION:1\n%%%\nMODULE a"), Some(Language::Rapid));
     assert_eq!(of("a.prg", "G0 X1\n"), None);
-    assert_eq!(of("a.ncl", ""), Some(Language::Apt));
+    for name in ["a.ncl", "a.ncl.12", "a.aptsource", "a.clsf"] {
+        assert_eq!(of(name, ""), Some(Language::Apt), "{name}");
+    }
+    assert_eq!((of("a.nc.1", ""), of("ncl.1", "")), (None, None));
     assert_eq!(of("a.script", ""), Some(Language::UrScript));
     assert_eq!((of("a.LS", ""), of("a.tp", "")), (Some(Language::Ls), Some(Language::Ls)));
     assert_eq!((of("a.nc", "MODULE"), of("a", "")), (None, None));

@@ -20,6 +20,8 @@ use crate::{
 pub enum PointLoad {
     /// A milling force at tool angle φ in rad, on the tool tip.
     Milling(MillingForce, f64),
+    /// A milling force as above, and its torque about the tool's axis, N·mm, above 0 against a spindle that turns clockwise.
+    Cut(MillingForce, f64, f64),
     /// A wrench at P in O axes.
     Wrench(Wrench),
 }
@@ -29,6 +31,11 @@ impl PointLoad {
     pub fn wrench(&self, tool: &Pose) -> Wrench {
         match *self {
             PointLoad::Milling(force, phi) => force.wrench(phi, tool),
+            PointLoad::Cut(force, phi, torque) => {
+                let own = force.wrench(phi, tool);
+                // About the direction from the tip to the spindle, against z of the tool.
+                Wrench { moment: own.moment - tool.rotation * Vector3::z() * torque, ..own }
+            }
             PointLoad::Wrench(wrench) => wrench,
         }
     }

@@ -42,7 +42,7 @@ fn tool_displacement(answer: &PointResult) -> Option<Vector3<f64>> {
 /// Returns the force on the tool in axes of the tool frame T, N; a milling force directly from eq. (17), without rounding by way of O.
 fn force_on_tool(answer: &PointResult) -> Vector3<f64> {
     match answer.question.load {
-        PointLoad::Milling(force, phi) => force.force(phi),
+        PointLoad::Milling(force, phi) | PointLoad::Cut(force, phi, _) => force.force(phi),
         PointLoad::Wrench(_) => answer.tool.rotation.tr_mul(&answer.wrench.force),
     }
 }
@@ -120,7 +120,7 @@ fn point_object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Resu
     let cautions = subjects.into_iter().map(|(what, said)| format!("{what}: {said}"));
     let cautions: Vec<String> = cautions.chain(balanced.into_iter().flat_map(beyond_limits)).collect();
     let phi_deg = match question.load {
-        PointLoad::Milling(_, phi) => Some(tidy_degrees(phi.to_degrees())),
+        PointLoad::Milling(_, phi) | PointLoad::Cut(_, phi, _) => Some(tidy_degrees(phi.to_degrees())),
         PointLoad::Wrench(_) => None,
     };
     let [status, reason, compensation_status, compensation_reason] = match answer {
@@ -246,8 +246,10 @@ fn details_text(answer: &PointResult) -> String {
     if let Some((branch, clearance)) = &answer.branch {
         text += &line("branch", format!("{branch}: {}", branch_margin_text(clearance)));
     }
-    if let PointLoad::Milling(force, phi) = answer.question.load {
+    if let PointLoad::Milling(force, phi) | PointLoad::Cut(force, phi, _) = answer.question.load {
         let MillingForce { radial, tangential, axial, law } = force;
+        // What a cutter gives has more digits than anyone reads.
+        let [radial, tangential, axial] = [radial, tangential, axial].map(|force| (force * 1e3).round() / 1e3);
         let way = if axial < 0.0 { "(into the spindle)" } else { "(out of the spindle)" };
         let along = vector(force_on_tool(answer), 1);
         text += &line("tool angle", format!("{:.1}°", phi.to_degrees()));

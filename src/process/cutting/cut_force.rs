@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{heading, lateral_share};
+use crate::process::{ForceLaw, MillingForce};
 
 /// Force on the tool at its tip and torque about its axis, in the directions of feed and tool: f along the feed, s from
 /// the tip to the spindle, n = s × f.
@@ -26,5 +27,14 @@ impl CutForce {
             None => axial,
         };
         (force, spindle * self.torque_Nmm)
+    }
+}
+
+impl From<CutForce> for MillingForce {
+    /// Converts the force of a cut: its radial component is across the feed (F_n), the tangential one along it (F_f), so that φ is a quarter turn
+    /// before the direction of the feed.
+    fn from(cut: CutForce) -> Self {
+        let [along, across, to_spindle] = cut.force_N.into();
+        Self { radial: across, tangential: along, axial: -to_spindle, law: ForceLaw::Rotated }
     }
 }

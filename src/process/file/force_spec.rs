@@ -97,7 +97,7 @@ impl SlotMillingSpec {
 }
 
 /// The table `end_milling`; see [`crate::process::cutting::EndMilling`].
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EndMillingSpec {
     /// D.

@@ -2,6 +2,8 @@
 
 pub mod chain_errors;
 #[cfg(not(target_family = "wasm"))]
+mod cutter;
+#[cfg(not(target_family = "wasm"))]
 mod feed;
 mod force;
 pub(crate) mod force_spec;
@@ -18,6 +20,9 @@ mod stl;
 #[cfg(not(target_family = "wasm"))]
 mod stock;
 mod tool_force;
+
+#[cfg(not(target_family = "wasm"))]
+pub use cutter::Cutter;
 
 #[cfg(not(target_family = "wasm"))]
 use crate::process::stock::StockRemoval;

@@ -233,6 +233,7 @@ fn gcode_options(
             Some(true) => Expand::Always,
             Some(false) => Expand::Never,
         },
+        calls_kept: spec.calls_kept.clone(),
         tool_comments: false,
     })
 }

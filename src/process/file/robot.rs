@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::{
     input::{check::Check, error::Result},
     machine::ExternalAxes,
-    toolpath::robot::{RobotOptions, rotation_of_abc},
+    toolpath::robot::{CutcomPoints, RobotOptions, rotation_of_abc},
 };
 
 /// The table `robot_program`: what a robot or APT program does not say itself.
@@ -26,6 +26,18 @@ pub struct RobotSpec {
     /// Subprograms that do not move the tool.
     #[serde(default)]
     pub calls_kept: Vec<String>,
+    /// What points of APT under CUTCOM are.
+    pub cutcom_points: Option<CutcomSpec>,
+}
+
+/// What points of APT under CUTCOM are, as written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CutcomSpec {
+    /// The tool centre.
+    ToolCentre,
+    /// The contour.
+    Contour,
 }
 
 /// The pose of a base or work object in W, as written.
@@ -75,5 +87,9 @@ pub(super) fn options(spec: &RobotSpec, check: &Check) -> Result<RobotOptions> {
         bases,
         external_axes: spec.external_axes.clone(),
         calls_kept: spec.calls_kept.iter().map(|name| name.to_ascii_lowercase()).collect(),
+        cutcom_points: spec.cutcom_points.map(|points| match points {
+            CutcomSpec::ToolCentre => CutcomPoints::ToolCentre,
+            CutcomSpec::Contour => CutcomPoints::Contour,
+        }),
     })
 }

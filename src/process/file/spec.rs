@@ -266,6 +266,9 @@ pub struct GcodeSpec {
     pub rotary_tip: RotaryTip,
     /// Whether programs are expanded into their moves before they are read; if not given, only those that cannot be read otherwise.
     pub expand: Option<bool>,
+    /// Numbers of programs that are called and move nothing.
+    #[serde(default)]
+    pub calls_kept: Vec<u32>,
     /// Decimals of coordinates written in mm; those of the program if not given.
     pub decimals_mm: Option<u8>,
     /// Decimals of coordinates written in inches; those of the program if not given.

@@ -117,6 +117,10 @@ impl Run<'_> {
             return Err((word.span.start, Fault::Macro(MacroFault::CallWord { letter: word.letter })));
         }
         let p = whole_number(&words, 'P')?;
+        if p.is_none() && self.calls.is_empty() && self.has_start {
+            self.write_evaluated(line)?;
+            return Ok(Next::End);
+        }
         let is_return = |word: &CalledWord| word.letter == 'P' || (word.letter == 'M' && word.value == Some(99.0));
         let return_words: Vec<CalledWord> = words.iter().filter(|word| is_return(word)).cloned().collect();
         if let Some(rest) = line.without_words(&return_words) {

@@ -292,7 +292,7 @@ pub(crate) fn evaluate_line(line: &SourceLine, variables: &mut Variables) -> Res
 const MOST_DIGITS: usize = 8;
 
 /// Formats a value as a word of `letter` takes it: whole, or with a decimal point and at most eight digits.
-fn word_number(letter: u8, value: f64) -> String {
+pub(crate) fn word_number(letter: u8, value: f64) -> String {
     let min_decimals = u8::from(!matches!(letter, b'G' | b'M' | b'N' | b'T' | b'H' | b'D' | b'O' | b'P' | b'L'));
     // Controls read eight digits.
     let whole = format!("{:.0}", value.abs().trunc()).len();

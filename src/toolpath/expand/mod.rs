@@ -11,6 +11,7 @@ mod cycles;
 pub(crate) mod edit;
 mod expression;
 mod flow;
+mod frames;
 mod geometry;
 mod heidenhain;
 mod heidenhain_cycles;
@@ -56,9 +57,19 @@ impl Program {
         beside: &SiblingFiles<'_>,
         keeps_calls: bool,
     ) -> Result<Program, GcodeError> {
-        let dialect = options.dialect.unwrap_or_else(|| Dialect::detect(&source));
+        let dialect = dialect::resolve_dialect(&source, name, options.dialect)?;
         let options = &GcodeOptions { dialect: Some(dialect), ..options.clone() };
         let (mut bytes, mut expansion) = run::Run::new(source, name, options, beside).run_to_end()?;
+        let plain = match dialect.is_iso() {
+            true => frames::plain_coordinates(&bytes, name, options),
+            false => Ok(None),
+        };
+        let plain = plain.map_err(|fault| expansion.relocate(fault))?;
+        let has_plain = plain.is_some();
+        if let Some((moves, lines)) = plain {
+            expansion.compose(&lines);
+            bytes = moves;
+        }
         if !dialect.is_iso() {
             // Those cycles that are left in place are refused when the program is read.
             let without_cycles = dialect.without_cycles(&bytes);
@@ -78,7 +89,8 @@ impl Program {
                 expansion.compose(&lines);
             }
         } else if keeps_calls {
-            expansion.keeps_calls = true;
+            // Lines in rotated coordinates are not those that were called.
+            expansion.keeps_calls = !has_plain;
         } else {
             let program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
             let without_cycles = program.without_cycles().map_err(|fault| expansion.relocate(fault))?;

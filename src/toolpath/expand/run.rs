@@ -25,6 +25,9 @@ const MOST_STEPS: usize = 1_000_000;
 pub(crate) struct Run<'a> {
     block_delete: BlockDelete,
     pub(crate) beside: &'a SiblingFiles<'a>,
+    calls_kept: Vec<u32>,
+    /// Whether it is known where the tool is when the program is called, so that M99 may end it.
+    pub(crate) has_start: bool,
     pub(crate) sources: Vec<SourceFile>,
     pub(crate) files: Vec<CalledFile>,
     pub(crate) here: Origin,
@@ -81,6 +84,8 @@ impl<'a> Run<'a> {
         Run {
             block_delete: options.block_delete,
             beside,
+            calls_kept: options.calls_kept.clone(),
+            has_start: options.start_mm.is_some(),
             sources: vec![SourceFile::new(&source, dialect)],
             files: vec![CalledFile { name: name.to_owned(), bytes: source }],
             here: Origin { file: 0, line: 0 },
@@ -240,6 +245,11 @@ impl<'a> Run<'a> {
 
     /// Runs a line of words: a call, the end by M2, M30 or M99, or motion; returns which line comes next.
     fn follow_words(&mut self, line: &SourceLine) -> Step {
+        let calls = line.has_word(b'M', &[98.0, 198.0]) || line.has_word(b'G', &[65.0]);
+        if calls && !self.calls_kept.is_empty() && self.is_kept_call(line)? {
+            self.write_evaluated(line)?;
+            return Ok(Next::Line);
+        }
         if line.has_word(b'M', &[97.0, 98.0, 198.0]) {
             return self.call_by_number(line);
         }
@@ -254,6 +264,13 @@ impl<'a> Run<'a> {
         }
         self.write_evaluated(line)?;
         Ok(if line.has_word(b'M', &[2.0, 30.0]) { Next::End } else { Next::Line })
+    }
+
+    /// Whether `line` calls a program that the options say moves nothing.
+    fn is_kept_call(&self, line: &SourceLine) -> Result<bool, (usize, Fault)> {
+        let words = line.words(&self.variables)?;
+        let number = words.iter().find(|word| word.letter == 'P').and_then(|word| word.value);
+        Ok(number.is_some_and(|number| self.calls_kept.iter().any(|kept| f64::from(*kept) == number)))
     }
 
     /// Writes a line that calls and branches nowhere, with values in place of its expressions; `Err` gives the byte of the fault.

@@ -38,7 +38,7 @@ pub(crate) struct Arc {
 }
 
 /// Below this distance, mm, the ends of an arc are the same point and the arc a full circle.
-const SAME_POINT_MM: f64 = 1e-9;
+pub(crate) const SAME_POINT_MM: f64 = 1e-9;
 
 impl Arc {
     /// Creates the arc from `start` to `end`, mm in the workpiece frame.
@@ -120,7 +120,7 @@ fn signed_sweep_rad(difference_rad: f64, turn: TurnDirection) -> f64 {
 }
 
 /// Checks that the radii (mm) at start and end are above 0 and differ by at most the rounding in `unit`, or 0.1 % up to 100 times that.
-fn check_radii([start_mm, end_mm]: [f64; 2], unit: LengthUnit) -> Result<(), ArcFault> {
+pub(crate) fn check_radii([start_mm, end_mm]: [f64; 2], unit: LengthUnit) -> Result<(), ArcFault> {
     if start_mm < SAME_POINT_MM {
         return Err(ArcFault::NoRadius);
     }

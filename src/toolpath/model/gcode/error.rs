@@ -58,6 +58,11 @@ pub enum Fault {
     /// A comment that is opened and not closed on its line.
     #[error("comment is not closed; expected `)` on the same line")]
     OpenComment,
+    /// A `)` behind a comment that has ended.
+    #[error(
+        "comment within a comment, which ends at the first `)` to some controls and is an error to others; expected one without ( ) in it"
+    )]
+    NestedComment,
     /// Something that is no word.
     #[error("not a word; expected a letter followed by a number, such as X10.5")]
     NotAWord,
@@ -329,7 +334,8 @@ impl Fault {
             matches!(foreign, Parameter | Flow | Call | Cycle | Motion | Corner | Frame)
         };
         match self {
-            Fault::Variable | Fault::Unsupported(Unsupported::Subprogram) => true,
+            Fault::Variable
+            | Fault::Unsupported(Unsupported::Subprogram | Unsupported::Transform | Unsupported::Corner) => true,
             Fault::Foreign(foreign) => of_dialect(foreign),
             _ => false,
         }

@@ -37,7 +37,9 @@ pub enum MacroFault {
     )]
     NoLabel,
     /// A call of what is not there.
-    #[error("subprogram {name} is neither in the file nor beside it; expected {expected}")]
+    #[error(
+        "subprogram {name} is neither in the file nor beside it; expected {expected}, or {name} in calls_kept of [gcode] if it moves nothing"
+    )]
     NoSubprogram {
         /// Name of the subprogram.
         name: String,
@@ -57,7 +59,10 @@ pub enum MacroFault {
         most: usize,
     },
     /// M99 where nothing was called.
-    #[error("ends a subprogram where none was called, or repeats the main program for ever; expected M2 or M30")]
+    #[error(
+        "ends a subprogram where none was called, or repeats the main program for ever; expected M2 or M30, or start_mm in [gcode], from \
+         where the program runs as a subprogram"
+    )]
     NoCall,
     /// A subprogram that does not come back.
     #[error("the subprogram ends here without M99, endsub, M17, RET or LBL 0; expected its own of them")]

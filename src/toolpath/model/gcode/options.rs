@@ -37,6 +37,8 @@ pub struct GcodeOptions {
     pub rotary_columns: Vec<RotaryColumn>,
     /// Whether to expand the program first, by [`Program::parse_expanded`](crate::toolpath::gcode::Program::parse_expanded).
     pub expand: Expand,
+    /// Numbers of programs whose calls (M98, M198, G65) move nothing: these lines stay as they are and are not followed.
+    pub calls_kept: Vec<u32>,
     /// Whether paths come with what comments say about tools ([`Toolpath::tools`]).
     pub tool_comments: bool,
 }

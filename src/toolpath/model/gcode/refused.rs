@@ -35,6 +35,30 @@ pub enum Unsupported {
         "corners that the control rounds or bevels (,R ,C) are not supported; expected the corner written as moves"
     )]
     Corner,
+    /// `,R` or `,C` elsewhere than between straight lines.
+    #[error(
+        "corners that the control rounds or bevels (,R ,C) are followed between two straight lines of G17 and G90 that are long enough; expected \
+         the corner written as moves"
+    )]
+    CornerPlace,
+    /// G68 without centre or angle.
+    #[error(
+        "rotates by what the line does not say; expected X, Y and R on the line of G68, in G17 and G90, and no other motion"
+    )]
+    FrameCentre,
+    /// The first motion behind G68, G69 or G16.
+    #[error(
+        "leads to a place that depends on the control here; expected X and Y in G90 behind G68 and G69, radius and angle behind G16"
+    )]
+    FrameStart,
+    /// A word that is not followed under G68 or G16.
+    #[error("not followed while coordinates are rotated or polar; expected it before G68 or G16, or behind G69 or G15")]
+    InFrame,
+    /// The language of Okuma's OSP.
+    #[error(
+        "a program of Okuma's OSP control, whose words mean other things than those of ISO code; expected ISO code"
+    )]
+    Okuma,
     /// M97, M98, M99, M198, O words after the first.
     #[error(
         "subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out"

@@ -2,7 +2,13 @@
 
 use nalgebra::Vector3;
 
-use crate::{spatial::rotation_exp, toolpath::model::direction};
+use crate::{
+    spatial::rotation_exp,
+    toolpath::model::{
+        direction,
+        gcode::{ArcFault, LengthUnit, SAME_POINT_MM, check_radii},
+    },
+};
 
 /// An arc of a circle in space, mm, in the frame of the points that define it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +21,8 @@ pub struct Arc {
     sweep_rad: f64,
     /// Where the defining intermediate point lies along the arc: 0 at its start, 1 at its end.
     pub via: f64,
+    /// What is added evenly along the arc: the rise of a helix, and the rounding of a programmed centre.
+    drift: Vector3<f64>,
 }
 
 impl Arc {
@@ -35,8 +43,57 @@ impl Arc {
         };
         let sweep = sweep_rad.unwrap_or_else(|| angle_to(end));
         let axis = axis * sweep.signum();
-        let arc = Arc { start, centre, axis, sweep_rad: sweep.abs(), via: angle_to(via) / sweep.abs() };
+        let arc = Arc {
+            start,
+            centre,
+            axis,
+            sweep_rad: sweep.abs(),
+            via: angle_to(via) / sweep.abs(),
+            drift: Vector3::zeros(),
+        };
         (arc.radius().is_finite() && arc.radius() <= MOST_RADIUS_MM && arc.sweep_rad > 0.0).then_some(arc)
+    }
+
+    /// Creates the arc from `start` to `end` about `centre` (mm), right-handed about the unit vector `axis`, with the rise of `end` along
+    /// it; a full turn if both are at the same place across the axis.
+    ///
+    /// # Errors
+    /// Radii at both ends, and `radius_mm` if it is given, that differ by more than rounding.
+    pub fn about(
+        [start, end, centre]: [Vector3<f64>; 3],
+        axis: Vector3<f64>,
+        radius_mm: Option<f64>,
+    ) -> Result<Arc, ArcFault> {
+        let across = |point: Vector3<f64>| {
+            let arm = point - centre;
+            arm - axis * arm.dot(&axis)
+        };
+        let (from, to) = (across(start), across(end));
+        check_radii([from.norm(), to.norm()], LengthUnit::Millimetre)?;
+        check_radii([from.norm(), radius_mm.unwrap_or(from.norm())], LengthUnit::Millimetre)?;
+        let angle = libm::atan2(from.cross(&to).dot(&axis), from.dot(&to));
+        let is_full = (to - from).norm() < SAME_POINT_MM;
+        let sweep_rad =
+            if !is_full && angle > 0.0 { angle } else { (if is_full { 0.0 } else { angle }) + std::f64::consts::TAU };
+        let centre = start - from;
+        let drift = end - (centre + rotation_exp(axis * sweep_rad) * from);
+        Ok(Arc { start, centre, axis, sweep_rad, via: 0.5, drift })
+    }
+
+    /// Returns the centre, mm, at the height of the start.
+    pub fn centre(&self) -> Vector3<f64> {
+        self.centre
+    }
+
+    /// Whether the arc is no full turn and its circle, not a tangent of it, goes on to `point` (mm) to within `tolerance_mm`, so far that a
+    /// line to there is another way.
+    pub fn goes_on_to(&self, point: &Vector3<f64>, tolerance_mm: f64) -> bool {
+        let arm = point - self.centre - self.drift;
+        let step = point - self.at(1.0).0;
+        let off = f64::max(arm.dot(&self.axis).abs(), (arm.norm() - self.radius()).abs());
+        let off_tangent = step.norm_squared() / (2.0 * self.radius());
+        let is_another = off_tangent > 4.0 * SAME_WAY_MM;
+        is_another && self.sweep_rad < std::f64::consts::TAU && off <= tolerance_mm.min(ON_TANGENT * off_tangent)
     }
 
     /// Returns the radius, mm.
@@ -48,7 +105,7 @@ impl Arc {
     /// Returns the arc length, mm.
     #[must_use]
     pub fn length(&self) -> f64 {
-        self.radius() * self.sweep_rad
+        libm::hypot(self.radius() * self.sweep_rad, self.drift.dot(&self.axis))
     }
 
     /// Returns the angle of the arc, rad, positive.
@@ -61,7 +118,8 @@ impl Arc {
     #[must_use]
     pub fn at(&self, t: f64) -> (Vector3<f64>, Vector3<f64>) {
         let turned = rotation_exp(self.axis * (self.sweep_rad * t)) * (self.start - self.centre);
-        (self.centre + turned, direction(self.axis.cross(&turned)))
+        let along = self.axis.cross(&turned) + self.drift / self.sweep_rad;
+        (self.centre + turned + self.drift * t, direction(along))
     }
 
     /// Returns the share of the arc, from 0 to 1, at which it passes nearest to `goal` (mm); of angles a full turn apart, the one next to `guess`.
@@ -75,6 +133,10 @@ impl Arc {
     }
 }
 
+/// An arc and its chord that are nearer to one another are the same way, mm.
+const SAME_WAY_MM: f64 = 5e-3;
+/// A point that lies nearer to a circle than this share of how far a tangent to there leaves it is on the circle.
+const ON_TANGENT: f64 = 0.2;
 /// Sine of the angle between the ways to the middle and to the end below which three points are on a line.
 const LEAST_AREA: f64 = 1e-9;
 /// A larger circle is a line with rounding in it.

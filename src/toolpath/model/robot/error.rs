@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::toolpath::model::MAX_COORDINATE_MM;
+use crate::toolpath::model::{MAX_COORDINATE_MM, gcode::ArcFault};
 
 /// The error of a robot or APT program that cannot be followed: file, line, statement, reason and what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -125,6 +125,15 @@ pub enum RobotFault {
     /// Three points on no circle.
     #[error("start, middle and end are on no circle; expected three points apart and not on a line")]
     NoCircle,
+    /// An arc of APT that does not exist.
+    #[error("{0}")]
+    Arc(ArcFault),
+    /// CUTCOM, without a word on which points these are.
+    #[error(
+        "whether points under CUTCOM are those of the tool centre is not known; expected cutcom_points = \"tool_centre\" or \"contour\" in \
+         [robot_program] of the process file"
+    )]
+    Cutcom,
     /// A part of an orientation where it is not unique.
     #[error("part of an orientation near B = ±90°, where A and C are not unique; expected A, B and C")]
     PartOfOrientation,

@@ -28,7 +28,12 @@ impl Language {
         let extension = file.extension()?.to_string_lossy().to_ascii_lowercase();
         match extension.as_str() {
             "src" => Some(Language::Krl),
-            "apt" | "cl" | "cls" | "ncl" | "cldata" => Some(Language::Apt),
+            "apt" | "aptsource" | "cl" | "cls" | "clsf" | "ncl" | "cldata" => Some(Language::Apt),
+            // Creo counts versions behind the name: part.ncl.1
+            version if version.bytes().all(|byte| byte.is_ascii_digit()) => {
+                let stem = Path::new(file.file_stem()?);
+                stem.extension().is_some_and(|stem| stem.eq_ignore_ascii_case("ncl")).then_some(Language::Apt)
+            }
             // A binary .tp is refused with what makes a listing of it.
             "script" | "urscript" => Some(Language::UrScript),
             "ls" | "tp" => Some(Language::Ls),
@@ -93,6 +98,17 @@ pub struct RobotOptions {
     pub external_axes: Vec<String>,
     /// Subprograms, by names in small letters, that do not move the tool.
     pub calls_kept: Vec<String>,
+    /// Which points an APT program has under CUTCOM, where it does not say so itself.
+    pub cutcom_points: Option<CutcomPoints>,
+}
+
+/// What the points of an APT program under CUTCOM are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CutcomPoints {
+    /// Those of the tool centre: the control only adds the wear of the tool.
+    ToolCentre,
+    /// Those of the contour, from which the control offsets the tool.
+    Contour,
 }
 
 impl RobotOptions {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{Isometry3, UnitQuaternion};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 /// The kind of motion that a statement commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +24,8 @@ pub(crate) enum Component {
     Rotation(usize),
     /// External axis, from 0, mm or degrees.
     External(usize),
+    /// Radius of a circle of APT, in the unit of positions.
+    Radius,
 }
 
 /// A number in the text of a pose: component, bytes and value.
@@ -105,6 +107,47 @@ pub(crate) struct Statement {
     pub feed_mm_per_min: Option<f64>,
     pub spindle_rev_per_min: Option<f64>,
     pub tool: Option<u32>,
+    pub apt: AptParts,
+}
+
+/// What records of APT before a motion say of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct AptParts {
+    /// The tool axis in the base, from tip to spindle, where a record right before sets it and the motion does not.
+    pub tool_axis: Option<Vector3<f64>>,
+    pub circle: Option<AptCircle>,
+    /// The cycle whose hole the motion is.
+    pub drilling: Option<Drilling>,
+}
+
+/// The circle of a circular motion of APT.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct AptCircle {
+    /// Its centre in the base, as `Position`, and its radius, both in the unit of the program.
+    pub record: Target,
+    pub turn: CircleTurn,
+    /// Bytes of the record before the motion that has no meaning without the circle, with its line ending.
+    pub leading: Range<usize>,
+}
+
+/// How a circular motion of APT says in which direction it turns; unit vectors in the base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum CircleTurn {
+    /// Right-handed about this axis; centre and radius can be replaced by others.
+    About(Vector3<f64>),
+    /// It starts in this direction, and ends where the circle meets the line from its centre to the end for the first or the second time.
+    Towards { direction: Vector3<f64>, is_second: bool },
+}
+
+/// A drilling cycle of APT: lengths along the tool axis from the point of a GOTO.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Drilling {
+    /// Depth of the bottom below the point, positive.
+    pub depth_mm: f64,
+    /// Height above the point to which the tool goes rapidly.
+    pub clear_mm: f64,
+    /// Height above the point to which it comes back.
+    pub back_mm: f64,
 }
 
 impl Statement {
@@ -125,6 +168,7 @@ impl Statement {
             feed_mm_per_min: None,
             spindle_rev_per_min: None,
             tool: None,
+            apt: AptParts::default(),
         }
     }
 }

@@ -44,6 +44,10 @@ pub(crate) struct Interpreter {
     pub(crate) rotary_axes: Rotary,
     /// Modes and work offset that M70 has saved.
     saved_modes: Option<(ModalState, WorkOffset)>,
+    /// Numbers of programs whose calls move nothing.
+    calls_kept: Vec<u32>,
+    /// Whether it is known where the tool is before the program, so that M99 may end it.
+    has_start: bool,
     has_program_number: bool,
     is_unit_given: bool,
     pub notes: Notes,
@@ -99,6 +103,8 @@ impl Interpreter {
             rotary_lost_before: [false; 3],
             rotary_axes: options.rotary.clone(),
             saved_modes: None,
+            calls_kept: options.calls_kept.clone(),
+            has_start: options.start_mm.is_some(),
             has_program_number: false,
             is_unit_given: options.unit.is_some(),
             notes: Notes { dialect, ..Notes::default() },
@@ -121,7 +127,20 @@ impl Interpreter {
             let moving = words.iter().find(|word| may_move(word));
             return moving.map_or(Ok(Effect::default()), |word| Err(word.refuse(Fault::AfterEnd { end })));
         }
-        let request = Request::from_words(effective_words(&words), self.dialect)?;
+        if !self.calls_kept.is_empty() && self.is_kept_call(&words) {
+            return Ok(Effect::default());
+        }
+        let returns = self.has_start && self.dialect.is_iso() && words.iter().any(is_return);
+        let without_return: Vec<Word>;
+        let followed = match returns {
+            true => {
+                without_return = words.iter().filter(|word| !is_return(word)).cloned().collect();
+                &without_return
+            }
+            false => &words,
+        };
+        let mut request = Request::from_words(effective_words(followed), self.dialect)?;
+        request.ends_program |= returns;
         self.check_program_number(&request)?;
         self.save_or_restore_modes(&request)?;
         self.apply_modal(&request)?;
@@ -158,6 +177,17 @@ impl Interpreter {
             pole.words = words;
         }
         Ok(effect)
+    }
+
+    /// Whether a line of these `words` calls a program that the options say moves nothing, and does nothing else.
+    fn is_kept_call(&self, words: &[Word]) -> bool {
+        let has = |letter: char, numbers: &[f64]| {
+            words.iter().any(|word| word.letter == letter && numbers.contains(&word.value))
+        };
+        let number = words.iter().find(|word| word.letter == 'P').and_then(|word| word.whole_number().ok());
+        let is_alone = || words.iter().all(|word| matches!(word.letter, 'N' | 'M' | 'P' | 'L'));
+        number.is_some_and(|number| self.calls_kept.contains(&number))
+            && (has('G', &[65.0]) || has('M', &[98.0, 198.0]) && is_alone())
     }
 
     /// Saves or restores modes by M70 to M73 in a main program, where M73 acts as M70.
@@ -332,6 +362,11 @@ fn work_offset(word: &Word, offset: Option<WorkOffset>, request: &Request) -> Re
     }
     let number = request.find_word('P').map(Word::whole_number).transpose()?;
     number.and_then(WorkOffset::extended).ok_or_else(|| word.refuse(Fault::NoExtended))
+}
+
+/// Whether `word` is M99, the return from a subprogram.
+fn is_return(word: &Word) -> bool {
+    word.letter == 'M' && word.value == 99.0
 }
 
 /// Whether a line with this word would move the tool, which is refused behind the end.

@@ -187,6 +187,7 @@ fn unexpected_byte(line: &[u8], at: usize) -> Refusal {
         b'*' => Fault::Checksum,
         b',' => Fault::Unsupported(Unsupported::Corner),
         b'"' => Fault::Language,
+        b')' if line[..at].contains(&b'(') => Fault::NestedComment,
         _ => Fault::Character,
     };
     let bounds = |b: &u8| is_blank(*b) || matches!(b, b'(' | b';');

@@ -5,8 +5,11 @@ use nalgebra::Vector3;
 use crate::{
     machine::ExternalAxes,
     toolpath::model::{
-        MAX_COORDINATE_MM, MotionGeometry, Orientation, PathPoint, PointSource, Sampling,
-        robot::{Arc, Component, Language, MotionKind, RobotFault, Statement, Target, rotation},
+        Hole, MAX_COORDINATE_MM, MotionGeometry, Orientation, PathPoint, PointSource, Sampling, even_parameters,
+        robot::{
+            AptCircle, Arc, CircleTurn, Component, Drilling, Language, MotionKind, RobotFault, Statement, Target,
+            rotation,
+        },
     },
 };
 
@@ -44,12 +47,14 @@ pub(crate) struct Follower {
     here: Option<ToolState>,
     /// First position of each external axis.
     external: [Option<f64>; ExternalAxes::MOST],
+    /// The arc of APT that the last motion was.
+    arc: Option<Arc>,
 }
 
 impl Follower {
     /// Starts before the first statement.
     pub fn new(language: Language, named_axes: usize) -> Self {
-        Self { language, named_axes, here: None, external: [None; ExternalAxes::MOST] }
+        Self { language, named_axes, here: None, external: [None; ExternalAxes::MOST], arc: None }
     }
 
     /// Returns the motion of the next `statement`, and updates the state. `Err` for what cannot be followed.
@@ -64,8 +69,21 @@ impl Follower {
         if let Some(end) = &end {
             self.check_external(end)?;
         }
+        let arc_before = self.arc.take();
         let geometry = match (statement.kind, &start, &end) {
             (_, _, None) => MotionGeometry::Unlocated,
+            (MotionKind::Line, _, Some(end)) if statement.apt.drilling.is_some() => {
+                MotionGeometry::Hole(hole(&statement, start.map_or(end.position, |start| start.position), end))
+            }
+            (MotionKind::Line, Some(start), Some(end))
+                if (end.position - start.position).norm() > ON_CIRCLE_MM
+                    && arc_before.is_some_and(|arc| arc.goes_on_to(&end.position, ON_CIRCLE_MM)) =>
+            {
+                return RobotFault::not_followed(
+                    "points on the circle behind its first are",
+                    "one GOTO behind CIRCLE, the end of the arc",
+                );
+            }
             (MotionKind::Line, Some(start), Some(end)) => MotionGeometry::Line(start.position, end.position),
             (MotionKind::Circle, Some(start), Some(end)) => self.arc(&statement, start, end)?,
             (MotionKind::Circle, None, Some(_)) => return Err(RobotFault::CircleFromNowhere),
@@ -81,7 +99,12 @@ impl Follower {
     }
 
     /// Returns the arc of a circle statement from `start` to `end`; `Err` if its points are on no circle.
-    fn arc(&self, statement: &Statement, start: &ToolState, end: &ToolState) -> Result<MotionGeometry, RobotFault> {
+    fn arc(&mut self, statement: &Statement, start: &ToolState, end: &ToolState) -> Result<MotionGeometry, RobotFault> {
+        if let Some(circle) = &statement.apt.circle {
+            let arc = circle.arc_between(statement, &circle.record, [start.position, end.position])?;
+            self.arc = Some(arc);
+            return Ok(MotionGeometry::Circle(arc));
+        }
         let via = match &statement.via {
             Some(via) => target_state(self.language, statement, via, Some(start))?,
             None => None,
@@ -120,7 +143,9 @@ pub(crate) fn target_state(
         (Some(step), true) => Some(before?[axis] + step * frames.unit_mm),
         (None, _) => Some(before?[axis]),
     };
-    let orientation = rotation::tool_orientation(language, target, frames, here.and_then(|here| here.orientation))?;
+    let axis = statement.apt.tool_axis.map(|axis| Orientation::ToolAxis(frames.base.rotation * axis));
+    let orientation_before = axis.or(here.and_then(|here| here.orientation));
+    let orientation = rotation::tool_orientation(language, target, frames, orientation_before)?;
     let (Some(x), Some(y), Some(z)) = (coordinate(0), coordinate(1), coordinate(2)) else { return Ok(None) };
     if orientation.is_none() && language != Language::Apt {
         return Ok(None);
@@ -136,7 +161,76 @@ pub(crate) fn target_state(
     Ok(Some(ToolState { position, orientation, external }))
 }
 
+/// Points that lie nearer to a circle than this are on it, mm.
+const ON_CIRCLE_MM: f64 = 1e-3;
+/// Cosine of the angle between INDIRV and the tangent above which they are the same direction.
+const ALONG: f64 = 0.99;
+
+/// Returns the tool axis of `orientation` in W, from tip to spindle: +z of the base of `statement` where none is given.
+pub(crate) fn tool_axis(statement: &Statement, orientation: Option<Orientation>) -> Vector3<f64> {
+    match orientation {
+        Some(Orientation::ToolAxis(axis)) => axis,
+        _ => statement.frames.base.rotation * Vector3::z(),
+    }
+}
+
+/// Returns the way from `start` (mm in W) through the hole of the cycle of `statement`, whose point leads to `surface`.
+fn hole(statement: &Statement, start: Vector3<f64>, surface: &ToolState) -> Hole {
+    let axis = tool_axis(statement, surface.orientation);
+    let Drilling { depth_mm, clear_mm, back_mm } = statement.apt.drilling.unwrap_or_default();
+    let at = |height_mm: f64| surface.position + axis * height_mm;
+    let over = at((start - surface.position).dot(&axis).max(clear_mm));
+    Hole { start, over, clear: at(clear_mm), bottom: at(-depth_mm), back: at(back_mm), is_first: false }
+}
+
+impl AptCircle {
+    /// Returns the arc of `statement` from a start to an end (mm in W) about the centre that `record` gives. `Err` if radii differ.
+    pub fn arc_between(
+        &self,
+        statement: &Statement,
+        record: &Target,
+        [start, end]: [Vector3<f64>; 2],
+    ) -> Result<Arc, RobotFault> {
+        let frames = &statement.frames;
+        let radius_mm = record.number(Component::Radius).map(|radius| radius * frames.unit_mm);
+        let centre = self.centre(statement, record);
+        let axis = match self.turn {
+            CircleTurn::About(axis) => frames.base.rotation * axis,
+            CircleTurn::Towards { direction, .. } => {
+                let axis = (start - centre).cross(&(frames.base.rotation * direction));
+                axis.try_normalize(f64::MIN_POSITIVE).ok_or(RobotFault::NoCircle)?
+            }
+        };
+        let arc = Arc::about([start, end, centre], axis, radius_mm).map_err(RobotFault::Arc)?;
+        match self.turn {
+            CircleTurn::Towards { direction, is_second } => {
+                let tangent = frames.base.rotation * direction;
+                let is_plane = (end - start).dot(&axis).abs() <= ON_CIRCLE_MM;
+                let is_tangent = arc.at(0.0).1.dot(&tangent) > ALONG;
+                let half_turns = arc.sweep_rad() / std::f64::consts::PI;
+                let is_reached = if is_second { half_turns > 0.999 } else { half_turns < 1.001 };
+                if is_plane && is_tangent && is_reached { Ok(arc) } else { Err(RobotFault::NoCircle) }
+            }
+            CircleTurn::About(_) => Ok(arc),
+        }
+    }
+
+    /// Returns the centre (mm in W) that `record` of `statement` gives.
+    pub fn centre(&self, statement: &Statement, record: &Target) -> Vector3<f64> {
+        let number = |axis| record.number(Component::Position(axis)).unwrap_or_default() * statement.frames.unit_mm;
+        statement.frames.base.transform_point(&Vector3::new(number(0), number(1), number(2)).into()).coords
+    }
+}
+
 impl Motion {
+    /// Returns the parameters of the ends of `pieces` pieces of the motion, from 0 to 1.
+    pub fn parameters(&self, pieces: usize) -> Vec<f64> {
+        match self.geometry {
+            MotionGeometry::Hole(_) => Hole::parameters(pieces).collect(),
+            _ => even_parameters(pieces),
+        }
+    }
+
     /// Whether the tool may cut during the motion: it is not point to point.
     pub fn may_cut(&self) -> bool {
         self.statement.kind != MotionKind::PointToPoint
@@ -176,13 +270,17 @@ impl Motion {
         let length = self.geometry.length();
         for &parameter in parameters {
             let Some((position_mm, tangent)) = self.geometry.at(parameter) else { return };
+            let (cutting, length_so_far) = match &self.geometry {
+                MotionGeometry::Hole(hole) => (Hole::is_feeding_at(parameter), hole.length_to(parameter)),
+                _ => (self.may_cut(), length * parameter),
+            };
             points.push(PathPoint {
                 position_mm,
                 orientation: self.orientation_at(parameter),
                 tangent,
-                arc_length_mm: before_mm + length * parameter,
-                cutting: self.may_cut(),
-                feed_mm_per_min: self.statement.feed_mm_per_min.filter(|_| self.may_cut()),
+                arc_length_mm: before_mm + length_so_far,
+                cutting,
+                feed_mm_per_min: self.statement.feed_mm_per_min.filter(|_| cutting),
                 spindle_rev_per_min: self.statement.spindle_rev_per_min,
                 tool: self.statement.tool,
                 feature: None,

@@ -1,6 +1,8 @@
 //! Robot programs (KRL, RAPID, LS, URScript, APT): read, and followed motion by motion.
 
 pub(crate) mod apt;
+pub(crate) mod apt_circles;
+pub(crate) mod apt_cycles;
 pub(crate) mod follow;
 pub(crate) mod frames;
 pub(crate) mod krl;
@@ -14,7 +16,7 @@ pub(crate) mod walk;
 pub(crate) use {follow::*, frames::*, source::*, walk::*};
 
 use crate::toolpath::model::{
-    NumberFormat, PathPoint, SampleFault, Sampler, Sampling, Toolpath, even_parameters, program,
+    NumberFormat, PathPoint, SampleFault, Sampler, Sampling, Toolpath, program,
     robot::{Decimals, Language, RobotError, RobotFault, RobotOptions},
 };
 
@@ -104,6 +106,12 @@ impl RobotProgram {
         self.motions.get(segment).map(|motion| motion.line as usize)
     }
 
+    /// Whether motion `segment` is a hole of a drilling cycle.
+    #[must_use]
+    pub fn is_hole(&self, segment: usize) -> bool {
+        self.motions.get(segment).is_some_and(|motion| motion.is_hole)
+    }
+
     /// Returns the bytes of the line of motion `segment` from the motion on, without the line ending.
     #[must_use]
     pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
@@ -127,7 +135,7 @@ impl RobotProgram {
     /// Returns the path as [`RobotProgram::toolpath`] does, with at most `most` points (up to [`RobotProgram::MAX_POINTS`]), else `Err`.
     pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, RobotError> {
         let mut points = Vec::with_capacity(self.motions.len());
-        let parameters = |_, motion: &Motion| Some(even_parameters(motion.piece_count(sampling)?));
+        let parameters = |_, motion: &Motion| Some(motion.parameters(motion.piece_count(sampling)?));
         self.sample(most, parameters, |point| points.push(*point))?;
         Ok(Toolpath::assemble(points).with_external_axes(&self.options.external_axes))
     }

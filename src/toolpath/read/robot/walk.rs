@@ -19,6 +19,7 @@ pub(crate) struct MotionLocation {
     pub line: u32,
     /// Index of its first byte.
     pub start: usize,
+    pub is_hole: bool,
 }
 
 /// Notes on a program for its reader.
@@ -72,7 +73,7 @@ impl RobotProgram {
                     let text = String::from_utf8_lossy(&target.text[number.at.clone()]);
                     let mantissa = text.split(['e', 'E']).next().unwrap_or_default();
                     let kind = match number.component {
-                        Component::Position(_) => 0,
+                        Component::Position(_) | Component::Radius => 0,
                         Component::Rotation(_) => 1,
                         Component::External(_) => 2,
                     };
@@ -83,6 +84,7 @@ impl RobotProgram {
             motions.push(MotionLocation {
                 line: u32::try_from(statement.line).unwrap_or(u32::MAX),
                 start: statement.at.start,
+                is_hole: statement.apt.drilling.is_some(),
             });
             Ok::<(), RobotError>(())
         })?;

@@ -7,10 +7,10 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     model::{
         MotionGeometry,
-        robot::{Arc, RobotFault, Target},
+        robot::{AptCircle, Arc, CircleTurn, RobotFault, Target},
     },
     read::robot::{Motion, ToolState, target_state},
-    write::robot::{Goal, Piece, Points, Writer},
+    write::robot::{Goal, Piece, Points, Writer, WrittenPose},
 };
 
 /// A written circle may turn by as much more or less than the programmed one, rad.
@@ -27,6 +27,9 @@ impl Writer<'_> {
         points: Points<'_>,
     ) -> Result<bool, RobotFault> {
         let statement = &motion.statement;
+        if let (Some(circle), Some(target)) = (&statement.apt.circle, &statement.end) {
+            return self.write_apt_circle(motion, circle, target, from, points);
+        }
         let (Some(start), Some(via), Some(target)) = (motion.start, &statement.via, &statement.end) else {
             return Ok(false);
         };
@@ -67,6 +70,56 @@ impl Writer<'_> {
         };
         self.put_target(via, &via_pose);
         self.write_one_statement(target, &end_pose, parameters);
+        Ok(true)
+    }
+
+    /// Writes an arc of APT about the centre that fits its corrected points, if one does; returns whether it did.
+    fn write_apt_circle(
+        &mut self,
+        motion: &Motion,
+        circle: &AptCircle,
+        target: &Target,
+        from: ToolState,
+        points: Points<'_>,
+    ) -> Result<bool, RobotFault> {
+        let (statement, last) = (&motion.statement, points.len() - 1);
+        let end = self.format.write_pose(statement, target, &points.goal(last, motion), Some(&from))?;
+        let (Some(end), Some(start), MotionGeometry::Circle(arc)) = (end, motion.start, &motion.geometry) else {
+            return Ok(false);
+        };
+        let half_mm = self.format.unit_mm(statement) * 0.5;
+        let is_moved = end.is_changed
+            || from.position != start.position
+            || (0..points.len()).any(|k| points.correction(k).amax() > half_mm);
+        let record = match is_moved {
+            false => circle.record.clone(),
+            true => {
+                let CircleTurn::About(axis) = circle.turn else { return Ok(false) };
+                let axis = statement.frames.base.rotation * axis;
+                let across = |point: Vector3<f64>| point - axis * (point - from.position).dot(&axis);
+                let thirds = [last / 3, 2 * last / 3].map(|k| across(points.corrected[k]));
+                let centre = match Arc::through([from.position, thirds[0], thirds[1]], None) {
+                    Some(fitted) if last >= 3 => fitted.centre(),
+                    _ => across(arc.centre() + points.correction(last).lerp(&(from.position - start.position), 0.5)),
+                };
+                let height = (circle.centre(statement, &circle.record) - arc.centre()).dot(&axis);
+                let radius_mm = (from.position - centre).norm();
+                self.format.circle_record(statement, &circle.record, centre + axis * height, radius_mm)
+            }
+        };
+        let is_changed = record.text != circle.record.text;
+        let Ok(written) = circle.arc_between(statement, &record, [from.position, end.state.position]) else {
+            return Ok(false);
+        };
+        if (written.sweep_rad() - arc.sweep_rad()).abs() > TURN_RAD {
+            return Ok(false);
+        }
+        let geometry = MotionGeometry::Circle(written);
+        let Some(parameters) = self.parameters(&geometry, [from, end.state], motion, points, 0..points.len()) else {
+            return Ok(false);
+        };
+        self.put_target(&circle.record, &WrittenPose { text: record.text, is_changed, state: from });
+        self.write_one_statement(target, &end, parameters);
         Ok(true)
     }
 

@@ -8,9 +8,9 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     model::{
         MotionGeometry, Orientation, PathPoint, WRITTEN_RAD, longest_piece,
-        robot::{Language, MotionKind, RobotFault, Target},
+        robot::{CircleTurn, Language, MotionKind, RobotFault, Target},
     },
-    read::robot::{Motion, ToolState, indent, line_ending},
+    read::robot::{Motion, ToolState, indent, line_ending, tool_axis},
     write::robot::{Goal, LastBlend, Listing, PoseFormat, WrittenPose, suffix_between},
 };
 
@@ -126,6 +126,10 @@ impl<'a> Writer<'a> {
                 let parameters = self.parameters(&geometry, [from, end.state], motion, points, 0..points.len());
                 parameters.map(|parameters| self.write_one_statement(target, &end, parameters)).is_some()
             }
+            (MotionGeometry::Hole(_), _) => {
+                self.write_hole(motion, target, points)?;
+                true
+            }
             (MotionGeometry::Circle(arc), Some(from)) => self.write_circle(motion, arc, from, points)?,
             _ => {
                 let from = self.tracked;
@@ -139,6 +143,24 @@ impl<'a> Writer<'a> {
             true => self.keep_blend(statement),
             false => self.write_split(motion, points)?,
         }
+        Ok(())
+    }
+
+    /// Writes a hole of a cycle of APT with its bottom where it should be; the cycle stays, and the rest of the way moves along with it.
+    fn write_hole(&mut self, motion: &Motion, target: &Target, points: Points<'_>) -> Result<(), RobotFault> {
+        let statement = &motion.statement;
+        let (Some(drilling), Some(bottom)) = (statement.apt.drilling, points.len().checked_sub(2)) else {
+            return Err(RobotFault::CircleFromNowhere);
+        };
+        let axis = tool_axis(statement, points.orientation(bottom));
+        let position = points.corrected[bottom] + axis * drilling.depth_mm;
+        let goal = Goal { position, ..points.goal(bottom, motion) };
+        let from = self.tracked;
+        let pose = self.format.write_pose(statement, target, &goal, from.as_ref())?;
+        let mut pose = pose.ok_or(RobotFault::CircleFromNowhere)?;
+        pose.state.position += axis * drilling.back_mm;
+        let parameters = points.points.iter().map(|point| point.source.parameter).collect();
+        self.write_one_statement(target, &pose, parameters);
         Ok(())
     }
 
@@ -223,21 +245,36 @@ impl<'a> Writer<'a> {
         let first_pose = statement.via.as_ref().unwrap_or(target).at.start;
         let (source, at) = (self.source, &statement.at);
         let keyword = &source[statement.keyword.clone()];
-        let line_keyword = match (statement.kind, self.format.language) {
-            (MotionKind::Circle, Language::Krl) => b"LIN".as_slice(),
-            (MotionKind::Circle, Language::Rapid) => b"MoveL",
-            (MotionKind::Circle, Language::Ls) => b"L",
-            (MotionKind::Circle, Language::UrScript) => b"movel",
-            _ => keyword,
+        let circle = statement.apt.circle.as_ref();
+        let (line_keyword, before_pose) = match (statement.kind, self.format.language) {
+            (MotionKind::Circle, Language::Krl) => (b"LIN".as_slice(), statement.keyword.end..first_pose),
+            (MotionKind::Circle, Language::Rapid) => (b"MoveL".as_slice(), statement.keyword.end..first_pose),
+            (MotionKind::Circle, Language::Ls) => (b"L".as_slice(), statement.keyword.end..first_pose),
+            (MotionKind::Circle, Language::UrScript) => (b"movel".as_slice(), statement.keyword.end..first_pose),
+            // The end stands within the words of a circle.
+            _ if circle.is_some_and(|circle| matches!(circle.turn, CircleTurn::Towards { .. })) => {
+                (b"GOTO/".as_slice(), first_pose..first_pose)
+            }
+            _ => (keyword, statement.keyword.end..first_pose),
         };
         let prefix = match &mut self.listing {
             Some(listing) => listing.prefix(source, at.start),
             None => indent(source, at.start).0,
         };
-        self.out.extend_from_slice(&source[self.copied..at.start]);
+        let leading = circle.map_or(at.start..at.start, |circle| circle.leading.clone());
+        self.out.extend_from_slice(&source[self.copied..leading.start]);
+        self.out.extend_from_slice(&source[leading.end..at.start]);
+        // Behind the first piece the tool axis is that of the one before, whatever a record said.
+        let without_axis = || {
+            let mut motion = motion.clone();
+            motion.statement.apt.tool_axis = None;
+            motion
+        };
+        let behind_first = statement.apt.tool_axis.is_some().then(without_axis);
         let (mut pieces, mut lengths_mm, mut next) = (Vec::new(), Vec::new(), 0);
         while next < points.len() {
             let from = self.tracked.ok_or(RobotFault::CircleFromNowhere)?.position;
+            let motion = behind_first.as_ref().filter(|_| next > 0).unwrap_or(motion);
             let mut piece = self.longest(motion, target, points, next)?;
             next += piece.parameters.len();
             lengths_mm.push((piece.end.state.position - from).norm());
@@ -248,7 +285,7 @@ impl<'a> Writer<'a> {
         for (k, piece) in pieces.iter().enumerate() {
             let is_line = piece.via.is_none();
             self.out.extend_from_slice(if is_line { line_keyword } else { keyword });
-            self.out.extend_from_slice(&source[statement.keyword.end..first_pose]);
+            self.out.extend_from_slice(&source[before_pose.clone()]);
             if let (Some(pose), Some(via)) = (&piece.via, &statement.via) {
                 let text = self.place(via, pose, false);
                 self.out.extend_from_slice(&text);

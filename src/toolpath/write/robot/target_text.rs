@@ -133,6 +133,22 @@ impl PoseFormat {
         Ok(changes)
     }
 
+    /// Rewrites the record of a circle of `statement` for another centre (mm in W) and radius (mm); numbers that are right to half a unit of
+    /// the last decimal stay.
+    pub fn circle_record(self, statement: &Statement, record: &Target, centre: Vector3<f64>, radius_mm: f64) -> Target {
+        let frames = &statement.frames;
+        let decimals = self.position_decimals(frames.unit_mm);
+        let goal = frames.base.inverse_transform_point(&centre.into()).coords / frames.unit_mm;
+        let goals = (0..3).map(|axis| (Component::Position(axis), goal[axis]));
+        let goals = goals.chain([(Component::Radius, radius_mm / frames.unit_mm)]);
+        let half = last_place(decimals) * (0.5 + 1e-6);
+        let differs = |(component, goal): &(Component, f64)| {
+            record.number(*component).is_some_and(|number| (number - goal).abs() > half)
+        };
+        let changes = goals.filter(differs).map(|(component, goal)| (component, format_fixed(goal, decimals)));
+        self.with_numbers(record, &changes.collect::<Vec<_>>())
+    }
+
     /// Returns the rotation components that command the orientation `goal` in `statement`, with their texts.
     fn rotation_texts(self, goal: &Orientation, statement: &Statement, target: &Target) -> Vec<(Component, String)> {
         let numbers = rotation::rotation_parts(self.language, goal, &statement.frames, target);
@@ -193,5 +209,6 @@ fn krl_name(component: Component) -> String {
         Component::Position(axis) => ["X", "Y", "Z"][axis].into(),
         Component::Rotation(angle) => ["A", "B", "C", ""][angle].into(),
         Component::External(axis) => format!("E{}", axis + 1),
+        Component::Radius => String::new(),
     }
 }

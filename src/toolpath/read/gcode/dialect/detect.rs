@@ -27,6 +27,16 @@ impl Dialect {
     }
 }
 
+/// Whether the first line of `source` is the name of a file of Okuma's OSP: `$PART.MIN%`.
+pub(super) fn is_okuma(source: &[u8]) -> bool {
+    let first =
+        source.split(|byte| matches!(byte, b'\r' | b'\n')).map(<[u8]>::trim_ascii).find(|line| !line.is_empty());
+    let name = first.and_then(|line| line.strip_prefix(b"$")?.strip_suffix(b"%"));
+    let ending =
+        name.and_then(|name| Some(name[name.iter().rposition(|byte| *byte == b'.')? + 1..].to_ascii_uppercase()));
+    ending.is_some_and(|ending| [&b"MIN"[..], b"SSB", b"SUB", b"LIB"].contains(&&ending[..]))
+}
+
 /// Whether `line` is `BEGIN PGM`, the first block of a Heidenhain program.
 fn is_heidenhain_begin(line: &[u8]) -> bool {
     let start = block_numbers::leading_number(line).map_or(lines::blank_len(line), |(range, _)| range.end);

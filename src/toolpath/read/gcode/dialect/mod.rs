@@ -1,7 +1,7 @@
 //! Dialects of G-code: how the words of a line are found, what they mean, and how new words look.
 
 use crate::toolpath::{
-    model::gcode::{Dialect, Fault, GWord, GcodeError, LengthUnit, Refusal, Word},
+    model::gcode::{Dialect, Fault, GWord, GcodeError, LengthUnit, Refusal, Unsupported, Word},
     read::gcode::{
         lex,
         lines::{self, Code, Lines},
@@ -130,6 +130,9 @@ pub(crate) fn resolve_dialect(source: &[u8], name: &str, given: Option<Dialect>)
     match given {
         Some(dialect) if READS_ALL || dialect.is_iso() => Ok(dialect),
         Some(dialect) => Err(first_line_error(source, name, dialect, Fault::Language)),
+        None if detect::is_okuma(source) => {
+            Err(first_line_error(source, name, Dialect::Iso, Fault::Unsupported(Unsupported::Okuma)))
+        }
         None if READS_ALL => Ok(Dialect::detect(source)),
         None => Ok(Dialect::Iso),
     }
