@@ -32,7 +32,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 # Bytes of a program and of a wheel for others, at most: growth that nobody meant is to be seen. The wheel had 6.0 MB before maps and paths computed with
 # uncertain inputs.
-LARGEST_PROGRAM, LARGEST_WHEEL = 25_000_000, 6_500_000
+LARGEST_PROGRAM, LARGEST_WHEEL = 28_000_000, 6_500_000
 COMPLETIONS = {"bash": "kinetostat.bash", "zsh": "_kinetostat", "fish": "kinetostat.fish", "powershell": "_kinetostat.ps1"}
 LICENCES = ("LICENSE", "LICENSE-APACHE", "LICENSE-MIT")
 # What is embedded and no package of Rust: name, licence and its text.

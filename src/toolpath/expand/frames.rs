@@ -12,7 +12,10 @@ use crate::toolpath::{
         edit::LineEdit,
         line::{SourceLine, word_number},
     },
-    model::gcode::{ArcCentres, BlockDelete, Dialect, GcodeOptions, Fault, GcodeError, LengthUnit, MotionCode, Refusal, Unsupported, Word},
+    model::gcode::{
+        ArcCentres, BlockDelete, Dialect, Fault, GcodeError, GcodeOptions, LengthUnit, MotionCode, Refusal,
+        Unsupported, Word,
+    },
     read::gcode::{
         Style, effective_words, lex,
         lines::{self, Code, Lines},
@@ -210,9 +213,7 @@ impl Frames {
                     self.remove(edit, index);
                 }
                 Some(160 | 680) => {}
-                Some(
-                    40 | 50 | 51 | 80 | 90 | 400 | 430 | 440 | 490 | 610 | 611 | 640 | 930..=950 | 970..=990,
-                ) => {}
+                Some(40 | 50 | 51 | 80 | 90 | 400 | 430 | 440 | 490 | 610 | 611 | 640 | 930..=950 | 970..=990) => {}
                 Some(690 | 691 | 150) => {}
                 Some(tenths @ (901 | 911)) => self.has_absolute_centres = tenths == 901,
                 _ if is_framed(self) => return Err(word.refuse(Fault::Unsupported(Unsupported::InFrame))),

@@ -2,7 +2,7 @@
 
 use crate::toolpath::{
     model::gcode::{Dialect, GcodeError, GcodeOptions},
-    read::gcode::{Program, lines::Lines},
+    read::gcode::{Program, dialect, lines::Lines},
 };
 
 mod calls;

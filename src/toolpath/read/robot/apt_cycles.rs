@@ -5,8 +5,8 @@
 //! without a name, which every post-processor orders in its own way, are refused.
 
 use crate::toolpath::{
-    model::robot::{Drilling, RobotFault},
-    read::robot::apt::{FeedUnit, INCH_MM, Reader},
+    model::robot::{Drilling, INCH_MM, RobotFault},
+    read::robot::apt::{FeedUnit, Reader},
 };
 
 /// A cycle with its feed, if it gives one.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::robot::{AptParts, Component, Frames, MotionKind, RobotFault, Statement, Target},
+    model::robot::{Component, Frames, MotionKind, RobotFault, Statement, Target},
     read::{
         robot::{
             krl::{Reader, frame, state::variable_name},

@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use crate::toolpath::{
     model::{
         format_shortest,
-        robot::{AptParts, Component, Frames, MotionKind, Number, RobotFault, Statement, Target},
+        robot::{Component, Frames, MotionKind, Number, RobotFault, Statement, Target},
     },
     read::{
         robot::{
