@@ -67,7 +67,7 @@ fn refusal(blocks: &str, dialect: Dialect) -> String {
 fn corners_are_cut_off() {
     let rounded = [
         read("X20 RND=5\nY20 RND=4\nX0", Dialect::Sinumerik),
-        read("L X+20 Y+0\nRND R5 F50\nL X+20 Y+20\nRND R4\nL X+0 Y+20", Dialect::Heidenhain),
+        read("L X+20 Y+0\nRND R5\nL X+20 Y+20\nRND R4\nL X+0 Y+20", Dialect::Heidenhain),
     ];
     for program in &rounded {
         assert_ends(
@@ -197,6 +197,7 @@ fn what_is_no_line_or_arc_is_refused() {
         ("G55\nROT Z30\nX5", Dialect::Sinumerik, "expected a position that is known before it"),
         ("G3 X0 Y0 I5 AR=30", Dialect::Sinumerik, "this motion is not followed"),
         ("CC Y+5 Z-3\nCP IPA-90 DR-", Dialect::Heidenhain, "expected both coordinates of the plane"),
+        ("L X+5 Y+0\nRND R2 F50\nL X+5 Y+5", Dialect::Heidenhain, "roundings and chamfers that the control inserts"),
         ("RND R5", Dialect::Heidenhain, "lines or arcs"),
         ("LP PR+5 PA+0", Dialect::Heidenhain, "expected a pole before it"),
         ("CC X+0 Y+5\nCP IPA+90 DR-", Dialect::Heidenhain, "expected a position that is known"),

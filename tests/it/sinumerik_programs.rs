@@ -146,7 +146,7 @@ fn subprograms_are_run() {
     assert_eq!(moves("N10 L100 P2 ; twice"), [step, step].concat());
     assert_eq!(moves("R1=2\nL100 P=R1"), [step, step].concat());
     assert_eq!(moves("CALL \"L100\""), step);
-    assert_eq!(moves("CALLER"), [&[step, step, step].concat()[..], &["N10 Z1 ; back"]].concat());
+    assert_eq!(moves("CALLER"), [&[step, step, step].concat()[..], &["N10 Z1  ; back"]].concat());
     assert_eq!(moves("HOLE(2.5)"), ["Z=-2.5 F=2.0"]);
     assert_eq!(
         moves("DEF REAL D=1\nHOLE(D,,TRUE) P2\nX=D"),
@@ -239,6 +239,7 @@ fn what_is_not_known_is_refused() {
         ("IF 1==2 AND 2==1 GOTOF AA\nAA: X1", "expected AND, OR and XOR of comparisons"),
         ("IF 1==1 AND 0==0 GOTOF AA\nAA: X1", "expected brackets that say what comes first"),
         ("R1=0.1+0.2\nWHILE R1<0.3\nENDWHILE", "expected numbers that are equal, or differ by more than rounding"),
+        ("G1 EXX0", "calls a subprogram, or is a word that is not read"),
         ("GOTOF NOWHERE", "its other end is not in the program"),
         ("IF 1==2\nX1", "its other end is not in the program"),
         ("AA: X1\nGOTOB AA", "has run 1000000 lines"),

@@ -427,13 +427,13 @@ pub(crate) fn evaluate(
             name.truncate(1 + text[at + 1..].iter().take_while(|byte| byte.is_ascii_digit()).count());
             reader.at = at + name.len();
         }
+        let name_end = reader.at;
         let is_variable = is_r_parameter(&name) || name == "R" || variables.is_declared(&name);
         if is_variable {
             name = reader.element(name).map_err(fail)?;
         } else if reader.peek() == Some(b'[') {
             reader.at += line.code[reader.at..].find(']').map_or(0, |length| length + 1);
         }
-        let value_at = reader.at;
         let (mut values, mut is_end) = (Vec::new(), false);
         let is_assignment = reader.peek() == Some(b'=') && !line.code[reader.at..].starts_with("==");
         if is_assignment {
@@ -447,6 +447,7 @@ pub(crate) fn evaluate(
             is_end = name == "RET";
         } else {
             let is_of_number = |byte: &u8| matches!(byte, b'+' | b'-' | b'.' | b'0'..=b'9');
+            reader.at = name_end;
             reader.at += text[reader.at..].iter().take_while(|byte| is_of_number(byte)).count();
             let number = name[1..].parse::<u32>().unwrap_or(0);
             is_end = byte == b'M' && matches!(number, 2 | 17 | 30);
@@ -467,7 +468,7 @@ pub(crate) fn evaluate(
             false => None,
         };
         at = reader.at.max(begin + 1);
-        let mut words = line.code[value_at..at].split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+        let mut words = line.code[name_end..at].split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
         if words.any(|word| assigned.iter().any(|name| name == word)) {
             let expected = "a block of its own for a value that the same block assigns";
             return Err(fail(Fault::Macro(MacroFault::Expression { expected })));

@@ -120,22 +120,15 @@ pub(crate) fn coordinate_word(
     Ok(Word { distance, ..numbered_word(letter, value, start, number)? })
 }
 
-/// Returns the word of `RND R5` or `CHF 5`, which begins at byte `start`; `Err` with anything else than an F, which counts only there.
+/// Returns the word of `RND R5` or `CHF 5`, which begins at byte `start`; `Err` with anything else, such as a feed of its own.
 pub(crate) fn corner_words(mut scan: Scan, name: &str, start: usize) -> Result<Vec<Word>, Refusal> {
-    if name == "RND" {
+    let is_rounding = name == "RND";
+    if is_rounding {
         scan.next();
         scan.take_letters();
     }
-    let letter = if name == "RND" { 'f' } else { 'h' };
-    let word = coordinate_word(&mut scan, letter, None, start)?;
-    let mut rest = scan;
-    rest.next();
-    if rest.take_letters() == "F" {
-        rest.next();
-        rest.take_decimal()?;
-        scan = rest;
-    }
-    if scan.next().is_some() { Err(scan.refuse(scan.at, Foreign::Unknown)) } else { Ok(vec![word]) }
+    let word = coordinate_word(&mut scan, if is_rounding { 'f' } else { 'h' }, None, start)?;
+    if scan.next().is_some() { Err(scan.refuse(scan.at, Foreign::Corner)) } else { Ok(vec![word]) }
 }
 
 /// A motion block that is being read.
