@@ -221,16 +221,16 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 11] = [
     (&["crates/engine/src"], 21_450),
-    (&["crates/removal/src"], 2_620),
-    (&["src/toolpath"], 16_510),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 11_965),
+    (&["crates/removal/src"], 2_625),
+    (&["src/toolpath"], 21_660),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 12_195),
     (&["src/simulation", "src/redundancy"], 5_340),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_680),
     (&["src/figures", "src/page"], 9_725),
     (&["src/questions"], 24_470),
-    (&["src/products", "src/inspect", "src/explore"], 12_080),
-    (&["src/cli"], 2_925),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 112_940),
+    (&["src/products", "src/inspect", "src/explore"], 12_290),
+    (&["src/cli"], 3_010),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 118_630),
 ];
 
 #[test]

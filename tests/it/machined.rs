@@ -247,10 +247,7 @@ fn without_compensation_the_tool_is_where_its_own_cut_pushes_it() {
     let found = proved.deflected_cut.unwrap();
     assert!(found.has_converged() && found.rounds < 6, "{found:?}");
     assert!((found.programmed_mm - programmed).abs() < 1e-6, "{found:?} {programmed}");
-    assert!(
-        programmed - low > 0.01 && (found.largest.1 - low).abs() < 1e-4,
-        "{found:?} {low}"
-    );
+    assert!(programmed - low > 0.01 && (found.largest.1 - low).abs() < 1e-4, "{found:?} {low}");
 }
 
 /// Errors of the tip (mm) and rotations of the tool (rad) without compensation where it cuts, W axes (those of the base): solved for each point by itself.
