@@ -385,7 +385,10 @@ fn rotations_that_depend_on_the_control_are_refused() {
         (&format!("{begin}G55 G1 X5 Y5 F9\n"), "not followed while coordinates are rotated or polar"),
         (&format!("{begin}G1 X5 Y5 F9\nG28 Z0\n"), "not followed while coordinates are rotated or polar"),
         (&format!("{begin}G68 X0 Y0 R9\n"), "not followed while coordinates are rotated or polar"),
-        (&format!("G90.1\n{begin}G1 X5 Y5 F9\nG2 X7 Y7 I7 J5\n"), "not followed while coordinates are rotated or polar"),
+        (
+            &format!("G90.1\n{begin}G1 X5 Y5 F9\nG2 X7 Y7 I7 J5\n"),
+            "not followed while coordinates are rotated or polar",
+        ),
         ("G0 X0 Y0 Z0\nG51 X0 Y0 P2\n", "polar, scaled or rotated coordinates are not supported"),
     ] {
         let refused = refusal(source);

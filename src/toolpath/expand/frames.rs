@@ -12,7 +12,10 @@ use crate::toolpath::{
         edit::LineEdit,
         line::{SourceLine, word_number},
     },
-    model::gcode::{ArcCentres, BlockDelete, Dialect, GcodeOptions, Fault, GcodeError, LengthUnit, MotionCode, Refusal, Unsupported, Word},
+    model::gcode::{
+        ArcCentres, BlockDelete, Dialect, Fault, GcodeError, GcodeOptions, LengthUnit, MotionCode, Refusal,
+        Unsupported, Word,
+    },
     read::gcode::{
         Style, effective_words, lex,
         lines::{self, Code, Lines},
@@ -21,6 +24,9 @@ use crate::toolpath::{
 
 /// Bytes of a program in plain coordinates, and the line, from 0, that each of its lines comes from.
 pub(crate) type PlainLines = (Vec<u8>, Vec<usize>);
+
+/// Whether a corner is round, and its size.
+type CornerWord = (bool, f64);
 
 /// Lines that meet at less than this angle have no corner, rad.
 const LEAST_TURN_RAD: f64 = 0.017_453_292_519_943_295;
@@ -210,9 +216,7 @@ impl Frames {
                     self.remove(edit, index);
                 }
                 Some(160 | 680) => {}
-                Some(
-                    40 | 50 | 51 | 80 | 90 | 400 | 430 | 440 | 490 | 610 | 611 | 640 | 930..=950 | 970..=990,
-                ) => {}
+                Some(40 | 50 | 51 | 80 | 90 | 400 | 430 | 440 | 490 | 610 | 611 | 640 | 930..=950 | 970..=990) => {}
                 Some(690 | 691 | 150) => {}
                 Some(tenths @ (901 | 911)) => self.has_absolute_centres = tenths == 901,
                 _ if is_framed(self) => return Err(word.refuse(Fault::Unsupported(Unsupported::InFrame))),
@@ -379,7 +383,7 @@ impl Frames {
 const CORNER: Fault = Fault::Unsupported(Unsupported::CornerPlace);
 
 /// Returns `content` without `,R` or `,C` and its number, which are round and size of a corner.
-fn without_corner(content: &[u8]) -> Result<(Vec<u8>, Option<(bool, f64)>), Refusal> {
+fn without_corner(content: &[u8]) -> Result<(Vec<u8>, Option<CornerWord>), Refusal> {
     let code = SourceLine::new(content).code;
     let Some(at) = code.find(',').filter(|at| matches!(code.as_bytes().get(at + 1), Some(b'R' | b'C'))) else {
         return Ok((content.to_vec(), None));
