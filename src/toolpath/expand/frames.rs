@@ -25,6 +25,9 @@ use crate::toolpath::{
 /// Bytes of a program in plain coordinates, and the line, from 0, that each of its lines comes from.
 pub(crate) type PlainLines = (Vec<u8>, Vec<usize>);
 
+/// Whether a corner is round, and its size.
+type CornerWord = (bool, f64);
+
 /// Lines that meet at less than this angle have no corner, rad.
 const LEAST_TURN_RAD: f64 = 0.017_453_292_519_943_295;
 
@@ -380,7 +383,7 @@ impl Frames {
 const CORNER: Fault = Fault::Unsupported(Unsupported::CornerPlace);
 
 /// Returns `content` without `,R` or `,C` and its number, which are round and size of a corner.
-fn without_corner(content: &[u8]) -> Result<(Vec<u8>, Option<(bool, f64)>), Refusal> {
+fn without_corner(content: &[u8]) -> Result<(Vec<u8>, Option<CornerWord>), Refusal> {
     let code = SourceLine::new(content).code;
     let Some(at) = code.find(',').filter(|at| matches!(code.as_bytes().get(at + 1), Some(b'R' | b'C'))) else {
         return Ok((content.to_vec(), None));

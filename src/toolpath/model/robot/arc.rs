@@ -92,7 +92,9 @@ impl Arc {
         let step = point - self.at(1.0).0;
         let off = f64::max(arm.dot(&self.axis).abs(), (arm.norm() - self.radius()).abs());
         let off_tangent = step.norm_squared() / (2.0 * self.radius());
-        let is_another = off_tangent > 4.0 * SAME_WAY_MM;
+        // Points between on an arc are about as far apart as its first is from its start.
+        let is_like_first = self.sweep_rad <= 2.0 * step.norm() / self.radius();
+        let is_another = off_tangent > 4.0 * SAME_WAY_MM && is_like_first;
         is_another && self.sweep_rad < std::f64::consts::TAU && off <= tolerance_mm.min(ON_TANGENT * off_tangent)
     }
 

@@ -19,6 +19,9 @@ use crate::toolpath::{
     },
 };
 
+/// Bytes of a record, its first line, and its text.
+type Record = (Range<usize>, usize, Vec<u8>);
+
 /// Unit of a feed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FeedUnit {
@@ -162,7 +165,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the next record: its bytes, its first line, and its text with blanks for comments and line breaks; `None` at the end.
-    fn next_record(&mut self) -> Result<Option<(Range<usize>, usize, Vec<u8>)>, Refusal> {
+    fn next_record(&mut self) -> Result<Option<Record>, Refusal> {
         loop {
             let Some(whole) = self.lines.advance() else { return Ok(None) };
             let (mut range, mut is_continued) = code_range(self.source, whole.clone());
