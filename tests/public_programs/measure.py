@@ -1,0 +1,105 @@
+"""Gives public programs, which the project does not ship, to kinetostat and writes what it says of each into programs.csv.
+
+    python3 tests/public_programs/measure.py PROGRAM [--mirror FOLDER] [--only WORD]
+
+PROGRAM is the program built (target/release/kinetostat). Programs are run where they are in their repositories, with their neighbours, on a machine of
+ten metres without load: what is accepted must come out with the same bytes. FOLDER has the repositories (bare, OWNER+NAME/repo); what is missing there is
+cloned into it from GitHub (default: target/public_programs). The columns repository, commit, path, dialect and mills (yes, or what else it is) are
+written by hand; options are keys of the process file that say what a program leaves open; the answer is of the last run.
+"""
+
+import argparse
+import collections
+import concurrent.futures
+import csv
+import io
+import os
+import subprocess
+import sys
+import tarfile
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+TABLE = HERE / "programs.csv"
+COLUMNS = ["repository", "commit", "path", "dialect", "mills", "options", "answer"]
+# Of the first line of an error that much is kept.
+MOST = 240
+
+
+def repository(mirror: Path, name: str) -> Path:
+    folder = mirror / name.replace("/", "+") / "repo"
+    if not folder.exists():
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        subprocess.run(["git", "clone", "--quiet", "--bare", f"https://github.com/{name}", str(folder)], check=True)
+    return folder / ".git" if (folder / ".git").is_dir() else folder
+
+
+def git(folder: Path, *words: str) -> bytes:
+    return subprocess.run(["git", "-C", str(folder), *words], capture_output=True, check=True).stdout
+
+
+def answer(program: str, mirror: Path, machine: Path, row: dict) -> str:
+    folder = repository(mirror, row["repository"])
+    with tempfile.TemporaryDirectory() as root:
+        beside = os.path.dirname(row["path"])
+        file = Path(root, row["path"])
+        # Of a history that was cut off only the newest commit is there.
+        for commit in (row["commit"], "HEAD"):
+            try:
+                archive = git(folder, "archive", commit, *([beside] if beside else []))
+            except subprocess.CalledProcessError:
+                continue
+            with tarfile.open(fileobj=io.BytesIO(archive)) as files:
+                files.extractall(root, filter="data")
+            if file.is_file():
+                break
+        else:
+            return "not found"
+        process = Path(root, "process_of_the_run.toml")
+        process.write_text("schema = 1\n" + row["options"].replace("; ", "\n") + "\n")
+        out = Path(root, "result_of_the_run", file.name)
+        out.parent.mkdir()
+        command = [program, "compensate", str(file), "--machine", str(machine), "--process", str(process), "--out", str(out)]
+        command += ["--method", "direct", "--progress", "none"]
+        try:
+            run = subprocess.run(command, capture_output=True, timeout=300)
+        except subprocess.TimeoutExpired:
+            return "no answer within 300 s"
+        if run.returncode not in (0, 1) or not out.is_file():
+            said = run.stderr.decode("utf8", "replace").strip().split("\n")[0]
+            said = said.replace(str(file.parent) + "/", "").removeprefix("error: ")
+            return "refused: " + said[:MOST]
+        return "accepted, same bytes" if out.read_bytes() == file.read_bytes() else "accepted, written out"
+
+
+def main() -> None:
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("program")
+    words.add_argument("--mirror", type=Path, default=HERE.parents[1] / "target" / "public_programs")
+    words.add_argument("--only", help="only rows with this word in repository, path or dialect")
+    given = words.parse_args()
+    with TABLE.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    chosen = [row for row in rows if not given.only or any(given.only in row[name] for name in COLUMNS[:4])]
+    program = os.path.abspath(given.program)
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        found = pool.map(lambda row: answer(program, given.mirror, HERE / "machine.toml", row), chosen)
+        for row, said in zip(chosen, found):
+            row["answer"] = said
+    with TABLE.open("w", newline="") as file:
+        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+    for dialect in sorted({row["dialect"] for row in chosen}):
+        mills = [row["answer"] for row in chosen if row["dialect"] == dialect and row["mills"] == "yes"]
+        accepted = sum(said.startswith("accepted") for said in mills)
+        print(f"{dialect}: {accepted} of {len(mills)} that mill accepted")
+    counts = collections.Counter(row["answer"].split(":")[0] for row in chosen)
+    print(", ".join(f"{said} {count}" for said, count in counts.most_common()))
+    if any(row["answer"] == "not found" for row in chosen):
+        sys.exit("programs were not found: their commits are no longer there")
+
+
+if __name__ == "__main__":
+    main()
