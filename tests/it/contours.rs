@@ -121,16 +121,11 @@ fn arcs_are_found_by_what_they_meet() {
         assert_eq!(ends(&program).len(), 5);
         assert!(largest_turn(&program) < 0.1, "{}", largest_turn(&program));
     }
-    let helix = [
-        read("X10\nG3 X10 Y0 Z-6 I-10 J0 TURN=2", Dialect::Sinumerik),
-        read("L X+10 Y+0\nCC X+0 Y+0\nCP IPA+1080 IZ-6 DR+", Dialect::Heidenhain),
-    ];
-    for program in &helix {
-        assert_ends(program, &[[10.0, 0.0, 0.0], [10.0, 0.0, -2.0], [10.0, 0.0, -4.0], [10.0, 0.0, -6.0]]);
-        assert!((length(program) - 10.0 - libm::hypot(6.0 * PI * 10.0, 6.0)).abs() < 0.05);
-    }
-    let part = read("L X+10 Y+0\nCC X+0 Y+0\nCP IPA-450 IZ-5 DR-", Dialect::Heidenhain);
-    assert_ends(&part, &[[10.0, 0.0, 0.0], [10.0, 0.0, -4.0], [0.0, -10.0, -5.0]]);
+    let helix = read("X10\nG3 X10 Y0 Z-6 I-10 J0 TURN=2", Dialect::Sinumerik);
+    assert_ends(&helix, &[[10.0, 0.0, 0.0], [10.0, 0.0, -2.0], [10.0, 0.0, -4.0], [10.0, 0.0, -6.0]]);
+    assert!((length(&helix) - 10.0 - libm::hypot(6.0 * PI * 10.0, 6.0)).abs() < 0.05);
+    let turns = read("L X+10 Y+0\nCC X+0 Y+0\nCP IPA-450 DR-", Dialect::Heidenhain);
+    assert_ends(&turns, &[[10.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, -10.0, 0.0]]);
 }
 
 #[test]
@@ -199,6 +194,7 @@ fn what_is_no_line_or_arc_is_refused() {
         ("CC Y+5 Z-3\nCP IPA-90 DR-", Dialect::Heidenhain, "expected both coordinates of the plane"),
         ("L X+5 Y+0\nRND R2 F50\nL X+5 Y+5", Dialect::Heidenhain, "roundings and chamfers that the control inserts"),
         ("RND R5", Dialect::Heidenhain, "lines or arcs"),
+        ("L X+10 Y+0\nCC X+0 Y+0\nCP IPA+1080 IZ-6 DR+", Dialect::Heidenhain, "a helix that CP makes"),
         ("LP PR+5 PA+0", Dialect::Heidenhain, "expected a pole before it"),
         ("CC X+0 Y+5\nCP IPA+90 DR-", Dialect::Heidenhain, "expected a position that is known"),
         ("CT X+5 Y+5", Dialect::Heidenhain, "expected a position that is known"),

@@ -332,7 +332,7 @@ fn rotated_coordinates_are_written_plain() {
         found.contains(&"G1 X0.0 Y10.0 Z-2 F50".to_owned()) && found.contains(&"G1 X-10.0 Y0.0 Z-2 F50".to_owned()),
         "{found:?}"
     );
-    assert_eq!(ends(source).iter().filter(|end| **end == [-10.0, 0.0]).count() > 0, true);
+    assert!(ends(source).contains(&[-10.0, 0.0]));
 }
 
 #[test]

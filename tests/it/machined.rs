@@ -93,7 +93,7 @@ fn the_wall_of_a_straight_pass_is_off_as_the_tool_is() {
     let cut = errors_without(&without);
     // Across the wall at its foot and 5 mm above it, towards the spindle at −z; and the end of the tool over the floor.
     let up = Vector3::new(0.0, 0.0, -5.0);
-    let largest = |of: &dyn Fn(&(Vector3<f64>, Vector3<f64>)) -> f64| cut.iter().map(of).fold(0.0, f64::max);
+    let largest = |of: &dyn Fn(&Off) -> f64| cut.iter().map(of).fold(0.0, f64::max);
     let wall = largest(&|(error, turn)| error.y.abs().max((error + turn.cross(&up)).y.abs()));
     let floor = largest(&|(error, turn)| error.z.abs() + 5.0 * turn.norm());
     assert!(wall > 0.05, "{wall}");
@@ -250,8 +250,10 @@ fn without_compensation_the_tool_is_where_its_own_cut_pushes_it() {
     assert!(programmed - low > 0.01 && (found.largest.1 - low).abs() < 1e-4, "{found:?} {low}");
 }
 
+type Off = (Vector3<f64>, Vector3<f64>);
+
 /// Errors of the tip (mm) and rotations of the tool (rad) without compensation where it cuts, W axes (those of the base): solved for each point by itself.
-fn errors_without(job: &ProgramJob) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+fn errors_without(job: &ProgramJob) -> Vec<Off> {
     use kinetostat::compensation::{CompensationSettings, Session, compensate};
     let mut session = Session::new(&job.machine, &job.real, CompensationSettings::default());
     let mut errors = Vec::new();

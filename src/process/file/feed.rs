@@ -56,7 +56,7 @@ pub(super) fn limits<'a>(
     }
     let change = spec.change.unwrap_or(CHANGE);
     let [low, high] = change;
-    if !(low >= LEAST_CHANGE && low <= 1.0 && high >= 1.0 && high.is_finite()) {
+    if !((LEAST_CHANGE..=1.0).contains(&low) && high >= 1.0 && high.is_finite()) {
         let problem = format!(
             "must be two shares of the programmed feed, one from {LEAST_CHANGE} to 1, one at least 1, got {change:?}"
         );

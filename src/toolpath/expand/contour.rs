@@ -329,6 +329,16 @@ impl<'a> Contour<'a> {
         let (start, end) = (flat(from), flat(to));
         let is_polar = find('a').or(find('p')).is_some();
         let mut named = [0, 1, 2].map(|axis| axes[axis].is_some());
+        if let (Dialect::Heidenhain, true, Way::Code(MotionCode::Arc(_)), Some(word)) =
+            (self.dialect, is_polar, self.way, axes[normal])
+            && from[normal] != to[normal]
+        {
+            // Older controls have no other block for it.
+            return Err(refuse(
+                word,
+                "CP in its plane, as a helix that CP makes would become C with a third coordinate",
+            ));
+        }
         if is_polar
             || (self.angle != 0.0 && (named[first] || named[second]))
             || !matches!(self.way, Way::Code(MotionCode::Rapid | MotionCode::Line))
