@@ -1,6 +1,6 @@
 //! TP programs of FANUC as listings (`.ls`): `L P[2] 100mm/sec CNT50 ;` in `/MN`, with the positions of `/POS`.
 //!
-//! Followed are L, C and J to P[n], `UFRAME_NUM` and `UTOOL_NUM`; what frames stand for comes from the options, or from `$MNUFRAME` and
+//! Followed are L, C and J to `P[n]`, `UFRAME_NUM` and `UTOOL_NUM`; what frames stand for comes from the options, or from `$MNUFRAME` and
 //! `$MNUTOOL` in a `sysframe.va` of the controller's backup. Position registers, offsets, steps, jumps, and whatever else may move the tool
 //! or change what a motion means, are refused; instructions that do neither are ignored.
 
