@@ -10,13 +10,12 @@ written by hand; options are keys of the process file that say what a program le
 
 import argparse
 import collections
+import contextlib
 import concurrent.futures
 import csv
-import io
 import os
 import subprocess
 import sys
-import tarfile
 import tempfile
 from pathlib import Path
 
@@ -25,6 +24,8 @@ TABLE = HERE / "programs.csv"
 COLUMNS = ["repository", "commit", "path", "dialect", "mills", "options", "answer"]
 # Of the first line of an error that much is kept.
 MOST = 240
+# Bytes of a program, or of one that it calls, at most.
+LARGEST = 5_000_000
 
 
 def repository(mirror: Path, name: str) -> Path:
@@ -44,14 +45,19 @@ def answer(program: str, mirror: Path, machine: Path, row: dict) -> str:
     with tempfile.TemporaryDirectory() as root:
         beside = os.path.dirname(row["path"])
         file = Path(root, row["path"])
+        file.parent.mkdir(parents=True, exist_ok=True)
         # Of a history that was cut off only the newest commit is there.
         for commit in (row["commit"], "HEAD"):
             try:
-                archive = git(folder, "archive", commit, *([beside] if beside else []))
+                entries = git(folder, "ls-tree", "-z", "--long", commit, *([beside + "/"] if beside else [])).decode().split("\0")
             except subprocess.CalledProcessError:
                 continue
-            with tarfile.open(fileobj=io.BytesIO(archive)) as files:
-                files.extractall(root, filter="data")
+            for entry in filter(None, entries):
+                (_, kind, blob, size), name = entry.split("\t")[0].split(), entry.split("\t")[1]
+                # A copy without its largest files lacks some that no program calls.
+                if kind == "blob" and size.isdigit() and int(size) < LARGEST:
+                    with contextlib.suppress(subprocess.CalledProcessError):
+                        Path(root, name).write_bytes(git(folder, "cat-file", "blob", blob))
             if file.is_file():
                 break
         else:
