@@ -51,7 +51,7 @@ fn comments_marks_and_messages_are_no_words() {
     }
     let refused = end("/2 G1(Ø6 mm)X1.5.2 ; für".as_bytes()).unwrap_err();
     assert_eq!((refused.column, refused.found.as_str()), (13, "X1.5.2"));
-    assert_eq!(end(b"(a (b) X5)").unwrap_err().fault, Fault::Character);
+    assert_eq!(end(b"(a (b) X5)").unwrap_err().fault, Fault::NestedComment);
     // Within percent signs, behind a mark of UTF-8, with Fanuc's old mark of a program.
     let within = "\u{feff}% main\n:1000\nG21 G90 G1 X1.5 Y0 Z0 F100\n  % end\nanything";
     assert_eq!(ends(within).unwrap(), [[1.5, 0.0, 0.0]]);

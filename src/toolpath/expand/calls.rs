@@ -188,7 +188,7 @@ impl Run<'_> {
         let expected = match self.dialect {
             Dialect::Sinumerik => format!("the file {bare}.SPF"),
             Dialect::Heidenhain => "a file of this name".to_owned(),
-            _ => format!("O{bare}, or a file of this name"),
+            _ => format!("O{bare}, a file of this name, or {bare} in calls_kept of [gcode] if it moves nothing"),
         };
         Err(Fault::Macro(MacroFault::NoSubprogram { name: bare.to_owned(), expected }))
     }

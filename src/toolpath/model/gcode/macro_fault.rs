@@ -37,9 +37,7 @@ pub enum MacroFault {
     )]
     NoLabel,
     /// A call of what is not there.
-    #[error(
-        "subprogram {name} is neither in the file nor beside it; expected {expected}, or {name} in calls_kept of [gcode] if it moves nothing"
-    )]
+    #[error("subprogram {name} is neither in the file nor beside it; expected {expected}")]
     NoSubprogram {
         /// Name of the subprogram.
         name: String,
