@@ -113,8 +113,8 @@ class Path:
 
     @classmethod
     def from_file(cls, path: str | PathLike[str], process: Process) -> Path:
-        """The program in `path`: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), FANUC (.ls), URScript (.script), APT
-        (.apt, .cl, .cls, .ncl) or G-code.
+        """The program in `path`: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), FANUC (.ls), URScript (.script),
+        APT (.apt, .cl, .cls, .ncl) or G-code.
 
         Raises :class:`Error` with file, line and what was expected.
         """
