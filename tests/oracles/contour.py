@@ -205,3 +205,21 @@ def _on(g, seg, m, two, angle=False):
     t = abs(sweep((0.0, 0.0), f, g[2], g[4]))
     if t >= abs(seg.ang) - 1e-7: return None
     return t if angle else t * g[3]
+
+
+def selftest(run, generate, n):
+    """Runs `n` random programs twice: the same ends, all of them numbers, and arcs whose radii agree at both ends."""
+    from check import mismatch
+    kinds, lens = {}, []
+    for seed in range(n):
+        files, name, opt = generate(seed)
+        mv = run(files, name, opt)
+        assert [m.end for m in mv] == [m.end for m in run(files, name, opt)]
+        last = None
+        for m in mv:
+            kinds[m.kind] = kinds.get(m.kind, 0) + 1
+            assert all(math.isfinite(x) for x in m.end)
+            if m.kind == "arc": assert mismatch(last, m) < .0021, (seed, m, mismatch(last, m))
+            last = m.end
+        lens.append(files[name].count(b"\n"))
+    print(f"{n} programs, {min(lens)} to {max(lens)} lines, moves: {kinds}")

@@ -19,7 +19,7 @@ import re
 import sys
 
 from move import Move, Refused
-from robmath import (I3, NULL, RMove, add, app, circle, dist, finv, fmul, mul, sca, sub, to_zyx, turn_about, zyx)
+from robmath import (I3, NULL, RMove, add, app, circle, dist, finv, fmul, mul, sca, sub, to_zyx, turn_about, zyx, UNREAD, selftest)
 
 SIMPLE = bool(os.environ.get("ORC_SIMPLE"))
 KEYS = ("X", "Y", "Z", "W", "P", "R")
@@ -478,7 +478,7 @@ def trace(files, main, options):
         l.call(l.entry, [])
     except End:
         pass
-    except (IndexError, KeyError, TypeError, AttributeError, ValueError, ZeroDivisionError) as e:
+    except UNREAD as e:
         raise Refused(l.fn, l.ln, f"not read ({type(e).__name__}: {e})")
     return l.moves
 
@@ -762,22 +762,6 @@ HAND = [
 ]
 
 
-def selftest(n=2000):
-    for name, text, want in HAND:
-        got = [m.end for m in run({"t.ls": text.encode()}, "t.ls", {})]
-        assert len(got) == len(want) and all(dist(a, b) < 1e-9 for a, b in zip(got, want)), (name, got)
-    seen, count = set(), 0
-    for s in range(n):
-        files, main, opt = generate(s)
-        assert files[main] not in seen
-        seen.add(files[main])
-        mv = run(files, main, opt)
-        count += len(mv)
-        for m in mv:
-            if m.kind == "arc":
-                assert abs(dist(m.start, m.centre) - dist(m.end, m.centre)) < 1e-2, (s, m)
-    print(f"fanuc_ls: {len(HAND)} by hand, {n} programs, {count} moves")
-
-
 if __name__ == "__main__":
-    selftest(int(sys.argv[1]) if len(sys.argv) > 1 else 2000)
+    n = int(sys.argv[1]) if len(sys.argv) > 1 else 2000
+    selftest("fanuc_ls", [(name, {"t.ls": text.encode()}, "t.ls", want) for name, text, want in HAND], run, generate, n, near=1e-9, mismatch=1e-2)

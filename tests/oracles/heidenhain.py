@@ -1015,23 +1015,6 @@ def examples():
     print("examples right")
 
 
-def selftest(n):
-    examples()
-    from check import mismatch
-    kinds, lens = {}, []
-    for seed in range(n):
-        files, name, opt = generate(seed)
-        mv = run(files, name, opt)
-        assert [m.end for m in mv] == [m.end for m in run(files, name, opt)]
-        last = None
-        for m in mv:
-            kinds[m.kind] = kinds.get(m.kind, 0) + 1
-            assert all(math.isfinite(x) for x in m.end)
-            if m.kind == "arc": assert mismatch(last, m) < .0021, (seed, m, mismatch(last, m))
-            last = m.end
-        lens.append(files[name].count(b"\n"))
-    print(f"{n} programs, {min(lens)} to {max(lens)} lines, moves: {kinds}")
-
-
 if __name__ == "__main__":
-    selftest(int(sys.argv[1]) if len(sys.argv) > 1 else 2000)
+    examples()
+    selftest(run, generate, int(sys.argv[1]) if len(sys.argv) > 1 else 2000)

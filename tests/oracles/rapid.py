@@ -18,7 +18,7 @@ import re
 import sys
 
 from move import Move, Refused
-from robmath import (NULL, RMove, add, app, circle, dist, finv, fmul, mul, quat, rx, ry, rz, sca, sub, to_quat, zyx, to_zyx)
+from robmath import (NULL, RMove, add, app, circle, dist, finv, fmul, mul, quat, rx, ry, rz, sca, sub, to_quat, zyx, to_zyx, UNREAD, selftest)
 
 SIMPLE = bool(os.environ.get("ORC_SIMPLE"))
 TOK = re.compile(r"""
@@ -774,7 +774,7 @@ def trace(files, main, options):
         pass
     except Goto as g:
         r.no("GOTO " + g.label)
-    except (IndexError, KeyError, TypeError, AttributeError, ValueError, ZeroDivisionError) as e:
+    except UNREAD as e:
         raise Refused(r.fn, r.ln, f"not read ({type(e).__name__}: {e})")
     return r.moves
 
@@ -1108,23 +1108,7 @@ HAND = [
 ]
 
 
-def selftest(n=2000):
-    for name, text, want in HAND:
-        got = [m.end for m in run({"h.mod": text.encode()}, "h.mod", {})]
-        assert len(got) == len(want) and all(dist(a, b) < 1e-6 for a, b in zip(got, want)), (name, got)
-    seen, count = set(), 0
-    for s in range(n):
-        files, main, opt = generate(s)
-        assert files[main] not in seen
-        seen.add(files[main])
-        mv = run(files, main, opt)
-        count += len(mv)
-        for m in mv:
-            if m.kind == "arc":
-                assert abs(dist(m.start, m.centre) - dist(m.end, m.centre)) < 1e-6, (s, m)
-            assert m.feed is None or m.feed > 0
-    print(f"rapid: {len(HAND)} by hand, {n} programs, {count} moves")
-
-
 if __name__ == "__main__":
-    selftest(int(sys.argv[1]) if len(sys.argv) > 1 else 2000)
+    n = int(sys.argv[1]) if len(sys.argv) > 1 else 2000
+    selftest("rapid", [(name, {"h.mod": text.encode()}, "h.mod", want) for name, text, want in HAND], run, generate, n,
+             also=lambda m: m.feed is None or m.feed > 0)

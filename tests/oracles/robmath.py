@@ -153,3 +153,26 @@ def circle(p, q, r):
 
 def turn_about(axis, ang, v):
     return app(rotvec(sca(ang, axis)), v)
+
+
+# What a program that cannot be read makes of an interpreter.
+UNREAD = (IndexError, KeyError, TypeError, AttributeError, ValueError, ZeroDivisionError)
+
+
+def selftest(name, hand, run, generate, n, near=1e-6, mismatch=1e-6, also=lambda move: True):
+    """Checks the programs `hand` (name, files, main, ends) and `n` random ones, no two alike: arcs whose radii agree at both ends, and what `also` asks of moves."""
+    for label, files, main, want in hand:
+        got = [m.end for m in run(files, main, {})]
+        assert len(got) == len(want) and all(dist(a, b) < near for a, b in zip(got, want)), (label, got)
+    seen, count = set(), 0
+    for s in range(n):
+        files, main, opt = generate(s)
+        assert files[main] not in seen
+        seen.add(files[main])
+        mv = run(files, main, opt)
+        count += len(mv)
+        for m in mv:
+            if m.kind == "arc":
+                assert abs(dist(m.start, m.centre) - dist(m.end, m.centre)) < mismatch, (s, m)
+            assert also(m), (s, m)
+    print(f"{name}: {len(hand)} by hand, {n} programs, {count} moves")

@@ -19,7 +19,7 @@ import re
 import sys
 
 from move import Move, Refused
-from robmath import (I3, NULL, RMove, add, app, circle, dist, finv, fmul, mul, rotvec, rx, ry, rz, sca, sub, to_rotvec, tr, zyx, to_zyx)
+from robmath import (I3, NULL, RMove, add, app, circle, dist, finv, fmul, mul, rotvec, rx, ry, rz, sca, sub, to_rotvec, tr, zyx, to_zyx, UNREAD, selftest)
 
 SIMPLE = bool(os.environ.get("ORC_SIMPLE"))
 TOK = re.compile(r"""[ \t]*(?:
@@ -454,7 +454,7 @@ def trace(files, main, options):
         pass
     except Flow:
         u.no("break or return outside")
-    except (IndexError, KeyError, TypeError, AttributeError, ValueError, ZeroDivisionError) as e:
+    except UNREAD as e:
         raise Refused(u.fn, u.ln, f"not read ({type(e).__name__}: {e})")
     return u.moves
 
@@ -718,22 +718,6 @@ HAND = [
 ]
 
 
-def selftest(n=2000):
-    for name, text, want in HAND:
-        got = [m.end for m in run({"h.script": text.encode()}, "h.script", {})]
-        assert len(got) == len(want) and all(dist(a, b) < 1e-6 for a, b in zip(got, want)), (name, got)
-    seen, count = set(), 0
-    for s in range(n):
-        files, main, opt = generate(s)
-        assert files[main] not in seen
-        seen.add(files[main])
-        mv = run(files, main, opt)
-        count += len(mv)
-        for m in mv:
-            if m.kind == "arc":
-                assert abs(dist(m.start, m.centre) - dist(m.end, m.centre)) < 1e-6, (s, m)
-    print(f"urscript: {len(HAND)} by hand, {n} programs, {count} moves")
-
-
 if __name__ == "__main__":
-    selftest(int(sys.argv[1]) if len(sys.argv) > 1 else 2000)
+    n = int(sys.argv[1]) if len(sys.argv) > 1 else 2000
+    selftest("urscript", [(name, {"h.script": text.encode()}, "h.script", want) for name, text, want in HAND], run, generate, n)
