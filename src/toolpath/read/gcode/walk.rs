@@ -1,18 +1,13 @@
 //! Walks through a G-code program line by line. Each walk reads its bytes anew, so that long programs take little memory.
 
-use std::ops::Range;
-
 use crate::toolpath::{
     model::{
         MotionGeometry, NumberFormat,
-        gcode::{
-            BlockDelete, Centre, Dialect, GWord, GcodeError, LengthUnit, Motion, MotionCode, Notes, Refusal, Word,
-        },
+        gcode::{BlockDelete, Centre, GcodeError, LengthUnit, Motion, MotionCode, Notes, Refusal, Word},
         number,
     },
     read::gcode::{
-        Effect, Interpreter, LineReader, ObservedStyle, Pole, Program, Statement, Style, ZeroSetting, effective_words,
-        lines,
+        Effect, Interpreter, LineReader, ObservedStyle, Pole, Program, Statement, Style, ZeroSetting, lines,
     },
 };
 
@@ -31,24 +26,6 @@ pub(crate) struct Block {
     pub pole: Option<Pole>,
     /// Length of what new lines of the block begin with too: blanks, block-delete mark, in Heidenhain's dialect the number.
     pub prefix: usize,
-}
-
-/// What the words of a line, whether it moves the tool or not, make of the feed in force.
-#[derive(Clone, Debug)]
-#[cfg_attr(target_family = "wasm", expect(dead_code, reason = "pages leave feeds as they are"))]
-pub(crate) struct FeedWords {
-    /// Index of the line, from 0.
-    pub line: usize,
-    /// Bytes of the number after F in the line.
-    pub number: Option<Range<usize>>,
-    /// Whether M72 restores the feed that was saved.
-    pub restores: bool,
-    /// Whether the line moves to positions of the machine (G53, and Sinumerik's G153 and SUPA).
-    pub to_machine: bool,
-    /// Whether it is a dwell.
-    pub dwells: bool,
-    /// Whether it makes the motion a rapid one; `None` where it names none.
-    pub is_rapid: Option<bool>,
 }
 
 /// Line of a motion, and whether it is a hole.
@@ -98,28 +75,6 @@ impl PoleArcs {
     }
 }
 
-impl FeedWords {
-    fn of(line: usize, words: &[Word], dialect: Dialect) -> Self {
-        let number = effective_words(words).iter().find(|word| word.letter == 'F').map(Word::number);
-        let restores = words.iter().any(|word| word.mode_save_code(dialect) == Some(72));
-        let mut own = Self { line, number, restores, to_machine: false, dwells: false, is_rapid: None };
-        for word in words {
-            let meaning = match word.meaning {
-                Some(vocable) => Some(vocable.meaning),
-                None if word.letter == 'G' => dialect.g_word(word).ok(),
-                None => None,
-            };
-            match meaning {
-                Some(GWord::Machine) => own.to_machine = true,
-                Some(GWord::Dwell) => own.dwells = true,
-                Some(GWord::Motion(code)) => own.is_rapid = Some(code == MotionCode::Rapid),
-                _ => {}
-            }
-        }
-        own
-    }
-}
-
 impl Program {
     /// Returns all blocks of the program at once. `Err` for a line that cannot be followed.
     pub(crate) fn all_blocks(&self) -> Result<Vec<Block>, GcodeError> {
@@ -133,13 +88,14 @@ impl Program {
 
     /// Passes each block to `visit`, in order, and returns the notes. `Err` from `visit`, or for a line that cannot be followed.
     pub(crate) fn walk<E: From<GcodeError>>(&self, mut visit: impl FnMut(&Block) -> Result<(), E>) -> Result<Notes, E> {
-        self.walk_lines(|block, _| block.map_or(Ok(()), &mut visit))
+        self.walk_words(|_, _| (), |block, ()| block.map_or(Ok(()), &mut visit))
     }
 
-    /// Passes each line of words to `visit` with its block, if it is one, as [`Program::walk`] does.
-    pub(crate) fn walk_lines<E: From<GcodeError>>(
+    /// Passes each line of words to `visit` with its block, if it is one, as [`Program::walk`] does, and with what `look` has found in its words; that gets the index of the line, too.
+    pub(crate) fn walk_words<T, E: From<GcodeError>>(
         &self,
-        mut visit: impl FnMut(Option<&Block>, &FeedWords) -> Result<(), E>,
+        look: impl Fn(usize, &[Word]) -> T,
+        mut visit: impl FnMut(Option<&Block>, T) -> Result<(), E>,
     ) -> Result<Notes, E> {
         let mut interpreter = Interpreter::new(&self.options, self.dialect);
         let mut reader = LineReader::new(self.dialect);
@@ -162,12 +118,12 @@ impl Program {
                 Statement::Percent => percents += 1,
                 Statement::Command { moves } => interpreter.forget_position(line + 1, [moves; 3]),
                 Statement::Words { words, prefix } => {
-                    let feed = FeedWords::of(line, &words, self.dialect);
+                    let found = look(line, &words);
                     let effect = interpreter.follow_line(line + 1, words).map_err(located)?;
                     let has_effect = effect != Effect::default();
                     let Effect { motion_word, motions, zero_setting, pole } = effect;
                     let block = Block { line, motion_word, motions, zero_setting, pole, prefix };
-                    visit(has_effect.then_some(&block), &feed)?;
+                    visit(has_effect.then_some(&block), found)?;
                 }
             }
             if percents == 2 {

@@ -8,10 +8,10 @@ use std::{
 use crate::toolpath::{
     expand::edit::LineEdit,
     model::{
-        gcode::{Dialect, FeedMode, GcodeError, MotionCode},
+        gcode::{Dialect, FeedMode, GWord, GcodeError, MotionCode, Word},
         number::{decimals_in, format_plain, format_shortest},
     },
-    read::gcode::{Block, CalledFile, Program, lines},
+    read::gcode::{Block, CalledFile, Program, effective_words, lines},
     write::gcode::{Calls, FoldFailure, Rewritten},
 };
 
@@ -50,6 +50,45 @@ enum Since {
     Set,
     /// It is what M70 has saved, or that of a line before which may be switched off: not known.
     Restored,
+}
+
+/// What the words of a line, whether it moves the tool or not, make of the feed in force.
+#[derive(Clone, Debug)]
+struct FeedWords {
+    /// Index of the line, from 0.
+    line: usize,
+    /// Bytes of the number after F in the line.
+    number: Option<Range<usize>>,
+    /// Whether M72 restores the feed that was saved.
+    restores: bool,
+    /// Whether the line moves to positions of the machine (G53, and Sinumerik's G153 and SUPA).
+    to_machine: bool,
+    /// Whether it is a dwell.
+    dwells: bool,
+    /// Whether it makes the motion a rapid one; `None` where it names none.
+    is_rapid: Option<bool>,
+}
+
+impl FeedWords {
+    fn of(line: usize, words: &[Word], dialect: Dialect) -> Self {
+        let number = effective_words(words).iter().find(|word| word.letter == 'F').map(Word::number);
+        let restores = words.iter().any(|word| word.mode_save_code(dialect) == Some(72));
+        let mut own = Self { line, number, restores, to_machine: false, dwells: false, is_rapid: None };
+        for word in words {
+            let meaning = match word.meaning {
+                Some(vocable) => Some(vocable.meaning),
+                None if word.letter == 'G' => dialect.g_word(word).ok(),
+                None => None,
+            };
+            match meaning {
+                Some(GWord::Machine) => own.to_machine = true,
+                Some(GWord::Dwell) => own.dwells = true,
+                Some(GWord::Motion(code)) => own.is_rapid = Some(code == MotionCode::Rapid),
+                _ => {}
+            }
+        }
+        own
+    }
 }
 
 impl FedLine {
@@ -99,7 +138,8 @@ impl Program {
         let deletes_calls = self.expansion.as_ref().is_some_and(|expansion| {
             expansion.files.iter().any(|file| file.bytes.split(|byte| *byte == b'\n').any(lines::is_deletable))
         });
-        self.walk_lines(|block, words| {
+        let look = |line: usize, words: &[Word]| FeedWords::of(line, words, self.dialect);
+        self.walk_words(look, |block, words| {
             let first = motions;
             motions += block.map_or(0, |block| block.motions.len());
             is_at_feed = words.is_rapid.map_or(is_at_feed, |is_rapid| !is_rapid);
