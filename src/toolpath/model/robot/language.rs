@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, path::Path};
 
 use nalgebra::{Isometry3, UnitQuaternion};
 
-use crate::toolpath::model::NumberFormat;
+use crate::toolpath::model::{NumberFormat, robot::RobotFault};
 
 /// A language that programs of poses are written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,6 +114,16 @@ pub enum CutcomPoints {
 impl RobotOptions {
     /// The name under which `bases` has the frame in which a program says where its bases are.
     pub const WORLD: &'static str = "world";
+
+    /// Whether the subprogram `name` is known not to move the tool.
+    pub(crate) fn keeps_call(&self, name: &str) -> bool {
+        self.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(name))
+    }
+
+    /// Refuses a call of `name` unless it is known not to move the tool.
+    pub(crate) fn check_call(&self, name: &str) -> Result<(), RobotFault> {
+        if self.keeps_call(name) { Ok(()) } else { Err(RobotFault::Call { name: name.to_owned() }) }
+    }
 }
 
 /// Numbers of decimals of rotation components and of external axes in the written poses of a robot program.

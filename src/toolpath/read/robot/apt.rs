@@ -206,7 +206,7 @@ impl<'a> Reader<'a> {
         if self.circle.is_some() && word != "GOTO" || self.direction.is_some() && major != "TLON,GOFWD" {
             return Err(RobotFault::Form { expected: "the motion of the circle behind CIRCLE or INDIRV" });
         }
-        let is_kept = || self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(word));
+        let is_kept = || self.options.keeps_call(word);
         if !is_text && is_in_list(word, "TLDATA TOOLNO LOADTL LOAD MACHIN") && (has("TURN") || has("LATHE")) {
             return RobotFault::not_followed("programs of lathes are", "a program of a mill");
         }

@@ -193,7 +193,7 @@ impl<'a> Reader<'a> {
                 return RobotFault::not_followed("system variables are", "a program that does not set them");
             }
             word if word.starts_with('$') || IGNORED.split_whitespace().any(|kept| kept == word) => {}
-            word => self.check_call(word)?,
+            word => self.options.check_call(word)?,
         }
         Ok(None)
     }
@@ -207,18 +207,12 @@ impl<'a> Reader<'a> {
                 "JMP" => return Err(JUMP),
                 "CALL" | "RUN" => {
                     let name = words.find(|word| !word.is_empty()).unwrap_or_default();
-                    self.check_call(name)?;
+                    self.options.check_call(name)?;
                 }
                 _ => {}
             }
         }
         Ok(())
-    }
-
-    /// Refuses a call of `name` unless the options say that it moves nothing.
-    fn check_call(&self, name: &str) -> Result<(), RobotFault> {
-        let known = self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(name));
-        if known { Ok(()) } else { Err(RobotFault::Call { name: name.to_owned() }) }
     }
 
     /// Returns the statement of the motion `word`: L, C, J, or another that is refused.

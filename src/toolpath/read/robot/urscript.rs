@@ -194,7 +194,7 @@ impl<'a> Reader<'a> {
 
     /// Refuses a call of `name` unless it is in the program, moves nothing, or the options say so.
     fn check_call(&self, name: &str) -> Result<(), RobotFault> {
-        let kept = self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(name));
+        let kept = self.options.keeps_call(name);
         let ignored = IGNORED.split_whitespace().any(|known| known == name)
             || IGNORED_BEGINNINGS.iter().any(|begin| name.starts_with(begin));
         // All motions are in one function: one of the program that another calls moves nothing, or is the one that does.

@@ -158,15 +158,9 @@ impl<'a> Reader<'a> {
         let text = String::from_utf8_lossy(text).to_ascii_uppercase();
         let action = text.split_once(" DO ").map_or("", |(_, action)| action);
         match (action.contains('='), action.split_once('(')) {
-            (false, Some((name, _))) => self.check_call(name.trim()),
+            (false, Some((name, _))) => self.options.check_call(name.trim()),
             _ => Ok(()),
         }
-    }
-
-    /// Refuses a call of `name` unless the options say that it moves nothing.
-    fn check_call(&self, name: &str) -> Result<(), RobotFault> {
-        let known = self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(name));
-        if known { Ok(()) } else { Err(RobotFault::Call { name: name.to_owned() }) }
     }
 
     /// Refuses a line within a branch or loop.

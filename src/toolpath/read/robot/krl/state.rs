@@ -32,7 +32,7 @@ impl Reader<'_> {
             return self.assign(name, value);
         }
         if scan.takes(b'(') {
-            return self.check_call(&name);
+            return self.options.check_call(&name);
         }
         // A label.
         if scan.takes(b':') && scan.is_done() {

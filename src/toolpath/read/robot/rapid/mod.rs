@@ -170,7 +170,7 @@ impl<'a> Reader<'a> {
 
     /// Refuses a call of `name` unless the module has it or the options say that it moves nothing.
     fn check_call(&self, name: &str) -> Result<(), RobotFault> {
-        let kept = self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(name));
+        let kept = self.options.keeps_call(name);
         // All motions are in one routine: a routine of the module that another calls moves nothing, or is the one that does.
         let known = self.data.as_ref().is_some_and(|data| data.procedures.iter().any(|known| known == name));
         if kept || (known && name != self.routine.1) { Ok(()) } else { Err(RobotFault::Call { name: name.to_owned() }) }
