@@ -10,6 +10,7 @@ use nalgebra::{Rotation2, Vector2};
 use crate::toolpath::{
     expand::{
         edit::LineEdit,
+        geometry::Element,
         line::{SourceLine, word_number},
     },
     model::gcode::{
@@ -352,25 +353,20 @@ impl Frames {
     fn write_corner(&mut self, corner: &Corner, to: Vector2<f64>, ending: &[u8]) -> Result<bool, Refusal> {
         self.is_changed = true;
         let refused = || Refusal::new(0..corner.content.len(), CORNER);
-        let (arriving, leaving) = (corner.at - corner.from, to - corner.at);
-        let (Some(along), Some(on)) = (arriving.try_normalize(1e-9), leaving.try_normalize(1e-9)) else {
-            return Err(refused());
-        };
-        let turn = libm::atan2(along.perp(&on), along.dot(&on));
-        let length = if corner.is_round { corner.size * libm::tan(turn.abs() / 2.0) } else { corner.size };
-        let fits = length <= arriving.norm().min(leaving.norm());
-        if turn.abs() < LEAST_TURN_RAD || !fits {
-            return Err(refused());
-        }
-        let (begin, end) = (corner.at - along * length, corner.at + on * length);
+        let line = |from: Vector2<f64>, to: Vector2<f64>| Element { from: from.into(), to: to.into(), arc: None };
+        let (arriving, leaving) = (line(corner.from, corner.at), line(corner.at, to));
+        let turn = arriving.turn_to(&leaving);
+        let leg = if corner.is_round { corner.size * libm::tan(turn.abs() / 2.0) } else { corner.size };
+        let cut = arriving.chamfer(&leaving, leg, true).ok().flatten();
+        let Some((begin, _, [x, y])) = cut.filter(|_| turn.abs() >= LEAST_TURN_RAD) else { return Err(refused()) };
         let Ok(Code::Words { text, .. }) = lines::parse_code(&corner.content) else { return Err(refused()) };
         let words = lex::words(&text).map_err(|_| refused())?;
         let mut edit = LineEdit::new(&corner.content, &words, Style::plain(self.dialect));
         let axes = ['X', 'Y'].map(|letter| words.iter().position(|word| word.letter == letter));
-        self.put_position(&mut edit, axes, begin);
+        self.put_position(&mut edit, axes, begin.into());
         let shortened = edit.render();
         self.write(&shortened, ending, corner.line);
-        let [x, y] = [end.x, end.y].map(|number| word_number(b'X', number));
+        let [x, y] = [x, y].map(|number| word_number(b'X', number));
         let across = match corner.is_round {
             true => format!("G{} X{x} Y{y} R{}", if turn > 0.0 { 3 } else { 2 }, word_number(b'R', corner.size)),
             false => format!("G1 X{x} Y{y}"),

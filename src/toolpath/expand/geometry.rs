@@ -80,6 +80,12 @@ impl Element {
         }
     }
 
+    /// Returns the angle, rad, by which the way turns to the left where `next` begins.
+    pub fn turn_to(&self, next: &Element) -> f64 {
+        let (before, behind) = (self.tangent(true), next.tangent(false));
+        libm::atan2(cross(before, behind), dot(before, behind))
+    }
+
     /// Returns the signed radius of the parallel at `distance` to the left of an arc, positive counter-clockwise.
     fn parallel_radius(&self, (centre, turn): About, distance: f64) -> f64 {
         let radius = libm::hypot(self.to[0] - centre[0], self.to[1] - centre[1]);
@@ -111,9 +117,7 @@ impl Element {
         if cross(before, behind).abs() < SMOOTH && dot(before, behind) > 0.0 {
             return Ok(None);
         }
-        // Half the angle by which the way turns.
-        let half = libm::atan2(cross(before, behind).abs(), dot(before, behind)) / 2.0;
-        let leg = if is_leg { length } else { length / (2.0 * libm::cos(half)) };
+        let leg = if is_leg { length } else { length / (2.0 * libm::cos(self.turn_to(next).abs() / 2.0)) };
         let lengths = [minus(self.to, self.from), minus(next.to, next.from)].map(|[a, b]| libm::hypot(a, b));
         let fits = self.arc.is_none() && next.arc.is_none() && leg > 0.0 && lengths.iter().all(|length| leg <= *length);
         if fits { Ok(Some((along(self.to, -leg, before), None, along(self.to, leg, behind)))) } else { Err(()) }
