@@ -1,7 +1,7 @@
 //! Compensates a program: finds the commands, writes the program that gives them, reads it back and proves it by simulation.
 
 #[cfg(not(target_family = "wasm"))]
-use super::DeflectedCut;
+use super::deflected::{DeflectedCut, MOST_POINTS};
 use super::{
     CorrectedPath, ForceCheck, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, Proof, ProvedPart,
     WithoutForce,
@@ -200,9 +200,15 @@ impl ProgramJob {
         };
         let mut excess = bounded.as_ref().map(|bounded| ExcessSearch::new(self, bounded));
         let name = format!("{}, as written", sought.name);
+        #[cfg(not(target_family = "wasm"))]
+        let mut errors_before = Vec::new();
         let Proof { mut passes, without_force, spread } = self.prove((name, &written), asked, work, |proved| {
             work.check()?;
             excess.iter_mut().for_each(|excess| excess.add(proved.part.first, proved.written));
+            #[cfg(not(target_family = "wasm"))]
+            if self.process.stock.is_some() && self.path.len() <= MOST_POINTS {
+                errors_before.extend_from_slice(&proved.before[Source::All]);
+            }
             to.take(proved, bounded.as_ref())
         })?;
         let exceeded = excess.map(ExcessSearch::worst);
@@ -215,7 +221,7 @@ impl ProgramJob {
             forces,
             without_force,
             #[cfg(not(target_family = "wasm"))]
-            deflected_cut: self.deflected_cut(work)?,
+            deflected_cut: self.deflected_cut(errors_before, work)?,
             spread,
             uncorrected,
             takes_play_back: matches!(asked.way, CommandSource::Method(method) if method != Method::None),

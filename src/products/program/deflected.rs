@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::{ProgramJob, part};
 use crate::{
     compensation::Method, input::error::Result, process::stock::LEAST_WAY, simulation::along_path::PathPointResult,
-    toolpath::Toolpath, work::Work,
+    work::Work,
 };
 
 /// The tool without compensation where its deflection and the force of what it cuts there agree.
@@ -44,29 +44,22 @@ impl DeflectedCut {
 }
 
 impl ProgramJob {
-    /// Returns where the tool is without compensation in the cut that it makes there, by a fixed point that is relaxed at each point by Aitken's Δ²; `None` without stock, for
-    /// longer programs, where the machine has no equilibrium, and where nothing bends by as much as is looked at.
+    /// Returns where the tool is without compensation in the cut that it makes there, by a fixed point that is relaxed at each point by Aitken's Δ². It begins with the `errors` in the programmed
+    /// cut, base axes, mm, none where that is not looked at. `None` there, where the machine has no equilibrium, and where nothing bends by as much as is looked at.
     ///
     /// # Errors
     /// Of `work`; a tool that bends too far.
-    pub(super) fn deflected_cut(&self, work: &Work) -> Result<Option<DeflectedCut>> {
-        if self.process.stock.is_none() || self.path.len() > MOST_POINTS {
-            return Ok(None);
-        }
+    pub(super) fn deflected_cut(&self, errors: Vec<Option<Vector3<f64>>>, work: &Work) -> Result<Option<DeflectedCut>> {
         let turn = self.process.placement.place(&self.machine).workpiece().rotation;
-        let errors_of = |job: &Self| -> Result<Option<Vec<Vector3<f64>>>> {
-            let mut errors = Vec::with_capacity(job.path.len());
-            job.pass_by(Method::None, &|| {}, |_, results| {
-                errors.extend(results.iter().map(PathPointResult::solved_error));
-                work.check()
-            })?;
-            Ok(errors.into_iter().map(|own| own.map(|own| turn.tr_mul(&own))).collect())
+        let all_known = |errors: Vec<Option<Vector3<f64>>>| -> Option<Vec<Vector3<f64>>> {
+            errors.into_iter().map(|own| own.map(|own| turn.tr_mul(&own))).collect()
         };
-        let Some(mut errors) = errors_of(self)? else { return Ok(None) };
+        let Some(mut errors) = all_known(errors) else { return Ok(None) };
         let programmed_mm = self.largest(&errors).1;
         if programmed_mm <= LEAST_MM {
             return Ok(None);
         }
+        let mut job = self.clone();
         let mut shifts = vec![Vector3::zeros(); errors.len()];
         let mut relaxations = vec![FIRST_RELAXATION; errors.len()];
         let (mut before, mut rounds) = (None::<Vec<Vector3<f64>>>, 0);
@@ -88,7 +81,15 @@ impl ProgramJob {
             self.join(&mut shifts);
             before = Some(residual);
             let Some(path) = self.process.cut_shifted(&self.path, &shifts, &self.name)? else { return Ok(None) };
-            let Some(next) = errors_of(&self.with_cut(path)?)? else { return Ok(None) };
+            // It goes through the same poses under other loads.
+            job.tasks = part::stored_tasks(&job.process, &path, &job.name)?;
+            job.path = path;
+            let mut next = Vec::with_capacity(errors.len());
+            job.pass_by(Method::None, &|| {}, |_, results| {
+                next.extend(results.iter().map(PathPointResult::solved_error));
+                work.check()
+            })?;
+            let Some(next) = all_known(next) else { return Ok(None) };
             (errors, rounds) = (next, rounds + 1);
         }
     }
@@ -107,12 +108,6 @@ impl ProgramJob {
                 shifts[k] = shifts[k - 1];
             }
         }
-    }
-
-    /// Returns the same job along `path`, which is its own with other loads.
-    fn with_cut(&self, path: Toolpath) -> Result<Self> {
-        let tasks = part::stored_tasks(&self.process, &path, &self.name)?;
-        Ok(Self { part_tracks: part::empty_tracks(&path), tasks, path, ..self.clone() })
     }
 }
 
