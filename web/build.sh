@@ -17,13 +17,13 @@ npm ci --silent --no-audit --no-fund
 made="${CARGO_TARGET_DIR:-target}/wasm32-unknown-unknown/release/kinetostat_web.wasm"
 small=$(mktemp)
 trap 'rm -f "$small"' EXIT
-node_modules/.bin/wasm-opt "$made" -Oz --strip-debug --strip-producers --strip-target-features --enable-simd \
+node_modules/.bin/wasm-opt "$made" -Oz --converge --strip-debug --strip-producers --strip-target-features --enable-simd \
     --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-multivalue \
     --enable-reference-types -o "$small"
 node compress.mjs < "$small" > "$out/engine.wasm.br"
 size=$(stat -c %s "$out/engine.wasm.br")
 echo "engine.wasm.br: $size bytes"
-if [ "$size" -ge 646000 ]; then
-    echo "the engine must stay below 646000 bytes" >&2
+if [ "$size" -ge 648000 ]; then
+    echo "the engine must stay below 648000 bytes" >&2
     exit 1
 fi
