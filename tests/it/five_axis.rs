@@ -11,7 +11,7 @@ use crate::support::cases::cases;
 use crate::support::command::told;
 
 fn axis(letter: char, about: Vector3<f64>, turns: RotarySide, through_mm: Option<[f64; 3]>) -> RotaryAxis {
-    RotaryAxis { letter, about, turns, through_mm: through_mm.map(Vector3::from) }
+    RotaryAxis { letter, about, turns, through_mm: through_mm.map(Vector3::from), travel_deg: None }
 }
 
 /// A table that swivels about x and turns about z on it, 50 mm under the part.

@@ -69,6 +69,7 @@ mod golden_tables;
 mod heidenhain_programs;
 mod hung_machines;
 mod identification;
+mod inclined_planes;
 mod inputs;
 mod jacobians;
 mod kinematics;

@@ -7,7 +7,7 @@ use kinetostat::{
 use proptest::prelude::*;
 
 fn axis(letter: char, about: Vector3<f64>, turns: RotarySide, through: Vector3<f64>) -> RotaryAxis {
-    RotaryAxis { letter, about, turns, through_mm: Some(through) }
+    RotaryAxis { letter, about, turns, through_mm: Some(through), travel_deg: None }
 }
 
 #[test]

@@ -64,9 +64,18 @@ fn given_axes(spec: &GcodeSpec, check: &Check) -> Result<Vec<(usize, RotaryAxis)
             return check.key("about").fail("has no length: expected a direction".into());
         };
         let through_mm = given.through_mm.map(|point| check.key("through_mm").finite(point)).transpose()?;
-        axes.push((index, RotaryAxis { letter: given.letter, about, turns: given.turns, through_mm }));
+        let travel_deg = given.travel_deg.map(|travel| checked_travel(travel, &check.key("travel_deg"))).transpose()?;
+        axes.push((index, RotaryAxis { letter: given.letter, about, turns: given.turns, through_mm, travel_deg }));
     }
     Ok(axes)
+}
+
+/// Returns `travel`, degrees, if its first angle is the smaller one.
+fn checked_travel(travel: [f64; 2], check: &Check) -> Result<[f64; 2]> {
+    let [low, high] = travel;
+    check.finite_scalar(low)?;
+    check.finite_scalar(high)?;
+    if low < high { Ok(travel) } else { check.fail(format!("[{low}, {high}]: expected the smaller angle first")) }
 }
 
 /// Returns the machine's drives A, B and C with their axes in W; points of a head's axes are relative to the point that the path gives.
@@ -84,7 +93,8 @@ fn machine_axes(machine: &Machine, placement: &Placement) -> Vec<(RotaryDrive, R
             false => workpiece.rotation.tr_mul(&(drive.through - reference_point)),
         };
         let turns = if drive.carries { RotarySide::Workpiece } else { RotarySide::Tool };
-        let axis = RotaryAxis { letter: drive.letter, about, turns, through_mm: Some(through) };
+        let (letter, travel_deg) = (drive.letter, drive.travel_deg);
+        let axis = RotaryAxis { letter, about, turns, through_mm: Some(through), travel_deg };
         (drive, axis)
     });
     drives.collect()

@@ -185,6 +185,8 @@ pub struct RotarySpec {
     pub turns: RotarySide,
     /// A point of the axis: of a table in W, of a head from the tip of the tool.
     pub through_mm: Option<[f64; 3]>,
+    /// Least and greatest angle of the axis, degrees.
+    pub travel_deg: Option<[f64; 2]>,
 }
 
 /// When X, Y and Z are coordinates of the tip while A, B and C turn.

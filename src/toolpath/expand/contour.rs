@@ -212,6 +212,10 @@ impl<'a> Contour<'a> {
                     self.polar = [None; 2];
                     is_motion = false;
                 }
+                GWord::Setting(Setting::Incline(_)) | GWord::Align(_) | GWord::Passive("rotation") => {
+                    self.forget();
+                    is_motion = false;
+                }
                 GWord::Dwell | GWord::Setting(_) => is_motion = false,
                 _ => {}
             }

@@ -218,7 +218,8 @@ impl Frames {
                 }
                 Some(160 | 680) => {}
                 Some(40 | 50 | 51 | 80 | 90 | 400 | 430 | 440 | 490 | 610 | 611 | 640 | 930..=950 | 970..=990) => {}
-                Some(690 | 691 | 150) => {}
+                Some(691 | 150) => {}
+                Some(690) if is_framed(self) => {}
                 Some(tenths @ (901 | 911)) => self.has_absolute_centres = tenths == 901,
                 _ if is_framed(self) => return Err(word.refuse(Fault::Unsupported(Unsupported::InFrame))),
                 Some(180 | 190) => self.is_xy = false,
@@ -228,7 +229,8 @@ impl Frames {
                 Some(650..=669) => is_position = false,
                 // X and Y are in other coordinates from here on, or no position.
                 Some(540..=593 | 1100..=1299 | 1540) => self.programmed = [None; 2],
-                Some(100 | 280..=309 | 520 | 530 | 920..=929) => {
+                Some(690) => self.programmed = [None; 2],
+                Some(100 | 280..=309 | 520 | 530 | 531 | 682 | 920..=929) => {
                     self.programmed = [None; 2];
                     is_position = false;
                 }

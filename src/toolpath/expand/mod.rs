@@ -101,7 +101,8 @@ impl Program {
         }
         expansion.add_header(&mut bytes, dialect);
         let mut program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
-        for line in &mut program.notes.unlocated_lines {
+        let chosen = program.notes.chosen_angles.iter_mut().map(|(line, _)| line);
+        for line in program.notes.unlocated_lines.iter_mut().chain(chosen) {
             *line = expansion.line_of(*line);
         }
         if let Some((_, line)) = &mut program.notes.assumed_unit {

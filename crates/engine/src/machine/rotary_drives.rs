@@ -21,6 +21,8 @@ pub struct RotaryDrive {
     pub about: Vector3<f64>,
     /// A point of its axis in O with all of them at 0, mm.
     pub through: Vector3<f64>,
+    /// Least and greatest angle, degrees.
+    pub travel_deg: Option<[f64; 2]>,
 }
 
 /// The rotary drives of a machine, of the head and of the workpiece carrier each from the base outwards.
@@ -132,7 +134,9 @@ fn axes(
         // The point of the axis nearest to O: a turn moves O by (1 − R) of it.
         let shift = motion.translation - about * about.dot(&motion.translation);
         let through = (shift + about.cross(&shift) / libm::tan(0.5 * TRIAL_RAD)) / 2.0;
-        Some(RotaryDrive { letter, label: labels[index].clone(), carries, about, through })
+        let (_, drive) = machine.drives().nth(index)?;
+        let travel_deg = drive.travel.map(|(low, high)| [low, high].map(f64::to_degrees));
+        Some(RotaryDrive { letter, label: labels[index].clone(), carries, about, through, travel_deg })
     };
     Some((hinges.iter().map(axis).collect::<Option<Vec<_>>>()?, zero))
 }

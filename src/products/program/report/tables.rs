@@ -354,6 +354,7 @@ pub fn program_json(report: &Report<'_>) -> Value {
             WrittenCalls::WrittenOut { because } => json!({ "lines": lines, "written": grown, "because": because }),
         }),
         "lines_left_as_written": notes.unlocated_lines,
+        "angles_of_the_control": notes.chosen_angles.iter().map(|(line, [a, b, c])| json!({ "line": line, "A": a, "B": b, "C": c })).collect::<Vec<_>>(),
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
     });
     if let Some(uncertainty) = &job.uncertainty {

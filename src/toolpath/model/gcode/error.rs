@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::toolpath::model::{
     MAX_COORDINATE_MM,
-    gcode::{ArcFault, Contradiction, Dialect, Foreign, MacroFault, Unsupported, WorkOffset},
+    gcode::{ArcFault, Contradiction, Dialect, Foreign, InclinedFault, MacroFault, Unsupported, WorkOffset},
 };
 
 /// The error of a G-code program that cannot be followed: file, line, column, text, reason and what was expected.
@@ -190,6 +190,9 @@ pub enum Fault {
         /// Angle of the axis, degrees.
         at: f64,
     },
+    /// An inclined plane that is not followed.
+    #[error("{0}")]
+    Inclined(InclinedFault),
     /// A cycle drills along Z, and the tool stands otherwise.
     #[error("a cycle with the tool turned ({letter} = {at}); expected it written out as G0 and G1 moves")]
     TurnedCycle {

@@ -4,6 +4,7 @@ pub(crate) mod arc;
 pub(crate) mod dialect;
 pub(crate) mod error;
 pub(crate) mod foreign;
+pub(crate) mod inclined;
 pub(crate) mod macro_fault;
 pub(crate) mod modal;
 pub(crate) mod motion;
@@ -14,6 +15,6 @@ pub(crate) mod word;
 pub(crate) mod work_offset;
 
 pub(crate) use {
-    arc::*, dialect::*, error::*, foreign::*, macro_fault::*, modal::*, motion::*, options::*, refused::*, rotary::*,
-    word::*, work_offset::*,
+    arc::*, dialect::*, error::*, foreign::*, inclined::*, macro_fault::*, modal::*, motion::*, options::*, refused::*,
+    rotary::*, word::*, work_offset::*,
 };

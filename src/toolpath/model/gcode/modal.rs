@@ -2,7 +2,7 @@
 
 use crate::toolpath::model::{
     Plane, TurnDirection,
-    gcode::{Dialect, Fault, LengthUnit, Refusal, Unsupported, Word, WorkOffset},
+    gcode::{AngleChoice, Dialect, Fault, Inclination, LengthUnit, Refusal, Unsupported, Word, WorkOffset},
 };
 
 /// The motion mode in force: rapid, line, arc or cycle.
@@ -158,6 +158,8 @@ pub(crate) enum GWord {
     TipControl,
     /// M129: no longer, once the line has run.
     TipControlEnds,
+    /// Turns the tool along z of the inclined plane (G53.1), once the line's plane is in force.
+    Align(AngleChoice),
     /// The end of the program.
     End,
     /// Other words for the machine, any number of them on a line.
@@ -190,6 +192,8 @@ pub(crate) enum Setting {
     Translation { afresh: bool },
     /// The centre of arcs that follow.
     Pole,
+    /// An inclined plane (G68.2).
+    Incline(Inclination),
 }
 
 /// A word of a dialect other than ISO that stands for a G word: its name and its meaning.
@@ -206,6 +210,12 @@ impl GWord {
         // Kept there, an axis stands; to Fanuc and Mach it is where axes go.
         if matches!(tenths, 281 | 301) && dialect != Dialect::LinuxCnc {
             return Ok(GWord::Home);
+        }
+        if matches!(tenths, 531 | 682) && matches!(dialect, Dialect::Iso | Dialect::Fanuc) {
+            return Ok(match tenths {
+                531 => GWord::Align(AngleChoice::Least),
+                _ => GWord::Setting(Setting::Incline(Inclination::Euler)),
+            });
         }
         GWord::from_tenths(tenths).ok_or_else(|| word.refuse(Fault::Unsupported(unsupported_reason(tenths))))
     }
@@ -287,6 +297,7 @@ impl GWord {
             GWord::End | GWord::Auxiliary => "auxiliary",
             GWord::PolarOff => "polar",
             GWord::TipControl | GWord::TipControlEnds => "tool length",
+            GWord::Align(_) => "alignment",
             GWord::Passive(group) => group,
         }
     }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::toolpath::model::{
     Hole, MotionGeometry, Orientation, PathPoint, PointSource, Sampling, direction, even_parameters,
-    gcode::{Centre, ModalState, MotionCode, Rotary, RotaryMotion, Word, rotary},
+    gcode::{Centre, Coordinates, ModalState, MotionCode, Rotary, RotaryMotion, Word, rotary},
 };
 
 /// A position of which some coordinates may be unknown, mm in the workpiece frame.
@@ -104,6 +104,9 @@ impl Motion {
         let (position, tangent) = self.geometry.at(t)?;
         if !self.turning.displaces_tip() {
             return Some((position, tangent));
+        }
+        if let Coordinates::Inclined(plane) = self.turning.coordinates {
+            return Some((plane.transform(position), plane.rotation * tangent));
         }
         let tip = |t: f64| Some(rotary.tip_position(self.geometry.at(t)?.0, &self.turning.at(t)));
         let tangent = match self.geometry {

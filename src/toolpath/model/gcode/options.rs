@@ -137,6 +137,8 @@ pub struct Notes {
     pub unlocated_lines: Vec<usize>,
     /// Numbers of lines of the program and of its expansion, if it was expanded.
     pub written_out: Option<[usize; 2]>,
+    /// Angles of A, B and C, degrees, that the control chooses by its rule, and the lines (from 1) where it does.
+    pub chosen_angles: Vec<(usize, [f64; 3])>,
     /// Whether the program moves A, B or C.
     pub(crate) names_rotary_axes: bool,
 }

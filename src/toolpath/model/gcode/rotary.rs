@@ -3,14 +3,14 @@
 //! With every axis at 0 the tool stands along z of W and its tip at the coordinates X, Y, Z. Axes that turn the workpiece displace it by
 //! `D_t`, the product of their turns from the base outwards; those that turn the tool displace a tool whose tip is at the origin by `D_h`.
 //! In machine coordinates, X, Y and Z move the head: the tip is at `D_t⁻¹ (p + D_h 0)` in W. With control of the tip (G43.4, TRAORI, M128),
-//! X, Y and Z are where the tip is in W. Both ways the tool's axis in W is `R_t⁻¹ R_h z`.
+//! X, Y and Z are where the tip is in W, or in an inclined plane. All these ways the tool's axis in W is `R_t⁻¹ R_h z`.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use crate::{
     spatial::{Pose, rotation_exp},
-    toolpath::model::gcode::{PartialPosition, located},
+    toolpath::model::gcode::{Coordinates, PartialPosition, located},
 };
 
 /// What a rotary axis turns: the tool or the workpiece.
@@ -35,6 +35,8 @@ pub struct RotaryAxis {
     /// A point of the axis with the other axes at 0, mm: of a table in W, of a head from the tool tip. Needed only where the control
     /// does not keep the tip in place.
     pub through_mm: Option<Vector3<f64>>,
+    /// Least and greatest angle, degrees; `None` if they are not known.
+    pub travel_deg: Option<[f64; 2]>,
 }
 
 /// A rotary axis of the program that is a drive of the machine, and the path column that commands it.
@@ -83,6 +85,11 @@ impl Rotary {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         !FOLLOWED || self.axes.is_empty()
+    }
+
+    /// Returns what X, Y and Z are coordinates of outside of inclined planes, with control of the tip or without.
+    pub(crate) fn coordinates(&self, has_tip_control: bool) -> Coordinates {
+        if has_tip_control || self.always_of_tip { Coordinates::Tip } else { Coordinates::Head }
     }
 
     /// Whether there is a rotary axis with this letter.
@@ -148,13 +155,25 @@ impl Rotary {
         table.inverse().transform(machine + head.translation)
     }
 
-    /// Converts head coordinates to tip coordinates (`to_tip`) or back, mm, at `angles` (degrees): as it is at angles of 0, unknown if a coordinate or axis is.
-    pub(crate) fn convert_position(&self, position: PartialPosition, angles: &Angles, to_tip: bool) -> PartialPosition {
-        if !FOLLOWED || *angles == [0.0; 3] {
+    /// Converts a position, mm, to other coordinates at `angles` (degrees): unknown if a coordinate or axis is, and into and out of an inclined
+    /// plane, where it is not certain that the tool stands along z.
+    pub(crate) fn convert_position(
+        &self,
+        position: PartialPosition,
+        angles: &Angles,
+        [from, to]: [Coordinates; 2],
+    ) -> PartialPosition {
+        if from == to || !FOLLOWED {
+            return position;
+        }
+        if [from, to].iter().any(|coordinates| matches!(coordinates, Coordinates::Inclined(_))) {
+            return [None; 3];
+        }
+        if *angles == [0.0; 3] {
             return position;
         }
         let old = located(position).filter(|_| self.first_unlocated_axis(angles).is_none());
-        let new = old.map(|at| if to_tip { self.tip_position(at, angles) } else { self.head_position(at, angles) });
+        let new = old.map(|at| self.from_tip(to, self.to_tip(from, at, angles), angles));
         new.map_or([None; 3], |at| [Some(at.x), Some(at.y), Some(at.z)])
     }
 
@@ -170,8 +189,8 @@ impl Rotary {
 pub(crate) struct RotaryMotion {
     pub from: Angles,
     pub to: Angles,
-    /// Whether X, Y and Z are coordinates of the tool tip.
-    pub is_tip_position: bool,
+    /// What X, Y and Z are coordinates of.
+    pub coordinates: Coordinates,
 }
 
 impl RotaryMotion {
@@ -187,8 +206,13 @@ impl RotaryMotion {
         FOLLOWED && self.from != self.to
     }
 
-    /// Whether X, Y and Z differ from the tip coordinates in W, as they are those of the head and an axis is not at 0.
+    /// Whether X, Y and Z differ from the tip coordinates in W: those of an inclined plane, or of the head with an axis that is not at 0.
     pub fn displaces_tip(&self) -> bool {
-        FOLLOWED && !self.is_tip_position && (self.from != [0.0; 3] || self.to != [0.0; 3])
+        FOLLOWED
+            && match self.coordinates {
+                Coordinates::Head => self.from != [0.0; 3] || self.to != [0.0; 3],
+                Coordinates::Tip => false,
+                Coordinates::Inclined(_) => true,
+            }
     }
 }

@@ -39,7 +39,9 @@ impl Interpreter {
         if is_thread {
             return Err(blame.refuse(Fault::Unsupported(Unsupported::CannedCycle)));
         }
-        if let Some((letter, at)) = self.nonzero_rotary_axis() {
+        let turning = self.turning();
+        self.check_along_plane(&turning, blame)?;
+        if let Some((letter, at)) = self.nonzero_rotary_axis().filter(|_| self.inclined.is_none() || turning.turns()) {
             return Err(blame.refuse(Fault::TurnedCycle { letter, at }));
         }
         if self.modal.plane != Plane::Xy {

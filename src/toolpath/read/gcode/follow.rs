@@ -52,6 +52,10 @@ impl Interpreter {
         }
         let turning = self.turning();
         self.check_tip_known(&turning, first)?;
+        if self.turns_in_plane(line, &turning, coordinate)? {
+            return Ok(None);
+        }
+        self.check_along_plane(&turning, first)?;
         let origin = self.origin(blame)?;
         let start = self.position;
         let end = self.end_point(axes, origin)?;

@@ -2,12 +2,15 @@
 
 use nalgebra::Vector3;
 
-use crate::toolpath::{
-    model::gcode::{
-        Dialect, Distance, Fault, FeedMode, GWord, GcodeOptions, ModalState, Motion, MotionCode, Notes,
-        PartialPosition, Refusal, Rotary, Setting, Unsupported, Word, WorkOffset,
+use crate::{
+    spatial::Pose,
+    toolpath::{
+        model::gcode::{
+            Dialect, Distance, Fault, FeedMode, GWord, GcodeOptions, InclinedFault, ModalState, Motion, MotionCode,
+            Notes, PartialPosition, Refusal, Rotary, Setting, Unsupported, Word, WorkOffset,
+        },
+        read::gcode::{Cycle, Offsets, Pole, Request, effective_words},
     },
-    read::gcode::{Cycle, Offsets, Pole, Request, effective_words},
 };
 
 /// State of the control after the lines so far.
@@ -42,6 +45,8 @@ pub(crate) struct Interpreter {
     pub(crate) rotary_lost_before: [bool; 3],
     /// Rotary axes that are followed.
     pub(crate) rotary_axes: Rotary,
+    /// Pose in W, mm, of the inclined plane in force.
+    pub(crate) inclined: Option<Pose>,
     /// Modes and work offset that M70 has saved.
     saved_modes: Option<(ModalState, WorkOffset)>,
     /// Numbers of programs whose calls move nothing.
@@ -102,6 +107,7 @@ impl Interpreter {
             rotary_lost: [false; 3],
             rotary_lost_before: [false; 3],
             rotary_axes: options.rotary.clone(),
+            inclined: None,
             saved_modes: None,
             calls_kept: options.calls_kept.clone(),
             has_start: options.start_mm.is_some(),
@@ -143,13 +149,15 @@ impl Interpreter {
         request.ends_program |= returns;
         self.check_program_number(&request)?;
         self.save_or_restore_modes(&request)?;
-        self.apply_modal(&request)?;
+        self.apply_modal(number, &request)?;
         self.update_tool(&request)?;
         request.check_parameters(matches!(self.modal.motion, Some(MotionCode::Cycle(_))))?;
         self.update_rotary(&request)?;
         let mut effect = Effect { motion_word: request.motion_word(), ..Effect::default() };
         if request.leaves_frame() {
             self.leave_frame(number, &request)?;
+        } else if let Some((word, Setting::Incline(inclination))) = request.setting() {
+            self.incline(number, &request, word, inclination)?;
         } else if let Some((word, Setting::Pole)) = request.setting() {
             effect.pole = Some(self.set_pole(&request, word)?);
         } else if let Some((word, setting)) = request.setting() {
@@ -158,6 +166,9 @@ impl Interpreter {
             effect.motions = self.drill(number, &request)?;
         } else {
             effect.motions = self.motion(number, &request)?.into_iter().collect();
+        }
+        if let Some((word, choice)) = request.alignment() {
+            self.align_tool(number, &request, word, choice)?;
         }
         if request.find_g(GWord::TipControlEnds).is_some() {
             self.set_tip_control(false);
@@ -195,6 +206,7 @@ impl Interpreter {
         let Some((word, code)) = request.mode_word else { return Ok(()) };
         match code {
             71 => self.saved_modes = None,
+            72 if self.inclined.is_some() => return Err(word.refuse(Fault::Inclined(InclinedFault::Inside))),
             72 => {
                 let (saved, offset) = self.saved_modes.ok_or_else(|| word.refuse(Fault::NothingKept))?;
                 self.set_tip_control(saved.tip_control);
@@ -219,7 +231,7 @@ impl Interpreter {
     }
 
     /// Sets the modes of the line in the order of RS-274 controllers: units before feed.
-    fn apply_modal(&mut self, request: &Request) -> Result<(), Refusal> {
+    fn apply_modal(&mut self, number: usize, request: &Request) -> Result<(), Refusal> {
         if request.find_g(GWord::CancelMotion).is_some() {
             // To LinuxCNC and Grbl no motion is in force then; to others the one before the cycles.
             self.modal.motion = match self.modal.motion {
@@ -230,6 +242,7 @@ impl Interpreter {
             self.cycle = None;
         }
         for &(word, g) in &request.g_words {
+            self.check_inside_plane(word, g)?;
             match g {
                 GWord::Motion(code) => {
                     if !matches!(self.modal.motion, Some(MotionCode::Cycle(_))) {
@@ -271,6 +284,7 @@ impl Interpreter {
                 }
                 GWord::TipControl => self.set_tip_control(true),
                 GWord::Passive("tool length") => self.set_tip_control(false),
+                GWord::Passive("rotation") => self.end_plane(number),
                 _ => {}
             }
         }
@@ -305,8 +319,11 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Returns the zero of the coordinates in force, mm in W; if it is unknown, the error points to `word`.
+    /// Returns the zero of the coordinates in force, mm in W or in the inclined plane; if it is unknown, the error points to `word`.
     pub(crate) fn origin(&mut self, word: &Word) -> Result<Vector3<f64>, Refusal> {
+        if self.inclined.is_some() {
+            return Ok(Vector3::zeros());
+        }
         self.offsets.origin().map_err(|fault| word.refuse(fault))
     }
 
@@ -320,7 +337,8 @@ impl Interpreter {
         {
             return Err(word.refuse(Fault::Unsupported(Unsupported::MachineArc)));
         }
-        let all = home && axes.iter().all(Option::is_none);
+        // Axes of the machine are inclined to those of the plane.
+        let all = (home && axes.iter().all(Option::is_none)) || (self.inclined.is_some() && along_tool.is_none());
         let lost = [0, 1, 2].map(|axis| all || axes[axis].is_some() || along_tool == Some(axis));
         self.forget_position(number, lost);
         Ok(())

@@ -4,6 +4,7 @@ pub(crate) mod blocks;
 pub(crate) mod cycle;
 pub(crate) mod dialect;
 pub(crate) mod follow;
+pub(crate) mod incline;
 pub(crate) mod interpret;
 pub(crate) mod lex;
 pub(crate) mod lines;

@@ -1,6 +1,8 @@
 //! What the words of one line ask for, before any state counts.
 
-use crate::toolpath::model::gcode::{Dialect, Fault, GWord, MotionCode, Refusal, Setting, Unsupported, Word};
+use crate::toolpath::model::gcode::{
+    AngleChoice, Dialect, Fault, GWord, MotionCode, Refusal, Setting, Unsupported, Word,
+};
 
 /// Words of one line, sorted by what they ask for.
 #[derive(Debug)]
@@ -102,6 +104,14 @@ impl<'w> Request<'w> {
     pub fn setting(&self) -> Option<(&'w Word, Setting)> {
         self.g_words.iter().find_map(|(word, g)| match g {
             GWord::Setting(setting) => Some((*word, *setting)),
+            _ => None,
+        })
+    }
+
+    /// Returns the word that turns the tool along z of the inclined plane, and by which rule.
+    pub fn alignment(&self) -> Option<(&'w Word, AngleChoice)> {
+        self.g_words.iter().find_map(|(word, g)| match g {
+            GWord::Align(choice) => Some((*word, *choice)),
             _ => None,
         })
     }

@@ -48,14 +48,14 @@ impl Interpreter {
             }
             Setting::OriginOn => self.offsets.resume_shift(),
             Setting::Translation { afresh } => self.translate_zero(request, afresh)?,
-            // The centre of arcs is no zero.
-            Setting::Pole => {}
+            // The centre of arcs is no zero, and planes are inclined elsewhere.
+            Setting::Pole | Setting::Incline(_) => {}
         }
         Ok(None)
     }
 
     /// Returns the coordinates of the line in mm, each with its axis (0 = X); `Err` beyond the range of coordinates.
-    fn coordinates(&self, request: &Request) -> Result<Vec<(usize, f64)>, Refusal> {
+    pub(crate) fn coordinates(&self, request: &Request) -> Result<Vec<(usize, f64)>, Refusal> {
         let mm = self.modal.unit.mm();
         let given = request.axis_words().into_iter().enumerate().filter_map(|(axis, word)| Some((axis, word?)));
         given

@@ -1,7 +1,7 @@
 //! Rotary axes: angles of A, B and C after each line, and what they do to the tip.
 
 use crate::toolpath::{
-    model::gcode::{Distance, Fault, GWord, MotionCode, Refusal, RotaryMotion, Setting, Word, axis_index},
+    model::gcode::{Coordinates, Distance, Fault, GWord, MotionCode, Refusal, RotaryMotion, Setting, Word, axis_index},
     read::gcode::{Interpreter, Request},
 };
 
@@ -84,8 +84,9 @@ impl Interpreter {
                 |letter: char| angles[axis_index(letter)].filter(|_| self.rotary_axes.has_axis(letter)).unwrap_or(0.0);
             ['A', 'B', 'C'].map(angle)
         };
-        let is_tip_position = self.modal.tip_control || self.rotary_axes.always_of_tip;
-        RotaryMotion { from: followed(self.rotary_before), to: followed(self.rotary), is_tip_position }
+        let coordinates =
+            self.inclined.map_or_else(|| self.rotary_axes.coordinates(self.modal.tip_control), Coordinates::Inclined);
+        RotaryMotion { from: followed(self.rotary_before), to: followed(self.rotary), coordinates }
     }
 
     /// Returns the first followed axis that is not at 0 after the line, and its angle, degrees.
@@ -103,9 +104,8 @@ impl Interpreter {
             self.position = [None; 3];
             return;
         }
-        if self.turning().is_tip_position != before.is_tip_position {
-            self.position = self.rotary_axes.convert_position(self.position, &before.to, is_tip_position);
-        }
+        let change = [before.coordinates, self.turning().coordinates];
+        self.position = self.rotary_axes.convert_position(self.position, &before.to, change);
     }
 
     /// Refuses a line along which the tip position is unknown; the error points to `word`.
@@ -118,7 +118,7 @@ impl Interpreter {
         if let Some(letter) = ['A', 'B', 'C'].into_iter().find(is_lost) {
             return Err(word.refuse(Fault::RotaryLost { letter }));
         }
-        if turning.is_tip_position {
+        if turning.coordinates != Coordinates::Head {
             let unknown = ['A', 'B', 'C'].into_iter().filter(|letter| !self.rotary_axes.has_axis(*letter));
             let turned = unknown.filter_map(|letter| Some((letter, self.rotary[axis_index(letter)]?)));
             return match turned.into_iter().find(|(_, at)| *at != 0.0) {

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     model::{
         MotionGeometry, Orientation, PathPoint, RewriteError, Toolpath, check_corrected, end_of_segment,
-        gcode::{Angles, Dialect, Motion, MotionCode, Rotary, WriteOptions},
+        gcode::{Angles, Coordinates, Dialect, Motion, MotionCode, Rotary, WriteOptions},
     },
     read::gcode::{Program, lines::Lines},
     write::gcode::{Calls, Rewritten, Targets, Writer},
@@ -24,7 +24,9 @@ struct CorrectedPath<'a> {
 impl CorrectedPath<'_> {
     /// Returns the corrected rotary angles at the `points` of `motion`, degrees; `None` if the axes neither turn nor are corrected.
     fn angles(&self, motion: &Motion, points: Range<usize>, rotary: &Rotary) -> Option<Vec<Angles>> {
-        if self.orientations.is_none() && !motion.turning.turns() {
+        // In an inclined plane the tool stands along its z.
+        let is_inclined = matches!(motion.turning.coordinates, Coordinates::Inclined(_));
+        if (self.orientations.is_none() || is_inclined) && !motion.turning.turns() {
             return None;
         }
         let angles = |k: usize| {
@@ -33,7 +35,8 @@ impl CorrectedPath<'_> {
             let Some(Orientation::ToolAxis(axis)) = orientation else { return programmed };
             let corrected = rotary.angles_for(&axis, &programmed);
             // Where the tip would go with an axis that is nowhere, it keeps its angle.
-            let is_unlocated = !motion.turning.is_tip_position && rotary.first_unlocated_axis(&corrected).is_some();
+            let is_unlocated =
+                motion.turning.coordinates == Coordinates::Head && rotary.first_unlocated_axis(&corrected).is_some();
             if is_unlocated { programmed } else { corrected }
         };
         Some(points.map(angles).collect())
@@ -179,7 +182,7 @@ impl Program {
         })
     }
 
-    /// Converts the points of a motion and their corrected positions to the coordinates (mm) of its words: those of the tip or of the head.
+    /// Converts the points of a motion and their corrected positions to the coordinates (mm) of its words.
     fn coordinates<'a>(
         &self,
         motion: &Motion,
@@ -188,19 +191,21 @@ impl Program {
         angles: Option<&[Angles]>,
     ) -> (Cow<'a, [PathPoint]>, Cow<'a, [Vector3<f64>]>) {
         let is_turned = |angles: &[Angles]| angles.iter().any(|angles| *angles != [0.0; 3]);
+        let coordinates = motion.turning.coordinates;
         let displaces_tip =
-            motion.turning.displaces_tip() || (!motion.turning.is_tip_position && angles.is_some_and(is_turned));
+            motion.turning.displaces_tip() || (coordinates == Coordinates::Head && angles.is_some_and(is_turned));
         if !displaces_tip {
             return (points.into(), corrected_mm.into());
         }
-        let head = |k: usize| {
+        let place = |k: usize| {
             let programmed = || motion.turning.at(points[k].source.parameter);
-            self.options.rotary.head_position(corrected_mm[k], &angles.map_or_else(programmed, |angles| angles[k]))
+            let angles = angles.map_or_else(programmed, |angles| angles[k]);
+            self.options.rotary.from_tip(coordinates, corrected_mm[k], &angles)
         };
         let programmed = points.iter().map(|point| PathPoint {
             position_mm: motion.geometry.at(point.source.parameter).map_or(point.position_mm, |(at, _)| at),
             ..*point
         });
-        (programmed.collect(), (0..points.len()).map(head).collect())
+        (programmed.collect(), (0..points.len()).map(place).collect())
     }
 }

@@ -3,7 +3,7 @@
 use crate::toolpath::{
     model::{
         WRITTEN_RAD, format_fixed,
-        gcode::{Angles, Distance, Motion, RotaryMotion},
+        gcode::{Angles, Coordinates, Distance, Motion, RotaryMotion},
         last_place,
     },
     write::gcode::Writer,
@@ -61,7 +61,7 @@ impl Writer<'_> {
 /// Returns the tolerance of rotary angles along a written block, degrees: one unit of the last decimal where X, Y and Z are not those of
 /// the tip, as the tip then moves with the axis.
 pub(crate) fn angle_tolerance_deg(turning: &RotaryMotion) -> f64 {
-    if turning.is_tip_position { WRITTEN_RAD.to_degrees() } else { last_place(ANGLE_DECIMALS) }
+    if turning.coordinates != Coordinates::Head { WRITTEN_RAD.to_degrees() } else { last_place(ANGLE_DECIMALS) }
 }
 
 /// Whether two angles, degrees, are equal to half a unit of the last decimal.

@@ -8,7 +8,7 @@ use crate::toolpath::{
     expand::edit::LineEdit,
     model::{
         NumberFormat, PathPoint, format_shortest,
-        gcode::{Angles, Centre, LengthUnit, Motion, MotionCode, PartialPosition, WriteOptions, located},
+        gcode::{Angles, Centre, Coordinates, LengthUnit, Motion, MotionCode, PartialPosition, WriteOptions, located},
     },
     read::gcode::{Block, Pole, Program, Style, ZeroSetting, motion_geometry},
     write::gcode::{AxisWord, CoordinateFormat, CycleState, RotaryWords, Stretch, WriteTolerance, angle_tolerance_deg},
@@ -58,8 +58,8 @@ pub(crate) struct Writer<'p> {
     pub(crate) tracked: PartialPosition,
     /// Angles of the rotary axes in the program, and those reached by the words written so far, degrees.
     pub(crate) rotary_angles: [Angles; 2],
-    /// Whether the last written coordinates were those of the tip.
-    is_tip_position: bool,
+    /// What the last written coordinates were those of.
+    coordinates: Coordinates,
     /// The written centre for arcs that give none (Heidenhain's CC), mm.
     pub(crate) pole: Option<[f64; 2]>,
     /// The state of the drilling cycle in force, as written.
@@ -86,7 +86,7 @@ impl<'p> Writer<'p> {
             full_lines,
             tracked: [None; 3],
             rotary_angles: [[0.0; 3]; 2],
-            is_tip_position: program.options.rotary.always_of_tip,
+            coordinates: program.options.rotary.coordinates(false),
             pole: None,
             cycle: CycleState::default(),
             unit_before_mm: 0.0,
@@ -188,14 +188,9 @@ impl<'p> Writer<'p> {
 
     /// Prepares for `motion`: brings written position and angles in line with what the program knows at its start.
     pub(crate) fn begin_motion(&mut self, motion: &Motion) {
-        if motion.turning.is_tip_position != self.is_tip_position {
-            self.is_tip_position = motion.turning.is_tip_position;
-            self.tracked = self.program.options.rotary.convert_position(
-                self.tracked,
-                &self.rotary_angles[1],
-                self.is_tip_position,
-            );
-        }
+        let before = std::mem::replace(&mut self.coordinates, motion.turning.coordinates);
+        let rotary = &self.program.options.rotary;
+        self.tracked = rotary.convert_position(self.tracked, &self.rotary_angles[1], [before, self.coordinates]);
         for axis in 0..3 {
             let known = self.tracked[axis].or(motion.start[axis]);
             self.tracked[axis] = motion.start[axis].and(known);

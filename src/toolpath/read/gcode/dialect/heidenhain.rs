@@ -3,7 +3,10 @@
 use crate::toolpath::{
     model::{
         Plane,
-        gcode::{Fault, Foreign, ForeignWord, GWord, LengthUnit, Refusal, Setting, Unsupported, Word},
+        gcode::{
+            AngleChoice, Fault, Foreign, ForeignWord, GWord, Inclination, InclinedFault, LengthUnit, Refusal, Setting,
+            Unsupported, Word,
+        },
     },
     read::{
         gcode::{
@@ -49,6 +52,14 @@ static TOOL_Y: ForeignWord = ForeignWord { name: "Y", meaning: GWord::Plane(Plan
 static TOOL_X: ForeignWord = ForeignWord { name: "X", meaning: GWord::Plane(Plane::Yz) };
 static SHIFT: ForeignWord =
     ForeignWord { name: "CYCL DEF 7", meaning: GWord::Setting(Setting::Translation { afresh: false }) };
+static SPATIAL: ForeignWord =
+    ForeignWord { name: "PLANE SPATIAL", meaning: GWord::Setting(Setting::Incline(Inclination::Spatial)) };
+static PLANE_OFF: ForeignWord = ForeignWord { name: "PLANE RESET", meaning: GWord::Passive("rotation") };
+static SHORTER: ForeignWord = ForeignWord { name: "TURN", meaning: GWord::Align(AngleChoice::Shorter) };
+static PLUS: ForeignWord = ForeignWord { name: "SEQ+", meaning: GWord::Align(AngleChoice::Sign { is_positive: true }) };
+static MINUS: ForeignWord =
+    ForeignWord { name: "SEQ-", meaning: GWord::Align(AngleChoice::Sign { is_positive: false }) };
+static TO_ZERO: ForeignWord = ForeignWord { name: "PLANE RESET TURN", meaning: GWord::Align(AngleChoice::Zero) };
 static PRESET: ForeignWord = ForeignWord { name: "CYCL DEF 247", meaning: GWord::Preset };
 
 /// Accepted forms of FUNCTION TCPM.
@@ -131,7 +142,7 @@ impl Reader {
                 Ok(vec![g_word(&OF_TIP, start..scan.line.len())])
             }
             ("FUNCTION", "MODE") if ends_with(&rest, "MILL") => Ok(Vec::new()),
-            ("PLANE", "RESET") if ends_with(&rest, "STAY") => Ok(Vec::new()),
+            ("PLANE", _) => plane_words(rest, &second, start),
             ("TOOL", "CALL") => self.tool_call_words(rest),
             ("CYCL", "DEF") => self.cycle_words(rest, start),
             ("CALL", "LBL") | ("IF", _) => refuse(Foreign::Flow),
@@ -142,7 +153,7 @@ impl Reader {
             ("FN", _) => refuse(Foreign::Parameter),
             ("Q" | "QL" | "QR" | "QS" | "DECLARE", _) => refuse(Foreign::Parameter),
             ("CYCL" | "PATTERN" | "TCH", _) => refuse(Foreign::Cycle),
-            ("PLANE" | "FUNCTION" | "LN", _) => refuse(Foreign::Kinematics),
+            ("FUNCTION" | "LN", _) => refuse(Foreign::Kinematics),
             ("LP" | "CP" | "CTP" | "TRANS", _) => refuse(Foreign::Frame),
             ("CT" | "APPR" | "DEP" | "SPL", _) => refuse(Foreign::Motion),
             ("FL" | "FLT" | "FC" | "FCT" | "FPOL" | "FSELECT", _) => refuse(Foreign::Motion),
@@ -251,6 +262,50 @@ fn preset_words(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
         return Err(scan.refuse(at, Foreign::NoNumber));
     }
     Ok(vec![Word { meaning: Some(&PRESET), ..heidenhain_words::coordinate_word(&mut scan, 'G', None, at)? }])
+}
+
+/// Returns the words of PLANE of the kind `second`, whose parameters are at the cursor; `Err` for other kinds than SPATIAL and RESET.
+fn plane_words(mut scan: Scan, second: &str, start: usize) -> Result<Vec<Word>, Refusal> {
+    let refuse = |scan: &Scan, expected| Err(scan.refuse_all(start, Fault::Inclined(InclinedFault::Form { expected })));
+    let span = start..scan.at;
+    let mut words = match second {
+        "SPATIAL" => vec![g_word(&SPATIAL, span.clone())],
+        "RESET" => vec![g_word(&PLANE_OFF, span.clone())],
+        _ => return refuse(&scan, "PLANE SPATIAL or PLANE RESET"),
+    };
+    let (mut turns, mut choice) = (None, &SHORTER);
+    while scan.next().is_some() {
+        let at = scan.at;
+        let name = scan.take_letters();
+        match name.as_str() {
+            "SPA" | "SPB" | "SPC" if second == "SPATIAL" => {
+                let letter = ['I', 'J', 'K'][usize::from(name.as_bytes()[2] - b'A')];
+                words.push(heidenhain_words::coordinate_word(&mut scan, letter, None, at)?);
+            }
+            "TURN" | "MOVE" if turns.is_none() => turns = Some(true),
+            "STAY" if turns.is_none() => turns = Some(false),
+            "SEQ" | "SYM" if scan.takes(b'+') => choice = &PLUS,
+            "SEQ" | "SYM" if scan.takes(b'-') => choice = &MINUS,
+            "FMAX" | "FAUTO" => {}
+            "MB" if scan.next().is_some_and(|byte| byte.is_ascii_alphabetic()) => {
+                scan.take_letters();
+            }
+            // How fast and how far away it turns.
+            "F" | "MB" | "DIST" | "ABST" if scan.next().is_some() => {
+                scan.take_decimal()?.map(drop).ok_or_else(|| scan.refuse(at, Foreign::NoNumber))?;
+            }
+            "COORD" if scan.next().is_some() && scan.take_letters() == "ROT" => {}
+            _ => return refuse(&scan, "SPA, SPB, SPC with numbers, TURN, MOVE or STAY, F, SEQ+ or SEQ-, no TABLE ROT"),
+        }
+    }
+    let angles = words.iter().filter(|word| word.letter != 'G').count();
+    match (turns, second) {
+        (None, _) => refuse(&scan, "TURN, MOVE or STAY, which say whether the tool turns"),
+        (_, "SPATIAL") if angles != 3 => refuse(&scan, "SPA, SPB and SPC"),
+        (Some(true), "RESET") => Ok(words.into_iter().chain([g_word(&TO_ZERO, span)]).collect()),
+        (Some(true), _) => Ok(words.into_iter().chain([g_word(choice, span)]).collect()),
+        (Some(false), _) => Ok(words),
+    }
 }
 
 /// Returns the rest of the line, in upper case with single blanks.

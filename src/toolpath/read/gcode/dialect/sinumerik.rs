@@ -1,7 +1,9 @@
 //! Lines of Sinumerik programs: addresses with numbers (`X10`, `X=IC(5)`, `S1=900`), and names, alone or with values or arguments.
 
+use std::ops::Range;
+
 use crate::toolpath::{
-    model::gcode::{Distance, Fault, Foreign, Refusal, Unsupported, Word},
+    model::gcode::{Distance, Fault, Foreign, GWord, Inclination, InclinedFault, Refusal, Setting, Unsupported, Word},
     read::{
         gcode::{
             Statement,
@@ -90,6 +92,11 @@ impl Block<'_> {
             }
         }
         let has_arguments = !is_indexed && self.scan.next() == Some(b'(');
+        if name == "CYCLE800" && has_arguments {
+            let words = swivel_words(&mut self.scan, start)?;
+            self.words.extend(words);
+            return Ok(());
+        }
         match sinumerik_words::plain_name(&name, has_arguments) {
             Err(foreign) => refuse(&self.scan, foreign),
             Ok(Name::Passive) if has_arguments => self.scan.skip_closed(b'(', b')'),
@@ -252,4 +259,65 @@ impl Block<'_> {
         }
         Ok(self.words)
     }
+}
+
+/// Returns the words of CYCLE800, which begins at byte `start` and whose arguments are at the cursor: `(_FR, _TC, _ST, _MODE, _X0, _Y0, _Z0, _A, _B,
+/// _C, _X1, _Y1, _Z1, _DIR, …)`. `Err` for what is not followed.
+fn swivel_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
+    const NUMBERS: &str = "plain numbers as its arguments";
+    let open = scan.at;
+    scan.skip_closed(b'(', b')')?;
+    let span = start..scan.at;
+    let line = scan.line;
+    let refuse = |expected| Refusal::new(span.clone(), Fault::Inclined(InclinedFault::Form { expected }));
+    let is_within = |range: &Range<usize>| !line[range.clone()].trim_ascii().is_empty();
+    let mut arguments = Vec::new();
+    let (mut from, mut is_text) = (open + 1, false);
+    for at in open + 1..scan.at {
+        is_text ^= line[at] == b'"';
+        if (line[at] == b',' || at + 1 == scan.at) && !is_text {
+            arguments.push(from..at);
+            from = at + 1;
+        }
+    }
+    let word = |vocable| Word { meaning: Some(vocable), ..Word::plain('G', 0.0, span.clone()) };
+    let name = arguments.get(1).map(|range| line[range.clone()].trim_ascii());
+    if !arguments.iter().any(is_within) || name == Some(b"\"0\"".as_slice()) {
+        return Ok(vec![word(&sinumerik_words::SWIVEL_OFF)]);
+    }
+    let number = |index: usize| {
+        let text = arguments.get(index).map_or(&line[..0], |range| line[range.clone()].trim_ascii());
+        let text = std::str::from_utf8(text).map_err(|_| refuse(NUMBERS))?;
+        if text.is_empty() {
+            return Ok(0.0);
+        }
+        let is_plain = text.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'+' | b'-'));
+        text.parse::<f64>().ok().filter(|_| is_plain).ok_or_else(|| refuse(NUMBERS))
+    };
+    // What follows the tip where it swivels does not count, as the position is not known behind it.
+    if ![0.0, 10.0].contains(&number(2)?) {
+        return Err(refuse("a new plane, _ST 0 or 10"));
+    }
+    let angles = [number(7)?, number(8)?, number(9)?];
+    let swivel = sinumerik_words::swivel(number(3)?).ok_or_else(|| refuse("_MODE axis by axis, such as 57"))?;
+    if let GWord::Setting(Setting::Incline(inclination @ Inclination::AxisByAxis(order))) = swivel.meaning {
+        // Whether A, B and C are those of the axes or in their order is not certain.
+        let by_axis = order.map(|axis| angles[axis]);
+        if (inclination.rotation(angles) - inclination.rotation(by_axis)).amax() > 1e-12 {
+            return Err(refuse("_MODE 57 with more than one angle"));
+        }
+    }
+    let mut words = vec![word(swivel)];
+    let letters = [('X', 4), ('Y', 5), ('Z', 6), ('I', 7), ('J', 8), ('K', 9), ('P', 10), ('L', 11), ('R', 12)];
+    for (letter, index) in letters {
+        words.push(Word { distance: Some(Distance::Absolute), ..Word::plain(letter, number(index)?, span.clone()) });
+    }
+    let direction = match number(13)? {
+        0.0 => None,
+        1.0 => Some(&sinumerik_words::HIGHER),
+        -1.0 => Some(&sinumerik_words::LOWER),
+        _ => return Err(refuse("_DIR -1, 0 or 1")),
+    };
+    words.extend(direction.map(word));
+    Ok(words)
 }

@@ -1,7 +1,8 @@
 //! Meanings of Sinumerik's words: G words, names, and names with a value.
 
 use crate::toolpath::model::gcode::{
-    Dialect, Fault, Foreign, ForeignWord, GWord, LengthUnit, Refusal, Setting, Unsupported, Word, WorkOffset,
+    AngleChoice, Dialect, Fault, Foreign, ForeignWord, GWord, Inclination, LengthUnit, Refusal, Setting, Unsupported,
+    Word, WorkOffset,
 };
 
 /// Returns the meaning of a G word, for those shared with ISO that of ISO; `Err` if it is not followed.
@@ -40,6 +41,37 @@ static ATRANS: ForeignWord =
     ForeignWord { name: "ATRANS", meaning: GWord::Setting(Setting::Translation { afresh: false }) };
 static TRAORI: ForeignWord = ForeignWord { name: TRANSFORMED, meaning: GWord::TipControl };
 static TRAFOOF: ForeignWord = ForeignWord { name: "TRAFOOF", meaning: GWord::Passive("tool length") };
+/// CYCLE800() and CYCLE800(…, "0", …).
+pub(crate) static SWIVEL_OFF: ForeignWord = ForeignWord { name: "CYCLE800", meaning: GWord::Passive("rotation") };
+pub(crate) static HIGHER: ForeignWord =
+    ForeignWord { name: "_DIR", meaning: GWord::Align(AngleChoice::Direction { is_higher: true }) };
+pub(crate) static LOWER: ForeignWord =
+    ForeignWord { name: "_DIR", meaning: GWord::Align(AngleChoice::Direction { is_higher: false }) };
+static SWIVELS: [ForeignWord; 6] = [
+    swivel_about([0, 1, 2]),
+    swivel_about([0, 2, 1]),
+    swivel_about([1, 0, 2]),
+    swivel_about([1, 2, 0]),
+    swivel_about([2, 0, 1]),
+    swivel_about([2, 1, 0]),
+];
+
+const fn swivel_about(axes: [usize; 3]) -> ForeignWord {
+    ForeignWord { name: "CYCLE800", meaning: GWord::Setting(Setting::Incline(Inclination::AxisByAxis(axes))) }
+}
+
+/// Returns CYCLE800 by its `_MODE`: axis by axis about the axes that bits 0 and 1, 2 and 3, 4 and 5 name (1 is X); `None` for others.
+pub(crate) fn swivel(mode: f64) -> Option<&'static ForeignWord> {
+    if mode.fract() != 0.0 || !(0.0..64.0).contains(&mode) {
+        return None;
+    }
+    let bits = mode as usize;
+    let axes = [bits & 3, bits >> 2 & 3, bits >> 4 & 3].map(|axis| axis.checked_sub(1));
+    let [Some(a), Some(b), Some(c)] = axes else { return None };
+    let wanted = GWord::Setting(Setting::Incline(Inclination::AxisByAxis([a, b, c])));
+    SWIVELS.iter().find(|swivel| swivel.meaning == wanted)
+}
+
 static RET: ForeignWord = ForeignWord { name: "RET", meaning: GWord::End };
 static END: ForeignWord = ForeignWord { name: "M", meaning: GWord::End };
 static OTHER: ForeignWord = ForeignWord { name: "M", meaning: GWord::Auxiliary };

@@ -1,0 +1,154 @@
+//! Inclined planes: where they begin and end, and which way the control turns the tool.
+
+use nalgebra::Vector3;
+
+use crate::{
+    spatial::Pose,
+    toolpath::{
+        model::gcode::{
+            AngleChoice, Dialect, Distance, Fault, GWord, Inclination, InclinedFault, Refusal, RotaryMotion, Setting,
+            Word, axis_index,
+        },
+        read::gcode::{Interpreter, Request},
+    },
+};
+
+/// A tool that stands nearer to z of the plane stands along it, degrees: programs have few decimals.
+const ALONG_DEG: f64 = 0.02;
+
+impl Interpreter {
+    /// Puts the inclined plane of `word` in force in line `line`: about the coordinates of the line, by its I, J and K (degrees), with the zero
+    /// moved on by P, L and R in the plane.
+    pub(crate) fn incline(
+        &mut self,
+        line: usize,
+        request: &Request,
+        word: &Word,
+        inclination: Inclination,
+    ) -> Result<(), Refusal> {
+        let refuse = |fault| Err(word.refuse(Fault::Inclined(fault)));
+        if self.rotary_axes.is_empty() {
+            return refuse(InclinedFault::NoAxes);
+        }
+        let of_iso = inclination == Inclination::Euler;
+        let is_other = |letter: &char| request.find_word(*letter).is_some();
+        if of_iso && (self.modal.distance == Distance::Incremental || ['P', 'Q', 'R', 'L', 'D'].iter().any(is_other)) {
+            return refuse(InclinedFault::Form { expected: "G68.2 X Y Z I J K in G90, with no other parameters" });
+        }
+        if self.modal.tip_control || of_iso && self.inclined.is_some() {
+            return refuse(InclinedFault::Inside);
+        }
+        if self.dialect != Dialect::Heidenhain && (self.offsets.is_shifted() || self.offsets.has_local_shift()) {
+            return refuse(InclinedFault::Shifted);
+        }
+        self.inclined = None;
+        let mut origin = self.origin(word)?;
+        let coordinates = self.coordinates(request)?;
+        if !coordinates.is_empty() {
+            self.note_unit(line);
+        }
+        coordinates.into_iter().for_each(|(axis, value)| origin[axis] += value);
+        let value = |letter: char| request.find_word(letter).map_or(0.0, |word| word.value);
+        let rotation = inclination.rotation(['I', 'J', 'K'].map(value));
+        let inside = Vector3::from(['P', 'L', 'R'].map(value)) * self.modal.unit.mm();
+        if inside.amax() > Fault::MAX_COORDINATE_MM {
+            return Err(word.refuse(Fault::TooFar));
+        }
+        self.inclined = Some(Pose { rotation, translation: origin + rotation * inside });
+        self.notes.names_rotary_axes = true;
+        self.change_plane(line);
+        Ok(())
+    }
+
+    /// Ends the inclined plane, if one is in force, in line `line`.
+    pub(crate) fn end_plane(&mut self, line: usize) {
+        if self.inclined.take().is_some() {
+            self.change_plane(line);
+        }
+    }
+
+    /// Forgets what was said in the coordinates of another plane.
+    fn change_plane(&mut self, line: usize) {
+        (self.pole, self.cycle) = (None, None);
+        self.forget_position(line, [true; 3]);
+    }
+
+    /// Turns the tool along z of the inclined plane in line `line`, by the rule `choice` of `word`.
+    pub(crate) fn align_tool(
+        &mut self,
+        line: usize,
+        request: &Request,
+        word: &Word,
+        choice: AngleChoice,
+    ) -> Result<(), Refusal> {
+        let refuse = |fault| word.refuse(Fault::Inclined(fault));
+        let is_alone = request.setting().is_some() || request.axis_words().iter().all(Option::is_none);
+        if !is_alone || request.rotary_words().iter().any(Option::is_some) {
+            return Err(word.refuse(Fault::NotACoordinate { word: "G53.1" }));
+        }
+        let direction = match self.inclined {
+            Some(plane) => plane.rotation.column(2).into_owned(),
+            None if choice == AngleChoice::Zero => Vector3::z(),
+            None => return Err(refuse(InclinedFault::NoPlane)),
+        };
+        let followed = ['A', 'B', 'C'].into_iter().filter(|letter| self.rotary_axes.has_axis(*letter));
+        let followed: Vec<char> = followed.collect();
+        let lost = followed.iter().find(|letter| self.rotary_lost[axis_index(**letter)]);
+        if let (Some(letter), AngleChoice::Least | AngleChoice::Shorter) = (lost, choice) {
+            return Err(word.refuse(Fault::RotaryLost { letter: *letter }));
+        }
+        let angles = self.rotary_axes.chosen_angles(&direction, &self.turning().to, choice).map_err(refuse)?;
+        self.notes.chosen_angles.push((line, angles));
+        for axis in followed.into_iter().map(axis_index) {
+            self.rotary[axis] = Some(angles[axis]);
+            self.rotary_lost[axis] = false;
+        }
+        self.forget_position(line, [true; 3]);
+        Ok(())
+    }
+
+    /// Refuses the word `g` in an inclined plane if it would move zeros or change what coordinates are.
+    pub(crate) fn check_inside_plane(&self, word: &Word, g: GWord) -> Result<(), Refusal> {
+        let is_followed = match g {
+            GWord::TipControl | GWord::Preset => false,
+            GWord::WorkOffset(offset) => offset == Some(self.offsets.active_offset()),
+            GWord::Setting(setting) => {
+                matches!(setting, Setting::Pole | Setting::Stored | Setting::Length | Setting::Incline(_))
+            }
+            _ => true,
+        };
+        match self.inclined.is_some() && !is_followed {
+            true => Err(word.refuse(Fault::Inclined(InclinedFault::Inside))),
+            false => Ok(()),
+        }
+    }
+
+    /// Whether line `line` turns the tool in an inclined plane and does nothing else; `Err` if it has the word `coordinate` as well.
+    pub(crate) fn turns_in_plane(
+        &mut self,
+        line: usize,
+        turning: &RotaryMotion,
+        coordinate: Option<&Word>,
+    ) -> Result<bool, Refusal> {
+        if self.inclined.is_none() || !turning.turns() {
+            return Ok(false);
+        }
+        if let Some(word) = coordinate {
+            return Err(word.refuse(Fault::Inclined(InclinedFault::Turns)));
+        }
+        self.forget_position(line, [true; 3]);
+        Ok(true)
+    }
+
+    /// Refuses `word`, a motion in an inclined plane, if the tool does not stand along its z.
+    pub(crate) fn check_along_plane(&self, turning: &RotaryMotion, word: &Word) -> Result<(), Refusal> {
+        let Some(plane) = self.inclined else { return Ok(()) };
+        let tool = self.rotary_axes.tool_axis(&turning.to);
+        let z = plane.rotation.column(2);
+        let degrees = libm::atan2(tool.cross(&z).norm(), tool.dot(&z)).to_degrees();
+        match degrees <= ALONG_DEG {
+            true => Ok(()),
+            false => Err(word.refuse(Fault::Inclined(InclinedFault::NotAlong { degrees }))),
+        }
+    }
+}
