@@ -298,6 +298,7 @@ def main():
         print(f"  {n:4d} {v}: {s}\n         seed {lines[(v, s)][0]}: {lines[(v, s)][1][:220]}")
     if other: print("  other bytes without a force, same motion: seeds " + ", ".join(str(x) for x, _ in other))
     for seed, t in wrong: print(f"  WRONG seed {seed}: {t}")
+    sys.exit(1 if wrong or not any(str(k).startswith("right") for k in count) else 0)
 
 
 if __name__ == "__main__":

@@ -115,6 +115,7 @@ def main():
     for k in sorted(per): print(f"  {k:18} {dict(per[k])}" + (f"; {apart[k][0]} line ends, largest distance {apart[k][1]:.3g} mm" if k in apart else ""))
     for (v, s), n in reasons.most_common(): print(f"  {n:4d} {v}: {s}\n         seed {lines[(v, s)][0]}: {lines[(v, s)][1][:260]}")
     for x in wrong: print("  WRONG seed %d %s %s: %s" % x)
+    sys.exit(1 if wrong or not count["right"] else 0)
 
 
 if __name__ == "__main__": main()

@@ -344,6 +344,7 @@ def main():
         print(f"  {n:4d} {v}: {s}\n         seed {lines[(v, s)][0]}: {lines[(v, s)][1][:330]}")
     for seed, t in wrong:
         print(f"  {'' if t.startswith('ZONE') else 'WRONG '}seed {seed}: {t}")
+    sys.exit(1 if wrong or not any(str(k).startswith("right") for k in count) else 0)
 
 
 if __name__ == "__main__":

@@ -134,8 +134,7 @@ fn axes(
         // The point of the axis nearest to O: a turn moves O by (1 − R) of it.
         let shift = motion.translation - about * about.dot(&motion.translation);
         let through = (shift + about.cross(&shift) / libm::tan(0.5 * TRIAL_RAD)) / 2.0;
-        let (_, drive) = machine.drives().nth(index)?;
-        let travel_deg = drive.travel.map(|(low, high)| [low, high].map(f64::to_degrees));
+        let travel_deg = machine.drives().nth(index)?.1.travel.map(|(low, high)| [low, high].map(f64::to_degrees));
         Some(RotaryDrive { letter, label: labels[index].clone(), carries, about, through, travel_deg })
     };
     Some((hinges.iter().map(axis).collect::<Option<Vec<_>>>()?, zero))

@@ -135,7 +135,7 @@ impl Inclination {
 
 impl Rotary {
     /// Returns the tip in W, mm, for the programmed `position` (mm) at `angles` (degrees).
-    pub(crate) fn to_tip(&self, coordinates: Coordinates, position: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
+    pub(crate) fn tip_at(&self, coordinates: Coordinates, position: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
         match coordinates {
             Coordinates::Head => self.tip_position(position, angles),
             Coordinates::Tip => position,
@@ -144,7 +144,12 @@ impl Rotary {
     }
 
     /// Returns the position to program, mm, for the `tip` in W (mm) at `angles` (degrees).
-    pub(crate) fn from_tip(&self, coordinates: Coordinates, tip: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
+    pub(crate) fn programmed_position(
+        &self,
+        coordinates: Coordinates,
+        tip: Vector3<f64>,
+        angles: &Angles,
+    ) -> Vector3<f64> {
         match coordinates {
             Coordinates::Head => self.head_position(tip, angles),
             Coordinates::Tip => tip,

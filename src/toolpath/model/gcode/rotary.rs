@@ -173,7 +173,7 @@ impl Rotary {
             return position;
         }
         let old = located(position).filter(|_| self.first_unlocated_axis(angles).is_none());
-        let new = old.map(|at| self.from_tip(to, self.to_tip(from, at, angles), angles));
+        let new = old.map(|at| self.programmed_position(to, self.tip_at(from, at, angles), angles));
         new.map_or([None; 3], |at| [Some(at.x), Some(at.y), Some(at.z)])
     }
 

@@ -74,18 +74,8 @@ impl Interpreter {
     }
 
     /// Turns the tool along z of the inclined plane in line `line`, by the rule `choice` of `word`.
-    pub(crate) fn align_tool(
-        &mut self,
-        line: usize,
-        request: &Request,
-        word: &Word,
-        choice: AngleChoice,
-    ) -> Result<(), Refusal> {
+    pub(crate) fn align_tool(&mut self, line: usize, word: &Word, choice: AngleChoice) -> Result<(), Refusal> {
         let refuse = |fault| word.refuse(Fault::Inclined(fault));
-        let is_alone = request.setting().is_some() || request.axis_words().iter().all(Option::is_none);
-        if !is_alone || request.rotary_words().iter().any(Option::is_some) {
-            return Err(word.refuse(Fault::NotACoordinate { word: "G53.1" }));
-        }
         let direction = match self.inclined {
             Some(plane) => plane.rotation.column(2).into_owned(),
             None if choice == AngleChoice::Zero => Vector3::z(),
@@ -105,6 +95,17 @@ impl Interpreter {
         }
         self.forget_position(line, [true; 3]);
         Ok(())
+    }
+
+    /// Refuses coordinates and angles beside G53.1.
+    pub(crate) fn check_alignment(&self, request: &Request) -> Result<(), Refusal> {
+        let is_alone = request.setting().is_some() || request.axis_words().iter().all(Option::is_none);
+        match request.alignment() {
+            Some((word, _)) if !is_alone || request.rotary_words().iter().any(Option::is_some) => {
+                Err(word.refuse(Fault::NotACoordinate { word: "G53.1" }))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Refuses the word `g` in an inclined plane if it would move zeros or change what coordinates are.

@@ -152,6 +152,7 @@ impl Interpreter {
         self.apply_modal(number, &request)?;
         self.update_tool(&request)?;
         request.check_parameters(matches!(self.modal.motion, Some(MotionCode::Cycle(_))))?;
+        self.check_alignment(&request)?;
         self.update_rotary(&request)?;
         let mut effect = Effect { motion_word: request.motion_word(), ..Effect::default() };
         if request.leaves_frame() {
@@ -168,7 +169,7 @@ impl Interpreter {
             effect.motions = self.motion(number, &request)?.into_iter().collect();
         }
         if let Some((word, choice)) = request.alignment() {
-            self.align_tool(number, &request, word, choice)?;
+            self.align_tool(number, word, choice)?;
         }
         if request.find_g(GWord::TipControlEnds).is_some() {
             self.set_tip_control(false);

@@ -200,7 +200,7 @@ impl Program {
         let place = |k: usize| {
             let programmed = || motion.turning.at(points[k].source.parameter);
             let angles = angles.map_or_else(programmed, |angles| angles[k]);
-            self.options.rotary.from_tip(coordinates, corrected_mm[k], &angles)
+            self.options.rotary.programmed_position(coordinates, corrected_mm[k], &angles)
         };
         let programmed = points.iter().map(|point| PathPoint {
             position_mm: motion.geometry.at(point.source.parameter).map_or(point.position_mm, |(at, _)| at),

@@ -273,9 +273,9 @@ fn swivel_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
     let is_within = |range: &Range<usize>| !line[range.clone()].trim_ascii().is_empty();
     let mut arguments = Vec::new();
     let (mut from, mut is_text) = (open + 1, false);
-    for at in open + 1..scan.at {
-        is_text ^= line[at] == b'"';
-        if (line[at] == b',' || at + 1 == scan.at) && !is_text {
+    for (at, byte) in line.iter().enumerate().take(scan.at).skip(open + 1) {
+        is_text ^= *byte == b'"';
+        if (*byte == b',' || at + 1 == scan.at) && !is_text {
             arguments.push(from..at);
             from = at + 1;
         }
