@@ -27,8 +27,8 @@ pub struct RobotProgram {
     pub(crate) language: Language,
     pub(crate) options: RobotOptions,
     pub(crate) source: Vec<u8>,
-    /// Name and bytes of the `.dat` beside a `.src`, or of the `sysframe.va` beside a `.ls`.
-    pub(crate) beside: Option<(String, Vec<u8>)>,
+    /// Names and bytes of the files beside it that it needs: the `.dat` of a `.src` and `$config.dat`, or the `sysframe.va` of a `.ls`.
+    pub(crate) beside: Vec<(String, Vec<u8>)>,
     /// Line and byte of each motion, in order.
     pub(crate) motions: Vec<MotionLocation>,
     pub(crate) own_format: NumberFormat,
@@ -40,13 +40,13 @@ impl RobotProgram {
     /// Most points that a path of the program may have.
     pub const MAX_POINTS: usize = Sampling::MAX_PIECES;
 
-    /// Reads and follows a program. `name` is its file name, for messages; `beside` is name and bytes of the `.dat` of a KRL program, or of
-    /// the `sysframe.va` of a FANUC one.
+    /// Reads and follows a program. `name` is its file name, for messages; `beside` are names and bytes of the `.dat` of a KRL program and of
+    /// `$config.dat`, or of the `sysframe.va` of a FANUC one.
     pub fn parse(
         source: impl Into<Vec<u8>>,
         name: &str,
         language: Language,
-        beside: Option<(String, Vec<u8>)>,
+        beside: impl IntoIterator<Item = (String, Vec<u8>)>,
         options: &RobotOptions,
     ) -> Result<RobotProgram, RobotError> {
         let mut program = RobotProgram {
@@ -54,7 +54,7 @@ impl RobotProgram {
             language,
             options: options.clone(),
             source: source.into(),
-            beside,
+            beside: beside.into_iter().collect(),
             motions: Vec::new(),
             own_format: NumberFormat::default(),
             decimals: Decimals::default(),
@@ -82,10 +82,9 @@ impl RobotProgram {
         &self.source
     }
 
-    /// Name and bytes of the `.dat` beside a KRL program, or of the `sysframe.va` beside a FANUC one.
-    #[must_use]
-    pub fn beside(&self) -> Option<(&str, &[u8])> {
-        self.beside.as_ref().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
+    /// Names and bytes of the `.dat` of a KRL program and of `$config.dat`, or of the `sysframe.va` of a FANUC one.
+    pub fn beside(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.beside.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
     }
 
     /// Notes for a reader: what was assumed, and motions that stay as they are.
@@ -165,7 +164,7 @@ impl RobotProgram {
 
 impl program::Program for RobotProgram {
     type Error = RobotError;
-    type Reading = (String, Language, Option<(String, Vec<u8>)>, RobotOptions);
+    type Reading = (String, Language, Vec<(String, Vec<u8>)>, RobotOptions);
 
     /// Reads a written program with the name and options of the original.
     fn read_written(bytes: Vec<u8>, reading: &Self::Reading) -> Result<Self, RobotError> {

@@ -122,10 +122,10 @@ impl<'a> Reader<'a> {
     pub fn new(program: &'a RobotProgram) -> Self {
         let (source, options) = (&program.source, &program.options);
         match program.language {
-            Language::Krl => Reader::Krl(Box::new(krl::Reader::new(source, program.beside(), options))),
+            Language::Krl => Reader::Krl(Box::new(krl::Reader::new(source, &program.beside, options))),
             Language::Rapid => Reader::Rapid(Box::new(rapid::Reader::new(source, options))),
             Language::Ls => {
-                let system_frames = program.beside().map(|(_, bytes)| bytes);
+                let system_frames = program.beside().map(|(_, bytes)| bytes).next();
                 Reader::Ls(Box::new(ls::Reader::new(source, system_frames, options)))
             }
             Language::UrScript => Reader::UrScript(Box::new(urscript::Reader::new(source, options))),

@@ -85,6 +85,9 @@ impl<'a> Reader<'a> {
     /// Follows a word of structure: routines, branches and loops.
     fn follow_structure(&mut self, unit: &CodeUnit) -> Result<Option<Statement>, RobotFault> {
         let mut scan = Scan::new(&self.source[unit.at.clone()]);
+        if scan.peek() == Some(b'%') && !self.routine.1.is_empty() {
+            return RobotFault::not_followed("calls of procedures whose names are computed are", "the name itself");
+        }
         let mut word = scan.name().0.to_ascii_uppercase();
         if word == "LOCAL" {
             word = scan.name().0.to_ascii_uppercase();
