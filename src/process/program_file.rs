@@ -92,7 +92,7 @@ impl ProgramFile {
             };
             let find = |names: Vec<String>| names.into_iter().find_map(|name| Some((beside(&name)?, name)));
             let found = sought.into_iter().filter_map(find).map(|(bytes, name)| (name, bytes));
-            let program = RobotProgram::parse(bytes, &name, language, found, &process.robot_program)?;
+            let program = robot_program(bytes, &name, language, found.collect(), process)?;
             check_tool(&program, process)?;
             return Ok(ProgramFile::Robot(Box::new(program)));
         }
@@ -130,7 +130,7 @@ impl ProgramFile {
             ProgramFile::Polyline(polyline) => polyline.source(),
             ProgramFile::Gcode(program) => program.file_bytes(),
             #[cfg(not(target_family = "wasm"))]
-            ProgramFile::Robot(program) => program.source(),
+            ProgramFile::Robot(program) => program.file_bytes(),
         };
         let texts = [(name, Some(bytes)), (name, self.written_out())];
         let texts = texts.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).chain(self.files_beside());
@@ -255,6 +255,30 @@ pub(crate) fn line_in_words(called: &[String], file: usize, line: usize) -> Stri
 /// Returns whether the name of `file` ends in `.csv`.
 fn is_csv(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
+}
+
+/// Reads a program of a robot: written out first where `process` says so, or where it cannot be read otherwise.
+#[cfg(not(target_family = "wasm"))]
+fn robot_program(
+    bytes: Vec<u8>,
+    name: &str,
+    language: Language,
+    beside: Vec<(String, Vec<u8>)>,
+    process: &Process,
+) -> Result<RobotProgram> {
+    let options = &process.robot_program;
+    match (language, process.gcode.expand) {
+        (Language::Rapid, Expand::Always) => Ok(RobotProgram::parse_expanded(bytes, name, options, false)?),
+        (Language::Rapid, Expand::WhereNeeded) => {
+            match RobotProgram::parse(bytes.clone(), name, language, beside, options) {
+                Err(refused) if refused.fault.is_solved_by_expansion() => {
+                    Ok(RobotProgram::parse_expanded(bytes, name, options, true)?)
+                }
+                read => Ok(read?),
+            }
+        }
+        _ => Ok(RobotProgram::parse(bytes, name, language, beside, options)?),
+    }
 }
 
 /// Returns the names of the file with the tools and bases of all KRL programs: beside the program, or where a backup has it, which holds the

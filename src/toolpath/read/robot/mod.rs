@@ -3,6 +3,7 @@
 pub(crate) mod apt;
 pub(crate) mod apt_circles;
 pub(crate) mod apt_cycles;
+pub(crate) mod expansion;
 pub(crate) mod follow;
 pub(crate) mod frames;
 pub(crate) mod krl;
@@ -13,7 +14,7 @@ pub(crate) mod source;
 pub(crate) mod urscript;
 pub(crate) mod walk;
 
-pub(crate) use {follow::*, frames::*, source::*, walk::*};
+pub(crate) use {expansion::*, follow::*, frames::*, source::*, walk::*};
 
 use crate::toolpath::model::{
     NumberFormat, PathPoint, SampleFault, Sampler, Sampling, Toolpath, program,
@@ -34,6 +35,8 @@ pub struct RobotProgram {
     pub(crate) own_format: NumberFormat,
     pub(crate) decimals: Decimals,
     pub(crate) notes: RobotNotes,
+    /// Where its parts come from, if it was expanded.
+    pub(crate) expansion: Option<RobotExpansion>,
 }
 
 impl RobotProgram {
@@ -49,16 +52,29 @@ impl RobotProgram {
         beside: impl IntoIterator<Item = (String, Vec<u8>)>,
         options: &RobotOptions,
     ) -> Result<RobotProgram, RobotError> {
+        RobotProgram::read(source.into(), name, language, beside.into_iter().collect(), options, None)
+    }
+
+    /// Reads and follows a program that comes from `expansion`, if from one.
+    pub(crate) fn read(
+        source: Vec<u8>,
+        name: &str,
+        language: Language,
+        beside: Vec<(String, Vec<u8>)>,
+        options: &RobotOptions,
+        expansion: Option<RobotExpansion>,
+    ) -> Result<RobotProgram, RobotError> {
         let mut program = RobotProgram {
             name: name.to_owned(),
             language,
             options: options.clone(),
-            source: source.into(),
-            beside: beside.into_iter().collect(),
+            source,
+            beside,
             motions: Vec::new(),
             own_format: NumberFormat::default(),
             decimals: Decimals::default(),
             notes: RobotNotes::default(),
+            expansion,
         };
         program.survey()?;
         Ok(program)
