@@ -59,7 +59,7 @@ pub struct CompensateArguments {
     /// Language of a program that is no CSV [default: as [gcode] of the process says, or auto]
     #[arg(long, value_parser = choice::dialect())]
     dialect: Option<choice::ChosenDialect>,
-    /// Write the program (ISO code) out as the motion it makes before correcting it, its calls and its cycles [default: as expand in [gcode]
+    /// Write the program (G-code, RAPID) out as the motion it makes before correcting it, its calls and its cycles [default: as expand in [gcode]
     /// of the process says, or only where lines that run several times have other corrections each time]
     #[arg(long)]
     expand: bool,

@@ -41,7 +41,6 @@ impl Folder {
     }
 
     /// Returns the same folder, of which nothing is recorded.
-    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn unrecorded(&self) -> Self {
         Self { recorded: None, ..self.clone() }
     }

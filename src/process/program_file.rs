@@ -49,7 +49,12 @@ impl ProgramFile {
     /// As [`ProgramFile::read`].
     pub fn in_folder(folder: &Folder, name: &str, process: &Process) -> Result<Self> {
         let around = folder.of(name);
-        let beside = |name: &str| around.has_file(name).then(|| around.bytes(name).ok()).flatten();
+        // Other folders are no part of what pages are made of.
+        let outside = around.unrecorded();
+        let beside = |name: &str| {
+            let folder = if name.starts_with("..") { &outside } else { &around };
+            folder.has_file(name).then(|| folder.bytes(name).ok()).flatten()
+        };
         let program = Self::parse_beside(folder.bytes(name)?, &folder.path(name), process, &beside)?;
         // Pages get it as it was written out.
         if let Some(written_out) = program.written_out() {
@@ -79,14 +84,15 @@ impl ProgramFile {
         #[cfg(not(target_family = "wasm"))]
         if let Some(language) = Language::detect(file, &bytes) {
             let data = Self::dat_file_name(&file.file_name().unwrap_or_default().to_string_lossy());
-            let names = match language {
-                Language::Krl => [data, String::new()],
-                Language::Ls => ["sysframe.va".to_owned(), "SYSFRAME.VA".to_owned()],
-                _ => Default::default(),
+            // Each is sought by these names, the first of which is taken.
+            let sought = match language {
+                Language::Krl => vec![vec![data], config_names()],
+                Language::Ls => vec![vec!["sysframe.va".to_owned(), "SYSFRAME.VA".to_owned()]],
+                _ => Vec::new(),
             };
-            let found = names.into_iter().filter(|name| !name.is_empty()).find_map(|name| Some((beside(&name)?, name)));
-            let found = found.map(|(bytes, name)| (name, bytes));
-            let program = RobotProgram::parse(bytes, &name, language, found, &process.robot_program)?;
+            let find = |names: Vec<String>| names.into_iter().find_map(|name| Some((beside(&name)?, name)));
+            let found = sought.into_iter().filter_map(find).map(|(bytes, name)| (name, bytes));
+            let program = robot_program(bytes, &name, language, found.collect(), process)?;
             check_tool(&program, process)?;
             return Ok(ProgramFile::Robot(Box::new(program)));
         }
@@ -124,10 +130,10 @@ impl ProgramFile {
             ProgramFile::Polyline(polyline) => polyline.source(),
             ProgramFile::Gcode(program) => program.file_bytes(),
             #[cfg(not(target_family = "wasm"))]
-            ProgramFile::Robot(program) => program.source(),
+            ProgramFile::Robot(program) => program.file_bytes(),
         };
         let texts = [(name, Some(bytes)), (name, self.written_out())];
-        let texts = texts.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).chain(self.dat_file());
+        let texts = texts.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).chain(self.files_beside());
         let inputs = texts.map(|(name, bytes)| Inputs::of(name, String::from_utf8_lossy(bytes)));
         inputs.fold(Inputs::default(), Inputs::and)
     }
@@ -145,12 +151,12 @@ impl ProgramFile {
         Path::new(name).with_extension("dat").to_string_lossy().into_owned()
     }
 
-    /// Returns name and bytes of the `.dat` beside a KRL program, or of the `sysframe.va` beside a FANUC one, if there is one.
-    pub(crate) fn dat_file(&self) -> Option<(&str, &[u8])> {
+    /// Returns names and bytes of the files beside a robot program from which it has points and frames.
+    fn files_beside(&self) -> Vec<(&str, &[u8])> {
         match self {
             #[cfg(not(target_family = "wasm"))]
-            ProgramFile::Robot(program) => program.beside(),
-            _ => None,
+            ProgramFile::Robot(program) => program.beside().collect(),
+            _ => Vec::new(),
         }
     }
 
@@ -250,6 +256,42 @@ pub(crate) fn line_in_words(called: &[String], file: usize, line: usize) -> Stri
 fn is_csv(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
+
+/// Reads a program of a robot: written out first where `process` says so, or where it cannot be read otherwise.
+#[cfg(not(target_family = "wasm"))]
+fn robot_program(
+    bytes: Vec<u8>,
+    name: &str,
+    language: Language,
+    beside: Vec<(String, Vec<u8>)>,
+    process: &Process,
+) -> Result<RobotProgram> {
+    let options = &process.robot_program;
+    match (language, process.gcode.expand) {
+        (Language::Rapid, Expand::Always) => Ok(RobotProgram::parse_expanded(bytes, name, options, false)?),
+        (Language::Rapid, Expand::WhereNeeded) => {
+            match RobotProgram::parse(bytes.clone(), name, language, beside, options) {
+                Err(refused) if refused.fault.is_solved_by_expansion() => {
+                    Ok(RobotProgram::parse_expanded(bytes, name, options, true)?)
+                }
+                read => Ok(read?),
+            }
+        }
+        _ => Ok(RobotProgram::parse(bytes, name, language, beside, options)?),
+    }
+}
+
+/// Returns the names of the file with the tools and bases of all KRL programs: beside the program, or where a backup has it, which holds the
+/// programs in R1/Program and the folders in it.
+#[cfg(not(target_family = "wasm"))]
+fn config_names() -> Vec<String> {
+    let above = (1..=DEEPEST_PROGRAM).map(|depth| format!("{}System/$config.dat", "../".repeat(depth)));
+    ["$config.dat", "$CONFIG.DAT"].map(str::to_owned).into_iter().chain(above).collect()
+}
+
+/// Most folders between R1 of a backup and a program.
+#[cfg(not(target_family = "wasm"))]
+const DEEPEST_PROGRAM: usize = 4;
 
 /// First bytes of the points that stand for a robot program in pages.
 const POINTS: &[u8] = b"x_mm,y_mm,z_mm";

@@ -44,8 +44,9 @@ impl ProgramFile {
             ProgramFile::Robot(program) => {
                 let writing = process.write_options(program.own_format())?;
                 let rewritten = program.rewrite(path, positions, orientations, writing)?;
+                let calls = program.folded_calls(&rewritten);
                 let back = CommandedPath::read_back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
-                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
+                Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls })
             }
         }
     }

@@ -116,6 +116,7 @@ mod reference_states;
 mod report_page;
 mod resume;
 mod robot_compensated;
+mod robot_expanded;
 mod robot_programs;
 mod rotary_axes;
 mod rotary_drives;

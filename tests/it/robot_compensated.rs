@@ -227,3 +227,42 @@ fn the_process_file_says_what_programs_leave_open() {
         assert!(message.contains(problem), "{message}");
     }
 }
+
+#[test]
+fn tools_and_bases_of_a_backup_are_read_where_the_program_stands_in_it() {
+    let tip = arm().tool_tip;
+    let source = "DEF part()\nBAS(#TOOL,2)\nBAS(#BASE,1)\nPTP XSTART\nBAS(#BASE,3)\nLIN XSTART\nEND\n";
+    let data = "DEFDAT part\nDECL E6POS XSTART={X 1,Y 2,Z 3,A 0,B 0,C 0}\nDECL FRAME OTHER={X 1,Y 1,Z 1,A 0,B 0,C 0}\nENDDAT\n";
+    let config = format!(
+        "DEFDAT $CONFIG PUBLIC\nTOOL_DATA[2]={{X {},Y {},Z {},A 0,B 90,C 0}}\nBASE_DATA[1]={{X 10,Y 0,Z 0,A 0,B 0,C 0}}\nBASE_DATA[3]={{X 10,Y \
+         20,Z 0,A 0,B 0,C 0}}\nFRAME XSTART={{X 9,Y 9,Z 9,A 0,B 0,C 0}}\nENDDAT\n",
+        tip.x, tip.y, tip.z
+    );
+    let read = |program: &str, at: &str| {
+        let files = [(program, source), (&program.replace(".src", ".dat"), data), (at, &config)];
+        let process = process("");
+        let file =
+            ProgramFile::in_folder(&folder(&files), program, &process).unwrap_or_else(|refused| panic!("{refused}"));
+        (file.toolpath(process.sampling).unwrap(), file)
+    };
+    let places = [
+        ("part.src", "$config.dat"),
+        ("KRC/R1/Program/part.src", "KRC/R1/System/$config.dat"),
+        ("KRC/R1/Program/Mill/Job/part.src", "KRC/R1/System/$config.dat"),
+    ];
+    for (program, at) in places {
+        let (path, file) = read(program, at);
+        let points = path.points();
+        assert!((points[points.len() - 1].position_mm - Vector3::new(1.0, 22.0, 3.0)).norm() < 1e-9, "{program}");
+        let Some(Orientation::Platform(platform)) = points[0].orientation else { panic!("no orientation") };
+        let about_y = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -std::f64::consts::FRAC_PI_2);
+        assert!(platform.angle_to(&about_y) < 1e-9, "{program}");
+        let ProgramFile::Robot(robot) = file else { panic!("no program of a robot") };
+        assert_eq!(robot.notes().assumed_tool, None);
+    }
+    // Elsewhere it is that of another robot.
+    let process = process("");
+    let files = [("part.src", source), ("part.dat", data), ("Other/$config.dat", &config)];
+    let refused = ProgramFile::in_folder(&folder(&files), "part.src", &process).unwrap_err().to_string();
+    assert!(refused.contains("where base_data[3] stands to the base before it is not known"), "{refused}");
+}

@@ -323,7 +323,7 @@ def main():
                 else:
                     told = compare(orig, new)
                     for k in files:
-                        if not told and got[k] is not None:
+                        if not told and got[k] is not None and b"written out by kinetostat" not in got[k]:
                             t = text(files[k], got[k])
                             told = t and f"{k}: {t}"
                     shapes["same lines" if all(got[k] is None or len(got[k].splitlines()) == len(files[k].splitlines()) for k in files) else "lines added or written out"] += 1

@@ -18,6 +18,8 @@ mod heidenhain_cycles;
 mod jumps;
 pub(crate) mod line;
 mod modes;
+#[cfg(not(target_family = "wasm"))]
+pub(crate) mod robot;
 pub(crate) mod run;
 mod sinumerik;
 mod sinumerik_cycles;

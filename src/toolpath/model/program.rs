@@ -39,7 +39,7 @@ pub struct Rewritten<P: Program> {
     pub(crate) pieces: Vec<usize>,
     /// Where on its motion each path point lies, from 0 to 1.
     pub(crate) parameters: Vec<f64>,
-    /// Where the bytes of each line of an expanded program end.
+    /// Where the bytes of each line of an expanded program end; of a robot's, where those of each part begin and end.
     pub(crate) line_ends: Vec<usize>,
     pub(crate) reading: P::Reading,
 }

@@ -124,7 +124,7 @@ const NAMED: usize = 8;
 pub fn notes_text(job: &ProgramJob, calls: &WrittenCalls) -> String {
     match &job.file {
         ProgramFile::Gcode(program) => gcode_notes(program.notes(), calls),
-        ProgramFile::Robot(program) => robot_notes(program),
+        ProgramFile::Robot(program) => robot_notes(program, calls),
         ProgramFile::Polyline(_) => String::new(),
     }
 }
@@ -188,7 +188,7 @@ fn calls_text(calls: &WrittenCalls, lines: usize, written: usize) -> String {
 }
 
 /// Returns the notes on a robot or APT program: language, unchanged lines, named points.
-fn robot_notes(program: &RobotProgram) -> String {
+fn robot_notes(program: &RobotProgram, calls: &WrittenCalls) -> String {
     let (notes, mut text) = (program.notes(), String::new());
     if let Some(tool) = &notes.assumed_tool {
         text += &format!(
@@ -197,6 +197,9 @@ fn robot_notes(program: &RobotProgram) -> String {
         );
     }
     text += &format!("Read as a program in {}.\n", program.language().name());
+    if let Some([lines, written]) = notes.written_out {
+        text += &calls_text(calls, lines, written);
+    }
     if !notes.unlocated_lines.is_empty() {
         text += &format!(
             "Left as written: {}, where the position of the tool is not known: motions to positions of joints, or without a full pose \

@@ -307,8 +307,9 @@ pub fn program_json(report: &Report<'_>) -> Value {
     let (notes, dialect) = match &job.file {
         ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect.label())),
         ProgramFile::Robot(program) => {
-            let unlocated_lines = program.notes().unlocated_lines.clone();
-            (Notes { unlocated_lines, ..Notes::default() }, Some(program.language().label()))
+            let notes = program.notes();
+            let (unlocated_lines, written_out) = (notes.unlocated_lines.clone(), notes.written_out);
+            (Notes { unlocated_lines, written_out, ..Notes::default() }, Some(program.language().label()))
         }
         ProgramFile::Polyline(_) => (Notes::default(), None),
     };

@@ -59,6 +59,14 @@ pub enum RobotFault {
         /// Where the first with motions does.
         first: usize,
     },
+    /// A routine with motions that no other calls.
+    #[error(
+        "has motions and is not called; expected all motions in the routine of line {first}, or in those that it calls"
+    )]
+    Uncalled {
+        /// Where the routine that runs first begins, from 1.
+        first: usize,
+    },
     /// A call of what is not in the file.
     #[error(
         "calls {name}, which may move the tool; expected the program in one routine, or {name} in robot_program.calls_kept if it does not"
@@ -82,6 +90,18 @@ pub enum RobotFault {
         name: String,
         /// Line of the computation, from 1.
         line: usize,
+    },
+    /// A value that the program does not give.
+    #[error("the value of {name} is not known; expected numbers and truths that the program itself gives")]
+    NoValue {
+        /// Name of the datum or function.
+        name: String,
+    },
+    /// A program that goes on and on.
+    #[error("the program has run {most} statements and has not ended; expected one that ends")]
+    TooManySteps {
+        /// Number of statements that were run.
+        most: usize,
     },
     /// A base whose place is not known.
     #[error(
@@ -163,6 +183,22 @@ pub enum RobotFault {
 }
 
 impl RobotFault {
+    /// Whether a program may be followed nevertheless, once its routines, branches and loops are, and its targets are computed.
+    #[must_use]
+    pub fn is_solved_by_expansion(&self) -> bool {
+        matches!(
+            self,
+            Self::Branch { .. }
+                | Self::SecondRoutine { .. }
+                | Self::Call { .. }
+                | Self::NoPoint { .. }
+                | Self::Computed { .. }
+                | Self::AfterEnd { .. }
+                | Self::NotFollowed { .. }
+                | Self::Form { .. }
+        )
+    }
+
     /// Refuses `what`, with its verb, where `expected` is followed instead.
     pub(crate) fn not_followed<T>(what: &'static str, expected: &'static str) -> Result<T, Self> {
         Err(Self::NotFollowed { what, expected })

@@ -3,6 +3,7 @@
 pub(crate) mod apt;
 pub(crate) mod apt_circles;
 pub(crate) mod apt_cycles;
+pub(crate) mod expansion;
 pub(crate) mod follow;
 pub(crate) mod frames;
 pub(crate) mod krl;
@@ -13,7 +14,7 @@ pub(crate) mod source;
 pub(crate) mod urscript;
 pub(crate) mod walk;
 
-pub(crate) use {follow::*, frames::*, source::*, walk::*};
+pub(crate) use {expansion::*, follow::*, frames::*, source::*, walk::*};
 
 use crate::toolpath::model::{
     NumberFormat, PathPoint, SampleFault, Sampler, Sampling, Toolpath, program,
@@ -27,38 +28,53 @@ pub struct RobotProgram {
     pub(crate) language: Language,
     pub(crate) options: RobotOptions,
     pub(crate) source: Vec<u8>,
-    /// Name and bytes of the `.dat` beside a `.src`, or of the `sysframe.va` beside a `.ls`.
-    pub(crate) beside: Option<(String, Vec<u8>)>,
+    /// Names and bytes of the files beside it that it needs: the `.dat` of a `.src` and `$config.dat`, or the `sysframe.va` of a `.ls`.
+    pub(crate) beside: Vec<(String, Vec<u8>)>,
     /// Line and byte of each motion, in order.
     pub(crate) motions: Vec<MotionLocation>,
     pub(crate) own_format: NumberFormat,
     pub(crate) decimals: Decimals,
     pub(crate) notes: RobotNotes,
+    /// Where its parts come from, if it was expanded.
+    pub(crate) expansion: Option<RobotExpansion>,
 }
 
 impl RobotProgram {
     /// Most points that a path of the program may have.
     pub const MAX_POINTS: usize = Sampling::MAX_PIECES;
 
-    /// Reads and follows a program. `name` is its file name, for messages; `beside` is name and bytes of the `.dat` of a KRL program, or of
-    /// the `sysframe.va` of a FANUC one.
+    /// Reads and follows a program. `name` is its file name, for messages; `beside` are names and bytes of the `.dat` of a KRL program and of
+    /// `$config.dat`, or of the `sysframe.va` of a FANUC one.
     pub fn parse(
         source: impl Into<Vec<u8>>,
         name: &str,
         language: Language,
-        beside: Option<(String, Vec<u8>)>,
+        beside: impl IntoIterator<Item = (String, Vec<u8>)>,
         options: &RobotOptions,
+    ) -> Result<RobotProgram, RobotError> {
+        RobotProgram::read(source.into(), name, language, beside.into_iter().collect(), options, None)
+    }
+
+    /// Reads and follows a program that comes from `expansion`, if from one.
+    pub(crate) fn read(
+        source: Vec<u8>,
+        name: &str,
+        language: Language,
+        beside: Vec<(String, Vec<u8>)>,
+        options: &RobotOptions,
+        expansion: Option<RobotExpansion>,
     ) -> Result<RobotProgram, RobotError> {
         let mut program = RobotProgram {
             name: name.to_owned(),
             language,
             options: options.clone(),
-            source: source.into(),
+            source,
             beside,
             motions: Vec::new(),
             own_format: NumberFormat::default(),
             decimals: Decimals::default(),
             notes: RobotNotes::default(),
+            expansion,
         };
         program.survey()?;
         Ok(program)
@@ -82,10 +98,9 @@ impl RobotProgram {
         &self.source
     }
 
-    /// Name and bytes of the `.dat` beside a KRL program, or of the `sysframe.va` beside a FANUC one.
-    #[must_use]
-    pub fn beside(&self) -> Option<(&str, &[u8])> {
-        self.beside.as_ref().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
+    /// Names and bytes of the `.dat` of a KRL program and of `$config.dat`, or of the `sysframe.va` of a FANUC one.
+    pub fn beside(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.beside.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
     }
 
     /// Notes for a reader: what was assumed, and motions that stay as they are.
@@ -165,7 +180,7 @@ impl RobotProgram {
 
 impl program::Program for RobotProgram {
     type Error = RobotError;
-    type Reading = (String, Language, Option<(String, Vec<u8>)>, RobotOptions);
+    type Reading = (String, Language, Vec<(String, Vec<u8>)>, RobotOptions);
 
     /// Reads a written program with the name and options of the original.
     fn read_written(bytes: Vec<u8>, reading: &Self::Reading) -> Result<Self, RobotError> {

@@ -33,6 +33,8 @@ pub struct RobotNotes {
     pub assumed_tool: Option<String>,
     /// Whether some motion leads to a point declared elsewhere; corrected, it has its numbers in the motion.
     pub named_points: bool,
+    /// Numbers of lines of the program and of its expansion, if it was expanded.
+    pub written_out: Option<[usize; 2]>,
 }
 
 impl RobotProgram {
@@ -44,12 +46,15 @@ impl RobotProgram {
         let mut reader = Reader::new(self);
         let mut follower = Follower::new(self.language, self.options.external_axes.len());
         let mut notes = RobotNotes::default();
-        let located = |refusal: Refusal| refusal.locate(&self.name, &self.source);
+        let located = |refusal: Refusal| self.locate(refusal);
         while let Some(statement) = reader.next().map_err(located)? {
             let (line, at) = (statement.line, statement.at.clone());
             let motion = follower.follow(statement).map_err(|fault| located(Refusal { line, at, fault }))?;
             if motion.geometry == MotionGeometry::Unlocated {
-                notes.unlocated_lines.push(line);
+                let expansion = self.expansion.as_ref();
+                notes
+                    .unlocated_lines
+                    .push(expansion.map_or(line, |expansion| expansion.line_of(motion.statement.at.start)));
             }
             notes.named_points |= self.targets(&motion.statement).any(|(_, is_named)| is_named);
             visit(&motion)?;
@@ -81,8 +86,10 @@ impl RobotProgram {
                     decimals[kind] = decimals_in(mantissa).saturating_sub(shift).max(decimals[kind]);
                 }
             }
+            let expansion = self.expansion.as_ref();
+            let line = expansion.map_or(statement.line, |expansion| expansion.line_of(statement.at.start));
             motions.push(MotionLocation {
-                line: u32::try_from(statement.line).unwrap_or(u32::MAX),
+                line: u32::try_from(line).unwrap_or(u32::MAX),
                 start: statement.at.start,
                 is_hole: statement.apt.drilling.is_some(),
             });
@@ -90,6 +97,7 @@ impl RobotProgram {
         })?;
         let most = |kind: usize| decimals[0][kind].max(decimals[1][kind]);
         (self.motions, self.notes) = (motions, notes);
+        self.notes.written_out = self.expansion.as_ref().map(|expansion| expansion.lines);
         self.own_format = NumberFormat::of_source(decimals[0][0], decimals[1][0]);
         self.decimals = Decimals::of_source(self.language, most(1), most(2));
         Ok(())
@@ -103,7 +111,7 @@ impl RobotProgram {
 
     /// Returns the error that `fault` is at `statement`.
     pub(crate) fn error_at(&self, statement: &Statement, fault: RobotFault) -> RobotError {
-        Refusal { line: statement.line, at: statement.at.clone(), fault }.locate(&self.name, &self.source)
+        self.locate(Refusal { line: statement.line, at: statement.at.clone(), fault })
     }
 }
 
@@ -122,10 +130,10 @@ impl<'a> Reader<'a> {
     pub fn new(program: &'a RobotProgram) -> Self {
         let (source, options) = (&program.source, &program.options);
         match program.language {
-            Language::Krl => Reader::Krl(Box::new(krl::Reader::new(source, program.beside(), options))),
+            Language::Krl => Reader::Krl(Box::new(krl::Reader::new(source, &program.beside, options))),
             Language::Rapid => Reader::Rapid(Box::new(rapid::Reader::new(source, options))),
             Language::Ls => {
-                let system_frames = program.beside().map(|(_, bytes)| bytes);
+                let system_frames = program.beside().map(|(_, bytes)| bytes).next();
                 Reader::Ls(Box::new(ls::Reader::new(source, system_frames, options)))
             }
             Language::UrScript => Reader::UrScript(Box::new(urscript::Reader::new(source, options))),

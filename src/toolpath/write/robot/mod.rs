@@ -2,6 +2,7 @@
 
 mod blend;
 mod circle;
+mod fold;
 mod listing;
 mod rewrite;
 mod split;

@@ -49,8 +49,11 @@ impl RobotProgram {
         if next != path.len() {
             return Err(foreign());
         }
+        let chunks = self.expansion.iter().flat_map(|expansion| &expansion.chunks);
+        let edges: Vec<usize> = chunks.flat_map(|chunk| [chunk.at.start, chunk.at.end]).collect();
+        let line_ends = writer.places(&edges);
         let (bytes, pieces, parameters) = writer.finish();
         let reading = (self.name.clone(), self.language, self.beside.clone(), self.options.clone());
-        Ok(RewrittenRobot { bytes, pieces, parameters, line_ends: Vec::new(), reading })
+        Ok(RewrittenRobot { bytes, pieces, parameters, line_ends, reading })
     }
 }

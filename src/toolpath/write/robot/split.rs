@@ -64,6 +64,8 @@ pub(crate) struct Writer<'a> {
     pub(crate) out: Vec<u8>,
     /// How many bytes of the source have been copied or replaced.
     copied: usize,
+    /// Bytes of the source up to which it was copied or replaced, and of what is written up to there.
+    marks: Vec<[usize; 2]>,
     /// Positions that stand apart from the motions.
     listing: Option<Listing>,
     /// The blend at the end of the motion before, where the program gives it a distance that overlapping ones must not have.
@@ -93,12 +95,23 @@ impl<'a> Writer<'a> {
             tolerance_mm,
             out,
             copied: 0,
+            marks: vec![[0, 0]],
             listing,
             last_blend: None,
             tracked: None,
             pieces,
             parameters,
         }
+    }
+
+    /// Returns where the bytes `edges` of the source, none of them within what was replaced, are in what is written.
+    pub fn places(&self, edges: &[usize]) -> Vec<usize> {
+        let place = |edge: &usize| {
+            let next = self.marks.partition_point(|[source, _]| source <= edge);
+            let [source, out] = self.marks[next.saturating_sub(1)];
+            out + (edge - source)
+        };
+        edges.iter().map(place).collect()
     }
 
     /// Copies the rest of the source and returns the bytes, the number of points of each motion, and where on its motion each lies.
@@ -177,6 +190,7 @@ impl<'a> Writer<'a> {
             self.out.extend_from_slice(&self.source[self.copied..target.at.start]);
             self.out.extend_from_slice(&text);
             self.copied = target.at.end;
+            self.marks.push([self.copied, self.out.len()]);
         }
     }
 
@@ -309,6 +323,7 @@ impl<'a> Writer<'a> {
             }
         }
         self.copied = at.end;
+        self.marks.push([self.copied, self.out.len()]);
         Ok(())
     }
 

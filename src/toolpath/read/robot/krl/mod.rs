@@ -15,7 +15,7 @@ use crate::toolpath::{
 
 mod frame;
 mod motion;
-mod points;
+pub(crate) mod points;
 mod state;
 
 /// Refusal of fixed tools, for which the robot carries the part.
@@ -47,8 +47,8 @@ pub(crate) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Starts at the first line; `beside` is name and bytes of the `.dat`.
-    pub fn new(source: &'a [u8], beside: Option<(&'a str, &'a [u8])>, options: &'a RobotOptions) -> Self {
+    /// Starts at the first line; `beside` are names and bytes of the `.dat` and of `$config.dat`.
+    pub fn new(source: &'a [u8], beside: &'a [(String, Vec<u8>)], options: &'a RobotOptions) -> Self {
         Self {
             source,
             options,

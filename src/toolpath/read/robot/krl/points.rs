@@ -13,8 +13,8 @@ use crate::toolpath::{
 /// Value of a variable.
 #[derive(Clone, Debug)]
 enum Value {
-    /// The text in these bytes of the `.src`, or of the `.dat` beside it.
-    Written { beside: bool, at: Range<usize> },
+    /// The text in these bytes of the `.src` (`None`), or of a file beside it.
+    Written { beside: Option<usize>, at: Range<usize> },
     /// Unknown to the reader since this line.
     Computed(usize),
 }
@@ -23,21 +23,25 @@ enum Value {
 #[derive(Debug)]
 pub(crate) struct Points<'a> {
     source: &'a [u8],
-    beside: Option<(&'a str, &'a [u8])>,
+    beside: &'a [(String, Vec<u8>)],
     /// By name in upper case, with the index as written: `XP1`, `XP[3]`.
     values: HashMap<String, Value>,
 }
 
 impl<'a> Points<'a> {
-    /// Starts with the declarations of the `.dat` (name and bytes), if there is one.
-    pub fn new(source: &'a [u8], beside: Option<(&'a str, &'a [u8])>) -> Self {
+    /// Starts with the declarations of the `.dat`, and with the tools and bases of `$config.dat` that it does not have (`beside`).
+    pub fn new(source: &'a [u8], beside: &'a [(String, Vec<u8>)]) -> Self {
         let mut points = Self { source, beside, values: HashMap::new() };
-        let Some((_, bytes)) = beside else { return points };
-        let mut lines = LineCursor::new(bytes);
-        while let Some(line) = lines.advance() {
-            let code = super::code_range(bytes, line);
-            if let Some((name, value)) = name_and_braces(bytes, code) {
-                points.values.insert(name, Value::Written { beside: true, at: value });
+        let (of_all, own): (Vec<_>, Vec<_>) = beside.iter().enumerate().partition(|(_, (name, _))| is_config(name));
+        for (file, (name, bytes)) in of_all.into_iter().chain(own) {
+            let mut lines = LineCursor::new(bytes);
+            while let Some(line) = lines.advance() {
+                let code = super::code_range(bytes, line);
+                let found = name_and_braces(bytes, code);
+                let is_read = |name: &str| name.starts_with("TOOL_DATA[") || name.starts_with("BASE_DATA[");
+                if let Some((name, at)) = found.filter(|(found, _)| !is_config(name) || is_read(found)) {
+                    points.values.insert(name, Value::Written { beside: Some(file), at });
+                }
             }
         }
         points
@@ -46,7 +50,7 @@ impl<'a> Points<'a> {
     /// Adds the declaration in the bytes `code` of the `.src`, on line `line`.
     pub fn declare(&mut self, code: Range<usize>, line: usize) {
         if let Some((name, at)) = name_and_braces(self.source, code.clone()) {
-            self.values.insert(name, Value::Written { beside: false, at });
+            self.values.insert(name, Value::Written { beside: None, at });
         } else if let Some((name, value)) = name_and_value(self.source, code) {
             // Without a value it is not known until one is assigned.
             match value.is_empty() {
@@ -64,7 +68,7 @@ impl<'a> Points<'a> {
         let is_whole =
             rest.is_empty() || (rest.ends_with(']') && rest[1..rest.len() - 1].bytes().all(|b| b.is_ascii_digit()));
         let entry = match is_whole && runs_once && is_in_braces(&self.source[value.clone()]) {
-            true => Value::Written { beside: false, at: value },
+            true => Value::Written { beside: None, at: value },
             false => Value::Computed(line),
         };
         let key = if is_whole { name.clone() } else { root.to_owned() };
@@ -83,19 +87,27 @@ impl<'a> Points<'a> {
         match self.values.get(name) {
             None => Ok(None),
             Some(Value::Computed(line)) => Err(computed(*line)),
-            Some(Value::Written { beside: false, at }) => Ok(Some(&self.source[at.clone()])),
-            Some(Value::Written { at, .. }) => Ok(self.beside.map(|(_, bytes)| &bytes[at.clone()])),
+            Some(Value::Written { beside: None, at }) => Ok(Some(&self.source[at.clone()])),
+            Some(Value::Written { beside: Some(file), at }) => {
+                Ok(self.beside.get(*file).map(|(_, bytes)| &bytes[at.clone()]))
+            }
         }
     }
 
     /// Returns the fault that there is no point `name`, in the file or the `.dat` beside it.
     pub fn missing_point(&self, name: &str) -> RobotFault {
-        let beside = self.beside.map_or_else(
+        let own = self.beside.iter().find(|(name, _)| !is_config(name));
+        let beside = own.map_or_else(
             || " (there is no .dat beside it)".to_owned(),
             |(beside, _)| format!(" or beside it in {beside}"),
         );
         RobotFault::NoPoint { name: name.to_owned(), beside }
     }
+}
+
+/// Whether the file `name` is the one with the tools and bases of all programs.
+fn is_config(name: &str) -> bool {
+    name.rsplit('/').next().is_some_and(|name| name.eq_ignore_ascii_case("$config.dat"))
 }
 
 /// Returns the name in a declaration or assignment, and the bytes behind its `=`, which may be none; `None` without a name.

@@ -143,6 +143,20 @@ pub(crate) fn code_bytes(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
     })
 }
 
+/// Returns the index of the first `\` outside brackets, where the options of an argument begin; the length of `text` without one.
+pub(crate) fn option_start(text: &[u8]) -> usize {
+    let mut depth = 0usize;
+    let slash = code_bytes(text).find(|(_, byte)| {
+        match byte {
+            b'[' | b'(' | b'{' => depth += 1,
+            b']' | b')' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        *byte == b'\\' && depth == 0
+    });
+    slash.map_or(text.len(), |(at, _)| at)
+}
+
 /// Splits `text`, which begins at byte `start` of the source, at commas outside brackets; returns the arguments' ranges in the source.
 pub(crate) fn split_arguments(text: &[u8], start: usize) -> Vec<Range<usize>> {
     let (mut depth, mut from, mut found) = (0usize, 0, Vec::new());

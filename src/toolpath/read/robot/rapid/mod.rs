@@ -6,13 +6,7 @@
 use crate::toolpath::{
     model::robot::{RobotFault, RobotOptions, Statement},
     read::{
-        robot::{
-            Bases, Refusal, Tools,
-            rapid::{
-                data::ModuleData,
-                lex::{CodeUnit, CodeUnits},
-            },
-        },
+        robot::{Bases, Refusal, Tools, rapid::data::ModuleData},
         scan::Scan,
     },
 };
@@ -21,7 +15,11 @@ mod data;
 mod lex;
 mod motion;
 
-pub(crate) use {lex::split_arguments, motion::zone_of};
+pub(crate) use {
+    data::parse_target,
+    lex::{CodeUnit, CodeUnits, code_bytes, option_start, split_arguments},
+    motion::zone_of,
+};
 
 /// A reader of RAPID statements with the modes in force.
 #[derive(Debug)]
@@ -85,6 +83,9 @@ impl<'a> Reader<'a> {
     /// Follows a word of structure: routines, branches and loops.
     fn follow_structure(&mut self, unit: &CodeUnit) -> Result<Option<Statement>, RobotFault> {
         let mut scan = Scan::new(&self.source[unit.at.clone()]);
+        if scan.peek() == Some(b'%') && !self.routine.1.is_empty() {
+            return RobotFault::not_followed("calls of procedures whose names are computed are", "the name itself");
+        }
         let mut word = scan.name().0.to_ascii_uppercase();
         if word == "LOCAL" {
             word = scan.name().0.to_ascii_uppercase();
@@ -136,7 +137,7 @@ impl<'a> Reader<'a> {
                 self.is_speed_unscaled = first.is_ok_and(|(share, _)| share == 100.0);
             }
             "CONST" | "PERS" | "VAR" | "LOCAL" | "TASK" | "ALIAS" => {}
-            word if IGNORED.split_whitespace().any(|kept| kept == word) => {}
+            word if is_ignored(word) => {}
             "" => return Err(RobotFault::Unknown { expected: "a statement of RAPID" }),
             word => {
                 let text = self.text(unit);
@@ -197,6 +198,16 @@ const IGNORED: &str = "SET RESET SETDO SETAO SETGO PULSEDO INVERTDO WAITTIME WAI
     WAITSYNCTASK TPWRITE TPERASE TPREADFK TPREADNUM CONFL CONFJ SINGAREA ACCSET PATHACCLIM PATHRESOL PDISPOFF \
     EOFFSOFF SOFTDEACT GRIPLOAD ACTUNIT DEACTUNIT INCR DECR ADD CLEAR CLKRESET CLKSTART CLKSTOP OPEN CLOSE WRITE \
     STOP BREAK CIRPATHMODE RETURN";
+
+/// Whether `word` neither moves the tool nor changes what a motion means.
+pub(crate) fn is_ignored(word: &str) -> bool {
+    IGNORED.split_whitespace().any(|kept| kept == word)
+}
+
+/// Whether `word` moves the tool.
+pub(crate) fn is_motion(word: &str) -> bool {
+    word.starts_with("MOVE") || is_other_motion(word)
+}
 
 /// Whether `word` moves the tool in a way that is not followed.
 fn is_other_motion(word: &str) -> bool {

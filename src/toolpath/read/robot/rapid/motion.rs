@@ -78,7 +78,7 @@ impl Reader<'_> {
     /// Returns the range of the expression of an argument, and its options in upper case without blanks: `WOBJ:=W`.
     fn expression_and_options(&self, argument: Range<usize>) -> (Range<usize>, Vec<String>) {
         let text = &self.source[argument.clone()];
-        let slash = lex::code_bytes(text).find(|(_, byte)| *byte == b'\\').map_or(text.len(), |(at, _)| at);
+        let slash = lex::option_start(text);
         let options = String::from_utf8_lossy(&text[slash..]).to_ascii_uppercase();
         let blank = |c: char| !c.is_ascii_whitespace();
         let options: String = options.chars().filter(|c| blank(*c)).collect();

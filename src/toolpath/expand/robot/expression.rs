@@ -1,0 +1,311 @@
+//! Expressions of RAPID: numbers, truths, strings, data and their parts, functions and operators.
+//!
+//! Which operators bind closer is that of ABB, *Technical reference manual, RAPID Overview*, expressions. Where the manual leaves open what NOT
+//! takes in, brackets are asked for.
+
+use std::ops::Range;
+
+use crate::toolpath::{
+    expand::robot::value::Value,
+    model::robot::RobotFault,
+    read::{robot::rapid::code_bytes, scan::Scan},
+};
+
+/// What expressions ask for: values of data and functions.
+pub(crate) trait Names {
+    /// Returns the value of the datum `name` (in capitals).
+    fn value(&mut self, name: &str) -> Result<Value, RobotFault>;
+    /// Returns the value of the function `name` (in capitals).
+    fn call(&mut self, name: &str, arguments: &[Argument]) -> Result<Value, RobotFault>;
+}
+
+/// An argument of a function or procedure: `\Rx:=5` has a name (in capitals), `\Conc` no value.
+#[derive(Clone, Debug)]
+pub(crate) struct Argument {
+    pub name: Option<String>,
+    pub value: Result<Value, RobotFault>,
+    /// Its expression.
+    pub text: String,
+}
+
+/// Most nested brackets and signs.
+const DEEPEST: usize = 24;
+
+/// Operators by how close they bind, the loosest first.
+const OPERATORS: [&[&str]; 5] =
+    [&["OR", "XOR"], &["AND"], &["<>", "<=", ">=", "<", ">", "="], &["+", "-"], &["*", "/", "DIV", "MOD"]];
+
+/// A reader of expressions in a statement.
+pub(crate) struct Reader<'t, 'n> {
+    pub scan: Scan<'t>,
+    /// Without them expressions are only passed over.
+    names: Option<&'n mut dyn Names>,
+    depth: usize,
+}
+
+impl<'t, 'n> Reader<'t, 'n> {
+    /// Starts at the beginning of `text`.
+    pub fn new(text: &'t [u8], names: &'n mut dyn Names) -> Self {
+        Self { scan: Scan::new(text), names: Some(names), depth: 0 }
+    }
+
+    /// Starts a reader that passes over expressions of which only the end matters.
+    pub fn without_values(text: &'t [u8]) -> Self {
+        Self { scan: Scan::new(text), names: None, depth: 0 }
+    }
+
+    /// Reads an expression up to where none goes on.
+    pub fn expression(&mut self) -> Result<Value, RobotFault> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err(RobotFault::Form { expected: "fewer brackets and signs" });
+        }
+        let value = self.binary(0);
+        self.depth -= 1;
+        value
+    }
+
+    /// Reads operands and the operators that bind at `level` or closer.
+    fn binary(&mut self, level: usize) -> Result<Value, RobotFault> {
+        let Some(operators) = OPERATORS.get(level) else { return self.operand() };
+        let mut left = self.binary(level + 1)?;
+        let mut count = 0;
+        while let Some(operator) = operators.iter().find(|operator| self.takes_word(operator)) {
+            count += 1;
+            if level == 2 && count > 1 {
+                return Err(BRACKETS);
+            }
+            let right = self.binary(level + 1)?;
+            left = if self.names.is_some() { left.apply(operator, &right)? } else { left };
+        }
+        Ok(left)
+    }
+
+    /// Takes an operator or a word if it comes next; returns whether it did.
+    pub fn takes_word(&mut self, word: &str) -> bool {
+        self.scan.skip_blanks();
+        let rest = self.scan.rest();
+        let begins = rest.get(..word.len()).is_some_and(|text| text.eq_ignore_ascii_case(word.as_bytes()));
+        let is_name = word.starts_with(|c: char| c.is_ascii_alphabetic());
+        let goes_on = is_name && rest.get(word.len()).is_some_and(|byte| is_of_name(*byte));
+        let found = begins && !goes_on;
+        self.scan.at += if found { word.len() } else { 0 };
+        found
+    }
+
+    /// Reads a value with its sign, NOT, parts and indices.
+    fn operand(&mut self) -> Result<Value, RobotFault> {
+        let nested = |reader: &mut Self| {
+            reader.depth += 1;
+            let value = if reader.depth > DEEPEST {
+                Err(RobotFault::Form { expected: "fewer signs" })
+            } else {
+                reader.operand()
+            };
+            reader.depth -= 1;
+            value
+        };
+        if self.scan.takes(b'-') {
+            let value = nested(self)?;
+            return match value {
+                _ if self.names.is_none() => Ok(value),
+                Value::List(parts) => {
+                    let parts = parts.iter().map(|part| Ok(Value::Number(-part.number()?)));
+                    parts.collect::<Result<_, _>>().map(Value::List)
+                }
+                value => value.number().map(|number| Value::Number(-number)),
+            };
+        }
+        if self.scan.takes(b'+') {
+            return nested(self);
+        }
+        if self.takes_word("NOT") {
+            let value = nested(self)?;
+            let goes_on = !self.scan.is_done() && {
+                let mut ahead = Self { scan: self.scan, names: None, depth: 0 };
+                OPERATORS[1..].iter().copied().flatten().any(|operator| ahead.takes_word(operator))
+            };
+            return match value {
+                _ if goes_on => Err(BRACKETS),
+                _ if self.names.is_none() => Ok(value),
+                value => value.truth().map(|truth| Value::Truth(!truth)),
+            };
+        }
+        let value = self.primary()?;
+        self.parts(value)
+    }
+
+    /// Reads a number, a string, a list, an expression in brackets, a datum or a function.
+    fn primary(&mut self) -> Result<Value, RobotFault> {
+        match self.scan.next() {
+            Some(b'(') => {
+                self.scan.at += 1;
+                let value = self.expression()?;
+                self.scan.expect(b')', ")")?;
+                Ok(value)
+            }
+            Some(b'[') => {
+                self.scan.at += 1;
+                let mut parts = Vec::new();
+                while !self.scan.takes(b']') {
+                    if !parts.is_empty() {
+                        self.scan.expect(b',', ", or ]")?;
+                    }
+                    parts.push(self.expression()?);
+                }
+                Ok(Value::List(parts))
+            }
+            Some(b'"') => {
+                let rest = self.scan.rest();
+                let mut quotes = 0;
+                // A quote within is written twice.
+                let end = rest.iter().enumerate().position(|(at, byte)| {
+                    quotes += usize::from(*byte == b'"');
+                    *byte == b'"' && at > 0 && quotes % 2 == 0 && rest.get(at + 1) != Some(&b'"')
+                });
+                let end = end.ok_or(RobotFault::Form { expected: "\" at the end of the string" })?;
+                self.scan.at += end + 1;
+                Ok(Value::Text(String::from_utf8_lossy(&rest[..=end]).into_owned()))
+            }
+            Some(byte) if byte.is_ascii_digit() || byte == b'.' => {
+                self.scan.number().map(|(value, _)| Value::Number(value))
+            }
+            _ => self.named(),
+        }
+    }
+
+    /// Reads a datum or a function.
+    fn named(&mut self) -> Result<Value, RobotFault> {
+        let name = self.scan.name().0.to_ascii_uppercase();
+        match name.as_str() {
+            "" => return Err(RobotFault::Form { expected: "a number, a datum, a function or a bracket" }),
+            "TRUE" => return Ok(Value::Truth(true)),
+            "FALSE" => return Ok(Value::Truth(false)),
+            _ => {}
+        }
+        if !self.scan.takes(b'(') {
+            return match &mut self.names {
+                Some(names) => names.value(&name),
+                None => Ok(Value::Number(0.0)),
+            };
+        }
+        let arguments = self.arguments(Some(b')'))?;
+        self.scan.expect(b')', ")")?;
+        match &mut self.names {
+            Some(names) => names.call(&name, &arguments),
+            None => Ok(Value::Number(0.0)),
+        }
+    }
+
+    /// Reads arguments up to `close`, or to the end.
+    pub fn arguments(&mut self, close: Option<u8>) -> Result<Vec<Argument>, RobotFault> {
+        let mut arguments = Vec::new();
+        while self.scan.next().is_some_and(|byte| Some(byte) != close) {
+            let separated = self.scan.takes(b',');
+            let is_named = self.scan.takes(b'\\');
+            if !separated && !is_named && !arguments.is_empty() {
+                return Err(RobotFault::Form { expected: ", between arguments" });
+            }
+            let name = is_named.then(|| self.scan.name().0.to_ascii_uppercase());
+            let has_value = match is_named {
+                true => self.scan.takes(b':') && self.scan.takes(b'='),
+                false => true,
+            };
+            let from = self.scan.skip_blanks().at;
+            let value = match (has_value, self.names.is_some()) {
+                (false, _) => Ok(Value::Truth(true)),
+                // A datum of a type that is not followed, such as a tool, is an argument too: by its name.
+                (true, true) => {
+                    let mut over = Self { scan: self.scan, names: None, depth: self.depth };
+                    over.expression()?;
+                    let end = over.scan;
+                    let value = self.expression();
+                    self.scan = end;
+                    value
+                }
+                (true, false) => self.expression(),
+            };
+            let text = String::from_utf8_lossy(&self.scan.line[from..self.scan.at]).trim().to_owned();
+            arguments.push(Argument { name, value, text });
+        }
+        Ok(arguments)
+    }
+
+    /// Reads the parts and indices behind a value: `.trans.x`, `{2}`.
+    fn parts(&mut self, mut value: Value) -> Result<Value, RobotFault> {
+        let path = self.path()?;
+        if self.names.is_none() {
+            return Ok(value);
+        }
+        let mut part = &mut value;
+        for at in &path {
+            part = part.part(*at)?;
+        }
+        Ok(part.clone())
+    }
+
+    /// Reads parts and indices, `.trans.x` and `{2}`, as indices from 0.
+    pub fn path(&mut self) -> Result<Vec<usize>, RobotFault> {
+        let mut path = Vec::new();
+        loop {
+            if self.scan.takes(b'.') {
+                path.push(part_index(self.scan.name().0)?);
+            } else if self.scan.takes(b'{') {
+                loop {
+                    let index = self.expression()?;
+                    if self.names.is_some() {
+                        let index = index.whole()?.checked_sub(1);
+                        path.push(index.ok_or(RobotFault::Form { expected: "an index from 1 on" })?);
+                    }
+                    if !self.scan.takes(b',') {
+                        break;
+                    }
+                }
+                self.scan.expect(b'}', "}")?;
+            } else {
+                return Ok(path);
+            }
+        }
+    }
+}
+
+/// Fault of operators whose order is not certain.
+const BRACKETS: RobotFault = RobotFault::Form { expected: "brackets that say what comes first" };
+
+/// Returns the index of the part `name` of a target, a pose, a position or an orientation.
+fn part_index(name: &str) -> Result<usize, RobotFault> {
+    const PARTS: [&[&str]; 6] = [
+        &["trans", "x", "q1", "eax_a", "cf1"],
+        &["rot", "y", "q2", "eax_b", "cf4"],
+        &["robconf", "z", "q3", "eax_c", "cf6"],
+        &["extax", "q4", "eax_d", "cfx"],
+        &["eax_e"],
+        &["eax_f"],
+    ];
+    let is_here = |names: &&[&str]| names.iter().any(|known| known.eq_ignore_ascii_case(name));
+    PARTS.iter().position(is_here).ok_or(RobotFault::Form { expected: "a part of a target, a pose or a position" })
+}
+
+/// Whether `byte` may be in a name.
+pub(crate) fn is_of_name(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || byte == b'_'
+}
+
+/// Iterates over the names of data and routines in `text` outside strings and comments, with their bytes: not those of parts (`.x`), options
+/// (`\V`) and numbers.
+pub(crate) fn names_in(text: &[u8]) -> Vec<Range<usize>> {
+    let (mut found, mut end): (Vec<Range<usize>>, usize) = (Vec::new(), 0);
+    for (at, byte) in code_bytes(text) {
+        let before = at.checked_sub(1).and_then(|before| text.get(before)).copied();
+        let continues = before.is_some_and(is_of_name);
+        if at < end || continues || !byte.is_ascii_alphabetic() {
+            continue;
+        }
+        end = at + text[at..].iter().take_while(|byte| is_of_name(**byte)).count();
+        let joined = text[..at].trim_ascii_end().last().copied();
+        if !matches!(joined, Some(b'.' | b'\\')) {
+            found.push(at..end);
+        }
+    }
+    found
+}

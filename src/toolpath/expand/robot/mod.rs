@@ -1,0 +1,119 @@
+//! Expansion of RAPID modules: procedures, branches and loops are followed, and targets computed, so that all motions stand in one procedure.
+//!
+//! What moves nothing stays as it stands. Data of the module keep their names; those of a procedure that is followed get their values.
+
+mod calls;
+mod expression;
+mod functions;
+mod routine;
+mod run;
+mod statements;
+mod value;
+
+use crate::toolpath::{
+    model::robot::{Language, RobotError, RobotOptions},
+    read::robot::{Chunk, Refusal, RobotExpansion, RobotProgram, line_ending},
+};
+
+impl RobotProgram {
+    /// Expands a RAPID module (procedures, branches, loops, computed targets) and reads the result as [`RobotProgram::parse`] does. With
+    /// `keeps_calls`, they stay where they can when it is rewritten ([`RobotProgram::folded_calls`]). `Err`, with the line in the original,
+    /// for what cannot be followed.
+    pub fn parse_expanded(
+        source: impl Into<Vec<u8>>,
+        name: &str,
+        options: &RobotOptions,
+        keeps_calls: bool,
+    ) -> Result<RobotProgram, RobotError> {
+        let source = source.into();
+        let Expanded { bytes, chunks, lines } = expand(&source).map_err(|refusal| refusal.locate(name, &source))?;
+        let expansion = RobotExpansion::new(source, chunks, lines, keeps_calls);
+        RobotProgram::read(bytes, name, Language::Rapid, Vec::new(), options, Some(expansion))
+    }
+}
+
+/// An expanded module.
+pub(crate) struct Expanded {
+    pub bytes: Vec<u8>,
+    /// Where its parts come from.
+    chunks: Vec<Chunk>,
+    /// Numbers of lines of the module as posted, and of the expanded one.
+    lines: [usize; 2],
+}
+
+/// Expands the module `source`.
+pub(crate) fn expand(source: &[u8]) -> Result<Expanded, Refusal> {
+    let module = routine::Module::read(source)?;
+    let entry = module.entry(source)?;
+    let mut run = run::Run::new(source, &module);
+    run.run_entry(&entry)?;
+    let (mut written, chunks) = (run.out, run.chunks);
+    // The rest of the procedure's first line, and the beginning of its last.
+    let ending = line_ending(source);
+    let mut copied = Copied { source, out: Vec::new(), chunks: Vec::new() };
+    let mut routines: Vec<_> = module.routines.values().filter(|routine| routine.moves).collect();
+    routines.sort_by_key(|routine| routine.head.at.start);
+    let mut from = module.head_end;
+    copied.copy(0..from);
+    let header_at = copied.out.len();
+    for routine in routines {
+        if routine.name == entry.name {
+            copied.copy(from..routine.inside.start);
+            copied.out.extend_from_slice(ending);
+            let shift = copied.out.len();
+            let moved =
+                chunks.iter().map(|chunk| Chunk { at: chunk.at.start + shift..chunk.at.end + shift, ..chunk.clone() });
+            copied.chunks.extend(moved);
+            copied.out.append(&mut written);
+            from = line_start(source, routine.inside.end);
+        } else {
+            copied.copy(from..line_start(source, routine.head.at.start));
+            from = line_end(source, routine.end);
+        }
+    }
+    copied.copy(from..source.len());
+    let Copied { mut out, mut chunks, .. } = copied;
+    let lines = [source, &out[..]].map(|bytes| bytes.iter().filter(|byte| **byte == b'\n').count());
+    let lines = [lines[0], lines[1] + 1];
+    let mut header = if header_at > 0 { ending.to_vec() } else { Vec::new() };
+    header.extend(format!("! written out by kinetostat: {} lines for {}", lines[1], lines[0]).bytes());
+    header.extend_from_slice(if header_at > 0 { b"" } else { ending });
+    let length = header.len();
+    out.splice(header_at..header_at, header);
+    for chunk in chunks.iter_mut().filter(|chunk| chunk.at.start >= header_at) {
+        chunk.at = chunk.at.start + length..chunk.at.end + length;
+    }
+    Ok(Expanded { bytes: out, chunks, lines })
+}
+
+/// What of a source is copied.
+struct Copied<'a> {
+    source: &'a [u8],
+    out: Vec<u8>,
+    chunks: Vec<Chunk>,
+}
+
+impl Copied<'_> {
+    /// Copies the bytes `origin`.
+    fn copy(&mut self, origin: std::ops::Range<usize>) {
+        let start = self.out.len();
+        self.out.extend_from_slice(&self.source[origin.clone()]);
+        self.chunks.push(Chunk { at: start..self.out.len(), origin, is_run: false });
+    }
+}
+
+/// Returns where the next line begins, if nothing stands behind byte `at` on its line; else `at`.
+fn line_end(source: &[u8], at: usize) -> usize {
+    let blanks = source[at..].iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
+    match &source[at + blanks..] {
+        [b'\r', b'\n', ..] => at + blanks + 2,
+        [b'\r' | b'\n', ..] => at + blanks + 1,
+        _ => at,
+    }
+}
+
+/// Returns where the line of byte `at` begins, if only blanks stand before it; else `at`.
+fn line_start(source: &[u8], at: usize) -> usize {
+    let (blanks, is_first) = crate::toolpath::read::robot::indent(source, at);
+    if is_first { at - blanks.len() } else { at }
+}

@@ -1,0 +1,342 @@
+//! Statements of RAPID that are run: declarations, assignments, motions, and those that are copied.
+
+use std::{collections::BTreeSet, ops::Range};
+
+use crate::toolpath::{
+    expand::robot::{
+        expression::{Names, Reader, names_in},
+        routine::one_line_if,
+        run::{Run, Slot, number_text, refuse, value_text, whole_expression},
+        value::Value,
+    },
+    model::robot::RobotFault,
+    read::{
+        robot::{
+            Refusal,
+            rapid::{CodeUnit, CodeUnits, is_ignored, option_start, parse_target, split_arguments},
+            trimmed,
+        },
+        scan::Scan,
+    },
+};
+
+impl Run<'_> {
+    /// Adds what the declaration `unit` declares. Of data `of_module`, what is no constant and assigned somewhere is not known before it is.
+    pub fn declare(&mut self, unit: &CodeUnit, of_module: bool) {
+        let source = self.source;
+        let mut scan = Scan::new(&source[unit.at.clone()]);
+        let mut word = scan.name().0.to_ascii_uppercase();
+        while matches!(word.as_str(), "LOCAL" | "TASK") {
+            word = scan.name().0.to_ascii_uppercase();
+        }
+        if !matches!(word.as_str(), "CONST" | "PERS" | "VAR") {
+            return;
+        }
+        let kind = scan.name().0.to_ascii_uppercase();
+        let name = scan.name().0.to_ascii_uppercase();
+        if scan.takes(b'{') {
+            scan.take_while(|byte| byte != b'}');
+            scan.takes(b'}');
+        }
+        let has_value = scan.takes(b':') && scan.takes(b'=');
+        let written = trimmed(source, unit.at.start + scan.at..unit.at.end - 1);
+        // A PERS keeps what the last run, or another program, has left in it; targets are those of the file.
+        let is_setting = word == "PERS" && matches!(kind.as_str(), "NUM" | "DNUM" | "BOOL" | "STRING");
+        let is_known = word == "CONST" || !(is_setting || of_module && self.assigned.contains(&name));
+        let mut slot = Slot { written: (has_value && is_known).then_some(written), ..Slot::default() };
+        if !has_value && word == "VAR" && is_known {
+            slot.value = match kind.as_str() {
+                "NUM" | "DNUM" => Some(Value::Number(0.0)),
+                "BOOL" => Some(Value::Truth(false)),
+                _ => None,
+            };
+        }
+        self.frame().slots.insert(name, slot);
+    }
+
+    /// Adds the names (in capitals) of data that the text `at` may change to `found`: those that it assigns, or passes on to what may, and
+    /// those of the routines that it names.
+    pub fn assigned_names(&self, at: Range<usize>, found: &mut BTreeSet<String>) {
+        let text = &self.source[at];
+        let mut units = CodeUnits::new(text);
+        while let Ok(Some(unit)) = units.next() {
+            let unit = match unit.word.as_str() {
+                "IF" if unit.is_statement => one_line_if(text, &unit).map_or(unit, |(_, inner)| inner),
+                _ => unit,
+            };
+            let statement = &text[unit.at.clone()];
+            let names: Vec<String> = names_in(statement)
+                .into_iter()
+                .map(|at| String::from_utf8_lossy(&statement[at]).to_ascii_uppercase())
+                .collect();
+            for routine in names.iter().filter_map(|name| self.module.routines.get(name)) {
+                // Once: routines may call themselves.
+                if found.insert(format!("{}()", routine.name)) {
+                    self.assigned_names(routine.inside.clone(), found);
+                }
+            }
+            let passes_on = |name: &String| {
+                let routine = self.module.routines.get(name);
+                routine.is_none_or(|routine| routine.parameters.iter().any(|parameter| parameter.is_reference))
+            };
+            let is_place = matches!(
+                Scan::new(&statement[unit.word.len().min(statement.len())..]).next(),
+                Some(b':' | b'.' | b'{')
+            );
+            match unit.word.as_str() {
+                _ if !unit.is_statement => {}
+                "CONST" | "PERS" | "VAR" | "LOCAL" | "TASK" => {}
+                _ if is_place => found.extend(names.into_iter().take(1)),
+                word if is_harmless(word) => {}
+                _ if names.first().is_some_and(passes_on) => found.extend(names),
+                _ => {}
+            }
+        }
+    }
+
+    /// Makes the data unknown that the text `at` may change.
+    pub fn forget(&mut self, at: Range<usize>) {
+        let mut names = BTreeSet::new();
+        self.assigned_names(at, &mut names);
+        for name in names {
+            // What a parameter stands for changes with it.
+            let slot = self.frames.last().and_then(|frame| frame.slots.get(&name));
+            let stands_for = slot.and_then(|slot| slot.stands_for.as_ref()).map(|text| text.to_ascii_uppercase());
+            for slot in self.frames.iter_mut().filter_map(|frame| frame.slots.get_mut(stands_for.as_ref()?)) {
+                (slot.value, slot.written) = (None, None);
+            }
+            self.set_value(&name, None);
+        }
+    }
+
+    /// Sets the value of a datum that is known here.
+    fn set_value(&mut self, name: &str, value: Option<Value>) {
+        let last = self.frames.len() - 1;
+        let depth = if self.frames[last].slots.contains_key(name) { last } else { 0 };
+        let value = value.filter(|_| !self.changed_by_traps.contains(name));
+        let slot = self.frames[depth].slots.entry(name.to_owned()).or_default();
+        (slot.value, slot.written) = (value, None);
+    }
+
+    /// Runs an assignment, or copies the statement.
+    pub fn assign_or_copy(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
+        let source = self.source;
+        let text = &source[unit.at.start..unit.at.end - 1];
+        let mut reader = Reader::new(text, self);
+        let name = reader.scan.name().0.to_ascii_uppercase();
+        let steps = matches!(name.as_str(), "INCR" | "DECR" | "ADD" | "CLEAR");
+        let path = if steps { Ok(Vec::new()) } else { reader.path() };
+        let is_assignment = reader.scan.takes(b':') && reader.scan.takes(b'=');
+        if steps {
+            return self.count(unit, &name);
+        }
+        if !is_assignment {
+            self.write_statement(unit)?;
+            if !is_harmless(&name) {
+                self.forget(unit.at.clone());
+            }
+            return Ok(());
+        }
+        let value = reader.expression();
+        let is_whole = reader.scan.is_done();
+        let value = value.and_then(|value| {
+            let path = path?;
+            let mut whole = if path.is_empty() { Value::Truth(true) } else { self.value_of(&name)? };
+            let mut part = &mut whole;
+            for at in path {
+                part = part.part(at)?;
+            }
+            *part = value;
+            Ok(whole)
+        });
+        self.assign(unit, &name, value.ok().filter(|_| is_whole))
+    }
+
+    /// Runs Incr, Decr, Add and Clear.
+    fn count(&mut self, unit: &CodeUnit, word: &str) -> Result<(), Refusal> {
+        let source = self.source;
+        let text = &source[unit.at.start + word.len()..unit.at.end - 1];
+        let arguments = Reader::new(text, self).arguments(None).map_err(|fault| refuse(unit, fault))?;
+        let Some(first) = arguments.first() else {
+            return Err(refuse(unit, RobotFault::Form { expected: "a datum that is counted" }));
+        };
+        let number = |at: usize| arguments.get(at).and_then(|argument| argument.value.clone().ok()?.number().ok());
+        let by = match word {
+            "INCR" => Some(1.0),
+            "DECR" => Some(-1.0),
+            "ADD" => number(1),
+            _ => number(0).map(|number| -number),
+        };
+        let value = number(0).zip(by).map(|(number, by)| Value::Number(number + by));
+        let name = first.text.to_ascii_uppercase();
+        if names_in(name.as_bytes()).first() != Some(&(0..name.len())) {
+            return Err(refuse(unit, RobotFault::Form { expected: "a datum with a name of its own" }));
+        }
+        self.assign(unit, &name, value)
+    }
+
+    /// Sets the datum `name`, and writes the statement where the datum has a name in what is written.
+    fn assign(&mut self, unit: &CodeUnit, name: &str, value: Option<Value>) -> Result<(), Refusal> {
+        let (is_called, slot) = match self.frames.last() {
+            Some(frame) => (frame.is_called, frame.slots.get(name)),
+            None => (false, None),
+        };
+        let is_own = slot.is_some_and(|slot| is_called || slot.stands_for.is_some());
+        if slot.is_some_and(|slot| slot.is_fixed) {
+            return Err(refuse(
+                unit,
+                RobotFault::NotFollowed {
+                    what: "parameters that a procedure changes for its caller, and counters that are assigned, are",
+                    expected: "data of the module",
+                },
+            ));
+        }
+        if !is_own {
+            self.write_statement(unit)?;
+        }
+        self.set_value(name, value);
+        if is_own && let Some(slot) = self.frame().slots.get_mut(name) {
+            slot.stands_for = None;
+        }
+        Ok(())
+    }
+
+    /// Returns the value of the datum `name`.
+    fn value_of(&mut self, name: &str) -> Result<Value, RobotFault> {
+        Names::value(self, name)
+    }
+
+    /// Writes a statement as it stands, but for data that have no names in what is written.
+    pub fn write_statement(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
+        if self.is_writing() {
+            let text = self.substituted(unit.at.clone()).map_err(|fault| refuse(unit, fault))?;
+            self.write(unit, text);
+        }
+        Ok(())
+    }
+
+    /// Returns the text `at` with values in place of data that have no names in what is written.
+    fn substituted(&mut self, at: Range<usize>) -> Result<Vec<u8>, RobotFault> {
+        let text = &self.source[at];
+        let (mut out, mut copied) = (Vec::with_capacity(text.len()), 0);
+        for range in names_in(text) {
+            let name = String::from_utf8_lossy(&text[range.clone()]).to_ascii_uppercase();
+            let Some(frame) = self.frames.last() else { break };
+            let Some(slot) = frame.slots.get(&name) else { continue };
+            let stands_for = match &slot.stands_for {
+                Some(text) => text.clone(),
+                None if !frame.is_called => continue,
+                None => {
+                    let value = self.value_of(&name)?;
+                    value_text(&value).ok_or(RobotFault::NoValue { name: name.clone() })?
+                }
+            };
+            out.extend_from_slice(&text[copied..range.start]);
+            // A sign must not follow an operator.
+            let is_signed = stands_for.starts_with('-') && out.trim_ascii_end().ends_with(b"-");
+            out.extend(if is_signed { format!("({stands_for})") } else { stands_for }.bytes());
+            copied = range.end;
+        }
+        out.extend_from_slice(&text[copied..]);
+        Ok(out)
+    }
+
+    /// Writes a motion, with the numbers of targets that are computed.
+    pub fn write_motion(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
+        if !self.is_writing() {
+            return Err(refuse(unit, RobotFault::Form { expected: "no motion in a function" }));
+        }
+        let text = self.motion_text(unit).map_err(|fault| refuse(unit, fault))?;
+        self.write(unit, text);
+        Ok(())
+    }
+
+    /// Returns the text of a motion as it is written.
+    fn motion_text(&mut self, unit: &CodeUnit) -> Result<Vec<u8>, RobotFault> {
+        let source = self.source;
+        let targets = match unit.word.as_str() {
+            "MOVEL" | "MOVEJ" => 1,
+            "MOVEC" => 2,
+            _ => 0,
+        };
+        let inside = unit.at.start + unit.word.len()..unit.at.end - 1;
+        let mut arguments = split_arguments(&source[inside.clone()], inside.start);
+        if source[arguments[0].clone()].trim_ascii_start().starts_with(b"\\") {
+            arguments.remove(0);
+        }
+        let (mut out, mut copied) = (Vec::new(), unit.at.start);
+        for argument in arguments.into_iter().take(targets) {
+            let argument = argument.start..argument.start + option_start(&source[argument]);
+            let argument = trimmed(source, argument);
+            let written = self.target_text(argument.clone())?;
+            out.extend(self.substituted(copied..argument.start)?);
+            match written {
+                Some(written) => out.extend(written.bytes()),
+                None => out.extend_from_slice(&source[argument.clone()]),
+            }
+            copied = argument.end;
+        }
+        out.extend(self.substituted(copied..unit.at.end)?);
+        Ok(out)
+    }
+
+    /// Returns the numbers of the target `at` if it is computed; `None` if it can stay.
+    fn target_text(&mut self, at: Range<usize>) -> Result<Option<String>, RobotFault> {
+        let source = self.source;
+        let text = &source[at];
+        if parse_target(text).is_ok() {
+            return Ok(None);
+        }
+        let is_name = names_in(text).first() == Some(&(0..text.len()));
+        if is_name {
+            let name = String::from_utf8_lossy(text).to_ascii_uppercase();
+            let is_of_routine = self.frames.last().is_some_and(|frame| frame.slots.contains_key(&name));
+            let of_module = self.frames[0].slots.get(&name);
+            // A declared target stays; where its numbers are not plain, they are put in its place.
+            let written = of_module.and_then(|slot| slot.written.clone()).filter(|_| !is_of_routine);
+            if let Some(written) = written
+                && parse_target(&source[written]).is_ok()
+            {
+                return Ok(None);
+            }
+        }
+        let value = whole_expression(text, self)?;
+        target_numbers(&value).map(Some)
+    }
+}
+
+/// Returns a target as its numbers are written.
+fn target_numbers(value: &Value) -> Result<String, RobotFault> {
+    const EXPECTED: RobotFault = RobotFault::Form { expected: "a target: [[x,y,z],[q1,q2,q3,q4],[…],[…]]" };
+    let Value::List(parts) = value else { return Err(EXPECTED) };
+    let [position, rotation, configuration, external] = &parts[..] else { return Err(EXPECTED) };
+    let (position, rotation) = (position.numbers::<3>()?, rotation.numbers::<4>()?);
+    let (configuration, external) = (configuration.numbers::<4>()?, external.numbers::<6>()?);
+    let list = |numbers: &[f64]| {
+        // An axis that is not in use has the number 9E9.
+        let text = |number: &f64| if *number >= 9e8 { "9E+09".to_owned() } else { number_text(*number) };
+        format!("[{}]", numbers.iter().map(text).collect::<Vec<_>>().join(","))
+    };
+    Ok(format!("[{},{},{},{}]", list(&position), list(&rotation), list(&configuration), list(&external)))
+}
+
+/// Whether a statement with `word` changes no data.
+fn is_harmless(word: &str) -> bool {
+    is_ignored(word)
+        && !matches!(
+            word,
+            "INCR"
+                | "DECR"
+                | "ADD"
+                | "CLEAR"
+                | "TPREADFK"
+                | "TPREADNUM"
+                | "WAITDI"
+                | "WAITDO"
+                | "WAITUNTIL"
+                | "WAITAI"
+                | "WAITGI"
+                | "OPEN"
+        )
+        || word.starts_with("MOVE")
+}
