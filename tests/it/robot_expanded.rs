@@ -199,6 +199,17 @@ fn modules_that_cannot_be_followed_are_refused_by_line_and_statement() {
              gives",
         ),
         (
+            "VAR num n:=1;\nstore n;\nMoveL Offs(p,n,0,0),v100,fine,tool0;\nENDPROC\nPROC store(INOUT num k)\nk:=5;"
+                .into(),
+            "p.mod:8: `MoveL Offs(p,n,0,0),v100,fine,tool0;`: the value of N is not known; expected numbers and truths that the program \
+             itself gives",
+        ),
+        (
+            "VAR num n:=1;\nstore n;\nENDPROC\nPROC store(INOUT num k)\nMoveL p,v100,fine,tool0;\nk:=5;".into(),
+            "p.mod:11: `k:=5;`: parameters that a procedure changes for its caller, and counters that are assigned, are not followed; expected \
+             data of the module",
+        ),
+        (
             format!("{go}\n%\"Path\"+\"1\"%;"),
             "p.mod:7: `%\"Path\"+\"1\"%;`: calls of procedures whose names are computed are not followed; expected the name itself",
         ),

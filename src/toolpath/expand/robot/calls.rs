@@ -36,6 +36,10 @@ impl Run<'_> {
             Ok(followed) => followed.map(drop),
             Err(fault) => Err(refuse(unit, fault)),
         })?;
+        // What is passed by reference may have been changed under another name.
+        if routine.parameters.iter().any(|parameter| parameter.is_reference) {
+            self.forget(unit.at.clone());
+        }
         Ok(Signal::Next)
     }
 
@@ -134,6 +138,12 @@ impl Names for Run<'_> {
         };
         if routine.kind != "FUNC" || routine.moves {
             return RobotFault::not_followed("functions that move the tool are", "a procedure");
+        }
+        if routine.parameters.iter().any(|parameter| parameter.is_reference) {
+            return RobotFault::not_followed(
+                "functions that may change what they are given are",
+                "parameters by value",
+            );
         }
         let was_silent = std::mem::replace(&mut self.is_silent, true);
         let result = Run::call(self, &routine, arguments);

@@ -244,11 +244,15 @@ fn mark_moving(source: &[u8], routines: &mut [Routine]) {
         names.map(|at| String::from_utf8_lossy(&inside[at]).to_ascii_uppercase()).collect()
     };
     let names: Vec<_> = routines.iter().map(names).collect();
+    let own: BTreeSet<String> = routines.iter().map(|routine| routine.name.clone()).collect();
     let mut moving: BTreeSet<String> = BTreeSet::new();
     loop {
         let before = moving.len();
         for (routine, names) in routines.iter_mut().zip(&names) {
-            routine.moves |= names.iter().any(|name| is_motion(name) || moving.contains(name) && *name != routine.name);
+            routine.moves |= names.iter().any(|name| match own.contains(name) {
+                true => moving.contains(name) && *name != routine.name,
+                false => is_motion(name),
+            });
             if routine.moves {
                 moving.insert(routine.name.clone());
             }

@@ -331,9 +331,9 @@ impl<'a> Run<'a> {
                 }
                 Ok(Signal::Next)
             }
-            word if is_motion(word) => self.write_motion(unit).map(|()| Signal::Next),
             word => match self.module.routines.get(word).cloned() {
                 Some(routine) => self.call_procedure(unit, &routine),
+                None if is_motion(word) => self.write_motion(unit).map(|()| Signal::Next),
                 None => self.assign_or_copy(unit).map(|()| Signal::Next),
             },
         }
@@ -378,7 +378,7 @@ impl<'a> Run<'a> {
         let text = &self.source[at.clone()];
         names_in(text).into_iter().any(|at| {
             let name = String::from_utf8_lossy(&text[at]).to_ascii_uppercase();
-            is_motion(&name) || self.module.routines.get(&name).is_some_and(|routine| routine.moves)
+            self.module.routines.get(&name).map_or_else(|| is_motion(&name), |routine| routine.moves)
         })
     }
 

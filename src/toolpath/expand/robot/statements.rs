@@ -87,7 +87,7 @@ impl Run<'_> {
                 _ if !unit.is_statement => {}
                 "CONST" | "PERS" | "VAR" | "LOCAL" | "TASK" => {}
                 _ if is_place => found.extend(names.into_iter().take(1)),
-                word if is_harmless(word) => {}
+                word if is_harmless(word) && !self.module.routines.contains_key(word) => {}
                 _ if names.first().is_some_and(passes_on) => found.extend(names),
                 _ => {}
             }
