@@ -178,6 +178,16 @@ FULL = [
         node web/check.mjs "$OUT/calls" "$OUT/native" src/page/assets/engine.wasm.br "$OUT/engine/engine.wasm.br"
         "$TARGET/ci/venv/bin/python" tests/page/explore.py "$OUT/explored" "$PROGRAM"
     """, ("pages",)),
+    Stage("oracles", "Random programs of each dialect, judged by interpreters of other hands: the program runs twice for each.", """
+        for dialect in sinumerik heidenhain fanuc apt; do
+            python3 tests/oracles/check.py "$PROGRAM" --dialect $dialect --from 1 --count 40
+        done
+        for dialect in rapid krl urscript fanuc_ls; do
+            ORC_SIMPLE=1 python3 tests/oracles/check_robots.py "$PROGRAM" --dialect $dialect --from 1 --count 30
+        done
+        python3 tests/oracles/check_robots.py "$PROGRAM" --dialect rapid --from 100 --count 40
+        python3 tests/oracles/check_five.py "$PROGRAM" --from 1 --count 60
+    """, ("program",)),
     Stage("exchange", "Parquet and VTK files, read by other programs: these are large to install.", """
         python3 -m venv "$OUT/readers"
         "$OUT/readers/bin/pip" install --quiet --no-deps --requirement tests/exchange/requirements.txt
