@@ -133,6 +133,7 @@ fn each_control_chooses_by_its_rule() {
         (None, "SPA+0 SPB+45 SPC+0 TURN FMAX", Ok([45.0, 0.0, 90.0])),
         (None, "SPA+0 SPB+45 SPC+0 TURN FMAX SEQ+", Ok([45.0, 0.0, 90.0])),
         (None, "SPA+0 SPB+45 SPC+0 TURN FMAX SEQ-", Ok([-45.0, 0.0, -90.0])),
+        (None, "SPA+0 SPB+45 SPC+0 TURN MB MAX FMAX SEQ- TABLE ROT", Ok([-45.0, 0.0, -90.0])),
         (Some([-90.0, 10.0]), "SPA+0 SPB+45 SPC+0 TURN FMAX", Ok([-45.0, 0.0, -90.0])),
         (Some([-90.0, 10.0]), "SPA+0 SPB+45 SPC+0 TURN FMAX SEQ+", Err(())),
     ] {
@@ -198,6 +199,11 @@ fn planes_of_heidenhain_and_sinumerik_are_those_of_fanuc() {
     assert!((tip(heidenhain, Dialect::Heidenhain) - expected).norm() < 1e-9);
     let about_y = Vector3::new(1.0 + cy * 7.0 + sy * 6.0, 7.0, 3.0 - sy * 7.0 + cy * 6.0);
     assert!((tip(sinumerik, Dialect::Sinumerik) - about_y).norm() < 1e-9);
+    // In another order the angles stand in that order: 90 about y, then 30 about the new x.
+    let in_order = "G90 G17 G710\nCYCLE800(0,\"TC1\",0,54,0,0,0,90,30,0,0,0,0,1)\nG0 X0 Y0\nG0 Z6\nG1 X3 Y2 F99\nCYCLE800()\nM30\n";
+    let (sin, cos) = 30f64.to_radians().sin_cos();
+    let at = Vector3::new(2.0 * sin + 6.0 * cos, 2.0 * cos - 6.0 * sin, -3.0);
+    assert!((tip(in_order, Dialect::Sinumerik) - at).norm() < 1e-9, "{}", tip(in_order, Dialect::Sinumerik));
 }
 
 #[test]
@@ -237,7 +243,6 @@ fn what_is_not_certain_of_an_inclined_plane_is_refused() {
     for (arguments, expected) in [
         ("0,\"TC1\",1,57,0,0,0,0,45,0,0,0,0,1", "expected a new plane, _ST 0 or 10"),
         ("0,\"TC1\",0,192,0,0,0,0,45,0,0,0,0,1", "expected _MODE axis by axis"),
-        ("0,\"TC1\",0,27,0,0,0,10,45,0,0,0,0,1", "expected _MODE 57 with more than one angle"),
         ("0,\"TC1\",0,57,0,0,0,0,R1,0,0,0,0,1", "expected plain numbers"),
         ("0,\"TC1\",0,57,0,0,0,0,45,0,0,0,0,2", "expected _DIR -1, 0 or 1"),
     ] {
@@ -250,7 +255,11 @@ fn what_is_not_certain_of_an_inclined_plane_is_refused() {
     for (words, expected) in [
         ("SPATIAL SPA+0 SPB+45 TURN FMAX", "expected SPA, SPB and SPC"),
         ("SPATIAL SPA+0 SPB+45 SPC+0", "expected TURN, MOVE or STAY"),
-        ("SPATIAL SPA+0 SPB+45 SPC+0 TURN FMAX TABLE ROT", "no TABLE ROT"),
+        (
+            "SPATIAL SPA+0 SPB+0 SPC+30 TURN FMAX TABLE ROT",
+            "no TABLE ROT where z of the plane is the axis of the table",
+        ),
+        ("SPATIAL SPA+0 SPB+45 SPC+0 TURN FMAX TABLE", "expected SPA, SPB, SPC with numbers"),
         ("SPATIAL SPA+Q1 SPB+45 SPC+0 TURN FMAX", "parameters, variables and expressions"),
         ("VECTOR BX0.8 BY0 BZ0 NX0 NY0 NZ1 TURN FMAX", "expected PLANE SPATIAL or PLANE RESET"),
     ] {

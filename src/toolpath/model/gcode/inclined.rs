@@ -47,9 +47,14 @@ pub(crate) enum AngleChoice {
     Sign {
         /// SEQ+.
         is_positive: bool,
+        /// TABLE ROT: a table that turns about z of the plane turns with it, which is not followed.
+        turns_table: bool,
     },
     /// PLANE without SEQ: the shorter way, and SEQ+ of two of one length (same manual).
-    Shorter,
+    Shorter {
+        /// TABLE ROT.
+        turns_table: bool,
+    },
     /// CYCLE800 with a direction: rotary axis 1 at the higher of its angles, or at the lower (Siemens, *SINUMERIK 828D Operating Manual*,
     /// Swivel plane: preferred direction, rotary axis 1). Axis 1 carries axis 2, and is that of the tool where one turns the table (Siemens,
     /// *SINUMERIK 840D sl Commissioning Manual*, CYCLE800 checklist).
@@ -168,6 +173,12 @@ impl Rotary {
         if choice == AngleChoice::Zero {
             return Ok([0.0; 3]);
         }
+        let turns_table =
+            matches!(choice, AngleChoice::Sign { turns_table: true, .. } | AngleChoice::Shorter { turns_table: true });
+        let outermost = self.axes.iter().rfind(|axis| axis.turns == RotarySide::Workpiece);
+        if turns_table && outermost.is_some_and(|axis| axis.about.cross(direction).norm() < SAME_DIRECTION.sqrt()) {
+            return Err(InclinedFault::Form { expected: "no TABLE ROT where z of the plane is the axis of the table" });
+        }
         let mut solutions = self.angles_along(direction, now)?;
         let indices = |side: Option<RotarySide>| {
             let of_side = self.axes.iter().filter(move |axis| side.is_none_or(|side| axis.turns == side));
@@ -182,18 +193,18 @@ impl Rotary {
         let order: Vec<usize> = match choice {
             AngleChoice::Direction { .. } => heads.chain(tables).collect(),
             AngleChoice::Least if is_mixed => tables.chain(heads).collect(),
-            AngleChoice::Sign { .. } | AngleChoice::Shorter => heads.rev().chain(tables).collect(),
+            AngleChoice::Sign { .. } | AngleChoice::Shorter { .. } => heads.rev().chain(tables).collect(),
             _ => indices(None).collect(),
         };
         let Some(&first) = order.first() else { return Err(InclinedFault::NoAxes) };
         match choice {
-            AngleChoice::Sign { is_positive } => {
+            AngleChoice::Sign { is_positive, .. } => {
                 solutions
                     .retain(|angles| if is_positive { angles[first] > -SAME_DEG } else { angles[first] < SAME_DEG });
             }
             AngleChoice::Direction { is_higher: true } => solutions.sort_by(|a, b| nearer(b[first], a[first])),
             AngleChoice::Direction { is_higher: false } => solutions.sort_by(|a, b| nearer(a[first], b[first])),
-            AngleChoice::Shorter => solutions.sort_by(|a, b| {
+            AngleChoice::Shorter { .. } => solutions.sort_by(|a, b| {
                 let way = |angles: &Angles| order.iter().map(|axis| turned(angles, *axis)).sum::<f64>();
                 nearer(way(a), way(b)).then(nearer(b[first], a[first]))
             }),

@@ -84,7 +84,7 @@ impl Interpreter {
         let followed = ['A', 'B', 'C'].into_iter().filter(|letter| self.rotary_axes.has_axis(*letter));
         let followed: Vec<char> = followed.collect();
         let lost = followed.iter().find(|letter| self.rotary_lost[axis_index(**letter)]);
-        if let (Some(letter), AngleChoice::Least | AngleChoice::Shorter) = (lost, choice) {
+        if let (Some(letter), AngleChoice::Least | AngleChoice::Shorter { .. }) = (lost, choice) {
             return Err(word.refuse(Fault::RotaryLost { letter: *letter }));
         }
         let angles = self.rotary_axes.chosen_angles(&direction, &self.turning().to, choice).map_err(refuse)?;

@@ -55,10 +55,21 @@ static SHIFT: ForeignWord =
 static SPATIAL: ForeignWord =
     ForeignWord { name: "PLANE SPATIAL", meaning: GWord::Setting(Setting::Incline(Inclination::Spatial)) };
 static PLANE_OFF: ForeignWord = ForeignWord { name: "PLANE RESET", meaning: GWord::Passive("rotation") };
-static SHORTER: ForeignWord = ForeignWord { name: "TURN", meaning: GWord::Align(AngleChoice::Shorter) };
-static PLUS: ForeignWord = ForeignWord { name: "SEQ+", meaning: GWord::Align(AngleChoice::Sign { is_positive: true }) };
-static MINUS: ForeignWord =
-    ForeignWord { name: "SEQ-", meaning: GWord::Align(AngleChoice::Sign { is_positive: false }) };
+/// By the shorter way, SEQ+ and SEQ-, each without and with TABLE ROT.
+static TURNS: [[ForeignWord; 2]; 3] = [
+    [shorter(false), shorter(true)],
+    [by_sign("SEQ+", true, false), by_sign("SEQ+", true, true)],
+    [by_sign("SEQ-", false, false), by_sign("SEQ-", false, true)],
+];
+
+const fn shorter(turns_table: bool) -> ForeignWord {
+    ForeignWord { name: "TURN", meaning: GWord::Align(AngleChoice::Shorter { turns_table }) }
+}
+
+const fn by_sign(name: &'static str, is_positive: bool, turns_table: bool) -> ForeignWord {
+    ForeignWord { name, meaning: GWord::Align(AngleChoice::Sign { is_positive, turns_table }) }
+}
+
 static TO_ZERO: ForeignWord = ForeignWord { name: "PLANE RESET TURN", meaning: GWord::Align(AngleChoice::Zero) };
 static PRESET: ForeignWord = ForeignWord { name: "CYCL DEF 247", meaning: GWord::Preset };
 
@@ -273,7 +284,7 @@ fn plane_words(mut scan: Scan, second: &str, start: usize) -> Result<Vec<Word>, 
         "RESET" => vec![g_word(&PLANE_OFF, span.clone())],
         _ => return refuse(&scan, "PLANE SPATIAL or PLANE RESET"),
     };
-    let (mut turns, mut choice) = (None, &SHORTER);
+    let (mut turns, mut sign, mut turns_table) = (None, 0, false);
     while scan.next().is_some() {
         let at = scan.at;
         let name = scan.take_letters();
@@ -284,8 +295,8 @@ fn plane_words(mut scan: Scan, second: &str, start: usize) -> Result<Vec<Word>, 
             }
             "TURN" | "MOVE" if turns.is_none() => turns = Some(true),
             "STAY" if turns.is_none() => turns = Some(false),
-            "SEQ" | "SYM" if scan.takes(b'+') => choice = &PLUS,
-            "SEQ" | "SYM" if scan.takes(b'-') => choice = &MINUS,
+            "SEQ" | "SYM" if scan.takes(b'+') => sign = 1,
+            "SEQ" | "SYM" if scan.takes(b'-') => sign = 2,
             "FMAX" | "FAUTO" => {}
             "MB" if scan.next().is_some_and(|byte| byte.is_ascii_alphabetic()) => {
                 scan.take_letters();
@@ -295,7 +306,13 @@ fn plane_words(mut scan: Scan, second: &str, start: usize) -> Result<Vec<Word>, 
                 scan.take_decimal()?.map(drop).ok_or_else(|| scan.refuse(at, Foreign::NoNumber))?;
             }
             "COORD" if scan.next().is_some() && scan.take_letters() == "ROT" => {}
-            _ => return refuse(&scan, "SPA, SPB, SPC with numbers, TURN, MOVE or STAY, F, SEQ+ or SEQ-, no TABLE ROT"),
+            "TABLE" if scan.next().is_some() && scan.take_letters() == "ROT" => turns_table = true,
+            _ => {
+                return refuse(
+                    &scan,
+                    "SPA, SPB, SPC with numbers, TURN, MOVE or STAY, F, SEQ+ or SEQ-, TABLE ROT or COORD ROT",
+                );
+            }
         }
     }
     let angles = words.iter().filter(|word| word.letter != 'G').count();
@@ -303,7 +320,9 @@ fn plane_words(mut scan: Scan, second: &str, start: usize) -> Result<Vec<Word>, 
         (None, _) => refuse(&scan, "TURN, MOVE or STAY, which say whether the tool turns"),
         (_, "SPATIAL") if angles != 3 => refuse(&scan, "SPA, SPB and SPC"),
         (Some(true), "RESET") => Ok(words.into_iter().chain([g_word(&TO_ZERO, span)]).collect()),
-        (Some(true), _) => Ok(words.into_iter().chain([g_word(choice, span)]).collect()),
+        (Some(true), _) => {
+            Ok(words.into_iter().chain([g_word(&TURNS[sign][usize::from(turns_table)], span)]).collect())
+        }
         (Some(false), _) => Ok(words),
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::gcode::{Distance, Fault, Foreign, GWord, Inclination, InclinedFault, Refusal, Setting, Unsupported, Word},
+    model::gcode::{Distance, Fault, Foreign, InclinedFault, Refusal, Unsupported, Word},
     read::{
         gcode::{
             Statement,
@@ -298,15 +298,7 @@ fn swivel_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
     if ![0.0, 10.0].contains(&number(2)?) {
         return Err(refuse("a new plane, _ST 0 or 10"));
     }
-    let angles = [number(7)?, number(8)?, number(9)?];
     let swivel = sinumerik_words::swivel(number(3)?).ok_or_else(|| refuse("_MODE axis by axis, such as 57"))?;
-    if let GWord::Setting(Setting::Incline(inclination @ Inclination::AxisByAxis(order))) = swivel.meaning {
-        // Whether A, B and C are those of the axes or in their order is not certain.
-        let by_axis = order.map(|axis| angles[axis]);
-        if (inclination.rotation(angles) - inclination.rotation(by_axis)).amax() > 1e-12 {
-            return Err(refuse("_MODE 57 with more than one angle"));
-        }
-    }
     let mut words = vec![word(swivel)];
     let letters = [('X', 4), ('Y', 5), ('Z', 6), ('I', 7), ('J', 8), ('K', 9), ('P', 10), ('L', 11), ('R', 12)];
     for (letter, index) in letters {
