@@ -232,6 +232,13 @@ fn what_is_not_certain_of_an_inclined_plane_is_refused() {
     // Angles that the program gives itself need no rule of a control.
     let own = format!("G21 G90\nG0 X0 Y0 Z50\nG0 A30 C0\n{plane}\nG0 X1 Y1 Z1\nG1 X2 F9\nM30\n");
     assert!(Program::parse(own, "part.nc", &options(table(None), Dialect::Fanuc)).is_ok());
+    // Deselecting the swivel data may retract: what follows comes from nowhere known.
+    let (program, _) = read(
+        "G90 G710\nG0 X0 Y0 Z0\nCYCLE800(1,\"0\",0,57,0,0,0,0,0,0,0,0,0,1)\nG1 X5 F9\nM30\n",
+        head(),
+        Dialect::Sinumerik,
+    );
+    assert_eq!(program.notes().unlocated_lines, [4]);
     let said = refused(&format!("G21 G90\n{plane}\n"), Rotary::default(), Dialect::Fanuc);
     assert!(said.contains("no rotary axes are known; expected a machine with drives A, B or C"), "{said}");
     for dialect in [Dialect::Haas, Dialect::LinuxCnc] {

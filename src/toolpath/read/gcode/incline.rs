@@ -76,6 +76,9 @@ impl Interpreter {
     /// Turns the tool along z of the inclined plane in line `line`, by the rule `choice` of `word`.
     pub(crate) fn align_tool(&mut self, line: usize, word: &Word, choice: AngleChoice) -> Result<(), Refusal> {
         let refuse = |fault| word.refuse(Fault::Inclined(fault));
+        if self.rotary_axes.is_empty() {
+            return Err(refuse(InclinedFault::NoAxes));
+        }
         let direction = match self.inclined {
             Some(plane) => plane.rotation.column(2).into_owned(),
             None if choice == AngleChoice::Zero => Vector3::z(),

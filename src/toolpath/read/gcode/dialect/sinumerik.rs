@@ -282,8 +282,11 @@ fn swivel_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
     }
     let word = |vocable| Word { meaning: Some(vocable), ..Word::plain('G', 0.0, span.clone()) };
     let name = arguments.get(1).map(|range| line[range.clone()].trim_ascii());
-    if !arguments.iter().any(is_within) || name == Some(b"\"0\"".as_slice()) {
+    if !arguments.iter().any(is_within) {
         return Ok(vec![word(&sinumerik_words::SWIVEL_OFF)]);
+    }
+    if name == Some(b"\"0\"".as_slice()) {
+        return Ok(vec![word(&sinumerik_words::SWIVEL_OFF), word(&sinumerik_words::RETRACTS)]);
     }
     let number = |index: usize| {
         let text = arguments.get(index).map_or(&line[..0], |range| line[range.clone()].trim_ascii());

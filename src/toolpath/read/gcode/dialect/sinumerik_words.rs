@@ -41,8 +41,9 @@ static ATRANS: ForeignWord =
     ForeignWord { name: "ATRANS", meaning: GWord::Setting(Setting::Translation { afresh: false }) };
 static TRAORI: ForeignWord = ForeignWord { name: TRANSFORMED, meaning: GWord::TipControl };
 static TRAFOOF: ForeignWord = ForeignWord { name: "TRAFOOF", meaning: GWord::Passive("tool length") };
-/// CYCLE800() and CYCLE800(…, "0", …).
+/// CYCLE800() and CYCLE800(…, "0", …), which may retract.
 pub(crate) static SWIVEL_OFF: ForeignWord = ForeignWord { name: "CYCLE800", meaning: GWord::Passive("rotation") };
+pub(crate) static RETRACTS: ForeignWord = ForeignWord { name: "CYCLE800", meaning: GWord::Home };
 pub(crate) static HIGHER: ForeignWord =
     ForeignWord { name: "_DIR", meaning: GWord::Align(AngleChoice::Direction { is_higher: true }) };
 pub(crate) static LOWER: ForeignWord =
