@@ -153,7 +153,7 @@ fn what_is_not_known_is_refused() {
         ("CALL PGM INCHES", "expected the unit of the program that calls"),
         ("CALL PGM STOPS", "expected no M2 or M30 in a program that is called"),
         ("SEL PGM \"A\"", "calls a subprogram"),
-        ("PLANE SPATIAL SPA+0 SPB+30 SPC+0 STAY", "transformations of the control"),
+        ("PLANE SPATIAL SPA+0 SPB+30 SPC+0 STAY", "no rotary axes are known"),
         ("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+35", "rotated, scaled, mirrored"),
         ("CYCL END", "cycles are not followed"),
     ] {
