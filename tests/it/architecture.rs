@@ -230,7 +230,7 @@ const MOST_LINES: [(&[&str], usize); 11] = [
     (&["src/questions"], 24_470),
     (&["src/products", "src/inspect", "src/explore"], 12_310),
     (&["src/cli"], 3_010),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 121_615),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 121_620),
 ];
 
 #[test]

@@ -58,7 +58,7 @@ fn refused(source: &str, rotary: Rotary, dialect: Dialect) -> String {
 
 fn chosen(source: &str, rotary: Rotary, dialect: Dialect) -> [f64; 3] {
     let (program, _) = read(source, rotary, dialect);
-    program.notes().chosen_angles[0].1.map(|angle| (angle * 1e6).round() / 1e6)
+    program.notes().chosen_angles[0].1
 }
 
 #[test]

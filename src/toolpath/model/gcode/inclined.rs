@@ -119,6 +119,9 @@ const SAME_DIRECTION: f64 = 1e-9;
 /// Angles that differ by less are the same, degrees: rounding must not choose.
 const SAME_DEG: f64 = 1e-6;
 
+/// Angles are whole numbers of this share of a degree.
+const PER_DEG: f64 = 1e9;
+
 /// A direction in W about which an axis turns the tool right-handed, and the axis, an index into the angles.
 type Turn = (Vector3<f64>, usize);
 
@@ -253,7 +256,8 @@ impl Rotary {
             let turns = [0.0, 1.0, -1.0, 2.0, -2.0].map(|turns| nearest + 360.0 * turns);
             let mut possible: Vec<f64> = turns.into_iter().filter(is_within).collect();
             possible.sort_by(|a, b| (a - now[index]).abs().total_cmp(&(b - now[index]).abs()));
-            angles[index] = *possible.first()?;
+            // Controls know fewer digits; what rounding left of 0 is none.
+            angles[index] = (*possible.first()? * PER_DEG).round() / PER_DEG + 0.0;
         }
         Some(angles)
     }
