@@ -2,6 +2,7 @@
 
 mod blend;
 mod circle;
+#[cfg(not(target_family = "wasm"))]
 mod fold;
 mod listing;
 mod rewrite;
