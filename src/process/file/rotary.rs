@@ -64,18 +64,10 @@ fn given_axes(spec: &GcodeSpec, check: &Check) -> Result<Vec<(usize, RotaryAxis)
             return check.key("about").fail("has no length: expected a direction".into());
         };
         let through_mm = given.through_mm.map(|point| check.key("through_mm").finite(point)).transpose()?;
-        let travel_deg = given.travel_deg.map(|travel| checked_travel(travel, &check.key("travel_deg"))).transpose()?;
+        let travel_deg = check.key("travel_deg").interval(given.travel_deg, 1.0)?.map(<[f64; 2]>::from);
         axes.push((index, RotaryAxis { letter: given.letter, about, turns: given.turns, through_mm, travel_deg }));
     }
     Ok(axes)
-}
-
-/// Returns `travel`, degrees, if its first angle is the smaller one.
-fn checked_travel(travel: [f64; 2], check: &Check) -> Result<[f64; 2]> {
-    let [low, high] = travel;
-    check.finite_scalar(low)?;
-    check.finite_scalar(high)?;
-    if low < high { Ok(travel) } else { check.fail(format!("[{low}, {high}]: expected the smaller angle first")) }
 }
 
 /// Returns the machine's drives A, B and C with their axes in W; points of a head's axes are relative to the point that the path gives.

@@ -205,8 +205,10 @@ impl Rotary {
                 solutions
                     .retain(|angles| if is_positive { angles[first] > -SAME_DEG } else { angles[first] < SAME_DEG });
             }
-            AngleChoice::Direction { is_higher: true } => solutions.sort_by(|a, b| nearer(b[first], a[first])),
-            AngleChoice::Direction { is_higher: false } => solutions.sort_by(|a, b| nearer(a[first], b[first])),
+            AngleChoice::Direction { is_higher } => {
+                let sign = if is_higher { -1.0 } else { 1.0 };
+                solutions.sort_by(|a, b| nearer(sign * a[first], sign * b[first]));
+            }
             AngleChoice::Shorter { .. } => solutions.sort_by(|a, b| {
                 let way = |angles: &Angles| order.iter().map(|axis| turned(angles, *axis)).sum::<f64>();
                 nearer(way(a), way(b)).then(nearer(b[first], a[first]))
