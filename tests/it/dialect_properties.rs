@@ -201,6 +201,8 @@ struct Text {
     text: String,
     at: P,
     zero: P,
+    /// Axes that were not named since TRANS, along which Sinumerik's steps are refused.
+    has_new_zero: [bool; 3],
     numbered: Option<u32>,
     comma: bool,
 }
@@ -226,6 +228,8 @@ impl Text {
     /// A coordinate that leads to `goal`, as a step or not; where the tool is then is kept.
     fn coordinate(&mut self, axis: usize, goal: f64, as_step: bool) -> String {
         let letter = ["X", "Y", "Z"][axis];
+        let is_new = std::mem::take(&mut self.has_new_zero[axis]) && self.dialect == Dialect::Sinumerik;
+        let as_step = as_step && !is_new;
         let base = if as_step { self.at[axis] } else { self.zero[axis] };
         let (text, value) = self.number(goal - base);
         self.at[axis] = base + value;
@@ -305,6 +309,7 @@ impl Text {
             Step::Shift { by, adds } => {
                 let mut words = vec![if *adds { "ATRANS".to_owned() } else { "TRANS".to_owned() }];
                 self.zero = if *adds { self.zero } else { [0.0; 3] };
+                self.has_new_zero = [true; 3];
                 for axis in 0..3 {
                     let Some(by) = by[axis] else { continue };
                     let (text, value) = self.number(by);
@@ -329,7 +334,9 @@ fn program(dialect: Dialect) -> impl Strategy<Value = String> {
     (kind, prop::collection::vec(step(), 1..14)).prop_map(move |((inch, numbered, comma), steps)| {
         let heidenhain = dialect == Dialect::Heidenhain;
         let (numbered, comma) = (numbered.then_some(0), comma && heidenhain);
-        let mut text = Text { dialect, text: String::new(), at: [0.0; 3], zero: [0.0; 3], numbered, comma };
+        let has_new_zero = [false; 3];
+        let mut text =
+            Text { dialect, text: String::new(), at: [0.0; 3], zero: [0.0; 3], has_new_zero, numbered, comma };
         text.block(&[match heidenhain {
             true => format!("BEGIN PGM A {}", if inch { "INCH" } else { "MM" }),
             false => format!("{} G90 G17 G40 G54 G601 CFTCP", if inch { "G700" } else { "G710" }),

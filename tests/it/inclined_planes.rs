@@ -207,6 +207,38 @@ fn planes_of_heidenhain_and_sinumerik_are_those_of_fanuc() {
 }
 
 #[test]
+fn angles_that_plane_has_found_turn_the_tool_as_it_would() {
+    let program = |turn: &str, move_to: &str| {
+        format!(
+            "0 BEGIN PGM P MM\n1 Q1 = +30\n2 L X+0 Y+0 Z+50 R0 FMAX\n3 PLANE SPATIAL SPA+10 SPB+Q1 SPC+20 {turn}\n{move_to}5 L X+4 Y+5 R0 FMAX\n\
+             6 L Z+6 FMAX\n7 L X+7 F99\n8 PLANE RESET STAY\n9 END PGM P MM\n"
+        )
+    };
+    let read = |source: &str| {
+        let read = Program::parse_expanded(source, "part.h", &options(table(None), Dialect::Heidenhain), &|_| None);
+        let program = read.unwrap_or_else(|error| panic!("{error}"));
+        let path = program.toolpath(Sampling::default()).unwrap();
+        (program.notes().chosen_angles[0].1, path.points().last().unwrap().position_mm)
+    };
+    for rule in ["SEQ+", "SEQ-", ""] {
+        let turned = read(&program(&format!("TURN FMAX {rule}"), ""));
+        for lines in ["4 L A+Q120 C+Q122 R0 FMAX\n", "4 L C+Q122 R0 FMAX\n4 L A+Q120 R0 FMAX\n"] {
+            assert_eq!(read(&program(&format!("STAY {rule}"), lines)), turned, "{rule}{lines}");
+        }
+    }
+    // Of one axis alone, the tool does not stand along the plane; before PLANE nothing is found.
+    for (turn, lines, expected) in [
+        ("STAY", "4 L A+Q120 R0 FMAX\n", "beside z of the inclined plane"),
+        ("TURN FMAX\n3 PLANE RESET STAY", "4 L A+Q120 C+Q122 R0 FMAX\n", "parameters, variables and expressions"),
+    ] {
+        let source = program(turn, lines);
+        let said = Program::parse_expanded(source, "part.h", &options(table(None), Dialect::Heidenhain), &|_| None);
+        let said = said.map(Program::into_source).expect_err("expected a refusal").to_string();
+        assert!(said.contains(expected), "{lines}: {said}");
+    }
+}
+
+#[test]
 fn what_is_not_certain_of_an_inclined_plane_is_refused() {
     let fanuc = |lines: &str| refused(&format!("G21 G90\nG0 X0 Y0 Z50\n{lines}\nM30\n"), table(None), Dialect::Fanuc);
     let plane = "G68.2 X0 Y0 Z0 I0 J30 K0";

@@ -11,7 +11,7 @@ use crate::toolpath::{
     model::{
         Plane, TurnDirection,
         gcode::{
-            BlockDelete, Dialect, Distance, Fault, GWord, MacroFault, MotionCode, Refusal, Setting, Word,
+            BlockDelete, Dialect, Distance, Fault, Foreign, GWord, MacroFault, MotionCode, Refusal, Setting, Word,
             centre_by_radius,
         },
     },
@@ -89,6 +89,8 @@ struct Contour<'a> {
     /// Rotation of the coordinates in the plane, degrees, and shift of the zero by TRANS.
     angle: f64,
     shift: [f64; 3],
+    /// Axes that were not named since their zero changed.
+    has_new_zero: [bool; 3],
     /// Motion and centre in force in what is written.
     code: Option<MotionCode>,
     centre: Option<[f64; 2]>,
@@ -112,6 +114,7 @@ pub(crate) fn follow(source: &[u8], dialect: Dialect, skips: BlockDelete) -> Res
         rounding: 0.0,
         angle: 0.0,
         shift: [0.0; 3],
+        has_new_zero: [false; 3],
         code: Some(MotionCode::Rapid),
         centre: None,
         waiting: None,
@@ -212,7 +215,10 @@ impl<'a> Contour<'a> {
                     self.polar = [None; 2];
                     is_motion = false;
                 }
-                GWord::Setting(Setting::Incline(_)) | GWord::Align(_) | GWord::Passive("rotation") => {
+                GWord::Setting(Setting::Incline(_))
+                | GWord::Align(_)
+                | GWord::FindAngles(_)
+                | GWord::Passive("rotation") => {
                     self.forget();
                     is_motion = false;
                 }
@@ -272,7 +278,11 @@ impl<'a> Contour<'a> {
         let mut to = self.at;
         for (axis, word) in axes.into_iter().enumerate() {
             let Some(word) = word else { continue };
-            to[axis] = match word.distance.unwrap_or(self.distance) {
+            let distance = word.distance.unwrap_or(self.distance);
+            if std::mem::take(&mut self.has_new_zero[axis]) && distance == Distance::Incremental {
+                return Err(word.refuse(Fault::Foreign(Foreign::StepToNewZero)));
+            }
+            to[axis] = match distance {
                 Distance::Absolute => Some(word.value),
                 Distance::Incremental => self.at[axis].map(|at| at + word.value),
             };
@@ -539,6 +549,10 @@ impl<'a> Contour<'a> {
                 }
             }
             _ => return Err(refuse(verb, "a rotation in the plane, and neither scale nor mirror")),
+        }
+        let is_turned = old != self.angle;
+        for axis in (0..3).filter(|_| self.dialect == Dialect::Sinumerik) {
+            self.has_new_zero[axis] |= shift[axis] != self.shift[axis] || (is_turned && axis != normal);
         }
         // Where the tool stands, in the new coordinates.
         let at = self.at;

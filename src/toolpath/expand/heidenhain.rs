@@ -208,6 +208,13 @@ fn evaluate(line: &SourceLine, variables: &Variables) -> Result<Vec<u8>, Fault> 
         let before = line.code[..at].trim_end();
         let sign = before.ends_with(['+', '-']);
         let address = before.trim_end_matches(['+', '-']).trim_end();
+        // The control finds them.
+        let number = text[digits..].iter().take_while(|byte| byte.is_ascii_digit()).count();
+        let is_found_angle = matches!(&text[at + 1..digits + number], b"120" | b"121" | b"122");
+        if is_found_angle && address.ends_with(['A', 'B', 'C']) && !before.ends_with('-') {
+            at = digits + number;
+            continue;
+        }
         let mut reader = Reader::new(&line.code, if sign { before.len() - 1 } else { at }, variables);
         let start = reader.at;
         let value = reader.number()?;

@@ -24,7 +24,10 @@ pub enum Foreign {
     #[error("roundings and chamfers that the control inserts are not followed; expected them as arcs and lines")]
     Corner,
     /// G41, RL.
-    #[error("cutter radius compensation is not followed; expected the path of the tool centre with {off}")]
+    #[error(
+        "cutter radius compensation is not followed as the control makes it; expected the path of the tool centre with {off}, or \
+         cutter_compensation = \"off\" in [gcode] of the process file, which writes it"
+    )]
     Compensation {
         /// What switches it off.
         off: &'static str,
@@ -32,6 +35,12 @@ pub enum Foreign {
     /// ROT, SCALE, MIRROR, AP=, LP.
     #[error("rotated, scaled, mirrored and polar coordinates are not followed; expected plain coordinates")]
     Frame,
+    /// G91 or IC behind TRANS or another work offset.
+    #[error(
+        "a step from a position before the zero changed: whether it also goes the way of the zero is a setting of the control (SD42440); \
+         expected an absolute coordinate of this axis before"
+    )]
+    StepToNewZero,
     /// TRAORI, TRANSMIT, M128, PLANE.
     #[error(
         "transformations of the control (tool centre point, tilted plane, cylinder) are not followed; expected them off"

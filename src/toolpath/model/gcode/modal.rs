@@ -160,6 +160,8 @@ pub(crate) enum GWord {
     TipControlEnds,
     /// Turns the tool along z of the inclined plane (G53.1), once the line's plane is in force.
     Align(AngleChoice),
+    /// Finds those angles and turns nothing (PLANE with STAY).
+    FindAngles(AngleChoice),
     /// The end of the program.
     End,
     /// Other words for the machine, any number of them on a line.
@@ -297,7 +299,7 @@ impl GWord {
             GWord::End | GWord::Auxiliary => "auxiliary",
             GWord::PolarOff => "polar",
             GWord::TipControl | GWord::TipControlEnds => "tool length",
-            GWord::Align(_) => "alignment",
+            GWord::Align(_) | GWord::FindAngles(_) => "alignment",
             GWord::Passive(group) => group,
         }
     }

@@ -6,7 +6,7 @@ use crate::toolpath::{
     model::{
         MotionGeometry, Plane,
         gcode::{
-            Arc, ArcFault, Centre, Dialect, Distance, Fault, FeedMode, GWord, ModalState, Motion, MotionCode,
+            Arc, ArcFault, Centre, Dialect, Distance, Fault, FeedMode, Foreign, GWord, ModalState, Motion, MotionCode,
             PartialPosition, Refusal, Unsupported, Word, located,
         },
     },
@@ -57,6 +57,7 @@ impl Interpreter {
         }
         self.check_along_plane(&turning, first)?;
         let origin = self.origin(blame)?;
+        self.check_steps(axes, origin)?;
         let start = self.position;
         let end = self.end_point(axes, origin)?;
         let centre = match code {
@@ -67,6 +68,19 @@ impl Interpreter {
         self.set_position(end);
         let (modal, span) = (self.modal, blame.span.clone());
         Ok(Some(Motion { line, modal, code, origin, start, end, turning, centre, geometry, words: Vec::new(), span }))
+    }
+
+    /// Refuses steps of Sinumerik's from a position before the zero changed to `origin`.
+    fn check_steps(&mut self, axes: [Option<&Word>; 3], origin: Vector3<f64>) -> Result<(), Refusal> {
+        for (axis, word) in axes.into_iter().enumerate() {
+            let Some(word) = word.filter(|_| self.dialect == Dialect::Sinumerik) else { continue };
+            let is_step = word.distance.unwrap_or(self.modal.distance) == Distance::Incremental;
+            let before = self.zero_named[axis].replace(origin[axis]);
+            if is_step && before.map_or(self.offsets.has_local_shift(), |before| before != origin[axis]) {
+                return Err(word.refuse(Fault::Foreign(Foreign::StepToNewZero)));
+            }
+        }
+        Ok(())
     }
 
     /// Returns the position (mm in W) that the axis words X, Y, Z of the line lead to, with the zero at `origin`.

@@ -6,8 +6,8 @@ use crate::{
     spatial::Pose,
     toolpath::{
         model::gcode::{
-            AngleChoice, Dialect, Distance, Fault, GWord, Inclination, InclinedFault, Refusal, RotaryMotion, Setting,
-            Word, axis_index,
+            AngleChoice, Dialect, Distance, Fault, Foreign, GWord, Inclination, InclinedFault, Refusal, RotaryMotion,
+            Setting, Word, axis_index,
         },
         read::gcode::{Interpreter, Request},
     },
@@ -69,35 +69,48 @@ impl Interpreter {
 
     /// Forgets what was said in the coordinates of another plane.
     fn change_plane(&mut self, line: usize) {
-        (self.pole, self.cycle) = (None, None);
+        (self.pole, self.cycle, self.found_angles) = (None, None, None);
         self.forget_position(line, [true; 3]);
     }
 
     /// Turns the tool along z of the inclined plane in line `line`, by the rule `choice` of `word`.
     pub(crate) fn align_tool(&mut self, line: usize, word: &Word, choice: AngleChoice) -> Result<(), Refusal> {
-        let refuse = |fault| word.refuse(Fault::Inclined(fault));
-        if self.rotary_axes.is_empty() {
-            return Err(refuse(InclinedFault::NoAxes));
-        }
-        let direction = match self.inclined {
-            Some(plane) => plane.rotation.column(2).into_owned(),
-            None if choice == AngleChoice::Zero => Vector3::z(),
-            None => return Err(refuse(InclinedFault::NoPlane)),
-        };
-        let followed = ['A', 'B', 'C'].into_iter().filter(|letter| self.rotary_axes.has_axis(*letter));
-        let followed: Vec<char> = followed.collect();
-        let lost = followed.iter().find(|letter| self.rotary_lost[axis_index(**letter)]);
-        if let (Some(letter), AngleChoice::Least | AngleChoice::Shorter { .. }) = (lost, choice) {
-            return Err(word.refuse(Fault::RotaryLost { letter: *letter }));
-        }
-        let angles = self.rotary_axes.chosen_angles(&direction, &self.turning().to, choice).map_err(refuse)?;
+        let angles = self.angles_along_plane(choice).map_err(|fault| word.refuse(fault))?;
         self.notes.chosen_angles.push((line, angles));
-        for axis in followed.into_iter().map(axis_index) {
+        for letter in ['A', 'B', 'C'].into_iter().filter(|letter| self.rotary_axes.has_axis(*letter)) {
+            let axis = axis_index(letter);
             self.rotary[axis] = Some(angles[axis]);
             self.rotary_lost[axis] = false;
         }
         self.forget_position(line, [true; 3]);
         Ok(())
+    }
+
+    /// Returns the angles of A, B and C, degrees, with which the tool stands along z of the inclined plane, by the rule `choice`.
+    pub(crate) fn angles_along_plane(&self, choice: AngleChoice) -> Result<[f64; 3], Fault> {
+        if self.rotary_axes.is_empty() {
+            return Err(Fault::Inclined(InclinedFault::NoAxes));
+        }
+        let direction = match self.inclined {
+            Some(plane) => plane.rotation.column(2).into_owned(),
+            None if choice == AngleChoice::Zero => Vector3::z(),
+            None => return Err(Fault::Inclined(InclinedFault::NoPlane)),
+        };
+        let mut followed = ['A', 'B', 'C'].into_iter().filter(|letter| self.rotary_axes.has_axis(*letter));
+        let lost = followed.find(|letter| self.rotary_lost[axis_index(*letter)]);
+        if let (Some(letter), AngleChoice::Least | AngleChoice::Shorter { .. }) = (lost, choice) {
+            return Err(Fault::RotaryLost { letter });
+        }
+        self.rotary_axes.chosen_angles(&direction, &self.turning().to, choice).map_err(Fault::Inclined)
+    }
+
+    /// Returns the angle of `axis` (0 = A), degrees, that `word` in line `line` takes from what PLANE with STAY has found.
+    pub(crate) fn found_angle(&mut self, line: usize, axis: usize, word: &Word) -> Result<f64, Refusal> {
+        let angles = self.found_angles.ok_or_else(|| word.refuse(Fault::Foreign(Foreign::Parameter)))?;
+        if self.notes.chosen_angles.last().is_none_or(|(last, _)| *last != line) {
+            self.notes.chosen_angles.push((line, angles));
+        }
+        Ok(angles[axis])
     }
 
     /// Refuses coordinates and angles beside G53.1.

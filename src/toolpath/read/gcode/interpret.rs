@@ -18,6 +18,8 @@ pub(crate) struct Interpreter {
     pub(crate) modal: ModalState,
     pub(crate) offsets: Offsets,
     pub(crate) position: PartialPosition,
+    /// Zero in force when the axis was named last, mm in W.
+    pub(crate) zero_named: [Option<f64>; 3],
     pub(crate) dialect: Dialect,
     /// Centre of arcs that give none (Heidenhain's CC), mm, in the axes of the plane.
     pub(crate) pole: Option<[f64; 2]>,
@@ -47,6 +49,8 @@ pub(crate) struct Interpreter {
     pub(crate) rotary_axes: Rotary,
     /// Pose in W, mm, of the inclined plane in force.
     pub(crate) inclined: Option<Pose>,
+    /// Angles of A, B and C, degrees, that PLANE with STAY has found for it.
+    pub(crate) found_angles: Option<[f64; 3]>,
     /// Modes and work offset that M70 has saved.
     saved_modes: Option<(ModalState, WorkOffset)>,
     /// Numbers of programs whose calls move nothing.
@@ -92,6 +96,7 @@ impl Interpreter {
             modal: ModalState::at_start(unit, centres),
             offsets: Offsets::new(options),
             position: start,
+            zero_named: [None; 3],
             dialect,
             pole: None,
             cycle: None,
@@ -108,6 +113,7 @@ impl Interpreter {
             rotary_lost_before: [false; 3],
             rotary_axes: options.rotary.clone(),
             inclined: None,
+            found_angles: None,
             saved_modes: None,
             calls_kept: options.calls_kept.clone(),
             has_start: options.start_mm.is_some(),
@@ -153,7 +159,7 @@ impl Interpreter {
         self.update_tool(&request)?;
         request.check_parameters(matches!(self.modal.motion, Some(MotionCode::Cycle(_))))?;
         self.check_alignment(&request)?;
-        self.update_rotary(&request)?;
+        self.update_rotary(number, &request)?;
         let mut effect = Effect { motion_word: request.motion_word(), ..Effect::default() };
         if request.leaves_frame() {
             self.leave_frame(number, &request)?;
@@ -170,6 +176,9 @@ impl Interpreter {
         }
         if let Some((word, choice)) = request.alignment() {
             self.align_tool(number, word, choice)?;
+        }
+        if let Some((_, choice)) = request.angle_search() {
+            self.found_angles = self.angles_along_plane(choice).ok();
         }
         if request.find_g(GWord::TipControlEnds).is_some() {
             self.set_tip_control(false);

@@ -116,6 +116,14 @@ impl<'w> Request<'w> {
         })
     }
 
+    /// Returns the word that finds the angles for the inclined plane, and by which rule.
+    pub fn angle_search(&self) -> Option<(&'w Word, AngleChoice)> {
+        self.g_words.iter().find_map(|(word, g)| match g {
+            GWord::FindAngles(choice) => Some((*word, *choice)),
+            _ => None,
+        })
+    }
+
     /// Returns the word with this letter, other than G and M.
     pub fn find_word(&self, letter: char) -> Option<&'w Word> {
         self.words.iter().find(|word| word.letter == letter)

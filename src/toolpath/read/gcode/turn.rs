@@ -6,8 +6,8 @@ use crate::toolpath::{
 };
 
 impl Interpreter {
-    /// Updates the angles of A, B and C by the words of the line. An axis that is not followed may be named but must stand still.
-    pub(crate) fn update_rotary(&mut self, request: &Request) -> Result<(), Refusal> {
+    /// Updates the angles of A, B and C by the words of line `line`. An axis that is not followed may be named but must stand still.
+    pub(crate) fn update_rotary(&mut self, line: usize, request: &Request) -> Result<(), Refusal> {
         (self.rotary_before, self.rotary_lost_before) = (self.rotary, self.rotary_lost);
         for (axis, letter) in ['A', 'B', 'C'].into_iter().enumerate() {
             let Some(word) = request.find_word(letter) else { continue };
@@ -21,6 +21,10 @@ impl Interpreter {
                 self.check_rotary_zero(request, setting, letter, word)?;
                 continue;
             }
+            let value = match word.meaning {
+                Some(_) => self.found_angle(line, axis, word)?,
+                None => word.value,
+            };
             // Words of the machine's coordinates are those of the drives, as all others are.
             let is_lost = request.leaves_frame()
                 && (request.find_g(GWord::Machine).is_none() || distance == Distance::Incremental);
@@ -29,8 +33,8 @@ impl Interpreter {
             }
             self.rotary[axis] = match distance {
                 _ if is_lost => None,
-                Distance::Absolute => Some(word.value),
-                Distance::Incremental => Some(self.rotary[axis].unwrap_or(0.0) + word.value),
+                Distance::Absolute => Some(value),
+                Distance::Incremental => Some(self.rotary[axis].unwrap_or(0.0) + value),
             };
             self.rotary_lost[axis] = is_lost;
         }

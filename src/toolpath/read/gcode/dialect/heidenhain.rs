@@ -57,17 +57,31 @@ static SPATIAL: ForeignWord =
 static PLANE_OFF: ForeignWord = ForeignWord { name: "PLANE RESET", meaning: GWord::Passive("rotation") };
 /// By the shorter way, SEQ+ and SEQ-, each without and with TABLE ROT.
 static TURNS: [[ForeignWord; 2]; 3] = [
-    [shorter(false), shorter(true)],
-    [by_sign("SEQ+", true, false), by_sign("SEQ+", true, true)],
-    [by_sign("SEQ-", false, false), by_sign("SEQ-", false, true)],
+    [turn("TURN", shorter(false)), turn("TURN", shorter(true))],
+    [turn("SEQ+", by_sign(true, false)), turn("SEQ+", by_sign(true, true))],
+    [turn("SEQ-", by_sign(false, false)), turn("SEQ-", by_sign(false, true))],
+];
+/// The same with STAY.
+static STAYS: [[ForeignWord; 2]; 3] = [
+    [stay(shorter(false)), stay(shorter(true))],
+    [stay(by_sign(true, false)), stay(by_sign(true, true))],
+    [stay(by_sign(false, false)), stay(by_sign(false, true))],
 ];
 
-const fn shorter(turns_table: bool) -> ForeignWord {
-    ForeignWord { name: "TURN", meaning: GWord::Align(AngleChoice::Shorter { turns_table }) }
+const fn turn(name: &'static str, choice: AngleChoice) -> ForeignWord {
+    ForeignWord { name, meaning: GWord::Align(choice) }
 }
 
-const fn by_sign(name: &'static str, is_positive: bool, turns_table: bool) -> ForeignWord {
-    ForeignWord { name, meaning: GWord::Align(AngleChoice::Sign { is_positive, turns_table }) }
+const fn stay(choice: AngleChoice) -> ForeignWord {
+    ForeignWord { name: "STAY", meaning: GWord::FindAngles(choice) }
+}
+
+const fn shorter(turns_table: bool) -> AngleChoice {
+    AngleChoice::Shorter { turns_table }
+}
+
+const fn by_sign(is_positive: bool, turns_table: bool) -> AngleChoice {
+    AngleChoice::Sign { is_positive, turns_table }
 }
 
 static TO_ZERO: ForeignWord = ForeignWord { name: "PLANE RESET TURN", meaning: GWord::Align(AngleChoice::Zero) };
@@ -320,10 +334,11 @@ fn plane_words(mut scan: Scan, second: &str, start: usize) -> Result<Vec<Word>, 
         (None, _) => refuse(&scan, "TURN, MOVE or STAY, which say whether the tool turns"),
         (_, "SPATIAL") if angles != 3 => refuse(&scan, "SPA, SPB and SPC"),
         (Some(true), "RESET") => Ok(words.into_iter().chain([g_word(&TO_ZERO, span)]).collect()),
-        (Some(true), _) => {
-            Ok(words.into_iter().chain([g_word(&TURNS[sign][usize::from(turns_table)], span)]).collect())
+        (Some(false), "RESET") => Ok(words),
+        (Some(turns), _) => {
+            let rules = if turns { &TURNS } else { &STAYS };
+            Ok(words.into_iter().chain([g_word(&rules[sign][usize::from(turns_table)], span)]).collect())
         }
-        (Some(false), _) => Ok(words),
     }
 }
 

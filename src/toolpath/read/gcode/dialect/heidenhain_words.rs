@@ -42,6 +42,7 @@ static CENTRE: ForeignWord = ForeignWord { name: "CC", meaning: GWord::Setting(S
 static SENSE: ForeignWord = ForeignWord { name: "DR", meaning: GWord::Auxiliary };
 static FEED_OF_TOOL: ForeignWord = ForeignWord { name: "F AUTO", meaning: GWord::FeedOfTool };
 static OTHER_M: ForeignWord = ForeignWord { name: "M", meaning: GWord::Auxiliary };
+static FOUND_ANGLE: ForeignWord = ForeignWord { name: "Q120", meaning: GWord::Auxiliary };
 static END: ForeignWord = ForeignWord { name: "M30", meaning: GWord::End };
 static MACHINE: ForeignWord = ForeignWord { name: "M91", meaning: GWord::Machine };
 static RETRACT: ForeignWord = ForeignWord { name: "M140", meaning: GWord::Retract };
@@ -152,11 +153,36 @@ impl Block<'_> {
         matches!(self.verb, Verb::PolarLine | Verb::PolarArc | Verb::TangentialArc)
     }
 
+    /// Takes the parameter (Q120 to Q122) with the angle of the axis `letter` that PLANE with STAY has found; returns whether it comes next.
+    fn takes_found_angle(&mut self, letter: char) -> bool {
+        let mut ahead = self.scan;
+        ahead.next();
+        ahead.takes(b'+');
+        let name: &[u8] = match letter {
+            'A' => b"Q120",
+            'B' => b"Q121",
+            'C' => b"Q122",
+            _ => return false,
+        };
+        let rest = &ahead.line[ahead.at..];
+        let found = rest.get(..4).is_some_and(|text| text.eq_ignore_ascii_case(name))
+            && !rest.get(4).is_some_and(u8::is_ascii_alphanumeric);
+        if found {
+            self.scan.at = ahead.at + 4;
+        }
+        found
+    }
+
     /// Reads the next word of the block; `Err` if it is not followed.
     fn read_word(&mut self) -> Result<(), Refusal> {
         let start = self.scan.at;
         let letters = self.scan.take_letters();
         if let Some((letter, distance)) = parse_axis(&letters).filter(|_| self.verb != Verb::None) {
+            if self.verb == Verb::Line && distance.is_none() && self.takes_found_angle(letter) {
+                let word = Word::plain(letter, 0.0, start..self.scan.at);
+                self.words.push(Word { meaning: Some(&FOUND_ANGLE), ..word });
+                return Ok(());
+            }
             let word = coordinate_word(&mut self.scan, letter, distance, start)?;
             self.words.push(word);
             return Ok(());
