@@ -14,6 +14,7 @@
 //! | F with G93 G94 G95, S with G96 G97 | feed, spindle speed |
 //! | A B C | as [`Rotary`] says; where it says nothing they must keep one value; U V W must be 0 |
 //! | G43.4, G43, G49 | whether X, Y and Z are those of the tip while A, B and C turn |
+//! | G41 G42, RL RR | where radii are given ([`GcodeOptions::cutter_radii_mm`]), written out as the path of the tool centre |
 //! | G28 G28.2 G30 G53; `$H` `$J` | copied as they are; the axes they move are unknown until a G0 or G1 gives them again |
 //! | other G, D E H M N O P Q T words that do not move the tip; `$` `?` `!` `~` lines | copied as they are |
 //! | `( )`, `;`, `%`, `/`, blank lines | copied as they are; [`BlockDelete`] says whether `/` lines count |
@@ -39,6 +40,7 @@ pub use super::{
         foreign::Foreign,
         macro_fault::MacroFault,
         options::{ArcCentres, BlockDelete, Expand, GcodeOptions, LengthUnit, Notes, WriteOptions},
+        radius::{CutterOf, RadiusFault},
         refused::{ArcFault, Contradiction, Unsupported},
         rotary::{Rotary, RotaryAxis, RotaryColumn, RotarySide},
         work_offset::WorkOffset,

@@ -222,15 +222,15 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 const MOST_LINES: [(&[&str], usize); 11] = [
     (&["crates/engine/src"], 21_450),
     (&["crates/removal/src"], 2_625),
-    (&["src/toolpath"], 24_575),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 12_240),
+    (&["src/toolpath"], 25_570),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 12_275),
     (&["src/simulation", "src/redundancy"], 5_340),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_680),
     (&["src/figures", "src/page"], 9_725),
     (&["src/questions"], 24_470),
-    (&["src/products", "src/inspect", "src/explore"], 12_310),
+    (&["src/products", "src/inspect", "src/explore"], 12_320),
     (&["src/cli"], 3_010),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 121_615),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 122_650),
 ];
 
 #[test]

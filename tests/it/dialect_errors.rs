@@ -80,7 +80,7 @@ fn what_sinumerik_has_and_is_not_followed_is_named() {
         (
             "G41 X5",
             "1: `G41`",
-            "cutter radius compensation is not followed; expected the path of the tool centre with G40",
+            "cutter radius compensation is not followed as the control makes it; expected the path of the tool centre with G40, or cutter_compensation = \"off\" in [gcode] of the process file, which writes it",
         ),
         ("G1 X1=5", "4: `X1=5`", "a coordinate of the machine; expected it with G74 or G75"),
         ("G1 X= Y5", "4: `X=`", PARAMETER),
@@ -179,12 +179,12 @@ fn what_heidenhain_has_and_is_not_followed_is_named() {
         (
             "L X+5 RL F100",
             "7: `RL`",
-            "cutter radius compensation is not followed; expected the path of the tool centre with R0",
+            "cutter radius compensation is not followed as the control makes it; expected the path of the tool centre with R0, or cutter_compensation = \"off\" in [gcode] of the process file, which writes it",
         ),
         (
             "L X+5 R+ F100",
             "7: `R+`",
-            "cutter radius compensation is not followed; expected the path of the tool centre with R0",
+            "cutter radius compensation is not followed as the control makes it; expected the path of the tool centre with R0, or cutter_compensation = \"off\" in [gcode] of the process file, which writes it",
         ),
         ("L X R0", "3: `X`", "expected a number after it"),
         ("C X+5 Y+5 DR+", "1: `C`", "arc without a centre; expected CC with its coordinates before it"),

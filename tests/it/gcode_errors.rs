@@ -38,8 +38,8 @@ fn features_that_cannot_be_followed_are_refused_by_name() {
     for (line, expected) in [
         (
             "G41 D1 X5",
-            "part.nc:3:1: `G41`: cutter radius compensation is not supported; \
-             expected the path of the tool centre with G40",
+            "part.nc:3:1: `G41`: cutter radius compensation is not followed as the control makes it; expected the path of \
+             the tool centre with G40, or cutter_compensation = \"off\" in [gcode] of the process file, which writes it",
         ),
         (
             "g68 x0 y0 r30",

@@ -12,6 +12,7 @@ mod bounded;
 mod boxes;
 mod branches;
 mod catalogue;
+mod centre_path;
 mod checkpoints;
 mod closed_forms;
 mod command_line;

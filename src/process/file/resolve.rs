@@ -19,14 +19,16 @@ use crate::{
             CORNER_MM, CorrectionLimits, Decimals, Process, WRITE_TOLERANCE_MM,
             chain_errors::chain_errors,
             force::{cutting_law, own_forces},
-            spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
+            spec::{
+                CutterCompensation, CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec,
+            },
         },
         tilt::TiltAngles,
         uncertainty::UncertaintyTable,
     },
     toolpath::{
         NumberFormat, Sampling,
-        gcode::{Expand, GcodeOptions, WorkOffset},
+        gcode::{CutterOf, Expand, GcodeOptions, WorkOffset},
     },
 };
 
@@ -234,8 +236,27 @@ fn gcode_options(
             Some(false) => Expand::Never,
         },
         calls_kept: spec.calls_kept.clone(),
+        cutter_radii_mm: cutter_radii(spec, check)?,
         tool_comments: false,
     })
+}
+
+/// Returns the radii of cutters whose compensation is written out; `None` if none is.
+fn cutter_radii(spec: &GcodeSpec, check: &Check) -> Result<Option<BTreeMap<CutterOf, f64>>> {
+    let mut radii = BTreeMap::new();
+    for (name, given) in &spec.cutter_radius_mm {
+        let check = check.key(&format!("cutter_radius_mm.{name}"));
+        let Ok(of) = name.parse::<CutterOf>() else {
+            return check
+                .fail("must be D1 and so on, the number of the offset, or T1 and so on, that of the tool".into());
+        };
+        radii.insert(of, check.not_negative(*given)?);
+    }
+    match spec.cutter_compensation {
+        Some(CutterCompensation::Off) => Ok(Some(radii)),
+        None if radii.is_empty() => Ok(None),
+        None => check.key("cutter_radius_mm").fail("needs cutter_compensation = \"off\"".into()),
+    }
 }
 
 /// Checks the numbers of decimals of written coordinates, in mm and in inches.

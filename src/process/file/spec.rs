@@ -189,6 +189,14 @@ pub struct RotarySpec {
     pub travel_deg: Option<[f64; 2]>,
 }
 
+/// What becomes of contours in cutter radius compensation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CutterCompensation {
+    /// They become the path of the tool centre.
+    Off,
+}
+
 /// When X, Y and Z are coordinates of the tip while A, B and C turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -271,6 +279,11 @@ pub struct GcodeSpec {
     /// Numbers of programs that are called and move nothing.
     #[serde(default)]
     pub calls_kept: Vec<u32>,
+    /// Whether contours in cutter radius compensation are written as the path of the tool centre.
+    pub cutter_compensation: Option<CutterCompensation>,
+    /// Radii of cutters for it, mm, by name: `D1`, `T3`.
+    #[serde(default)]
+    pub cutter_radius_mm: BTreeMap<String, f64>,
     /// Decimals of coordinates written in mm; those of the program if not given.
     pub decimals_mm: Option<u8>,
     /// Decimals of coordinates written in inches; those of the program if not given.

@@ -14,6 +14,13 @@ pub(crate) type CutCorner = (Point, Option<About>, Point);
 /// Tangents that differ by less, as a share of a radian, make no corner.
 const SMOOTH: f64 = 1e-6;
 
+/// A line through a point along a unit vector, or a circle, both without ends.
+#[derive(Clone, Copy, Debug)]
+enum Curve {
+    Line(Point, Point),
+    Circle(Point, f64),
+}
+
 /// A line or an arc.
 #[derive(Clone, Debug)]
 pub(crate) struct Element {
@@ -86,10 +93,86 @@ impl Element {
         libm::atan2(cross(before, behind), dot(before, behind))
     }
 
-    /// Returns the signed radius of the parallel at `distance` to the left of an arc, positive counter-clockwise.
-    fn parallel_radius(&self, (centre, turn): About, distance: f64) -> f64 {
+    /// Returns the radius of the parallel at `distance` to the left of an arc, negative where there is none.
+    pub fn parallel_radius(&self, (centre, turn): About, distance: f64) -> f64 {
         let radius = libm::hypot(self.to[0] - centre[0], self.to[1] - centre[1]);
         if turn == TurnDirection::CounterClockwise { radius - distance } else { radius + distance }
+    }
+
+    /// Returns by how much the radii at the ends of an arc differ; 0 for a line.
+    pub fn radius_mismatch(&self) -> f64 {
+        let radius = |p: Point, centre: Point| libm::hypot(p[0] - centre[0], p[1] - centre[1]);
+        self.arc.map_or(0.0, |(centre, _)| (radius(self.from, centre) - radius(self.to, centre)).abs())
+    }
+
+    /// Returns the line or circle of the parallel at `distance` to the left.
+    fn parallel(&self, distance: f64) -> Curve {
+        match self.arc {
+            None => {
+                let [x, y] = self.tangent(true);
+                Curve::Line(along(self.to, distance, [-y, x]), [x, y])
+            }
+            Some(about) => Curve::Circle(about.0, self.parallel_radius(about, distance)),
+        }
+    }
+
+    /// Returns the point beside the start or the end, at `distance` to the left.
+    pub fn beside(&self, at_end: bool, distance: f64) -> Point {
+        let [x, y] = self.tangent(at_end);
+        along(if at_end { self.to } else { self.from }, distance, [-y, x])
+    }
+
+    /// Returns where the parallels of this and the next element, at `distance` to the left, meet nearest to the corner; `None` if nowhere.
+    pub fn meeting(&self, next: &Element, distance: f64) -> Option<Point> {
+        let away = |p: &Point| dot(minus(*p, self.to), minus(*p, self.to));
+        let points = meetings(self.parallel(distance), next.parallel(distance));
+        points.into_iter().filter(|p| p.iter().all(|x| x.is_finite())).min_by(|p, q| away(p).total_cmp(&away(q)))
+    }
+
+    /// Returns the distance of `p` from the element.
+    fn distance_to(&self, p: Point) -> f64 {
+        let ends = [self.from, self.to].into_iter().chain(self.foot(p));
+        ends.map(|q| libm::hypot(p[0] - q[0], p[1] - q[1])).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Returns the distance between two elements, 0 if they cross.
+    pub fn distance(&self, other: &Element) -> f64 {
+        let on = |e: &Element, p: Point| e.foot(p).is_some();
+        let crosses =
+            meetings(self.parallel(0.0), other.parallel(0.0)).into_iter().any(|p| on(self, p) && on(other, p));
+        if crosses {
+            return 0.0;
+        }
+        // Inside an arc, the nearest point lies across a line, or on the line of two centres.
+        let nearest = |arc: &Element, other: &Element| {
+            let about = arc.arc?;
+            let [x, y] = match other.arc {
+                None => other.tangent(true),
+                Some((centre, _)) => {
+                    let [x, y] = unit(minus(centre, about.0));
+                    [y, -x]
+                }
+            };
+            let radius = arc.parallel_radius(about, 0.0);
+            let points = [radius, -radius].map(|by| along(about.0, by, [-y, x]));
+            points.into_iter().filter(|p| on(arc, *p)).map(|p| other.distance_to(p)).reduce(f64::min)
+        };
+        let ends = [self.distance_to(other.from), self.distance_to(other.to)];
+        let own_ends = [other.distance_to(self.from), other.distance_to(self.to)];
+        let inside = [nearest(self, other), nearest(other, self)].into_iter().flatten();
+        ends.into_iter().chain(own_ends).chain(inside).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Returns the least and greatest coordinates of a box around the element.
+    pub fn bounds(&self) -> [Point; 2] {
+        let (low, high) = match self.arc {
+            None => ([0, 1].map(|i| self.from[i].min(self.to[i])), [0, 1].map(|i| self.from[i].max(self.to[i]))),
+            Some(about) => {
+                let radius = self.parallel_radius(about, 0.0);
+                (about.0.map(|x| x - radius), about.0.map(|x| x + radius))
+            }
+        };
+        [low, high]
     }
 
     /// Returns the point of the element nearest to `p`, if it is within it.
@@ -133,41 +216,36 @@ pub(crate) fn round_corner(a: &Element, b: &Element, radius: f64) -> Result<Opti
         return if dot(before, behind) > 0.0 { Ok(None) } else { Err(()) };
     }
     let side = radius * turned.signum();
-    let line = |e: &Element| {
-        let [x, y] = e.tangent(true);
-        (along(e.to, side, [-y, x]), [x, y])
-    };
-    let circle = |e: &Element, about: About| (about.0, e.parallel_radius(about, side));
-    let on_line = |(point, tangent): (Point, Point), (centre, r): (Point, f64)| {
-        let from = minus(point, centre);
-        let middle = -dot(from, tangent);
-        let height = r * r - dot(from, from) + middle * middle;
-        let root = height.max(0.0).sqrt();
-        if height < -1e-9 || r <= 0.0 {
-            Vec::new()
-        } else {
+    let centre = a.meeting(b, side).ok_or(())?;
+    let (begin, end) = a.foot(centre).zip(b.foot(centre)).ok_or(())?;
+    let turn = if side > 0.0 { TurnDirection::CounterClockwise } else { TurnDirection::Clockwise };
+    Ok(Some((begin, Some((centre, turn)), end)))
+}
+
+/// Returns the points in which two curves meet.
+fn meetings(a: Curve, b: Curve) -> Vec<Point> {
+    match (a, b) {
+        (Curve::Line(p, t), Curve::Line(q, u)) => vec![along(p, cross(minus(q, p), u) / cross(t, u), t)],
+        (Curve::Line(point, tangent), Curve::Circle(centre, radius))
+        | (Curve::Circle(centre, radius), Curve::Line(point, tangent)) => {
+            let from = minus(point, centre);
+            let middle = -dot(from, tangent);
+            let height = radius * radius - dot(from, from) + middle * middle;
+            let root = height.max(0.0).sqrt();
+            if height < -1e-9 || radius <= 0.0 {
+                return Vec::new();
+            }
             vec![along(point, middle - root, tangent), along(point, middle + root, tangent)]
         }
-    };
-    let centres = match (a.arc, b.arc) {
-        (None, None) => {
-            let ((p, t), (q, u)) = (line(a), line(b));
-            vec![along(p, cross(minus(q, p), u) / cross(t, u), t)]
-        }
-        (Some(about), None) => on_line(line(b), circle(a, about)),
-        (None, Some(about)) => on_line(line(a), circle(b, about)),
-        (Some(about), Some(other)) => {
-            let ((c, r), (d, s)) = (circle(a, about), circle(b, other));
+        (Curve::Circle(c, r), Curve::Circle(d, s)) => {
             let between = minus(d, c);
             let distance = libm::hypot(between[0], between[1]);
             let middle = (distance * distance + r * r - s * s) / (2.0 * distance);
             let [x, y] = unit(between);
-            if distance == 0.0 || s <= 0.0 { Vec::new() } else { on_line((along(c, middle, [x, y]), [-y, x]), (c, r)) }
+            if distance == 0.0 || s <= 0.0 {
+                return Vec::new();
+            }
+            meetings(Curve::Line(along(c, middle, [x, y]), [-y, x]), Curve::Circle(c, r))
         }
-    };
-    let away = |p: &Point| dot(minus(*p, a.to), minus(*p, a.to));
-    let centre = centres.into_iter().min_by(|p, q| away(p).total_cmp(&away(q))).ok_or(())?;
-    let (begin, end) = a.foot(centre).zip(b.foot(centre)).ok_or(())?;
-    let turn = if side > 0.0 { TurnDirection::CounterClockwise } else { TurnDirection::Clockwise };
-    Ok(Some((begin, Some((centre, turn)), end)))
+    }
 }

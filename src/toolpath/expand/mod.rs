@@ -1,11 +1,15 @@
 //! Expansion of programs into plain motion: calls, loops and jumps are followed, expressions evaluated, cycles written as moves.
 
+use std::collections::BTreeMap;
+
 use crate::toolpath::{
-    model::gcode::{Dialect, GcodeError, GcodeOptions},
-    read::gcode::{Program, dialect, lines::Lines},
+    expand::centre_path::Switches,
+    model::gcode::{Dialect, Fault, GcodeError, GcodeOptions, RadiusFault, Refusal, Unsupported},
+    read::gcode::{Expansion, Program, dialect, lines::Lines},
 };
 
 mod calls;
+mod centre_path;
 mod contour;
 mod cycles;
 pub(crate) mod edit;
@@ -62,6 +66,20 @@ impl Program {
         let dialect = dialect::resolve_dialect(&source, name, options.dialect)?;
         let options = &GcodeOptions { dialect: Some(dialect), ..options.clone() };
         let (mut bytes, mut expansion) = run::Run::new(source, name, options, beside).run_to_end()?;
+        let mut switches = Switches::new();
+        if options.cutter_radii_mm.is_some() {
+            switches = centre_path::take_switches(&mut bytes, dialect).map_err(|(line, refusal)| {
+                let content = &bytes[Lines::split(&bytes).content(line)];
+                expansion.relocate(refusal.locate(name, line + 1, content).with_dialect(dialect))
+            })?;
+        }
+        // The lines that a stage writes, by the lines that it read.
+        let compose = |expansion: &mut Expansion, switches: &mut Switches, lines: &[usize]| {
+            expansion.compose(lines);
+            let mut before = std::mem::take(switches);
+            switches.extend(lines.iter().enumerate().filter_map(|(line, from)| Some((line, before.remove(from)?))));
+        };
+        let count = switches.len();
         let plain = match dialect.is_iso() {
             true => frames::plain_coordinates(&bytes, name, options),
             false => Ok(None),
@@ -69,7 +87,7 @@ impl Program {
         let plain = plain.map_err(|fault| expansion.relocate(fault))?;
         let has_plain = plain.is_some();
         if let Some((moves, lines)) = plain {
-            expansion.compose(&lines);
+            compose(&mut expansion, &mut switches, &lines);
             bytes = moves;
         }
         if !dialect.is_iso() {
@@ -78,28 +96,45 @@ impl Program {
             let has_cycles = without_cycles.is_some();
             if let Some((moves, lines)) = without_cycles {
                 bytes = moves;
-                expansion.compose(&lines);
+                compose(&mut expansion, &mut switches, &lines);
             }
             let (moves, lines, is_changed) =
                 contour::follow(&bytes, dialect, options.block_delete).map_err(|(line, refusal)| {
                     let content = &bytes[Lines::split(&bytes).content(line)];
                     expansion.relocate(refusal.locate(name, line + 1, content).with_dialect(dialect))
                 })?;
-            expansion.keeps_calls = keeps_calls && !is_changed && !has_cycles;
+            expansion.keeps_calls = keeps_calls && !is_changed && !has_cycles && count == 0;
             if is_changed {
                 bytes = moves;
-                expansion.compose(&lines);
+                compose(&mut expansion, &mut switches, &lines);
             }
         } else if keeps_calls {
             // Lines in rotated coordinates are not those that were called.
-            expansion.keeps_calls = !has_plain;
+            expansion.keeps_calls = !has_plain && count == 0;
         } else {
             let program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
             let without_cycles = program.without_cycles().map_err(|fault| expansion.relocate(fault))?;
             bytes = without_cycles.map_or(program.source, |(moves, lines)| {
-                expansion.compose(&lines);
+                compose(&mut expansion, &mut switches, &lines);
                 moves
             });
+        }
+        let mut cutter_radii_mm = BTreeMap::new();
+        if count > 0 {
+            let program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
+            if switches.len() < count {
+                // Its line has become nothing.
+                let refusal = Refusal::new(0..0, Fault::Unsupported(Unsupported::CutterCompensation));
+                return Err(expansion.relocate(refusal.locate(name, 1, b"")));
+            }
+            let (moves, lines, radii) = program.with_centre_path(&switches).map_err(|mut fault| {
+                if let Fault::Radius(RadiusFault::CutsInto { line }) = &mut fault.fault {
+                    *line = expansion.line_of(*line);
+                }
+                expansion.relocate(fault)
+            })?;
+            expansion.compose(&lines);
+            (bytes, cutter_radii_mm) = (moves, radii);
         }
         expansion.add_header(&mut bytes, dialect);
         let mut program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
@@ -110,6 +145,7 @@ impl Program {
         if let Some((_, line)) = &mut program.notes.assumed_unit {
             *line = expansion.line_of(*line);
         }
+        program.notes.cutter_radii_mm = cutter_radii_mm;
         program.own_format = program.own_format.at_most(expansion.decimals);
         program.notes.written_out = Some([expansion.lines, expansion.origins.len()]);
         program.expansion = Some(expansion);

@@ -145,6 +145,14 @@ fn gcode_notes(notes: &Notes, calls: &WrittenCalls) -> String {
     if let Some([lines, written]) = notes.written_out {
         text += &calls_text(calls, lines, written);
     }
+    if !notes.cutter_radii_mm.is_empty() {
+        let radii = notes.cutter_radii_mm.iter().map(|(of, radius)| format!("{of} = {}", millimetres(*radius, 3)));
+        text += &format!(
+            "Cutter radius compensation is off in the written program: the lines are the path of the tool centre, for radii of {}. A radius or \
+             wear in the control's table no longer moves it; lengths (H) and work offsets act as before.\n",
+            radii.collect::<Vec<_>>().join(", ")
+        );
+    }
     if !notes.chosen_angles.is_empty() {
         let shown = notes.chosen_angles.iter().take(MOST_CHOSEN).map(|(line, angles)| {
             let named = ["A", "B", "C"].into_iter().zip(angles).filter(|(_, angle)| **angle != 0.0);

@@ -356,6 +356,7 @@ pub fn program_json(report: &Report<'_>) -> Value {
         }),
         "lines_left_as_written": notes.unlocated_lines,
         "angles_of_the_control": notes.chosen_angles.iter().map(|(line, [a, b, c])| json!({ "line": line, "A": a, "B": b, "C": c })).collect::<Vec<_>>(),
+        "cutter_radii_written_out_mm": notes.cutter_radii_mm.iter().map(|(of, radius)| (of.to_string(), json!(radius))).collect::<serde_json::Map<_, _>>(),
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
     });
     if let Some(uncertainty) = &job.uncertainty {

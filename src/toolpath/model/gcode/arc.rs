@@ -98,6 +98,11 @@ impl Arc {
         libm::hypot(round, rise)
     }
 
+    /// Returns the centre, mm, in the order of the plane's axes.
+    pub fn centre(&self) -> [f64; 2] {
+        self.centre
+    }
+
     /// Returns the larger of the radii at start and end, mm.
     pub fn radius(&self) -> f64 {
         self.radii[0].max(self.radii[1])

@@ -4,7 +4,9 @@ use thiserror::Error;
 
 use crate::toolpath::model::{
     MAX_COORDINATE_MM,
-    gcode::{ArcFault, Contradiction, Dialect, Foreign, InclinedFault, MacroFault, Unsupported, WorkOffset},
+    gcode::{
+        ArcFault, Contradiction, Dialect, Foreign, InclinedFault, MacroFault, RadiusFault, Unsupported, WorkOffset,
+    },
 };
 
 /// The error of a G-code program that cannot be followed: file, line, column, text, reason and what was expected.
@@ -267,6 +269,9 @@ pub enum Fault {
     /// G54.1 without the number of a work offset.
     #[error("names no work offset; expected P1 to P300 on the line")]
     NoExtended,
+    /// A contour with cutter radius compensation that is not written as the path of the tool centre.
+    #[error("{0}")]
+    Radius(RadiusFault),
     /// A macro or call that cannot be followed.
     #[error("{0}")]
     Macro(MacroFault),
@@ -333,12 +338,17 @@ impl Fault {
     /// Whether the fault may vanish when the program is expanded into its moves.
     pub fn is_solved_by_expansion(&self) -> bool {
         let of_dialect = |foreign: &Foreign| {
-            use Foreign::{Call, Corner, Cycle, Flow, Frame, Motion, Parameter};
-            matches!(foreign, Parameter | Flow | Call | Cycle | Motion | Corner | Frame)
+            use Foreign::{Call, Compensation, Corner, Cycle, Flow, Frame, Motion, Parameter};
+            matches!(foreign, Parameter | Flow | Call | Cycle | Motion | Corner | Frame | Compensation { .. })
         };
         match self {
             Fault::Variable
-            | Fault::Unsupported(Unsupported::Subprogram | Unsupported::Transform | Unsupported::Corner) => true,
+            | Fault::Unsupported(
+                Unsupported::Subprogram
+                | Unsupported::Transform
+                | Unsupported::Corner
+                | Unsupported::CutterCompensation,
+            ) => true,
             Fault::Foreign(foreign) => of_dialect(foreign),
             _ => false,
         }

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use crate::toolpath::model::{
     NumberFormat, RewriteError, Toolpath,
-    gcode::{Dialect, Distance, Rotary, RotaryColumn, WorkOffset},
+    gcode::{CutterOf, Dialect, Distance, Rotary, RotaryColumn, WorkOffset},
 };
 
 /// What a G-code program does not say itself: unit, start, work offsets, dialect, rotary axes and how to read it.
@@ -39,6 +39,9 @@ pub struct GcodeOptions {
     pub expand: Expand,
     /// Numbers of programs whose calls (M98, M198, G65) move nothing: these lines stay as they are and are not followed.
     pub calls_kept: Vec<u32>,
+    /// Radii of cutters, mm, with which contours in cutter radius compensation are written as the path of the tool centre; `None`: such
+    /// programs are refused.
+    pub cutter_radii_mm: Option<BTreeMap<CutterOf, f64>>,
     /// Whether paths come with what comments say about tools ([`Toolpath::tools`]).
     pub tool_comments: bool,
 }
@@ -139,6 +142,8 @@ pub struct Notes {
     pub written_out: Option<[usize; 2]>,
     /// Angles of A, B and C, degrees, that the control chooses by its rule, and the lines (from 1) where it does.
     pub chosen_angles: Vec<(usize, [f64; 3])>,
+    /// Radii, mm, with which contours in cutter radius compensation became the path of the tool centre.
+    pub cutter_radii_mm: BTreeMap<CutterOf, f64>,
     /// Whether the program moves A, B or C.
     pub(crate) names_rotary_axes: bool,
 }

@@ -10,7 +10,10 @@ use crate::toolpath::model::gcode::{Dialect, Fault, GcodeError, Word};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Unsupported {
     /// G41, G42 and their kin.
-    #[error("cutter radius compensation is not supported; expected the path of the tool centre with G40")]
+    #[error(
+        "cutter radius compensation is not followed as the control makes it; expected the path of the tool centre with G40, or \
+         cutter_compensation = \"off\" in [gcode] of the process file, which writes it"
+    )]
     CutterCompensation,
     /// G75, G77 to G79, G87, G88, G76 of threads.
     #[error("this canned cycle is not supported; expected the cycle written out as G0 and G1 moves")]
