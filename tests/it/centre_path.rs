@@ -95,6 +95,23 @@ fn arcs_keep_their_centres_and_lines_their_words() {
 }
 
 #[test]
+fn a_hole_is_milled_from_its_middle_by_arcs_that_lead_to_it() {
+    let source = "G90 G17\nG0 X0 Y0 Z5\nG1 Z-2 F100\nG41 D1 X10 Y-10 F200\nG3 X20 Y0 I0 J10\nX20 Y0 I-20 J0\nX10 Y10 I-10 J0\nG40 G1 X0 Y0\nG0 Z5\nM30\n";
+    let expected = [
+        "G40 X10.0 Y-5.0 F200",
+        "G3 X15.0 Y0.0 I0.0 J5.0",
+        "X15.0 Y0.0 I-15.0 J0.0",
+        "X10.0 Y5.0 I-5.0 J0.0",
+        "G40 G1 X0.0 Y0.0",
+    ];
+    assert_eq!(written(source, 5.0)[3..8], expected);
+    // A rectangle whose first and last block lead beyond its corner.
+    let source = "G90\nG0 X-20 Y-20 Z0\nG41 D1 G1 X0 Y-15 F200\nY40\nX60\nY0\nX-15\nG40 Y-20\nM30\n";
+    let expected = ["X-5.0 Y40.0", "G2 X0.0 Y45.0 I5.0 J0.0", "G1 X60.0 Y45.0"];
+    assert_eq!(written(source, 5.0)[3..6], expected);
+}
+
+#[test]
 fn a_radius_of_nothing_leaves_the_lines_as_they_are() {
     let source = "G90\nG0 X-30 Y0 Z5\nG41 D1 G1 X0 Y0. F100\nY20.00\nG2 X20 Y40 R20\nG40 G1 X+40 Y40\nM30\n";
     let lines = written(source, 0.0);
@@ -144,8 +161,9 @@ fn where_the_cutter_has_no_room_the_line_is_named() {
         ("G42 D1 G1 X0 Y0 F200\nX40\nT2 M6\nX50\nG40 Y-30\n", "stands in cutter radius compensation"),
         ("G42 D1 G2 X10 Y-10 R10 F200\nG1 X40\nG40 Y-30\n", "begins or ends cutter radius compensation on an arc"),
         ("G42 D1 G1 X0 Y0 F200\nX40\nG40\nG92 X0\nG0 Y-30\n", "stands in cutter radius compensation"),
-        // The way to the contour from its other side.
-        ("G1 X20 Y30 F100\nG42 D1 X20 Y0\nX40\nG40 Y-30\n", "cut into the contour of line 5"),
+        // The way to a closed contour from its other side, and across another block.
+        ("G1 X20 Y30 F100\nG42 D1 X20 Y0\nX40\nY40\nX0\nY0\nX20\nG40 Y-30\n", "cut into the contour of line 5"),
+        ("G1 X-9 Y90 F100\nG42 D1 X20 Y0\nX40\nY40\nX0\nY0\nX20\nG40 Y-30\n", "cut into the contour of line 7"),
     ] {
         let error = refused(&format!("{begin}{source}M30\n"));
         assert!(error.contains(expected), "{source}: {error}");

@@ -32,6 +32,8 @@ const SMOOTH_RAD: f64 = 1e-6;
 const BACK_RAD: f64 = 1e-3;
 /// At outer corners the parallels are prolonged where that leaves the cutter nearer to its radius than this, mm.
 const MITRE_MM: f64 = 1e-4;
+/// A contour whose ends are nearer to one another is closed, mm.
+const CLOSED_MM: f64 = 1e-3;
 /// How far into the contour rounding may lead, mm.
 const ROUNDING_MM: f64 = 1e-5;
 
@@ -592,7 +594,14 @@ impl Path<'_> {
             return None;
         }
         let is_fed = |index: usize| !pieces[index].is_rapid();
+        // The first and the last block of an open contour lead to the part and away from it, in air.
+        let (Some(begin), Some(end)) = (self.elements.first(), self.elements.last()) else { return None };
+        let is_closed = libm::hypot(begin.from[0] - end.to[0], begin.from[1] - end.to[1]) < CLOSED_MM;
+        let skipped = usize::from(!is_closed);
+        let count = self.elements.len().saturating_sub(2 * skipped);
         let contour: Vec<(usize, &Element, [Point; 2])> = (self.contour.iter().zip(self.elements))
+            .skip(skipped)
+            .take(count)
             .filter(|(index, _)| is_fed(**index))
             .map(|(index, element)| (*index, *element, element.bounds()))
             .collect();
