@@ -1,4 +1,4 @@
-// The machined part in three dimensions, coloured by how far its surface is from the programmed one; a click tells what made it there.
+// The machined part in three dimensions, coloured by how far its surface is from the programmed one, or by the cut that made it; a click tells what that was.
 function partView(article, data) {
   const [controls, charts, readout] = [".controls", ".charts", ".readout"].map((name) => article.querySelector(name));
   const chart = Controls.chart(charts, data.title, "space");
@@ -29,20 +29,39 @@ function partView(article, data) {
     const [x, y, z] = extents.map((extent) => Math.max(extent / Math.max(...extents), 1e-3));
     return { x, y, z };
   }
-  const deviations = () => Data.unpack(data.deviations[course]);
+  // What it can be coloured by: the deviations, then what is known of the cuts.
+  const cuts = data.columns.map((column) => ({ label: column.label, unit: column.unit, values: Data.unpack(column.values) })).filter((cut) => cut.values);
+  const names = [...data.courses.map((name) => `material left, ${name}`), ...cuts.map((cut) => cut.label)];
+  const cut = () => cuts[course - data.courses.length];
+  function layer() {
+    if (!cut()) return Data.unpack(data.deviations[course]);
+    const { values } = cut();
+    return made.map((place) => Number.isFinite(place) ? values[place] : NaN);
+  }
   // The middle of the scale is white, as in the figure.
   const SCALE = [[0, "#053061"], [0.25, "#4393c3"], [0.5, "#f7f7f7"], [0.75, "#d6604d"], [1, "#67001f"]];
-  const intensity = () => faces.cut.flatMap((face) => [deviations()[face], deviations()[face]]);
+  function colours() {
+    const values = layer();
+    const most = cut() ? cut().values.reduce((largest, value) => value > largest ? value : largest, 0) || 1 : data.end;
+    const least = cut() ? 0 : -most;
+    // Labels that rounding puts beyond the ends would be left out.
+    const ticks = [0.0001, 0.5, 0.9999].map((share) => least + share * (most - least));
+    const title = cut() ? Data.labelled(cut().label, cut().unit) : Data.labelled("material left", "mm");
+    return {
+      intensity: faces.cut.flatMap((face) => [values[face], values[face]]), cmin: least, cmax: most, colorscale: cut() ? "Viridis" : SCALE,
+      colorbar: { ...Chart.bar(title), tickmode: "array", tickvals: ticks, ticktext: [least, (least + most) / 2, most].map(Data.number) },
+    };
+  }
   const heading = () => {
-    chart.heading.textContent = `${data.title}, ${data.courses[course]}`;
-    chart.plot.setAttribute("aria-label", `${data.title}, ${data.courses[course]}; ${data.note}`);
+    chart.heading.textContent = `${data.title}: ${names[course]}`;
+    chart.plot.setAttribute("aria-label", `${data.title}: ${names[course]}; ${data.note}`);
   };
   function draw() {
     heading();
     const hidden = { visible: false };
     const traces = [
       { ...mesh(faces.skin), color: "#a8acb3", hoverinfo: "skip" },
-      { ...mesh(faces.cut), intensity: intensity(), intensitymode: "cell", colorscale: SCALE, cmin: -data.end, cmax: data.end, hoverinfo: "none", colorbar: { ...Chart.bar(Data.labelled("material left", "mm")), tickmode: "array", tickvals: [-data.end, 0, data.end], ticktext: [-data.end, 0, data.end].map(Data.number) } },
+      { ...mesh(faces.cut), ...colours(), intensitymode: "cell", hoverinfo: "none" },
     ];
     Plotly.newPlot(chart.plot, traces, Chart.layout({
       margin: { l: 0, r: 0, t: 0, b: 70 },
@@ -65,10 +84,11 @@ function partView(article, data) {
     }
     readout.textContent = `${data.places[at]}: material left ${words.join(", ")}; ${values.join(", ")}.`;
   }
-  const select = Controls.select(controls, "surface", data.courses, (index) => {
+  const select = Controls.select(controls, "coloured by", names, (index) => {
     course = index;
     heading();
-    Plotly.restyle(chart.plot, { intensity: [intensity()] }, [1]);
+    const { intensity, cmin, cmax, colorscale, colorbar } = colours();
+    Plotly.restyle(chart.plot, { intensity: [intensity], cmin, cmax, colorscale: [colorscale], colorbar: [colorbar] }, [1]);
   });
   readout.textContent = "Click the part to see which line made it there, and with which force.";
   const observer = new IntersectionObserver((entries) => {

@@ -343,7 +343,7 @@ impl Machined {
                 column("width", "mm", &|k| Some(engaged(k)?.width_mm)),
                 column("cutting force", "N", &|k| Some(job.path.points()[k].load?.force_N.norm())),
                 column("tool off without compensation", "mm", &error(0)),
-                column("as written", "mm", &error(1)),
+                column("tool off as written", "mm", &error(1)),
             ],
         }
     }
