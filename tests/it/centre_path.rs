@@ -112,6 +112,89 @@ fn a_hole_is_milled_from_its_middle_by_arcs_that_lead_to_it() {
 }
 
 #[test]
+fn modes_that_change_at_a_corner_do_not_move_its_arc() {
+    let begin = "G21 G90 G17 G40\nG0 X-50 Y-20 Z5\nG41 D1 G1 X-30 Y-5 F100\nX10\n";
+    let steps = written(&format!("{begin}G91 Y-20\nG90 G40 G1 X50 Y-50\nM30\n"), 5.0);
+    assert_eq!(steps[4..6], ["G2 X15.0 Y-5.0 I0.0 J-5.0", "G91 G1 X0.0 Y-20.0"]);
+    let back = written(&format!("{begin}G91\nX10\nG90 Y-40\nG40 G1 X50 Y-50\nM30\n"), 5.0);
+    assert_eq!(back[6..8], ["G2 X5.0 Y-5.0 I0.0 J-5.0", "G90 G1 X25.0 Y-40.0"]);
+}
+
+#[test]
+fn an_arc_that_becomes_the_shorter_one_gets_the_sign_of_that() {
+    let source = "0 BEGIN PGM A MM\n1 TOOL CALL 3 Z S2000\n2 L X-60 Y-20 Z+5 R0 FMAX\n3 L X-40 Y+0 RL F100\n4 L X-9.8481\n\
+                  5 CR X+9.8481 Y+0 R-10 DR-\n6 L X+40\n7 L X+60 Y+30 R0\n8 END PGM A MM\n";
+    let program = read(source, Dialect::Heidenhain, 4.0).unwrap_or_else(|error| panic!("{error}"));
+    let text = String::from_utf8(program.into_source()).unwrap();
+    assert!(text.contains("R+14.0") || text.contains("R+13.99"), "{text}");
+}
+
+#[test]
+fn the_tool_and_the_offset_in_force_give_the_radius() {
+    let radii = BTreeMap::from([
+        (CutterOf::Offset(1), 5.0),
+        (CutterOf::Offset(2), 2.0),
+        (CutterOf::Tool(3), 4.0),
+        (CutterOf::Tool(5), 3.0),
+    ]);
+    let at = |source: &str, dialect: Dialect| {
+        let options =
+            GcodeOptions { dialect: Some(dialect), cutter_radii_mm: Some(radii.clone()), ..GcodeOptions::default() };
+        let read = Program::parse_expanded(source, "part.nc", &options, &|_| None);
+        let used = |program: Program| program.notes().cutter_radii_mm.values().copied().collect::<Vec<f64>>();
+        read.map(used).map_err(|error| error.to_string())
+    };
+    let iso = |words: &str| format!("G90 G17\n{words}\nG1 X30\nG40 G0 X50 Y50\nM30\n");
+    let conversational = |call: &str| {
+        format!(
+            "0 BEGIN PGM A MM\n{call}\n3 L X-30 Y+0 Z+0 R0 FMAX\n4 L X+0 RL F9\n5 L X+30\n6 L Y+50 R0\n7 END PGM A MM\n"
+        )
+    };
+    for (source, dialect, expected) in [
+        (iso("D2\nG41\nD1 G1 X0 Y0 F9"), Dialect::Fanuc, 5.0),
+        (iso("T3 M6\nG41 D0 G1 X0 Y0 F9"), Dialect::Fanuc, 0.0),
+        (iso("T3 M6\nG41 G1 X0 Y0 F9"), Dialect::Haas, 4.0),
+        (iso("T3 M6\nG41.1 D6 G1 X0 Y0 F9\nX10\nG40 X20 Y9\nG41 X25 Y0"), Dialect::LinuxCnc, 4.0),
+        (iso("T3 M6\nG96 D1 S9\nG41 G1 X0 Y0 F9"), Dialect::LinuxCnc, 4.0),
+        (iso("T3 D1 M6\nG41 G1 X0 Y0 F9"), Dialect::Sinumerik, 4.0),
+        (iso("T=\"MILL\" D1 M6\nT5 M6\nG41 G1 X0 Y0 F9"), Dialect::Sinumerik, 3.0),
+        (iso("G54 G90 G0 G41 D1 X0 Y0"), Dialect::Fanuc, 5.0),
+        (conversational("1 TOOL CALL 5 Z S1\n2 TOOL CALL Z S2"), Dialect::Heidenhain, 3.0),
+    ] {
+        assert_eq!(at(&source, dialect), Ok(vec![expected]), "{source}");
+    }
+    for (source, dialect, expected) in [
+        (iso("T3 M6\nG41 D13 G1 X0 Y0 F9"), Dialect::Fanuc, "expected the radius of D13"),
+        (iso("D1\nG41 G1 X0 Y0 F9\nX10 D2"), Dialect::Fanuc, "changes cutter radius compensation"),
+        (iso("G10 L12 P1 R6.0\nG41 D1 G1 X0 Y0 F9"), Dialect::Fanuc, "sets a radius of a tool"),
+        (iso("G41 D1 D2 G1 X0 Y0 F9"), Dialect::Fanuc, "changes cutter radius compensation"),
+        (iso("G18\nG41 D1 G1 X0 Z0 F9"), Dialect::Fanuc, "stands in cutter radius compensation"),
+        (iso("G41 D1 G1 X0 Y0 F9\nZ-5\nG40 G1 X9 Y9"), Dialect::Fanuc, "leads to no contour"),
+        (iso("T3 D1 M6\nT=\"MILL\" M6\nG41 G1 X0 Y0 F9"), Dialect::Sinumerik, "radius that is not known"),
+        (iso("T1=5 M6\nG41 G1 X0 Y0 F9"), Dialect::Sinumerik, "radius that is not known"),
+        (iso("T3 D1 M6\nD0\nG41 G1 X0 Y0 F9"), Dialect::Sinumerik, "expected D1"),
+        (iso("T3 D2 M6\nG41 G1 X0 Y0 F9"), Dialect::Sinumerik, "expected D1"),
+        (iso("T3 D1 M6\nG41 G1 X0 Y0 F9\nX10 D2"), Dialect::Sinumerik, "changes cutter radius compensation"),
+        (conversational("1 TOOL CALL 5 Z S1\n2 TOOL CALL \"MILL\" Z S2"), Dialect::Heidenhain, "not known"),
+        (conversational("1 TOOL  CALL 3 Z DR+0.1"), Dialect::Heidenhain, "DR in its call"),
+        (conversational("1 TOOL CALL 3 Z DR+0.1\n2 TOOL CALL Z S3000"), Dialect::Heidenhain, "DR in its call"),
+        (conversational("1 TOOL DEF 3 L+0 R+6\n2 TOOL CALL 3 Z"), Dialect::Heidenhain, "sets a radius of a tool"),
+    ] {
+        let error = at(&source, dialect).expect_err(&source);
+        assert!(error.contains(expected), "{source}: {error}");
+    }
+}
+
+#[test]
+fn tangents_that_a_post_has_rounded_are_none_the_worse() {
+    // Rounded to three decimals, the line and the arc meet at 2e-5 rad and the radii of the arc differ.
+    let source = "G21 G90 G17 G40\nG0 X-20 Y-20 Z5\nG41 D1 G1 X0 Y0 F100\nX35.138\nX61.856 Y-5.258\n\
+                  G3 X82.819 Y-0.264 I5.011 J25.465\nG1 X90 Y5\nG40 X50 Y50\nM30\n";
+    let lines = written(source, 5.0);
+    assert!(lines.iter().any(|line| line.starts_with("G3 ")), "{lines:?}");
+}
+
+#[test]
 fn a_radius_of_nothing_leaves_the_lines_as_they_are() {
     let source = "G90\nG0 X-30 Y0 Z5\nG41 D1 G1 X0 Y0. F100\nY20.00\nG2 X20 Y40 R20\nG40 G1 X+40 Y40\nM30\n";
     let lines = written(source, 0.0);
@@ -158,7 +241,7 @@ fn where_the_cutter_has_no_room_the_line_is_named() {
         ("G42 D1 G1 X0 Y0 F200\nX40\nX10\nG40 Y-30\n", "turns back in cutter radius compensation"),
         ("G42 D1 G1 X0 Y0 F200\nX40\nG41 Y10\nG40 Y-30\n", "changes cutter radius compensation in force"),
         ("G42 D1 G1 X0 Y0 F200\nX40\nG54 X50\nG40 Y-30\n", "stands in cutter radius compensation"),
-        ("G42 D1 G1 X0 Y0 F200\nX40\nT2 M6\nX50\nG40 Y-30\n", "stands in cutter radius compensation"),
+        ("G42 D1 G1 X0 Y0 F200\nX40\nM6\nX50\nG40 Y-30\n", "stands in cutter radius compensation"),
         ("G42 D1 G2 X10 Y-10 R10 F200\nG1 X40\nG40 Y-30\n", "begins or ends cutter radius compensation on an arc"),
         ("G42 D1 G1 X0 Y0 F200\nX40\nG40\nG92 X0\nG0 Y-30\n", "stands in cutter radius compensation"),
         // The way to a closed contour from its other side, and across another block.

@@ -10,8 +10,9 @@ use crate::toolpath::{
     expand::{
         contour::signed,
         edit::LineEdit,
-        geometry::{Element, Point},
-        line::{SourceLine, long_number, word_number},
+        geometry::{Element, Point, sweep},
+        line::{long_number, word_number},
+        switches::{Switch, Switches},
     },
     model::{
         MotionGeometry, Plane, TurnDirection,
@@ -20,10 +21,7 @@ use crate::toolpath::{
             Setting, Word, located,
         },
     },
-    read::gcode::{
-        Block, LineReader, Program, Statement, Style,
-        lines::{self, Lines},
-    },
+    read::gcode::{Block, Program, lines},
 };
 
 /// Lines and arcs that meet at less than this angle have no corner, rad.
@@ -34,110 +32,15 @@ const BACK_RAD: f64 = 1e-3;
 const MITRE_MM: f64 = 1e-4;
 /// A contour whose ends are nearer to one another is closed, mm.
 const CLOSED_MM: f64 = 1e-3;
+/// Corners at which the centre is moved by less are none: posts round what is tangential, mm.
+const SMALL_MM: f64 = 1e-3;
+/// How far the path may be from where it is to be as it is read again, mm: controls read eight digits.
+const READ_MM: f64 = 2e-3;
 /// How far into the contour rounding may lead, mm.
 const ROUNDING_MM: f64 = 1e-5;
 
-/// What a line switches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Switch {
-    /// 1 with the cutter to the left of the contour, -1 to the right, 0 with its centre on it.
-    side: f64,
-    /// Number of the D word in force.
-    offset: Option<u32>,
-    /// Radius that the line gives itself (LinuxCNC's G41.1), in the unit of the program.
-    radius: Option<f64>,
-}
-
-/// What lines switch, by their index.
-pub(crate) type Switches = BTreeMap<usize, Switch>;
-
 /// Radii in use, mm, with what they are of.
 pub(crate) type RadiiInUse = BTreeMap<CutterOf, f64>;
-
-/// Takes compensation out of `source`, which then is the contour alone with G40 or R0; returns what it was. `Err` gives the index of the line.
-pub(crate) fn take_switches(source: &mut Vec<u8>, dialect: Dialect) -> Result<Switches, (usize, Refusal)> {
-    let all = Lines::split(source);
-    let (mut switches, mut bytes) = (Switches::new(), Vec::with_capacity(source.len()));
-    let mut reader = match dialect.is_iso() {
-        true => LineReader::new(dialect),
-        false => LineReader::of_contours(dialect),
-    };
-    let (mut offset, mut has_delta) = (None, false);
-    for line in 0..all.len() {
-        let content = &source[all.content(line)];
-        let (switch, text) = match dialect {
-            Dialect::Heidenhain => {
-                let code = SourceLine::of(content, dialect).code;
-                if code.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ').starts_with("TOOL CALL") {
-                    has_delta = code.contains(" DR");
-                }
-                let found = conversational_switch(&code);
-                if let Some((at, _)) = found.filter(|(_, side)| has_delta && *side != 0.0) {
-                    return Err((line, Refusal::new(at..at + 2, Fault::Radius(RadiusFault::Delta))));
-                }
-                found.map_or((None, None), |(at, side)| {
-                    let text = [&content[..at], b"R0", &content[at + 2..]].concat();
-                    (Some(Switch { side, offset: None, radius: None }), Some(text))
-                })
-            }
-            _ => match reader.parse_line(content) {
-                Ok(Statement::Words { words, .. }) => {
-                    let d = words.iter().find(|word| word.letter == 'D');
-                    offset = d.and_then(|word| word.whole_number().ok()).or(offset);
-                    coded_switch(&words, dialect, offset).map_or((None, None), |(at, switch)| {
-                        let mut edit = LineEdit::new(content, &words, Style::plain(dialect));
-                        edit.replace(at, "G40".into());
-                        if let Some(index) = edit.find(|word| word.letter == 'D' && dialect.is_iso()) {
-                            edit.remove(index);
-                        }
-                        (Some(switch), Some(edit.render()))
-                    })
-                }
-                // What cannot be read is refused later.
-                _ => (None, None),
-            },
-        };
-        switches.extend(switch.map(|switch| (line, switch)));
-        bytes.extend_from_slice(text.as_deref().unwrap_or(content));
-        bytes.extend_from_slice(&source[all.ending(line)]);
-    }
-    if switches.values().any(|switch| switch.side != 0.0) {
-        *source = bytes;
-        Ok(switches)
-    } else {
-        Ok(Switches::new())
-    }
-}
-
-/// Returns where the G word of compensation stands among `words`, and what it switches.
-fn coded_switch(words: &[Word], dialect: Dialect, offset: Option<u32>) -> Option<(usize, Switch)> {
-    words.iter().enumerate().filter(|(_, word)| word.letter == 'G').find_map(|(at, word)| {
-        let own = || words.iter().find(|word| word.letter == 'D').map(|word| word.value / 2.0);
-        let (side, radius) = match word.tenths()? {
-            400 => (0.0, None),
-            410 => (1.0, None),
-            420 => (-1.0, None),
-            411 if dialect == Dialect::LinuxCnc => (1.0, Some(own()?)),
-            421 if dialect == Dialect::LinuxCnc => (-1.0, Some(own()?)),
-            _ => return None,
-        };
-        Some((at, Switch { side, offset, radius }))
-    })
-}
-
-/// Returns where RL, RR or R0 stands in a line of Heidenhain's, and the side.
-fn conversational_switch(code: &str) -> Option<(usize, f64)> {
-    let verb = code.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ' || c == '/');
-    let moves = ["L ", "C ", "CR ", "CT ", "LP ", "CP ", "CTP "].iter().any(|begin| verb.starts_with(begin));
-    let is_free = |byte: Option<&u8>| byte.is_none_or(|byte| !byte.is_ascii_alphanumeric() && !b".,".contains(byte));
-    [("RL", 1.0), ("RR", -1.0), ("R0", 0.0)].into_iter().find_map(|(text, side)| {
-        let bytes = code.as_bytes();
-        let mut ends = code.match_indices(text).map(|(at, _)| at);
-        let at =
-            ends.find(|at| is_free(bytes.get(at + 2)) && is_free(at.checked_sub(1).and_then(|at| bytes.get(at))))?;
-        moves.then_some((at, side))
-    })
-}
 
 /// A motion in compensation.
 struct Piece {
@@ -145,6 +48,8 @@ struct Piece {
     prefix: usize,
     has_motion_word: bool,
     motion: Motion,
+    /// Distance modes, of coordinates and of centres, before the line.
+    modes: [Distance; 2],
     /// Its line or arc in the plane, if it has a length there.
     element: Option<Element>,
 }
@@ -158,12 +63,24 @@ impl Piece {
 /// A contour with compensation: the move to it, the contour, and the move away from it.
 struct Section {
     switch: Switch,
+    /// Number of the D word in force.
+    offset: Option<u32>,
     /// Radius of the cutter, signed: positive to the left, mm; 0 before the first piece.
     distance: f64,
     pieces: Vec<Piece>,
     /// Whether compensation is switched off, and whether the last piece leads away from the contour.
     ends: bool,
     is_left: bool,
+}
+
+impl Section {
+    /// Whether `switch` switches what is in force.
+    fn is_same(&self, switch: &Switch) -> bool {
+        let Switch { side, radius, offset, .. } = *switch;
+        side == self.switch.side
+            && radius == self.switch.radius
+            && (offset.is_none() || self.pieces.is_empty() || offset == self.offset)
+    }
 }
 
 /// A corner between two elements of a contour.
@@ -174,14 +91,44 @@ struct Corner {
     turn: Option<TurnDirection>,
 }
 
+/// Where a written line leads: its end, and the signed angle of an arc, rad.
+#[derive(Clone, Copy)]
+struct Way {
+    to: Point,
+    sweep_rad: Option<f64>,
+}
+
+/// Where a word must not stand.
+#[derive(Clone, Copy, PartialEq)]
+enum Barred {
+    /// Behind the line that switches on.
+    BehindFirst,
+    /// In compensation.
+    Inside,
+    /// Nor before the move away from the contour.
+    BeforeLeaving,
+}
+
+/// What matters of the words of a line.
+struct Seen {
+    line: usize,
+    offset: Option<u32>,
+    modes: [Option<Distance>; 2],
+    barred: Option<(Word, Barred)>,
+}
+
 /// A program in which the contours with compensation are found and written as the path of the centre.
 struct CentrePath<'p> {
     program: &'p Program,
     switches: &'p Switches,
     section: Option<Section>,
     /// New lines in place of those with these indices.
-    lines: BTreeMap<usize, Vec<Vec<u8>>>,
+    lines: BTreeMap<usize, Vec<(Vec<u8>, Way)>>,
     radii: RadiiInUse,
+    /// Number of the last D word.
+    offset: Option<u32>,
+    /// Distance modes in force before the line.
+    modes: [Distance; 2],
 }
 
 impl Program {
@@ -191,64 +138,121 @@ impl Program {
         &self,
         switches: &Switches,
     ) -> Result<(Vec<u8>, Vec<usize>, RadiiInUse), GcodeError> {
-        let mut path =
-            CentrePath { program: self, switches, section: None, lines: BTreeMap::new(), radii: RadiiInUse::new() };
+        let centres = if self.dialect.is_iso() { self.options.arc_centres.into() } else { Distance::Incremental };
+        let mut path = CentrePath {
+            program: self,
+            switches,
+            section: None,
+            lines: BTreeMap::new(),
+            radii: RadiiInUse::new(),
+            offset: None,
+            modes: [Distance::Absolute, centres],
+        };
         self.walk_words(
-            |line, words| (line, self.obstacle(words)),
-            |block, (line, obstacle)| {
-                path.follow(line, block, obstacle).map_err(|(line, refusal)| self.located(line, refusal))
-            },
+            |line, words| self.look(line, words),
+            |block, seen| path.follow(block, seen).map_err(|(line, refusal)| self.located(line, refusal)),
         )?;
         path.close().map_err(|(line, refusal)| self.located(line, refusal))?;
         let (mut bytes, mut origins) = (Vec::with_capacity(self.source.len()), Vec::new());
+        let mut ways = BTreeMap::new();
         for line in 0..self.lines.len() {
-            let own = [self.content(line).to_vec()];
-            for text in path.lines.get(&line).map_or(&own[..], |lines| lines) {
+            let ending = self.lines.ending_or_newline(&self.source, line);
+            let Some(written) = path.lines.get(&line) else {
+                bytes.extend_from_slice(self.content(line));
+                bytes.extend_from_slice(ending);
+                origins.push(line);
+                continue;
+            };
+            for (text, way) in written {
+                ways.insert(origins.len(), *way);
                 bytes.extend_from_slice(text);
-                bytes.extend_from_slice(self.lines.ending_or_newline(&self.source, line));
+                bytes.extend_from_slice(ending);
                 origins.push(line);
             }
         }
+        self.check_written(&bytes, &origins, ways)?;
         Ok((bytes, origins, path.radii))
+    }
+
+    /// Reads the written program again; `Err` if a line with one of these `ways` leads elsewhere.
+    fn check_written(&self, bytes: &[u8], origins: &[usize], mut ways: BTreeMap<usize, Way>) -> Result<(), GcodeError> {
+        let misread = |line: usize| {
+            let origin = origins.get(line).copied().unwrap_or_default();
+            self.located(origin, Refusal::new(0..self.content(origin).len(), Fault::Radius(RadiusFault::Misread)))
+        };
+        let written = Program::parse(bytes.to_vec(), &self.name, &self.options).map_err(|error| GcodeError {
+            line: origins.get(error.line.saturating_sub(1)).map_or(error.line, |line| line + 1),
+            ..error
+        })?;
+        written.walk(|block| {
+            let Some(way) = ways.remove(&block.line) else { return Ok(()) };
+            let is_right = block.motions.iter().all(|motion| {
+                let is_there =
+                    (0..2).all(|axis| motion.end[axis].is_some_and(|at| (at - way.to[axis]).abs() < READ_MM));
+                let sweep = match &motion.geometry {
+                    MotionGeometry::Arc(arc) => Some(arc.sweep_rad()),
+                    _ => None,
+                };
+                let is_same = match (sweep, way.sweep_rad) {
+                    (Some(a), Some(b)) => (a - b).abs() < std::f64::consts::PI,
+                    (a, b) => a.is_some() == b.is_some(),
+                };
+                is_there && is_same
+            });
+            if is_right { Ok(()) } else { Err(misread(block.line)) }
+        })?;
+        ways.keys().next().map_or(Ok(()), |line| Err(misread(*line)))
     }
 
     fn located(&self, line: usize, refusal: Refusal) -> GcodeError {
         refusal.locate(&self.name, line + 1, self.content(line)).with_dialect(self.dialect)
     }
 
-    /// Returns the word of a line that must not stand in compensation, and whether not behind its end either.
-    fn obstacle(&self, words: &[Word]) -> Option<(Word, bool)> {
-        words.iter().find_map(|word| {
-            if word.letter == 'M' && word.value == 6.0 {
-                return Some((word.clone(), false));
+    /// Returns what matters of the `words` of line `line`.
+    fn look(&self, line: usize, words: &[Word]) -> Seen {
+        let d = words.iter().find(|word| word.letter == 'D' && self.dialect.is_iso());
+        let meaning = |word: &Word| match word.meaning {
+            Some(vocable) => Some(vocable.meaning),
+            None if word.letter == 'G' => self.dialect.g_word(word).ok(),
+            None => None,
+        };
+        let mut seen =
+            Seen { line, offset: d.and_then(|word| word.whole_number().ok()), modes: [None; 2], barred: None };
+        for word in words {
+            match meaning(word) {
+                Some(GWord::Distance(distance)) => seen.modes[0] = Some(distance),
+                Some(GWord::Centres(distance)) => seen.modes[1] = Some(distance),
+                _ => {}
             }
-            let meaning = match word.meaning {
-                Some(vocable) => vocable.meaning,
-                None if word.letter == 'G' => self.dialect.g_word(word).ok()?,
-                None => return None,
+            let barred = match meaning(word) {
+                None if word.letter == 'M' && word.value == 6.0 => Barred::BehindFirst,
+                None if word.mode_save_code(self.dialect).is_some() => Barred::Inside,
+                Some(GWord::Setting(Setting::Pole) | GWord::Plane(Plane::Xy)) | None => continue,
+                Some(
+                    GWord::Setting(_)
+                    | GWord::Align(_)
+                    | GWord::FindAngles(_)
+                    | GWord::TipControl
+                    | GWord::TipControlEnds,
+                ) => Barred::BeforeLeaving,
+                Some(GWord::Unit(_) | GWord::UnitOfCoordinates(_) | GWord::WorkOffset(_) | GWord::Preset) => {
+                    Barred::BehindFirst
+                }
+                Some(
+                    GWord::Plane(_)
+                    | GWord::Home
+                    | GWord::Machine
+                    | GWord::Retract
+                    | GWord::Motion(MotionCode::Cycle(_))
+                    | GWord::Feed(FeedMode::InverseTime),
+                ) => Barred::Inside,
+                Some(_) => continue,
             };
-            let is_of_zero = match meaning {
-                GWord::Setting(Setting::Pole) => return None,
-                GWord::Setting(_)
-                | GWord::Align(_)
-                | GWord::FindAngles(_)
-                | GWord::TipControl
-                | GWord::TipControlEnds => true,
-                GWord::Plane(Plane::Xy) => return None,
-                GWord::Plane(_)
-                | GWord::Unit(_)
-                | GWord::UnitOfCoordinates(_)
-                | GWord::WorkOffset(_)
-                | GWord::Preset
-                | GWord::Home
-                | GWord::Machine
-                | GWord::Retract
-                | GWord::Motion(MotionCode::Cycle(_))
-                | GWord::Feed(FeedMode::InverseTime) => false,
-                _ => return None,
-            };
-            Some((word.clone(), is_of_zero))
-        })
+            if seen.barred.as_ref().is_none_or(|(_, other)| *other == Barred::BehindFirst) {
+                seen.barred = Some((word.clone(), barred));
+            }
+        }
+        seen
     }
 }
 
@@ -256,27 +260,59 @@ impl Program {
 type Located = (usize, Refusal);
 
 impl CentrePath<'_> {
-    /// Follows a line with its block, if it is one, and the word in it that may be an obstacle.
-    fn follow(&mut self, line: usize, block: Option<&Block>, obstacle: Option<(Word, bool)>) -> Result<(), Located> {
+    /// Follows a line, of which this was `seen`, with its block, if it is one.
+    fn follow(&mut self, block: Option<&Block>, seen: Seen) -> Result<(), Located> {
+        let before = self.modes;
+        for (mode, own) in self.modes.iter_mut().zip(seen.modes) {
+            *mode = own.unwrap_or(*mode);
+        }
+        self.follow_in(block, seen, before)
+    }
+
+    /// Follows a line before which these `modes` are in force.
+    fn follow_in(&mut self, block: Option<&Block>, seen: Seen, modes: [Distance; 2]) -> Result<(), Located> {
+        let line = seen.line;
         let refuse = |line: usize, fault: RadiusFault| {
             let content = self.program.content(line);
             let begin = lines::prefix_len(content);
             (line, Refusal::new(begin..content.len().max(begin), Fault::Radius(fault)))
         };
-        if let Some(switch) = self.switches.get(&line) {
+        let switch = self.switches.get(&line);
+        let is_linuxcnc = self.program.dialect == Dialect::LinuxCnc;
+        // LinuxCNC looks at the D beside G41 alone.
+        let named = switch.and_then(|switch| switch.offset).or(seen.offset.filter(|_| !is_linuxcnc));
+        let mut is_first_line = false;
+        if let Some(switch) = switch {
             match &mut self.section {
                 Some(section) if switch.side == 0.0 => section.ends = true,
-                Some(section) if !section.ends && section.switch == *switch => {}
+                Some(section) if !section.ends && section.is_same(switch) => {}
                 Some(_) => return Err(refuse(line, RadiusFault::Changed)),
                 None if switch.side == 0.0 => {}
                 None => {
-                    let (switch, pieces) = (*switch, Vec::new());
-                    self.section = Some(Section { switch, distance: 0.0, pieces, ends: false, is_left: false });
+                    is_first_line = true;
+                    self.offset = if is_linuxcnc { None } else { self.offset };
+                    self.section = Some(Section {
+                        switch: *switch,
+                        offset: None,
+                        distance: 0.0,
+                        pieces: Vec::new(),
+                        ends: false,
+                        is_left: false,
+                    });
                 }
             }
         }
+        self.offset = named.or(self.offset);
         let Some(section) = &self.section else { return Ok(()) };
-        if let Some((word, _)) = obstacle.filter(|(_, is_of_zero)| !section.ends || *is_of_zero) {
+        if !section.ends && !section.pieces.is_empty() && self.offset != section.offset {
+            return Err(refuse(line, RadiusFault::Changed));
+        }
+        let is_barred = |barred: Barred| match barred {
+            Barred::BehindFirst => !section.ends && !is_first_line,
+            Barred::Inside => !section.ends,
+            Barred::BeforeLeaving => true,
+        };
+        if let Some((word, _)) = seen.barred.filter(|(_, barred)| is_barred(*barred)) {
             return Err((line, word.refuse(Fault::Radius(RadiusFault::Inside))));
         }
         let Some(block) = block else { return Ok(()) };
@@ -297,8 +333,15 @@ impl CentrePath<'_> {
                 true => self.radius(&switch, motion).map_err(at_motion)? * switch.side,
                 false => section.distance,
             };
+            let offset = self.offset;
             let Some(section) = &mut self.section else { return Ok(()) };
             section.distance = distance;
+            if is_first {
+                section.offset = offset;
+            }
+            if motion.modal.plane != Plane::Xy {
+                return Err(at_motion(RadiusFault::Inside));
+            }
             let is_arc = matches!(motion.code, MotionCode::Arc(_));
             if motion.turning.turns() {
                 return Err(at_motion(RadiusFault::Turns));
@@ -315,7 +358,7 @@ impl CentrePath<'_> {
                     let (Some(from), Some(to)) = (located(from), located(to)) else {
                         return Err(at_motion(RadiusFault::Unknown));
                     };
-                    if arc.sweep_rad().abs() > std::f64::consts::TAU + 1e-9 || motion.modal.plane != Plane::Xy {
+                    if arc.sweep_rad().abs() > std::f64::consts::TAU + 1e-9 {
                         return Err(at_motion(RadiusFault::Inside));
                     }
                     Some(Element { from: [from.x, from.y], to: [to.x, to.y], arc: Some((arc.centre(), turn)) })
@@ -337,6 +380,7 @@ impl CentrePath<'_> {
                 prefix: block.prefix,
                 has_motion_word: block.motion_word.is_some(),
                 motion: motion.clone(),
+                modes,
                 element,
             };
             section.pieces.push(piece);
@@ -353,15 +397,16 @@ impl CentrePath<'_> {
         if let Some(radius) = switch.radius {
             return Ok(radius * motion.modal.unit.mm());
         }
-        // Of Sinumerik, D is of a tool.
-        let offset = switch.offset.filter(|_| self.program.dialect.is_iso());
-        let names = [offset.map(CutterOf::Offset), motion.modal.tool.map(CutterOf::Tool)];
+        let tool = motion.modal.tool.filter(|_| !switch.is_named).map(CutterOf::Tool);
+        let offset = self.offset.filter(|_| self.program.dialect.is_iso()).map(CutterOf::Offset);
         let radii = self.program.options.cutter_radii_mm.as_ref();
-        let found = names.into_iter().flatten().find_map(|name| Some((name, *radii?.get(&name)?)));
-        let (name, radius) = match (found, offset) {
-            (Some(found), _) => found,
-            (None, Some(0)) => (CutterOf::Offset(0), 0.0),
-            (None, _) => return Err(RadiusFault::NotGiven { of: names.into_iter().flatten().next() }),
+        let given = |name: CutterOf| radii.and_then(|radii| radii.get(&name)).copied();
+        let (name, radius) = match offset.or(tool) {
+            None => return Err(RadiusFault::NotGiven { of: None }),
+            Some(name @ CutterOf::Offset(0)) if self.program.dialect != Dialect::LinuxCnc => {
+                (name, given(name).unwrap_or(0.0))
+            }
+            Some(name) => (name, given(name).ok_or(RadiusFault::NotGiven { of: Some(name) })?),
         };
         self.radii.insert(name, radius);
         Ok(radius)
@@ -373,7 +418,15 @@ impl CentrePath<'_> {
         let contour: Vec<usize> = (1..section.pieces.len().saturating_sub(usize::from(section.is_left)))
             .filter(|index| section.pieces[*index].element.is_some())
             .collect();
-        let Some(first) = contour.first() else { return Ok(()) };
+        let Some(first) = contour.first() else {
+            return match section.pieces.first().filter(|_| section.distance != 0.0) {
+                None => Ok(()),
+                Some(piece) => {
+                    let refusal = Refusal::new(piece.motion.span.clone(), Fault::Radius(RadiusFault::Alone));
+                    Err((piece.line, refusal))
+                }
+            };
+        };
         let elements: Vec<&Element> =
             contour.iter().filter_map(|index| section.pieces[*index].element.as_ref()).collect();
         let refuse = |index: usize, fault: RadiusFault| {
@@ -443,7 +496,7 @@ impl CentrePath<'_> {
         if let Some((end, centre, turn)) = around {
             let start = from.unwrap_or_default();
             begin = Some(end);
-            let steps = motion.modal.distance == Distance::Incremental;
+            let steps = piece.modes[0] == Distance::Incremental;
             let base = |axis: usize| if steps { start[axis] } else { motion.origin[axis] };
             let text = if dialect == Dialect::Heidenhain {
                 let radius = libm::hypot(end[0] - centre[0], end[1] - centre[1]);
@@ -451,7 +504,7 @@ impl CentrePath<'_> {
                 let sense = if turn == TurnDirection::CounterClockwise { "+" } else { "-" };
                 format!("CR X{x} Y{y} R{} DR{sense}", signed(radius / mm))
             } else {
-                let middle = |axis: usize| match motion.modal.centres {
+                let middle = |axis: usize| match piece.modes[1] {
                     Distance::Absolute => motion.origin[axis],
                     Distance::Incremental => start[axis],
                 };
@@ -461,7 +514,8 @@ impl CentrePath<'_> {
                 words.extend(centres.map(|(letter, at)| style.word(letter, &number((centre[at] - middle(at)) / mm))));
                 words.join(style.separator())
             };
-            written.push([&content[..piece.prefix], text.as_bytes()].concat());
+            let sweep_rad = Some(sweep(start, end, centre, turn));
+            written.push(([&content[..piece.prefix], text.as_bytes()].concat(), Way { to: end, sweep_rad }));
         }
         let stays =
             |axis: usize, a: Option<Point>, b: Option<f64>| a.zip(b).is_none_or(|(a, b)| (a[axis] - b).abs() < 1e-9);
@@ -483,15 +537,19 @@ impl CentrePath<'_> {
                 None => edit.add_axis(axis, &text),
             }
         }
-        if let (MotionCode::Arc(_), Some(Element { arc: Some((centre, _)), .. }), Some(begin)) =
+        let mut sweep_rad = None;
+        if let (MotionCode::Arc(_), Some(Element { arc: Some((centre, turn)), .. }), Some(begin)) =
             (motion.code, &piece.element, begin)
         {
+            let turned = sweep(begin, to, *centre, *turn);
+            sweep_rad = Some(turned);
             let find = |letter: char| motion.words.iter().position(|word| word.letter == letter);
             let radius = find('R');
             match radius {
                 Some(index) if dialect == Dialect::Heidenhain => {
                     let size = libm::hypot(to[0] - centre[0], to[1] - centre[1]) / mm;
-                    edit.set_number(index, &signed(size.copysign(motion.words[index].value)));
+                    let is_long = turned.abs() > std::f64::consts::PI;
+                    edit.set_number(index, &signed(if is_long { -size } else { size }));
                 }
                 None if find('I').or(find('J')).is_none() => {}
                 _ => {
@@ -512,7 +570,7 @@ impl CentrePath<'_> {
         if around.is_some() && !piece.has_motion_word && dialect != Dialect::Heidenhain {
             edit.set_motion(motion.code);
         }
-        written.push(edit.render());
+        written.push((edit.render(), Way { to, sweep_rad }));
         self.lines.insert(piece.line, written);
         Ok(())
     }
@@ -536,14 +594,19 @@ fn corner([a, b]: [&Element; 2], is_rapid: [bool; 2], distance: f64) -> Result<C
     if angle.abs() < SMOOTH_RAD || distance == 0.0 {
         return at_once(start);
     }
+    let meeting = a.meeting(b, distance);
+    let reach = |p: &Point| libm::hypot(p[0] - a.to[0], p[1] - a.to[1]) - distance.abs();
+    let gap = libm::hypot(end[0] - start[0], end[1] - start[1]);
+    let rounding = SMALL_MM + a.radius_mismatch() + b.radius_mismatch();
+    if gap < rounding && angle.abs() < 1.0 {
+        return at_once(meeting.filter(|point| reach(point).abs() < rounding).unwrap_or(start));
+    }
     if std::f64::consts::PI - angle.abs() < BACK_RAD {
         return Err(RadiusFault::TurnsBack);
     }
-    let meeting = a.meeting(b, distance);
     if angle * distance > 0.0 {
         return at_once(meeting.ok_or(RadiusFault::Narrow)?);
     }
-    let reach = |p: &Point| libm::hypot(p[0] - a.to[0], p[1] - a.to[1]) - distance.abs();
     if let Some(point) = meeting.filter(|point| reach(point) < MITRE_MM) {
         return at_once(point);
     }
@@ -569,7 +632,7 @@ fn keeps_its_way(element: &Element, [from, to]: [Point; 2], distance: f64) -> bo
                 libm::remainder((b - a) * sense, std::f64::consts::TAU)
             };
             let [lost, added] = [moved(element.from, from), moved(element.to, to)];
-            let whole = super::geometry::sweep(element.from, element.to, about.0, about.1).abs();
+            let whole = sweep(element.from, element.to, about.0, about.1).abs();
             whole + added - lost > 0.0 && lost < whole && -added < whole
         }
     }
@@ -605,12 +668,12 @@ impl Path<'_> {
             .filter(|(index, _)| is_fed(**index))
             .map(|(index, element)| (*index, *element, element.bounds()))
             .collect();
-        let cuts = |index: usize, way: &Element, but: Option<usize>| {
+        let cuts = |index: usize, way: &Element, but: Option<usize>, own_mm: f64| {
             let [low, high] = way.bounds();
             contour.iter().find_map(|(other, element, bounds)| {
                 let is_apart = (0..2).any(|i| bounds[0][i] > high[i] + radius || bounds[1][i] < low[i] - radius);
                 // Beside its own block, the way to the contour and from it is only to stay on its side.
-                let rounding = ROUNDING_MM + way.radius_mismatch() + element.radius_mismatch();
+                let rounding = ROUNDING_MM + own_mm + way.radius_mismatch() + element.radius_mismatch();
                 let least = if but == Some(*other) { 0.0 } else { radius - rounding };
                 let is_near = !is_apart && way.distance(element) <= least;
                 is_near.then_some((index, pieces[*other].line))
@@ -619,7 +682,7 @@ impl Path<'_> {
         let begin = pieces[0].motion.start[0].zip(pieces[0].motion.start[1]);
         let first = self.contour.first().copied();
         let to_it = begin.and_then(|(x, y)| element([x, y], self.ways[0][0], None)).filter(|_| is_fed(0));
-        if let Some(found) = to_it.and_then(|way| cuts(0, &way, first)) {
+        if let Some(found) = to_it.and_then(|way| cuts(0, &way, first, 0.0)) {
             return Some(found);
         }
         for (at, &index) in self.contour.iter().enumerate().filter(|(_, index)| is_fed(**index)) {
@@ -630,14 +693,16 @@ impl Path<'_> {
                 arc: Some((own.from, turn)),
             });
             let [from, to] = self.ways[at];
-            let found = arc.and_then(|arc| cuts(index, &arc, None));
-            if let Some(found) = found.or_else(|| cuts(index, &Element { from, to, arc: own.arc }, None)) {
+            let found = arc.and_then(|arc| cuts(index, &arc, None, own.radius_mismatch()));
+            if let Some(found) =
+                found.or_else(|| cuts(index, &Element { from, to, arc: own.arc }, None, own.radius_mismatch()))
+            {
                 return Some(found);
             }
         }
         let last = pieces.len() - 1;
         let away = pieces[last].motion.end[0].zip(pieces[last].motion.end[1]).filter(|_| *is_left && is_fed(last));
         let way = away.and_then(|(x, y)| element(self.ways.last()?[1], [x, y], None));
-        way.and_then(|way| cuts(last, &way, self.contour.last().copied()))
+        way.and_then(|way| cuts(last, &way, self.contour.last().copied(), 0.0))
     }
 }

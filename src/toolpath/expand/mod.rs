@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::toolpath::{
-    expand::centre_path::Switches,
+    expand::switches::{Switches, take_switches},
     model::gcode::{Dialect, Fault, GcodeError, GcodeOptions, RadiusFault, Refusal, Unsupported},
     read::gcode::{Expansion, Program, dialect, lines::Lines},
 };
@@ -27,6 +27,7 @@ pub(crate) mod robot;
 pub(crate) mod run;
 mod sinumerik;
 mod sinumerik_cycles;
+mod switches;
 pub(crate) mod variables;
 
 /// Bytes of a file beside the program by its name, if there is one.
@@ -68,7 +69,7 @@ impl Program {
         let (mut bytes, mut expansion) = run::Run::new(source, name, options, beside).run_to_end()?;
         let mut switches = Switches::new();
         if options.cutter_radii_mm.is_some() {
-            switches = centre_path::take_switches(&mut bytes, dialect).map_err(|(line, refusal)| {
+            switches = take_switches(&mut bytes, dialect, options).map_err(|(line, refusal)| {
                 let content = &bytes[Lines::split(&bytes).content(line)];
                 expansion.relocate(refusal.locate(name, line + 1, content).with_dialect(dialect))
             })?;

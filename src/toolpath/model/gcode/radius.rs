@@ -69,6 +69,26 @@ pub enum RadiusFault {
     /// Rotary axes.
     #[error("turns rotary axes in cutter radius compensation; expected them to stand still")]
     Turns,
+    /// Sinumerik's D0, D2 and so on.
+    #[error(
+        "cutter radius compensation by D0 or another edge of the tool than D1; expected D1, whose radius is that of T in the process file"
+    )]
+    Edge,
+    /// G10 or TOOL DEF with a radius.
+    #[error(
+        "sets a radius of a tool in a program with cutter radius compensation; expected radii in the process file alone"
+    )]
+    SetByProgram,
+    /// A move to a contour, and nothing behind it.
+    #[error(
+        "leads to no contour in cutter radius compensation, so that it is not known where the cutter goes; expected a line or an arc in X and Y behind it"
+    )]
+    Alone,
+    /// A line that is read otherwise than it was meant.
+    #[error(
+        "cannot be written as the path of the tool centre in this form; expected G90 and G91, plane and centres on lines of their own before it"
+    )]
+    Misread,
     /// An arc to the contour or away from it.
     #[error("begins or ends cutter radius compensation on an arc; expected a straight line")]
     Arc,
