@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::{
     files::words::{cannot_be_run, with_minus_signs},
     machine::{ChainError, Grade, Machine, OutsideWorkspace, ZeroState},
+    page::headline::{State, Verdict},
 };
 
 /// Rotation of a chain by its errors above which a caution is given, rad.
@@ -66,6 +67,16 @@ impl OutsidePositions {
         }
     }
 
+    /// Returns the verdict that `machine` cannot run a path with positions outside; only partly so if its workspace box is assumed.
+    pub fn state(&self, machine: &Machine) -> Verdict {
+        let Self { count, outside, .. } = self;
+        let words = format!("{outside} of {count} points outside");
+        match has_assumed_workspace(machine) {
+            true => Verdict::new(State::Partly, words + " an assumed workspace box"),
+            false => Verdict::new(State::Bad, words + " the workspace"),
+        }
+    }
+
     /// Returns a sentence that counts the positions outside the workspace box, each called a `noun`; empty if there are none.
     pub fn words(&self, noun: &str) -> String {
         let Self { count, outside, first } = self;
@@ -78,10 +89,14 @@ impl OutsidePositions {
     }
 }
 
+/// Whether the workspace box of `machine` is assumed.
+fn has_assumed_workspace(machine: &Machine) -> bool {
+    machine.provenance_of("workspace.min.x").is_some_and(|about| about.grade == Grade::Assumed)
+}
+
 /// Returns the caution that the workspace box, which bounds all places, is graded assumed in the file of `machine`; empty where not.
 pub fn assumed_workspace(machine: &Machine) -> String {
-    let is_assumed = machine.provenance_of("workspace.min.x").is_some_and(|about| about.grade == Grade::Assumed);
-    if !is_assumed {
+    if !has_assumed_workspace(machine) {
         return String::new();
     }
     let line = machine.line_of("workspace").map_or_else(String::new, |line| format!(", line {line} of its file"));

@@ -3,7 +3,7 @@
 use anstyle::{AnsiColor, Style};
 use kinetostat::{
     files::visible,
-    page::headline::{Headline, KeyNumber},
+    page::headline::{Headline, KeyNumber, State},
 };
 
 const BOLD: Style = Style::new().bold();
@@ -17,6 +17,11 @@ const WIDEST: usize = 96;
 pub fn result_text(headline: &Headline, took: &str) -> String {
     let width = textwrap::termwidth().min(WIDEST);
     let mut text = String::new();
+    if let Some(verdict) = &headline.verdict {
+        let marks: String = headline.marks.iter().map(|mark| format!(" [{mark}]")).collect();
+        let line = format!("{} {}{marks}", verdict.state.sign(), verdict.words);
+        text += &paragraph(&line, "", style_of(verdict.state), width);
+    }
     if let Some(unsolved) = &headline.unsolved {
         text += &paragraph(&format!("{unsolved} What follows rests on the rest."), "", WARNING, width);
     }
@@ -34,6 +39,17 @@ pub fn result_text(headline: &Headline, took: &str) -> String {
     }
     let solved = if headline.unsolved.is_some() { "" } else { ", all points solved" };
     text + &paragraph(&format!("Computed from {}{solved}, in {took}.", headline.basis), "", FAINT, width)
+}
+
+/// Returns the colour of a verdict.
+fn style_of(state: State) -> Style {
+    let colour = match state {
+        State::Good => AnsiColor::Green,
+        State::Partly => AnsiColor::Yellow,
+        State::Bad => AnsiColor::Red,
+        State::Open => return BOLD,
+    };
+    colour.on_default().bold()
 }
 
 /// Returns sentences, one per line, wrapped to the width of the terminal.

@@ -1,13 +1,19 @@
-//! The result at a glance, for the first screen of a page and the terminal: a sentence, at most three numbers, and cautions.
+//! The result at a glance, for the first screen of a page and the terminal: a verdict, a sentence, at most three numbers, and cautions.
 
 use serde::{Deserialize, Serialize};
 
-use crate::files::words::with_unit;
+use crate::files::words::{percent, with_unit};
 
 /// The result at a glance, for the first screen of a page and the end of the terminal output.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Headline {
+    /// Whether the result may be acted on; `None` in results of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
+    /// What the result rests on, in a word or two each, such as "nominal inputs".
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub marks: Vec<String>,
     /// Sentence on the part of the work that was not solved, and why; `None` if all was.
     pub unsolved: Option<String>,
     /// The result in a sentence.
@@ -18,6 +24,73 @@ pub struct Headline {
     pub basis: String,
     /// Sentences that a reader must know with the result.
     pub cautions: Vec<String>,
+}
+
+/// Whether a result may be acted on: its state, and which that is in at most eight words.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Verdict {
+    /// The state, which has a colour and a sign of its own.
+    pub state: State,
+    /// The state in words.
+    pub words: String,
+}
+
+/// State of a result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// Within tolerance, identified, possible.
+    Good,
+    /// In a part, or not surely.
+    Partly,
+    /// Out of tolerance, not to be run, not possible.
+    Bad,
+    /// Nothing is judged.
+    Open,
+}
+
+impl State {
+    /// Returns its sign, which stands beside the words.
+    pub fn sign(self) -> &'static str {
+        match self {
+            State::Good => "✓",
+            State::Partly => "◐",
+            State::Bad => "✗",
+            State::Open => "–",
+        }
+    }
+}
+
+impl Verdict {
+    /// Creates a verdict of at most eight words.
+    pub fn new(state: State, words: impl Into<String>) -> Verdict {
+        Verdict { state, words: words.into() }
+    }
+
+    /// Returns the verdict on the share of a `whole`, such as "the box", that is within tolerance; `None` where it is not known.
+    pub fn of_share(share: Option<f64>, tolerance_mm: Option<f64>, whole: &str) -> Verdict {
+        match (tolerance_mm, share) {
+            (None, _) => Verdict::new(State::Open, "No tolerance given"),
+            (_, None) => Verdict::new(State::Open, "Not known"),
+            (_, Some(1.0)) => Verdict::new(State::Good, "Within tolerance everywhere"),
+            (_, Some(0.0)) => Verdict::new(State::Bad, "Out of tolerance everywhere"),
+            (_, Some(share)) => {
+                Verdict::new(State::Partly, format!("Within tolerance in {} of {whole}", percent(share)))
+            }
+        }
+    }
+
+    /// Returns this verdict as that on a result of which the share `unsolved` is missing.
+    pub fn with_unsolved(self, unsolved: f64) -> Verdict {
+        let words = format!("{} could not be solved", percent(unsolved));
+        match self.state {
+            State::Bad => self,
+            _ if unsolved >= 0.5 => Verdict::new(State::Bad, words),
+            State::Good | State::Partly => Verdict::new(State::Partly, format!("{}: {words}", "Partly known")),
+            State::Open => self,
+        }
+    }
 }
 
 /// One of the numbers of a headline.
@@ -34,6 +107,9 @@ pub struct KeyNumber {
     pub against: String,
     /// Where a table has the number, if one does.
     pub found: Option<InTable>,
+    /// Whether it is within its tolerance, where it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<State>,
 }
 
 /// Where a table has a key number: the extreme of a column over certain rows.
@@ -68,6 +144,21 @@ impl Headline {
         Self { sentence: sentence.into(), basis: basis.into(), ..Self::default() }
     }
 
+    /// Sets the verdict, and that inputs are nominal where they are.
+    #[must_use]
+    pub fn judged(mut self, verdict: Verdict, is_nominal: bool) -> Self {
+        self.verdict = Some(verdict);
+        self.marks.extend(is_nominal.then(|| "nominal inputs".into()));
+        self
+    }
+
+    /// Adds a mark, such as "simulated".
+    #[must_use]
+    pub fn marked(mut self, mark: Option<&str>) -> Self {
+        self.marks.extend(mark.map(String::from));
+        self
+    }
+
     /// Adds each line of `text` that is not blank as a caution.
     #[must_use]
     pub fn with_cautions(mut self, text: &str) -> Self {
@@ -100,7 +191,21 @@ impl KeyNumber {
                 None => (shown, ""),
             },
         };
-        Self { value: value.into(), unit: unit.into(), what: what.into(), against: against.into(), found: None }
+        Self {
+            value: value.into(),
+            unit: unit.into(),
+            what: what.into(),
+            against: against.into(),
+            found: None,
+            state: None,
+        }
+    }
+
+    /// Sets whether the number, `length_mm`, is within the tolerance, if there is one.
+    #[must_use]
+    pub fn held_to(mut self, tolerance_mm: Option<f64>, length_mm: f64) -> Self {
+        self.state = tolerance_mm.map(|most| if length_mm <= most { State::Good } else { State::Bad });
+        self
     }
 
     /// Sets where a table has the number.

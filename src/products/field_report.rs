@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::field::{FieldSpread, WaySpread};
 use crate::{
     files::words::{counted, millimetres, or_dash, position},
-    page::headline::KeyNumber,
+    page::headline::{KeyNumber, State, Verdict},
     process::uncertainty::{Draws, Uncertainty},
     questions::spread_report::{self, SpreadCounts, quantile_words, verdict_word},
 };
@@ -43,6 +43,15 @@ impl Field<'_> {
     }
 
     /// Returns the verdict: what is left on machines as they may be, then nominally.
+    pub fn state(&self) -> Verdict {
+        match self.corrected().largest.within_tolerance.filter(|_| self.tolerance_mm.is_some()) {
+            _ if self.is_probably_worse() => Verdict::new(State::Bad, "Probably worse than no correction"),
+            Some(share) => spread_report::probable_state(share),
+            None => Verdict::new(State::Open, "No tolerance given"),
+        }
+    }
+
+    /// Returns the verdict in a sentence.
     pub fn verdict(&self) -> String {
         let (corrected, plain) = (self.corrected(), &self.plain().largest);
         let (worse, better) = (share_words(corrected.worse), share_words(corrected.better));

@@ -10,7 +10,7 @@ use crate::{
     machine::Machine,
     page::{
         Fact,
-        headline::{InTable, KeyNumber},
+        headline::{InTable, KeyNumber, State, Verdict},
         table::format_number,
     },
     process::uncertainty::{
@@ -335,7 +335,11 @@ impl Along<'_> {
             self.commands
         );
         let out = if self.out_without_force().is_some() { "out of tolerance; " } else { "" };
-        Some(KeyNumber::new(&millimetres(*off, 3), what, format!("{out}{place}")).found(found(*off)))
+        Some(
+            KeyNumber::new(&millimetres(*off, 3), what, format!("{out}{place}"))
+                .held_to(self.judged_by(), *off)
+                .found(found(*off)),
+        )
     }
 }
 
@@ -446,6 +450,37 @@ pub(crate) fn verdict_word(share: f64) -> &'static str {
     }
 }
 
+/// Returns the verdict on what is within tolerance with the probability `share`.
+pub(crate) fn probable_state(share: f64) -> Verdict {
+    let sure = probability(share);
+    match share {
+        share if share >= P95 => Verdict::new(State::Good, format!("Within tolerance with {sure} probability")),
+        share if share >= 0.5 => Verdict::new(State::Partly, format!("Within tolerance with only {sure} probability")),
+        share => Verdict::new(State::Bad, format!("Out of tolerance with {} probability", probability(1.0 - share))),
+    }
+}
+
+/// Returns the verdict by the distribution of the largest distance after compensation, in a few words.
+pub(crate) fn along_state(along: &Along<'_>, whole: &PathSpread) -> Verdict {
+    let judged = whole.compensated.as_ref().unwrap_or(&whole.plain);
+    let missing = along.points - judged.points;
+    let share = judged.spread.within_tolerance.filter(|_| along.judged_by().is_some());
+    if missing > 0 {
+        return Verdict::new(State::Bad, format!("{missing} of {} points not solved", along.points));
+    }
+    if whole.worse.is_some() && whole.is_probably_worse() {
+        return Verdict::new(State::Bad, "Probably worse than without compensation");
+    }
+    match (share, along.tolerance_mm) {
+        (Some(share), _) if share >= P95 && along.out_without_force().is_some() => {
+            Verdict::new(State::Partly, "Within tolerance, but not without the force")
+        }
+        (Some(share), _) => probable_state(share),
+        (None, None) => Verdict::new(State::Open, "No tolerance given"),
+        (None, Some(_)) => Verdict::new(State::Open, "Nothing to judge"),
+    }
+}
+
 /// Returns the verdict by the distribution of the largest distance after compensation.
 pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
     let (Along { path, points, .. }, name) = (along, &along.machine.name);
@@ -518,7 +553,8 @@ pub(crate) fn along_numbers(along: &Along<'_>, whole: &PathSpread) -> Vec<KeyNum
     let number = |own: &LargestSpread, how: &str, worse: Option<String>| {
         let size = or_dash(own.spread.p95_mm, |own| millimetres(own, 3));
         let what = format!("largest distance from the path not exceeded with 95 % probability, {how}");
-        KeyNumber::new(&size, what, against(own).into_iter().chain(worse).collect::<Vec<_>>().join("; "))
+        let number = KeyNumber::new(&size, what, against(own).into_iter().chain(worse).collect::<Vec<_>>().join("; "));
+        number.held_to(along.judged_by(), own.spread.p95_mm.unwrap_or(f64::INFINITY))
     };
     let compensated = whole.compensated.iter().map(|own| number(own, along.commands, whole.worse.map(worse)));
     compensated.chain([number(&whole.plain, "without compensation", None)]).collect()

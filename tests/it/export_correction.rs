@@ -398,10 +398,20 @@ fn tables_for_joints_that_do_harm_are_written_only_if_asked_for_and_that_is_said
     let shop = Shop::new(&format!("{FORCE}{}", errors.concat()));
     let small = ["--box", "-50,50,-50,50,-40,40", "--grid", "3,3,2", "--tolerance", "0.05", "--no-figures"];
     let (code, text, _) = shop.told("orthoglide", &small);
-    assert!(code == Some(0) && text.starts_with("With a table of 3 × 3 × 2 points"), "{text}");
+    assert!(
+        code == Some(0)
+            && text.starts_with("✓ Within tolerance with the table [nominal inputs]\nWith a table of 3 × 3 × 2 points"),
+        "{text}"
+    );
     assert!(!shop.out().join("joint_x.comp").exists());
     let (code, text, _) = shop.told("orthoglide", &[&small[..], &["--format", "comp"]].concat());
-    assert!(code == Some(0) && text.starts_with("Do not use the tables for single joints"), "{text}");
+    assert!(
+        code == Some(0)
+            && text.starts_with(
+                "✗ Do not use tables for single joints [nominal inputs]\nDo not use the tables for single joints"
+            ),
+        "{text}"
+    );
     assert!(shop.out().join("joint_x.comp").exists() && !shop.out().join("correction.csv").exists());
 }
 

@@ -159,7 +159,10 @@ fn command(limits: &str) -> (Option<i32>, String, tempfile::TempDir) {
 fn a_program_says_with_which_probability_limits_of_forces_hold() {
     let (code, words, folder) = command(&format!("force_limit_N = {LIMIT:?}"));
     // The limit costs more than compensation gains: the program is written, and its exit code is no success.
-    assert!(code == Some(1) && words.starts_with("Probably worse than without compensation"), "{code:?} {words}");
+    assert!(
+        code == Some(1) && words.starts_with("✗ Probably worse than without compensation [simulated] Probably worse"),
+        "{code:?} {words}"
+    );
     let report = std::fs::read_to_string(folder.path().join("out.nc.report.json")).unwrap();
     let report: Value = serde_json::from_str(&report).unwrap();
     let forces = &report["bounded"]["forces"];

@@ -5,7 +5,7 @@ use crate::{
     answer::cautions,
     compensation::Target,
     files::words::{counted, millimetres, position},
-    page::headline::{Headline, KeyNumber},
+    page::headline::{Headline, KeyNumber, State, Verdict},
     process::uncertainty::Draws,
     products::{
         correction::{CorrectionQuestion, ForceTerms, Worst},
@@ -152,14 +152,28 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
     let basis = format!("{} and forces off the grid", counted(answer.with_table.looked_at, "position"));
     if let Some(field) = report.field() {
         let basis = format!("{basis}, {}", counted(Draws::PER_SCRAMBLE, "draw"));
-        let headline = Headline::new(sentence(report), basis).with_cautions(&cautions(report));
+        let headline = Headline::new(sentence(report), basis).judged(state(report), false);
+        let headline = headline.with_cautions(&cautions(report));
         return headline.with_numbers(field.numbers().into_iter().chain([table_number(report)]));
     }
     Headline::new(sentence(report), basis)
+        .judged(state(report), true)
         .with_cautions(&cautions(report))
         .with(table_number(report))
         .with(error_number(&answer.without, "largest error without correction", ratio_text(report, &answer.without)))
         .with_numbers(joint_number(report))
+}
+
+/// Returns the verdict in a few words.
+fn state(report: &Report<'_>) -> Verdict {
+    match (report.field(), report.is_within()) {
+        _ if report.answer.is_per_joint_harmful() && report.has(CorrectionFormat::Comp) => {
+            Verdict::new(State::Bad, "Do not use tables for single joints")
+        }
+        (Some(field), _) => field.state(),
+        (None, true) => Verdict::new(State::Good, "Within tolerance with the table"),
+        (None, false) => Verdict::new(State::Bad, "Out of tolerance with the table"),
+    }
 }
 
 /// Returns the main sentence; tables that do harm come first.

@@ -14,7 +14,7 @@ use crate::{
     machine::{Machine, Motion},
     page::{
         SmallTable,
-        headline::{Extreme, Headline, InTable, KeyNumber},
+        headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
     },
     process::file::CorrectionLimits,
     products::program::{ForceCheck, ProgramJob, ProvedProgram, WithoutForce, bounded::LimitExcess},
@@ -279,6 +279,8 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let uncertain = report.job.uncertainty.as_ref();
     let forces = report.proved.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
     let mut headline = Headline::new(feed::verdict(report.job) + &verdict + &sure + &forces, basis)
+        .judged(state(report), uncertain.is_none())
+        .marked(Some("simulated"))
         .with_cautions(&report.proved.worse_as_written().unwrap_or_default())
         .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.gouge_text(report.job)))
         .with_cautions(
@@ -300,6 +302,34 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_numbers(numbers);
     headline.unsolved = report.proved.unsolved_as_written();
     headline
+}
+
+/// Returns the verdict on the written program, in a few words: what stands against running it first.
+fn state(report: &Report<'_>) -> Verdict {
+    let Report { job, proved, findings, .. } = report;
+    if let Some(written) = proved.passes.last().map(|pass| &pass.summary)
+        && written.solved < written.points
+    {
+        let lost = written.points - written.solved;
+        return Verdict::new(State::Bad, format!("Not to be run: fails at {lost} points"));
+    }
+    if proved.worse_as_written().is_some() {
+        return Verdict::new(State::Bad, "Not to be run: worse than its commands");
+    }
+    if findings.outside.outside() > 0 {
+        return findings.outside.state(&job.machine);
+    }
+    if findings.machined.as_ref().is_some_and(|own| !own.gouge_text(job).is_empty()) {
+        return Verdict::new(State::Bad, "Not to be run: cuts into the part");
+    }
+    if proved.exceeded.as_ref().is_some_and(|found| !found.is_empty()) {
+        return Verdict::new(State::Bad, "Exceeds a limit of the machine");
+    }
+    match (&proved.spread, job.process.tolerance_mm) {
+        (Some(distribution), _) => spread_report::along_state(&along(report), distribution),
+        (None, None) => Verdict::new(State::Open, "No tolerance given"),
+        (None, tolerance) => Verdict::of_share(findings.after.get(), tolerance, "the points"),
+    }
 }
 
 /// Returns how sentences about the distribution along the program name it.
@@ -451,7 +481,9 @@ fn distances(report: &Report<'_>) -> [Option<KeyNumber>; 2] {
     let Report { job, proved, findings, .. } = report;
     let number = |length: f64, decimals: i32, what: &str, within: ShareWithin, column: String| {
         let found = InTable::new("points", [column], &[], Extreme::Largest, length);
-        KeyNumber::new(&millimetres(length, decimals), what, tolerance_text(job, within)).found(found)
+        KeyNumber::new(&millimetres(length, decimals), what, tolerance_text(job, within))
+            .held_to(job.process.tolerance_mm, length)
+            .found(found)
     };
     let before = "largest distance from the path without compensation, where the tool cuts";
     let after =

@@ -4,7 +4,7 @@ use super::{ERRORS, MACHINE, summary::Report};
 use crate::{
     files::words::{counted, join_words, listed_up_to, millimetres, percent},
     machine::Machine,
-    page::headline::{Headline, KeyNumber},
+    page::headline::{Headline, KeyNumber, State, Verdict},
     questions::identification::{
         Coordinate, Estimate, IdentificationStudy, LossSpec, Measurement, Outlier, Pattern, SetScore, Unknown,
     },
@@ -53,7 +53,14 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
             .measured_mm()
             .map_or_else(String::new, |measured| format!("{} of what was measured", percent(value / measured)))
     };
+    let is_fitted = report.results.fit.is_converged && !report.results.fit.is_beyond_noise;
+    let verdict = match if is_fitted { identified } else { 0 } {
+        0 => Verdict::new(State::Bad, "Nothing identified"),
+        all if all == total => Verdict::new(State::Good, format!("All {total} parameters identified")),
+        some => Verdict::new(State::Partly, format!("{some} of {total} parameters identified")),
+    };
     Headline::new(sentence, basis(report.study))
+        .judged(verdict, false)
         .with_cautions(&cautions(report))
         .with_numbers(report.residual_mm().map(|rms| KeyNumber::new(&millimetres(rms, 3), "residual, RMS", share(rms))))
         .with_numbers(predicted.map(|value| {
@@ -68,6 +75,7 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
 /// Returns the first screen where nothing could be computed.
 pub(super) fn failed(study: &IdentificationStudy, failure: &Failure) -> Headline {
     Headline::new(format!("Nothing could be identified: {}.", failure.reason.trim_end_matches('.')), basis(study))
+        .judged(Verdict::new(State::Bad, "Nothing identified"), false)
 }
 
 /// Formats a number with four decimals, or in scientific notation if it is large or small.

@@ -11,7 +11,7 @@ use crate::{
         words::{counted, millimetres, percent},
     },
     machine::{Machine, Motion},
-    page::headline::{Extreme, Headline, InTable, KeyNumber},
+    page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
     questions::{
         map::{SourceEffect, WorkspaceMapStudy},
         spread_report,
@@ -206,9 +206,12 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
                 format!("How far the tool moves is known at only {known} of {points}: too few to say where it is best.")
             }
         };
-        return Headline::new(sentence, basis).with_cautions(&text.cautions);
+        let verdict = Verdict::new(State::Bad, "Too little could be computed");
+        return Headline::new(sentence, basis).judged(verdict, false).with_cautions(&text.cautions);
     };
     let acting = acting_words(&scene.machine, &scene.errors, !scene.force.is_zero());
+    let judged = if spread_is_known(summary) { summary.within_p95 } else { summary.within };
+    let verdict_of_share = Verdict::of_share(judged.get(), scene.tolerance_mm, "the box");
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
     let within = summary.within.words(scene.tolerance_mm, BOX);
     let spread = all.of(&P95_DEFLECTION);
@@ -231,11 +234,14 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let best = || {
         let against = scene.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(least.value)).unwrap_or_default();
         let what = format!("smallest, at {}", least.place());
-        KeyNumber::new(&low, what, against).found(in_map_table(&DEFLECTION, Extreme::Smallest, least.value))
+        KeyNumber::new(&low, what, against)
+            .held_to(scene.tolerance_mm, least.value)
+            .found(in_map_table(&DEFLECTION, Extreme::Smallest, least.value))
     };
     Headline::new(verdict(summary) + &moves, basis)
+        .judged(verdict_of_share, summary.study.uncertainty.is_none())
         .with_cautions(&text.cautions)
-        .with_numbers(spread.map(p95_number))
+        .with_numbers(spread.map(|ends| p95_number(ends).held_to(scene.tolerance_mm, ends[1].value)))
         .with(worst_number(summary, [least, most], &high))
         .with_numbers((low != high && spread.is_none()).then(best))
         .with_numbers(correction_number(all, summary))
@@ -258,6 +264,11 @@ fn verdict(summary: &Summary<'_>) -> String {
         }
     };
     format!("{word}{}: {within}{nominally}{falls}. ", spread_report::condition(summary.study.uncertainty.as_ref()))
+}
+
+/// Whether distributions were computed, so that the tolerance is judged by them.
+fn spread_is_known(summary: &Summary<'_>) -> bool {
+    summary.within_p95.get().is_some()
 }
 
 /// Returns the share of the box within tolerance with 95 % probability, also in words; `None` without tolerance or uncertain inputs.
@@ -296,7 +307,9 @@ fn worst_number(summary: &Summary<'_>, [least, most]: [&ValueAt<AtAngle>; 2], hi
     };
     let nominal = if summary.study.uncertainty.is_some() { "nominal " } else { "" };
     let what = format!("largest {nominal}tool deflection, at {}", most.place());
-    KeyNumber::new(high, what, against).found(in_map_table(&DEFLECTION, Extreme::Largest, most.value))
+    KeyNumber::new(high, what, against)
+        .held_to(summary.study.scene.tolerance_mm, most.value)
+        .found(in_map_table(&DEFLECTION, Extreme::Largest, most.value))
 }
 
 /// Returns the key number of the largest drive correction, of slides where the machine has slides and hinges.

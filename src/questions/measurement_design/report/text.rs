@@ -3,7 +3,7 @@
 use super::summary::Report;
 use crate::{
     files::words::{counted, join_words, millimetres},
-    page::headline::{Headline, KeyNumber},
+    page::headline::{Headline, KeyNumber, State, Verdict},
     questions::{
         identification::report::width_words,
         measurement_design::{HalfWidths, MeasurementDesignStudy},
@@ -31,7 +31,12 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
         open => format!("{chosen} will identify {} of {}{reached}.", total - open, counted(total, "parameter")),
     };
     let tested = report.final_widths().and_then(|widths| widths.tested_mm);
+    let verdict = match report.unidentified().len() {
+        0 => Verdict::new(State::Good, "All parameters will be identified"),
+        open => Verdict::new(State::Partly, format!("{open} of {total} parameters stay unknown")),
+    };
     Headline::new(sentence, basis_words(report.study))
+        .judged(verdict, false)
         .with_cautions(&open_words(report))
         .with_numbers(report.sufficient_count().map(|enough| {
             let what = "measurements are enough for the intervals wanted";
@@ -46,6 +51,7 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
 /// Returns the first screen where nothing could be computed.
 pub(super) fn failed(study: &MeasurementDesignStudy, failure: &Failure) -> Headline {
     Headline::new(format!("Nothing could be planned: {}.", failure.reason.trim_end_matches('.')), basis_words(study))
+        .judged(Verdict::new(State::Bad, "Nothing could be planned"), false)
 }
 
 /// Says how well the tool will be predicted where it is tested, if that is the criterion.

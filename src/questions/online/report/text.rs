@@ -2,11 +2,12 @@
 
 use super::{Compared, percent_of, quantities};
 use crate::{
+    answer::cautions::OutsidePositions,
     files::{
         text_table::text_table,
         words::{counted, millimetres, millimetres_in_table, or_dash},
     },
-    page::headline::{Headline, KeyNumber},
+    page::headline::{Headline, KeyNumber, State, Verdict},
     questions::{
         online::{Band, BreakEven, LoopGain},
         path::report::{cautions_of, facts_text, outside},
@@ -91,7 +92,20 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         Some(_) => " This is said of medians over machines; in how many it is so stands below.",
         None => "",
     };
+    let verdict = match compared.break_even {
+        _ if !outside(&study.path).is_empty() => {
+            OutsidePositions::of(&study.path.machine, study.path.positions()).state(&study.path.machine)
+        }
+        Some(BreakEven::Always) => Verdict::new(State::Good, "Measuring the force pays"),
+        Some(BreakEven::From(error)) => {
+            Verdict::new(State::Partly, format!("Measuring the force pays above {} error", percent_of(error)))
+        }
+        Some(BreakEven::Never(_)) => Verdict::new(State::Bad, "Measuring the force does not pay"),
+        None => Verdict::new(State::Bad, "Nothing could be compared"),
+    };
     Headline::new(outside(&study.path) + &main_sentence(compared) + medians, basis)
+        .judged(verdict, false)
+        .marked(Some("simulated"))
         .with_cautions(&cautions(compared))
         .with_numbers(sure_key_number(compared))
         .with_numbers(break_even_key_number(compared))

@@ -17,7 +17,7 @@ use crate::{
         words::{counted, join_words, millimetres, millimetres_in_table, or_dash},
     },
     machine::Motion,
-    page::headline::{Extreme, Headline, InTable, KeyNumber},
+    page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
     process::program_file::line_in_words,
     questions::{
         path::{MethodAlongPath, PathStudy, PointEffect},
@@ -243,11 +243,16 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let name = &study.machine.name;
     let Some((worst, k)) = summary.largest_displacement() else {
         let sentence = format!("How far the tool of {name} leaves the path could be computed at none of its points.");
-        return Headline::new(sentence, basis).with_cautions(&text.cautions);
+        let verdict = Verdict::new(State::Bad, "Nothing could be computed");
+        return Headline::new(sentence, basis).judged(verdict, false).with_cautions(&text.cautions);
     };
     let verdict = outside(study);
     if let Some((sure, numbers)) = spread_headline(summary) {
-        return Headline::new(verdict + &sure, basis).with_cautions(&text.cautions).with_numbers(numbers);
+        return Headline::new(verdict + &sure, basis)
+            .judged(state(summary), false)
+            .marked(Some("simulated"))
+            .with_cautions(&text.cautions)
+            .with_numbers(numbers);
     }
     let acting = acting_words(&study.machine, &study.errors, has_force(study));
     let off = millimetres(worst, 3);
@@ -262,10 +267,34 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let against = summary.within.words(study.tolerance_mm, POINTS).unwrap_or_default();
     let number = KeyNumber::new(&off, "largest distance from the path without compensation", against);
     Headline::new(sentence, basis)
+        .judged(state(summary), true)
+        .marked(Some("simulated"))
         .with_cautions(&text.cautions)
-        .with(number.found(in_points_table(&DISPLACEMENT, worst)))
+        .with(number.held_to(study.tolerance_mm, worst).found(in_points_table(&DISPLACEMENT, worst)))
         .with_numbers(residual.map(|residual| residual_number(summary, residual)))
         .with_numbers(correction_number(summary))
+}
+
+/// Returns the verdict on the path as compensated, in a few words.
+fn state(summary: &Summary<'_>) -> Verdict {
+    let study = summary.study;
+    let points = study.stations.len();
+    let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
+    if !outside(study).is_empty() {
+        return OutsidePositions::of(&study.machine, study.positions()).state(&study.machine);
+    }
+    match (&summary.whole, summary.failed_count(), study.tolerance_mm, left) {
+        (Some(whole), ..) => spread_report::along_state(&along(summary), whole),
+        (None, failed @ 1.., ..) => Verdict::new(State::Bad, format!("{failed} of {points} points not compensated")),
+        (None, 0, None, _) => Verdict::new(State::Open, "No tolerance given"),
+        (None, 0, Some(_), _) if summary.within.get() == Some(1.0) => {
+            Verdict::new(State::Good, "Within tolerance without compensation")
+        }
+        (None, 0, Some(tolerance), Some(left)) if left <= tolerance => {
+            Verdict::new(State::Good, "Within tolerance once compensated")
+        }
+        (None, 0, Some(_), _) => Verdict::new(State::Bad, "Out of tolerance, also compensated"),
+    }
 }
 
 /// Returns the verdict by the distribution of the largest distance after compensation, and its key numbers; `None` where inputs are taken as exact.
@@ -291,7 +320,9 @@ fn residual_number(summary: &Summary<'_>, mm: f64) -> KeyNumber {
             format!("largest residual error at the {} of {points} points that could be compensated", points - failed)
         }
     };
-    KeyNumber::new(&millimetres(mm, 4), what, against).found(in_points_table(&RESIDUAL_ERROR, mm))
+    KeyNumber::new(&millimetres(mm, 4), what, against)
+        .held_to(summary.study.tolerance_mm, mm)
+        .found(in_points_table(&RESIDUAL_ERROR, mm))
 }
 
 /// Returns the key number of the largest drive correction, of slides where the machine has slides and hinges, with the drive force.

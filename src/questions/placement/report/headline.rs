@@ -8,7 +8,7 @@ use super::{
 use crate::{
     answer::{ShareWithin, cautions},
     files::words::{counted, percent, typographic, with_minus_signs},
-    page::headline::{Extreme, Headline, InTable, KeyNumber},
+    page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
     process::file::NOT_CONTROLLED,
     questions::{
         path::report::facts_text,
@@ -31,7 +31,8 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     let Some((entry, evaluation)) = best_entry(results) else {
         let sentences = infeasible_text(results);
         let (first, rest) = sentences.split_once('\n').unwrap_or((&sentences, ""));
-        return Headline::new(first, basis).with_cautions(rest).with_cautions(&cautions_text(study));
+        let verdict = Verdict::new(State::Bad, "No place can be cut");
+        return Headline::new(first, basis).judged(verdict, false).with_cautions(rest).with_cautions(&cautions_text(study));
     };
     let uncertainty = study.features[0].uncertainty.as_deref();
     basis += &format!(", {}", spread_report::basis(uncertainty));
@@ -63,12 +64,42 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
             )
     });
     Headline::new(sentence, basis)
+        .judged(state(results, entry, evaluation), entry.spread.is_none())
+        .marked(Some("simulated"))
         .with_cautions(&robust_text(results))
         .with_cautions(&spread_cautions)
         .with_cautions(&cautions_text(study))
         .with_cautions(&not_corrected(evaluation))
         .with_numbers(numbers)
         .with_numbers(margin_number(results))
+}
+
+/// Returns the verdict on the best place in a few words; one at the bound of the search is not the best for sure.
+fn state(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> Verdict {
+    let study = &results.study;
+    let share = |metric| evaluation.metrics.get(metric);
+    let judged = match &entry.spread {
+        Some(spread) => spread_report::along_state(&along(study), &spread.largest),
+        None if share(Metric::ShareWithin) == Some(1.0) => {
+            Verdict::new(State::Good, "Within tolerance without compensation")
+        }
+        None => match share(Metric::ShareWithinCorrected) {
+            Some(1.0) => Verdict::new(State::Good, "Within tolerance once compensated"),
+            Some(corrected) => Verdict::of_share(Some(corrected), common_tolerance(study), "the path"),
+            // Without limits compensation leaves nothing.
+            None if study.has_limits() || share(Metric::WorstCorrection).is_none() => {
+                Verdict::of_share(share(Metric::ShareWithin), common_tolerance(study), "the path")
+            }
+            None => Verdict::new(State::Good, "Within tolerance once compensated"),
+        },
+    };
+    let is_at_bound = |margin: &Margin| matches!(margin.end, End::Bound) && margin.distance < NO_ROOM_MM;
+    match judged.state {
+        State::Good | State::Partly if results.flatness.iter().any(is_at_bound) => {
+            Verdict::new(State::Partly, "Best place lies at the search bound")
+        }
+        _ => judged,
+    }
 }
 
 /// Returns the cautions for any placement: the workpiece carrier, an assumed workspace box, and axes that the drives do not control.

@@ -14,7 +14,7 @@ use crate::{
     input::error::Result,
     page::{
         Description, Explorer, Fact, Group, Section, TableNote,
-        headline::{Extreme, Headline, InTable, KeyNumber},
+        headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
     },
     questions::{
         Answered,
@@ -118,7 +118,12 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
     let at_best = |found: Option<FoundValue<'_>>, what: &str, extreme| {
         found.map(|found| best_gamma_number(report, &found, what, extreme))
     };
+    let verdict = match report.smallest_at_best() {
+        None => Verdict::new(State::Bad, "No rotation about the tool is possible"),
+        Some(_) => Verdict::of_share(report.share_within().get(), scene.tolerance_mm, "the places"),
+    };
     Headline::new(answer_sentence(report), basis)
+        .judged(verdict, true)
         .with_cautions(&scene.cautions(not_used, "place", positions))
         .with_numbers(at_best(report.largest_at_best(), "largest deflection at the best γ", Extreme::Largest))
         .with_numbers(at_best(report.smallest_at_best(), "smallest", Extreme::Smallest))

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     answer::{Tolerance, ValueAt, force_words},
     files::words::{counted, join_words, listed_up_to, millimetres, or_dash, percent, typographic},
-    page::headline::{Extreme, Headline, KeyNumber},
+    page::headline::{Extreme, Headline, KeyNumber, State, Verdict},
     process::uncertainty::{Draws, P95},
     questions::{
         spread_report,
@@ -178,13 +178,8 @@ fn probable_verdict(summary: &Summary<'_>, locations: &[LocationResult]) -> Stri
         return String::new();
     }
     let (known, tolerance) = (by_probability(locations), summary.study.tolerance);
-    let share = |(_, spread): &(&str, &DeflectionSpread)| spread.within_tolerance.unwrap_or_default();
-    let word = match (known.first().map(share), known.last().map(share)) {
-        (Some(least), _) if least >= P95 && known.len() == locations.len() => "Effects may be added",
-        (_, Some(most)) if most < 1.0 - P95 => "Effects may not be added",
-        (_, Some(most)) if most >= P95 => "Effects may not be added at every location",
-        (Some(_), _) => "Uncertain whether effects may be added",
-        (None, _) => return "The probability is known at no location, as none was solved. ".into(),
+    let Some(word) = probable_word(summary, locations) else {
+        return "The probability is known at no location, as none was solved. ".into();
     };
     let at = |(index, (name, spread)): (usize, &(&str, &DeflectionSpread))| {
         format!("{}{} at {name}", probability(spread), if index == 0 { " probability" } else { "" })
@@ -196,6 +191,19 @@ fn probable_verdict(summary: &Summary<'_>, locations: &[LocationResult]) -> Stri
     let all = listed_up_to(MOST_NAMED, known.iter().enumerate().map(at));
     let condition = spread_report::condition(summary.study.uncertainty.as_ref());
     format!("{word}{condition}: the superposition error is within {tolerance} mm with {all}{unsolved}. ")
+}
+
+/// Returns in a few words whether effects may be added, by the distributions at locations; `None` without any.
+fn probable_word(summary: &Summary<'_>, locations: &[LocationResult]) -> Option<&'static str> {
+    summary.study.uncertainty.as_ref()?;
+    let known = by_probability(locations);
+    let share = |(_, spread): &(&str, &DeflectionSpread)| spread.within_tolerance.unwrap_or_default();
+    Some(match (known.first().map(share)?, known.last().map(share)?) {
+        (least, _) if least >= P95 && known.len() == locations.len() => "Effects may be added",
+        (_, most) if most < 1.0 - P95 => "Effects may not be added",
+        (_, most) if most >= P95 => "Effects may not be added at every location",
+        _ => "Uncertain whether effects may be added",
+    })
 }
 
 /// Returns what the distributions at locations are and what they rest on; empty where inputs are taken as exact.
@@ -277,7 +285,8 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
     let most = summary.largest(Sum::Superposition, Followed::Tool, &SUPERPOSITION_ERROR);
     let (Some(most), Some(share)) = (most, summary.safe_share()) else {
         let sentence = format!("{probable}Nothing can be said about adding effects: none of the {places} was solved.");
-        return Headline::new(sentence, basis).with_cautions(&cautions);
+        let verdict = Verdict::new(State::Bad, "Nothing could be computed");
+        return Headline::new(sentence, basis).judged(verdict, false).with_cautions(&cautions);
     };
     let parts: Vec<&str> = Source::parts(&scene.machine).iter().map(|source| source.words()).collect();
     let effects = join_words(&parts);
@@ -299,10 +308,27 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
     let begin = if probable.is_empty() { "The".into() } else { format!("{probable}Nominally, the") };
     let nominally = if uncertainty.is_some() { "nominal " } else { "" };
     Headline::new(format!("{begin} effects of {effects} {verdict}"), basis)
+        .judged(state(summary, locations, share), uncertainty.is_none())
         .with_cautions(&cautions)
         .with_numbers(p95_key_number(locations))
         .with(error_key_number(Tolerance(*tolerance), most, &wrong, nominally))
         .with_numbers(load_key_number(summary, locations, nominally))
+}
+
+/// Returns the verdict in a few words: by the distributions at locations, else by the `share` of the box within tolerance.
+fn state(summary: &Summary<'_>, locations: &[LocationResult], share: f64) -> Verdict {
+    let sure = probable_word(summary, locations);
+    let state = match (sure, share) {
+        (Some("Effects may be added"), _) | (None, 1.0) => State::Good,
+        (Some("Effects may not be added"), _) | (None, 0.0) => State::Bad,
+        _ => State::Partly,
+    };
+    let nominal = || match share {
+        1.0 => "Effects may be added".to_owned(),
+        0.0 => "Effects may not be added".into(),
+        share => format!("Effects may be added in {}", percent(share)),
+    };
+    Verdict::new(state, sure.map_or_else(nominal, str::to_owned))
 }
 
 /// Returns the largest 95 % quantile of the superposition error at a location; `None` where there is none.
@@ -320,7 +346,9 @@ fn error_key_number(tolerance: Tolerance, largest: &ValueAt<Worst>, wrong: &str,
     let what = format!("largest {nominally}superposition error, at the tool tip, at {}", largest.place());
     let rows = [["sum", Sum::Superposition.label()], ["followed", Followed::Tool.label()]];
     let reference = SUPERPOSITION_ERROR.found_in("map.csv", &rows, Extreme::Largest, largest.value);
-    KeyNumber::new(wrong, what, tolerance.against(largest.value)).found(reference)
+    KeyNumber::new(wrong, what, tolerance.against(largest.value))
+        .held_to(Some(tolerance.0), largest.value)
+        .found(reference)
 }
 
 /// Returns the largest load within tolerance in the whole box as a key number.

@@ -8,7 +8,7 @@ use crate::{
         text_table::text_table,
         words::{counted, or_dash, typographic},
     },
-    page::headline::{Headline, KeyNumber},
+    page::headline::{Headline, KeyNumber, State, Verdict},
     questions::validation::{Compared, Quoted, Relation, ValidationResults, ValidationStudy},
     simulation::SOLVED,
 };
@@ -256,7 +256,13 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
     let agree = KeyNumber::new(&agreeing.to_string(), of_all, "each within its tolerance, in the table below");
     let with_reason = format!("{explained} with a reason, below");
     let differ = (differing > 0).then(|| KeyNumber::new(&differing.to_string(), "differ", with_reason));
+    let state = match agreeing {
+        0 => State::Bad,
+        agreeing if agreeing == total => State::Good,
+        _ => State::Partly,
+    };
     Headline::new(sentence, basis)
+        .judged(Verdict::new(state, format!("{agreeing} of {total} quoted numbers agree")), false)
         .with_cautions(cautions)
         .with(agree)
         .with_numbers(differ)
