@@ -244,7 +244,8 @@ fn uncompensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Eval
         "largest distance of the tool from its path, without compensation",
         against,
     );
-    Some(number.found(in_candidates_table(study, entry, metric, evaluation.metrics.get(metric)?)))
+    let value = evaluation.metrics.get(metric)?;
+    Some(number.held_to(common_tolerance(study), value).found(in_candidates_table(study, entry, metric, value)))
 }
 
 /// Returns the key number of the worst residual error within limits; without limits, of the largest correction.
@@ -264,8 +265,9 @@ fn compensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evalua
             ("largest drive correction that keeps the tool on its path".into(), force.unwrap_or_default())
         }
     };
-    let number = KeyNumber::new(&words_of(metric)?, what, against);
-    Some(number.found(in_candidates_table(study, entry, metric, evaluation.metrics.get(metric)?)))
+    let (number, value) = (KeyNumber::new(&words_of(metric)?, what, against), evaluation.metrics.get(metric)?);
+    let tolerance = common_tolerance(study).filter(|_| metric == Metric::WorstResidual);
+    Some(number.held_to(tolerance, value).found(in_candidates_table(study, entry, metric, value)))
 }
 
 /// Margins below this are shown as none, mm.
