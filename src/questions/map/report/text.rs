@@ -234,9 +234,11 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let best = || {
         let against = scene.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(least.value)).unwrap_or_default();
         let what = format!("smallest, at {}", least.place());
-        KeyNumber::new(&low, what, against)
-            .held_to(scene.tolerance_mm, least.value)
-            .found(in_map_table(&DEFLECTION, Extreme::Smallest, least.value))
+        KeyNumber::new(&low, what, against).held_to(scene.tolerance_mm, least.value).found(in_map_table(
+            &DEFLECTION,
+            Extreme::Smallest,
+            least.value,
+        ))
     };
     Headline::new(verdict(summary) + &moves, basis)
         .judged(verdict_of_share, summary.study.uncertainty.is_none())
@@ -307,9 +309,11 @@ fn worst_number(summary: &Summary<'_>, [least, most]: [&ValueAt<AtAngle>; 2], hi
     };
     let nominal = if summary.study.uncertainty.is_some() { "nominal " } else { "" };
     let what = format!("largest {nominal}tool deflection, at {}", most.place());
-    KeyNumber::new(high, what, against)
-        .held_to(summary.study.scene.tolerance_mm, most.value)
-        .found(in_map_table(&DEFLECTION, Extreme::Largest, most.value))
+    KeyNumber::new(high, what, against).held_to(summary.study.scene.tolerance_mm, most.value).found(in_map_table(
+        &DEFLECTION,
+        Extreme::Largest,
+        most.value,
+    ))
 }
 
 /// Returns the key number of the largest drive correction, of slides where the machine has slides and hinges.

@@ -32,7 +32,10 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
         let sentences = infeasible_text(results);
         let (first, rest) = sentences.split_once('\n').unwrap_or((&sentences, ""));
         let verdict = Verdict::new(State::Bad, "No place can be cut");
-        return Headline::new(first, basis).judged(verdict, false).with_cautions(rest).with_cautions(&cautions_text(study));
+        return Headline::new(first, basis)
+            .judged(verdict, false)
+            .with_cautions(rest)
+            .with_cautions(&cautions_text(study));
     };
     let uncertainty = study.features[0].uncertainty.as_deref();
     basis += &format!(", {}", spread_report::basis(uncertainty));
