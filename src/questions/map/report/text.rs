@@ -309,11 +309,8 @@ fn worst_number(summary: &Summary<'_>, [least, most]: [&ValueAt<AtAngle>; 2], hi
     };
     let nominal = if summary.study.uncertainty.is_some() { "nominal " } else { "" };
     let what = format!("largest {nominal}tool deflection, at {}", most.place());
-    KeyNumber::new(high, what, against).held_to(summary.study.scene.tolerance_mm, most.value).found(in_map_table(
-        &DEFLECTION,
-        Extreme::Largest,
-        most.value,
-    ))
+    let found = in_map_table(&DEFLECTION, Extreme::Largest, most.value);
+    KeyNumber::new(high, what, against).held_to(summary.study.scene.tolerance_mm, most.value).found(found)
 }
 
 /// Returns the key number of the largest drive correction, of slides where the machine has slides and hinges.
