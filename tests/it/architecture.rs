@@ -227,10 +227,10 @@ const MOST_LINES: [(&[&str], usize); 11] = [
     (&["src/simulation", "src/redundancy"], 5_340),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_700),
     (&["src/figures", "src/page"], 9_830),
-    (&["src/questions"], 24_650),
+    (&["src/questions"], 24_655),
     (&["src/products", "src/inspect", "src/explore"], 12_375),
     (&["src/cli"], 3_025),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 123_375),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 123_380),
 ];
 
 #[test]
