@@ -148,6 +148,18 @@ impl Progress {
             }
             // Told of parts by whoever watches them.
             Event::Shard { .. } => {}
+            Event::Stock { cell_mm, bytes } => {
+                let megabytes = (bytes as f64 / 1e6).ceil();
+                let text = format!("{}: the stock, in cells of {cell_mm} mm, takes at most {megabytes} MB", self.study);
+                log::info!("{text}");
+                match self.form {
+                    Form::Auto => self.bar.suspend(|| eprintln!("{}", visible(&text))),
+                    Form::Json => {
+                        self.line(json!({ "event": "stock", "study": self.study, "cell_mm": cell_mm, "bytes": bytes }));
+                    }
+                    Form::None => {}
+                }
+            }
             Event::Best(best) => {
                 state.best = Some(best);
                 self.bar.set_message(format!("refining, best {best:.6}"));

@@ -465,6 +465,21 @@ impl StockRemoval {
     /// # Errors
     /// A mesh or part in metres, a path sampled too coarsely, a stock that lies askew, a field too large.
     pub(super) fn field(&self, axes: &Axes, path: &Toolpath) -> Result<Field> {
+        let (stock, cell_mm, _) = self.uncut(axes, path)?;
+        Field::new(stock, cell_mm).or_else(|error| self.check.fail(error.to_string()))
+    }
+
+    /// Returns the size of the cells, mm, and the memory that the field of the stock takes at most for `path` of `machine`, bytes.
+    ///
+    /// # Errors
+    /// Those of the stock for this path.
+    pub fn field_size(&self, path: &Toolpath, machine: &Machine, placement: &Placement) -> Result<(f64, u64)> {
+        let (_, cell_mm, bytes) = self.uncut(&self.axes_along(path, (machine, placement)), path)?;
+        Ok((cell_mm, bytes as u64))
+    }
+
+    /// Returns the uncut stock, the size of its cells, mm, and the memory that its field takes at most, bytes.
+    fn uncut(&self, axes: &Axes, path: &Toolpath) -> Result<(Stock, f64, usize)> {
         self.check_unit(path)?;
         let paths = || self.earlier.iter().map(|own| &own.1).chain([path]);
         let moves = paths().map(Toolpath::len).sum();
@@ -518,7 +533,7 @@ impl StockRemoval {
             );
             return self.check.key("cell_mm").fail(problem);
         }
-        Field::new(stock, cell_mm).or_else(|error| self.check.fail(error.to_string()))
+        Ok((stock, cell_mm, bytes))
     }
 }
 

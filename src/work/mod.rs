@@ -54,6 +54,13 @@ pub enum Event {
         /// Damaged ones, which are computed again.
         lost: usize,
     },
+    /// Before stock is cut: how large its cells are, and how much memory it takes at most.
+    Stock {
+        /// Size of a cell, mm.
+        cell_mm: f64,
+        /// Memory, bytes.
+        bytes: u64,
+    },
     /// Another part of the work begins, whose items are counted anew.
     Stage(Stage),
     /// One of the pieces that a [`Share`] holds is there.

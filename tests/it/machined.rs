@@ -1,6 +1,6 @@
 //! The machined surface of a program, and the bend of the tool where it makes a wall, against sums and lines of their own.
 
-use crate::support::uncertain::job;
+use crate::support::{command::told, uncertain::job};
 use kinetostat::{
     Work,
     compensation::Method,
@@ -23,6 +23,20 @@ fn process(tool: &str) -> String {
         "tolerance_mm = 0.05\n[placement]\norigin_mm = [0.0, 0.0, 100.0]\n[force.end_milling]\nmaterial = \"Al 7075-T6\"\n[stock]\n\
          box = {{ min_mm = [-20.0, 2.5, -5.0], max_mm = [20.0, 30.0, 10.0] }}\n[tools.1]\ndiameter_mm = 10.0\nteeth = 4\n{tool}"
     )
+}
+
+#[test]
+fn the_memory_of_the_stock_is_said_before_it_is_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(at("part.nc"), LINE).unwrap();
+    std::fs::write(at("process.toml"), format!("schema = 1\n{}", process(BENDS))).unwrap();
+    let (program, process, out) = (at("part.nc"), at("process.toml"), at("out.nc"));
+    let (_, _, said) = told(&["compensate", &program, "--machine", "orthoglide", "--process", &process, "--out", &out]);
+    // 40 mm and 27.5 mm in cells of a quarter of a millimetre are 17,600 columns.
+    let megabytes = said.split_once("the stock, in cells of 0.25 mm, takes at most ").expect(&said).1;
+    let megabytes: f64 = megabytes.split_once(" MB").unwrap().0.parse().unwrap();
+    assert!((1.0..20.0).contains(&megabytes), "{said}");
 }
 
 /// Three slides in series, each with its stiffness.

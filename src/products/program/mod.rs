@@ -41,6 +41,7 @@ use crate::{
     input::error::{Error, Result},
     machine::{Coordinate, Machine},
     process::{
+        PathReference,
         file::Process,
         uncertainty::{ForceSpread, Uncertainty, UncertaintyTable},
     },
@@ -162,7 +163,11 @@ impl ProgramJob {
         }
         check_orientations(&process, &path, name)?;
         #[cfg(not(target_family = "wasm"))]
-        if process.stock.is_some() {
+        if let Some(stock) = &process.stock {
+            if process.placement.reference == PathReference::ToolTip {
+                let (cell_mm, bytes) = stock.field_size(&path, &process.machine, &process.placement)?;
+                work.tell(Event::Stock { cell_mm, bytes });
+            }
             work.tell(Event::Stage(crate::work::Stage { of: "moves cut", items: path.len() }));
         }
         let path = process.mark_cutting_and_tell(path, name, &mut || work.tell(Event::Computed(1)))?;
