@@ -160,6 +160,7 @@ fn the_tool_and_the_offset_in_force_give_the_radius() {
         (iso("T=\"MILL\" D1 M6\nT5 M6\nG41 G1 X0 Y0 F9"), Dialect::Sinumerik, 3.0),
         (iso("G54 G90 G0 G41 D1 X0 Y0"), Dialect::Fanuc, 5.0),
         (conversational("1 TOOL CALL 5 Z S1\n2 TOOL CALL Z S2"), Dialect::Heidenhain, 3.0),
+        (conversational("1 TOOL CALL 5 Z S1 DL+0 DR+0,0"), Dialect::Heidenhain, 3.0),
     ] {
         assert_eq!(at(&source, dialect), Ok(vec![expected]), "{source}");
     }
@@ -179,6 +180,7 @@ fn the_tool_and_the_offset_in_force_give_the_radius() {
         (conversational("1 TOOL  CALL 3 Z DR+0.1"), Dialect::Heidenhain, "DR in its call"),
         (conversational("1 TOOL CALL 3 Z DR+0.1\n2 TOOL CALL Z S3000"), Dialect::Heidenhain, "DR in its call"),
         (conversational("1 TOOL DEF 3 L+0 R+6\n2 TOOL CALL 3 Z"), Dialect::Heidenhain, "sets a radius of a tool"),
+        (conversational("1 TOOL DEF 3 L0 R6\n2 TOOL CALL 3 Z"), Dialect::Heidenhain, "sets a radius of a tool"),
     ] {
         let error = at(&source, dialect).expect_err(&source);
         assert!(error.contains(expected), "{source}: {error}");
@@ -192,6 +194,24 @@ fn tangents_that_a_post_has_rounded_are_none_the_worse() {
                   G3 X82.819 Y-0.264 I5.011 J25.465\nG1 X90 Y5\nG40 X50 Y50\nM30\n";
     let lines = written(source, 5.0);
     assert!(lines.iter().any(|line| line.starts_with("G3 ")), "{lines:?}");
+    // Small outer fillets, whose radii at both ends differ by rounding, so that the corner before them is a slight inner one.
+    for i in ["0.0005", "0.002", "0.003"] {
+        let source = format!(
+            "G90 G17\nG0 X0 Y20 Z0\nG41 D1 G1 X0 Y0 F200\nX30\nG2 X30.5 Y-0.5 I{i} J-0.5\nG1 Y-40\nG40 X60\nM30\n"
+        );
+        for point in points(&source, Dialect::Fanuc, 5.0, [4, 6]) {
+            // The exact fillet has its centre at (30, -0.5).
+            let away = match point {
+                [x, _] if x <= 30.0 => point[1],
+                [_, y] if y <= -0.5 => point[0] - 30.5,
+                [x, y] => (x - 30.0).hypot(y + 0.5) - 0.5,
+            };
+            assert!((away - 5.0).abs() < 0.012, "{i}: {point:?} {away}");
+        }
+    }
+    let boss = "G90 G17\nG0 X36.151 Y-111.753 Z0\nG41 D1 G1 X35.296 Y-100.786 F200\nX5.885 Y-103.079\n\
+                G2 X5.348 Y-102.619 I-0.039 J0.498\nG1 X2.317 Y-63.737\nG40 G1 X-30\nM30\n";
+    assert!(written(boss, 5.0).iter().any(|line| line.starts_with("G2 ")));
 }
 
 #[test]

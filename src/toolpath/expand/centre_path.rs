@@ -605,7 +605,13 @@ fn corner([a, b]: [&Element; 2], is_rapid: [bool; 2], distance: f64) -> Result<C
         return Err(RadiusFault::TurnsBack);
     }
     if angle * distance > 0.0 {
-        return at_once(meeting.ok_or(RadiusFault::Narrow)?);
+        // Where rounding has moved the radius of an arc, parallels of what is nearly tangential may miss one another.
+        let is_slight = distance.abs() * (1.0 - libm::cos(angle)) < SMALL_MM;
+        let between = || {
+            let half = libm::cos(angle / 2.0) * libm::cos(angle / 2.0);
+            [0, 1].map(|axis| a.to[axis] + (f64::midpoint(end[axis], start[axis]) - a.to[axis]) / half)
+        };
+        return at_once(meeting.or_else(|| is_slight.then(between)).ok_or(RadiusFault::Narrow)?);
     }
     if let Some(point) = meeting.filter(|point| reach(point) < MITRE_MM) {
         return at_once(point);

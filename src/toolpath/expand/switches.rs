@@ -114,7 +114,8 @@ impl Control {
             }
             if dialect == Dialect::Heidenhain {
                 let words: Vec<&str> = code.split_whitespace().skip_while(|word| is_block_number(word)).collect();
-                let has_radius = words.iter().any(|word| word.starts_with("R+") || word.starts_with("R-"));
+                let is_radius = |word: &&str| word.strip_prefix('R').is_some_and(|rest| is_number_start(rest));
+                let has_radius = words.iter().any(is_radius);
                 if words.starts_with(&["TOOL", "DEF"]) && has_radius && self.sets_radius.is_none() {
                     self.sets_radius = Some((line, refuse(0, RadiusFault::SetByProgram)));
                 }
@@ -188,6 +189,11 @@ fn is_block_number(word: &str) -> bool {
     word.bytes().all(|byte| byte.is_ascii_digit())
 }
 
+/// Whether a number with or without a sign begins `text`.
+fn is_number_start(text: &str) -> bool {
+    text.trim_start_matches(['+', '-']).starts_with(|c: char| c.is_ascii_digit())
+}
+
 /// Returns which tool a TOOL CALL of Heidenhain's calls, and DR; nothing for one that changes the speed alone.
 fn tool_call(code: &str) -> Vec<(usize, ToolWord)> {
     let mut words = code.split_whitespace().skip_while(|word| is_block_number(word));
@@ -202,7 +208,9 @@ fn tool_call(code: &str) -> Vec<(usize, ToolWord)> {
         Some(b'"' | b'Q') => found.push((at, ToolWord::Tool { is_named: true })),
         _ => {}
     }
-    found.extend(code.contains(" DR").then_some((at, ToolWord::Delta)));
+    let deltas = code.split_whitespace().filter_map(|word| word.strip_prefix("DR"));
+    let has_delta = deltas.map(|value| value.replace(',', ".").parse::<f64>()).any(|value| value != Ok(0.0));
+    found.extend(has_delta.then_some((at, ToolWord::Delta)));
     found
 }
 
