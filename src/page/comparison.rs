@@ -10,6 +10,7 @@ use super::{
     description::Shape,
     drawn::compare_draws,
     folder::{ResultFolder, href, relative_display},
+    headline::{self, State},
     picture::{Picture, winner_picture},
     record::{Changes, input_changes, manifest_facts, tolerance_mm},
     single::{FigureView, draw_figure},
@@ -115,7 +116,10 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     };
     let told = cannot_run.clone() + probability.as_deref().unwrap_or_default();
     let probability = Some(told).filter(|told| !told.is_empty());
-    let verdict = verdict.map(|own| Verdict { sentence: cannot_run + &own.sentence, ..own });
+    let outside = || headline::Verdict::new(State::Bad, "A path cannot be run as placed");
+    let judged = (!cannot_run.is_empty()).then(outside);
+    let verdict =
+        verdict.map(|own| Verdict { sentence: cannot_run + &own.sentence, judged: judged.or(own.judged), ..own });
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
         let quantity = writer(aligned).main_quantity()?;
         let winners = aligned.winners(quantity)?;

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::{
     folder::ResultFolder,
+    headline::{self, State},
     sentences::three_digits,
     verdict::{LargeNumber, Verdict},
 };
@@ -108,6 +109,8 @@ fn is_safer(p95: Option<f64>, other: Option<f64>) -> bool {
 #[derive(Debug, Default)]
 pub(super) struct DrawnVerdict {
     pub sentence: String,
+    /// What is better how surely, in a few words.
+    judged: Option<headline::Verdict>,
     numbers: Vec<LargeNumber>,
     lines: Vec<String>,
 }
@@ -115,11 +118,11 @@ pub(super) struct DrawnVerdict {
 impl DrawnVerdict {
     /// Returns the first screen with this before what nominal numbers say.
     pub fn before(self, nominal: Option<Verdict>) -> Verdict {
-        let Verdict { sentence, numbers, lines, checks } = nominal.unwrap_or_default();
+        let Verdict { sentence, numbers, lines, checks, judged } = nominal.unwrap_or_default();
         let numbers = self.numbers.into_iter().chain(numbers).take(3).collect();
         let nominal = (!sentence.is_empty()).then(|| format!("With nominal numbers: {sentence}"));
         let lines = self.lines.into_iter().chain(nominal).chain(lines).collect();
-        Verdict { sentence: self.sentence, numbers, lines, checks }
+        Verdict { sentence: self.sentence, numbers, lines, checks, judged: self.judged.or(judged) }
     }
 }
 
@@ -189,6 +192,14 @@ fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> DrawnVerdict 
             let is_apart = is_safer(draws[safer].p95_mm(which), draws[other_one].p95_mm(which));
             let [safe, unsafe_one] = [safer, other_one].map(|who| (called(who), draws[who].p95_words(which)));
             let [called_better, called_worse] = [better, worse].map(called);
+            if is_first {
+                let (state, words) = match (most >= P95, is_apart) {
+                    (true, _) => (State::Good, format!("{name} better with {sure} probability")),
+                    (false, true) => (State::Partly, format!("{} is the safer one", letters[safer])),
+                    (false, false) => (State::Open, "Cannot be told apart".into()),
+                };
+                verdict.judged.get_or_insert(headline::Verdict::new(state, words));
+            }
             sentences.extend(is_first.then(|| match (most >= P95, is_apart) {
                 (true, _) => format!(
                     "{called_better} is better than {called_worse} with {sure} probability: its largest distance from the path, {words}, is smaller by more \

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::{
     aligned::Aligned,
     description::{Better, Quantity, Shape},
+    headline::{self, State},
     picture::{Picture, bar_picture},
     sentences::{three_digits, without_extreme_word},
     winners::{Extremes, percent},
@@ -22,6 +23,8 @@ pub(super) struct Verdict {
     pub numbers: Vec<LargeNumber>,
     pub lines: Vec<String>,
     pub checks: Vec<Check>,
+    /// Whether the difference matters, in a few words.
+    pub judged: Option<headline::Verdict>,
 }
 
 /// A key number in large letters: what it is, and what it is compared with.
@@ -68,6 +71,9 @@ impl VerdictWriter<'_> {
             Some(tolerance) => self.add_tolerance_share(quantity, best, tolerance, by_place, &mut verdict),
             None if by_place => self.add_difference(quantity, best, &mut verdict),
             None => {}
+        }
+        if self.tolerance_mm.is_none() {
+            verdict.judged = Some(headline::Verdict::new(State::Open, "No tolerance given"));
         }
         Some(verdict)
     }
@@ -136,6 +142,12 @@ impl VerdictWriter<'_> {
             return;
         }
         let matters = differences.iter().filter(|(_, by)| *by > tolerance).count();
+        let (state, words) = match matters as f64 / differences.len() as f64 {
+            0.0 => (State::Open, "No difference beyond the tolerance".into()),
+            1.0 => (State::Good, "Difference matters everywhere".into()),
+            share => (State::Partly, format!("Difference matters in {} of {}", percent(share), self.extent_words())),
+        };
+        verdict.judged = Some(headline::Verdict::new(state, words));
         verdict.lines.push(match matters {
             0 => format!(
                 "Nowhere do the results differ by more than the tolerance of {tolerance} mm: the difference does not \

@@ -114,7 +114,7 @@ impl Control {
             }
             if dialect == Dialect::Heidenhain {
                 let words: Vec<&str> = code.split_whitespace().skip_while(|word| is_block_number(word)).collect();
-                let is_radius = |word: &&str| word.strip_prefix('R').is_some_and(|rest| is_number_start(rest));
+                let is_radius = |word: &&str| word.strip_prefix('R').is_some_and(is_number_start);
                 let has_radius = words.iter().any(is_radius);
                 if words.starts_with(&["TOOL", "DEF"]) && has_radius && self.sets_radius.is_none() {
                     self.sets_radius = Some((line, refuse(0, RadiusFault::SetByProgram)));
