@@ -209,8 +209,10 @@ FULL = [
         fi
         tests/processors/check.sh "$PROGRAM" "$OUT/processors"
     """, ("program",)),
-    Stage("linuxcnc", "The kinematics in LinuxCNC's simulator, which is large to install.", 'KINETOSTAT="$PROGRAM" linuxcnc/test.sh',
-          ("controllers",)),
+    Stage("linuxcnc", "The kinematics in LinuxCNC's simulator, which is large to install, and its interpreter on contours.", '''
+        KINETOSTAT="$PROGRAM" linuxcnc/test.sh
+        python3 tests/oracles/check_centre_path.py "$PROGRAM" --count 300
+    ''', ("controllers",)),
 ]
 
 
