@@ -8,6 +8,7 @@ use crate::toolpath::{
     read::gcode::{Expansion, Program, dialect, lines::Lines},
 };
 
+mod beside;
 mod calls;
 mod centre_path;
 mod contour;
