@@ -450,6 +450,9 @@ pub(crate) fn verdict_word(share: f64) -> &'static str {
     }
 }
 
+/// Verdict on commands that lead the tool out of tolerance in air, in a spring pass and with a broken tool.
+pub(crate) const ONLY_UNDER_FORCE: &str = "Within tolerance, but not without the force";
+
 /// Returns the verdict on what is within tolerance with the probability `share`.
 pub(crate) fn probable_state(share: f64) -> Verdict {
     let sure = probability(share);
@@ -473,7 +476,7 @@ pub(crate) fn along_state(along: &Along<'_>, whole: &PathSpread) -> Verdict {
     }
     match (share, along.tolerance_mm) {
         (Some(share), _) if share >= P95 && along.out_without_force().is_some() => {
-            Verdict::new(State::Partly, "Within tolerance, but not without the force")
+            Verdict::new(State::Partly, ONLY_UNDER_FORCE)
         }
         (Some(share), _) => probable_state(share),
         (None, None) => Verdict::new(State::Open, "No tolerance given"),

@@ -227,10 +227,10 @@ const MOST_LINES: [(&[&str], usize); 11] = [
     (&["src/simulation", "src/redundancy"], 5_340),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_710),
     (&["src/figures", "src/page"], 9_855),
-    (&["src/questions"], 24_655),
-    (&["src/products", "src/inspect", "src/explore"], 12_380),
+    (&["src/questions"], 24_660),
+    (&["src/products", "src/inspect", "src/explore"], 12_385),
     (&["src/cli"], 3_035),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 123_470),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 123_480),
 ];
 
 #[test]

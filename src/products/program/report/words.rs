@@ -328,6 +328,12 @@ fn state(report: &Report<'_>) -> Verdict {
     match (&proved.spread, job.process.tolerance_mm) {
         (Some(distribution), _) => spread_report::along_state(&along(report), distribution),
         (None, None) => Verdict::new(State::Open, "No tolerance given"),
+        (None, Some(tolerance))
+            if findings.after.get() == Some(1.0)
+                && proved.without_force.most.is_some_and(|(_, off)| off > tolerance) =>
+        {
+            Verdict::new(State::Partly, spread_report::ONLY_UNDER_FORCE)
+        }
         (None, tolerance) => Verdict::of_share(findings.after.get(), tolerance, "the points"),
     }
 }
