@@ -112,14 +112,15 @@ impl Output {
         let statuses = &self.statuses;
         let unsolved: serde_json::Map<String, Value> =
             statuses.iter().filter(|c| !c.is_solved()).map(|c| (c.status.clone(), json!(c.rows))).collect();
-        let rows =
-            |counts: &mut dyn Iterator<Item = &StatusCount>| counts.map(|count| count.rows).sum::<usize>() as f64;
-        let share = rows(&mut statuses.iter().filter(|count| !count.is_solved())) / rows(&mut statuses.iter());
-        self.page.headline.unsolved = StatusCount::unsolved(statuses);
-        if let Some(verdict) = self.page.headline.verdict.take_if(|_| share > 0.0) {
-            self.page.headline.verdict = Some(verdict.with_unsolved(share));
+        let rows: usize = statuses.iter().map(|count| count.rows).sum();
+        let lost: usize = statuses.iter().filter(|count| !count.is_solved()).map(|count| count.rows).sum();
+        let headline = &mut self.page.headline;
+        headline.unsolved = StatusCount::unsolved(statuses);
+        if lost > 0 {
+            let share = lost as f64 / rows as f64;
+            headline.verdict = headline.verdict.take().map(|verdict| verdict.with_unsolved(share));
         }
-        self.summary["rows"] = json!(statuses.iter().map(|count| count.rows).sum::<usize>());
+        self.summary["rows"] = json!(rows);
         self.summary["rows_unsolved"] = unsolved.into();
     }
 

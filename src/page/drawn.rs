@@ -193,26 +193,34 @@ fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> DrawnVerdict 
             let [safe, unsafe_one] = [safer, other_one].map(|who| (called(who), draws[who].p95_words(which)));
             let [called_better, called_worse] = [better, worse].map(called);
             if is_first {
-                let (state, words) = match (most >= P95, is_apart) {
-                    (true, _) => (State::Good, format!("{name} better with {sure} probability")),
-                    (false, true) => (State::Partly, format!("{} is the safer one", letters[safer])),
-                    (false, false) => (State::Open, "Cannot be told apart".into()),
+                let (state, in_short, sentence) = match (most >= P95, is_apart) {
+                    (true, _) => (
+                        State::Good,
+                        format!("{name} better with {sure} probability"),
+                        format!(
+                            "{called_better} is better than {called_worse} with {sure} probability: its largest distance from the path, {words}, is smaller \
+                             by more than 0.5 % (95 % quantile {p95} against {other_p95})."
+                        ),
+                    ),
+                    (false, true) => (
+                        State::Partly,
+                        format!("{} is the safer one", letters[safer]),
+                        format!(
+                            "{} is the safer one: with 95 % probability it stays within {}, {} within {}. In a single draw either may be better: {smaller}.",
+                            safe.0, safe.1, unsafe_one.0, unsafe_one.1
+                        ),
+                    ),
+                    (false, false) => (
+                        State::Open,
+                        "Cannot be told apart".into(),
+                        format!(
+                            "{called_better} and {called_worse} cannot be told apart: {smaller} (95 % quantile {p95} against {other_p95})."
+                        ),
+                    ),
                 };
-                verdict.judged.get_or_insert(headline::Verdict::new(state, words));
+                verdict.judged.get_or_insert(headline::Verdict::new(state, in_short));
+                sentences.push(sentence);
             }
-            sentences.extend(is_first.then(|| match (most >= P95, is_apart) {
-                (true, _) => format!(
-                    "{called_better} is better than {called_worse} with {sure} probability: its largest distance from the path, {words}, is smaller by more \
-                     than 0.5 % (95 % quantile {p95} against {other_p95})."
-                ),
-                (false, true) => format!(
-                    "{} is the safer one: with 95 % probability it stays within {}, {} within {}. In a single draw either may be better: {smaller}.",
-                    safe.0, safe.1, unsafe_one.0, unsafe_one.1
-                ),
-                (false, false) => format!(
-                    "{called_better} and {called_worse} cannot be told apart: {smaller} (95 % quantile {p95} against {other_p95})."
-                ),
-            }));
             let p95 = draws[other].p95_words(which);
             against.push(format!("in {} {p95}; {name} better with {sure} probability", letters[other]));
         }

@@ -87,7 +87,7 @@ impl Verdict {
         match self.state {
             State::Bad => self,
             _ if unsolved >= 0.5 => Verdict::new(State::Bad, words),
-            State::Good | State::Partly => Verdict::new(State::Partly, format!("{}: {words}", "Partly known")),
+            State::Good | State::Partly => Verdict::new(State::Partly, format!("Partly known: {words}")),
             State::Open => self,
         }
     }
@@ -154,8 +154,8 @@ impl Headline {
 
     /// Adds a mark, such as "simulated".
     #[must_use]
-    pub fn marked(mut self, mark: Option<&str>) -> Self {
-        self.marks.extend(mark.map(String::from));
+    pub fn marked(mut self, mark: &str) -> Self {
+        self.marks.push(mark.into());
         self
     }
 

@@ -42,7 +42,7 @@ impl Field<'_> {
         &self.spread.ways[1]
     }
 
-    /// Returns the verdict: what is left on machines as they may be, then nominally.
+    /// Returns the verdict in a few words.
     pub fn state(&self) -> Verdict {
         match self.corrected().largest.within_tolerance.filter(|_| self.tolerance_mm.is_some()) {
             _ if self.is_probably_worse() => Verdict::new(State::Bad, "Probably worse than no correction"),
@@ -51,7 +51,7 @@ impl Field<'_> {
         }
     }
 
-    /// Returns the verdict in a sentence.
+    /// Returns the verdict: what is left on machines as they may be, then nominally.
     pub fn verdict(&self) -> String {
         let (corrected, plain) = (self.corrected(), &self.plain().largest);
         let (worse, better) = (share_words(corrected.worse), share_words(corrected.better));

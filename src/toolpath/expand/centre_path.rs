@@ -18,8 +18,8 @@ use crate::toolpath::{
     model::{
         MotionGeometry, Plane, TurnDirection,
         gcode::{
-            CutterOf, Dialect, Distance, Fault, FeedMode, GWord, GcodeError, Motion, MotionCode, RadiusFault, Refusal,
-            Setting, Word, located,
+            CutterOf, Dialect, Distance, Fault, FeedMode, GWord, GcodeError, Motion, MotionCode, PartialPosition,
+            RadiusFault, Refusal, Setting, Word, located,
         },
     },
     read::gcode::{Block, Program, lines},
@@ -247,16 +247,10 @@ type Located = (usize, Refusal);
 impl CentrePath<'_> {
     /// Follows a line, of which this was `seen`, with its block, if it is one.
     fn follow(&mut self, block: Option<&Block>, seen: Seen) -> Result<(), Located> {
-        let before = self.modes;
+        let (line, modes) = (seen.line, self.modes);
         for (mode, own) in self.modes.iter_mut().zip(seen.modes) {
             *mode = own.unwrap_or(*mode);
         }
-        self.follow_in(block, seen, before)
-    }
-
-    /// Follows a line before which these `modes` are in force.
-    fn follow_in(&mut self, block: Option<&Block>, seen: Seen, modes: [Distance; 2]) -> Result<(), Located> {
-        let line = seen.line;
         let refuse = |line: usize, fault: RadiusFault| {
             let content = self.program.content(line);
             let begin = lines::prefix_len(content);
@@ -334,7 +328,7 @@ impl CentrePath<'_> {
             if is_arc && (is_first || section.ends) {
                 return Err(at_motion(RadiusFault::Arc));
             }
-            let ends = motion.end[0].zip(motion.end[1]).map(|(x, y)| [x, y]);
+            let ends = in_plane(motion.end);
             let element = match motion.geometry {
                 MotionGeometry::Line(from, to) => element([from.x, from.y], [to.x, to.y], None),
                 MotionGeometry::Arc(arc) => {
@@ -349,9 +343,7 @@ impl CentrePath<'_> {
                     Some(Element { from: [from.x, from.y], to: [to.x, to.y], arc: Some((arc.centre(), turn)) })
                 }
                 // Its height may not be known yet.
-                _ => {
-                    motion.start[0].zip(motion.start[1]).zip(ends).and_then(|(from, to)| element(from.into(), to, None))
-                }
+                _ => in_plane(motion.start).zip(ends).and_then(|(from, to)| element(from, to, None)),
             };
             if ends.is_none() {
                 match section.ends {
@@ -403,21 +395,16 @@ impl CentrePath<'_> {
         let contour: Vec<usize> = (1..section.pieces.len().saturating_sub(usize::from(section.is_left)))
             .filter(|index| section.pieces[*index].element.is_some())
             .collect();
-        let Some(first) = contour.first() else {
-            return match section.pieces.first().filter(|_| section.distance != 0.0) {
-                None => Ok(()),
-                Some(piece) => {
-                    let refusal = Refusal::new(piece.motion.span.clone(), Fault::Radius(RadiusFault::Alone));
-                    Err((piece.line, refusal))
-                }
-            };
-        };
-        let elements: Vec<&Element> =
-            contour.iter().filter_map(|index| section.pieces[*index].element.as_ref()).collect();
         let refuse = |index: usize, fault: RadiusFault| {
             let Piece { line, motion, .. } = &section.pieces[index];
             (*line, Refusal::new(motion.span.clone(), Fault::Radius(fault)))
         };
+        let Some(first) = contour.first() else {
+            let is_alone = section.distance != 0.0 && !section.pieces.is_empty();
+            return if is_alone { Err(refuse(0, RadiusFault::Alone)) } else { Ok(()) };
+        };
+        let elements: Vec<&Element> =
+            contour.iter().filter_map(|index| section.pieces[*index].element.as_ref()).collect();
         // Where the centre is at the start and the end of each element, and the corner before it.
         let distance = section.distance;
         let mut ways = vec![[elements[0].beside(false, distance); 2]; elements.len()];
@@ -439,15 +426,14 @@ impl CentrePath<'_> {
             return Err(refuse(index, RadiusFault::CutsInto { line: line + 1 }));
         }
         // The move to the contour ends, and that away from it starts, beside it.
-        let mut at = section.pieces[0].motion.start[0].zip(section.pieces[0].motion.start[1]).map(|(x, y)| [x, y]);
+        let mut at = in_plane(section.pieces[0].motion.start);
         for (index, piece) in section.pieces.iter().enumerate() {
             let number = contour.partition_point(|other| *other < index);
             let (to, corner) = match () {
                 () if index < *first => (ways[0][0], None),
                 () if contour.get(number) == Some(&index) => (ways[number][1], turns[number]),
                 () if section.is_left && index + 1 == section.pieces.len() => {
-                    let [x, y, _] = piece.motion.end;
-                    (x.zip(y).map_or([0.0; 2], |(x, y)| [x, y]), None)
+                    (in_plane(piece.motion.end).unwrap_or_default(), None)
                 }
                 () => (at.unwrap_or_default(), None),
             };
@@ -476,27 +462,27 @@ impl CentrePath<'_> {
             true => word_number(b'X', value),
             false => long_number(b'X', value),
         };
+        // What a number counts from.
+        let base = |mode: Distance, from: Point, axis: usize| match mode {
+            Distance::Absolute => motion.origin[axis],
+            Distance::Incremental => from[axis],
+        };
         let mut written = Vec::new();
         let mut begin = from;
         if let Some((end, centre, turn)) = around {
             let start = from.unwrap_or_default();
             begin = Some(end);
-            let steps = piece.modes[0] == Distance::Incremental;
-            let base = |axis: usize| if steps { start[axis] } else { motion.origin[axis] };
             let text = if dialect == Dialect::Heidenhain {
                 let radius = libm::hypot(end[0] - centre[0], end[1] - centre[1]);
                 let [x, y] = [0, 1].map(|axis| signed((end[axis] - motion.origin[axis]) / mm));
                 let sense = if turn == TurnDirection::CounterClockwise { "+" } else { "-" };
                 format!("CR X{x} Y{y} R{} DR{sense}", signed(radius / mm))
             } else {
-                let middle = |axis: usize| match piece.modes[1] {
-                    Distance::Absolute => motion.origin[axis],
-                    Distance::Incremental => start[axis],
-                };
+                let [ends, centres] = [(end, piece.modes[0]), (centre, piece.modes[1])]
+                    .map(|(at, mode)| [0, 1].map(|axis| number((at[axis] - base(mode, start, axis)) / mm)));
                 let mut words = vec![style.motion(MotionCode::Arc(turn))];
-                words.extend([0, 1].map(|axis| style.axis(axis, &number((end[axis] - base(axis)) / mm))));
-                let centres = [('I', 0), ('J', 1)];
-                words.extend(centres.map(|(letter, at)| style.word(letter, &number((centre[at] - middle(at)) / mm))));
+                words.extend([0, 1].map(|axis| style.axis(axis, &ends[axis])));
+                words.extend([0, 1].map(|axis| style.word(['I', 'J'][axis], &centres[axis])));
                 words.join(style.separator())
             };
             let sweep_rad = Some(sweep(start, end, centre, turn));
@@ -512,11 +498,11 @@ impl CentrePath<'_> {
         for axis in 0..2 {
             let index = edit.find(|word| word.letter == ['X', 'Y'][axis]);
             let own = index.and_then(|index| motion.words[index].distance);
-            let base = match own.unwrap_or(motion.modal.distance) {
-                Distance::Absolute => motion.origin[axis],
-                Distance::Incremental => begin.ok_or(RadiusFault::Unknown)?[axis],
-            };
-            let text = number((to[axis] - base) / mm);
+            let mode = own.unwrap_or(motion.modal.distance);
+            if mode == Distance::Incremental && begin.is_none() {
+                return Err(RadiusFault::Unknown);
+            }
+            let text = number((to[axis] - base(mode, begin.unwrap_or_default(), axis)) / mm);
             match index {
                 Some(index) => edit.set_number(index, &text),
                 None => edit.add_axis(axis, &text),
@@ -543,11 +529,8 @@ impl CentrePath<'_> {
                     }
                     for (axis, letter) in [(0, 'I'), (1, 'J')] {
                         let own = find(letter).and_then(|index| motion.words[index].distance);
-                        let base = match own.unwrap_or(motion.modal.centres) {
-                            Distance::Absolute => motion.origin[axis],
-                            Distance::Incremental => begin[axis],
-                        };
-                        edit.set_arc_word(letter, &number((centre[axis] - base) / mm));
+                        let from = base(own.unwrap_or(motion.modal.centres), begin, axis);
+                        edit.set_arc_word(letter, &number((centre[axis] - from) / mm));
                     }
                 }
             }
@@ -559,6 +542,11 @@ impl CentrePath<'_> {
         self.lines.insert(piece.line, written);
         Ok(())
     }
+}
+
+/// Returns the coordinates X and Y of a position, if both are known.
+fn in_plane([x, y, _]: PartialPosition) -> Option<Point> {
+    Some([x?, y?])
 }
 
 /// Returns the element between two points; `None` if they are the same.
@@ -607,9 +595,9 @@ impl Path<'_> {
                 is_near.then_some((index, pieces[*other].line))
             })
         };
-        let begin = pieces[0].motion.start[0].zip(pieces[0].motion.start[1]);
         let first = self.contour.first().copied();
-        let to_it = begin.and_then(|(x, y)| element([x, y], self.ways[0][0], None)).filter(|_| is_fed(0));
+        let begin = in_plane(pieces[0].motion.start);
+        let to_it = begin.and_then(|begin| element(begin, self.ways[0][0], None)).filter(|_| is_fed(0));
         if let Some(found) = to_it.and_then(|way| cuts(0, &way, first, 0.0)) {
             return Some(found);
         }
@@ -629,8 +617,8 @@ impl Path<'_> {
             }
         }
         let last = pieces.len() - 1;
-        let away = pieces[last].motion.end[0].zip(pieces[last].motion.end[1]).filter(|_| *is_left && is_fed(last));
-        let way = away.and_then(|(x, y)| element(self.ways.last()?[1], [x, y], None));
+        let end = in_plane(pieces[last].motion.end).filter(|_| *is_left && is_fed(last));
+        let way = end.and_then(|end| element(self.ways.last()?[1], end, None));
         way.and_then(|way| cuts(last, &way, self.contour.last().copied(), 0.0))
     }
 }

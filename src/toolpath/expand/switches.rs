@@ -116,8 +116,8 @@ impl Control {
                 let words: Vec<&str> = code.split_whitespace().skip_while(|word| is_block_number(word)).collect();
                 let is_radius = |word: &&str| word.strip_prefix('R').is_some_and(is_number_start);
                 let has_radius = words.iter().any(is_radius);
-                if words.starts_with(&["TOOL", "DEF"]) && has_radius && self.sets_radius.is_none() {
-                    self.sets_radius = Some((line, refuse(0, RadiusFault::SetByProgram)));
+                if words.starts_with(&["TOOL", "DEF"]) && has_radius {
+                    self.sets_radius.get_or_insert((line, refuse(0, RadiusFault::SetByProgram)));
                 }
                 let Some((at, side)) = conversational_switch(&code) else { return Ok(None) };
                 self.check(side).map_err(|fault| refuse(at, fault))?;
@@ -128,9 +128,9 @@ impl Control {
         }
         // What cannot be read is refused later.
         let Ok(Statement::Words { words, .. }) = reader.parse_line(content) else { return Ok(None) };
-        if self.sets_radius.is_none() {
-            let word = words.iter().find(|_| dialect.is_iso() && sets_radius(&words));
-            self.sets_radius = word.map(|word| (line, word.refuse(Fault::Radius(RadiusFault::SetByProgram))));
+        if dialect.is_iso() && sets_radius(&words) {
+            let refusal = words[0].refuse(Fault::Radius(RadiusFault::SetByProgram));
+            self.sets_radius.get_or_insert((line, refusal));
         }
         let Some((index, mut switch)) = coded_switch(&words, dialect) else { return Ok(None) };
         let at = words[index].span.start;

@@ -280,7 +280,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let forces = report.proved.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
     let mut headline = Headline::new(feed::verdict(report.job) + &verdict + &sure + &forces, basis)
         .judged(state(report), uncertain.is_none())
-        .marked(Some("simulated"))
+        .marked("simulated")
         .with_cautions(&report.proved.worse_as_written().unwrap_or_default())
         .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.gouge_text(report.job)))
         .with_cautions(

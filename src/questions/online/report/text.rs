@@ -2,7 +2,6 @@
 
 use super::{Compared, percent_of, quantities};
 use crate::{
-    answer::cautions::OutsidePositions,
     files::{
         text_table::text_table,
         words::{counted, millimetres, millimetres_in_table, or_dash},
@@ -10,7 +9,7 @@ use crate::{
     page::headline::{Headline, KeyNumber, State, Verdict},
     questions::{
         online::{Band, BreakEven, LoopGain},
-        path::report::{cautions_of, facts_text, outside},
+        path::report::{cautions_of, facts_text, outside, outside_positions},
         spread_report::{self, SpreadCounts},
     },
     simulation::SOLVED,
@@ -92,10 +91,9 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         Some(_) => " This is said of medians over machines; in how many it is so stands below.",
         None => "",
     };
+    let positions = outside_positions(&study.path);
     let verdict = match compared.break_even {
-        _ if !outside(&study.path).is_empty() => {
-            OutsidePositions::of(&study.path.machine, study.path.positions()).state(&study.path.machine)
-        }
+        _ if positions.outside() > 0 => positions.state(&study.path.machine),
         Some(BreakEven::Always) => Verdict::new(State::Good, "Measuring the force pays"),
         Some(BreakEven::From(error)) => {
             Verdict::new(State::Partly, format!("Measuring the force pays above {} error", percent_of(error)))
@@ -105,7 +103,7 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
     };
     Headline::new(outside(&study.path) + &main_sentence(compared) + medians, basis)
         .judged(verdict, false)
-        .marked(Some("simulated"))
+        .marked("simulated")
         .with_cautions(&cautions(compared))
         .with_numbers(sure_key_number(compared))
         .with_numbers(break_even_key_number(compared))

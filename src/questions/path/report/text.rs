@@ -121,7 +121,12 @@ fn has_force(study: &PathStudy) -> bool {
 
 /// Returns the sentence that the machine cannot run the path as placed, as positions are outside its workspace; empty where it can.
 pub(crate) fn outside(study: &PathStudy) -> String {
-    OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path")
+    outside_positions(study).verdict(&study.machine, "this path")
+}
+
+/// Counts the positions outside the workspace box.
+pub(crate) fn outside_positions(study: &PathStudy) -> OutsidePositions {
+    OutsidePositions::of(&study.machine, study.positions())
 }
 
 /// Returns the cautions for any result along the path of `study`: about the machine, its errors and assumed values.
@@ -250,7 +255,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     if let Some((sure, numbers)) = spread_headline(summary) {
         return Headline::new(verdict + &sure, basis)
             .judged(state(summary), false)
-            .marked(Some("simulated"))
+            .marked("simulated")
             .with_cautions(&text.cautions)
             .with_numbers(numbers);
     }
@@ -268,7 +273,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let number = KeyNumber::new(&off, "largest distance from the path without compensation", against);
     Headline::new(sentence, basis)
         .judged(state(summary), true)
-        .marked(Some("simulated"))
+        .marked("simulated")
         .with_cautions(&text.cautions)
         .with(number.held_to(study.tolerance_mm, worst).found(in_points_table(&DISPLACEMENT, worst)))
         .with_numbers(residual.map(|residual| residual_number(summary, residual)))
@@ -280,8 +285,9 @@ fn state(summary: &Summary<'_>) -> Verdict {
     let study = summary.study;
     let points = study.stations.len();
     let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
-    if !outside(study).is_empty() {
-        return OutsidePositions::of(&study.machine, study.positions()).state(&study.machine);
+    let positions = outside_positions(study);
+    if positions.outside() > 0 {
+        return positions.state(&study.machine);
     }
     match (&summary.whole, summary.failed_count(), study.tolerance_mm, left) {
         (Some(whole), ..) => spread_report::along_state(&along(summary), whole),

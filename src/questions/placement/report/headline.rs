@@ -68,7 +68,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     });
     Headline::new(sentence, basis)
         .judged(state(results, entry, evaluation), entry.spread.is_none())
-        .marked(Some("simulated"))
+        .marked("simulated")
         .with_cautions(&robust_text(results))
         .with_cautions(&spread_cautions)
         .with_cautions(&cautions_text(study))

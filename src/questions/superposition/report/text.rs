@@ -178,7 +178,7 @@ fn probable_verdict(summary: &Summary<'_>, locations: &[LocationResult]) -> Stri
         return String::new();
     }
     let (known, tolerance) = (by_probability(locations), summary.study.tolerance);
-    let Some(word) = probable_word(summary, locations) else {
+    let Some((_, word)) = probable_word(summary, locations) else {
         return "The probability is known at no location, as none was solved. ".into();
     };
     let at = |(index, (name, spread)): (usize, &(&str, &DeflectionSpread))| {
@@ -193,16 +193,16 @@ fn probable_verdict(summary: &Summary<'_>, locations: &[LocationResult]) -> Stri
     format!("{word}{condition}: the superposition error is within {tolerance} mm with {all}{unsolved}. ")
 }
 
-/// Returns in a few words whether effects may be added, by the distributions at locations; `None` without any.
-fn probable_word(summary: &Summary<'_>, locations: &[LocationResult]) -> Option<&'static str> {
+/// Returns whether effects may be added, also in a few words, by the distributions at locations; `None` without any.
+fn probable_word(summary: &Summary<'_>, locations: &[LocationResult]) -> Option<(State, &'static str)> {
     summary.study.uncertainty.as_ref()?;
     let known = by_probability(locations);
     let share = |(_, spread): &(&str, &DeflectionSpread)| spread.within_tolerance.unwrap_or_default();
     Some(match (known.first().map(share)?, known.last().map(share)?) {
-        (least, _) if least >= P95 && known.len() == locations.len() => "Effects may be added",
-        (_, most) if most < 1.0 - P95 => "Effects may not be added",
-        (_, most) if most >= P95 => "Effects may not be added at every location",
-        _ => "Uncertain whether effects may be added",
+        (least, _) if least >= P95 && known.len() == locations.len() => (State::Good, "Effects may be added"),
+        (_, most) if most < 1.0 - P95 => (State::Bad, "Effects may not be added"),
+        (_, most) if most >= P95 => (State::Partly, "Effects may not be added at every location"),
+        _ => (State::Partly, "Uncertain whether effects may be added"),
     })
 }
 
@@ -317,18 +317,14 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
 
 /// Returns the verdict in a few words: by the distributions at locations, else by the `share` of the box within tolerance.
 fn state(summary: &Summary<'_>, locations: &[LocationResult], share: f64) -> Verdict {
-    let sure = probable_word(summary, locations);
-    let state = match (sure, share) {
-        (Some("Effects may be added"), _) | (None, 1.0) => State::Good,
-        (Some("Effects may not be added"), _) | (None, 0.0) => State::Bad,
-        _ => State::Partly,
-    };
-    let nominal = || match share {
-        1.0 => "Effects may be added".to_owned(),
-        0.0 => "Effects may not be added".into(),
-        share => format!("Effects may be added in {}", percent(share)),
-    };
-    Verdict::new(state, sure.map_or_else(nominal, str::to_owned))
+    if let Some((state, words)) = probable_word(summary, locations) {
+        return Verdict::new(state, words);
+    }
+    match share {
+        1.0 => Verdict::new(State::Good, "Effects may be added"),
+        0.0 => Verdict::new(State::Bad, "Effects may not be added"),
+        share => Verdict::new(State::Partly, format!("Effects may be added in {}", percent(share))),
+    }
 }
 
 /// Returns the largest 95 % quantile of the superposition error at a location; `None` where there is none.
