@@ -72,7 +72,7 @@ impl OutsidePositions {
         let Self { count, outside, .. } = self;
         let words = format!("{outside} of {count} points outside");
         match has_assumed_workspace(machine) {
-            true => Verdict::new(State::Partly, words + " an assumed workspace box"),
+            true => Verdict::new(State::Partly, words + " an assumed box"),
             false => Verdict::new(State::Bad, words + " the workspace"),
         }
     }

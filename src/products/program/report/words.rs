@@ -316,14 +316,15 @@ fn state(report: &Report<'_>) -> Verdict {
     if proved.worse_as_written().is_some() {
         return Verdict::new(State::Bad, "Not to be run: worse than its commands");
     }
-    if findings.outside.outside() > 0 {
-        return findings.outside.state(&job.machine);
-    }
     if findings.machined.as_ref().is_some_and(|own| !own.gouge_text(job).is_empty()) {
         return Verdict::new(State::Bad, "Not to be run: cuts into the part");
     }
     if proved.exceeded.as_ref().is_some_and(|found| !found.is_empty()) {
         return Verdict::new(State::Bad, "Exceeds a limit of the machine");
+    }
+    // Of an assumed box it is a doubt only, behind what is known to be wrong.
+    if findings.outside.outside() > 0 {
+        return findings.outside.state(&job.machine);
     }
     match (&proved.spread, job.process.tolerance_mm) {
         (Some(distribution), _) => spread_report::along_state(&along(report), distribution),
