@@ -10,15 +10,18 @@ use super::style::{self, BORDER, PAGE_WIDTH, Sizes};
 use super::text::LINE_PITCH;
 
 const SIZES: Sizes = Sizes::FIGURE;
-/// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
-const AZIMUTH: f64 = -60.0;
+/// Direction of view: the eye stands at one of these azimuths from +x, the first unless another shows more of what was cut, and this elevation from the xy
+/// plane, in degrees.
+const AZIMUTHS: [f64; 4] = [-60.0, 30.0, 120.0, 210.0];
+/// How much more another azimuth has to show.
+const MORE: f64 = 1.02;
 const ELEVATION: f64 = 45.0;
 const GAP: f64 = 30.0;
 /// Highest view, in pixels.
 const TALLEST: f64 = 700.0;
 /// Pixels of the page for one of the picture.
 const PIXEL: f64 = 1.25;
-/// Where the light comes from, as a unit vector, and the share of it that is everywhere.
+/// Where the light comes from at the first azimuth, as a unit vector, and the share of it that is everywhere.
 const LIGHT: [f64; 3] = [-0.36, -0.48, 0.8];
 const AMBIENT: f64 = 0.62;
 /// Grey of what was not cut.
@@ -74,7 +77,8 @@ pub(super) fn scene(figure: &PartFigure, colours: Colours) -> Result<Scene, Figu
     let missing = all().any(|face| *face == FaceValue::Unknown).then_some(UNKNOWN);
     let bar = ColourBar { scale, quantity: &figure.quantity, missing, size: SIZES.body, tick_size: SIZES.tick };
     let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
-    let mut projection = Projection::new(AZIMUTH, ELEVATION);
+    let azimuth = azimuth_of(figure);
+    let mut projection = Projection::new(azimuth, ELEVATION);
     let [(x0, x1), (y0, y1)] = projection.ranges(figure.faces.iter().flatten().copied());
     let count = figure.views.len() as f64;
     let width = (PAGE_WIDTH - 2.0 * BORDER - bar.width(0.6 * TALLEST) - count * GAP) / count;
@@ -90,7 +94,7 @@ pub(super) fn scene(figure: &PartFigure, colours: Colours) -> Result<Scene, Figu
             let at = [left + 0.5 * drawn, top + SIZES.body * (1.0 + LINE_PITCH * line as f64)];
             scene.text(Text::new(words, SIZES.body, at, Anchor::Middle));
         }
-        let pixels = draw(&figure.faces, values, &projection, [drawn, height], scale);
+        let pixels = draw(&figure.faces, values, (&projection, light_at(azimuth)), [drawn, height], scale);
         scene.picture(pixels.picture([left, view_top], [drawn, height]));
     }
     let mut bottom = view_top + height;
@@ -115,7 +119,7 @@ struct Pixels {
 fn draw(
     faces: &[[[f64; 3]; 4]],
     values: &[FaceValue],
-    projection: &Projection,
+    (projection, light): (&Projection, [f64; 3]),
     size: [f64; 2],
     scale: Option<Scale>,
 ) -> Pixels {
@@ -131,7 +135,7 @@ fn draw(
             (FaceValue::Unknown, _) => style::HATCH,
             _ => SKIN,
         };
-        let light = AMBIENT + (1.0 - AMBIENT) * facing(face);
+        let light = AMBIENT + (1.0 - AMBIENT) * facing(face, light).map_or(1.0, |own| own.max(0.0));
         let shaded = [r, g, b].map(|own| (f64::from(own) * light).round() as u8);
         let corners = face.map(|corner| {
             let [x, y] = projection.project(corner);
@@ -145,16 +149,37 @@ fn draw(
     pixels
 }
 
-/// Returns the share of the light that a face gets, 0 to 1.
-fn facing([a, b, c, d]: &[[f64; 3]; 4]) -> f64 {
+/// Returns the azimuth from which most of what was cut is turned to the eye, in degrees.
+fn azimuth_of(figure: &PartFigure) -> f64 {
+    let cut = |k: &usize| figure.views.iter().any(|view| view.1[*k] != FaceValue::Skin);
+    let normals: Vec<[f64; 3]> = (0..figure.faces.len()).filter(cut).map(|k| normal(&figure.faces[k])).collect();
+    let shown = |azimuth: f64| {
+        let ((sine, cosine), (up, flat)) = (azimuth.to_radians().sin_cos(), ELEVATION.to_radians().sin_cos());
+        normals.iter().map(|own| (flat * (cosine * own[0] + sine * own[1]) + up * own[2]).max(0.0)).sum::<f64>()
+    };
+    let first = (AZIMUTHS[0], shown(AZIMUTHS[0]));
+    let better = |best: (f64, f64), own: (f64, f64)| if own.1 > MORE * best.1 { own } else { best };
+    AZIMUTHS[1..].iter().map(|own| (*own, shown(*own))).fold(first, better).0
+}
+
+/// Returns where the light comes from for an eye at this azimuth.
+fn light_at(azimuth: f64) -> [f64; 3] {
+    let (sine, cosine) = (azimuth - AZIMUTHS[0]).to_radians().sin_cos();
+    [cosine * LIGHT[0] - sine * LIGHT[1], sine * LIGHT[0] + cosine * LIGHT[1], LIGHT[2]]
+}
+
+/// Returns the normal of a face, twice as long as its area.
+fn normal([a, b, c, d]: &[[f64; 3]; 4]) -> [f64; 3] {
     let minus = |p: &[f64; 3], q: &[f64; 3]| [0, 1, 2].map(|axis| p[axis] - q[axis]);
     let (u, v) = (minus(c, a), minus(d, b));
-    let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+}
+
+/// Returns the cosine between the normal of a face and the light; `None` for a face without area.
+fn facing(face: &[[f64; 3]; 4], light: [f64; 3]) -> Option<f64> {
+    let normal = normal(face);
     let length = normal.iter().map(|own| own * own).sum::<f64>().sqrt();
-    if length == 0.0 {
-        return 1.0;
-    }
-    (normal.iter().zip(LIGHT).map(|(own, light)| own * light).sum::<f64>() / length).max(0.0)
+    (length > 0.0).then(|| normal.iter().zip(light).map(|(own, light)| own * light).sum::<f64>() / length)
 }
 
 impl Pixels {

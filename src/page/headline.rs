@@ -36,18 +36,18 @@ pub struct Verdict {
     pub words: String,
 }
 
-/// State of a result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// State of a result; what stands more against it is larger.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
+    /// Nothing is judged.
+    Open,
     /// Within tolerance, identified, possible.
     Good,
     /// In a part, or not surely.
     Partly,
     /// Out of tolerance, not to be run, not possible.
     Bad,
-    /// Nothing is judged.
-    Open,
 }
 
 impl State {

@@ -41,6 +41,8 @@ pub struct AgainstPart {
     pub name: String,
     /// Of each patch as programmed, and as each course leaves it. `None` where that is not known, and on the skin of the stock, but for where a course goes below it.
     pub surfaces: Vec<Vec<Option<f64>>>,
+    /// Patches of all the stock to the spindle that no move reaches, and how far the part is below them.
+    pub not_reached: Vec<(Patch, f64)>,
 }
 
 /// How a tool goes along a path: at each point how far its tip is off (W, mm; `None` where that is not known) and how it is rotated (rotation vector in W, rad).
@@ -85,6 +87,13 @@ impl StockRemoval {
         let nominal = self.cut_along(path, &axes, |_| Some(Vector3::zeros()), origin)?;
         let (plan, patch_mm, is_coarse) = self.looked_at(&nominal, path, &axes);
         let mut patches = nominal.patches(plan, patch_mm).map_err(refused)?;
+        let skin = match &self.part {
+            Some(_) => {
+                let (plan, patch_mm) = Self::whole_plan(&nominal);
+                nominal.patches(plan, patch_mm).map_err(refused)?
+            }
+            None => Vec::new(),
+        };
         drop(nominal);
         let found = courses.iter().map(|course| self.deviations((path, &axes), &patches, (*course, &|_| 1.0), origin));
         let (deviations, makers): (Vec<_>, _) = found.collect::<Result<Vec<_>>>()?.into_iter().unzip();
@@ -95,7 +104,12 @@ impl StockRemoval {
             let programmed = vec![Some(0.0); surface.patches.len()];
             let all = [&programmed].into_iter().chain(&surface.deviations);
             let surfaces = all.filter_map(|own| self.against_part(&surface, own)).collect();
-            AgainstPart { name: part.name.clone(), surfaces }
+            let skin = skin.into_par_iter().filter(|patch| patch.tag.is_none() && patch.normal.z > 0.0);
+            let above = |patch: Patch| {
+                let above = part.surface.distance_mm(&axes.tr_mul(&patch.position));
+                (above > 0.0).then_some((patch, above))
+            };
+            AgainstPart { name: part.name.clone(), surfaces, not_reached: skin.filter_map(above).collect() }
         });
         Ok(surface)
     }
@@ -158,6 +172,13 @@ impl StockRemoval {
             (Some(deviation.mm + beyond), maker)
         };
         Ok(patches.par_iter().map(of).unzip())
+    }
+
+    /// Returns the rectangle of the plan of all the stock, and how large patches are that show it.
+    fn whole_plan(field: &Field) -> ([Vector2<f64>; 2], f64) {
+        let (low, high) = field.stock().bounds();
+        let size = (high - low).xy();
+        ([low.xy(), high.xy()], (size.x * size.y / PATCHES).sqrt().max(f64::MIN_POSITIVE))
     }
 
     /// Returns the rectangle of the plan about what `path` cuts, how large patches may be there, mm, and whether that is coarse for its smallest tool.

@@ -133,6 +133,40 @@ fn the_wall_of_a_straight_pass_is_off_as_the_tool_is() {
     assert_eq!(body, count("element vertex") * 25 + count("element face") * 17);
 }
 
+/// The part as VTK polygons has the corners and the deviations of the PLY file.
+#[cfg(feature = "vtk")]
+#[test]
+fn the_part_as_vtk_polygons_is_that_of_the_ply_file() {
+    use vtkio::model::{Attribute, DataSet, IOBuffer, Piece, Vtk};
+    let folder = tempfile::tempdir().unwrap();
+    let files = ProgramFiles::prepare(&folder.path().join("out.nc"), Foreign::Kept).unwrap();
+    let job = job("orthoglide", &process(""), ("part.nc", LINE));
+    compensate_into(job, &Asked::by(Method::Direct), &files, "part.nc", &Work::default()).unwrap();
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    let ply = read("out.nc.part.ply");
+    let start = ply.windows(11).position(|own| own == b"end_header\n").unwrap() + 11;
+    let float = |k: usize, own: usize| f32::from_le_bytes(ply[start + 25 * k + 4 * own..][..4].try_into().unwrap());
+    let vtk = Vtk::parse_xml(read("out.nc.part.vtp").as_slice()).unwrap();
+    let DataSet::PolyData { pieces, .. } = vtk.data else { panic!("polygons") };
+    let [Piece::Inline(piece)] = pieces.as_slice() else { panic!("one piece") };
+    let IOBuffer::F32(points) = &piece.points else { panic!("points") };
+    assert!(points.len() > 300 && points.iter().enumerate().all(|(k, own)| *own == float(k / 3, k % 3)));
+    let mut compared = 0;
+    for (column, name) in ["without_compensation_mm", "as_written_mm"].into_iter().enumerate() {
+        let array = piece.data.cell.iter().find_map(|own| match own {
+            Attribute::DataArray(array) if array.name == name => Some(&array.data),
+            _ => None,
+        });
+        let Some(IOBuffer::F32(values)) = array else { panic!("{name}") };
+        assert_eq!(12 * values.len(), points.len());
+        for (face, own) in values.iter().enumerate().filter(|own| !own.1.is_nan()) {
+            assert_eq!(*own, float(4 * face, 3 + column), "{name} {face}");
+            compared += usize::from(*own != 0.0);
+        }
+    }
+    assert!(compared > 100, "{compared}");
+}
+
 /// A shoulder on the side of the part at smaller y, milled down from above, so that the tool is pushed off its wall. Each draw multiplies the force: so it does the distance of the wall without compensation, and as written what
 /// is left of the force beyond the nominal one. The same where the tool bends as well; and the stock that is cut again says so.
 #[test]

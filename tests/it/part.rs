@@ -218,6 +218,28 @@ fn a_program_that_is_nowhere_near_its_part_is_told() {
     assert!(found.cautions.iter().all(|own| !own.contains("gouges")), "{:?}", found.cautions);
 }
 
+/// Stock above the part that no move reaches is told with its height, area and place, and so far only; what is beside the part as seen from the spindle counts as well.
+#[test]
+fn what_no_move_reaches_above_the_part_is_told() {
+    let blank = box_triangles(BLANK[0], BLANK[1], 0.0);
+    let none = compensated(PROCESS, LINE, [&blank, &shoulder(5.0, 0.0)]);
+    assert!(none.surface["against_part"]["not_reached"].is_null(), "{:#}", none.surface["against_part"]);
+    // The part is 1 mm below the top of the stock, which is to the spindle at −z.
+    let outline = |triangles: Triangles| -> Triangles {
+        triangles.into_iter().map(|own| own.map(|[x, y, z]| [x, y, if z < -4.5 { -4.0 } else { z }])).collect()
+    };
+    let found = compensated(PROCESS, LINE, [&blank, &outline(shoulder(5.0, 0.0))]);
+    let own = &found.surface["against_part"]["not_reached"];
+    let (high, area) = (own["mm"].as_f64().unwrap(), own["area_mm2"].as_f64().unwrap());
+    assert!((high - 1.0).abs() < 1e-4 && (area - 40.0 * 25.0).abs() < 10.0, "{own:#}");
+    assert!((own["position_mm"][2].as_f64().unwrap() + 5.0).abs() < 1e-4, "{own:#}");
+    assert!(
+        found.cautions.iter().any(|own| own.starts_with("No move of the program reaches ")),
+        "{:?}",
+        found.cautions
+    );
+}
+
 /// How far a place is outside of a stock is known near its corners, edges and hollows: against the distance from two boxes that it is made of.
 #[test]
 fn a_part_that_sticks_out_is_told_by_how_much() {

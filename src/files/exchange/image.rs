@@ -4,7 +4,7 @@
 //! numbers that say at each point whether there is a solution or why not ([`STATUSES`]). VTK has no missing values; as
 //! ParaView does, images put NaN where a number is missing, and only images do. Every array has its status beside it.
 //!
-//! Origin and spacing of an image are of single precision in the crate that writes it (`vti_file`), a millionth of the
+//! Origin and spacing of an image are of single precision in the crate that writes it (`vtk_file`), a millionth of the
 //! workspace; `position_mm` holds the positions themselves.
 
 use std::{io, path::Path};
@@ -68,7 +68,7 @@ impl Image {
     pub fn vti(&self, tables: &[(String, Table)]) -> io::Result<(Vec<u8>, Value)> {
         let arrays = self.arrays(tables)?;
         let description = self.description(&arrays);
-        let bytes = super::vti_file::bytes(&self.grid, arrays)?;
+        let bytes = super::vtk_file::image(&self.grid, arrays)?;
         Ok((bytes, description))
     }
 

@@ -1,4 +1,4 @@
-//! Files for other programs: typed tables as CSV and Parquet, maps as VTK image data.
+//! Files for other programs: typed tables as CSV and Parquet, maps as VTK image data, surfaces as PLY and VTK polygons.
 //!
 //! A report makes a [`Table`] of typed columns whose names end with their units; every exporter takes the same table, so
 //! all formats hold the same columns and numbers. `SCHEMA` is the version of these columns.
@@ -10,9 +10,10 @@ mod not_built;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 mod streamed;
+mod surface;
 mod table;
 #[cfg(feature = "vtk")]
-mod vti_file;
+mod vtk_file;
 
 use std::path::Path;
 
@@ -23,9 +24,10 @@ pub use kept_rows::{KeptRows, MOST_ROWS, Points, WrittenRows};
 #[cfg(not(feature = "parquet"))]
 use not_built::parquet_file;
 #[cfg(not(feature = "vtk"))]
-use not_built::vti_file;
+use not_built::vtk_file;
 pub use parquet_file::{ParquetFile, parquet};
 pub use streamed::StreamedTable;
+pub use surface::Surface;
 pub use table::{Cell, Column, Kind, Row, Table, cells, counts, numbers, texts};
 
 use super::OutputFile;

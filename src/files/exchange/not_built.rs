@@ -33,18 +33,23 @@ pub mod parquet_file {
     }
 }
 
-/// Replacement for the writer of [`Format::Vti`](super::Format::Vti).
+/// Replacement for the writer of VTK files.
 #[cfg(not(feature = "vtk"))]
-pub mod vti_file {
+pub mod vtk_file {
     use std::io;
 
     use crate::{
-        files::exchange::{Format, NotBuilt, image::Array},
+        files::exchange::{Format, NotBuilt, Surface, image::Array},
         spatial::Grid,
     };
 
     /// Returns the error that VTK is not built in.
-    pub fn bytes(_: &Grid, _: Vec<Array>) -> io::Result<Vec<u8>> {
+    pub fn image(_: &Grid, _: Vec<Array>) -> io::Result<Vec<u8>> {
         Err(io::Error::other(NotBuilt(Format::Vti)))
+    }
+
+    /// Returns that there is none.
+    pub fn surface(_: &Surface) -> io::Result<Option<Vec<u8>>> {
+        Ok(None)
     }
 }

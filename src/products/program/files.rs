@@ -101,7 +101,11 @@ pub fn compensate_into(
     let (mut points, rows) = points.finish()?;
     let mut findings = findings;
     findings.find_machined(&job, (&proved.written, name), work)?;
-    points.extend(findings.part_file(&job, files.file_named(PART)));
+    if let Some(part) = findings.part(&job) {
+        points.push(part.ply(files.file_named(PART)));
+        let fault = |source| Error::Write { file: files.out.with_file_name(files.file_named(PART_VTK)), source };
+        points.extend(part.vtp(files.file_named(PART_VTK)).map_err(fault)?);
+    }
     let report = Report { job: &job, name, proved: &proved, findings: &findings };
     let (headline, figures) = (report::headline(&report), report::figures(&report));
     let page = report::page(&report, headline.clone(), (&files.points_name(), rows.as_deref()));
@@ -214,7 +218,8 @@ impl ProgramFiles {
         let found = read_record(&report);
         check_may_replace(&report, foreign, || found.is_some())?;
         files.former = found.and_then(|found| found["files"].as_array().cloned()).unwrap_or_default();
-        for name in [files.file_named(""), files.points_name(), files.file_named(PART), files.file_named(PAGE)] {
+        let own = ["", PART, PART_VTK, PAGE].map(|suffix| files.file_named(suffix));
+        for name in own.into_iter().chain([files.points_name()]) {
             check_may_replace(&out.with_file_name(&name), foreign, || files.is_former(&name))?;
         }
         Ok(files)
@@ -236,7 +241,7 @@ impl ProgramFiles {
     /// own files and replaces neither an input nor what is no earlier result.
     fn may_call(&self, file: &CalledFile) -> Result<()> {
         let path = self.out.with_file_name(&file.name);
-        let own = ["", REPORT, PART, PAGE].map(|suffix| self.file_named(suffix));
+        let own = ["", REPORT, PART, PART_VTK, PAGE].map(|suffix| self.file_named(suffix));
         let reserved = [own.as_slice(), &[self.points_name()]].concat();
         if reserved.contains(&file.name) {
             let source = IoError::other("is the name of another result; expected another name of the program");
@@ -334,6 +339,7 @@ const POINTS: &str = ".points";
 const REPORT: &str = ".report.json";
 /// The machined surface, where stock is cut.
 const PART: &str = ".part.ply";
+const PART_VTK: &str = ".part.vtp";
 const PAGE: &str = ".html";
 /// Page shown while files are being replaced.
 const UNFINISHED: &str = "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use kinetostat_removal::Patch;
+use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::machined::{Machined, NAMES, PROGRAMMED, Side};
@@ -27,6 +28,8 @@ pub(super) struct PartSides {
     pub sides: [Side; 3],
     /// The worst patch of each line that is out of tolerance as written, the worst line first; material left and missing apart.
     lines: Vec<usize>,
+    /// What no move of the program reaches: how high the stock is above the part at most, mm, where (axes of the surface), and the area where that is out of tolerance, mm².
+    not_reached: Option<(f64, Vector3<f64>, f64)>,
 }
 
 /// What one tool makes.
@@ -64,7 +67,15 @@ impl PartSides {
         }
         let mut lines: Vec<(f64, usize)> = worst.into_values().collect();
         lines.sort_by(|a, b| b.0.total_cmp(&a.0));
-        Some(Self { sides, lines: lines.into_iter().map(|own| own.1).collect() })
+        let mut not_reached = None::<(f64, Vector3<f64>, f64)>;
+        for (patch, above) in part.not_reached.iter().filter(|own| own.1 > tolerance(&own.0).unwrap_or(GOUGE_MM)) {
+            let (most, at, area) = not_reached.get_or_insert((0.0, patch.position, 0.0));
+            *area += patch.area_mm2();
+            if *above > *most {
+                (*most, *at) = (*above, patch.position);
+            }
+        }
+        Some(Self { sides, lines: lines.into_iter().map(|own| own.1).collect(), not_reached })
     }
 
     /// Iterates over names and sides.
@@ -161,6 +172,13 @@ impl Machined {
             of(programmed.missing),
             self.within_words(job, [before, after]),
         );
+        if let Some((most, at, area)) = own.not_reached {
+            let [x, y, z]: [f64; 3] = self.surface.axes.tr_mul(&at).into();
+            text += &format!(
+                "No move of the program reaches {area:.0} mm² of the stock above the part: up to {} is left there, most at ({x:.1}, {y:.1}, {z:.1}) mm.\n",
+                millimetres(most, 2)
+            );
+        }
         let nearest = part.surfaces[0].iter().flatten().map(|own| own.abs()).fold(f64::INFINITY, f64::min);
         if nearest > NEAR_MM && nearest.is_finite() {
             let nearest = millimetres(nearest, 2);
@@ -268,6 +286,10 @@ impl Machined {
             let mut against = named(&[("as_programmed", PROGRAMMED), courses[0], courses[1]], &own.sides);
             (against["part"], against["lines_out_of_tolerance"]) = (json!(part.name), json!(own.lines.len()));
             against["worst_lines"] = own.lines.iter().take(LISTED).map(line).collect();
+            against["not_reached"] = own.not_reached.map_or(Value::Null, |(most, at, area)| {
+                let [x, y, z]: [f64; 3] = self.surface.axes.tr_mul(&at).into();
+                json!({ "mm": most, "position_mm": [x, y, z], "area_mm2": area })
+            });
             report["against_part"] = against;
         }
         if !self.tools.is_empty() {

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     answer::{ShareWithin, cautions::OutsidePositions, play::PlayCounts},
     compensation::TaskPoint,
-    files::{OutputFile, table::largest_position},
+    files::{exchange::Surface, table::largest_position},
     input::error::Result,
     machine::Machine,
     products::program::{ProgramAsWritten, ProgramJob, ProvedPart},
@@ -131,9 +131,9 @@ impl Findings {
         Ok(())
     }
 
-    /// Returns the part as a file called `name`, if stock is cut.
-    pub fn part_file(&self, job: &ProgramJob, name: String) -> Option<OutputFile> {
-        self.machined.as_ref().map(|machined| machined.ply(job, name))
+    /// Returns the part for other programs, if stock is cut.
+    pub fn part(&self, job: &ProgramJob) -> Option<Surface> {
+        self.machined.as_ref().map(|machined| machined.exported(job))
     }
 
     /// Adds the points of the next proved part.

@@ -14,16 +14,20 @@ use super::{
 use crate::{
     figures::{FaceValue, Figure, LineFigure, LineSeries, PartFigure},
     files::{
-        OutputFile,
+        exchange::Surface,
         words::{millimetres, percent},
     },
     input::error::Result,
-    page::{PartView, Section, SmallTable},
+    page::{
+        PartView, Section, SmallTable,
+        headline::{KeyNumber, Verdict},
+    },
     process::machined::{Course, GOUGE_MM, MachinedSurface},
     products::program::{
         ProgramAsWritten, ProgramJob, ProvedPart,
         surface::{CourseSpread, SurfaceSpread},
     },
+    questions::spread_report::probable_state,
     simulation::{Source, along_path::PathPointResult},
     work::Work,
 };
@@ -196,6 +200,57 @@ impl Machined {
         match self.surface.makers.get(course) {
             Some(makers) => makers[patch].or(self.surface.patches[patch].tag),
             None => self.surface.patches[patch].tag,
+        }
+    }
+
+    /// Returns the first sentence: how far the surface is off as written and without compensation.
+    pub fn first_sentence(&self) -> String {
+        let [before, after] = self.largest_mm().map(|own| millimetres(own, 3));
+        let how = if self.spread.is_some() { "within" } else { "up to" };
+        let sure = if self.spread.is_some() { " with 95 %" } else { " off" };
+        format!("Machined surface: {how} {after}{sure}, {before} without compensation.")
+    }
+
+    /// Returns how far the surface is off without compensation and as written, with 95 % probability where inputs are uncertain, mm.
+    fn largest_mm(&self) -> [f64; 2] {
+        match &self.spread {
+            Some(spread) => spread.courses.each_ref().map(|own| own.most_mm[0].max(own.most_mm[1])),
+            None => self.reference().2.map(Side::largest),
+        }
+    }
+
+    /// Returns how far the surface is off without compensation and as written, as key numbers.
+    pub fn numbers(&self, job: &ProgramJob) -> [KeyNumber; 2] {
+        let sides = self.reference().2;
+        let sure = if self.spread.is_some() { "not exceeded with 95 % probability" } else { "largest distance" };
+        let tolerance_mm = self.least_tolerance_mm(job);
+        [0, 1].map(|course| {
+            let against = match &self.spread {
+                Some(own) => own.courses[course]
+                    .within
+                    .map(|within| format!("all within tolerance in {} of {} draws", within[0], own.draws)),
+                None => (sides[course].judged > 0.0).then(|| {
+                    format!(
+                        "{} of it within {}",
+                        percent(sides[course].within / sides[course].judged),
+                        self.tolerance_words(job)
+                    )
+                }),
+            };
+            let size = self.largest_mm()[course];
+            let what = format!("off on the machined surface {}: {sure}", NAMES[course]);
+            KeyNumber::new(&millimetres(size, 3), what, against.unwrap_or_default()).held_to(tolerance_mm, size)
+        })
+    }
+
+    /// Returns the verdict on the surface as written; `None` where it has no tolerance.
+    pub fn verdict(&self, job: &ProgramJob) -> Option<Verdict> {
+        let side = self.reference().2[1];
+        match &self.spread {
+            Some(own) => own.courses[1].within.map(|within| probable_state(within[0] as f64 / own.draws as f64)),
+            None => (side.judged > 0.0).then(|| {
+                Verdict::of_share(Some(side.within / side.judged), self.least_tolerance_mm(job), "the surface")
+            }),
         }
     }
 
@@ -403,46 +458,31 @@ impl Machined {
         Figure::Lines(LineFigure::new("How the deviation is spread over the part", subtitle, labels, series.collect()))
     }
 
-    /// Returns the part as a PLY file called `name`: faces in W with the deviations of their corners, mm the line that makes them as written (0 on the skin of the stock), and whether
-    /// the deviation is known: where not, it is 0.
-    pub fn ply(&self, job: &ProgramJob, name: String) -> OutputFile {
+    /// Returns the part for other programs: faces in W with their deviations, mm, the line that makes them as written (0 on the skin of the stock), and whether the deviations are
+    /// known.
+    pub fn exported(&self, job: &ProgramJob) -> Surface {
         let surface = &self.surface;
-        let count = surface.patches.len();
+        let nominal = NAMES.iter().zip(&surface.deviations);
+        let nominal = nominal.map(|(name, own)| (format!("{}_mm", name.replace(' ', "_")), own));
         let part = surface.against_part.iter().flat_map(|own| NAMES.iter().zip(&own.surfaces[1..]));
         let part = part.map(|(name, own)| (format!("against_part_{}_mm", name.replace(' ', "_")), own));
         let uncertain = self.uncertain_surfaces();
         let quantiles = ["as_written_p05_mm", "as_written_p95_mm"].map(String::from);
         let quantiles = quantiles.into_iter().zip(uncertain.iter().map(|own| &own.1));
-        let more: Vec<(String, &Vec<Option<f64>>)> = part.chain(quantiles).collect();
-        let mut bytes = Vec::with_capacity(count * (4 * (25 + 4 * more.len()) + 17) + 512);
-        let properties: String = more.iter().map(|(name, _)| format!("property float {name}\n")).collect();
-        let header = format!(
-            "ply\nformat binary_little_endian 1.0\ncomment deviation from the programmed surface along its normal, mm, positive where material is left\n\
-             element vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float without_compensation_mm\n\
-             property float as_written_mm\n{properties}property int line\nproperty uchar known\nelement face {count}\nproperty list uchar int vertex_indices\nend_header\n",
-            4 * count
-        );
-        bytes.extend(header.as_bytes());
-        for (k, patch) in surface.patches.iter().enumerate() {
+        let line = |k: usize| {
             let segment = self.maker((k, 1)).map(|tag| job.path.points()[tag as usize].source.segment);
-            let line = segment.and_then(|segment| job.file.line_of(segment)).unwrap_or(0) as i32;
-            let deviations = [0, 1].map(|course| surface.deviations[course][k]);
-            let is_known = deviations.iter().all(Option::is_some);
-            for corner in &patch.corners {
-                let corner = surface.axes.tr_mul(corner);
-                let values = deviations.into_iter().chain(more.iter().map(|own| own.1[k]));
-                for own in corner.iter().copied().chain(values.map(|own| own.unwrap_or(0.0))) {
-                    bytes.extend((own as f32).to_le_bytes());
-                }
-                bytes.extend(line.to_le_bytes());
-                bytes.push(is_known.into());
-            }
+            segment.and_then(|segment| job.file.line_of(segment)).unwrap_or(0) as i32
+        };
+        let corner = |own: &Vector3<f64>| surface.axes.tr_mul(own).map(|own| own as f32).into();
+        let patches = 0..surface.patches.len();
+        Surface {
+            comment: "deviation from the programmed surface along its normal, mm, positive where material is left"
+                .into(),
+            faces: surface.patches.iter().map(|patch| patch.corners.each_ref().map(corner)).collect(),
+            columns: nominal.chain(part).chain(quantiles).map(|(name, own)| (name, own.clone())).collect(),
+            lines: patches.clone().map(line).collect(),
+            known: patches.map(|k| surface.deviations.iter().all(|own| own[k].is_some())).collect(),
         }
-        for k in 0..count as i32 {
-            bytes.push(4);
-            (0..4).for_each(|corner| bytes.extend((4 * k + corner).to_le_bytes()));
-        }
-        OutputFile::new(name, bytes)
     }
 }
 

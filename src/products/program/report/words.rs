@@ -278,7 +278,17 @@ pub fn headline(report: &Report<'_>) -> Headline {
     };
     let uncertain = report.job.uncertainty.as_ref();
     let forces = report.proved.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
-    let mut headline = Headline::new(feed::verdict(report.job) + &verdict + &sure + &forces, basis)
+    let of_tool = feed::verdict(report.job) + &verdict + &sure + &forces;
+    // What is cut is what will be measured; how the tool goes is behind it.
+    let (sentence, of_tool, numbers) = match &report.findings.machined {
+        Some(own) if own.sides[1].area > 0.0 => (
+            own.first_sentence(),
+            of_tool + "\n",
+            own.numbers(report.job).into_iter().rev().chain(numbers.into_iter().next()).collect(),
+        ),
+        _ => (of_tool, String::new(), numbers),
+    };
+    let mut headline = Headline::new(sentence, basis)
         .judged(state(report), uncertain.is_none())
         .marked("simulated")
         .with_cautions(&report.proved.worse_as_written().unwrap_or_default())
@@ -289,6 +299,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_cautions(&feed::caution(report.job))
         .with_cautions(&spread_report::along_cautions(&along(report), distribution))
         .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.sentences(report.job)))
+        .with_cautions(&of_tool)
         .with_cautions(&deflected_cut_text(report, true))
         .with_cautions(&without_force_text(report))
         .with_cautions(&play_text(report))
@@ -326,7 +337,7 @@ fn state(report: &Report<'_>) -> Verdict {
     if findings.outside.outside() > 0 {
         return findings.outside.state(&job.machine);
     }
-    match (&proved.spread, job.process.tolerance_mm) {
+    let of_tool = match (&proved.spread, job.process.tolerance_mm) {
         (Some(distribution), _) => spread_report::along_state(&along(report), distribution),
         (None, None) => Verdict::new(State::Open, "No tolerance given"),
         (None, Some(tolerance))
@@ -336,6 +347,10 @@ fn state(report: &Report<'_>) -> Verdict {
             Verdict::new(State::Partly, spread_report::ONLY_UNDER_FORCE)
         }
         (None, tolerance) => Verdict::of_share(findings.after.get(), tolerance, "the points"),
+    };
+    match findings.machined.as_ref().and_then(|own| own.verdict(job)) {
+        Some(of_surface) if of_surface.state >= of_tool.state => of_surface,
+        _ => of_tool,
     }
 }
 
@@ -443,7 +458,8 @@ fn play_text(report: &Report<'_>) -> String {
 /// rounding is left.
 fn without_force_text(report: &Report<'_>) -> String {
     let off = &report.proved.without_force;
-    let most = off.most.filter(|(_, size)| *size > ROUNDING_MM && report.proved.spread.is_none());
+    let is_number = report.proved.spread.is_some() && report.findings.machined.is_none();
+    let most = off.most.filter(|(_, size)| *size > ROUNDING_MM && !is_number);
     let mut text = most.map_or_else(String::new, |(point, size)| {
         format!(
             "Where the cutting force is absent (in air, in a spring pass, with a broken tool), the program as written leads the tool off its path by \
