@@ -311,7 +311,7 @@ impl SpreadPath<'_> {
         (index, machines): (usize, &Machines),
         command: Command,
         work: &Work,
-    ) -> Result<Vec<Option<Vector3<f64>>>> {
+    ) -> Result<Vec<std::result::Result<Vector3<f64>, Failure>>> {
         let mut all = Vec::new();
         each_part(&mut |part| {
             let starts: Vec<usize> = (0..part.tasks.len()).step_by(along_path::BLOCK).collect();
@@ -323,7 +323,7 @@ impl SpreadPath<'_> {
                 block.displacements((index, machines), tasks, &commanded.of(0..points.len()))
             };
             let found = starts.par_iter().map(of).collect::<Result<Vec<_>>>()?;
-            all.extend(found.into_iter().flatten().map(std::result::Result::ok));
+            all.extend(found.into_iter().flatten());
             Ok(())
         })?;
         Ok(all)

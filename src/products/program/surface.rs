@@ -17,7 +17,7 @@ use crate::{
         uncertainty::{Draws, P95, quantile},
     },
     simulation::{
-        Machines,
+        Failure, Machines,
         spread::DrawnMachines,
         spread_along::{Command, SpreadPart, SpreadPath},
     },
@@ -35,8 +35,9 @@ pub(super) struct SurfaceSpread {
 /// Distribution of the surface that one course of the tool leaves.
 #[derive(Debug)]
 pub(super) struct CourseSpread {
-    /// Number of draws without equilibrium somewhere: they count as out of tolerance, and in no quantile.
+    /// Number of draws without equilibrium somewhere: they count as out of tolerance, and in no quantile. Why the first of them has none.
     pub failed: usize,
+    pub first_failure: Option<String>,
     /// Quantiles of 5 % and 95 % of how far the surface is beyond each patch, mm; `None` where it is not known.
     pub ranges_mm: Vec<Option<[f64; 2]>>,
     /// Most material left and most missing anywhere that are not exceeded with 95 % probability, each by itself, mm; not a number where all draws failed.
@@ -111,14 +112,19 @@ impl Wanted<'_> {
         let (mut all, mut most, mut failed) = (Vec::with_capacity(draws), [Vec::new(), Vec::new()], 0);
         // Draws in which something is out of tolerance, and in which it is missing.
         let (mut out, mut gouged, mut lines) = (0, 0, BTreeMap::<usize, usize>::new());
+        let mut first_failure = None;
         let has_tolerance = patches.iter().any(|patch| (self.tolerance_mm)(patch).is_some());
         for draw in 0..draws {
             self.work.check()?;
             let found = self.cut(draw, command)?;
             self.work.tell(Event::Computed(1));
-            let Some((off, makers)) = found else {
-                (failed, out, gouged) = (failed + 1, out + 1, gouged + 1);
-                continue;
+            let (off, makers) = match found {
+                Ok(found) => found,
+                Err(failure) => {
+                    (failed, out, gouged) = (failed + 1, out + 1, gouged + 1);
+                    first_failure.get_or_insert(failure.reason);
+                    continue;
+                }
             };
             let (mut extremes, mut is_out, mut own_lines) = ([0.0f64; 2], false, BTreeSet::new());
             let mut is_gouged = false;
@@ -146,6 +152,7 @@ impl Wanted<'_> {
         gouges.sort_by_key(|own| std::cmp::Reverse(own.1));
         Ok(CourseSpread {
             failed,
+            first_failure,
             ranges_mm: (0..patches.len()).into_par_iter().map(range).collect(),
             most_mm: most.map(|mut own| quantile(&mut own, P95)),
             within: has_tolerance.then(|| [out, gouged].map(|count| draws - count)),
@@ -153,19 +160,23 @@ impl Wanted<'_> {
         })
     }
 
-    /// The surface that is left where the tool goes as in a draw; `None` where the machine has no equilibrium somewhere.
-    fn cut(&self, draw: usize, command: Command) -> Result<Option<Left>> {
+    /// The surface that is left where the tool goes as in a draw, or why the machine has no equilibrium somewhere.
+    fn cut(&self, draw: usize, command: Command) -> Result<std::result::Result<Left, Failure>> {
         let each = |take: &mut dyn FnMut(&SpreadPart<'_>) -> Result<()>| self.job.each_part(self.written, take);
         let errors = self
             .path
             .drawn
             .on_draw(draw, |machines| self.path.errors_along(&each, (draw, machines), command, self.work));
-        let Ok(errors) = errors else { return Ok(None) };
+        let errors = match errors {
+            Ok(errors) => errors?.into_iter().collect::<std::result::Result<Vec<_>, _>>(),
+            Err(failure) => Err(failure),
+        };
+        let errors = match errors {
+            Ok(errors) => errors,
+            Err(failure) => return Ok(Err(failure)),
+        };
         let turn = self.job.process.placement.place(&self.job.machine).workpiece().rotation;
-        let course: Vec<Option<Vector3<f64>>> = errors?.iter().map(|own| own.map(|own| turn.tr_mul(&own))).collect();
-        if course.iter().any(Option::is_none) {
-            return Ok(None);
-        }
+        let course: Vec<Option<Vector3<f64>>> = errors.iter().map(|own| Some(turn.tr_mul(own))).collect();
         let draws = &self.path.drawn.uncertainty.draws;
         let factor = |k: usize| draws.factors(self.tool_index(k), draw).all;
         let rotations = &self.rotations[usize::from(command == Command::Compensated)];
@@ -177,6 +188,6 @@ impl Wanted<'_> {
             &self.job.name,
         )?;
         let against = self.stock.against_part(self.surface, &deviations);
-        Ok(Some((against.unwrap_or(deviations), makers)))
+        Ok(Ok((against.unwrap_or(deviations), makers)))
     }
 }

@@ -514,7 +514,8 @@ fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread, within: &str) -
     let failed = spread.courses[1].failed;
     if failed > 0 {
         text += &format!(
-            " In {failed} of them the machine has no equilibrium somewhere: these count as out of tolerance, and in none of the distances."
+            " In {failed} of them the machine has no equilibrium somewhere (in the first: {}): these count as out of tolerance, and in none of the distances.",
+            spread.courses[1].first_failure.as_deref().unwrap_or_default().trim_end_matches('.')
         );
     }
     text
@@ -542,6 +543,7 @@ fn distribution_json(job: &ProgramJob, (own, draws): (&CourseSpread, usize)) -> 
         |(segment, count): &(usize, usize)| json!({ "line": job.file.line_of(*segment), "probability": share(*count) });
     json!({
         "failed_draws": own.failed,
+        "first_failure": own.first_failure,
         "most_left_p95_mm": left,
         "most_missing_p95_mm": missing,
         "within_tolerance_probability": own.within.map(|own| share(own[0])),
