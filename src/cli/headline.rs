@@ -34,6 +34,10 @@ pub fn result_text(headline: &Headline, took: &str) -> String {
     if !headline.numbers.is_empty() {
         text.push('\n');
     }
+    if let Some(next) = &headline.next {
+        text += &paragraph(&format!("Next: {next}"), "  ", BOLD, width);
+        text.push('\n');
+    }
     for caution in &headline.cautions {
         text += &paragraph(caution, "  ", Style::new(), width);
     }

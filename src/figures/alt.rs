@@ -7,21 +7,9 @@ use super::{
 use crate::files::exchange::{Column, Row, Table, counts, numbers, texts};
 
 impl Figure {
-    /// Returns title, subtitle and remark of the figure as one text.
+    /// Returns the remark that is not drawn; empty where all is.
     pub fn caption(&self) -> String {
-        let (title, subtitle) = match self {
-            Self::Slices(figure) => (&figure.title, &figure.subtitle),
-            Self::Volume(figure) => (&figure.title, &figure.subtitle),
-            Self::Lines(figure) => (&figure.title, &figure.subtitle),
-            Self::Panels(figure) => (&figure.title, &figure.subtitle),
-            Self::Plan(figure) => (&figure.title, &figure.subtitle),
-            Self::Agreement(figure) => (&figure.title, &figure.subtitle),
-            Self::Pose(figure) => (&figure.title, &figure.subtitle),
-            Self::Part(figure) => (&figure.title, &figure.subtitle),
-        };
-        let remark = if let Self::Slices(figure) = self { figure.remark.as_str() } else { "" };
-        let parts = [title, subtitle.as_str(), remark].into_iter().filter(|part| !part.is_empty());
-        parts.collect::<Vec<_>>().join(". ")
+        if let Self::Slices(figure) = self { figure.remark.clone() } else { String::new() }
     }
 
     /// Describes in words the kind of figure, what it shows and the range of its values.

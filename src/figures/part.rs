@@ -154,7 +154,7 @@ fn azimuth_of(figure: &PartFigure) -> f64 {
     let cut = |k: &usize| figure.views.iter().any(|view| view.1[*k] != FaceValue::Skin);
     let normals: Vec<[f64; 3]> = (0..figure.faces.len()).filter(cut).map(|k| normal(&figure.faces[k])).collect();
     let shown = |azimuth: f64| {
-        let ((sine, cosine), (up, flat)) = (azimuth.to_radians().sin_cos(), ELEVATION.to_radians().sin_cos());
+        let ((sine, cosine), (up, flat)) = (libm::sincos(azimuth.to_radians()), libm::sincos(ELEVATION.to_radians()));
         normals.iter().map(|own| (flat * (cosine * own[0] + sine * own[1]) + up * own[2]).max(0.0)).sum::<f64>()
     };
     let first = (AZIMUTHS[0], shown(AZIMUTHS[0]));
@@ -164,7 +164,7 @@ fn azimuth_of(figure: &PartFigure) -> f64 {
 
 /// Returns where the light comes from for an eye at this azimuth.
 fn light_at(azimuth: f64) -> [f64; 3] {
-    let (sine, cosine) = (azimuth - AZIMUTHS[0]).to_radians().sin_cos();
+    let (sine, cosine) = libm::sincos((azimuth - AZIMUTHS[0]).to_radians());
     [cosine * LIGHT[0] - sine * LIGHT[1], sine * LIGHT[0] + cosine * LIGHT[1], LIGHT[2]]
 }
 

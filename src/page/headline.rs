@@ -16,8 +16,11 @@ pub struct Headline {
     pub marks: Vec<String>,
     /// Sentence on the part of the work that was not solved, and why; `None` if all was.
     pub unsolved: Option<String>,
-    /// The result in a sentence.
+    /// The result in a sentence of at most twelve words.
     pub sentence: String,
+    /// What to do next; `None` in results of older versions, and where nothing follows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next: Option<String>,
     /// Key numbers, at most three.
     pub numbers: Vec<KeyNumber>,
     /// What the result was computed from, such as a number of points.
@@ -156,6 +159,13 @@ impl Headline {
     #[must_use]
     pub fn marked(mut self, mark: &str) -> Self {
         self.marks.push(mark.into());
+        self
+    }
+
+    /// Sets what to do next.
+    #[must_use]
+    pub fn next(mut self, step: impl Into<String>) -> Self {
+        self.next = Some(step.into());
         self
     }
 

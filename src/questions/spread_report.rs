@@ -541,6 +541,18 @@ pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
     unknown + &unjudged + &worse + &sure
 }
 
+/// Returns the first sentence: within what the tool stays with 95 % probability, compensated and without.
+pub(crate) fn along_sentence(along: &Along<'_>, whole: &PathSpread) -> String {
+    let within = |own: &LargestSpread| {
+        own.spread.p95_mm.map_or_else(|| "unknown".into(), |own| format!("within {}", millimetres(own, 3)))
+    };
+    let how = if along.commands == AS_PROGRAMMED { AS_PROGRAMMED } else { "compensated" };
+    match &whole.compensated {
+        Some(own) => format!("Off with 95 %: {} {how}, {} without.", within(own), within(&whole.plain)),
+        None => format!("Off with 95 %: {} without compensation; none was found.", within(&whole.plain)),
+    }
+}
+
 /// Returns what to do next along a path, behind the main cause; `None` if only the cause says it.
 pub(crate) fn next_along(whole: Option<&PathSpread>) -> Option<String> {
     whole?.compensated.as_ref()?.if_measured.as_ref().map(worth_most)

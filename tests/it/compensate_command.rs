@@ -82,9 +82,9 @@ fn a_program_outside_the_workspace_box_is_not_to_be_loaded() {
         let page = std::fs::read_to_string(out.path().join("out.nc.html")).unwrap();
         let shown = unwrapped(&text(&output.stdout));
         let verdict = if can_run {
-            "✓ Within tolerance everywhere [nominal inputs] [simulated] Running groove.nc"
+            "✓ Within tolerance everywhere [nominal inputs] [simulated] Tool off by up to 0.681 mm; as written, by 0.0049 mm."
         } else {
-            "✗ 270 of 359 points outside the workspace [nominal inputs] [simulated] As placed, groove.nc cannot be run"
+            "✗ 270 of 359 points outside the workspace [nominal inputs] [simulated] As placed, this path cannot be run;"
         };
         assert!(shown.starts_with(verdict), "{shown}");
         for said in [&shown, &page] {

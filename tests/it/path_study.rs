@@ -210,9 +210,8 @@ fn a_long_path_is_written_whole_and_drawn_thinned_with_its_peaks() {
         assert_eq!((smallest(&drawn), largest(&drawn)), (smallest(&all), largest(&all)), "{source}");
     }
     let text = |name: &str| fs::read_to_string(out.join(name)).unwrap();
-    let captions = text("report.json");
-    for said in ["4200 points, the smallest and the largest value of each 3 drawn", " of 4200 points drawn"] {
-        assert!(captions.contains(said), "{said}");
+    for (figure, said) in [("displacement.svg", "4200 points, the smallest"), ("paths.svg", " of 4200 points drawn")] {
+        assert!(text(figure).contains(said), "{figure}: {said}");
     }
     let summary: serde_json::Value = serde_json::from_str(&text("summary.json")).unwrap();
     let found = summary["sources"]["all"]["displacement_max_mm"]["value"].as_f64().unwrap();

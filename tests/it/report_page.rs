@@ -170,7 +170,37 @@ fn every_kind_of_study_leaves_a_page_with_views() {
             assert!(html.contains(view), "{view}");
         }
         assert!(!data(&html)["quantities"].as_array().unwrap().is_empty());
+        let report: Value = serde_json::from_str(&fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
+        hold_to_few_words(&report["headline"]);
     }
+}
+
+/// A verdict has at most eight words, the first sentence twelve, where a number and its unit are one; three numbers, and what to do next.
+fn hold_to_few_words(headline: &Value) {
+    let words = |text: &Value| {
+        text.as_str()
+            .unwrap()
+            .split(' ')
+            .filter(|own| !["mm", "%", "µm", "N"].contains(&own.trim_matches([',', '.', ';'])))
+            .count()
+    };
+    let (verdict, sentence) = (&headline["verdict"]["words"], &headline["sentence"]);
+    assert!(words(verdict) <= 8 && words(sentence) <= 12, "{verdict} {sentence}");
+    assert!(headline["numbers"].as_array().unwrap().len() <= 3, "{headline:#}");
+    assert!(!headline["next"].as_str().unwrap().is_empty());
+}
+
+#[test]
+fn first_screens_of_results_that_come_with_it_have_few_words() {
+    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
+    let mut held = 0;
+    for entry in fs::read_dir(results).unwrap() {
+        if let Ok(report) = fs::read_to_string(entry.unwrap().path().join("report.json")) {
+            hold_to_few_words(&serde_json::from_str::<Value>(&report).unwrap()["headline"]);
+            held += 1;
+        }
+    }
+    assert!(held > 15, "{held}");
 }
 
 /// Replaces the rows of a map by `n`³ made-up ones.

@@ -160,7 +160,9 @@ fn a_program_says_with_which_probability_limits_of_forces_hold() {
     let (code, words, folder) = command(&format!("force_limit_N = {LIMIT:?}"));
     // The limit costs more than compensation gains: the program is written, and its exit code is no success.
     assert!(
-        code == Some(1) && words.starts_with("✗ Probably worse than without compensation [simulated] Probably worse"),
+        code == Some(1)
+            && words.starts_with("✗ Probably worse than without compensation [simulated] Off with 95 %: within ")
+            && words.contains("compute again. Probably worse than without compensation"),
         "{code:?} {words}"
     );
     let report = std::fs::read_to_string(folder.path().join("out.nc.report.json")).unwrap();

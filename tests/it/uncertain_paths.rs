@@ -485,7 +485,7 @@ fn the_verdict_is_that_of_the_compensated_program() {
         summary.add(&found.whole);
         summary.add_whole(&found.spread);
         let text = report::text(&summary);
-        (found.spread.clone().unwrap(), report::headline(&summary, &text).sentence, text.place)
+        (found.spread.clone().unwrap(), report::headline(&summary, &text).cautions[0].clone(), text.place)
     };
     let (whole, sentence, place) = said(10.0);
     let expected = "Within tolerance: the tool of orthoglide, compensated, stays within 10 mm all along this path with more than 99.9 % probability, within ";

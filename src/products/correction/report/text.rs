@@ -152,12 +152,15 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
     let basis = format!("{} and forces off the grid", counted(answer.with_table.looked_at, "position"));
     if let Some(field) = report.field() {
         let basis = format!("{basis}, {}", counted(Draws::PER_SCRAMBLE, "draw"));
-        let headline = Headline::new(sentence(report), basis).judged(state(report), false);
-        let headline = headline.with_cautions(&cautions(report));
+        let headline =
+            Headline::new(first_sentence(report), basis).judged(state(report), false).next(next_step(report));
+        let headline = headline.with_cautions(&sentence(report)).with_cautions(&cautions(report));
         return headline.with_numbers(field.numbers().into_iter().chain([table_number(report)]));
     }
-    Headline::new(sentence(report), basis)
+    Headline::new(first_sentence(report), basis)
         .judged(state(report), true)
+        .next(next_step(report))
+        .with_cautions(&sentence(report))
         .with_cautions(&cautions(report))
         .with(table_number(report))
         .with(error_number(&answer.without, "largest error without correction", ratio_text(report, &answer.without)))
@@ -173,6 +176,24 @@ fn state(report: &Report<'_>) -> Verdict {
         (Some(field), _) => field.state(),
         (None, true) => Verdict::new(State::Good, "Within tolerance with the table"),
         (None, false) => Verdict::new(State::Bad, "Out of tolerance with the table"),
+    }
+}
+
+/// Returns the first sentence: the error with and without the table.
+fn first_sentence(report: &Report<'_>) -> String {
+    let [left, without] =
+        [&report.answer.with_table, &report.answer.without].map(|worst| millimetres(worst.error_mm, 4));
+    format!("Tool off by up to {left} with the table, {without} without.")
+}
+
+/// Returns what to do next.
+fn next_step(report: &Report<'_>) -> &'static str {
+    match state(report).state {
+        State::Bad if report.answer.is_per_joint_harmful() && report.has(CorrectionFormat::Comp) => {
+            "use the full table in the controller, not those for single joints."
+        }
+        State::Bad => "allow more points, or a larger tolerance, and export again.",
+        _ => "put the table into the controller: how stands below.",
     }
 }
 

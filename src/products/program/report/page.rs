@@ -242,7 +242,7 @@ fn path_figure(report: &Report<'_>) -> Figure {
         (at.x, at.y, format!("worst {}\n{line}{:.1} mm along", millimetres(worst.size_mm, 3), point.arc_length_mm))
     };
     Figure::Plan(Box::new(PlanFigure {
-        title: "Where the tool goes before and after".into(),
+        title: format!("The tool's path before and after, ×{factor}, z not shown"),
         subtitle: format!("{}, seen along \u{2212}z of the base", report.job.machine.name),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),
@@ -256,6 +256,6 @@ fn path_figure(report: &Report<'_>) -> Figure {
         .concat(),
         coloured: Vec::new(),
         marks: worst.iter().map(mark).collect(),
-        note: format!("deviations drawn {factor} times as large; those along z do not show here"),
+        note: String::new(),
     }))
 }

@@ -280,16 +280,23 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let forces = report.proved.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
     let of_tool = feed::verdict(report.job) + &verdict + &sure + &forces;
     // What is cut is what will be measured; how the tool goes is behind it.
+    let short = report.findings.outside.sentence(&report.job.machine).unwrap_or_else(|| match distribution {
+        Some(distribution) => spread_report::along_sentence(&along(report), distribution),
+        None => first_sentence(report),
+    });
     let (sentence, of_tool, numbers) = match &report.findings.machined {
         Some(own) if own.sides[1].area > 0.0 => (
             own.first_sentence(),
             of_tool + "\n",
             own.numbers(report.job).into_iter().rev().chain(numbers.into_iter().next()).collect(),
         ),
-        _ => (of_tool, String::new(), numbers),
+        _ => (short, of_tool + "\n", numbers),
     };
+    let state = state(report);
+    let next = next_step(report, &state);
     let mut headline = Headline::new(sentence, basis)
-        .judged(state(report), uncertain.is_none())
+        .next(next)
+        .judged(state, uncertain.is_none())
         .marked("simulated")
         .with_cautions(&report.proved.worse_as_written().unwrap_or_default())
         .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.gouge_text(report.job)))
@@ -297,9 +304,9 @@ pub fn headline(report: &Report<'_>) -> Headline {
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
         .with_cautions(&feed::caution(report.job))
-        .with_cautions(&spread_report::along_cautions(&along(report), distribution))
         .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.sentences(report.job)))
         .with_cautions(&of_tool)
+        .with_cautions(&spread_report::along_cautions(&along(report), distribution))
         .with_cautions(&deflected_cut_text(report, true))
         .with_cautions(&without_force_text(report))
         .with_cautions(&play_text(report))
@@ -315,6 +322,9 @@ pub fn headline(report: &Report<'_>) -> Headline {
     headline
 }
 
+/// Begins verdicts on programs that would do harm.
+const NOT_TO_BE_RUN: &str = "Not to be run";
+
 /// Returns the verdict on the written program, in a few words: what stands against running it first.
 fn state(report: &Report<'_>) -> Verdict {
     let Report { job, proved, findings, .. } = report;
@@ -322,13 +332,13 @@ fn state(report: &Report<'_>) -> Verdict {
         && written.solved < written.points
     {
         let lost = written.points - written.solved;
-        return Verdict::new(State::Bad, format!("Not to be run: fails at {lost} points"));
+        return Verdict::new(State::Bad, format!("{NOT_TO_BE_RUN}: fails at {lost} points"));
     }
     if proved.worse_as_written().is_some() {
-        return Verdict::new(State::Bad, "Not to be run: worse than its commands");
+        return Verdict::new(State::Bad, format!("{NOT_TO_BE_RUN}: worse than its commands"));
     }
     if findings.machined.as_ref().is_some_and(|own| !own.gouge_text(job).is_empty()) {
-        return Verdict::new(State::Bad, "Not to be run: cuts into the part");
+        return Verdict::new(State::Bad, format!("{NOT_TO_BE_RUN}: cuts into the part"));
     }
     if proved.exceeded.as_ref().is_some_and(|found| !found.is_empty()) {
         return Verdict::new(State::Bad, "Exceeds a limit of the machine");
@@ -472,6 +482,33 @@ fn without_force_text(report: &Report<'_>) -> String {
         text += &format!("At {} it has no equilibrium without the force.\n", counted(off.unknown, "point"));
     }
     text
+}
+
+/// Returns the first sentence: how far the tool is off without compensation and as written.
+fn first_sentence(report: &Report<'_>) -> String {
+    let Some(worst) = &report.findings.worst else { return "Nothing could be computed.".into() };
+    let residual = report.proved.passes.last().and_then(|pass| pass.summary.max_mm);
+    let then = residual.map_or_else(String::new, |own| format!("; as written, by {}", millimetres(own, 4)));
+    format!("Tool off by up to {}{then}.", millimetres(worst.size_mm, 3))
+}
+
+/// Returns what to do next.
+fn next_step(report: &Report<'_>, verdict: &Verdict) -> String {
+    match verdict.state {
+        _ if report.findings.outside.outside() > 0 && verdict.state == State::Bad => {
+            "place the workpiece inside the workspace box, and compute again: do not load the program.".into()
+        }
+        State::Bad
+            if verdict.words.starts_with(NOT_TO_BE_RUN)
+                || report.proved.exceeded.as_ref().is_some_and(|own| !own.is_empty()) =>
+        {
+            "do not run the written program: the first sentence below says why.".into()
+        }
+        State::Bad => "find a place where less is needed, or allow larger corrections, and compute again.".into(),
+        _ => {
+            format!("try the written program above the part, in place of {}: how to load it stands below.", report.name)
+        }
+    }
 }
 
 /// Returns the main sentence: the largest error without compensation, its line, and the residual error as written.

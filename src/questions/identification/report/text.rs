@@ -44,9 +44,12 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
         ),
     };
     let predicted = report.results.models[0].predicted_mm.as_ref().ok().copied().flatten();
-    let sentence = match predicted {
-        Some(predicted) => format!("{outcome}; what was not fitted is predicted to {} RMS.", millimetres(predicted, 3)),
-        None => format!("{outcome}."),
+    let (sentence, details) = match predicted {
+        Some(predicted) => {
+            let predicted = millimetres(predicted, 3);
+            (format!("What was not fitted is predicted to {predicted} RMS."), format!("{outcome}."))
+        }
+        None => (format!("{identified} of {total} parameters {} identified.", are(total)), format!("{outcome}.")),
     };
     let share = |value: f64| {
         report
@@ -59,8 +62,14 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
         all if all == total => Verdict::new(State::Good, format!("All {total} parameters identified")),
         some => Verdict::new(State::Partly, format!("{some} of {total} parameters identified")),
     };
+    let next = match is_fitted && identified == total {
+        true => "compute with the identified machine, machine.toml.",
+        false => "plan measurements that determine the others: a measurement design does.",
+    };
     Headline::new(sentence, basis(report.study))
         .judged(verdict, false)
+        .next(next)
+        .with_cautions(&details)
         .with_cautions(&cautions(report))
         .with_numbers(report.residual_mm().map(|rms| KeyNumber::new(&millimetres(rms, 3), "residual, RMS", share(rms))))
         .with_numbers(predicted.map(|value| {

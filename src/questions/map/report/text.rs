@@ -213,24 +213,26 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let judged = if spread_is_known(summary) { summary.within_p95 } else { summary.within };
     let verdict_of_share = Verdict::of_share(judged.get(), scene.tolerance_mm, "the box");
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
-    let within = summary.within.words(scene.tolerance_mm, BOX);
     let spread = all.of(&P95_DEFLECTION);
-    let moves = match (spread, low == high) {
-        (Some([least, most]), _) => format!(
+    let sure = spread.map_or_else(String::new, |[least, most]| {
+        format!(
             "{acting}, the tool of {name} moves with 95 % probability, at each place by itself, by at most {} at the best place, {}, and by at most {} at \
              the worst{} (nominally {low} and {high}).",
             millimetres(least.value, 3),
             least.place(),
             millimetres(most.value, 3),
             if summary.spread.unknown > 0 { " of those where that can be said" } else { "" }
-        ),
-        (None, true) => format!("{acting}, the tool of {name} moves by {high} everywhere."),
-        (None, false) => format!(
-            "{acting}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
-            within.map_or_else(|| "cut".into(), |within| format!("{within}, best")),
-            least.place()
-        ),
+        )
+    });
+    let sentence = match spread {
+        Some(ends) => {
+            let [least, most] = ends.map(|own| millimetres(own.value, 3));
+            format!("Tool deflection with 95 %: {least} at best, {most} at worst.")
+        }
+        None if low == high => format!("Tool deflection: {high} everywhere."),
+        None => format!("Tool deflection: {low} at best, {high} at worst."),
     };
+    let clamp = spread.as_ref().map_or(least, |ends| &ends[0]).place();
     let best = || {
         let against = scene.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(least.value)).unwrap_or_default();
         let what = format!("smallest, at {}", least.place());
@@ -240,8 +242,14 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
             least.value,
         ))
     };
-    Headline::new(verdict(summary) + &moves, basis)
+    let next = match 2 * all.known < summary.study.grid.len() {
+        true => "see in map.csv why points fail, and make the box smaller.".into(),
+        false => format!("put what is cut near {clamp}, and compute its path there."),
+    };
+    Headline::new(sentence, basis)
         .judged(verdict_of_share, summary.study.uncertainty.is_none())
+        .next(next)
+        .with_cautions(&(verdict(summary) + &sure))
         .with_cautions(&text.cautions)
         .with_numbers(spread.map(|ends| p95_number(ends).held_to(scene.tolerance_mm, ends[1].value)))
         .with(worst_number(summary, [least, most], &high))
@@ -308,7 +316,9 @@ fn worst_number(summary: &Summary<'_>, [least, most]: [&ValueAt<AtAngle>; 2], hi
         None => String::new(),
     };
     let nominal = if summary.study.uncertainty.is_some() { "nominal " } else { "" };
-    let what = format!("largest {nominal}tool deflection, at {}", most.place());
+    let scene = &summary.study.scene;
+    let acting = acting_words(&scene.machine, &scene.errors, !scene.force.is_zero()).to_lowercase();
+    let what = format!("largest {nominal}tool deflection {acting}, at {}", most.place());
     let found = in_map_table(&DEFLECTION, Extreme::Largest, most.value);
     KeyNumber::new(high, what, against).held_to(summary.study.scene.tolerance_mm, most.value).found(found)
 }

@@ -26,17 +26,20 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
     let reached = tested_words(report).or_else(|| widest_words(report));
     let reached = reached.map_or_else(String::new, |reached| format!(": {reached}"));
     let total = report.study.unknowns.len();
-    let sentence = match report.unidentified().len() {
-        0 => format!("{chosen} will identify all {}{reached}.", counted(total, "parameter")),
-        open => format!("{chosen} will identify {} of {}{reached}.", total - open, counted(total, "parameter")),
+    let will = match report.unidentified().len() {
+        0 => format!("{chosen} will identify all {}", counted(total, "parameter")),
+        open => format!("{chosen} will identify {} of {}", total - open, counted(total, "parameter")),
     };
+    let details = if reached.is_empty() { String::new() } else { format!("{will}{reached}.") };
     let tested = report.final_widths().and_then(|widths| widths.tested_mm);
     let verdict = match report.unidentified().len() {
         0 => Verdict::new(State::Good, "All parameters will be identified"),
         open => Verdict::new(State::Partly, format!("{open} of {total} parameters stay unknown")),
     };
-    Headline::new(sentence, basis_words(report.study))
+    Headline::new(will + ".", basis_words(report.study))
         .judged(verdict, false)
+        .next("make the measurements of sheet.csv, and identify the machine with them.")
+        .with_cautions(&details)
         .with_cautions(&open_words(report))
         .with_numbers(report.sufficient_count().map(|enough| {
             let what = "measurements are enough for the intervals wanted";

@@ -101,14 +101,38 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         Some(BreakEven::Never(_)) => Verdict::new(State::Bad, "Measuring the force does not pay"),
         None => Verdict::new(State::Bad, "Nothing could be compared"),
     };
-    Headline::new(outside(&study.path) + &main_sentence(compared) + medians, basis)
+    let next = match compared.break_even {
+        _ if positions.outside() > 0 => "move the workpiece into the workspace box: a placement study finds where.",
+        Some(BreakEven::Never(_)) => "write the compensated program with kinetostat compensate.",
+        Some(BreakEven::Always) => "measure the force, and correct in the controller.",
+        Some(BreakEven::From(_)) => "find how far off the prediction of the force is: cut once, and measure it.",
+        None => "see in the table why nothing could be compared.",
+    };
+    let sentence = positions.sentence(&study.path.machine).unwrap_or_else(|| first_sentence(compared));
+    Headline::new(sentence, basis)
         .judged(verdict, false)
         .marked("simulated")
+        .next(next)
+        .with_cautions(&(outside(&study.path) + &main_sentence(compared) + medians))
         .with_cautions(&cautions(compared))
         .with_numbers(sure_key_number(compared))
         .with_numbers(break_even_key_number(compared))
         .with_numbers(residual_key_number(compared))
         .with_numbers(compared.results.loop_gain.as_ref().map(stiffness_key_number))
+}
+
+/// Returns the first sentence.
+fn first_sentence(compared: &Compared<'_>) -> String {
+    match compared.break_even {
+        Some(BreakEven::Always) => "Measured forces always leave the smaller error.".into(),
+        Some(BreakEven::From(error)) => {
+            format!("Measuring pays once the predicted force is {} off.", percent_of(error))
+        }
+        Some(BreakEven::Never(error)) => {
+            format!("Predicted forces leave less, even if they are {} off.", percent_of(error))
+        }
+        None => "Corrections could be compared at none of the force errors.".into(),
+    }
 }
 
 /// Returns the main sentence: from which force error on measuring the force pays.

@@ -97,7 +97,10 @@ impl<'a> PathDrawing<'a> {
         let (name, points) = (&self.study.machine.name, counted(self.wanted.len(), "point"));
         let along = AXES[along];
         Figure::Plan(Box::new(PlanFigure {
-            title: "Where the tool goes without compensation".into(),
+            title: match self.worst {
+                Some(_) => format!("Path without compensation, ×{factor}, {along} in the colour only"),
+                None => "Path: nothing of it is solved".into(),
+            },
             subtitle: format!("{name}, {points}{thinned}, seen along {along}; thin: wanted"),
             x_label: format!("{} [mm]", AXES[across]),
             y_label: format!("{} [mm]", AXES[up]),
@@ -110,12 +113,7 @@ impl<'a> PathDrawing<'a> {
             }],
             coloured,
             marks: self.worst.map(mark).into_iter().collect(),
-            note: match self.worst {
-                Some(_) => {
-                    format!("deviations drawn {factor} times as large; those along {along} show in the colour only")
-                }
-                None => "nothing of the path is solved".into(),
-            },
+            note: String::new(),
         }))
     }
 

@@ -252,32 +252,46 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         return Headline::new(sentence, basis).judged(verdict, false).with_cautions(&text.cautions);
     };
     let verdict = outside(study);
-    if let Some((sure, numbers)) = spread_headline(summary) {
-        return Headline::new(verdict + &sure, basis)
+    let cannot_be_run = outside_positions(study).sentence(&study.machine);
+    if let Some(([short, sure], numbers)) = spread_headline(summary) {
+        return Headline::new(cannot_be_run.unwrap_or(short), basis)
             .judged(state(summary), false)
             .marked("simulated")
+            .next(next_step(summary))
+            .with_cautions(&(verdict + &sure))
             .with_cautions(&text.cautions)
             .with_numbers(numbers);
     }
-    let acting = acting_words(&study.machine, &study.errors, has_force(study));
+    let acting = acting_words(&study.machine, &study.errors, has_force(study)).to_lowercase();
     let off = millimetres(worst, 3);
     let residual = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(residual, _)| residual);
     let then = match residual {
-        Some(residual) if residual <= ROUNDING_MM => "; compensated, the tool stays on the path".into(),
-        Some(residual) => format!("; compensated, by {}", millimetres(residual, 4)),
-        None => "; no compensation was found at any point".into(),
+        Some(residual) if residual <= ROUNDING_MM => "compensated, it stays on the path".into(),
+        Some(residual) => format!("compensated, by {}", millimetres(residual, 4)),
+        None => "no compensation was found".into(),
     };
-    let place = point_words(summary, k);
-    let sentence = format!("{verdict}{acting}, the tool of {name} is off this path by up to {off}, {place}{then}.");
+    let sentence = cannot_be_run.unwrap_or_else(|| format!("Tool off by up to {off}; {then}."));
     let against = summary.within.words(study.tolerance_mm, POINTS).unwrap_or_default();
-    let number = KeyNumber::new(&off, "largest distance from the path without compensation", against);
+    let what = format!("largest distance from the path {acting}, without compensation, {}", point_words(summary, k));
+    let number = KeyNumber::new(&off, what, against);
     Headline::new(sentence, basis)
         .judged(state(summary), true)
         .marked("simulated")
+        .next(next_step(summary))
+        .with_cautions(&verdict)
         .with_cautions(&text.cautions)
         .with(number.held_to(study.tolerance_mm, worst).found(in_points_table(&DISPLACEMENT, worst)))
         .with_numbers(residual.map(|residual| residual_number(summary, residual)))
         .with_numbers(correction_number(summary))
+}
+
+/// Returns what to do next.
+fn next_step(summary: &Summary<'_>) -> &'static str {
+    match (outside_positions(summary.study).outside(), summary.failed_count()) {
+        (1.., _) => "move the workpiece into the workspace box: a placement study finds where.",
+        (0, 1..) => "see in points.csv why points fail, and place the workpiece where none does.",
+        (0, 0) => "write the compensated program of this path with kinetostat compensate.",
+    }
 }
 
 /// Returns the verdict on the path as compensated, in a few words.
@@ -303,12 +317,12 @@ fn state(summary: &Summary<'_>) -> Verdict {
     }
 }
 
-/// Returns the verdict by the distribution of the largest distance after compensation, and its key numbers; `None` where inputs are taken as exact.
-fn spread_headline(summary: &Summary<'_>) -> Option<(String, Vec<KeyNumber>)> {
+/// Returns the first sentence and the verdict by the distribution of the largest distance after compensation, and its key numbers; `None` where inputs are taken as exact.
+fn spread_headline(summary: &Summary<'_>) -> Option<([String; 2], Vec<KeyNumber>)> {
     let whole = summary.whole.as_ref()?;
     let (along, mut numbers) = (along(summary), spread_report::along_numbers(&along(summary), whole));
     numbers.extend(along.without_force_number(|off| in_points_table(&WITHOUT_FORCE, off)));
-    Some((spread_report::along_verdict(&along, whole), numbers))
+    Some(([spread_report::along_sentence(&along, whole), spread_report::along_verdict(&along, whole)], numbers))
 }
 
 /// Returns the reference to the largest `value` of `quantity` by all sources in `points.csv`.

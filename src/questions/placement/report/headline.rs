@@ -3,7 +3,7 @@
 use super::{
     largest_force_n,
     quantities::{entry_metric, spread_counts, verdict_counts},
-    text::{NO_DEFLECTION, best_entry, direction_words, infeasible_text, robust_text, site_words},
+    text::{NO_DEFLECTION, best_entry, direction_words, infeasible_text, position_and_angles, robust_text, site_words},
 };
 use crate::{
     answer::{ShareWithin, cautions},
@@ -40,11 +40,16 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     let uncertainty = study.features[0].uncertainty.as_deref();
     basis += &format!(", {}", spread_report::basis(uncertainty));
     let clamp = clamp_sentence(results, entry, evaluation);
-    let (sentence, numbers): (String, Vec<KeyNumber>) = match &entry.spread {
+    let (sentence, details, numbers): (String, String, Vec<KeyNumber>) = match &entry.spread {
         None => {
             let numbers =
                 [uncompensated_number(study, entry, evaluation), compensated_number(study, entry, evaluation)];
-            (clamp, numbers.into_iter().flatten().collect())
+            let worst = value_of(study, evaluation, Metric::WorstDeflection);
+            let sentence = worst.map_or_else(
+                || "Best place found; how far the tool is off is not known.".into(),
+                |worst| format!("Best place: {worst} off at most{}.", gain_words(results, entry, evaluation)),
+            );
+            (sentence, String::new(), numbers.into_iter().flatten().collect())
         }
         Some(spread) => {
             let verdict = spread_report::along_verdict(&along(study), &spread.largest);
@@ -54,7 +59,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
                 numbers.drain(..numbers.len() - 1);
                 numbers.extend(compensated_number(study, entry, evaluation));
             }
-            (format!("{verdict} {clamp}"), numbers)
+            (spread_report::along_sentence(&along(study), &spread.largest), format!("{verdict} {clamp}"), numbers)
         }
     };
     let spread_cautions = entry.spread.as_ref().map_or_else(String::new, |spread| {
@@ -66,15 +71,35 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
                 spread_report::next_along(Some(&spread.largest)).as_deref(),
             )
     });
+    let next = match results.flatness.iter().any(is_at_bound) {
+        true => "widen the bounds of the search, and run it again.",
+        false => "put this placement into the process file, and write the compensated program with it.",
+    };
+    let (position, angles) = position_and_angles(&entry.site);
+    let at = if angles.is_empty() { angles } else { format!(" at {angles}") };
+    let place = KeyNumber::new(&position, format!("where to clamp the {}{at}{}", part(study), gamma_words(study, entry)), "");
+    let mut numbers: Vec<KeyNumber> = [place].into_iter().chain(numbers).chain(margin_number(results)).collect();
+    let more: String = numbers.drain(MOST_NUMBERS.min(numbers.len())..).map(|own| number_sentence(&own)).collect();
     Headline::new(sentence, basis)
         .judged(state(results, entry, evaluation), entry.spread.is_none())
         .marked("simulated")
+        .next(next)
+        .with_cautions(&details)
+        .with_cautions(&more)
         .with_cautions(&robust_text(results))
         .with_cautions(&spread_cautions)
         .with_cautions(&cautions_text(study))
         .with_cautions(&not_corrected(evaluation))
         .with_numbers(numbers)
-        .with_numbers(margin_number(results))
+}
+
+/// Key numbers of the first screen; what is beyond is told behind.
+const MOST_NUMBERS: usize = 3;
+
+/// Returns a key number as a sentence.
+fn number_sentence(number: &KeyNumber) -> String {
+    let against = if number.against.is_empty() { String::new() } else { format!(" ({})", number.against) };
+    format!("{}: {}{against}.\n", number.shown(), number.what)
 }
 
 /// Returns the verdict on the best place in a few words; one at the bound of the search is not the best for sure.
@@ -96,13 +121,17 @@ fn state(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> 
             None => Verdict::new(State::Good, "Within tolerance once compensated"),
         },
     };
-    let is_at_bound = |margin: &Margin| matches!(margin.end, End::Bound) && margin.distance < NO_ROOM_MM;
     match judged.state {
         State::Good | State::Partly if results.flatness.iter().any(is_at_bound) => {
             Verdict::new(State::Partly, "Best place lies at the search bound")
         }
         _ => judged,
     }
+}
+
+/// Whether the best place is at the end of what was searched.
+fn is_at_bound(margin: &Margin) -> bool {
+    matches!(margin.end, End::Bound) && margin.distance < NO_ROOM_MM
 }
 
 /// Returns the cautions for any placement: the workpiece carrier, an assumed workspace box, and axes that the drives do not control.
@@ -166,7 +195,9 @@ fn clamp_sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evalua
         return text + ".";
     }
     if let Some(worst) = value_of(study, evaluation, Metric::WorstDeflection) {
-        text += &format!(": the tool leaves its path by at most {worst}{}", gain_words(results, entry, evaluation));
+        let gain = gain_words(results, entry, evaluation);
+        let note = if study.seeks_gamma() && !gain.is_empty() { " (as programmed)" } else { "" };
+        text += &format!(": the tool leaves its path by at most {worst}{gain}{note}");
     }
     match (value_of(study, evaluation, Metric::WorstResidual), value_of(study, evaluation, Metric::WorstCorrection)) {
         (Some(residual), _) => text += &format!(", and {residual} after compensation"),
@@ -205,12 +236,11 @@ fn gain_words(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation
     let (Some((name, at_named)), Some(at_entry)) = (named.into_iter().next(), worst(evaluation)) else {
         return String::new();
     };
-    let note = if study.seeks_gamma() { " (as programmed)" } else { "" };
     match 1.0 - at_entry / at_named {
         _ if at_named <= NO_DEFLECTION => String::new(),
-        gain if gain >= 0.005 => format!(", {:.0} % less than {name}{note}", 100.0 * gain),
-        gain if gain <= -0.005 => format!(", {:.0} % more than {name}{note}", -100.0 * gain),
-        _ => format!(", as {name}{note}"),
+        gain if gain >= 0.005 => format!(", {:.0} % less than {name}", 100.0 * gain),
+        gain if gain <= -0.005 => format!(", {:.0} % more than {name}", -100.0 * gain),
+        _ => format!(", as {name}"),
     }
 }
 

@@ -23,13 +23,16 @@ use crate::{
 
 /// Describes a place: position, and angles that are not zero.
 pub(super) fn site_words(site: &Site) -> String {
+    let (position, angles) = position_and_angles(site);
+    if angles.is_empty() { position } else { format!("{position} at {angles}") }
+}
+
+/// Describes the position and the angles of a place; the latter are empty where all are zero.
+pub(super) fn position_and_angles(site: &Site) -> (String, String) {
     let [x, y, z, angles @ ..] = site.shown();
     let nonzero = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
     let nonzero: Vec<String> = nonzero.map(|(name, angle)| typographic(&format!("{name} {angle:.1}°"))).collect();
-    match nonzero.as_slice() {
-        [] => position(x, y, z),
-        nonzero => format!("{} at {}", position(x, y, z), nonzero.join(", ")),
-    }
+    (position(x, y, z), nonzero.join(", "))
 }
 
 /// Metrics that the table of entries shows.

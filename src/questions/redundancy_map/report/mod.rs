@@ -122,8 +122,17 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
         None => Verdict::new(State::Bad, "No rotation about the tool is possible"),
         Some(_) => Verdict::of_share(report.share_within().get(), scene.tolerance_mm, "the places"),
     };
-    Headline::new(answer_sentence(report), basis)
+    let sentence = match (report.smallest_at_best(), report.largest_at_best()) {
+        (Some(least), Some(most)) => {
+            let [least, most] = [least, most].map(|own| millimetres(own.value, 3));
+            format!("Tool deflection at the best γ: {least} to {most}.")
+        }
+        _ => "No γ is possible at any grid point and direction.".into(),
+    };
+    Headline::new(sentence, basis)
         .judged(verdict, true)
+        .next("rotate the tool by the best γ: [redundancy] in a process file finds it along a path.")
+        .with_cautions(&answer_sentence(report))
         .with_cautions(&scene.cautions(not_used, "place", positions))
         .with_numbers(at_best(report.largest_at_best(), "largest deflection at the best γ", Extreme::Largest))
         .with_numbers(at_best(report.smallest_at_best(), "smallest", Extreme::Smallest))

@@ -305,10 +305,23 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
             percent(share)
         ),
     };
-    let begin = if probable.is_empty() { "The".into() } else { format!("{probable}Nominally, the") };
     let nominally = if uncertainty.is_some() { "nominal " } else { "" };
-    Headline::new(format!("{begin} effects of {effects} {verdict}"), basis)
+    let details = match probable.is_empty() {
+        true => String::new(),
+        false => format!("{probable}Nominally, the effects of {effects} {verdict}"),
+    };
+    let sentence = match share {
+        1.0 => format!("Adding effects is wrong by at most {wrong}{relative}."),
+        _ => format!("Adding effects is wrong by up to {wrong}{relative}."),
+    };
+    let next = match share {
+        1.0 => "add the effects, or compute them at once: within tolerance it is the same.",
+        _ => "compute the effects at once, as maps and paths do, where adding is out of tolerance.",
+    };
+    Headline::new(sentence, basis)
         .judged(state(summary, locations, share), uncertainty.is_none())
+        .next(next)
+        .with_cautions(&details)
         .with_cautions(&cautions)
         .with_numbers(p95_key_number(locations))
         .with(error_key_number(Tolerance(*tolerance), most, &wrong, nominally))
@@ -323,7 +336,7 @@ fn state(summary: &Summary<'_>, locations: &[LocationResult], share: f64) -> Ver
     match share {
         1.0 => Verdict::new(State::Good, "Effects may be added"),
         0.0 => Verdict::new(State::Bad, "Effects may not be added"),
-        share => Verdict::new(State::Partly, format!("Effects may be added in {}", percent(share))),
+        share => Verdict::new(State::Partly, format!("Effects may be added in {} of the box", percent(share))),
     }
 }
 

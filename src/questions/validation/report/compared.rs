@@ -250,7 +250,10 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
     let sentence = match agreeing {
         0 => format!("None of the {numbers} agrees with ours."),
         agreeing if agreeing == total => format!("All {numbers} agree with ours."),
-        agreeing => format!("{agreeing} of {numbers} agree with ours; {differing} differ."),
+        _ => match differing == explained {
+            true => format!("Within each number's tolerance; {differing} differ, each with a reason."),
+            false => format!("Within each number's tolerance; {differing} differ, {explained} with a reason."),
+        },
     };
     let of_all = format!("of {} agree", counted(total, "number"));
     let agree = KeyNumber::new(&agreeing.to_string(), of_all, "each within its tolerance, in the table below");
@@ -261,8 +264,14 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
         agreeing if agreeing == total => State::Good,
         _ => State::Partly,
     };
+    let next = match agreeing == total {
+        true => "trust the model where the paper was: its machine, its force, its errors.",
+        false => "hold the reasons below against what you know of the machine.",
+    };
     Headline::new(sentence, basis)
+        .next(next)
         .judged(Verdict::new(state, format!("{agreeing} of {total} quoted numbers agree")), false)
+        .with_cautions(&differences(results))
         .with_cautions(cautions)
         .with(agree)
         .with_numbers(differ)
