@@ -64,6 +64,7 @@ fn loops_branches_and_computed_points_lead_where_they_should() {
         ),
         // Quotients of INT are whole, towards 0; those of REAL are not.
         ("INT a\nREAL b\nPOS w\na=-7\nb=7\nw=P\nw.X=a/2\nw.Y=b/2\nw.Z=a/2.0\nLIN w", "", vec![[-3.0, 3.5, -3.5]]),
+        ("INT a\nBOOL b\nPOS w\na='B110'\nb=a==6\nIF b THEN\nw=Q\nLIN w\nENDIF", "", vec![[5.0, 2.0, 3.0]]),
         ("INT a\nPOS w\na=15.6\nw=P\nw.X=a+1/2\nLIN w", "", vec![[16.0, 2.0, 3.0]]),
         (
             "INT c\nc=0\nWHILE (c<3) AND NOT (c==2)\nc=c+1\nLIN_REL {X 1}\nENDWHILE\nREPEAT\nLIN_REL {Y 1}\nc=c+1\nUNTIL c>=4\nLOOP\nc=c-1\nIF \
@@ -110,7 +111,7 @@ fn routines_take_and_change_their_arguments() {
     let text = text(&program);
     assert!(
         text.contains(
-            "LIN {X 1,Y 3.5,Z 3,A 0,B 0,C 180,S 2,T 35}\nw.X=w.X+3.5\nWAIT SEC 3.0*0.5\n$OUT[3]=TRUE ; lamp\n; again\n"
+            "LIN {X 1,Y 3.5,Z 3,A 0,B 0,C 180,S 2,T 35}\nW.X=W.X+3.5\nWAIT SEC 3.0*0.5\n$OUT[3]=TRUE ; lamp\n; again\n"
         ),
         "{text}"
     );
@@ -138,7 +139,7 @@ fn routines_stay_where_their_corrections_are_the_same() {
     let more = "DEF Path( )\nLIN P\nLIN Q C_DIS ; cut\nEND\n";
     let program = read(&format!("{GO}Path( )\nPath( )"), more);
     assert_eq!(ends(&program).len(), 5);
-    assert_eq!((0..5).map(|motion| program.line_of(motion).unwrap()).collect::<Vec<_>>(), [2, 6, 7, 6, 7]);
+    assert_eq!((0..5).map(|motion| program.line_of(motion).unwrap()).collect::<Vec<_>>(), [2, 7, 8, 7, 8]);
     let Calls::Stay { program: kept, .. } = moved(&program, |k| if k == 0 { 0.0 } else { 0.1 }) else { panic!() };
     let kept = String::from_utf8(kept).unwrap();
     assert!(
@@ -146,7 +147,7 @@ fn routines_stay_where_their_corrections_are_the_same() {
         "{kept}"
     );
     let Calls::WrittenOut(why) = moved(&program, |k| 0.1 * k as f64) else { panic!() };
-    assert_eq!(why.to_string(), "line 6 runs several times, each with other corrections");
+    assert_eq!(why.to_string(), "line 7 runs several times, each with other corrections");
 }
 
 #[test]
@@ -252,7 +253,7 @@ fn programs_that_cannot_be_followed_are_refused_by_line_and_statement() {
 fn any_program_is_followed_or_refused() {
     let source = format!(
         "&ACCESS RVP\nDEF p( )\nDECL INT I,J[3]\nPOS W\n{GO}FOR I=1 TO 2 STEP 1\nW=P:{{X 1,Y 0,Z 0,A 0,B 0,C 0}}\nJ[I]='B110'\nsub(W,J[])\nENDFOR\nEND\nDEF \
-         sub(a:OUT,b[]:OUT)\nPOS a\nINT b[]\nb[2]=b[1]+1\na.X=a.X-b[2]\nLIN a C_DIS\nSWITCH b[2]\nCASE 7\nCIRC {X 0,Y 9,Z 3},Q,CA 9*10\nENDSWITCH\nEND\n"
+         sub(a:OUT,b[]:OUT)\nPOS a\nINT b[]\nb[2]=b[1]+1\na.X=a.X-b[2]\nLIN a C_DIS\nSWITCH b[2]\nCASE 7\nCIRC {{X 0,Y 9,Z 3}},Q,CA 9*10\nENDSWITCH\nEND\n"
     );
     let program = expanded(&source).unwrap();
     assert_eq!(ends(&program)[1], [-5.0, 2.0, 3.0]);

@@ -96,7 +96,9 @@ impl Run<'_> {
         }
         let before = self.frames[depth].slots.remove(&name);
         let (mut count, mut signal) = (from, Signal::Next);
-        let mut after = Slot { kind: before.as_ref().map_or("", |slot| slot.kind), is_own: true, ..Slot::default() };
+        let (kind, was_own) = before.as_ref().map_or(("", false), |slot| (slot.kind, slot.is_own));
+        // A loop that is written as it stands counts with its own counter.
+        let mut after = Slot { kind, is_own: !self.is_silent || was_own, ..Slot::default() };
         while matches!(signal, Signal::Next) && if steps > 0.0 { count <= to } else { count >= to } {
             self.step(head)?;
             let stands_for = if self.is_krl() { None } else { Some(number_text(count)) };

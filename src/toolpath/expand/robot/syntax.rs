@@ -88,7 +88,7 @@ pub(crate) fn names_in(text: &[u8], language: Language) -> Vec<Range<usize>> {
         }
         end = at + text[at..].iter().take_while(|byte| is_of_name(**byte)).count();
         let joined = text[..at].trim_ascii_end().last().copied();
-        if !matches!(joined, Some(b'.' | b'\\' | b'#' | b'\'')) {
+        if !matches!(joined, Some(b'.' | b'\\')) && !matches!(before, Some(b'#' | b'\'')) {
             found.push(at..end);
         }
     }
