@@ -268,11 +268,13 @@ fn robot_program(
 ) -> Result<RobotProgram> {
     let options = &process.robot_program;
     match (language, process.gcode.expand) {
-        (Language::Rapid, Expand::Always) => Ok(RobotProgram::parse_expanded(bytes, name, options, false)?),
-        (Language::Rapid, Expand::WhereNeeded) => {
-            match RobotProgram::parse(bytes.clone(), name, language, beside, options) {
+        (Language::Rapid | Language::Krl, Expand::Always) => {
+            Ok(RobotProgram::parse_expanded(bytes, name, language, beside, options, false)?)
+        }
+        (Language::Rapid | Language::Krl, Expand::WhereNeeded) => {
+            match RobotProgram::parse(bytes.clone(), name, language, beside.clone(), options) {
                 Err(refused) if refused.fault.is_solved_by_expansion() => {
-                    Ok(RobotProgram::parse_expanded(bytes, name, options, true)?)
+                    Ok(RobotProgram::parse_expanded(bytes, name, language, beside, options, true)?)
                 }
                 read => Ok(read?),
             }

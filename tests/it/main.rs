@@ -74,6 +74,7 @@ mod inclined_planes;
 mod inputs;
 mod jacobians;
 mod kinematics;
+mod krl_expanded;
 mod labels;
 mod lanes;
 mod left_out_poses;

@@ -18,7 +18,8 @@ fn module(routines: &str) -> String {
 }
 
 fn expanded(source: &str) -> Result<RobotProgram, String> {
-    RobotProgram::parse_expanded(source, "p.mod", &RobotOptions::default(), true).map_err(|refused| refused.to_string())
+    RobotProgram::parse_expanded(source, "p.mod", Language::Rapid, [], &RobotOptions::default(), true)
+        .map_err(|refused| refused.to_string())
 }
 
 fn read(routines: &str) -> RobotProgram {

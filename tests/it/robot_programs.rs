@@ -366,6 +366,11 @@ fn krl_that_is_not_followed_is_refused_by_line_and_statement() {
             "FOR i=1 TO 3\nLIN_REL {X 1}\nENDFOR\n",
             "p.src:2: `LIN_REL {X 1}`: in FOR of line 1, where it may be skipped or repeated; expected outside, where it runs once",
         ),
+        (
+            "FDAT_ACT.BASE_NO=2\n",
+            "p.src:1: `FDAT_ACT.BASE_NO=2`: parts of frames are not followed; expected a whole frame",
+        ),
+        ("BAS(#TOOL,n)\n", "p.src:1: `BAS(#TOOL,n)`: expected the number of the tool or base"),
         ("GOTO again\n", "p.src:1: `GOTO again`: jumps are not followed; expected the motions in the order they run"),
         (
             "part1()\n",

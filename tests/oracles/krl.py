@@ -6,10 +6,13 @@ Looked up (stored pages, 28 Nov): LIN_REL and PTP_REL default to #BASE, #TOOL tu
 `{X 1}` and `{POS: X 1}` are the same; p1 : {…} is a frame product; the orientation at the auxiliary point is not used; $ORI_TYPE and
 $CIRC_TYPE are set on lines of their own. (industrialmonitordirect.com: kuka-lin-rel-vs-geometric-operator, kuka-krl-ptp-rel,
 kuka-krc2-base-moving, kuka-krc4-circ-motion-aux-point.) The stored copies of the manuals end before their chapters on KRL.
+A REAL given to an INT is rounded to the nearest: 5 + 10.6 gives 16 (KUKA College, "Robot Programming 2", KSS 8, changing
+values of variables, as told at cloud.tencent.com/developer/article/2034380).
 Not looked up (as known): everything else marked "as known" below; above all A, B, C as Rz Ry Rx, missing components of a target are
 those of the position before, integer division, rules of CA, BAS() and the inline forms, SPLINE, FOR/WHILE/… and EXIT.
 Left open by the manuals, and not generated: the orientation at the end of a CIRC with CA when it differs from that at the start; A, B, C
-in LIN_REL #BASE; comparison and AND without brackets; a REAL given to an INT (rounded or cut); E1–E6 that move the base.
+in LIN_REL #BASE; comparison and AND without brackets; a REAL given to an INT halfway between two; the counter behind
+a FOR; E1–E6 that move the base.
 """
 import copy
 import math
@@ -22,6 +25,7 @@ from move import Move, Refused
 from robmath import (NULL, RMove, add, app, circle, dist, finv, fmul, mul, norm, sca, sub, to_zyx, tr, turn_about, zyx, UNREAD, selftest)
 
 SIMPLE = bool(os.environ.get("ORC_SIMPLE"))   # straight programs only, to look at readers that follow no more
+FLOW = bool(os.environ.get("ORC_FLOW"))       # mostly branches, loops, calls, computed points; no splines, other files
 XYZABC = ("X", "Y", "Z", "A", "B", "C")
 TOK = re.compile(r"""\s*(?:
  (?P<num>(?:\d+\.\d*|\.\d+|\d+)(?:[eE][+-]?\d+)?)
@@ -406,9 +410,9 @@ class Krl:
 
     def conv(self, t, val):
         if t == "INT" and isinstance(val, float):
-            if val != int(val):
-                self.no("a REAL with decimals given to an INT: rounding is not followed")
-            return int(val)
+            if abs(abs(val) % 1 - 0.5) < 1e-4:
+                self.no("a REAL halfway between two INT is given to one")
+            return math.floor(val + 0.5)
         if t == "REAL" and isinstance(val, int) and not isinstance(val, bool):
             return float(val)
         if isinstance(val, dict) and t in ("FRAME", "POS", "E6POS", "AXIS", "E6AXIS"):
@@ -682,6 +686,8 @@ class Krl:
             k = s[1]
             if k == "line":
                 self.line(s[2], env)
+            elif k in ("if", "loop") and idle([s]):
+                continue
             elif k == "for":
                 g, put = self.var(s[2], env)
                 v, end, step = (self.expr(s[j], env) for j in (3, 4, 5))
@@ -859,7 +865,17 @@ class Krl:
         self.setframe(sysv, v, None if v is not None else (arr, (n,)))
 
 
+FLOW_ONLY = ("out", "through", "grid", "array", "ints", "goto", "early", "data", "speed", "bases", "stay")
+FLOWS = ("lin", "lin", "arc", "geo", "for", "while", "repeat", "loop", "if", "switch", "sub", "func", "misc",
+    "retract", "base", "joint", "zig") + 2 * FLOW_ONLY
 BASIC = ("INT", "REAL", "BOOL", "CHAR", "FRAME", "POS", "E6POS", "AXIS", "E6AXIS", "FDAT", "LDAT", "PDAT", "LOAD")
+
+
+def idle(body, in_loop=False):
+    """Whether a block only sets outputs and waits: what it depends on does not matter to where the robot goes."""
+    kept = r"(?i)(\$OUT\[|WAIT\b" + (r"|EXIT\s*$)" if in_loop else ")")
+    return all(re.match(kept, s[2]) if s[1] == "line" else s[1] in ("if", "loop") and
+               all(idle(b, in_loop or s[1] == "loop") for b in s[2:] if isinstance(b, list)) for s in body)
 
 
 def to_v(r):
@@ -1026,7 +1042,7 @@ class Gen:
             a, b = self.point(via), self.point(end)
             self.put(f"{word} {a},{b}{self.apo()}")
             self.cur = end
-        elif mode < 0.85 and not SIMPLE:
+        elif mode < 0.85 and not SIMPLE and not FLOW:
             d1, d2 = sub(via, self.cur), sub(end, self.cur)
             self.put(f"{word}_REL {self.agg(d1, full=False)},{self.agg(d2, full=False)}")
             self.cur = tuple(round(c + round(d, self.dec), 6) for c, d in zip(self.cur, d2))
@@ -1046,9 +1062,10 @@ class Gen:
             self.inline("PTP", q)
         elif self.r.random() < .25:
             n = self.point(q)
-            self.put(f"{'PTP' if SIMPLE else self.r.choice(['PTP', 'PTP', 'SPTP'])} {n}")
+            self.put(f"{'PTP' if SIMPLE or FLOW else self.r.choice(['PTP', 'PTP', 'SPTP'])} {n}")
         else:
-            self.put(f"{'PTP' if SIMPLE else self.r.choice(['PTP', 'PTP', 'PTP', 'SPTP'])} {self.agg(q)}" + self.r.choice(["", "", " C_PTP"]))
+            word = "PTP" if SIMPLE or FLOW else self.r.choice(["PTP", "PTP", "PTP", "SPTP"])
+            self.put(f"{word} {self.agg(q)}" + self.r.choice(["", "", " C_PTP"]))
         self.cur = q
         self.lin((q[0], q[1], self.cutz()))
 
@@ -1062,10 +1079,14 @@ class Gen:
         r = self.r
         k = r.choice(["lin"] * 4 + ["arc"] * 3 + ["rel", "reltool", "geo", "for", "while", "repeat", "loop", "if", "switch", "sub", "subfile", "func",
                                                     "spline", "slin", "scirc", "misc", "misc", "retract", "base", "joint", "zig"])
+        if FLOW:
+            k = r.choice(FLOWS)
         if SIMPLE:
             k = r.choice(["lin", "lin", "arc", "rel", "misc", "retract", "joint", "base"])
         z = self.cutz()
-        if k == "lin":
+        if k in FLOW_ONLY:
+            getattr(self, "flow_" + k)(z)
+        elif k == "lin":
             for _ in range(r.randint(1, 3)):
                 self.lin((*self.xy(), r.choice([z, self.cur[2]])))
         elif k == "arc":
@@ -1231,6 +1252,114 @@ class Gen:
             self.put(f"LIN {self.agg((q[0], q[1], z))}")
             self.cur = (q[0], q[1], z)
 
+    # ---- what branches, loops and calls compute
+    def block(self, lines):
+        for t in lines:
+            self.put(t)
+
+    def sub(self, lines):
+        if lines[0] not in self.subs:
+            self.subs += [""] + lines
+
+    def shift_sub(self):
+        self.sub(["DEF shift (p:OUT,d:IN)", "POS p", "REAL d", "p.X=p.X+d", "IF d>0 THEN", "p.Y=p.Y-1.5", "ELSE",
+            "p.Y=p.Y+d*2", "ENDIF", "LIN p C_DIS", "END"])
+
+    def flow_out(self, z):
+        self.shift_sub()
+        n = self.v("POS", "wp")
+        self.block([f"{n}={self.agg((*self.xy(), z))}", f"shift({n},{self.f(self.rnd(1, 9))})",
+            f"LIN {n}:{{X 1,Y 0,Z 0,A 0,B 0,C 0}}", f"shift ( {n} , -3 )"])
+        self.after()
+
+    def flow_through(self, z):
+        self.shift_sub()
+        self.sub(["DEF outer (q:OUT,k:IN)", "POS q", "INT k,m", "FOR m=1 TO k", "shift(q,m*1.5)", "ENDFOR",
+            "q.Z=q.Z+0.5", "END"])
+        n = self.v("E6POS" if self.r.random() < .5 else "POS", "tp")
+        self.block([f"{n}={self.agg((*self.xy(), z))}", f"outer({n},{self.r.randint(0, 2)})", f"LIN {n}"])
+        self.after()
+
+    def flow_grid(self, z):
+        i, j, n = self.v("INT", "gi"), self.v("INT", "gj"), self.v("POS", "gq")
+        x, y = self.xy()
+        self.block([f"{n}={self.agg((x, y, z))}", f"FOR {i}=0 TO {self.r.randint(0, 2)}", f"FOR {j}=1 TO 0 STEP -1",
+            f"IF ({i}+{j})/2*2=={i}+{j} THEN",
+                    f"{n}.X={self.f(x)}+{i}*{self.rnd(1, 9)}", f"{n}.Y={self.f(y)}-{j}*4", "ELSE",
+                        f"{n}.X={self.f(x)}-({i}+1)*3", f"{n}.Y={self.f(y)}+{j}/2-2.5", "ENDIF",
+                    f"LIN {n}", "ENDFOR", "ENDFOR"])
+        self.after()
+
+    def flow_array(self, z):
+        i, n = self.v("INT", "ai"), self.v("INT", "an")
+        if "ar" not in self.vars:
+            self.vars.add("ar")
+            self.decl.append(self.r.choice(["DECL POS ar[4]", "POS ar[4]"]))
+        x, y = self.xy()
+        self.block([f"FOR {i}=1 TO 4", f"ar[{i}]={self.agg((x, y, z))}",
+            f"ar[{i}].X={self.f(x)}+{i}*{self.rnd(2, 7)}", "ENDFOR",
+            f"ar[2]=ar[4]:{{X 0,Y {self.rnd(1, 9)},Z 0,A 0,B 0,C 0}}",
+                    f"{n}=0", f"WHILE {n}<3", f"{n}={n}+1", f"LIN ar[{n}+1]", "ENDWHILE"])
+        self.after()
+
+    def flow_ints(self, z):
+        a, b, q, n = self.v("INT", "ia"), self.v("INT", "ib"), self.v("REAL", "rq"), self.v("POS", "ip")
+        x, y = self.xy()
+        num, den = self.r.choice([-1, 1]) * self.r.randint(3, 30), self.r.choice([-4, 2, 3, 7])
+        self.block([f"{a}={num}", f"{b}={den}", f"{q}={a}/{b}", f"{n}={self.agg((x, y, z))}",
+            f"{n}.X={q}*2+{self.f(self.rnd(-20, 20))}", f"{n}.Y=({a}+0.0)/{b}", f"LIN {n}",
+            f"{a}={q}+{self.r.choice([0.3, 0.7, -0.7])}", f"SWITCH {a}",
+            f"CASE {self.r.randint(-2, 3)},{self.r.randint(4, 7)}",
+                    "LIN_REL {X 1,Y 1}", "CASE -1,0,1", "LIN_REL {X -1}", "ENDSWITCH"])
+        self.after()
+
+    def flow_goto(self, z):
+        c = self.v("INT", "gn")
+        self.labels = getattr(self, "labels", 0) + 1
+        self.block([f"{c}=0", f"again{self.labels}:", f"LIN_REL {{X {self.rnd(1, 5)},Y 1}}", f"{c}={c}+1",
+            f"IF {c}<{self.r.randint(1, 3)} THEN", f"GOTO again{self.labels}", "ENDIF"])
+        self.after()
+
+    def flow_early(self, z):
+        self.sub(["DEF early (n:IN)", "INT n", "BOOL b", "LIN_REL {X 2}", "b=(n>1) AND NOT (n==3)",
+            "IF b OR (n<0) THEN", "RETURN", "ENDIF", "LIN_REL {Y 2.5} C_DIS", "END"])
+        self.block([f"early({self.r.randint(-1, 4)})", f"early({self.r.randint(0, 2)}+1)"])
+        self.after()
+
+    def flow_data(self, z):
+        n, c = self.v("POS", "dp"), self.v("INT", "dn")
+        if "NPASS" not in " ".join(self.dat):
+            self.dat += [f"DECL INT NPASS={self.r.randint(1, 3)}", f"REAL DSTEP={self.f(self.rnd(1, 4))}",
+                f"DECL FRAME DOFF={{X 1.5,Y {self.rnd(-9, 9)},Z 0,A {self.r.choice([0, 30])},B 0,C 0}}"]
+        x, y = self.xy()
+        self.block([f"{n}={self.agg((x, y, z))}", f"FOR {c}=1 TO NPASS", f"{n}.X={n}.X+DSTEP*{c}",
+            f"LIN {n}:DOFF" + self.r.choice(["", " C_DIS"]), "ENDFOR"])
+        self.after()
+
+    def flow_speed(self, z):
+        c = self.v("INT", "sn")
+        self.block([f"FOR {c}=1 TO 2", f"$VEL.CP=0.01*{c}", f"LIN_REL {{Y {self.rnd(1, 5)}}}", f"$OUT[{c}]=TRUE",
+            "ENDFOR", "WAIT SEC 0.1"])
+        self.after()
+
+    def flow_bases(self, z):
+        if not (self.style in ("data", "bas") and self.cfg):
+            return self.flow_grid(z)
+        c = self.v("INT", "bn")
+        self.retract_up()
+        q = (self.rnd(-40, 40), self.rnd(-40, 40), self.safe)
+        self.block([f"FOR {c}=2 TO 1 STEP -1", f"$BASE=BASE_DATA[{c}]" if self.style == "data" else f"BAS(#BASE,{c})",
+            f"PTP {self.agg(q)}", f"LIN {self.agg((q[0], q[1], z))}",
+                    f"LIN {self.agg(q)}", "ENDFOR"])
+        self.cur = q
+        self.lin((q[0], q[1], z))
+
+    def flow_stay(self, z):
+        self.block(["IF $IN[7]==TRUE THEN", "$OUT[7]=FALSE", "ENDIF", "LOOP", "IF $IN[8] THEN", "EXIT", "ENDIF",
+            "WAIT SEC 0.05", "ENDLOOP"][:self.r.choice([3, 3, 0])]
+                   + [f"LIN {self.agg((*self.xy(), z))}"])
+        self.after()
+
     def retract_up(self):
         p = (self.cur[0], self.cur[1], self.safe)
         self.put(f"LIN {self.agg(p)}")
@@ -1317,6 +1446,10 @@ HAND = [
      [(0, 0, 0), (10, 0, 0), (10, -1, 0), (10, 0, 0), (10, -1, 0)]),
     ("geo", {"h.src": b"DEF h()\nPTP {X 0,Y 0,Z 0,A 90,B 0,C 0}\nsub(2.5)\nLIN {X 1,Y 1,Z 1,A 90,B 0,C 0}:{X 2,Y 0,Z 0,A 0,B 0,C 0}\nEND\nDEF sub(a:IN)\nREAL a\nPOS q\nq={X 0,Y 0,Z 0,A 0,B 0,C 0}\nq.Z=a*2\nLIN q\nEND\n"},
      [(0, 0, 0), (0, 0, 5), (1, 3, 1)]),
+    ("flow", {"h.src": b"DEF h()\nINT i,k\nPOS q\nPTP {X 0,Y 0,Z 0,A 0,B 0,C 0}\nq=$NULLFRAME\nFOR i=1 TO 2\nk=i+0.7\n"
+                       b"move(q,k)\nENDFOR\nIF (k==3) AND NOT (q.X<4) THEN\nLIN q\nENDIF\nEND\n"
+                       b"DEF move(p:OUT,n:IN)\nPOS p\nINT n\np.X=p.X+n\nIF n>2 THEN\nRETURN\nENDIF\nLIN p\nEND\n"},
+     [(0, 0, 0), (2, 0, 0), (5, 0, 0)]),
     ("dat", {"h.src": b"DEF h()\nBAS(#TOOL,1)\nBAS(#BASE,2)\nptp xp1\nlin xp2 c_dis\nsub2()\nEND\n", "h.dat": b"DEFDAT h\nDECL E6POS XP1={X 1,Y 2,Z 3,A 0,B 0,C 0,S 0,T 0,E1 0,E2 0,E3 0,E4 0,E5 0,E6 0}\nDECL POS XP2={X 4,Y 5,Z 6,A 0,B 0,C 0}\nENDDAT\n",
              "sub2.src": b"DEF sub2()\nLOOP\nLIN_REL {X 1}\nIF $POS_ACT.X>5.5 THEN\nEXIT\nENDIF\nENDLOOP\nEND\n"},
      [(1, 2, 3), (4, 5, 6), (5, 5, 6), (6, 5, 6)]),

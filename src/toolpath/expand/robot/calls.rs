@@ -1,16 +1,18 @@
-//! Calls of procedures and functions of RAPID, and what names stand for in expressions.
+//! Calls of procedures and functions, and what names stand for in expressions.
 
 use std::rc::Rc;
 
 use crate::toolpath::{
     expand::robot::{
-        expression::{Argument, Names, Reader, names_in},
+        expression::{Argument, Names, Reader},
         functions::function,
+        krl,
         routine::Routine,
         run::{Flow, Frame, Run, Signal, Slot, missing_label, refuse, value_text, whole_expression},
+        syntax::names_in,
         value::Value,
     },
-    model::robot::RobotFault,
+    model::robot::{Language, RobotFault},
     read::robot::rapid::CodeUnit,
 };
 
@@ -18,16 +20,27 @@ use crate::toolpath::{
 const DEEPEST: usize = 16;
 
 impl Run<'_> {
-    /// Calls a procedure: one that moves the tool is run where it is called, another is called as before.
+    /// Calls a procedure: one that moves the tool, or any of KRL, is run where it is called, another is called as before.
     pub fn call_procedure(&mut self, unit: &CodeUnit, routine: &Rc<Routine>) -> Flow {
         let source = self.source;
-        let text = &source[unit.at.start + unit.word.len()..unit.at.end - 1];
-        let arguments = Reader::new(text, self).arguments(None).map_err(|fault| refuse(unit, fault))?;
-        if self.is_silent || routine.moves {
+        let (text, is_krl) = (&source[unit.inside(source)], self.is_krl());
+        let mut reader = Reader::new(text, self);
+        let mut arguments = || match is_krl {
+            false => reader.arguments(None),
+            true => {
+                reader.scan.expect(b'(', "( and the arguments")?;
+                let arguments = reader.arguments(Some(b')'))?;
+                reader.scan.expect(b')', ") behind the arguments")?;
+                Ok(arguments)
+            }
+        };
+        let arguments = arguments().map_err(|fault| refuse(unit, fault))?;
+        if self.is_silent || routine.moves || is_krl {
             let result = self.call(routine, &arguments).map_err(|fault| refuse(unit, fault))?;
             return match result? {
                 Signal::Jump(label) => Err(missing_label(&routine.head, &label)),
                 Signal::End => Ok(Signal::End),
+                Signal::Leave => Err(refuse(&routine.head, RobotFault::Form { expected: "EXIT in a loop alone" })),
                 _ => Ok(Signal::Next),
             };
         }
@@ -66,13 +79,17 @@ impl Run<'_> {
                 }
                 return Err(RobotFault::Form { expected: "an argument for each parameter" });
             };
+            if self.is_krl() {
+                frame.slots.insert(parameter.name.clone(), self.krl_argument(parameter, argument)?);
+                continue;
+            }
             // A datum stands for the parameter; what is computed, for its value.
-            let is_name = names_in(argument.text.as_bytes()).first() == Some(&(0..argument.text.len()));
+            let is_name = names_in(argument.text.as_bytes(), self.language).first() == Some(&(0..argument.text.len()));
             let outer = self.frames.last().and_then(|frame| frame.slots.get(&argument.text.to_ascii_uppercase()));
             // What the module changes meanwhile is not known through another name.
             let is_shared = parameter.is_reference && self.assigned.contains(&argument.text.to_ascii_uppercase());
             let value = argument.value.clone().ok().filter(|_| !is_shared);
-            let own_text = value.as_ref().and_then(value_text);
+            let own_text = value.as_ref().and_then(|value| value_text(value, self.language));
             let text = match outer.filter(|_| is_name) {
                 Some(Slot { stands_for: Some(text), .. }) => Some(text.clone()),
                 Some(_) if self.is_called() => own_text,
@@ -103,14 +120,21 @@ impl Run<'_> {
 }
 
 impl Names for Run<'_> {
+    fn language(&self) -> Language {
+        self.language
+    }
+
     /// Returns the value of a datum of the routine or the module.
     fn value(&mut self, name: &str) -> Result<Value, RobotFault> {
-        if name == "PI" {
+        if self.is_krl() && matches!(name, "$NULLFRAME" | "$WORLD") {
+            return Ok(krl::null_frame());
+        }
+        if name == "PI" && !self.is_krl() {
             return Ok(Value::Number(std::f64::consts::PI));
         }
         let unknown = || RobotFault::NoValue { name: name.to_owned() };
-        let last = self.frames.len() - 1;
-        let depth = if self.frames[last].slots.contains_key(name) { last } else { 0 };
+        let (depth, name) = &self.place(name);
+        let (depth, name) = (*depth, name.as_str());
         let slot = self.frames[depth].slots.get_mut(name).ok_or_else(unknown)?;
         if let Some(value) = &slot.value {
             return Ok(value.clone());
@@ -134,9 +158,9 @@ impl Names for Run<'_> {
             return Ok(Value::Truth(is_present));
         }
         let Some(routine) = self.module.routines.get(name).cloned() else {
-            return function(name, arguments);
+            return if self.is_krl() { krl::function(name, arguments) } else { function(name, arguments) };
         };
-        if routine.kind != "FUNC" || routine.moves {
+        if routine.kind != "FUNC" || routine.matters {
             return RobotFault::not_followed("functions that move the tool are", "a procedure");
         }
         if routine.parameters.iter().any(|parameter| parameter.is_reference) {
@@ -145,9 +169,15 @@ impl Names for Run<'_> {
                 "parameters by value",
             );
         }
-        let was_silent = std::mem::replace(&mut self.is_silent, true);
+        let (was_silent, effects) = (std::mem::replace(&mut self.is_silent, true), self.effects);
         let result = Run::call(self, &routine, arguments);
         self.is_silent = was_silent;
+        if self.is_krl() && self.effects != effects {
+            return RobotFault::not_followed(
+                "functions that do more than compute are",
+                "those of their arguments alone",
+            );
+        }
         match result? {
             Ok(Signal::Return(Some(value))) => Ok(value),
             Ok(_) => Err(RobotFault::Form { expected: "a function that returns a value" }),

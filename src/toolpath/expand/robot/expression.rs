@@ -1,18 +1,18 @@
-//! Expressions of RAPID: numbers, truths, strings, data and their parts, functions and operators.
+//! Expressions of RAPID and KRL: numbers, truths, strings, data and their parts, functions and operators.
 //!
-//! Which operators bind closer is that of ABB, *Technical reference manual, RAPID Overview*, expressions. Where the manual leaves open what NOT
-//! takes in, brackets are asked for.
-
-use std::ops::Range;
+//! Which operators bind closer is that of ABB, *Technical reference manual, RAPID Overview*, expressions, and of KUKA, *Expert Programming*,
+//! priority of operators. Where ABB's manual leaves open what NOT takes in, brackets are asked for.
 
 use crate::toolpath::{
-    expand::robot::value::Value,
-    model::robot::RobotFault,
-    read::{robot::rapid::code_bytes, scan::Scan},
+    expand::robot::{syntax::is_of_name, value::Value},
+    model::robot::{Language, RobotFault},
+    read::{robot::krl::brace_span, scan::Scan},
 };
 
 /// What expressions ask for: values of data and functions.
 pub(crate) trait Names {
+    /// Language of the expressions.
+    fn language(&self) -> Language;
     /// Returns the value of the datum `name` (in capitals).
     fn value(&mut self, name: &str) -> Result<Value, RobotFault>;
     /// Returns the value of the function `name` (in capitals).
@@ -35,23 +35,39 @@ const DEEPEST: usize = 24;
 const OPERATORS: [&[&str]; 5] =
     [&["OR", "XOR"], &["AND"], &["<>", "<=", ">=", "<", ">", "="], &["+", "-"], &["*", "/", "DIV", "MOD"]];
 
+/// As [`OPERATORS`], those of KRL.
+const KRL_OPERATORS: [&[&str]; 7] =
+    [&["==", "<>", "<=", ">=", "<", ">"], &["OR"], &["EXOR"], &["AND"], &["+", "-"], &["*", "/"], &[":"]];
+
 /// A reader of expressions in a statement.
 pub(crate) struct Reader<'t, 'n> {
     pub scan: Scan<'t>,
     /// Without them expressions are only passed over.
     names: Option<&'n mut dyn Names>,
+    language: Language,
     depth: usize,
 }
 
 impl<'t, 'n> Reader<'t, 'n> {
     /// Starts at the beginning of `text`.
     pub fn new(text: &'t [u8], names: &'n mut dyn Names) -> Self {
-        Self { scan: Scan::new(text), names: Some(names), depth: 0 }
+        let language = names.language();
+        Self { scan: Scan::new(text), names: Some(names), language, depth: 0 }
     }
 
     /// Starts a reader that passes over expressions of which only the end matters.
-    pub fn without_values(text: &'t [u8]) -> Self {
-        Self { scan: Scan::new(text), names: None, depth: 0 }
+    pub fn without_values(text: &'t [u8], language: Language) -> Self {
+        Self { scan: Scan::new(text), names: None, language, depth: 0 }
+    }
+
+    /// Whether the expressions are those of KRL.
+    fn is_krl(&self) -> bool {
+        self.language == Language::Krl
+    }
+
+    /// Returns the operators by how close they bind.
+    fn operators(&self) -> &'static [&'static [&'static str]] {
+        if self.is_krl() { &KRL_OPERATORS } else { &OPERATORS }
     }
 
     /// Reads an expression up to where none goes on.
@@ -67,12 +83,12 @@ impl<'t, 'n> Reader<'t, 'n> {
 
     /// Reads operands and the operators that bind at `level` or closer.
     fn binary(&mut self, level: usize) -> Result<Value, RobotFault> {
-        let Some(operators) = OPERATORS.get(level) else { return self.operand() };
+        let Some(operators) = self.operators().get(level) else { return self.operand() };
         let mut left = self.binary(level + 1)?;
         let mut count = 0;
         while let Some(operator) = operators.iter().find(|operator| self.takes_word(operator)) {
             count += 1;
-            if level == 2 && count > 1 {
+            if operators.contains(&"<=") && count > 1 {
                 return Err(BRACKETS);
             }
             let right = self.binary(level + 1)?;
@@ -113,6 +129,7 @@ impl<'t, 'n> Reader<'t, 'n> {
                     let parts = parts.iter().map(|part| Ok(Value::Number(-part.number()?)));
                     parts.collect::<Result<_, _>>().map(Value::List)
                 }
+                Value::Integer(_) => Value::Integer(0).apply("-", &value),
                 value => value.number().map(|number| Value::Number(-number)),
             };
         }
@@ -121,8 +138,8 @@ impl<'t, 'n> Reader<'t, 'n> {
         }
         if self.takes_word("NOT") {
             let value = nested(self)?;
-            let goes_on = !self.scan.is_done() && {
-                let mut ahead = Self { scan: self.scan, names: None, depth: 0 };
+            let goes_on = !self.is_krl() && !self.scan.is_done() && {
+                let mut ahead = Self { scan: self.scan, names: None, ..*self };
                 OPERATORS[1..].iter().copied().flatten().any(|operator| ahead.takes_word(operator))
             };
             return match value {
@@ -131,6 +148,11 @@ impl<'t, 'n> Reader<'t, 'n> {
                 value => value.truth().map(|truth| Value::Truth(!truth)),
             };
         }
+        self.datum()
+    }
+
+    /// Reads a number, a string, a list, an expression in brackets, a datum or a function, with its parts and indices.
+    pub fn datum(&mut self) -> Result<Value, RobotFault> {
         let value = self.primary()?;
         self.parts(value)
     }
@@ -168,10 +190,60 @@ impl<'t, 'n> Reader<'t, 'n> {
                 Ok(Value::Text(String::from_utf8_lossy(&rest[..=end]).into_owned()))
             }
             Some(byte) if byte.is_ascii_digit() || byte == b'.' => {
-                self.scan.number().map(|(value, _)| Value::Number(value))
+                let (value, at) = self.scan.number()?;
+                match self.is_krl() && self.scan.line[at].iter().all(u8::is_ascii_digit) {
+                    true => Value::integer(value),
+                    false => Ok(Value::Number(value)),
+                }
+            }
+            Some(b'{') if self.is_krl() => self.aggregate(),
+            Some(b'\'') if self.is_krl() => self.bits(),
+            Some(b'#') if self.is_krl() => {
+                self.scan.at += 1;
+                Ok(Value::Text(format!("#{}", self.scan.name().0.to_ascii_uppercase())))
             }
             _ => self.named(),
         }
+    }
+
+    /// Reads `{E6POS: X 1.5, Y -2, S 'B110'}`: plain numbers, each at the place of its part.
+    fn aggregate(&mut self) -> Result<Value, RobotFault> {
+        if self.names.is_none() {
+            let text = self.scan.line;
+            return brace_span(&mut self.scan, text).map(|_| Value::Unknown);
+        }
+        self.scan.expect(b'{', "{")?;
+        let mut ahead = self.scan;
+        if !ahead.name().0.is_empty() && ahead.takes(b':') {
+            self.scan = ahead;
+        }
+        let mut value = Value::record();
+        loop {
+            let at = krl_part(self.scan.name().0)?;
+            let number = match self.scan.next() {
+                Some(b'\'') => self.bits()?,
+                _ => Value::Number(self.scan.number()?.0),
+            };
+            *value.part(at)? = number.taken_as(krl_part_type(at))?;
+            if self.scan.takes(b'}') {
+                return Ok(value);
+            }
+            self.scan.expect(b',', ", or } behind a plain number")?;
+        }
+    }
+
+    /// Reads a number in binary or hexadecimal digits: `'B110'`, `'H1F'`.
+    fn bits(&mut self) -> Result<Value, RobotFault> {
+        const EXPECTED: RobotFault = RobotFault::Form { expected: "'B110' or 'H1F'" };
+        self.scan.expect(b'\'', "'")?;
+        let digits = self.scan.name().0;
+        self.scan.expect(b'\'', "'")?;
+        let radix = match digits.as_bytes().first() {
+            Some(b'B' | b'b') => 2,
+            Some(b'H' | b'h') => 16,
+            _ => return Err(EXPECTED),
+        };
+        i32::from_str_radix(&digits[1..], radix).map(Value::Integer).map_err(|_| EXPECTED)
     }
 
     /// Reads a datum or a function.
@@ -216,7 +288,7 @@ impl<'t, 'n> Reader<'t, 'n> {
                 (false, _) => Ok(Value::Truth(true)),
                 // A datum of a type that is not followed, such as a tool, is an argument too: by its name.
                 (true, true) => {
-                    let mut over = Self { scan: self.scan, names: None, depth: self.depth };
+                    let mut over = Self { scan: self.scan, names: None, ..*self };
                     over.expression()?;
                     let end = over.scan;
                     let value = self.expression();
@@ -248,10 +320,17 @@ impl<'t, 'n> Reader<'t, 'n> {
     pub fn path(&mut self) -> Result<Vec<usize>, RobotFault> {
         let mut path = Vec::new();
         loop {
+            let [opening, closing] = if self.is_krl() { [b'[', b']'] } else { [b'{', b'}'] };
             if self.scan.takes(b'.') {
-                path.push(part_index(self.scan.name().0)?);
-            } else if self.scan.takes(b'{') {
-                loop {
+                let name = self.scan.name().0;
+                path.push(match self.is_krl() {
+                    true if self.names.is_none() => 0,
+                    true => krl_part(name)?,
+                    false => part_index(name)?,
+                });
+            } else if self.scan.takes(opening) {
+                // KRL has `A[]` for all of an array.
+                while !(self.is_krl() && self.scan.next() == Some(b']')) {
                     let index = self.expression()?;
                     if self.names.is_some() {
                         let index = index.whole()?.checked_sub(1);
@@ -261,7 +340,7 @@ impl<'t, 'n> Reader<'t, 'n> {
                         break;
                     }
                 }
-                self.scan.expect(b'}', "}")?;
+                self.scan.expect(closing, "the end of the index")?;
             } else {
                 return Ok(path);
             }
@@ -286,26 +365,17 @@ fn part_index(name: &str) -> Result<usize, RobotFault> {
     PARTS.iter().position(is_here).ok_or(RobotFault::Form { expected: "a part of a target, a pose or a position" })
 }
 
-/// Whether `byte` may be in a name.
-pub(crate) fn is_of_name(byte: u8) -> bool {
-    byte.is_ascii_alphanumeric() || byte == b'_'
+/// Names of the parts of a point or of joint positions of KRL.
+pub(crate) const KRL_PARTS: [&str; 20] =
+    ["X", "Y", "Z", "A", "B", "C", "S", "T", "E1", "E2", "E3", "E4", "E5", "E6", "A1", "A2", "A3", "A4", "A5", "A6"];
+
+/// Returns the index of the part `name` of a point or of joint positions of KRL.
+fn krl_part(name: &str) -> Result<usize, RobotFault> {
+    let at = KRL_PARTS.iter().position(|known| known.eq_ignore_ascii_case(name));
+    at.ok_or(RobotFault::Form { expected: "X Y Z A B C S T E1 … E6, or A1 … A6" })
 }
 
-/// Iterates over the names of data and routines in `text` outside strings and comments, with their bytes: not those of parts (`.x`), options
-/// (`\V`) and numbers.
-pub(crate) fn names_in(text: &[u8]) -> Vec<Range<usize>> {
-    let (mut found, mut end): (Vec<Range<usize>>, usize) = (Vec::new(), 0);
-    for (at, byte) in code_bytes(text) {
-        let before = at.checked_sub(1).and_then(|before| text.get(before)).copied();
-        let continues = before.is_some_and(is_of_name);
-        if at < end || continues || !byte.is_ascii_alphabetic() {
-            continue;
-        }
-        end = at + text[at..].iter().take_while(|byte| is_of_name(**byte)).count();
-        let joined = text[..at].trim_ascii_end().last().copied();
-        if !matches!(joined, Some(b'.' | b'\\')) {
-            found.push(at..end);
-        }
-    }
-    found
+/// Returns the type of the part of a point or of joint positions with index `at`: status and turn are whole numbers.
+pub(crate) fn krl_part_type(at: usize) -> &'static str {
+    if matches!(at, 6 | 7) { "INT" } else { "REAL" }
 }

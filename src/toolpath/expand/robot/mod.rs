@@ -1,34 +1,42 @@
-//! Expansion of RAPID modules: procedures, branches and loops are followed, and targets computed, so that all motions stand in one procedure.
+//! Expansion of RAPID modules and KRL programs: procedures, branches and loops are followed, and targets computed, so that all motions stand in
+//! one procedure.
 //!
-//! What moves nothing stays as it stands. Data of the module keep their names; those of a procedure that is followed get their values.
+//! What moves nothing stays as it stands. Data of the module (of KRL the `.dat`) and of its first procedure keep their names; those of a
+//! procedure that is followed get their values.
 
 mod calls;
 mod expression;
+mod flow;
 mod functions;
+mod krl;
 mod routine;
 mod run;
 mod statements;
+mod syntax;
 mod value;
 
 use crate::toolpath::{
     model::robot::{Language, RobotError, RobotOptions},
-    read::robot::{Chunk, Refusal, RobotExpansion, RobotProgram, line_ending},
+    read::robot::{Chunk, Refusal, RobotExpansion, RobotProgram, krl::points::is_config, line_ending},
 };
 
 impl RobotProgram {
-    /// Expands a RAPID module (procedures, branches, loops, computed targets) and reads the result as [`RobotProgram::parse`] does. With
-    /// `keeps_calls`, they stay where they can when it is rewritten ([`RobotProgram::folded_calls`]). `Err`, with the line in the original,
-    /// for what cannot be followed.
+    /// Expands a RAPID module or a KRL program (procedures, branches, loops, computed targets) and reads the result as
+    /// [`RobotProgram::parse`] does. With `keeps_calls`, they stay where they can when it is rewritten ([`RobotProgram::folded_calls`]). `Err`,
+    /// with the line in the original, for what cannot be followed.
     pub fn parse_expanded(
         source: impl Into<Vec<u8>>,
         name: &str,
+        language: Language,
+        beside: impl IntoIterator<Item = (String, Vec<u8>)>,
         options: &RobotOptions,
         keeps_calls: bool,
     ) -> Result<RobotProgram, RobotError> {
-        let source = source.into();
-        let Expanded { bytes, chunks, lines } = expand(&source).map_err(|refusal| refusal.locate(name, &source))?;
+        let (source, beside): (Vec<u8>, Vec<_>) = (source.into(), beside.into_iter().collect());
+        let expanded = expand(&source, language, &beside).map_err(|refusal| refusal.locate(name, &source))?;
+        let Expanded { bytes, chunks, lines } = expanded;
         let expansion = RobotExpansion::new(source, chunks, lines, keeps_calls);
-        RobotProgram::read(bytes, name, Language::Rapid, Vec::new(), options, Some(expansion))
+        RobotProgram::read(bytes, name, language, beside, options, Some(expansion))
     }
 }
 
@@ -41,11 +49,19 @@ pub(crate) struct Expanded {
     lines: [usize; 2],
 }
 
-/// Expands the module `source`.
-pub(crate) fn expand(source: &[u8]) -> Result<Expanded, Refusal> {
-    let module = routine::Module::read(source)?;
-    let entry = module.entry(source)?;
-    let mut run = run::Run::new(source, &module);
+/// Expands the module `source` with the data `beside` it.
+pub(crate) fn expand(source: &[u8], language: Language, beside: &[(String, Vec<u8>)]) -> Result<Expanded, Refusal> {
+    // The data stand behind the program; those of all programs first, as its own count.
+    let (of_all, own): (Vec<_>, Vec<_>) = beside.iter().partition(|(name, _)| is_config(name));
+    let joined = |files: Vec<&(String, Vec<u8>)>| -> Vec<u8> {
+        files.into_iter().flat_map(|(_, data)| [b"\n", &data[..]].concat()).collect()
+    };
+    let (of_all, own) = (joined(of_all), joined(own));
+    let own_data = source.len() + of_all.len();
+    let text = [source, &of_all, &own].concat();
+    let module = routine::Module::read(&text, source.len(), own_data, language)?;
+    let entry = module.entry(&text)?;
+    let mut run = run::Run::new(&text, &module);
     run.run_entry(&entry)?;
     let (mut written, chunks) = (run.out, run.chunks);
     // The rest of the procedure's first line, and the beginning of its last.
@@ -76,7 +92,8 @@ pub(crate) fn expand(source: &[u8]) -> Result<Expanded, Refusal> {
     let lines = [source, &out[..]].map(|bytes| bytes.iter().filter(|byte| **byte == b'\n').count());
     let lines = [lines[0], lines[1] + 1];
     let mut header = if header_at > 0 { ending.to_vec() } else { Vec::new() };
-    header.extend(format!("! written out by kinetostat: {} lines for {}", lines[1], lines[0]).bytes());
+    header.push(syntax::comment_mark(language));
+    header.extend(format!(" written out by kinetostat: {} lines for {}", lines[1], lines[0]).bytes());
     header.extend_from_slice(if header_at > 0 { b"" } else { ending });
     let length = header.len();
     out.splice(header_at..header_at, header);

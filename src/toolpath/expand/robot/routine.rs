@@ -7,14 +7,13 @@ use std::{
 };
 
 use crate::toolpath::{
-    model::robot::RobotFault,
-    read::robot::{
-        Refusal,
-        rapid::{CodeUnit, CodeUnits, is_motion},
+    expand::robot::{
+        expression::Reader,
+        syntax::{Units, is_motion, matters_to_motions, names_of},
     },
+    model::robot::{Language, RobotFault},
+    read::robot::{Refusal, rapid::CodeUnit},
 };
-
-use super::expression::{Reader, names_in};
 
 /// A statement, or a branch or loop with its arms.
 #[derive(Clone, Debug)]
@@ -53,7 +52,7 @@ pub(crate) struct Parameter {
 pub(crate) struct Routine {
     /// In capitals.
     pub name: String,
-    /// PROC, FUNC or TRAP.
+    /// PROC, FUNC or TRAP; DEF of KRL is PROC, and DEFFCT is FUNC.
     pub kind: String,
     /// The line that declares it.
     pub head: CodeUnit,
@@ -66,38 +65,60 @@ pub(crate) struct Routine {
     pub handles_errors: bool,
     /// Whether it, or what it calls, moves the tool.
     pub moves: bool,
+    /// Whether it, or what it calls, moves the tool or sets what a motion means.
+    pub matters: bool,
 }
 
 /// What a module consists of.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Module {
+    pub language: Language,
     /// By names in capitals.
     pub routines: BTreeMap<String, Rc<Routine>>,
     /// Declarations outside of routines.
     pub data: Vec<CodeUnit>,
     /// Where the module's first line ends, behind which a comment may stand.
     pub head_end: usize,
+    /// Name of the first routine.
+    first: Option<String>,
+    /// Where the data begin that are no other program's.
+    pub own_data: usize,
 }
 
 /// Most branches and loops in one another.
 const DEEPEST: usize = 24;
 
 impl Module {
-    /// Reads the module `source`; `Err` for what is not closed.
-    pub fn read(source: &[u8]) -> Result<Module, Refusal> {
-        let mut module = Module::default();
-        let mut units = CodeUnits::new(source);
+    /// Reads the module `source`; `Err` for what is not closed. All beyond `length` bytes are data, which are its own from `own_data` on.
+    pub fn read(source: &[u8], length: usize, own_data: usize, language: Language) -> Result<Module, Refusal> {
+        let (routines, data) = (BTreeMap::new(), Vec::new());
+        let mut module = Module { language, routines, data, head_end: 0, first: None, own_data };
+        let mut units = Units::new(source, language);
         let mut found: Vec<Routine> = Vec::new();
         while let Some(unit) = units.next()? {
-            match first_word(source, &unit).as_str() {
+            match first_word(source, &unit, language).as_str() {
                 "MODULE" => module.head_end = unit.at.end,
                 kind @ ("PROC" | "FUNC" | "TRAP") => found.push(read_routine(source, unit, kind, &mut units)?),
+                kind @ ("DEF" | "DEFFCT") if language == Language::Krl => {
+                    if found.is_empty() {
+                        module.head_end = end_of_line(source, unit.at.end);
+                    }
+                    let kind = if kind == "DEF" { "PROC" } else { "FUNC" };
+                    found.push(read_routine(source, unit, kind, &mut units)?);
+                }
+                word if language == Language::Krl && word != ";" && unit.at.start < length => {
+                    return Err(refuse(&unit, RobotFault::Form { expected: "DEF before it" }));
+                }
                 _ if unit.is_statement => module.data.push(unit),
                 _ => {}
             }
         }
-        mark_moving(source, &mut found);
-        for routine in found {
+        let moving = moving(source, &found, language, is_motion);
+        let mattering = self::moving(source, &found, language, matters_to_motions);
+        module.first = found.first().map(|routine| routine.name.clone());
+        for mut routine in found {
+            routine.moves = moving.contains(&routine.name);
+            routine.matters = mattering.contains(&routine.name);
             let (line, at) = (routine.head.line, routine.head.at.clone());
             if module.routines.insert(routine.name.clone(), Rc::new(routine)).is_some() {
                 let fault = RobotFault::Form { expected: "each routine once" };
@@ -107,24 +128,32 @@ impl Module {
         Ok(module)
     }
 
-    /// Returns the routine that runs first: `main`, or the only procedure with motions that no other routine calls. `Err` if another one that
-    /// moves the tool is not called.
+    /// Returns the routine that runs first: `main`, or the only procedure with motions that no other routine calls; the first one of KRL. `Err`
+    /// if another one that moves the tool is not called.
     pub fn entry(&self, source: &[u8]) -> Result<Rc<Routine>, Refusal> {
         let mut called = BTreeSet::new();
         for routine in self.routines.values() {
-            let own = names_in(&source[routine.inside.clone()]).into_iter();
-            let names = own.map(|at| String::from_utf8_lossy(&source[routine.inside.clone()][at]).to_ascii_uppercase());
+            let names = names_of(&source[routine.inside.clone()], self.language);
             called.extend(names.filter(|name| *name != routine.name));
         }
+        let is_first = |routine: &Routine| match self.language {
+            Language::Krl => self.first.as_ref() == Some(&routine.name),
+            _ => routine.name == "MAIN",
+        };
         let mut first: Vec<_> = self.routines.values().filter(|routine| routine.moves).collect();
-        first.retain(|routine| routine.name == "MAIN" || !called.contains(&routine.name));
-        first.sort_by_key(|routine| (routine.name != "MAIN", routine.head.line));
+        first.retain(|routine| is_first(routine) || !called.contains(&routine.name));
+        first.sort_by_key(|routine| (!is_first(routine), routine.head.line));
         let refuse = |routine: &Routine, fault| Refusal { line: routine.head.line, at: routine.head.at.clone(), fault };
         match first[..] {
             [] => {
                 let fault = RobotFault::Form { expected: "a procedure with motions that no other calls" };
                 let any = self.routines.values().next();
                 Err(any.map_or(Refusal { line: 1, at: 0..0, fault: fault.clone() }, |routine| refuse(routine, fault)))
+            }
+            [only] if self.language == Language::Krl && !is_first(only) => {
+                let first = self.first.as_ref().and_then(|name| self.routines.get(name));
+                let first = first.map_or(1, |routine| routine.head.line);
+                Err(refuse(only, RobotFault::Uncalled { first }))
             }
             [only] if only.kind == "PROC" && only.parameters.is_empty() => Ok(Rc::clone(only)),
             [only] => Err(refuse(only, RobotFault::Form { expected: "a procedure without parameters that calls it" })),
@@ -134,22 +163,18 @@ impl Module {
 }
 
 /// Returns the first word of a unit in capitals, without LOCAL.
-pub(crate) fn first_word(source: &[u8], unit: &CodeUnit) -> String {
-    let words = names_in(&source[unit.at.clone()]);
-    let word = |at: Option<&Range<usize>>| {
-        let text = at.map(|at| String::from_utf8_lossy(&source[unit.at.clone()][at.clone()]).to_ascii_uppercase());
-        text.unwrap_or_default()
-    };
+fn first_word(source: &[u8], unit: &CodeUnit, language: Language) -> String {
     match unit.word.as_str() {
-        "LOCAL" if !unit.is_statement => word(words.get(1)),
+        "LOCAL" if !unit.is_statement => names_of(&source[unit.at.clone()], language).nth(1).unwrap_or_default(),
         word => word.to_owned(),
     }
 }
 
 /// Reads a routine that begins at `head` up to its end.
-fn read_routine(source: &[u8], head: CodeUnit, kind: &str, units: &mut CodeUnits<'_>) -> Result<Routine, Refusal> {
+fn read_routine(source: &[u8], head: CodeUnit, kind: &str, units: &mut Units<'_>) -> Result<Routine, Refusal> {
     let (name, parameters) = signature(source, &head, kind).map_err(|fault| refuse(&head, fault))?;
-    let mut inside = head.at.end..head.at.end;
+    let from = end_of_line(source, head.at.end);
+    let mut inside = from..from;
     let mut handles_errors = false;
     // Blocks that are open, and what stands in the innermost arm.
     let mut open: Vec<Block> = Vec::new();
@@ -159,21 +184,25 @@ fn read_routine(source: &[u8], head: CodeUnit, kind: &str, units: &mut CodeUnits
             return Err(refuse(&head, RobotFault::Form { expected: "the end of the routine" }));
         };
         let word = if unit.is_statement { "" } else { unit.word.as_str() };
-        if matches!(word, "ENDPROC" | "ENDFUNC" | "ENDTRAP" | "ERROR" | "UNDO" | "BACKWARD") && !handles_errors {
+        let is_end = matches!(word, "ENDPROC" | "ENDFUNC" | "ENDTRAP" | "END" | "ENDFCT");
+        if (is_end || matches!(word, "ERROR" | "UNDO" | "BACKWARD")) && !handles_errors {
             inside.end = unit.at.start;
         }
         match word {
-            "ENDPROC" | "ENDFUNC" | "ENDTRAP" => {
+            _ if is_end => {
                 if let Some(block) = open.first() {
                     return Err(refuse(block.head(), RobotFault::Form { expected: "the end of the branch or loop" }));
                 }
-                let end = unit.at.end;
-                let kind = kind.to_owned();
-                return Ok(Routine { name, kind, head, parameters, body, inside, end, handles_errors, moves: false });
+                let end = if word == "END" { end_of_line(source, unit.at.end) } else { unit.at.end };
+                let (kind, moves, matters) = (kind.to_owned(), false, false);
+                return Ok(Routine { name, kind, head, parameters, body, inside, end, handles_errors, moves, matters });
             }
             "ERROR" | "UNDO" | "BACKWARD" => handles_errors = true,
             _ if handles_errors => {}
-            "IF" | "FOR" | "WHILE" | "TEST" => {
+            "DEF" | "DEFFCT" => {
+                return Err(refuse(&head, RobotFault::Form { expected: "the end of the routine" }));
+            }
+            "IF" | "FOR" | "WHILE" | "TEST" | "LOOP" | "REPEAT" | "SWITCH" => {
                 if open.len() == DEEPEST {
                     return Err(refuse(
                         &unit,
@@ -184,11 +213,16 @@ fn read_routine(source: &[u8], head: CodeUnit, kind: &str, units: &mut CodeUnits
             }
             "ELSEIF" | "ELSE" | "CASE" | "DEFAULT" => match open.last_mut() {
                 Some(block) => block.arms.push((unit, Vec::new())),
-                None => return Err(refuse(&unit, RobotFault::Form { expected: "IF or TEST before it" })),
+                None => return Err(refuse(&unit, RobotFault::Form { expected: "IF, TEST or SWITCH before it" })),
             },
-            "ENDIF" | "ENDFOR" | "ENDWHILE" | "ENDTEST" => match open.pop() {
-                Some(mut block) if word[3..] == block.head().word => {
+            "ENDIF" | "ENDFOR" | "ENDWHILE" | "ENDTEST" | "ENDLOOP" | "ENDSWITCH" | "UNTIL" => match open.pop() {
+                Some(mut block)
+                    if word[3..] == block.head().word || block.head().word == "REPEAT" && word == "UNTIL" =>
+                {
                     block.at.end = unit.at.end;
+                    if word == "UNTIL" {
+                        block.arms.push((unit, Vec::new()));
+                    }
                     push(Node::Block(block), &mut open, &mut body);
                 }
                 _ => return Err(refuse(&unit, RobotFault::Form { expected: "the beginning of the branch or loop" })),
@@ -211,7 +245,7 @@ fn refuse(unit: &CodeUnit, fault: RobotFault) -> Refusal {
     Refusal { line: unit.line, at: unit.at.clone(), fault }
 }
 
-/// Reads name and parameters of a routine: `PROC slot(robtarget start,VAR num n\num depth)`.
+/// Reads name and parameters of a routine: `PROC slot(robtarget start,VAR num n\num depth)`, `DEF slot(start:IN,n[]:OUT)`.
 fn signature(source: &[u8], head: &CodeUnit, kind: &str) -> Result<(String, Vec<Parameter>), RobotFault> {
     const EXPECTED: RobotFault =
         RobotFault::Form { expected: "the name of the routine and its parameters in brackets" };
@@ -221,53 +255,66 @@ fn signature(source: &[u8], head: &CodeUnit, kind: &str) -> Result<(String, Vec<
         Some((before, inside)) => (before, inside.split_once(')').ok_or(EXPECTED)?.0),
         None => (text, ""),
     };
-    let name = before.split_whitespace().last().filter(|name| *name != kind).ok_or(EXPECTED)?.to_owned();
+    let name = before.split_whitespace().last().filter(|name| ![kind, "DEF", "DEFFCT"].contains(name));
+    let name = name.ok_or(EXPECTED)?.to_owned();
+    let is_krl = matches!(head.word.as_str(), "DEF" | "DEFFCT");
     let mut parameters = Vec::new();
     for part in inside.split(',') {
         for (k, text) in part.split('\\').enumerate() {
             let text = text.replace("{*}", " ");
             let words: Vec<&str> = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
             let words: Vec<&str> = words.into_iter().filter(|word| !word.is_empty()).collect();
-            let Some(name) = words.last() else { continue };
-            let is_reference = matches!(words[0], "VAR" | "INOUT" | "PERS" | "REF");
+            let Some(name) = (if is_krl { words.first() } else { words.last() }) else { continue };
+            let is_reference = match is_krl {
+                true => words.get(1) != Some(&"IN"),
+                false => matches!(words[0], "VAR" | "INOUT" | "PERS" | "REF"),
+            };
             parameters.push(Parameter { name: (*name).to_owned(), is_optional: k > 0, is_reference });
         }
     }
     Ok((name, parameters))
 }
 
-/// Marks the routines that move the tool, or call one that does.
-fn mark_moving(source: &[u8], routines: &mut [Routine]) {
-    let names = |routine: &Routine| -> BTreeSet<String> {
-        let inside = &source[routine.inside.clone()];
-        let names = names_in(inside).into_iter();
-        names.map(|at| String::from_utf8_lossy(&inside[at]).to_ascii_uppercase()).collect()
-    };
+/// Returns the names of the routines with words that `moves` tells, and of those that call them.
+fn moving(
+    source: &[u8],
+    routines: &[Routine],
+    language: Language,
+    moves: fn(&str, Language) -> bool,
+) -> BTreeSet<String> {
+    let names =
+        |routine: &Routine| -> BTreeSet<String> { names_of(&source[routine.inside.clone()], language).collect() };
     let names: Vec<_> = routines.iter().map(names).collect();
     let own: BTreeSet<String> = routines.iter().map(|routine| routine.name.clone()).collect();
     let mut moving: BTreeSet<String> = BTreeSet::new();
     loop {
         let before = moving.len();
-        for (routine, names) in routines.iter_mut().zip(&names) {
-            routine.moves |= names.iter().any(|name| match own.contains(name) {
+        for (routine, names) in routines.iter().zip(&names) {
+            let is_moving = names.iter().any(|name| match own.contains(name) {
                 true => moving.contains(name) && *name != routine.name,
-                false => is_motion(name),
+                false => moves(name, language),
             });
-            if routine.moves {
+            if is_moving {
                 moving.insert(routine.name.clone());
             }
         }
         if moving.len() == before {
-            return;
+            return moving;
         }
     }
+}
+
+/// Returns where the line of byte `at` ends.
+fn end_of_line(source: &[u8], at: usize) -> usize {
+    let rest = &source[at..];
+    at + rest.iter().position(|byte| matches!(byte, b'\r' | b'\n')).unwrap_or(rest.len())
 }
 
 /// Splits `IF condition statement;`: the ranges of both in the source.
 pub(crate) fn one_line_if(source: &[u8], unit: &CodeUnit) -> Result<(Range<usize>, CodeUnit), RobotFault> {
     let from = unit.at.start + unit.word.len();
     let text = &source[from..unit.at.end];
-    let mut reader = Reader::without_values(text);
+    let mut reader = Reader::without_values(text, Language::Rapid);
     reader.expression()?;
     let start = from + reader.scan.skip_blanks().at;
     let mut scan = crate::toolpath::read::scan::Scan::new(&source[start..unit.at.end]);

@@ -1,4 +1,4 @@
-//! Runs a RAPID module from its first routine on, and writes each statement that is run, with computed targets as numbers.
+//! Runs a program of RAPID or KRL from its first routine on, and writes each statement that is run, with computed targets as numbers.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -7,16 +7,14 @@ use std::{
 
 use crate::toolpath::{
     expand::robot::{
-        expression::{Names, Reader, names_in},
+        expression::{Names, Reader},
         routine::{Block, Module, Node, Routine, one_line_if},
+        syntax::{Units, comment_mark, is_declaration, is_motion, matters_to_motions, names_of},
         value::Value,
     },
-    model::robot::RobotFault,
+    model::robot::{Language, RobotFault},
     read::{
-        robot::{
-            Chunk, Refusal, indent, line_ending,
-            rapid::{CodeUnit, code_bytes, is_motion},
-        },
+        robot::{Chunk, Refusal, indent, line_ending, rapid::CodeUnit},
         scan::Scan,
     },
 };
@@ -32,6 +30,8 @@ pub(crate) enum Signal {
     Return(Option<Value>),
     /// A jump to a label.
     Jump(String),
+    /// The innermost loop ends (EXIT of KRL).
+    Leave,
     /// The program ends.
     End,
 }
@@ -51,12 +51,20 @@ pub(crate) struct Slot {
     pub stands_for: Option<String>,
     /// Whether assignments to it are refused: parameters by reference, and counters.
     pub is_fixed: bool,
+    /// Whether its name has no meaning in statements that are written, though its frame's names have: a counter of KRL.
+    pub is_own: bool,
+    /// What a parameter of KRL is another name for: a frame, and the name there.
+    pub refers_to: Option<(usize, String)>,
+    /// Type of KRL, of an array that of its elements; empty for others.
+    pub kind: &'static str,
 }
 
 /// Data of a routine that runs.
 #[derive(Debug, Default)]
 pub(crate) struct Frame {
     pub slots: BTreeMap<String, Slot>,
+    /// Number of elements in its arrays.
+    pub elements: usize,
     /// Whether the routine is not that which is written: its data have no names there.
     pub is_called: bool,
 }
@@ -66,6 +74,7 @@ pub(crate) struct Frame {
 pub(crate) struct Run<'a> {
     pub source: &'a [u8],
     pub module: &'a Module,
+    pub language: Language,
     /// Data of the module, and of the routines that run.
     pub frames: Vec<Frame>,
     pub out: Vec<u8>,
@@ -73,6 +82,8 @@ pub(crate) struct Run<'a> {
     steps: usize,
     /// Whether statements are only followed, not written.
     pub is_silent: bool,
+    /// Number of statements that were followed silently and do more than compute.
+    pub effects: usize,
     /// Names of data that the module assigns anywhere, and of those that interrupts assign.
     pub assigned: BTreeSet<String>,
     pub changed_by_traps: BTreeSet<String>,
@@ -87,11 +98,13 @@ impl<'a> Run<'a> {
         let mut run = Self {
             source,
             module,
+            language: module.language,
             frames: vec![Frame::default()],
             out: Vec::new(),
             chunks: Vec::new(),
             steps: 0,
             is_silent: false,
+            effects: 0,
             assigned: BTreeSet::new(),
             changed_by_traps: BTreeSet::new(),
             line_ending: line_ending(source),
@@ -104,11 +117,32 @@ impl<'a> Run<'a> {
                 run.assigned_names(routine.inside.clone(), &mut changed_by_traps);
             }
         }
+        // What a trigger or an interrupt of KRL runs.
+        let mut units = Units::new(source, module.language);
+        while let Ok(Some(unit)) = units.next() {
+            let mut words = names_of(&source[unit.at.clone()], module.language).take(2);
+            if run.is_krl() && words.any(|word| matches!(word.as_str(), "TRIGGER" | "INTERRUPT")) {
+                run.assigned_names(unit.at, &mut changed_by_traps);
+            }
+        }
         (run.assigned, run.changed_by_traps) = (assigned, changed_by_traps);
         for unit in &module.data {
             run.declare(unit, true);
         }
         run
+    }
+
+    /// Whether the program is one of KRL.
+    pub fn is_krl(&self) -> bool {
+        self.language == Language::Krl
+    }
+
+    /// Returns where the datum `name` is: the depth of its frame, and its name there.
+    pub fn place(&self, name: &str) -> (usize, String) {
+        let last = self.frames.len() - 1;
+        let depth = if self.frames[last].slots.contains_key(name) { last } else { 0 };
+        let slot = self.frames[depth].slots.get(name);
+        slot.and_then(|slot| slot.refers_to.clone()).unwrap_or_else(|| (depth, name.to_owned()))
     }
 
     /// Runs the routine from which the program starts.
@@ -117,6 +151,7 @@ impl<'a> Run<'a> {
         self.last_end = entry.inside.start;
         match self.run_nodes(&entry.body)? {
             Signal::Jump(label) => Err(missing_label(&entry.head, &label)),
+            Signal::Leave => Err(refuse(&entry.head, RobotFault::Form { expected: "EXIT in a loop alone" })),
             _ => Ok(()),
         }
     }
@@ -142,7 +177,7 @@ impl<'a> Run<'a> {
     }
 
     /// Counts a step; `Err` beyond [`MOST_STEPS`].
-    fn step(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
+    pub fn step(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
         self.steps += 1;
         match self.steps > MOST_STEPS {
             true => Err(refuse(unit, RobotFault::TooManySteps { most: MOST_STEPS })),
@@ -183,118 +218,6 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Runs the arms of a branch or loop.
-    fn run_arms(&mut self, block: &Block) -> Flow {
-        let head = block.head();
-        self.step(head)?;
-        match head.word.as_str() {
-            "IF" => {
-                for (arm, nodes) in &block.arms {
-                    if arm.word == "ELSE" || self.condition(arm, "THEN")? {
-                        return self.run_nodes(nodes);
-                    }
-                }
-                Ok(Signal::Next)
-            }
-            "TEST" => self.run_test(block),
-            "WHILE" => {
-                while self.condition(head, "DO")? {
-                    self.step(head)?;
-                    match self.run_nodes(&block.arms[0].1)? {
-                        Signal::Next => {}
-                        other => return Ok(other),
-                    }
-                }
-                Ok(Signal::Next)
-            }
-            _ => self.run_for(head, &block.arms[0].1),
-        }
-    }
-
-    /// Returns whether the condition between the word of `unit` and `end` holds.
-    fn condition(&mut self, unit: &CodeUnit, end: &'static str) -> Result<bool, Refusal> {
-        let source = self.source;
-        let text = &source[unit.at.start + unit.word.len()..unit.at.end];
-        let mut reader = Reader::new(text, self);
-        let value = reader.expression().and_then(|value| value.truth());
-        let is_whole = value.is_err() || reader.takes_word(end) && reader.scan.is_done();
-        let form = RobotFault::Form { expected: "a condition" };
-        value.and_then(|truth| if is_whole { Ok(truth) } else { Err(form) }).map_err(|fault| refuse(unit, fault))
-    }
-
-    /// Runs the case of TEST that has its value.
-    fn run_test(&mut self, block: &Block) -> Flow {
-        let (source, head) = (self.source, block.head());
-        let text = &source[head.at.start + head.word.len()..head.at.end];
-        // Without a comment.
-        let text = &text[..code_bytes(text).last().map_or(0, |(at, _)| at + 1)];
-        let tested = whole_expression(text, self).map_err(|fault| refuse(head, fault))?;
-        if !block.arms[0].1.is_empty() {
-            return Err(refuse(head, RobotFault::Form { expected: "CASE behind TEST" }));
-        }
-        for (arm, nodes) in &block.arms[1..] {
-            let mut is_here = arm.word == "DEFAULT";
-            if !is_here {
-                let text = &source[arm.at.start + arm.word.len()..arm.at.end - 1];
-                let cases = Reader::new(text, self).arguments(None);
-                for case in cases.map_err(|fault| refuse(arm, fault))? {
-                    let same = case.value.and_then(|value| tested.is_equal(&value));
-                    is_here |= same.map_err(|fault| refuse(arm, fault))?;
-                }
-            }
-            if is_here {
-                return self.run_nodes(nodes);
-            }
-        }
-        Ok(Signal::Next)
-    }
-
-    /// Runs `FOR i FROM a TO b STEP c DO`: without STEP it counts towards its end.
-    fn run_for(&mut self, head: &CodeUnit, nodes: &[Node]) -> Flow {
-        let (name, [from, to], step) = self.counts(head).map_err(|fault| refuse(head, fault))?;
-        let step = step.unwrap_or(if to < from { -1.0 } else { 1.0 });
-        let before = self.frame().slots.remove(&name);
-        let (mut count, mut signal) = (from, Signal::Next);
-        while matches!(signal, Signal::Next) && if step > 0.0 { count <= to } else { count >= to } {
-            self.step(head)?;
-            let stands_for = Some(number_text(count));
-            let slot = Slot { value: Some(Value::Number(count)), stands_for, is_fixed: true, ..Slot::default() };
-            self.frame().slots.insert(name.clone(), slot);
-            signal = self.run_nodes(nodes)?;
-            count += step;
-        }
-        self.frame().slots.remove(&name);
-        if let Some(before) = before {
-            self.frame().slots.insert(name, before);
-        }
-        Ok(signal)
-    }
-
-    /// Returns the counter of a FOR, its first and last value, and its step.
-    fn counts(&mut self, head: &CodeUnit) -> Result<(String, [f64; 2], Option<f64>), RobotFault> {
-        const EXPECTED: RobotFault = RobotFault::Form { expected: "FOR i FROM a TO b DO, or STEP c before DO" };
-        let source = self.source;
-        let mut reader = Reader::new(&source[head.at.start + head.word.len()..head.at.end], self);
-        let name = reader.scan.name().0.to_ascii_uppercase();
-        if name.is_empty() || !reader.takes_word("FROM") {
-            return Err(EXPECTED);
-        }
-        let from = reader.expression()?.number()?;
-        if !reader.takes_word("TO") {
-            return Err(EXPECTED);
-        }
-        let to = reader.expression()?.number()?;
-        let step = if reader.takes_word("STEP") { Some(reader.expression()?.number()?) } else { None };
-        if !reader.takes_word("DO") || step == Some(0.0) {
-            return Err(EXPECTED);
-        }
-        // The last pass must not depend on how the controller rounds.
-        if [from, to].iter().chain(&step).any(|number| number.fract() != 0.0) {
-            return RobotFault::not_followed("counters that are no whole numbers are", "FOR with whole numbers");
-        }
-        Ok((name, [from, to], step))
-    }
-
     /// Runs a statement.
     fn run_statement(&mut self, unit: &CodeUnit) -> Flow {
         self.step(unit)?;
@@ -307,24 +230,38 @@ impl<'a> Run<'a> {
                 }
                 Ok(Signal::Next)
             }
+            ";" => {
+                if self.is_writing() {
+                    self.write(unit, source[unit.at.clone()].to_vec());
+                }
+                Ok(Signal::Next)
+            }
             "IF" => self.run_one_line_if(unit),
             "GOTO" => {
                 let label = Scan::new(&source[unit.at.start + 4..unit.at.end]).name().0.to_ascii_uppercase();
                 Ok(Signal::Jump(label))
             }
             "RETURN" => {
-                let text = source[unit.at.start + 6..unit.at.end - 1].trim_ascii();
+                let text = source[unit.inside(source)].trim_ascii();
                 if text.is_empty() {
                     return Ok(Signal::Return(None));
                 }
                 let value = whole_expression(text, self).map_err(|fault| refuse(unit, fault))?;
                 Ok(Signal::Return(Some(value)))
             }
+            "EXIT" if self.is_krl() => Ok(Signal::Leave),
             "EXIT" => {
                 self.write_statement(unit)?;
                 Ok(Signal::End)
             }
-            "CONST" | "PERS" | "VAR" => {
+            "SIGNAL" | "STRUC" | "ENUM" | "EXT" | "EXTFCT" if self.is_krl() && self.is_called() => Err(refuse(
+                unit,
+                RobotFault::NotFollowed {
+                    what: "types, signals and external routines of a routine that is called are",
+                    expected: "their declaration in the first routine, or in the .dat",
+                },
+            )),
+            word if is_declaration(word, self.language) => {
                 self.declare(unit, false);
                 if !self.is_called() {
                     self.write_statement(unit)?;
@@ -333,7 +270,7 @@ impl<'a> Run<'a> {
             }
             word => match self.module.routines.get(word).cloned() {
                 Some(routine) => self.call_procedure(unit, &routine),
-                None if is_motion(word) => self.write_motion(unit).map(|()| Signal::Next),
+                None if is_motion(word, self.language) => self.write_motion(unit).map(|()| Signal::Next),
                 None => self.assign_or_copy(unit).map(|()| Signal::Next),
             },
         }
@@ -373,32 +310,44 @@ impl<'a> Run<'a> {
         self.frames.last().is_some_and(|frame| frame.is_called)
     }
 
-    /// Whether the text `at` moves the tool, or calls what does.
+    /// Whether the text `at` moves the tool, or calls what does. Calls of KRL are all followed.
     pub fn moves(&self, at: &Range<usize>) -> bool {
-        let text = &self.source[at.clone()];
-        names_in(text).into_iter().any(|at| {
-            let name = String::from_utf8_lossy(&text[at]).to_ascii_uppercase();
-            self.module.routines.get(&name).map_or_else(|| is_motion(&name), |routine| routine.moves)
+        names_of(&self.source[at.clone()], self.language).any(|name| match self.module.routines.get(&name) {
+            Some(routine) => routine.matters || self.is_krl() && routine.kind == "PROC",
+            None => matters_to_motions(&name, self.language),
         })
     }
 
     /// Whether the text `at` may end a routine, or jump.
     fn leaves(&self, at: &Range<usize>) -> bool {
         const WORDS: [&str; 7] = ["GOTO", "RETURN", "EXIT", "EXITCYCLE", "RAISE", "RETRY", "TRYNEXT"];
-        let text = &self.source[at.clone()];
-        names_in(text)
-            .into_iter()
-            .any(|at| WORDS.iter().any(|word| text[at.clone()].eq_ignore_ascii_case(word.as_bytes())))
+        let mut names = names_of(&self.source[at.clone()], self.language).peekable();
+        // EXIT of KRL leaves a loop alone.
+        let is_loop = names.peek().is_some_and(|word| matches!(word.as_str(), "FOR" | "WHILE" | "LOOP" | "REPEAT"));
+        let stays = |name: &String| self.is_krl() && is_loop && name == "EXIT";
+        names.any(|name| WORDS.contains(&name.as_str()) && !stays(&name))
     }
 
     /// Whether the text `at` uses data that have no names in the program as it is written.
     fn uses_own_data(&self, at: &Range<usize>) -> bool {
-        let text = &self.source[at.clone()];
-        let Some(frame) = self.frames.last() else { return false };
-        names_in(text).into_iter().any(|at| {
-            let slot = frame.slots.get(&String::from_utf8_lossy(&text[at]).to_ascii_uppercase());
-            slot.is_some_and(|slot| frame.is_called || slot.stands_for.is_some())
+        names_of(&self.source[at.clone()], self.language).any(|name| {
+            let is_alias = self.frames.last().is_some_and(|frame| frame.slots.contains_key(&name)) && self.is_called();
+            is_alias || self.is_hidden(&name) || self.is_own(&self.place(&name))
         })
+    }
+
+    /// Whether the first routine has another datum called `name`, which a statement of the present routine would mean if it stood there.
+    pub fn is_hidden(&self, name: &str) -> bool {
+        let (depth, name) = self.place(name);
+        let is_in_first = self.frames.get(1).is_some_and(|frame| frame.slots.contains_key(&name));
+        self.is_called() && depth == 0 && is_in_first
+    }
+
+    /// Whether the name of the datum at `place` has no meaning in statements that are written.
+    pub fn is_own(&self, (depth, name): &(usize, String)) -> bool {
+        let frame = &self.frames[*depth];
+        let slot = frame.slots.get(name);
+        slot.is_some_and(|slot| frame.is_called || slot.is_own || slot.stands_for.is_some())
     }
 
     /// Whether statements are written.
@@ -426,7 +375,7 @@ impl<'a> Run<'a> {
         self.chunks.push(Chunk { at: start..self.out.len(), origin: unit.at.clone(), is_run: true });
         let rest = &source[unit.at.end..];
         let rest = &rest[..rest.iter().position(|byte| matches!(byte, b'\r' | b'\n')).unwrap_or(rest.len())];
-        if rest.trim_ascii_start().starts_with(b"!") {
+        if unit.word != ";" && rest.trim_ascii_start().first() == Some(&comment_mark(self.language)) {
             self.out.extend_from_slice(rest);
         }
         self.out.extend_from_slice(self.line_ending);
@@ -450,16 +399,18 @@ pub(crate) fn number_text(number: f64) -> String {
 }
 
 /// Returns a value as it is written in a statement: its numbers in brackets.
-pub(crate) fn value_text(value: &Value) -> Option<String> {
+pub(crate) fn value_text(value: &Value, language: Language) -> Option<String> {
     match value {
+        _ if language == Language::Krl => super::krl::value_text(value),
         Value::Number(number) if number.abs() >= 9e8 => Some(format!("{number:E}").replace('E', "E+0")),
         Value::Number(number) => Some(number_text(*number)),
         Value::Truth(truth) => Some(if *truth { "TRUE" } else { "FALSE" }.to_owned()),
         Value::Text(text) => Some(text.clone()),
         Value::List(parts) => {
-            let parts: Option<Vec<String>> = parts.iter().map(value_text).collect();
+            let parts: Option<Vec<String>> = parts.iter().map(|part| value_text(part, language)).collect();
             Some(format!("[{}]", parts?.join(",")))
         }
+        Value::Integer(_) | Value::Unknown => None,
     }
 }
 
@@ -467,6 +418,12 @@ pub(crate) fn value_text(value: &Value) -> Option<String> {
 pub(crate) fn refuse(unit: &CodeUnit, fault: RobotFault) -> Refusal {
     Refusal { line: unit.line, at: unit.at.clone(), fault }
 }
+
+/// Fault of a counter or a parameter that is assigned.
+pub(crate) const COUNTER: RobotFault = RobotFault::NotFollowed {
+    what: "parameters that a procedure changes for its caller, and counters that are assigned, are",
+    expected: "data of the module",
+};
 
 /// Returns the refusal of a jump that leads nowhere.
 pub(crate) fn missing_label(head: &CodeUnit, _label: &str) -> Refusal {

@@ -1,19 +1,21 @@
-//! Statements of RAPID that are run: declarations, assignments, motions, and those that are copied.
+//! Statements that are run: declarations of RAPID, assignments, motions of RAPID, and statements that are copied.
 
 use std::{collections::BTreeSet, ops::Range};
 
 use crate::toolpath::{
     expand::robot::{
-        expression::{Names, Reader, names_in},
+        expression::{Names, Reader},
+        krl,
         routine::one_line_if,
-        run::{Run, Slot, number_text, refuse, value_text, whole_expression},
+        run::{COUNTER, Run, Slot, number_text, refuse, value_text, whole_expression},
+        syntax::{Units, is_declaration, names_in, names_of},
         value::Value,
     },
     model::robot::RobotFault,
     read::{
         robot::{
             Refusal,
-            rapid::{CodeUnit, CodeUnits, is_ignored, option_start, parse_target, split_arguments},
+            rapid::{CodeUnit, is_ignored, option_start, parse_target, split_arguments},
             trimmed,
         },
         scan::Scan,
@@ -24,6 +26,9 @@ impl Run<'_> {
     /// Adds what the declaration `unit` declares. Of data `of_module`, what is no constant and assigned somewhere is not known before it is.
     pub fn declare(&mut self, unit: &CodeUnit, of_module: bool) {
         let source = self.source;
+        if self.is_krl() {
+            return self.declare_krl(unit, of_module);
+        }
         let mut scan = Scan::new(&source[unit.at.clone()]);
         let mut word = scan.name().0.to_ascii_uppercase();
         while matches!(word.as_str(), "LOCAL" | "TASK") {
@@ -58,17 +63,14 @@ impl Run<'_> {
     /// those of the routines that it names.
     pub fn assigned_names(&self, at: Range<usize>, found: &mut BTreeSet<String>) {
         let text = &self.source[at];
-        let mut units = CodeUnits::new(text);
+        let mut units = Units::new(text, self.language);
         while let Ok(Some(unit)) = units.next() {
             let unit = match unit.word.as_str() {
                 "IF" if unit.is_statement => one_line_if(text, &unit).map_or(unit, |(_, inner)| inner),
                 _ => unit,
             };
             let statement = &text[unit.at.clone()];
-            let names: Vec<String> = names_in(statement)
-                .into_iter()
-                .map(|at| String::from_utf8_lossy(&statement[at]).to_ascii_uppercase())
-                .collect();
+            let names: Vec<String> = names_of(statement, self.language).collect();
             for routine in names.iter().filter_map(|name| self.module.routines.get(name)) {
                 // Once: routines may call themselves.
                 if found.insert(format!("{}()", routine.name)) {
@@ -83,9 +85,19 @@ impl Run<'_> {
                 Scan::new(&statement[unit.word.len().min(statement.len())..]).next(),
                 Some(b':' | b'.' | b'{')
             );
+            if self.is_krl() && self.may_call_by_reference(statement) {
+                found.extend(names.iter().cloned());
+            }
             match unit.word.as_str() {
+                "FOR" if self.is_krl() => found.extend(names.into_iter().nth(1)),
                 _ if !unit.is_statement => {}
-                "CONST" | "PERS" | "VAR" | "LOCAL" | "TASK" => {}
+                "LOCAL" | "TASK" => {}
+                word if is_declaration(word, self.language) => {}
+                word if self.is_krl() => {
+                    let is_called =
+                        self.module.routines.contains_key(word) && names.first().is_some_and(|name| !passes_on(name));
+                    found.extend(if is_called { Vec::new() } else { krl::assigned_in(statement, word, names) });
+                }
                 _ if is_place => found.extend(names.into_iter().take(1)),
                 word if is_harmless(word) && !self.module.routines.contains_key(word) => {}
                 _ if names.first().is_some_and(passes_on) => found.extend(names),
@@ -100,6 +112,7 @@ impl Run<'_> {
         self.assigned_names(at, &mut names);
         for name in names {
             // What a parameter stands for changes with it.
+            let name = name.split('.').next().unwrap_or_default().to_owned();
             let slot = self.frames.last().and_then(|frame| frame.slots.get(&name));
             let stands_for = slot.and_then(|slot| slot.stands_for.as_ref()).map(|text| text.to_ascii_uppercase());
             for slot in self.frames.iter_mut().filter_map(|frame| frame.slots.get_mut(stands_for.as_ref()?)) {
@@ -111,36 +124,54 @@ impl Run<'_> {
 
     /// Sets the value of a datum that is known here.
     fn set_value(&mut self, name: &str, value: Option<Value>) {
-        let last = self.frames.len() - 1;
-        let depth = if self.frames[last].slots.contains_key(name) { last } else { 0 };
-        let value = value.filter(|_| !self.changed_by_traps.contains(name));
-        let slot = self.frames[depth].slots.entry(name.to_owned()).or_default();
+        let (depth, name) = self.place(name);
+        // What a program of KRL does not declare, others may change meanwhile.
+        let slot = self.frames[depth].slots.get(&name);
+        let is_declared = !self.is_krl() || slot.is_some_and(|slot| !slot.kind.is_empty());
+        let is_certain = |value: &Value| is_declared || matches!(value, Value::List(_));
+        let value = value.filter(|value| !self.changed_by_traps.contains(&name) && is_certain(value));
+        self.effects += usize::from(depth == 0);
+        let slot = self.frames[depth].slots.entry(name).or_default();
         (slot.value, slot.written) = (value, None);
     }
 
     /// Runs an assignment, or copies the statement.
     pub fn assign_or_copy(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
         let source = self.source;
-        let text = &source[unit.at.start..unit.at.end - 1];
+        let is_krl = self.is_krl();
+        if is_krl && let Some(text) = self.krl_setting(unit).map_err(|fault| refuse(unit, fault))? {
+            if self.is_writing() {
+                self.write(unit, text);
+            }
+            self.effects += 1;
+            return Ok(());
+        }
+        let text = &source[unit.at.start..unit.inside(source).end];
         let mut reader = Reader::new(text, self);
         let name = reader.scan.name().0.to_ascii_uppercase();
-        let steps = matches!(name.as_str(), "INCR" | "DECR" | "ADD" | "CLEAR");
+        let steps = !is_krl && matches!(name.as_str(), "INCR" | "DECR" | "ADD" | "CLEAR");
         let path = if steps { Ok(Vec::new()) } else { reader.path() };
-        let is_assignment = reader.scan.takes(b':') && reader.scan.takes(b'=');
+        let is_part = text[..reader.scan.at].trim_ascii_end().last() != Some(&b']');
+        let is_assignment = (is_krl || reader.scan.takes(b':')) && reader.scan.takes(b'=');
         if steps {
             return self.count(unit, &name);
         }
         if !is_assignment {
             self.write_statement(unit)?;
-            if !is_harmless(&name) {
+            if is_krl || !is_harmless(&name) {
                 self.forget(unit.at.clone());
             }
             return Ok(());
         }
         let value = reader.expression();
         let is_whole = reader.scan.is_done();
+        if value.is_err() && is_krl {
+            self.forget(unit.at.clone());
+        }
         let value = value.and_then(|value| {
             let path = path?;
+            let kind = self.kind_of(&name, &path, is_part);
+            let value = value.taken_as(kind)?;
             let mut whole = if path.is_empty() { Value::Truth(true) } else { self.value_of(&name)? };
             let mut part = &mut whole;
             for at in path {
@@ -155,7 +186,7 @@ impl Run<'_> {
     /// Runs Incr, Decr, Add and Clear.
     fn count(&mut self, unit: &CodeUnit, word: &str) -> Result<(), Refusal> {
         let source = self.source;
-        let text = &source[unit.at.start + word.len()..unit.at.end - 1];
+        let text = &source[unit.inside(source)];
         let arguments = Reader::new(text, self).arguments(None).map_err(|fault| refuse(unit, fault))?;
         let Some(first) = arguments.first() else {
             return Err(refuse(unit, RobotFault::Form { expected: "a datum that is counted" }));
@@ -169,7 +200,7 @@ impl Run<'_> {
         };
         let value = number(0).zip(by).map(|(number, by)| Value::Number(number + by));
         let name = first.text.to_ascii_uppercase();
-        if names_in(name.as_bytes()).first() != Some(&(0..name.len())) {
+        if names_in(name.as_bytes(), self.language).first() != Some(&(0..name.len())) {
             return Err(refuse(unit, RobotFault::Form { expected: "a datum with a name of its own" }));
         }
         self.assign(unit, &name, value)
@@ -177,19 +208,10 @@ impl Run<'_> {
 
     /// Sets the datum `name`, and writes the statement where the datum has a name in what is written.
     fn assign(&mut self, unit: &CodeUnit, name: &str, value: Option<Value>) -> Result<(), Refusal> {
-        let (is_called, slot) = match self.frames.last() {
-            Some(frame) => (frame.is_called, frame.slots.get(name)),
-            None => (false, None),
-        };
-        let is_own = slot.is_some_and(|slot| is_called || slot.stands_for.is_some());
-        if slot.is_some_and(|slot| slot.is_fixed) {
-            return Err(refuse(
-                unit,
-                RobotFault::NotFollowed {
-                    what: "parameters that a procedure changes for its caller, and counters that are assigned, are",
-                    expected: "data of the module",
-                },
-            ));
+        let place = self.place(name);
+        let is_own = self.is_own(&place);
+        if self.frames[place.0].slots.get(&place.1).is_some_and(|slot| slot.is_fixed) {
+            return Err(refuse(unit, COUNTER));
         }
         if !is_own {
             self.write_statement(unit)?;
@@ -208,6 +230,7 @@ impl Run<'_> {
 
     /// Writes a statement as it stands, but for data that have no names in what is written.
     pub fn write_statement(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
+        self.effects += 1;
         if self.is_writing() {
             let text = self.substituted(unit.at.clone()).map_err(|fault| refuse(unit, fault))?;
             self.write(unit, text);
@@ -216,24 +239,36 @@ impl Run<'_> {
     }
 
     /// Returns the text `at` with values in place of data that have no names in what is written.
-    fn substituted(&mut self, at: Range<usize>) -> Result<Vec<u8>, RobotFault> {
+    pub fn substituted(&mut self, at: Range<usize>) -> Result<Vec<u8>, RobotFault> {
         let text = &self.source[at];
         let (mut out, mut copied) = (Vec::with_capacity(text.len()), 0);
-        for range in names_in(text) {
+        for mut range in names_in(text, self.language) {
             let name = String::from_utf8_lossy(&text[range.clone()]).to_ascii_uppercase();
-            let Some(frame) = self.frames.last() else { break };
-            let Some(slot) = frame.slots.get(&name) else { continue };
-            let stands_for = match &slot.stands_for {
-                Some(text) => text.clone(),
-                None if !frame.is_called => continue,
-                None => {
-                    let value = self.value_of(&name)?;
-                    value_text(&value).ok_or(RobotFault::NoValue { name: name.clone() })?
+            if self.is_hidden(&name) {
+                return RobotFault::not_followed(
+                    "data whose names are those of other data in the first routine are",
+                    "names that mean one datum",
+                );
+            }
+            let place = self.place(&name);
+            let slot = self.frames[place.0].slots.get(&place.1);
+            let stands_for = match slot.and_then(|slot| slot.stands_for.clone()) {
+                _ if range.start < copied => continue,
+                Some(text) => text,
+                // With its parts and indices.
+                None if self.is_own(&place) => {
+                    let mut reader = Reader::new(&text[range.start..], self);
+                    let value = reader.datum()?;
+                    range.end = range.start + text[range.start..][..reader.scan.at].trim_ascii_end().len();
+                    value_text(&value, self.language).ok_or(RobotFault::NoValue { name: name.clone() })?
                 }
+                None if place.1 != name => place.1,
+                None => continue,
             };
             out.extend_from_slice(&text[copied..range.start]);
             // A sign must not follow an operator.
-            let is_signed = stands_for.starts_with('-') && out.trim_ascii_end().ends_with(b"-");
+            let is_behind = out.trim_ascii_end().last().is_some_and(|byte| b"+-*/".contains(byte));
+            let is_signed = stands_for.starts_with('-') && is_behind;
             out.extend(if is_signed { format!("({stands_for})") } else { stands_for }.bytes());
             copied = range.end;
         }
@@ -254,6 +289,9 @@ impl Run<'_> {
     /// Returns the text of a motion as it is written.
     fn motion_text(&mut self, unit: &CodeUnit) -> Result<Vec<u8>, RobotFault> {
         let source = self.source;
+        if self.is_krl() {
+            return self.krl_motion_text(unit);
+        }
         let targets = match unit.word.as_str() {
             "MOVEL" | "MOVEJ" => 1,
             "MOVEC" => 2,
@@ -287,7 +325,7 @@ impl Run<'_> {
         if parse_target(text).is_ok() {
             return Ok(None);
         }
-        let is_name = names_in(text).first() == Some(&(0..text.len()));
+        let is_name = names_in(text, self.language).first() == Some(&(0..text.len()));
         if is_name {
             let name = String::from_utf8_lossy(text).to_ascii_uppercase();
             let is_of_routine = self.frames.last().is_some_and(|frame| frame.slots.contains_key(&name));

@@ -1,16 +1,25 @@
 //! Values of robot programs: numbers, truths, texts and lists of them, and what operators make of them.
 
-use crate::toolpath::model::robot::RobotFault;
+use nalgebra::{Isometry3, Translation3};
+
+use crate::toolpath::{
+    expand::robot::expression::KRL_PARTS,
+    model::robot::{RobotFault, abc_of_rotation, rotation_of_abc},
+};
 
 /// A value that a program computes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value {
     Number(f64),
+    /// An INT of KRL, whose quotients are whole.
+    Integer(i32),
     Truth(bool),
     /// A string, with its quotes.
     Text(String),
-    /// A record or an array: its parts in order.
+    /// A record or an array: its parts in order. A record of KRL has all of [`KRL_PARTS`].
     List(Vec<Value>),
+    /// A part or an element that has no value yet.
+    Unknown,
 }
 
 /// Numbers of controllers have seven digits: those whose difference is a smaller share, and yet differ, may be equal to a controller or not.
@@ -21,6 +30,8 @@ impl Value {
     pub fn number(&self) -> Result<f64, RobotFault> {
         match self {
             Value::Number(number) if number.is_finite() => Ok(*number),
+            Value::Integer(number) => Ok(f64::from(*number)),
+            Value::Unknown => Err(RobotFault::NoValue { name: "a part or element".to_owned() }),
             _ => Err(RobotFault::Form { expected: "a finite number" }),
         }
     }
@@ -65,10 +76,73 @@ impl Value {
         Value::List(numbers.into_iter().map(Value::Number).collect())
     }
 
+    /// Returns a whole number of KRL; `Err` for one of more than 32 bits.
+    pub fn integer(number: f64) -> Result<Value, RobotFault> {
+        match f64::from(i32::MIN) <= number && number <= f64::from(i32::MAX) {
+            true => Ok(Value::Integer(number as i32)),
+            false => Err(WHOLE),
+        }
+    }
+
+    /// Returns a record of KRL whose parts have no values.
+    pub fn record() -> Value {
+        Value::List(vec![Value::Unknown; KRL_PARTS.len()])
+    }
+
+    /// Returns the value that a datum of the KRL type `kind` takes when this is assigned.
+    pub fn taken_as(self, kind: &str) -> Result<Value, RobotFault> {
+        let kept = match kind {
+            "FRAME" => 0..6,
+            "POS" => 0..8,
+            "E6POS" => 0..14,
+            "AXIS" => 14..20,
+            "E6AXIS" => 8..20,
+            _ => 0..KRL_PARTS.len(),
+        };
+        match (kind, self) {
+            ("REAL", Value::Integer(number)) => Ok(Value::Number(f64::from(number))),
+            // To the nearest, where that does not depend on how the controller rounds.
+            ("INT", Value::Number(number)) if (number.fract().abs() - 0.5).abs() > 1e-4 => {
+                Value::integer(number.round())
+            }
+            ("INT", Value::Number(_)) => Err(WHOLE),
+            (_, Value::List(mut parts)) if parts.len() == KRL_PARTS.len() => {
+                let others = parts.iter_mut().enumerate().filter(|(at, _)| !kept.contains(at));
+                others.for_each(|(_, part)| *part = Value::Unknown);
+                Ok(Value::List(parts))
+            }
+            (_, value) => Ok(value),
+        }
+    }
+
+    /// Returns the pose of a frame or point of KRL, mm.
+    pub fn pose(&self) -> Result<Isometry3<f64>, RobotFault> {
+        const EXPECTED: RobotFault = RobotFault::Form { expected: "a frame or point with X, Y, Z, A, B and C" };
+        let Value::List(parts) = self else { return Err(EXPECTED) };
+        let number = |at: usize| parts.get(at).and_then(|part| part.number().ok());
+        if (8..14).any(|axis| number(axis).is_some_and(|number| number != 0.0)) {
+            return RobotFault::not_followed("operators on points with external axes are", "external axes at 0");
+        }
+        let three = |from: usize| Some([number(from)?, number(from + 1)?, number(from + 2)?]);
+        let (Some([x, y, z]), Some(abc)) = (three(0), three(3)) else { return Err(EXPECTED) };
+        Ok(Isometry3::from_parts(Translation3::new(x, y, z), rotation_of_abc(abc)))
+    }
+
+    /// Applies the geometric operator of KRL: `other` is given in the frame that this is.
+    fn combined(&self, other: &Value) -> Result<Value, RobotFault> {
+        let pose = self.pose()? * other.pose()?;
+        let abc = abc_of_rotation(&pose.rotation, 0.0);
+        let mut value = Value::record();
+        for (at, number) in pose.translation.vector.iter().copied().chain(abc).enumerate() {
+            *value.part(at)? = Value::Number(number);
+        }
+        Ok(value)
+    }
+
     /// Applies the binary `operator` (in capitals) to this and `other`.
     pub fn apply(&self, operator: &str, other: &Value) -> Result<Value, RobotFault> {
         match operator {
-            "AND" | "OR" | "XOR" => {
+            "AND" | "OR" | "XOR" | "EXOR" => {
                 let (a, b) = (self.truth()?, other.truth()?);
                 return Ok(Value::Truth(match operator {
                     "AND" => a && b,
@@ -76,7 +150,8 @@ impl Value {
                     _ => a != b,
                 }));
             }
-            "=" | "<>" => return Ok(Value::Truth(self.is_equal(other)? == (operator == "="))),
+            "=" | "==" | "<>" => return Ok(Value::Truth(self.is_equal(other)? == (operator != "<>"))),
+            ":" => return self.combined(other),
             _ => {}
         }
         match (self, other) {
@@ -93,6 +168,17 @@ impl Value {
 
     /// Applies an operator between numbers.
     fn apply_to_numbers(&self, operator: &str, other: &Value) -> Result<Value, RobotFault> {
+        if let (Value::Integer(a), Value::Integer(b)) = (self, other)
+            && matches!(operator, "+" | "-" | "*" | "/")
+        {
+            let number = match operator {
+                "+" => a.checked_add(*b),
+                "-" => a.checked_sub(*b),
+                "*" => a.checked_mul(*b),
+                _ => a.checked_div(*b),
+            };
+            return number.map(Value::Integer).ok_or(WHOLE);
+        }
         let (a, b) = (self.number()?, other.number()?);
         let is_ordered = |a: f64, b: f64| match a == b || differs_clearly(a, b) {
             true => Ok(()),
@@ -125,14 +211,20 @@ impl Value {
     /// Whether two values are the same; `Err` for numbers that may or may not be, and for values of two kinds.
     pub fn is_equal(&self, other: &Value) -> Result<bool, RobotFault> {
         match (self, other) {
-            (Value::Number(a), Value::Number(b)) if a == b || differs_clearly(*a, *b) => Ok(a == b),
-            (Value::Number(_), Value::Number(_)) => Err(NEAR),
+            (Value::Number(_) | Value::Integer(_), Value::Number(_) | Value::Integer(_)) => {
+                let (a, b) = (self.number()?, other.number()?);
+                if a == b || differs_clearly(a, b) { Ok(a == b) } else { Err(NEAR) }
+            }
             (Value::Truth(a), Value::Truth(b)) => Ok(a == b),
             (Value::Text(a), Value::Text(b)) => Ok(a == b),
             _ => Err(RobotFault::Form { expected: "two numbers, two truths or two strings" }),
         }
     }
 }
+
+/// Fault of whole numbers that KRL does not have.
+const WHOLE: RobotFault =
+    RobotFault::Form { expected: "a whole number of 32 bits that is certain, and no division by 0" };
 
 /// Fault of numbers that a controller may round to the same.
 const NEAR: RobotFault = RobotFault::Form { expected: "numbers that are equal, or differ by more than rounding" };

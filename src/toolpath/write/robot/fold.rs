@@ -55,7 +55,7 @@ impl RobotProgram {
             copied = end;
         }
         program.extend_from_slice(&expansion.source[copied..]);
-        match expand(&program) {
+        match expand(&program, self.language, &self.beside) {
             Ok(rerun) if statements(&rerun.bytes).eq(statements(rewritten.bytes())) => {
                 Ok(Calls::Stay { program, beside: Vec::new() })
             }
@@ -67,5 +67,5 @@ impl RobotProgram {
 /// Iterates over the lines of an expanded program, without blanks before them and the comments that say what it is.
 fn statements(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let lines = bytes.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
-    lines.filter(|line| !line.is_empty() && !line.starts_with(b"! written out by kinetostat"))
+    lines.filter(|line| !line.is_empty() && !line[1..].starts_with(b" written out by kinetostat"))
 }

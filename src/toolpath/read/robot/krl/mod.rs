@@ -17,6 +17,9 @@ mod frame;
 mod motion;
 pub(crate) mod points;
 mod state;
+mod units;
+
+pub(crate) use {frame::brace_span, units::next_unit};
 
 /// Refusal of fixed tools, for which the robot carries the part.
 const FIXED_TOOL: RobotFault =
@@ -173,7 +176,7 @@ impl<'a> Reader<'a> {
 }
 
 /// Whether `word` (upper case) moves the tool.
-fn is_motion_word(word: &str) -> bool {
+pub(crate) fn is_motion_word(word: &str) -> bool {
     matches!(
         word,
         "LIN"

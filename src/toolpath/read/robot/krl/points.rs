@@ -106,7 +106,7 @@ impl<'a> Points<'a> {
 }
 
 /// Whether the file `name` is the one with the tools and bases of all programs.
-fn is_config(name: &str) -> bool {
+pub(crate) fn is_config(name: &str) -> bool {
     name.rsplit('/').next().is_some_and(|name| name.eq_ignore_ascii_case("$config.dat"))
 }
 

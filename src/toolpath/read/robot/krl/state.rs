@@ -76,7 +76,7 @@ impl Reader<'_> {
                 let data = data.ok_or_else(|| self.points.missing_point(&String::from_utf8_lossy(text)))?;
                 self.frame_data = frame::frame_numbers(data)?;
             }
-            _ if name.starts_with("$BASE.") || name.starts_with("$TOOL.") || name.starts_with("$BASE_C") => {
+            _ if ["$BASE.", "$TOOL.", "$BASE_C", "FDAT_ACT."].iter().any(|part| name.starts_with(part)) => {
                 return RobotFault::not_followed("parts of frames are", "a whole frame");
             }
             _ if name.starts_with('$') => {}
@@ -142,6 +142,9 @@ impl Reader<'_> {
             "PTP_PARAMS" | "FRAMES" => {
                 let frames = self.frame_data;
                 self.set_frames(frames)?;
+            }
+            "TOOL" | "BASE" if index.is_none() => {
+                return Err(RobotFault::Form { expected: "the number of the tool or base" });
             }
             "TOOL" => self.set_frames([index, None])?,
             "BASE" => self.set_frames([None, index])?,

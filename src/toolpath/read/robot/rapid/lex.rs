@@ -20,6 +20,15 @@ pub(crate) struct CodeUnit {
     pub is_statement: bool,
 }
 
+impl CodeUnit {
+    /// Returns the bytes behind its first word, without what ends it.
+    pub fn inside(&self, source: &[u8]) -> Range<usize> {
+        let start = (self.at.start + self.word.len()).min(self.at.end);
+        let is_ended = matches!(source[start..self.at.end].last(), Some(b';' | b':'));
+        start..self.at.end - usize::from(is_ended)
+    }
+}
+
 /// An iterator over the units of a source.
 #[derive(Clone, Debug)]
 pub(crate) struct CodeUnits<'a> {
@@ -128,6 +137,11 @@ impl<'a> CodeUnits<'a> {
 
 /// Iterates over the bytes of `text` outside strings and comments, with their indices.
 pub(crate) fn code_bytes(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
+    code_bytes_before(text, b'!')
+}
+
+/// Iterates over bytes as [`code_bytes`] does, where a comment begins with `mark`.
+pub(crate) fn code_bytes_before(text: &[u8], mark: u8) -> impl Iterator<Item = (usize, u8)> {
     let (mut in_text, mut in_comment) = (false, false);
     text.iter().copied().enumerate().filter(move |(_, byte)| {
         match byte {
@@ -136,7 +150,7 @@ pub(crate) fn code_bytes(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
                 in_text ^= true;
                 return false;
             }
-            b'!' if !in_text => in_comment = true,
+            byte if *byte == mark && !in_text => in_comment = true,
             _ => {}
         }
         !in_text && !in_comment

@@ -17,7 +17,7 @@ mod motion;
 
 pub(crate) use {
     data::parse_target,
-    lex::{CodeUnit, CodeUnits, code_bytes, option_start, split_arguments},
+    lex::{CodeUnit, CodeUnits, code_bytes_before, option_start, split_arguments},
     motion::zone_of,
 };
 
