@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::{Explorer, check_numbers};
 use crate::{
     input::error::{Error, Result},
-    machine::{Skeleton, ZeroState},
+    machine::Skeleton,
     questions::map::WorkspaceMapStudy,
-    simulation::{Failure, Machines, SOLVED, Source, settled::equilibrium_under},
+    simulation::{Failure, Machines, SOLVED, Source, settled::displaced_under},
 };
 
 /// A map study, and the machines of its error sources.
@@ -57,18 +57,13 @@ impl Map {
         let Self { study: WorkspaceMapStudy { scene, .. }, machines } = self;
         let pose = scene.machine.command(request.position.into())?.pose;
         let task = scene.task_point(pose, phi);
-        let found = equilibrium_under(machines, request.source, &task)?;
-        let nominal = machines.nominal(request.source);
-        // Weight itself is measured from the rigid machine.
-        let is_load = request.source != Source::Weight;
-        let rests = is_load && nominal.zeroed == ZeroState::AtRest && nominal.own_load_words().is_some();
-        let before = if rests { equilibrium_under(machines, Source::Weight, &task)?.loaded } else { found.commanded };
+        let found = displaced_under(machines, request.source, &task)?;
         Ok(EffectResult {
             status: SOLVED.into(),
             reason: String::new(),
             phi_deg: phi.map(f64::to_degrees),
             displacement: Some(found.tool_displacement_mm.into()),
-            before: Some(before),
+            before: Some(found.commanded),
             loaded: Some(found.loaded),
         })
     }

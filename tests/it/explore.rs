@@ -72,7 +72,7 @@ fn a_place_is_judged_as_its_study_judges_it() {
     let StudyKind::Placement(placement, ()) = &study.kind else { panic!("a placement study") };
     let explorer = Explorer::open(scene).unwrap();
     let place = [26.0, 20.0, 30.0, 0.0, 0.0, 0.0];
-    let answer = explorer.place(&PlaceRequest { place, most: None }).unwrap();
+    let answer = explorer.place(&PlaceRequest { place, most: None, shown: None }).unwrap();
     let evaluator = Evaluator::new(placement, &Metric::ALL);
     let expected = evaluator.examine(&Site::new(Vector3::new(26.0, 20.0, 30.0), 0.0)).unwrap();
     assert_eq!(answer.objective, Some(placement.objective.value(&expected.metrics)));
@@ -80,9 +80,23 @@ fn a_place_is_judged_as_its_study_judges_it() {
         assert_eq!(Some(shown.value), expected.metrics.get(Metric::named(shown.name).unwrap()), "{}", shown.name);
     }
     // A part of the points knows no more than all of them.
-    let thinned = explorer.place(&PlaceRequest { place, most: Some(20) }).unwrap();
+    let thinned = explorer.place(&PlaceRequest { place, most: Some(20), shown: Some([0, 3]) }).unwrap();
     assert!(thinned.stride > 1 && thinned.objective.is_none());
     assert!(thinned.metrics[0].value <= answer.metrics[0].value);
+    // The machine stands at the worst point, or at the one that is asked for, as commanded and as the table of errors says.
+    let worst = answer.machine.unwrap();
+    let error =
+        |point: usize| Vector3::from(answer.features[0].iter().find(|p| p.index == point).unwrap().before.unwrap());
+    let largest = answer.metrics.iter().find(|metric| metric.name == "worst_deflection").unwrap().value;
+    assert!((error(worst.point[1]).norm() - largest).abs() < 1e-9);
+    for machine in [&worst, thinned.machine.as_ref().unwrap()] {
+        let moved = Vector3::from(machine.loaded.tool_tip_mm) - Vector3::from(machine.commanded.tool_tip_mm);
+        assert!((moved - error(machine.point[1])).norm() < 1e-6, "{moved}");
+        assert!((moved - Vector3::from(machine.displacement)).norm() < 1e-6);
+    }
+    assert_eq!(thinned.machine.unwrap().point, [0, 3]);
+    let beyond = PlaceRequest { place, most: Some(1), shown: Some([0, 100_000]) };
+    assert!(explorer.place(&beyond).unwrap().machine.is_none());
     let text = explorer.study_file(place).unwrap();
     assert!(text.contains("by hand 1"));
 }

@@ -3,6 +3,29 @@ function sliceView(charts, view) {
   const { data, cases, state } = view;
   const coordinates = data.coordinates;
   const panels = cases.map((one) => ({ one, ...Controls.chart(charts, one.name) }));
+  // The slider of a single map stands beside it.
+  const beside = panels.length === 1 ? document.createElement("div") : null;
+  if (beside) {
+    beside.className = "controls";
+    panels[0].plot.before(beside);
+  }
+  // Arrow keys move the picked point, Page Up and Page Down through the slices.
+  panels.forEach(({ one, plot }) => {
+    plot.tabIndex = 0;
+    plot.setAttribute("role", "application");
+    plot.addEventListener("keydown", (event) => {
+      const [columns, rows] = inPlane();
+      const way = { ArrowLeft: [columns, -1], ArrowRight: [columns, 1], ArrowDown: [rows, -1], ArrowUp: [rows, 1], PageDown: [state.normal, -1], PageUp: [state.normal, 1] }[event.key];
+      const isOut = event.key === "Escape" && state.chosen;
+      if ((!way && !isOut) || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      if (isOut) return view.choose(null);
+      const at = state.chosen ? view.placeAt(one, state.chosen) : view.placeOf(one);
+      // The first key picks the middle of the slice, or the point that is marked.
+      if (state.chosen) at[way[0]] = Math.min(Math.max(at[way[0]] + way[1], 0), one.axes[way[0]].length - 1);
+      view.choose(at.map((index, axis) => one.axes[axis][index]), true);
+    });
+  });
 
   function hover(one, at, value) {
     const note = view.notesOf(one).get(view.node(one, at));
@@ -55,7 +78,7 @@ function sliceView(charts, view) {
       if (axis === columns || axis === rows || level.length < 2) return true;
       return Math.abs(position[axis] - level[index]) <= 0.5 * Math.abs(level[1] - level[0]) + 1e-9;
     });
-    const named = data.marks.filter((mark) => isNear(mark.position));
+    const named = view.marks().filter((mark) => isNear(mark.position));
     const [x, y] = [one.axes[columns], one.axes[rows]];
     const all = { x: [named.map((mark) => mark.position[columns])], y: [named.map((mark) => mark.position[rows])],
       text: [named.map((mark) => "<b>" + Chart.text(mark.label) + "</b>")], textposition: [named.map((mark) => textPosition(mark, columns, rows, x, y))] };
@@ -112,7 +135,7 @@ function sliceView(charts, view) {
     plot.dataset.normal = state.normal;
     (isNew ? Plotly.newPlot : Plotly.react)(plot, traces, layout, Chart.config);
     panel.hasWords = Boolean(text);
-    plot.setAttribute("aria-label", "Colour map of " + view.label() + " " + view.groupName() + ", " + words);
+    plot.setAttribute("aria-label", "Colour map of " + view.label() + " " + view.groupName() + ", " + words + "; arrow keys move the picked point, Page Up and Page Down the slice");
     if (!isNew) return;
     plot.removeAllListeners?.("plotly_click");
     plot.on("plotly_click", (event) => {
@@ -136,7 +159,7 @@ function sliceView(charts, view) {
     const shown = plot.data;
     if (shown[1].x.length || all.x[0].length) Plotly.restyle(plot, all, [1]);
     if (shown[2].x.length || chosen.x[0].length) Plotly.restyle(plot, chosen, [2]);
-    plot.setAttribute("aria-label", "Colour map of " + view.label() + " " + view.groupName() + ", " + words);
+    plot.setAttribute("aria-label", "Colour map of " + view.label() + " " + view.groupName() + ", " + words + "; arrow keys move the picked point, Page Up and Page Down the slice");
   }
-  return { plane, draw: () => panels.forEach(draw), step: () => panels.forEach(step) };
+  return { plane, beside, draw: () => panels.forEach(draw), step: () => panels.forEach(step) };
 }

@@ -16,8 +16,9 @@ use crate::{
     machine::Machine,
     questions::placement::FeatureJob,
     simulation::{
-        Failure,
+        Failure, Source,
         along_path::{Commands, PathCase, PathPointResult, run},
+        settled::{LoadedLines, displaced_under},
     },
 };
 
@@ -108,6 +109,12 @@ impl Evaluator {
             }),
         };
         PlaceResults { features, outcome, known }
+    }
+
+    /// Returns the machine at point `k` of feature `f`, as displacements are measured from and in equilibrium; `None` where it has none, or for a point that is none.
+    pub(crate) fn lines_at(&self, site: &Site, f: usize, k: usize) -> Option<LoadedLines> {
+        let machines = &self.features.get(f)?.machines;
+        displaced_under(machines, Source::All, self.tasks(site, f).get(k)?).ok()
     }
 
     /// Returns the evaluation of a place whose points are all in `partial`, also outside the workspace box. `Err` if a point is not
