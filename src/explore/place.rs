@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, Workpiece, check_numbers};
+use super::{Explorer, Workpiece, check_numbers, effect::lines_under};
 use crate::{
     input::error::{Error, Result},
     machine::{Machine, Skeleton},
     questions::placement::{Metric, Metrics, PlacePoint, PlaceResults, Site, is_angle, stride},
-    simulation::Failure,
+    simulation::{Failure, Source},
     spatial::Pose,
 };
 
@@ -106,7 +106,8 @@ impl Explorer {
         });
         let worst = errors.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(point, _)| point);
         let machine = request.shown.or(worst).and_then(|point| {
-            let lines = evaluator.lines_at(&site, point[0], point[1])?;
+            let (machines, task) = evaluator.task_at(&site, point[0], point[1])?;
+            let lines = lines_under(machines, Source::All, &task).ok()?;
             let displacement = lines.tool_displacement_mm.into();
             Some(MachineAt { point, displacement, commanded: lines.commanded, loaded: lines.loaded })
         });

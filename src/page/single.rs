@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{
     dataset::{Dataset, MOST_NUMBERS},
     description::{Better, Column, Description, Explorer, Fact, Mark, PartView, Quantity, Section, Shape},
-    explore::EngineView,
+    explore::{EngineView, ToTry},
     folder::{ResultFolder, href},
     packed::{Packed, Precision, data_url, script_json},
     point_command::{PointCommand, point_commands},
@@ -93,6 +93,8 @@ struct Pointed {
     /// Label of the quantity.
     quantity: String,
     group: usize,
+    /// Tolerance of the tool's displacement, mm.
+    tolerance_mm: Option<f64>,
 }
 
 impl Pointed {
@@ -109,8 +111,21 @@ impl Pointed {
         let quantity = view.quantities.iter().find(|quantity| quantity.columns == found.columns)?.label.clone();
         let is_of_rows = |cells: &[String]| cells.iter().all(|cell| found.rows.iter().any(|[_, own]| own == cell));
         let group = view.group.as_ref().and_then(|group| group.values.iter().position(|one| is_of_rows(&one.cells)));
-        Some(Self { index, quantity, group: group.unwrap_or(0) })
+        let tolerance_mm = description.to_try.as_ref().and_then(process_tolerance_mm);
+        Some(Self { index, quantity, group: group.unwrap_or(0), tolerance_mm })
     }
+}
+
+/// Returns the tolerance of the process in a scene, mm.
+fn process_tolerance_mm(to_try: &ToTry) -> Option<f64> {
+    let ToTry::Scene(scene) = to_try else { return None };
+    let study: toml::Table = scene.get("study")?.as_str()?.parse().ok()?;
+    let process = match study.get("process")? {
+        toml::Value::String(file) => scene.get("files")?.get(file)?.as_str()?.parse().ok()?,
+        process => process.as_table()?.clone(),
+    };
+    let tolerance = process.get("tolerance_mm")?;
+    tolerance.as_float().or_else(|| tolerance.as_integer().map(|whole| whole as f64))
 }
 
 /// Columns of the wanted positions on a path.

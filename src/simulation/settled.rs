@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::{
     compensation::{Method, TaskPoint, compensate},
-    machine::{Skeleton, ZeroState},
+    machine::Skeleton,
     simulation::{Failure, Machines, Source},
 };
 
@@ -17,18 +17,6 @@ pub(crate) struct LoadedLines {
     pub loaded: Skeleton,
     /// Displacement of the tool tip, O axes, mm.
     pub tool_displacement_mm: Vector3<f64>,
-}
-
-/// As [`equilibrium_under`], but `commanded` is the machine from which displacements are measured: in equilibrium under its weight and springs, if it
-/// is zeroed so.
-pub(crate) fn displaced_under(machines: &Machines, source: Source, task: &TaskPoint) -> Result<LoadedLines, Failure> {
-    let found = equilibrium_under(machines, source, task)?;
-    let nominal = machines.nominal(source);
-    // Weight itself is measured from the rigid machine.
-    let is_load = source != Source::Weight;
-    let rests = is_load && nominal.zeroed == ZeroState::AtRest && nominal.own_load_words().is_some();
-    let commanded = if rests { equilibrium_under(machines, Source::Weight, task)?.loaded } else { found.commanded };
-    Ok(LoadedLines { commanded, ..found })
 }
 
 /// Solves the equilibrium of the machine under `source` at the nominal command of `task`; a failure if it has none or cannot go there.

@@ -15,6 +15,8 @@ use kinetostat::{
 };
 use nalgebra::Vector3;
 
+use crate::support::command::{printed, told};
+
 const WRENCH: [f64; 6] = [120.0, -40.0, -60.0, 0.0, 500.0, 0.0];
 
 fn displacement(machine: &Machine, position: Vector3<f64>) -> Vector3<f64> {
@@ -158,4 +160,30 @@ fn what_a_map_cannot_be_asked_is_refused_in_words() {
     assert!(far.loaded.is_none() && far.status != "solved" && !far.reason.is_empty(), "{far:?}");
     let alone = Explorer::open(Scene::from_machine("orthoglide", None)).unwrap();
     assert!(alone.effect(&asked).unwrap_err().to_string().contains("no map"));
+}
+
+#[test]
+fn a_page_begins_with_the_force_that_it_is_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("page.html");
+    let out = out.to_str().unwrap();
+    let begins_with = |own: &[&str]| {
+        printed(&[&["explore", "orthoglide", "--out", out], own].concat());
+        let page = std::fs::read_to_string(out).unwrap();
+        page.split_once("data-wrench=\"").map(|(_, rest)| rest.split_once('"').unwrap().0.to_string())
+    };
+    assert_eq!(begins_with(&[]), None);
+    assert_eq!(begins_with(&["--wrench", "-20,300,-500.5,0,1e3,0"]).as_deref(), Some("-20,300,-500.5,0,1000,0"));
+    let cutter = ["--cutter", "D=10,z=4,ae=5,ap=8,fz=0.08,cut=down", "--material", "Al 6082-T6"];
+    let first = begins_with(&cutter).unwrap();
+    let point = printed(
+        &[&["point", "--machine", "orthoglide", "--position", "0,0,0", "--phi", "0", "--json"], &cutter[..]].concat(),
+    );
+    let point: serde_json::Value = serde_json::from_str(&point).unwrap();
+    let expected: Vec<f64> = serde_json::from_value(point["wrench_N_Nmm"].clone()).unwrap();
+    let numbers: Vec<f64> = first.split(',').map(|number| number.parse().unwrap()).collect();
+    assert_eq!(numbers, expected);
+    let both = told(&[&["explore", "orthoglide", "--out", out, "--wrench", "1,0,0,0,0,0"], &cutter[..]].concat());
+    assert!(both.0 == Some(2) && both.2.contains("cannot be used with"), "{}", both.2);
+    assert_eq!(told(&["explore", "orthoglide", "--out", out, "--wrench", "1,2"]).0, Some(2));
 }

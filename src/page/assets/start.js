@@ -46,7 +46,7 @@
     article.lastChild.setAttribute("role", "status");
     hero.prepend(article);
     hero.classList.add("live");
-    const seen = { quantity: Math.max(0, data.labels.indexOf(hero.dataset.quantity)), group: Number(hero.dataset.group) };
+    const seen = { quantity: Math.max(0, data.labels.indexOf(hero.dataset.quantity)), group: Number(hero.dataset.group), tolerance: Number(hero.dataset.tolerance) };
     (data.shape === "grid" ? gridView : planView)(article, data, "first", seen);
   }
   // Paper shows all views; their folds were opened for it just now. Those that begin only now hear of it, too.

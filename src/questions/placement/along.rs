@@ -16,9 +16,8 @@ use crate::{
     machine::Machine,
     questions::placement::FeatureJob,
     simulation::{
-        Failure, Source,
+        Failure, Machines,
         along_path::{Commands, PathCase, PathPointResult, run},
-        settled::{LoadedLines, displaced_under},
     },
 };
 
@@ -111,10 +110,10 @@ impl Evaluator {
         PlaceResults { features, outcome, known }
     }
 
-    /// Returns the machine at point `k` of feature `f`, as displacements are measured from and in equilibrium; `None` where it has none, or for a point that is none.
-    pub(crate) fn lines_at(&self, site: &Site, f: usize, k: usize) -> Option<LoadedLines> {
+    /// Returns the machines of feature `f`, and what is asked of them at its point `k`; `None` where there is no such point.
+    pub(crate) fn task_at(&self, site: &Site, f: usize, k: usize) -> Option<(&Machines, TaskPoint)> {
         let machines = &self.features.get(f)?.machines;
-        displaced_under(machines, Source::All, self.tasks(site, f).get(k)?).ok()
+        Some((machines, self.tasks(site, f).into_iter().nth(k)?))
     }
 
     /// Returns the evaluation of a place whose points are all in `partial`, also outside the workspace box. `Err` if a point is not
