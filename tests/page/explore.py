@@ -173,7 +173,7 @@ def check_reach(own, program, folder):
 def check_spin(own):
     """The round handle turns the tool about its own axis: its tip stays, and its axis."""
     page = own.page
-    if not page.evaluate("kinetostat.live.view.machine.turns"):
+    if not page.evaluate("kinetostat.live.view.machine.turns && kinetostat.live.tool.commanded !== null"):
         return
     told = "[kinetostat.live.tool.commanded.tool_tip_mm, toolFrame(kinetostat).axis, toolFrame(kinetostat).side]"
     tip, axis, side = page.evaluate(told)

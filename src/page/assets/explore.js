@@ -188,7 +188,7 @@ function explore(section) {
     const off = worst && seen.length ? `the tool leaves its path by ${answer.failure ? "at least " : least}${number(worst.value)} mm` : "";
     const judged = `${off}${worst?.value > tolerance ? `, more than the ${number(tolerance)} mm allowed` : ", which is within tolerance"}`;
     if (answer.failure) headline.textContent = `Here the workpiece cannot be cut: ${answer.failure.reason}${off ? `; where it can, ${off}` : ""}.`;
-    else if (answer.outside_workspace) headline.textContent = `Here the path leaves the workspace box: ${answer.outside_workspace.reason}; computed all the same, ${judged}.`;
+    else if (answer.outside_workspace) headline.textContent = `Here ${judged}, and the path leaves the workspace box: ${answer.outside_workspace.reason}.`;
     else headline.textContent = `Here ${judged}.`;
     const list = answer.metrics.map((m) => [escape(m.words), least + (m.unit ? Data.withUnit(m.value, m.unit) : number(100 * m.value) + " %")]);
     if (!live.exact) list.splice(0, 0, ["points looked at", `${points.length}, one of every ${answer.stride}: the rest follows when you let go`]);
@@ -390,7 +390,8 @@ function explore(section) {
   // ---- Hands.
   const box = () => {
     const { machine, workpiece } = live.view;
-    const points = [...Space.corners(machine.workspace)];
+    const places = Space.corners(machine.workspace);
+    const points = [...places, ...places.map((p) => Space.add(p, machine.tool[3]))];
     machine.home.chains.forEach((chain) => chain.links.forEach((line) => points.push(...line)));
     if (workpiece) points.push(...Space.corners(workpiece.extent).map((p) => Space.at(Space.frameOf(start.place, workpiece.base), p)));
     return [0, 1].map((end) => [0, 1, 2].map((i) => Math[end ? "max" : "min"](...points.map((p) => p[i]))));
@@ -468,7 +469,7 @@ function explore(section) {
       const [x, y] = at(event);
       const what = take(x, y, event.pointerType === "touch");
       if (!what) return;
-      hand = { what, x, y };
+      hand = { what, x: event.clientX, y: event.clientY };
       canvas.setPointerCapture(event.pointerId);
     });
     canvas.addEventListener("pointermove", (event) => {
@@ -478,8 +479,9 @@ function explore(section) {
         if (state.mode === "map" && view.name === "above") map.point(view, x, y);
         return;
       }
-      move(view, hand.what, x - hand.x, y - hand.y, x, y);
-      [hand.x, hand.y] = [x, y];
+      // Of the window: words that grow may push the picture down.
+      move(view, hand.what, event.clientX - hand.x, event.clientY - hand.y, x, y);
+      [hand.x, hand.y] = [event.clientX, event.clientY];
     });
     const drop = () => { hand = null; };
     canvas.addEventListener("pointerup", drop);
