@@ -6,6 +6,7 @@ use clap::Args;
 use kinetostat::{
     explore::{Explorer, ProgramAtProcess, Scene},
     input::error::{Error, Result},
+    inspect::point::PointLoad,
     machine::{Machine, catalogue},
     page::explore_page,
     process::{
@@ -32,6 +33,7 @@ can be pulled and the workspace mapped.
 Examples:
   kinetostat explore orthoglide
   kinetostat explore my_machine.toml --out my_machine.html
+  kinetostat explore kr270 --wrench 0,0,-500,0,0,0
   kinetostat explore orthoglide --path part.nc --process milling.toml
   kinetostat explore orthoglide --cutter D=10,z=4,ae=5,ap=8,fz=0.08,cut=down --material 'Al 6082-T6'")]
 pub struct ExploreArguments {
@@ -40,7 +42,10 @@ pub struct ExploreArguments {
     /// Path of a workpiece: a polyline (.csv), KRL (.src), RAPID (.mod, .prg), FANUC (.ls), URScript (.script), APT (.apt, .cl, .cls, .ncl) or G-code (any other name)
     #[arg(long, requires = "process")]
     path: Option<PathBuf>,
-    /// Cutter and cut whose force the map shows: D, ae, ap, fz in mm, z teeth, cut=up or down; kr and ka of Kienzle materials
+    /// Load at P in base axes by which the tool is pulled first: fx,fy,fz,mx,my,mz in N and N·mm [default: 100,0,0,0,0,0]
+    #[arg(long, value_parser = super::numbers::<6>, allow_hyphen_values = true, conflicts_with = "cutter")]
+    wrench: Option<[f64; 6]>,
+    /// Cutter and cut whose force, at home and tool angle 0, pulls the tool first: D, ae, ap, fz in mm, z teeth, cut=up or down; kr and ka of Kienzle materials
     #[arg(long, value_name = "D=10,z=4,ae=5,ap=8,fz=0.08,cut=down", requires = "material", conflicts_with = "path")]
     cutter: Option<String>,
     /// Material of the cut of --cutter, as in end_milling of a process file: Al 6082-T6
@@ -62,7 +67,11 @@ pub struct ExploreArguments {
 
 /// Runs `kinetostat explore`: writes the interactive page.
 pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
-    let scene = read_scene(arguments)?;
+    let machine = &arguments.machine;
+    let (scene, wrench) = match (&arguments.cutter, &arguments.material) {
+        (Some(cutter), Some(material)) => scene_of_cutter(machine, &Cutter::parse(cutter, material)?)?,
+        _ => (read_scene(arguments)?, arguments.wrench),
+    };
     Explorer::open(scene.clone())?;
     let stem = |file: &PathBuf| file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let machine = PathBuf::from(&arguments.machine);
@@ -75,7 +84,7 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
     write_page(&out, arguments.force, || {
         let scene_json = serde_json::to_value(&scene)
             .map_err(|fault| Error::Page { template: "explore.html".into(), problem: fault.to_string() })?;
-        explore_page(&stems.join(" · "), question, scene_json)
+        explore_page(&stems.join(" · "), question, scene_json, wrench)
     })
 }
 
@@ -96,9 +105,6 @@ fn check_files(machine: &str, process: &Path, program: &Path) -> Result<()> {
 /// Reads the machine, process and program that the arguments name, and returns them as a scene.
 fn read_scene(arguments: &ExploreArguments) -> Result<Scene> {
     let machine = &arguments.machine;
-    if let (Some(cutter), Some(material)) = (&arguments.cutter, &arguments.material) {
-        return scene_of_cutter(machine, &Cutter::parse(cutter, material)?);
-    }
     match (&arguments.path, &arguments.process) {
         (Some(program), Some(process)) => {
             super::check_tolerance(arguments.tolerance)?;
@@ -114,10 +120,13 @@ fn read_scene(arguments: &ExploreArguments) -> Result<Scene> {
     }
 }
 
-/// Returns the scene of a map of `machine` under the force of `cutter`, at the middle height of its workspace.
-fn scene_of_cutter(machine: &str, cutter: &Cutter) -> Result<Scene> {
-    let force = MillingForce::from(cutter.force());
-    let workspace = &Machine::named_or_file(machine)?.workspace;
+/// Returns the scene of a map of `machine` under the force of `cutter`, at the middle height of its workspace, and that force at home and tool angle 0.
+fn scene_of_cutter(machine: &str, cutter: &Cutter) -> Result<(Scene, Option<[f64; 6]>)> {
+    let cut = cutter.force();
+    let force = MillingForce::from(cut);
+    let at = Machine::named_or_file(machine)?;
+    let wrench = PointLoad::Cut(force, 0.0, cut.torque_Nmm).wrench(&at.tool_at(&at.home.pose.rotation));
+    let workspace = &at.workspace;
     let text = format!(
         "schema = 3\nquestion = \"How does this machine bend under the cutter?\"\nmachine = {machine:?}\n[process.force.path_frame]\n\
          radial_force_N = {:?}\ntangential_force_N = {:?}\naxial_force_N = {:?}\n[workspace_map]\nslices_z_mm = [{:?}]\n",
@@ -128,5 +137,6 @@ fn scene_of_cutter(machine: &str, cutter: &Cutter) -> Result<Scene> {
     );
     let study = Study::from_toml(&text, "study.toml", Path::new(""), &Overrides::default())?;
     let problem = "expected a machine whose workspace can be mapped";
-    Scene::from_study(&study)?.ok_or_else(|| Error::argument("--cutter", problem))
+    let scene = Scene::from_study(&study)?.ok_or_else(|| Error::argument("--cutter", problem))?;
+    Ok((scene, Some(wrench.to_array())))
 }

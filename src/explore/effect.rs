@@ -4,10 +4,14 @@ use serde::{Deserialize, Serialize};
 
 use super::{Explorer, check_numbers};
 use crate::{
+    compensation::TaskPoint,
     input::error::{Error, Result},
     machine::{Skeleton, ZeroState},
     questions::map::WorkspaceMapStudy,
-    simulation::{Failure, Machines, SOLVED, Source, settled::equilibrium_under},
+    simulation::{
+        Failure, Machines, SOLVED, Source,
+        settled::{LoadedLines, equilibrium_under},
+    },
 };
 
 /// A map study, and the machines of its error sources.
@@ -57,21 +61,32 @@ impl Map {
         let Self { study: WorkspaceMapStudy { scene, .. }, machines } = self;
         let pose = scene.machine.command(request.position.into())?.pose;
         let task = scene.task_point(pose, phi);
-        let found = equilibrium_under(machines, request.source, &task)?;
-        let nominal = machines.nominal(request.source);
-        // Weight itself is measured from the rigid machine.
-        let is_load = request.source != Source::Weight;
-        let rests = is_load && nominal.zeroed == ZeroState::AtRest && nominal.own_load_words().is_some();
-        let before = if rests { equilibrium_under(machines, Source::Weight, &task)?.loaded } else { found.commanded };
+        let found = lines_under(machines, request.source, &task)?;
         Ok(EffectResult {
             status: SOLVED.into(),
             reason: String::new(),
             phi_deg: phi.map(f64::to_degrees),
             displacement: Some(found.tool_displacement_mm.into()),
-            before: Some(before),
+            before: Some(found.commanded),
             loaded: Some(found.loaded),
         })
     }
+}
+
+/// Returns the machine at `task` under `source`, and in place of the commanded one that from which displacements are measured: in equilibrium under its
+/// weight and springs, if it is zeroed so. `Err` where it has no equilibrium or cannot go there.
+pub(super) fn lines_under(
+    machines: &Machines,
+    source: Source,
+    task: &TaskPoint,
+) -> std::result::Result<LoadedLines, Failure> {
+    let found = equilibrium_under(machines, source, task)?;
+    let nominal = machines.nominal(source);
+    // Weight itself is measured from the rigid machine.
+    let is_load = source != Source::Weight;
+    let rests = is_load && nominal.zeroed == ZeroState::AtRest && nominal.own_load_words().is_some();
+    let commanded = if rests { equilibrium_under(machines, Source::Weight, task)?.loaded } else { found.commanded };
+    Ok(LoadedLines { commanded, ..found })
 }
 
 impl Explorer {

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 pub use self::{
     cloud::CloudResult,
     effect::{EffectRequest, EffectResult},
-    place::{PlaceRequest, PlaceResult},
+    place::{MachineAt, PlaceRequest, PlaceResult},
     scene::{BestPlace, Scene},
     slice::{SliceRequest, SliceResult},
     study::ProgramAtProcess,

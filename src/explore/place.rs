@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, Workpiece, check_numbers};
+use super::{Explorer, Workpiece, check_numbers, effect::lines_under};
 use crate::{
     input::error::{Error, Result},
-    machine::Machine,
+    machine::{Machine, Skeleton},
     questions::placement::{Metric, Metrics, PlacePoint, PlaceResults, Site, is_angle, stride},
-    simulation::Failure,
+    simulation::{Failure, Source},
     spatial::Pose,
 };
 
@@ -19,6 +19,8 @@ pub struct PlaceRequest {
     pub place: [f64; 6],
     /// About the largest number of points to evaluate; all points if not given.
     pub most: Option<usize>,
+    /// Feature and point at which the machine is wanted; if not given, where the error is the largest.
+    pub shown: Option<[usize; 2]>,
 }
 
 /// Errors, metrics and feasibility of the workpiece at a place.
@@ -40,6 +42,21 @@ pub struct PlaceResult {
     pub metrics: Vec<MetricShown>,
     /// Objective over all points; `None` if points were left out or the place is infeasible.
     pub objective: Option<f64>,
+    /// The machine at one point; `None` if it has no equilibrium there.
+    pub machine: Option<MachineAt>,
+}
+
+/// The machine at a point of a path, under its load there.
+#[derive(Debug, Clone, Serialize)]
+pub struct MachineAt {
+    /// Feature and point.
+    pub point: [usize; 2],
+    /// Displacement of the tool tip, O axes, mm.
+    pub displacement: [f64; 3],
+    /// From which displacements are measured: as commanded, or in equilibrium under its weight and springs.
+    pub commanded: Skeleton,
+    /// In equilibrium.
+    pub loaded: Skeleton,
 }
 
 /// A point of a path in the units that pages show: mm, degrees, N and N·mm.
@@ -84,6 +101,16 @@ impl Explorer {
             Err(failure) => (Some(failure.clone()), None, known),
         };
         let is_complete = stride == 1 && failure.is_none();
+        let errors = features.iter().enumerate().flat_map(|(f, points)| {
+            points.iter().filter_map(move |point| Some(([f, point.index], point.before_mm?.norm_squared())))
+        });
+        let worst = errors.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(point, _)| point);
+        let machine = request.shown.or(worst).and_then(|point| {
+            let (machines, task) = evaluator.task_at(&site, point[0], point[1])?;
+            let lines = lines_under(machines, Source::All, &task).ok()?;
+            let displacement = lines.tool_displacement_mm.into();
+            Some(MachineAt { point, displacement, commanded: lines.commanded, loaded: lines.loaded })
+        });
         let shown = |(points, job): (Vec<PlacePoint>, &crate::questions::placement::FeatureJob)| {
             points.into_iter().map(|point| shown_point(point, job.machine())).collect()
         };
@@ -96,6 +123,7 @@ impl Explorer {
             outside_workspace,
             metrics: shown_metrics(&metrics, &study.machine),
             objective: is_complete.then(|| study.objective.value(&metrics)).filter(|value| value.is_finite()),
+            machine,
         })
     }
 

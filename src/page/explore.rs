@@ -44,6 +44,8 @@ pub(super) struct EngineView {
     hint: &'static str,
     reason: Option<String>,
     scene: String,
+    /// The load that is tried first, as numbers with commas between; empty for that of the script.
+    wrench: String,
     bytes: String,
     script: String,
     style: &'static str,
@@ -61,6 +63,7 @@ impl EngineView {
             hint,
             reason,
             scene: scene.map(script_json).unwrap_or_default(),
+            wrench: String::new(),
             bytes: scene.map(|_| STANDARD.encode(gzipped_engine())).unwrap_or_default(),
             script: scene.map(|_| SCRIPTS.concat()).unwrap_or_default(),
             style: STYLE,
@@ -76,9 +79,11 @@ struct ExplorePage<'a> {
     engine: EngineView,
 }
 
-/// Returns an interactive HTML page of `scene` alone, called `name`, with `question` as its heading; `Err` when the template is at fault.
-pub fn explore_page(name: &str, question: &str, scene: Value) -> Result<String> {
-    let engine = EngineView::new(("Try", ""), &ToTry::Scene(scene));
+/// Returns an interactive HTML page of `scene` alone, called `name`, with `question` as its heading, on which the tool is pulled by `wrench` (at P, axes
+/// of O, N and N·mm) first, or by 100 N along x; `Err` when the template is at fault.
+pub fn explore_page(name: &str, question: &str, scene: Value, wrench: Option<[f64; 6]>) -> Result<String> {
+    let wrench = wrench.map(|wrench| wrench.map(|number| number.to_string()).join(",")).unwrap_or_default();
+    let engine = EngineView { wrench, ..EngineView::new(("Try", ""), &ToTry::Scene(scene)) };
     render("explore.html", &ExplorePage { name, question, engine })
 }
 

@@ -7,8 +7,8 @@ use serde_json::json;
 
 use super::{
     dataset::{Dataset, MOST_NUMBERS},
-    description::{Column, Description, Explorer, Fact, Mark, PartView, Quantity, Section, Shape},
-    explore::EngineView,
+    description::{Better, Column, Description, Explorer, Fact, Mark, PartView, Quantity, Section, Shape},
+    explore::{EngineView, ToTry},
     folder::{ResultFolder, href},
     packed::{Packed, Precision, data_url, script_json},
     point_command::{PointCommand, point_commands},
@@ -32,6 +32,8 @@ struct SinglePage<'a> {
     description: &'a Description,
     /// Figure of the first screen.
     hero: Option<FigureView>,
+    /// The interactive view that takes its place on a screen.
+    pointed: Option<Pointed>,
     terms: Vec<Fact>,
     sections: Vec<SectionView<'a>>,
     machine: FigureView,
@@ -83,6 +85,52 @@ pub(super) struct ExplorerView {
     pub id: String,
 }
 
+/// What the reader can point at on the first screen: a quantity of an interactive view.
+#[derive(Debug, Serialize)]
+struct Pointed {
+    /// Index of the view.
+    index: usize,
+    /// Label of the quantity.
+    quantity: String,
+    group: usize,
+    /// Tolerance of the tool's displacement, mm.
+    tolerance_mm: Option<f64>,
+}
+
+impl Pointed {
+    /// Returns the quantity of the first key number, if the first figure of a map or a path shows it; `None` for others.
+    fn of(description: &Description) -> Option<Self> {
+        let found = description.headline.numbers.first()?.found.as_ref()?;
+        let shape = match description.kind.as_str() {
+            "workspace_map" => Shape::Grid,
+            "path" => Shape::Curve,
+            _ => return None,
+        };
+        let mut views = description.explorers.iter().enumerate();
+        let (index, view) = views.find(|(_, view)| view.table == found.file && view.shape == shape)?;
+        let quantity = view.quantities.iter().find(|quantity| quantity.columns == found.columns)?.label.clone();
+        let is_of_rows = |cells: &[String]| cells.iter().all(|cell| found.rows.iter().any(|[_, own]| own == cell));
+        let group = view.group.as_ref().and_then(|group| group.values.iter().position(|one| is_of_rows(&one.cells)));
+        let tolerance_mm = description.to_try.as_ref().and_then(process_tolerance_mm);
+        Some(Self { index, quantity, group: group.unwrap_or(0), tolerance_mm })
+    }
+}
+
+/// Returns the tolerance of the process in a scene, mm.
+fn process_tolerance_mm(to_try: &ToTry) -> Option<f64> {
+    let ToTry::Scene(scene) = to_try else { return None };
+    let study: toml::Table = scene.get("study")?.as_str()?.parse().ok()?;
+    let process = match study.get("process")? {
+        toml::Value::String(file) => scene.get("files")?.get(file)?.as_str()?.parse().ok()?,
+        process => process.as_table()?.clone(),
+    };
+    let tolerance = process.get("tolerance_mm")?;
+    tolerance.as_float().or_else(|| tolerance.as_integer().map(|whole| whole as f64))
+}
+
+/// Columns of the wanted positions on a path.
+const WANTED: [&str; 3] = ["wanted_x_mm", "wanted_y_mm", "wanted_z_mm"];
+
 /// Numbers of an interactive view for the page's script.
 #[derive(Debug, Serialize)]
 struct ExplorerData<'a> {
@@ -103,6 +151,8 @@ struct ExplorerData<'a> {
     /// Source of error by group for which the engine in the page can be asked; none where it cannot.
     sources: Vec<String>,
     phi: Option<usize>,
+    /// Wanted positions of a path, and the labels of the displacements along the same axes; empty for others.
+    plan: Vec<(Option<Packed>, String)>,
     machine: Vec<&'a Polyline>,
     springs: Vec<&'a Polyline>,
     masses: Vec<&'a MassMark>,
@@ -129,9 +179,19 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
     let mut explorers = Vec::new();
     let share = MOST_NUMBERS / description.explorers.len().max(1);
     let keys = recorded_keys(folder)?;
+    let mut pointed = Pointed::of(description);
     for explorer in &description.explorers {
-        let data = Dataset::read(explorer, &folder.table(&explorer.table)?, share)?;
-        explorers.push(explorer_view(explorer, &data, description, (&keys, explorers.len())));
+        let (index, table) = (explorers.len(), folder.table(&explorer.table)?);
+        let mut read = explorer.clone();
+        if explorer.shape == Shape::Curve && pointed.as_ref().is_some_and(|pointed| pointed.index == index) {
+            match WANTED.iter().all(|column| table.column(column).is_ok()) {
+                true => read.quantities.extend(WANTED.map(wanted_quantity)),
+                false => pointed = None,
+            }
+        }
+        let mut data = Dataset::read(&read, &table, share)?;
+        let wanted = data.values.split_off(explorer.quantities.len());
+        explorers.push(explorer_view(explorer, &data, description, (&keys, index), &wanted));
     }
     let index = explorers.len();
     explorers.extend(description.part.as_ref().map(|part| part_view(part, index)));
@@ -153,6 +213,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
     let sections = description.sections.iter().map(|section| SectionView { section, contents: rest.take_of(section) });
     let context = SinglePage {
         description,
+        pointed: pointed.filter(|_| hero.is_some()),
         hero,
         terms: terms(description),
         sections: sections.collect(),
@@ -233,12 +294,18 @@ fn folder_figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> 
 /// File stem of the figure of the machine at home.
 pub(crate) const MACHINE_AT_HOME: &str = "machine_at_home";
 
-/// Returns an interactive view with its numbers; `index` makes its id unique.
+/// Returns a wanted coordinate as a quantity, to be read from its `column`.
+fn wanted_quantity(column: &str) -> Quantity {
+    Quantity { columns: vec![column.into()], label: column.into(), unit: "mm".into(), better: Better::Neither }
+}
+
+/// Returns an interactive view with its numbers, and with the `wanted` positions of a path by axis and group; `index` makes its id unique.
 fn explorer_view(
     explorer: &Explorer,
     data: &Dataset,
     description: &Description,
     (keys, index): (&BTreeMap<(String, String), String>, usize),
+    wanted: &[Vec<Vec<f64>>],
 ) -> ExplorerView {
     let precision = Precision::for_numbers(data.number_count());
     let quantity = |(quantity, groups): (&'_ Quantity, &Vec<Vec<f64>>)| QuantityData {
@@ -275,6 +342,7 @@ fn explorer_view(
         command_note,
         sources: group_sources(description, explorer),
         phi,
+        plan: wanted.iter().zip(WANTED).map(|(of, column)| plan_axis(explorer, of, column)).collect(),
         machine: lines.collect(),
         springs: home.springs().collect(),
         masses: home.masses().collect(),
@@ -287,6 +355,14 @@ fn explorer_view(
         json,
         id: format!("data-{index}"),
     }
+}
+
+/// Returns the wanted coordinates along an axis, and the label of the displacement along it.
+fn plan_axis(explorer: &Explorer, wanted: &[Vec<f64>], column: &str) -> (Option<Packed>, String) {
+    let along = column.replace("wanted", "displacement");
+    let moved = explorer.quantities.iter().find(|quantity| quantity.columns == [along.as_str()]);
+    let places = wanted.first().and_then(|values| Packed::new(values, Precision::Single));
+    (places, moved.map(|quantity| quantity.label.clone()).unwrap_or_default())
 }
 
 /// Returns the interactive view of a part; `index` makes its id unique.
@@ -324,10 +400,13 @@ fn part_view(part: &PartView, index: usize) -> ExplorerView {
 /// Label of the quantity that is the tool angle.
 pub(crate) const WORST_ANGLE: &str = "tool angle of the worst deflection";
 
-/// Returns the source of error of each group of a workspace map; empty for other results.
+/// Returns the source of error of each group of a workspace map or a path; empty for other results.
 fn group_sources(description: &Description, explorer: &Explorer) -> Vec<String> {
     let groups = explorer.group.iter().flat_map(|group| &group.values);
-    groups.filter(|_| description.kind == "workspace_map").map(|value| value.cells.join(" ")).collect()
+    groups
+        .filter(|_| ["workspace_map", "path"].contains(&description.kind.as_str()))
+        .map(|value| value.cells.join(" "))
+        .collect()
 }
 
 /// Returns the labels of the groups.

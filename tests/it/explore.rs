@@ -15,6 +15,8 @@ use kinetostat::{
 };
 use nalgebra::Vector3;
 
+use crate::support::command::{printed, told};
+
 const WRENCH: [f64; 6] = [120.0, -40.0, -60.0, 0.0, 500.0, 0.0];
 
 fn displacement(machine: &Machine, position: Vector3<f64>) -> Vector3<f64> {
@@ -72,7 +74,7 @@ fn a_place_is_judged_as_its_study_judges_it() {
     let StudyKind::Placement(placement, ()) = &study.kind else { panic!("a placement study") };
     let explorer = Explorer::open(scene).unwrap();
     let place = [26.0, 20.0, 30.0, 0.0, 0.0, 0.0];
-    let answer = explorer.place(&PlaceRequest { place, most: None }).unwrap();
+    let answer = explorer.place(&PlaceRequest { place, most: None, shown: None }).unwrap();
     let evaluator = Evaluator::new(placement, &Metric::ALL);
     let expected = evaluator.examine(&Site::new(Vector3::new(26.0, 20.0, 30.0), 0.0)).unwrap();
     assert_eq!(answer.objective, Some(placement.objective.value(&expected.metrics)));
@@ -80,9 +82,23 @@ fn a_place_is_judged_as_its_study_judges_it() {
         assert_eq!(Some(shown.value), expected.metrics.get(Metric::named(shown.name).unwrap()), "{}", shown.name);
     }
     // A part of the points knows no more than all of them.
-    let thinned = explorer.place(&PlaceRequest { place, most: Some(20) }).unwrap();
+    let thinned = explorer.place(&PlaceRequest { place, most: Some(20), shown: Some([0, 3]) }).unwrap();
     assert!(thinned.stride > 1 && thinned.objective.is_none());
     assert!(thinned.metrics[0].value <= answer.metrics[0].value);
+    // The machine stands at the worst point, or at the one that is asked for, as commanded and as the table of errors says.
+    let worst = answer.machine.unwrap();
+    let error =
+        |point: usize| Vector3::from(answer.features[0].iter().find(|p| p.index == point).unwrap().before.unwrap());
+    let largest = answer.metrics.iter().find(|metric| metric.name == "worst_deflection").unwrap().value;
+    assert!((error(worst.point[1]).norm() - largest).abs() < 1e-9);
+    for machine in [&worst, thinned.machine.as_ref().unwrap()] {
+        let moved = Vector3::from(machine.loaded.tool_tip_mm) - Vector3::from(machine.commanded.tool_tip_mm);
+        assert!((moved - error(machine.point[1])).norm() < 1e-6, "{moved}");
+        assert!((moved - Vector3::from(machine.displacement)).norm() < 1e-6);
+    }
+    assert_eq!(thinned.machine.unwrap().point, [0, 3]);
+    let beyond = PlaceRequest { place, most: Some(1), shown: Some([0, 100_000]) };
+    assert!(explorer.place(&beyond).unwrap().machine.is_none());
     let text = explorer.study_file(place).unwrap();
     assert!(text.contains("by hand 1"));
 }
@@ -144,4 +160,30 @@ fn what_a_map_cannot_be_asked_is_refused_in_words() {
     assert!(far.loaded.is_none() && far.status != "solved" && !far.reason.is_empty(), "{far:?}");
     let alone = Explorer::open(Scene::from_machine("orthoglide", None)).unwrap();
     assert!(alone.effect(&asked).unwrap_err().to_string().contains("no map"));
+}
+
+#[test]
+fn a_page_begins_with_the_force_that_it_is_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("page.html");
+    let out = out.to_str().unwrap();
+    let begins_with = |own: &[&str]| {
+        printed(&[&["explore", "orthoglide", "--out", out], own].concat());
+        let page = std::fs::read_to_string(out).unwrap();
+        page.split_once("data-wrench=\"").map(|(_, rest)| rest.split_once('"').unwrap().0.to_string())
+    };
+    assert_eq!(begins_with(&[]), None);
+    assert_eq!(begins_with(&["--wrench", "-20,300,-500.5,0,1e3,0"]).as_deref(), Some("-20,300,-500.5,0,1000,0"));
+    let cutter = ["--cutter", "D=10,z=4,ae=5,ap=8,fz=0.08,cut=down", "--material", "Al 6082-T6"];
+    let first = begins_with(&cutter).unwrap();
+    let point = printed(
+        &[&["point", "--machine", "orthoglide", "--position", "0,0,0", "--phi", "0", "--json"], &cutter[..]].concat(),
+    );
+    let point: serde_json::Value = serde_json::from_str(&point).unwrap();
+    let expected: Vec<f64> = serde_json::from_value(point["wrench_N_Nmm"].clone()).unwrap();
+    let numbers: Vec<f64> = first.split(',').map(|number| number.parse().unwrap()).collect();
+    assert_eq!(numbers, expected);
+    let both = told(&[&["explore", "orthoglide", "--out", out, "--wrench", "1,0,0,0,0,0"], &cutter[..]].concat());
+    assert!(both.0 == Some(2) && both.2.contains("cannot be used with"), "{}", both.2);
+    assert_eq!(told(&["explore", "orthoglide", "--out", out, "--wrench", "1,2"]).0, Some(2));
 }

@@ -297,7 +297,7 @@ fn the_charting_library_is_the_pinned_one() {
 
 #[test]
 fn texts_are_escaped_and_visible_and_scripts_are_left() {
-    let page = explore_page("<\u{202e}>", "", json!("</script><!--")).unwrap();
+    let page = explore_page("<\u{202e}>", "", json!("</script><!--"), None).unwrap();
     assert!(page.contains("<title>&lt;\\u{202e}&gt;</title>") && !page.contains('\u{202e}'));
     assert!(page.contains(include_str!("../../src/page/assets/explore.js")));
     // JSON cannot end its script.

@@ -172,6 +172,17 @@ fn every_kind_of_study_leaves_a_page_with_views() {
         assert!(!data(&html)["quantities"].as_array().unwrap().is_empty());
         let report: Value = serde_json::from_str(&fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
         hold_to_few_words(&report["headline"]);
+        // A path is drawn in plan: where it is, and which displacements lie along the same axes.
+        let plan = data(&html)["plan"].as_array().unwrap().clone();
+        let labels: Vec<&str> = plan.iter().map(|axis| axis[1].as_str().unwrap()).collect();
+        let along = ["displacement along x", "displacement along y", "displacement along z"];
+        assert_eq!(labels, if number == 0 { &along[..] } else { &[] });
+        if number == 0 {
+            // A circle of 50 mm about Q1, whose tool is 100 mm above P.
+            let ends = |axis: usize| ["low", "high"].map(|end| plan[axis][0][end].as_f64().unwrap());
+            assert_eq!(ends(0).map(|x| (x * 1e6).round()), [101.35e6, 151.35e6]);
+            assert_eq!(ends(2), [226.35, 226.35]);
+        }
     }
 }
 

@@ -9,7 +9,8 @@ no text or control over another, neither on the page nor within a figure, contra
 the headline quotes (`data-checks`, `data-found`) is computed again from the CSV files. Quantity, source and slice are switched with the
 keyboard, a point of a map is clicked and found again through its address, "back" goes back, the wheel scrolls the page over
 a map, where the page draws the machine bent as far as its table says, the view in three dimensions is dragged, a table is
-sorted over all rows of its file, the page is printed with the answer on page 1 and the view in three dimensions in it, and it is opened once more without WebGL. A slice follows the slider within
+sorted over all rows of its file, the page is printed with the answer on page 1 and the view in three dimensions in it, and it is opened once more without WebGL.
+The first picture of a map or a path is pointed at, clicked and gone through with the arrow keys: what it says is in the CSV file. A slice follows the slider within
 --step-ms, 1000 unless told; with --step-ms 100 and nothing else running, 50 000 points pass. --brief leaves out what is the same on every page of a kind: the
 views at 400 px, the switch of the theme, the print, and the page without WebGL.
 """
@@ -249,6 +250,99 @@ class Page:
             self.check_space(view)
         self.check_steps(view, step_ms)
 
+    def check_pointed(self, file):
+        """On the first picture the pointer, a click and the arrow keys find what the table has at that place."""
+        hero = self.page.locator(".hero[data-json]")
+        if hero.count() == 0:
+            return
+        view = hero.locator(".pointed")
+        self.expect(view.count() == 1 and view.is_visible(), "the first picture cannot be pointed at")
+        self.expect(not hero.locator("> figure img").is_visible(), "the first picture stands beside its figure")
+        found = json.loads(self.page.locator("[data-found]").first.get_attribute("data-found"))
+        is_grid = view.locator("input[type=range]").count() > 0
+        columns = ["x_mm", "y_mm", "z_mm"] if is_grid else ["arc_length_mm"]
+        check = {"where": found["rows"], "coordinates": columns}
+        rows = {place: row for place, row, _ in rows_of(check, file.parent / unquote(found["file"]))}
+        value_at = lambda place: max(abs(float(rows[place][column])) for column in found["columns"])
+        # The machine is bent by nominal inputs.
+        moved_at = lambda place: float(rows[place]["deflection_mm" if is_grid else "displacement_mm"])
+        nearest = lambda told: min(rows, key=lambda place: math.dist(place, told))
+        plot = view.locator(".plot").first
+        plot.scroll_into_view_if_needed()
+        if is_grid:
+            slider, box = view.locator("input[type=range]").first.bounding_box(), plot.bounding_box()
+            self.expect(0 <= box["y"] - slider["y"] < 80, "the slider does not stand beside the map")
+        limit = hero.get_attribute("data-tolerance")
+        if is_grid and limit:
+            level = numbers_in(view.locator("h4").first.text_content().replace("\u2212", "-"))[0]
+            level = min({place[2] for place in rows}, key=lambda z: abs(z - level))
+            xs, ys = (sorted({place[axis] for place in rows}) for axis in (0, 1))
+            within = {(i, j): value_at((x, y, level)) <= float(limit) for i, x in enumerate(xs) for j, y in enumerate(ys)}
+            edges = sum(within.get((i + a, j + b), own) != own for (i, j), own in within.items() for a, b in ((1, 0), (0, 1)))
+            drawn = plot.evaluate("(p) => p.data[3].x.length / 3")
+            self.expect(drawn == edges, f"the tolerance ends at {drawn} edges of the map, not {edges}")
+        # A place of the plot in the window, and where it is.
+        inside = """(p, share) => {
+          const { xaxis, yaxis } = p._fullLayout, box = p.querySelector(".nsewdrag").getBoundingClientRect(), trace = p.data.at(-2);
+          const own = p.data[0].type === "heatmap" ? p.data[0] : trace, pick = (list) => list[Math.floor(share * (list.length - 1))];
+          const at = [pick(own.x), pick(own.y)];
+          return [box.left + xaxis.l2p(at[0]), box.top + yaxis.l2p(at[1])];
+        }"""
+        for share in (0.3, 0.75):
+            self.page.mouse.move(2, 2)
+            self.page.mouse.move(*plot.evaluate(inside, share), steps=4)
+            self.page.wait_for_timeout(250)
+            words = " ".join(plot.locator(".hovertext").all_text_contents()).replace("−", "-")
+            told = numbers_in(words)
+            # The label may hold numbers, too.
+            told = told[: 2 if is_grid else 1] + told[-1:]
+            if is_grid and told:
+                told.insert(2, numbers_in(view.locator("h4").first.text_content().replace("−", "-"))[0])
+            self.expect(len(told) == len(columns) + 1, f"the pointer over the first picture shows: {words}")
+            if len(told) == len(columns) + 1:
+                value = value_at(nearest(told[:-1]))
+                self.expect(math.isclose(told[-1], value, rel_tol=6e-4), f"the pointer shows {words}, the table says {value}")
+        chosen = view.locator(".chosen")
+        self.page.mouse.click(*plot.evaluate(inside, 0.3))
+        self.page.wait_for_timeout(500)
+        self.expect(chosen.is_visible(), "a click on the first picture picks nothing")
+        if not chosen.is_visible():
+            return
+        place = self.check_picked(view, nearest, (value_at, moved_at), len(columns))
+        self.check_layout()
+        # Arrow keys.
+        self.page.locator("#theme").focus()
+        plot.focus()
+        self.page.keyboard.press("ArrowRight")
+        self.settle()
+        ring = plot.evaluate("p => getComputedStyle(p).outlineStyle")
+        self.expect(ring != "none", "the first picture shows no focus")
+        along = sorted({other[0] for other in rows if other[1:] == place[1:] or not is_grid})
+        wanted = (along[min(along.index(place[0]) + 1, len(along) - 1)], *place[1:])
+        stepped = self.check_picked(view, nearest, (value_at, moved_at), len(columns))
+        self.expect(stepped == wanted, f"an arrow key goes from {place} to {stepped}, not {wanted}")
+        self.page.keyboard.press("Escape")
+        self.settle()
+        self.expect(not chosen.is_visible(), "Escape does not close the point")
+
+    def check_picked(self, view, nearest, numbers, axes):
+        """What is picked on the first picture, which the table has and the machine is bent by; where it is."""
+        heading = view.locator(".chosen h4").text_content().replace("−", "-")
+        place = nearest(numbers_in(heading)[:axes])
+        value, bending = (number(place) for number in numbers)
+        told = view.locator(".readout").text_content().replace("−", "-")
+        self.expect("Picked" in told and math.isclose(numbers_in(told)[0], value, rel_tol=6e-4), f"{told} stands below {heading}, the table says {value}")
+        if self.page.locator("#engine").count():
+            bent = view.locator(".bent")
+            for _ in range(400):
+                if bent.locator("canvas").count() or "cannot" in bent.text_content():
+                    break
+                self.page.wait_for_timeout(50)
+            moved = bent.get_attribute("data-moved")
+            is_drawn = bent.locator("canvas").count() == 2 and moved is not None
+            self.expect(is_drawn and math.isclose(float(moved), bending, rel_tol=1e-4), f"the machine is bent by {moved}, the table says {bending}: {bent.text_content()}")
+        return place
+
     def check_steps(self, view, step_ms):
         """The next slice comes soon; of a machine that is busy with something else the least of three times tells."""
         times = [view.get_attribute("data-step-ms")]
@@ -369,6 +463,9 @@ class Page:
         for control in ["#theme", ".controls", ".contents"]:
             item = self.page.locator(control).first
             self.expect(item.count() == 0 or not item.is_visible(), f"{control} is printed")
+        if self.page.locator(".hero.live").count():
+            self.expect(self.page.locator(".hero > figure img").is_visible(), "the figure of the answer is not printed")
+            self.expect(not self.page.locator(".pointed").is_visible(), "what is pointed at is printed")
         spaces = self.page.locator(".chart.space .plot:has(canvas)").evaluate_all(
             "all => all.map((p) => { const c = p.querySelector('canvas.paper'); return c ? [c.width, c.height] : null; })"
         )
@@ -409,6 +506,10 @@ def is_number(text):
         return math.isfinite(float(text))
     except ValueError:
         return False
+
+
+def numbers_in(text):
+    return [float(number) for number in re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e-?\d+)?", text)]
 
 
 def rows_of(check, file):
@@ -487,6 +588,7 @@ def check_file(browser, file, screenshots, stem, step_ms, is_brief):
             quoted = page.check_headline(file)
             page.check_figures()
             page.check_hover()
+            page.check_pointed(file)
             page.check_map(step_ms)
             if not is_brief:
                 page.check_theme()

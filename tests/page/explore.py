@@ -6,11 +6,15 @@
 
 Makes the pages in FOLDER, opens them from disk at 1280 and 400 px, light and dark: no request, no console error. The tool and the
 part are dragged by mouse, keyboard and touch; numbers agree with `kinetostat point` to 1e-9 mm; the study file and the command that
-the page gives are run; a frame of a drag along a path of 300 points takes less than 16 ms of computation.
+the page gives are run; a frame of a drag along a path of 300 points takes less than 16 ms of computation. The machine stands where the
+part is: its tip at the point of the path where the error is the largest. What is shaded as reached, `kinetostat point` reaches. Numbers
+stand in the first screen of 1280 × 900 px.
 """
 
+import csv
 import json
 import math
+import shlex
 import shutil
 import subprocess
 import sys
@@ -29,6 +33,8 @@ radial_force_N = 215.0
 tangential_force_N = -10.0
 axial_force_N = -25.0
 """
+# The force that the page of the arm begins with.
+WRENCH = [-20, 300, -500, 0, 1000, 0]
 READY = "['ready', 'failed'].includes(document.documentElement.dataset.engine)"
 EXACT = "kinetostat.live.exact"
 
@@ -44,7 +50,8 @@ def make(folder, program):
     pages = []
     for machine in machines:
         page = folder / f"{Path(machine).stem}.html"
-        subprocess.run([*program, "explore", machine, "--out", str(page)], check=True, cwd=folder, stdout=subprocess.DEVNULL)
+        own = ["--wrench", ",".join(map(str, WRENCH))] if machine == "kr270" else []
+        subprocess.run([*program, "explore", machine, *own, "--out", str(page)], check=True, cwd=folder, stdout=subprocess.DEVNULL)
         pages.append(page)
     circle = folder / "circle.html"
     command = ["explore", "orthoglide", "--path", "circle.csv", "--process", "process.toml", "--tolerance", "0.5"]
@@ -115,24 +122,99 @@ class Page:
         self.until("kinetostat.resting()")
 
 
+def point(own, program, folder, command):
+    """What `kinetostat point` prints; None where it refuses the place."""
+    run = subprocess.run([*program, *shlex.split(command), "--json"], capture_output=True, text=True, cwd=folder)
+    if not run.stdout.startswith("{"):
+        return None
+    return json.loads(run.stdout)
+
+
+def check_first_screen(own):
+    """Sentence and numbers of the drives are seen without scrolling."""
+    own.page.evaluate("window.scrollTo({top: 0, behavior: 'instant'})")
+    for part in ("headline", "drives"):
+        box = own.page.locator(f'[data-part="{part}"]').bounding_box()
+        own.expect(box["height"] > 20 and box["y"] + box["height"] <= 900, f"{part} is not in the first screen: {box}")
+
+
+def check_reach(own, program, folder):
+    """The command line reaches what is shaded, and no cell that is not; three of each plane."""
+    page = own.page
+    machine, tool, wrench = page.evaluate("[kinetostat.live.view.machine, kinetostat.state.tool, kinetostat.state.wrench]")
+    offset = [b - a for a, b in zip(tool, page.evaluate("kinetostat.live.tool.commanded.tool_tip_mm"))]
+    for name in ("above", "front"):
+        plane = page.evaluate(f"kinetostat.live.reach.{name}")
+        words = page.text_content(f'[data-part="reach-{name}"]')
+        own.expect(plane is not None and "coarse" in words, f"{name}: no region is shown as coarse: {words}")
+        if plane is None:
+            return
+        cells = {tuple(cell): True for cell in plane["reached"]}
+        low, all_cells = plane["low"], []
+        a, b, across = plane["axes"]
+        for j in range(plane["counts"][1]):
+            for i in range(plane["counts"][0]):
+                cell = [0.0, 0.0, 0.0]
+                cell[across] = plane["level"]
+                cell[a], cell[b] = (low[n] + plane["step"] * (k + 0.5) for n, k in enumerate((i, j)))
+                near = [c for c in cells if math.dist(c, cell) < 1e-6]
+                all_cells.append((near[0] if near else cell, bool(near)))
+        for wanted in (True, False):
+            some = [cell for cell, reached in all_cells if reached == wanted]
+            for cell in some[:: max(1, len(some) // 3)][:3]:
+                place = [c - o for c, o in zip(cell, offset)]
+                where = f"--pose {','.join(map(repr, [*place, *tool[3:]]))}" if machine["turns"] else f"--position {','.join(map(repr, place))}"
+                command = f"point --machine '{machine['name']}' {where} --wrench {','.join(map(repr, wrench))} {shlex.join(machine['options'])}"
+                printed = point(own, program, folder, command)
+                found = printed is not None and printed["tool_displacement_mm"] is not None
+                own.expect(found == wanted, f"{name}: shaded is {wanted}, but: {command}")
+
+
+def check_spin(own):
+    """The round handle turns the tool about its own axis: its tip stays, and its axis."""
+    page = own.page
+    if not page.evaluate("kinetostat.live.view.machine.turns && kinetostat.live.tool.commanded !== null"):
+        return
+    told = "[kinetostat.live.tool.commanded.tool_tip_mm, toolFrame(kinetostat).axis, toolFrame(kinetostat).side]"
+    tip, axis, side = page.evaluate(told)
+    (x, y), (cx, cy) = own.place("above", "spin"), own.place("above", "tool")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for k in range(1, 21):
+        angle = math.radians(1.5 * k)
+        c, s = math.cos(angle), math.sin(angle)
+        page.mouse.move(cx + c * (x - cx) - s * (y - cy), cy + s * (x - cx) + c * (y - cy))
+        page.wait_for_timeout(16)
+    page.mouse.up()
+    own.rest()
+    tip_after, axis_after, side_after = page.evaluate(told)
+    own.expect(math.dist(tip, tip_after) < 1e-6, f"turning the tool moves its tip from {tip} to {tip_after}")
+    own.expect(math.dist(axis, axis_after) < 1e-9, f"turning the tool tilts it from {axis} to {axis_after}")
+    turned = math.degrees(math.acos(max(-1.0, min(1.0, sum(p * q for p, q in zip(side, side_after))))))
+    own.expect(abs(turned - 30) < 2, f"a drag of 30° turns the tool by {turned}°")
+
+
 def check_tool(own, program, folder):
     """The tool is pulled; what the page shows is what its command prints."""
     page = own.page
     page.click('[data-mode-button="tool"]')
     own.rest()
+    if own.file.stem == "kr270":
+        own.expect(own.state()["wrench"] == WRENCH, f"begins with the force {own.state()['wrench']}")
+    check_first_screen(own)
+    if own.file.stem in ("kr270", "orthoglide", "hexapod", "kr270_rail"):
+        check_reach(own, program, folder)
     before = own.state()["tool"]
     own.drag("above", "tool", 12, -8)
     own.rest()
     own.expect(own.state()["tool"] != before, "the tool was not dragged")
+    check_spin(own)
     answer = page.evaluate("kinetostat.live.tool")
     command = page.evaluate("kinetostat.command()").replace("kinetostat ", "", 1)
-    import shlex
-
-    run = subprocess.run([*program, *shlex.split(command), "--json"], capture_output=True, text=True, cwd=folder)
-    if run.returncode not in (0, 1):
-        own.fault(f"{command}: {run.stderr.strip()}")
+    printed = point(own, program, folder, command)
+    if printed is None:
+        own.fault(f"is refused: {command}")
         return
-    printed = json.loads(run.stdout)
     if answer["displacement"] is None:
         own.expect(printed["tool_displacement_mm"] is None, f"no displacement, but {printed['tool_displacement_mm']}")
         return
@@ -147,9 +229,27 @@ def check_tool(own, program, folder):
         own.expect(len(sizes) == 256 and 4 <= outside <= 24, f"{outside} of {len(sizes)} dots outside 95 %")
 
 
+def check_machine(own, folder):
+    """The machine stands where the part is: its tip at a point of the path, which the part's place and the file tell."""
+    page = own.page
+    with open(folder / "circle.csv") as table:
+        path = [[float(row[name]) for name in ("x_mm", "y_mm", "z_mm")] for row in csv.DictReader(table)]
+    machine, place = page.evaluate("[kinetostat.live.part.machine, kinetostat.state.place]")
+    yaw = math.radians(place[3])
+    x, y, z = path[machine["point"][1]]
+    wanted = [place[0] + math.cos(yaw) * x - math.sin(yaw) * y, place[1] + math.sin(yaw) * x + math.cos(yaw) * y, place[2] + z]
+    drawn = page.evaluate("kinetostat.live.marks.above.machine")
+    own.expect(math.dist(drawn, wanted) < 1e-6, f"the tip of the machine is drawn at {drawn}, the part is at {wanted}")
+    worst = next(m["value"] for m in page.evaluate("kinetostat.live.part.metrics") if m["name"] == "worst_deflection")
+    moved = math.hypot(*machine["displacement"])
+    own.expect(abs(moved - worst) < 1e-6, f"the machine is bent by {moved} mm, the worst error is {worst} mm")
+
+
 def check_part(own, program, folder):
     page = own.page
     own.rest()
+    check_first_screen(own)
+    check_machine(own, folder)
     before = own.state()["place"]
     page.evaluate("kinetostat.live.spent.length = 0; kinetostat.live.drawn.length = 0")
     own.drag("above", "origin", 60, 25, 60)
@@ -161,9 +261,19 @@ def check_part(own, program, folder):
     median = lambda values: values[len(values) // 2] if values else float("nan")
     print(f"{own.file.name}: a frame takes {median(spent):.1f} ms of the engine and {median(drawn):.1f} ms to be drawn")
     own.expect(median(spent) < 16 and median(drawn) < 16, f"frames take {median(spent)} and {median(drawn)} ms")
+    check_machine(own, folder)
     own.drag("above", "handle", 20, 40)
     own.rest()
     own.expect(own.state()["place"][3] != after[3], "the part was not turned")
+    check_machine(own, folder)
+    # Outside the box the error is said all the same.
+    own.page.evaluate("(place) => { kinetostat.state.place = place; kinetostat.changed(); }", [110.0, 0.0, 100.0, 0.0, 0.0, 0.0])
+    own.rest()
+    worst = next(m["value"] for m in page.evaluate("kinetostat.live.part.metrics") if m["name"] == "worst_deflection")
+    words = page.text_content('[data-part="headline"]')
+    own.expect("workspace box" in words and f"{page.evaluate('(v) => Data.number(v)', worst)} mm" in words, f"outside the box: {words}")
+    own.page.evaluate("(place) => { kinetostat.state.place = place; kinetostat.changed(); }", after)
+    own.rest()
     # Keyboard.
     page.focus('[data-part="above"]')
     start = own.state()["place"]
@@ -187,8 +297,6 @@ def check_part(own, program, folder):
     if ended.returncode not in (0, 1):
         own.fault(f"the study file: {ended.stderr.strip()[-300:]}")
         return
-    import csv
-
     with open(study / "results/candidates.csv") as table:
         row = next(row for row in csv.DictReader(table) if row["name"] == "by hand 1")
     for metric, column in [("worst_deflection", "worst_deflection_mm"), ("worst_correction", "worst_correction_mm")]:

@@ -1,10 +1,11 @@
-// The machine bent at a point, for a page that can compute it: `at` is a function of a place, a source and a tool angle.
+// The machine bent at a point, for a page that can compute it: `at` is a function of a place, a source and a tool angle, `along` of a length along a path, and of where the path is.
 const Bending = {
   at: null,
+  along: null,
   draw: null,
   waiting: [],
-  connect(at) {
-    Bending.at = at;
+  connect(at, along) {
+    [Bending.at, Bending.along] = [at, along];
     Bending.waiting.forEach((begin) => begin());
   },
 };

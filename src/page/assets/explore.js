@@ -6,8 +6,8 @@ function explore(section) {
   const COORDINATES = [["x", "mm"], ["y", "mm"], ["z", "mm"], ["yaw", "°"], ["pitch", "°"], ["roll", "°"]];
   const FORCES = [["force along x", "N"], ["force along y", "N"], ["force along z", "N"], ["moment about x", "N·mm"], ["moment about y", "N·mm"], ["moment about z", "N·mm"]];
   const TOOL = [["x", "mm"], ["y", "mm"], ["z", "mm"], ["roll", "°"], ["pitch", "°"], ["yaw", "°"]];
-  const state = { mode: "tool", place: null, tool: null, wrench: [100, 0, 0, 0, 0, 0], set: {}, level: 0, quantity: "displacement" };
-  const live = { view: null, part: null, tool: null, exact: false, map: null, cloud: null, factor: 1, fault: null, spent: [], drawn: [], clouds: [] };
+  const state = { mode: "tool", place: null, tool: null, wrench: section.dataset.wrench?.split(",").map(Number) ?? [100, 0, 0, 0, 0, 0], set: {}, level: 0, quantity: "displacement" };
+  const live = { view: null, part: null, tool: null, exact: false, map: null, reach: {}, cloud: null, factor: 1, fault: null, spent: [], drawn: [], clouds: [] };
   const say = (words) => { find("status").textContent = words; };
   const number = Data.number;
   const shown = (v) => String(Number(v.toFixed(6)));
@@ -71,7 +71,7 @@ function explore(section) {
   async function settle() {
     write();
     if (state.mode === "map") { map.restart(); return; }
-    if (state.mode !== "part" || live.exact || !whole) return;
+    if (state.mode !== "part" || live.exact || !whole) { reach.restart(); return; }
     const asked = version;
     try {
       const { answer } = await whole.ask({ call: "place", place: state.place });
@@ -79,6 +79,7 @@ function explore(section) {
       live.part = answer;
       live.exact = true;
       live.fault = null;
+      reach.restart();
     } catch (fault) { live.fault = fault.message; }
     paint();
   }
@@ -93,16 +94,24 @@ function explore(section) {
   }
 
   // ---- Pictures.
-  let awaited = false;
-  function paint() {
-    if (awaited) return;
-    awaited = true;
+  let awaited = null;
+  // All of it, or only the view that is turned.
+  function paint(only) {
+    const all = only?.canvas ? [only] : views;
+    if (awaited) {
+      if (awaited[0] !== all[0]) awaited = views;
+      return;
+    }
+    awaited = all;
     requestAnimationFrame(() => {
-      awaited = false;
+      const drawn = awaited;
+      awaited = null;
       const began = performance.now();
       if (live.view) {
         const frame = live.view.workpiece && Space.frameOf(state.place, live.view.workpiece.base);
-        views.forEach((view) => drawScene(view, { state, live, scene, frame, map }));
+        drawn.forEach((view) => drawScene(view, { state, live, scene, frame, map }));
+      }
+      if (live.view && drawn === views) {
         drawChart(find("chart"), { state, live });
         report();
         controls.forEach((control) => control.refresh());
@@ -123,6 +132,12 @@ function explore(section) {
       return `<tr><th scope="row">${escape(drive.label)}</th>${cells.join("")}</tr>`;
     });
     return `<table class="plain"><thead><tr><th scope="col">drive</th>${head}</tr></thead><tbody>${body.join("")}</tbody></table>`;
+  }
+  // Where P is outside the declared box: what is computed there is said all the same.
+  function beyond() {
+    const [low, high] = live.view.machine.workspace;
+    const axis = [0, 1, 2].find((i) => state.tool[i] < low[i] - 1e-9 || state.tool[i] > high[i] + 1e-9);
+    return axis === undefined ? "" : ` ${"xyz"[axis]} = ${number(state.tool[axis])} mm is outside the workspace box, ${number(low[axis])} to ${number(high[axis])} mm.`;
   }
   function report() {
     const headline = find("headline");
@@ -146,17 +161,17 @@ function explore(section) {
       // Errors of chains and lengths move it without load as well.
       const likely = cloud?.p95 != null ? `The tool is ${number(cloud.p95)} mm off with 95 % probability, ${number(cloud.nominal)} mm nominally (an estimate${cloud.assumed.length ? " that rests on assumptions" : ""}, not checked by draws of the engine)` : `The load moves the tool by ${number(moved)} mm${cloud ? " nominally" : ""}`;
       headline.textContent = answer.displacement
-        ? `${likely}; the picture shows it ${number(live.factor)} times as large.`
+        ? `${likely}; the picture shows it ${number(live.factor)} times as large.${beyond()}`
         : `The machine cannot be loaded here: ${answer.reason || answer.status}`;
       const list = [];
       if (answer.displacement) list.push(["along x, y, z", answer.displacement.map(number).join(", ") + " mm"]);
-      if (cloud) list.push(["where the tool may be", cloud.p95 != null
-        ? `a dot for each of ${cloud.displacements.length} machines and forces; how uncertain they are stands in ${escape(live.view.uncertain_by)}${cloud.assumed.length ? `, but by a default for ${escape(cloud.assumed.join(", "))}` : ""}` : `no cloud can be drawn: ${escape(cloud.reason || cloud.status)}`]);
+      const spread = cloud && ["where the tool may be", cloud.p95 != null
+        ? `a dot for each of ${cloud.displacements.length} machines and forces, pale beyond 95 %; how uncertain they are stands in ${escape(live.view.uncertain_by)}${cloud.assumed.length ? `, but by a default for ${escape(cloud.assumed.join(", "))}` : ""}` : `no cloud can be drawn: ${escape(cloud.reason || cloud.status)}`];
       if (answer.stiffness) list.push(["stiffness of the tool tip", `${number(answer.stiffness[0])} to ${number(answer.stiffness[2])} N/mm`]);
       if (answer.conditioning !== null) list.push(["distance to singularity", number(answer.conditioning)]);
       if (answer.branch) list.push(["branch", answer.branch]);
       if (answer.displacement && answer.not_compensated) list.push(["no compensation", escape(answer.not_compensated.reason)]);
-      facts.innerHTML = rows(list);
+      facts.innerHTML = rows(spread ? [...list, spread] : list);
       drives.innerHTML = answer.displacement ? drivesTable([
         ["position", answer.drives, (d) => d.unit], ["force", answer.forces, (d) => d.force_unit], ["correction", answer.corrections, (d) => d.unit],
       ]) : "";
@@ -170,9 +185,11 @@ function explore(section) {
     const tolerance = Math.min(...live.view.workpiece.features.map((f) => f.tolerance_mm));
     const seen = points.filter((p) => p.before);
     const least = live.exact ? "" : "at least ";
-    if (answer.failure) headline.textContent = `Here the workpiece cannot be cut: ${answer.failure.reason}`;
-    else if (answer.outside_workspace) headline.textContent = `Here the path leaves the workspace: ${answer.outside_workspace.reason}`;
-    else headline.textContent = `Here the tool leaves its path by ${least}${number(worst.value)} mm${worst.value > tolerance ? `, more than the ${number(tolerance)} mm allowed` : ", which is within tolerance"}.`;
+    const off = worst && seen.length ? `the tool leaves its path by ${answer.failure ? "at least " : least}${number(worst.value)} mm` : "";
+    const judged = `${off}${worst?.value > tolerance ? `, more than the ${number(tolerance)} mm allowed` : ", which is within tolerance"}`;
+    if (answer.failure) headline.textContent = `Here the workpiece cannot be cut: ${answer.failure.reason}${off ? `; where it can, ${off}` : ""}.`;
+    else if (answer.outside_workspace) headline.textContent = `Here ${judged}, and the path leaves the workspace box: ${answer.outside_workspace.reason}.`;
+    else headline.textContent = `Here ${judged}.`;
     const list = answer.metrics.map((m) => [escape(m.words), least + (m.unit ? Data.withUnit(m.value, m.unit) : number(100 * m.value) + " %")]);
     if (!live.exact) list.splice(0, 0, ["points looked at", `${points.length}, one of every ${answer.stride}: the rest follows when you let go`]);
     if (answer.objective !== null) {
@@ -192,6 +209,7 @@ function explore(section) {
 
   // ---- Controls.
   const controls = [];
+  const views = [];
   function control(parent, [label, unit], read, put, range, step) {
     const wrapper = document.createElement("label");
     const name = document.createElement("span");
@@ -292,7 +310,7 @@ function explore(section) {
   }
   const MODES = {
     part: "Drag the part, or turn it by its round handle. Arrow keys move it, Page Up and Page Down raise and lower it, [ and ] turn it; Shift for larger steps.",
-    tool: "Drag the tool, or its force by the arrow's end. Arrow keys, Page Up and Page Down move the tool; Shift for larger steps.",
+    tool: "Drag the tool, or its force by the arrow's end, or turn it about its own axis by the round handle. Arrow keys, Page Up and Page Down move the tool, [ and ] turn it; Shift for larger steps.",
     map: "The map shows what the force does to the tool at each place at this height. It begins coarse and becomes finer.",
   };
   function choose(mode) {
@@ -306,12 +324,12 @@ function explore(section) {
   section.querySelectorAll("[data-mode-button]").forEach((button) => button.addEventListener("click", () => choose(button.dataset.modeButton)));
   find("best").addEventListener("click", () => {
     if (state.mode === "part") state.place = [...(scene.best?.place ?? start.place)];
-    else state.tool = [...start.tool];
+    else [state.tool, state.wrench] = [[...start.tool], [...start.wrench]];
     changed();
   });
 
   // ---- What is taken along: the address, a study file, a command.
-  const start = { place: null, tool: null };
+  const start = { place: null, tool: null, wrench: [...state.wrench] };
   let touched = false;
   function write() {
     if (!touched) return;
@@ -372,12 +390,12 @@ function explore(section) {
   // ---- Hands.
   const box = () => {
     const { machine, workpiece } = live.view;
-    const points = [...Space.corners(machine.workspace)];
+    const places = Space.corners(machine.workspace);
+    const points = [...places, ...places.map((p) => Space.add(p, machine.tool[3]))];
     machine.home.chains.forEach((chain) => chain.links.forEach((line) => points.push(...line)));
     if (workpiece) points.push(...Space.corners(workpiece.extent).map((p) => Space.at(Space.frameOf(start.place, workpiece.base), p)));
     return [0, 1].map((end) => [0, 1, 2].map((i) => Math[end ? "max" : "min"](...points.map((p) => p[i]))));
   };
-  const views = [];
   // What is near a place on a canvas: part, handle, tool, arrow; null where nothing can be taken hold of.
   function held(view, x, y, reach) {
     const far = (p) => Math.hypot(view.to(p)[0] - x, view.to(p)[1] - y);
@@ -389,7 +407,15 @@ function explore(section) {
       return marks.origin && near(marks.origin) ? "part" : null;
     }
     if (marks.arrow && near(marks.arrow)) return "arrow";
+    if (marks.spin && near(marks.spin)) return "spin";
     return marks.tool && near(marks.tool) ? "tool" : null;
+  }
+  // The tool turned about its own axis, its tip where it is.
+  function spin(degrees) {
+    const { columns, tip, axis } = toolFrame({ state, live });
+    const angle = (degrees * Math.PI) / 180;
+    const [arm] = Space.turned([Space.add(state.tool, tip, -1)], axis, angle);
+    state.tool = [...Space.add(tip, arm), ...Space.angles(Space.turned(columns, axis, angle))];
   }
   // A way in O as a way of the coordinates of the place, which may be those of a carrier.
   const ofBase = (way) => live.view.workpiece.base.slice(0, 3).map((axis) => Space.dot(axis, way));
@@ -402,12 +428,21 @@ function explore(section) {
       const about = (v) => [v[0] * Math.cos(angle) - v[1] * Math.sin(angle), v[0] * Math.sin(angle) + v[1] * Math.cos(angle), v[2]];
       view.right = about(r);
       view.up = about(u);
-      paint();
+      paint(view);
       return;
     }
     if (what === "part") ofBase(way).forEach((v, i) => { state.place[i] += v; });
     if (what === "tool") way.forEach((v, i) => { state.tool[i] += v; });
     if (what === "arrow") way.forEach((v, i) => { state.wrench[i] += v / live.newton; });
+    if (what === "spin") {
+      const { tip, axis } = toolFrame({ state, live });
+      const arm = Space.add(live.marks[view.name].spin, tip, -1);
+      const [ahead] = Space.turned([arm], axis, 0.01);
+      const [a, b] = [view.to(Space.add(tip, arm)), view.to(Space.add(tip, ahead))];
+      const way = [b[0] - a[0], b[1] - a[1]];
+      const square = way[0] ** 2 + way[1] ** 2;
+      if (square > 1e-6) spin((0.01 * (dx * way[0] + dy * way[1]) * 180) / square / Math.PI);
+    }
     if (what === "handle") {
       const middle = view.to(live.marks[view.name].origin);
       const before = Math.atan2(y - dy - middle[1], x - dx - middle[0]);
@@ -434,7 +469,7 @@ function explore(section) {
       const [x, y] = at(event);
       const what = take(x, y, event.pointerType === "touch");
       if (!what) return;
-      hand = { what, x, y };
+      hand = { what, x: event.clientX, y: event.clientY };
       canvas.setPointerCapture(event.pointerId);
     });
     canvas.addEventListener("pointermove", (event) => {
@@ -444,8 +479,9 @@ function explore(section) {
         if (state.mode === "map" && view.name === "above") map.point(view, x, y);
         return;
       }
-      move(view, hand.what, x - hand.x, y - hand.y, x, y);
-      [hand.x, hand.y] = [x, y];
+      // Of the window: words that grow may push the picture down.
+      move(view, hand.what, event.clientX - hand.x, event.clientY - hand.y, x, y);
+      [hand.x, hand.y] = [event.clientX, event.clientY];
     });
     const drop = () => { hand = null; };
     canvas.addEventListener("pointerup", drop);
@@ -464,7 +500,7 @@ function explore(section) {
       touched = true;
       const [axis, by] = way;
       if (state.mode === "part") state.place[axis] = axis === 3 ? wrap(state.place[3] + by) : state.place[axis] + by;
-      else if (state.mode === "tool" && axis === 3 && live.view.machine.turns) state.tool[5] = wrap(state.tool[5] + by);
+      else if (state.mode === "tool" && axis === 3 && live.view.machine.turns) spin(by);
       else if (state.mode === "tool" && axis < 3) state.tool[axis] += by;
       else if (state.mode === "map" && axis === 2) state.level += by;
       changed();
@@ -473,6 +509,7 @@ function explore(section) {
   }
 
   const map = sliceMap({ state, live, find, paint, load, open: () => scene });
+  const reach = reachMap({ state, live, find, paint, load, views, ask: (question) => whole.ask(question) });
   async function open() {
     say("The engine is being started.");
     [quick, whole] = await Promise.all([Engine.start(), Engine.start()]);
@@ -510,7 +547,7 @@ function explore(section) {
     document.documentElement.dataset.engine = "ready";
   }
   // For tests, and for whoever wants the numbers.
-  const resting = () => !busy && !stale && !clouded && (state.mode !== "part" || live.exact || live.fault !== null);
+  const resting = () => !busy && !stale && !clouded && !live.reach.busy && (state.mode !== "part" || live.exact || live.fault !== null);
   window.kinetostat = { state, live, map, views, resting, ask: (question) => whole.ask(question), changed, command };
   open().catch((fault) => {
     say(`The engine does not run here: ${fault.message}`);

@@ -1,12 +1,13 @@
 "use strict";
 // Machine, workpiece, path and load on one view.
 function drawScene(view, { state, live, scene, frame, map }) {
-  const colour = Object.fromEntries(["ink", "muted", "line", "accent", "warn", "ground", "panel", "zero", "c1", "c2", "c3", "c4"].map((name) => [name, Theme.colour(name)]));
+  const colour = Object.fromEntries(["ink", "muted", "line", "accent", "accent-soft", "warn", "ground", "panel", "zero", "c1", "c2", "c3", "c4"].map((name) => [name, Theme.colour(name)]));
   const { machine, workpiece } = live.view;
   const marks = {};
   live.marks = { ...live.marks, [view.name]: marks };
   view.clear();
   if (state.mode === "map" && view.name === "above") map.draw(view);
+  if (state.mode !== "map" || view.name !== "above") drawReach(view, live, colour);
   view.edges(Space.corners(machine.workspace), colour.zero, 1, [5, 4]);
   for (const [name, ends] of workpiece?.forbidden ?? []) {
     const c = workpiece.clearance_mm;
@@ -14,11 +15,13 @@ function drawScene(view, { state, live, scene, frame, map }) {
     view.area(Space.corners(ends), colour.warn + "33", colour.warn, 1.5);
     view.text(ends[1], name, colour.warn, -30, 14);
   }
-  // The machine: bent where the tool is pulled, else where it stands at home.
+  // The machine, bent: where the tool is pulled, or where it leaves the part's path by most; else at home.
   const tool = state.mode === "tool" ? live.tool : null;
-  const stands = tool?.commanded ?? machine.home;
+  const there = state.mode === "part" ? live.part?.machine : null;
+  const stands = tool?.commanded ?? there?.commanded ?? machine.home;
   lines(view, machine.carrier, colour.muted, 1);
-  lines(view, stands, state.mode === "part" ? colour.line : colour.muted, state.mode === "part" ? 2 : 2.5);
+  lines(view, stands, state.mode === "part" && !there ? colour.line : colour.muted, 2.5);
+  if (there) marks.machine = there.commanded.tool_tip_mm;
   if (tool?.commanded && tool.loaded) {
     live.factor = amplification(view, tool);
     const moved = bent(tool.commanded, tool.loaded, live.factor);
@@ -26,7 +29,8 @@ function drawScene(view, { state, live, scene, frame, map }) {
     // Draws beside the nominal tip: from where the tool is now, of a cloud that may be that of a place just left.
     if (live.cloud?.displacements.length) {
       const from = Space.add(moved.tool_tip_mm, tool.displacement ?? [0, 0, 0], -live.factor);
-      live.cloud.displacements.forEach((way) => view.dot(Space.add(from, way, live.factor), 1.6, colour.c4 + "99"));
+      const isPale = (way) => Math.hypot(...way) > live.cloud.p95;
+      live.cloud.displacements.forEach((way) => view.dot(Space.add(from, way, live.factor), 1.6, colour.c4 + (isPale(way) ? "50" : "b0")));
       view.dot(moved.tool_tip_mm, 2.5, colour.ink);
     }
   }
@@ -40,6 +44,7 @@ function drawScene(view, { state, live, scene, frame, map }) {
     marks.part = view.area(corners, colour.accent + "22", colour.accent, 2);
     for (const feature of workpiece.features) view.line(feature.points.map((p) => Space.at(frame, p)), colour.muted, 1);
     if (state.mode === "part") errors(view, live, frame, colour);
+    if (there) lines(view, bent(there.commanded, there.loaded, live.magnified), colour.c2, 2.5);
     marks.origin = frame[3];
     const reach = 0.62 * Math.max(...[0, 1].map((i) => workpiece.extent[1][i] - workpiece.extent[0][i]), 70 / view.scale);
     if (state.mode === "part") {
@@ -59,11 +64,31 @@ function drawScene(view, { state, live, scene, frame, map }) {
     // Newtons as lengths: the same for all views, so that the arrow can be drawn out.
     if (view.name === "above" || !live.newton) live.newton = 0.35 / view.scale;
     view.dot(tip, 7, colour.c1);
+    if (tool?.commanded && machine.turns) {
+      const { side, axis } = toolFrame({ state, live });
+      const [out] = Space.turned([side], axis, 2.4);
+      const reach = 44 / view.scale;
+      view.line(Array.from({ length: 49 }, (_, k) => Space.add(tip, Space.turned([out], axis, (k * Math.PI) / 24)[0], reach)), colour.c1, 1, [3, 3]);
+      marks.spin = Space.add(tip, out, reach);
+      view.dot(marks.spin, 6, colour.ground, colour.c1);
+    }
     if (size > 0) {
       marks.arrow = Space.add(tip, force, live.newton);
       view.arrow(tip, marks.arrow, colour.c1);
     }
   }
+}
+
+// The tool as it is commanded: columns of its rotation, its tip, and its axis upwards.
+function toolFrame({ state, live }) {
+  const { machine } = live.view;
+  const rotation = ([, , , roll, pitch, yaw]) => Space.frameOf([0, 0, 0, yaw, pitch, roll], [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]]);
+  const [home, now] = [rotation(machine.home_pose), rotation(state.tool)];
+  // From O at home to O as it is turned now.
+  const turn = (v) => Space.at(now, [0, 1, 2].map((i) => Space.dot(home[i], v)));
+  const [side, , axis] = machine.tool.slice(0, 3).map(turn);
+  const offset = turn(machine.tool[3]);
+  return { columns: now.slice(0, 3), side, axis: axis.map((v) => (axis[2] < 0 ? -v : v)), offset, tip: Space.add(state.tool, offset) };
 }
 
 function lines(view, skeleton, colour, width) {

@@ -116,3 +116,57 @@ function sliceMap({ state, live, paint, load, open }) {
   }
   return { restart, draw, point, headline, facts, set };
 }
+
+// Where the machine can stand with the tool as it is turned, in a plane of each view: asked of the engine point by point, on a coarse grid.
+function reachMap({ state, live, find, paint, load, views, ask }) {
+  const ALONG = 15;
+  const PLANES = { above: [0, 1, 2], front: [0, 2, 1] };
+  let generation = 0;
+  async function restart() {
+    const own = ++generation;
+    const { turns } = live.view.machine;
+    const isPart = state.mode === "part";
+    // The tip at the height of the part, or where the tool is pulled.
+    const offset = toolFrame({ state, live }).offset;
+    const tip = isPart ? Space.frameOf(state.place, live.view.workpiece.base)[3] : Space.add(state.tool, offset);
+    live.reach.busy = true;
+    for (const [name, [a, b, across]] of Object.entries(PLANES)) {
+      const wanted = JSON.stringify([tip[across], state.tool.slice(3), isPart, !isPart && state.wrench, state.set]);
+      if (live.reach[name]?.wanted === wanted) continue;
+      // All of the picture, so that an edge within it is one of the machine.
+      const view = views.find((one) => one.name === name);
+      const half = [view.canvas.clientWidth, view.canvas.clientHeight].map((length) => length / 2 / view.scale);
+      const step = (2 * Math.max(...half)) / ALONG;
+      const counts = half.map((length) => Math.max(1, Math.ceil((2 * length) / step)));
+      const low = half.map((length, i) => view.centre[i] - length);
+      const found = { wanted, step, counts, low, level: tip[across], axes: [a, b, across], reached: [] };
+      for (let k = 0; k < counts[0] * counts[1]; k++) {
+        const at = [...tip];
+        at[a] = low[0] + step * ((k % counts[0]) + 0.5);
+        at[b] = low[1] + step * (Math.floor(k / counts[0]) + 0.5);
+        const place = Space.add(at, offset, -1);
+        const question = { call: "tool", at: turns ? { pose: [...place, ...state.tool.slice(3)] } : { position: place }, load: isPart ? { wrench: [0, 0, 0, 0, 0, 0] } : load() };
+        const { answer } = await ask(question).catch(() => ({ answer: {} }));
+        if (own !== generation) return;
+        if (answer.displacement) found.reached.push(at);
+      }
+      live.reach[name] = found;
+      find("reach-" + name).textContent = `. Shaded: where the machine reaches at ${"xyz"[across]} = ${Data.number(Number(found.level.toFixed(3)))} mm, coarse, every ${Data.number(Math.round(step))} mm`;
+      paint();
+    }
+    live.reach.busy = false;
+  }
+  return { restart };
+}
+function drawReach(view, live, colour) {
+  for (const [name, plane] of Object.entries(live.reach)) {
+    if (!plane?.reached || (view.name !== name && view.name !== "turned")) continue;
+    const [a, b] = plane.axes;
+    for (const at of plane.reached) {
+      if (view.name === "turned") { view.dot(at, 1.2, colour.line); continue; }
+      const [low, high] = [[...at], [...at]];
+      for (const axis of [a, b]) [low[axis], high[axis]] = [at[axis] - plane.step / 2, at[axis] + plane.step / 2];
+      view.cell(low, high, colour["accent-soft"]);
+    }
+  }
+}

@@ -19,6 +19,21 @@ const Space = (() => {
     const turned = own.map((axis) => add(at(base, axis), base[3], -1));
     return [...turned, at(base, [x, y, z])];
   }
+  // The columns of a rotation that is turned by `angle`, rad, about a unit vector.
+  function turned(columns, axis, angle) {
+    const [c, s] = [Math.cos(angle), Math.sin(angle)];
+    return columns.map((v) => {
+      const cross = [axis[1] * v[2] - axis[2] * v[1], axis[2] * v[0] - axis[0] * v[2], axis[0] * v[1] - axis[1] * v[0]];
+      return [0, 1, 2].map((i) => c * v[i] + s * cross[i] + (1 - c) * dot(axis, v) * axis[i]);
+    });
+  }
+  // Roll, pitch and yaw about fixed axes, degrees, of the columns of a rotation.
+  function angles([x, y, z]) {
+    const isUpright = Math.hypot(x[0], x[1]) > 1e-9;
+    const roll = isUpright ? Math.atan2(y[2], z[2]) : 0;
+    const yaw = isUpright ? Math.atan2(x[1], x[0]) : Math.atan2(-y[0], y[1]);
+    return [roll, Math.atan2(-x[2], Math.hypot(x[0], x[1])), yaw].map((v) => (v * 180) / Math.PI);
+  }
   function hull(points) {
     const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
     const cross = (o, a, b) => (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
@@ -126,5 +141,5 @@ const Space = (() => {
     };
     return own;
   }
-  return { view, at, add, dot, corners, frameOf, hull, inside };
+  return { view, at, add, dot, corners, frameOf, turned, angles, hull, inside };
 })();

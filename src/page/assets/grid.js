@@ -1,5 +1,6 @@
-// A grid of values: slices as colour maps, the workspace in three dimensions, and any of its points.
-function gridView(article, data, name) {
+// A grid of values: slices as colour maps, the workspace in three dimensions, and any of its points. With `seen` ({ quantity, group, tolerance }) it begins with
+// those, where they are largest, in slices alone, on which least and most are marked.
+function gridView(article, data, name, seen) {
   const charts = article.querySelector(".charts");
   const readout = article.querySelector(".readout");
   const controls = article.querySelector(".controls");
@@ -9,7 +10,24 @@ function gridView(article, data, name) {
   const spatial = [2, 1, 0].filter((axis) => axis < coordinates.length && coordinates.length > 2);
   const usable = spatial.filter((axis) => [0, 1, 2].filter((other) => other !== axis).every((other) => first.axes[other].length > 1));
   const middle = (axis) => first.axes[axis][Math.floor(first.axes[axis].length / 2)];
-  const beginning = () => ({ quantity: 0, group: 0, normal: usable.includes(2) ? 2 : usable[0] ?? 2, place: coordinates.map((_, axis) => middle(axis)), chosen: null });
+  const beginning = () => ({
+    quantity: seen?.quantity ?? 0, group: seen?.group ?? 0, normal: usable.includes(2) ? 2 : usable[0] ?? 2, place: (seen && extremes(seen)[1]?.position.slice()) ?? coordinates.map((_, axis) => middle(axis)), chosen: null,
+  });
+  // The nodes of the least and the most of a quantity, as marks.
+  const found = new Map();
+  function extremes({ quantity, group }) {
+    const key = quantity + " " + group;
+    if (!found.has(key)) found.set(key, ends(quantity, group));
+    return found.get(key);
+  }
+  function ends(quantity, group) {
+    const values = Data.unpack(first.series[quantity]?.[group]) ?? [];
+    const known = [...values.keys()].filter((node) => Number.isFinite(values[node]));
+    const nodes = [(a, b) => a < b, (a, b) => a > b].map((isFurther) => known.reduce((best, node) => (best === null || isFurther(values[node], values[best]) ? node : best), null));
+    const at = (node) => first.axes.reduce(({ rest, position }, axis) => ({ rest: Math.floor(rest / axis.length), position: [...position, axis[rest % axis.length]] }), { rest: node, position: [] }).position;
+    return known.length ? nodes.map((node, end) => ({ label: ["least", "most"][end], position: at(node) })) : [];
+  }
+  const results = cases.filter((one) => !one.is_difference);
   const state = Object.assign(beginning(), { machine: false, bent: null });
 
   // Position on an axis nearest to a coordinate.
@@ -52,17 +70,33 @@ function gridView(article, data, name) {
         colours: data.colours, label: view.label(), unit: view.unit(), low, high, floor: data.floors[state.quantity], isDifference, better: data.better?.[state.quantity],
       });
     },
-    choose(place) {
+    tolerance: () => (seen && state.quantity === seen.quantity ? seen.tolerance : NaN),
+    marks: () => (seen ? extremes(state) : data.marks),
+    // A key that is held down writes no history, and the machine is bent where it rests.
+    choose(place, isStep = false) {
       state.chosen = place;
-      Address.write();
+      if (place && state.place[state.normal] !== place[state.normal]) {
+        state.place[state.normal] = place[state.normal];
+        showControls();
+      }
+      Address.write(isStep);
       chosen.show(place);
       slices.step();
+      describe();
+      clearTimeout(bendDelay);
+      if (isStep) {
+        space.drawSoon();
+        bendDelay = setTimeout(bend, 200);
+        return;
+      }
       space.draw();
       bend();
     },
   };
+  let bendDelay = 0;
   const slices = sliceView(charts, view);
-  const space = spaceView(charts, view, slices.plane);
+  const nothing = () => {};
+  const space = seen ? { draw: nothing, drawSoon: nothing, isShown: () => false } : spaceView(charts, view, slices.plane);
   const chosen = chosenPoint(article, view);
 
   async function bend() {
@@ -97,7 +131,8 @@ function gridView(article, data, name) {
       const missing = all > count ? "; " + (all - count) + " of " + all + " nodes have none" : "";
       return name + Data.withUnit(low, view.unit()) + " to " + Data.withUnit(high, view.unit()) + ", mean " + Data.withUnit(sum / count, view.unit()) + missing;
     });
-    readout.textContent = "This slice, " + view.label() + (view.groupName() ? " (" + view.groupName() + ")" : "") + ": " + parts.join(". ") + ".";
+    const picked = state.chosen && results.length === 1 ? "Picked: " + Data.withUnit(view.series(first)?.[view.node(first, view.placeAt(first, state.chosen))] ?? NaN, view.unit()) + ". " : "";
+    readout.textContent = picked + "This slice, " + view.label() + (view.groupName() ? " (" + view.groupName() + ")" : "") + ": " + parts.join(". ") + ".";
   }
   function draw() {
     slices.draw();
@@ -128,7 +163,7 @@ function gridView(article, data, name) {
   });
   let settled = 0;
   let restDelay = 0;
-  const slider = spatial.length === 0 ? null : Controls.slider(controls, "Slice", (index) => view.along(state.normal, first.axes[state.normal][index]), (index) => {
+  const slider = spatial.length === 0 ? null : Controls.slider(slices.beside ?? controls, "Slice", (index) => view.along(state.normal, first.axes[state.normal][index]), (index) => {
     state.place[state.normal] = first.axes[state.normal][index];
     // A slider moves faster than charts are drawn.
     cancelAnimationFrame(settled);

@@ -3,6 +3,29 @@ function sliceView(charts, view) {
   const { data, cases, state } = view;
   const coordinates = data.coordinates;
   const panels = cases.map((one) => ({ one, ...Controls.chart(charts, one.name) }));
+  // The slider of a single map stands beside it.
+  const beside = panels.length === 1 ? document.createElement("div") : null;
+  if (beside) {
+    beside.className = "controls";
+    panels[0].plot.before(beside);
+  }
+  // Arrow keys move the picked point, Page Up and Page Down through the slices.
+  panels.forEach(({ one, plot }) => {
+    plot.tabIndex = 0;
+    plot.setAttribute("role", "application");
+    plot.addEventListener("keydown", (event) => {
+      const [columns, rows] = inPlane();
+      const way = { ArrowLeft: [columns, -1], ArrowRight: [columns, 1], ArrowDown: [rows, -1], ArrowUp: [rows, 1], PageDown: [state.normal, -1], PageUp: [state.normal, 1] }[event.key];
+      const isOut = event.key === "Escape" && state.chosen;
+      if ((!way && !isOut) || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      if (isOut) return view.choose(null);
+      const at = state.chosen ? view.placeAt(one, state.chosen) : view.placeOf(one);
+      // The first key picks the middle of the slice, or the point that is marked.
+      if (state.chosen) at[way[0]] = Math.min(Math.max(at[way[0]] + way[1], 0), one.axes[way[0]].length - 1);
+      view.choose(at.map((index, axis) => one.axes[axis][index]), true);
+    });
+  });
 
   function hover(one, at, value) {
     const note = view.notesOf(one).get(view.node(one, at));
@@ -41,6 +64,21 @@ function sliceView(charts, view) {
     }));
     return { z, text };
   }
+  // Where the tolerance ends: the edges between nodes within and beyond it.
+  function border(one, columns, rows, z) {
+    const line = { x: [], y: [] };
+    const limit = view.tolerance();
+    if (!Number.isFinite(limit)) return line;
+    const edges = (axis) => axis.concat(axis.at(-1)).map((value, i) => (i === 0 ? axis[0] - 0.5 * ((axis[1] ?? 1) - axis[0]) : i === axis.length ? value + 0.5 * (value - (axis[i - 2] ?? 0)) : 0.5 * (value + axis[i - 1])));
+    const [x, y] = [edges(one.axes[columns]), edges(one.axes[rows])];
+    const differ = (a, b) => Number.isFinite(a + b) && (a <= limit) !== (b <= limit);
+    const add = (from, to) => [from, to, [null, null]].forEach((point) => { line.x.push(point[0]); line.y.push(point[1]); });
+    z.forEach((own, r) => own.forEach((value, c) => {
+      if (c > 0 && differ(value, own[c - 1])) add([x[c], y[r]], [x[c], y[r + 1]]);
+      if (r > 0 && differ(value, z[r - 1][c])) add([x[c], y[r]], [x[c + 1], y[r]]);
+    }));
+    return line;
+  }
   const inPlane = () => [0, 1, 2].filter((axis) => axis !== state.normal);
   function template(one, columns, rows, text) {
     if (text) return "%{text}<extra></extra>";
@@ -55,7 +93,7 @@ function sliceView(charts, view) {
       if (axis === columns || axis === rows || level.length < 2) return true;
       return Math.abs(position[axis] - level[index]) <= 0.5 * Math.abs(level[1] - level[0]) + 1e-9;
     });
-    const named = data.marks.filter((mark) => isNear(mark.position));
+    const named = view.marks().filter((mark) => isNear(mark.position));
     const [x, y] = [one.axes[columns], one.axes[rows]];
     const all = { x: [named.map((mark) => mark.position[columns])], y: [named.map((mark) => mark.position[rows])],
       text: [named.map((mark) => "<b>" + Chart.text(mark.label) + "</b>")], textposition: [named.map((mark) => textPosition(mark, columns, rows, x, y))] };
@@ -75,7 +113,7 @@ function sliceView(charts, view) {
     const words = cut.map(([axis, index]) => view.along(axis, one.axes[axis][index])).join(", ");
     const better = data.better?.[state.quantity];
     const sense = one.is_difference ? " (orange: " + one.name.charAt(0) + (better && better !== "neither" ? " is better)" : " is larger)") : "";
-    heading.textContent = (cases.length > 1 ? one.name + ", " : "Slice at ") + words + sense;
+    heading.textContent = (cases.length > 1 ? one.name + ", " : "Slice at ") + words + (Number.isFinite(view.tolerance()) ? "; white line: tolerance " + Data.withUnit(view.tolerance(), view.unit()) : "") + sense;
     return words;
   }
   function draw(panel) {
@@ -101,6 +139,7 @@ function sliceView(charts, view) {
         type: "scatter", mode: "markers", hoverinfo: "skip", cliponaxis: false, x: chosen.x[0], y: chosen.y[0],
         marker: { size: 12, color: "rgba(255, 255, 255, 0.75)", line: { width: 3.5, color: "#d0006f" } },
       },
+      { type: "scatter", mode: "lines", hoverinfo: "skip", ...border(one, columns, rows, z), line: { color: "#fff", width: 2.5 } },
     ];
     const axis = (index, more) => Chart.axis(Data.labelled(coordinates[index].label, coordinates[index].unit), Object.assign({ zeroline: false, showgrid: false }, more));
     const alike = coordinates[columns].unit === coordinates[rows].unit && x.length > 1 && y.length > 1;
@@ -112,7 +151,7 @@ function sliceView(charts, view) {
     plot.dataset.normal = state.normal;
     (isNew ? Plotly.newPlot : Plotly.react)(plot, traces, layout, Chart.config);
     panel.hasWords = Boolean(text);
-    plot.setAttribute("aria-label", "Colour map of " + view.label() + " " + view.groupName() + ", " + words);
+    plot.setAttribute("aria-label", "Colour map of " + view.label() + " " + view.groupName() + ", " + words + "; arrow keys move the picked point, Page Up and Page Down the slice");
     if (!isNew) return;
     plot.removeAllListeners?.("plotly_click");
     plot.on("plotly_click", (event) => {
@@ -134,9 +173,11 @@ function sliceView(charts, view) {
     const { all, chosen } = marks(one, at);
     Plotly.restyle(plot, text ? { z: [z], text: [text] } : { z: [z] }, [0]);
     const shown = plot.data;
+    const { x, y } = border(one, columns, rows, z);
+    if (x.length || shown[3].x.length) Plotly.restyle(plot, { x: [x], y: [y] }, [3]);
     if (shown[1].x.length || all.x[0].length) Plotly.restyle(plot, all, [1]);
     if (shown[2].x.length || chosen.x[0].length) Plotly.restyle(plot, chosen, [2]);
-    plot.setAttribute("aria-label", "Colour map of " + view.label() + " " + view.groupName() + ", " + words);
+    plot.setAttribute("aria-label", "Colour map of " + view.label() + " " + view.groupName() + ", " + words + "; arrow keys move the picked point, Page Up and Page Down the slice");
   }
-  return { plane, draw: () => panels.forEach(draw), step: () => panels.forEach(step) };
+  return { plane, beside, draw: () => panels.forEach(draw), step: () => panels.forEach(step) };
 }

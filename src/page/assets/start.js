@@ -34,6 +34,21 @@
     }
   }
   articles.forEach((_, index) => begin(index));
+  // What the first screen shows can be pointed at. Paper shows the figure.
+  const hero = document.querySelector(".hero[data-json]");
+  const pointed = hero ? articles.findIndex((article) => article.dataset.json === hero.dataset.json) : -1;
+  if (pointed >= 0) {
+    const data = read[pointed];
+    const article = document.createElement("article");
+    article.className = "pointed";
+    article.setAttribute("aria-label", "The answer, to point at");
+    for (const [part, tag] of [["controls", "div"], ["charts", "div"], ["readout", "p"]]) article.append(Object.assign(document.createElement(tag), { className: part }));
+    article.lastChild.setAttribute("role", "status");
+    hero.prepend(article);
+    hero.classList.add("live");
+    const seen = { quantity: Math.max(0, data.labels.indexOf(hero.dataset.quantity)), group: Number(hero.dataset.group), tolerance: Number(hero.dataset.tolerance) };
+    (data.shape === "grid" ? gridView : planView)(article, data, "first", seen);
+  }
   // Paper shows all views; their folds were opened for it just now. Those that begin only now hear of it, too.
   window.addEventListener("beforeprint", () => {
     articles.forEach((_, index) => begin(index));

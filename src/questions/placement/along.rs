@@ -16,7 +16,7 @@ use crate::{
     machine::Machine,
     questions::placement::FeatureJob,
     simulation::{
-        Failure,
+        Failure, Machines,
         along_path::{Commands, PathCase, PathPointResult, run},
     },
 };
@@ -108,6 +108,12 @@ impl Evaluator {
             }),
         };
         PlaceResults { features, outcome, known }
+    }
+
+    /// Returns the machines of feature `f`, and what is asked of them at its point `k`; `None` where there is no such point.
+    pub(crate) fn task_at(&self, site: &Site, f: usize, k: usize) -> Option<(&Machines, TaskPoint)> {
+        let machines = &self.features.get(f)?.machines;
+        Some((machines, self.tasks(site, f).get(k)?.clone()))
     }
 
     /// Returns the evaluation of a place whose points are all in `partial`, also outside the workspace box. `Err` if a point is not

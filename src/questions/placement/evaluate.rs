@@ -50,7 +50,7 @@ pub struct Evaluator {
 /// Data of a feature that do not depend on its place.
 #[derive(Debug)]
 pub(super) struct PreparedFeature {
-    machines: Machines,
+    pub(super) machines: Machines,
     /// Share of each point in the length of all paths, a multiple of [`GRAIN`]; 0 where the tool does not cut.
     pub(super) shares: Vec<f64>,
     /// Sum of the shares.
