@@ -311,8 +311,8 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
         false => format!("{probable}Nominally, the effects of {effects} {verdict}"),
     };
     let sentence = match share {
-        1.0 => format!("Adding effects is wrong by at most {wrong}{relative}."),
-        _ => format!("Adding effects is wrong by up to {wrong}{relative}."),
+        1.0 => format!("Superposition error: at most {wrong}{relative}, everywhere."),
+        _ => format!("Superposition error: up to {wrong}{relative}."),
     };
     let next = match share {
         1.0 => "add the effects, or compute them at once: within tolerance it is the same.",
