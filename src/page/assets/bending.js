@@ -12,10 +12,7 @@
   function amplified({ before, displacement }) {
     const points = linesOf(before).flat();
     const extent = Math.max(...[0, 1, 2].map((i) => Math.max(...points.map((p) => p[i])) - Math.min(...points.map((p) => p[i]))));
-    const wanted = extent / 12 / Math.hypot(...displacement);
-    if (!Number.isFinite(wanted) || wanted <= 1) return 1;
-    const power = 10 ** Math.floor(Math.log10(wanted));
-    return power * [5, 2, 1].find((n) => n * power <= wanted);
+    return Data.larger(extent / 12 / Math.hypot(...displacement));
   }
   // `place` and `phi_deg` of a node, `source` as tables name it.
   Bending.connect(async (position, source, phi_deg) => {

@@ -47,10 +47,7 @@ function planView(article, data, name, { quantity, group }) {
   // How many times as large the way off the path is drawn: a round number, so that the largest is a fifteenth of the path.
   function factor(ways) {
     const most = Math.max(...along.map((_, index) => Math.hypot(...ways.map((way) => way[index] || 0))));
-    const wantedFactor = Math.max(...axes.map((axis) => extent(wanted[axis]))) / 15 / most;
-    if (!Number.isFinite(wantedFactor) || wantedFactor <= 1) return 1;
-    const power = 10 ** Math.floor(Math.log10(wantedFactor));
-    return power * [5, 2, 1].find((n) => n * power <= wantedFactor);
+    return Data.larger(Math.max(...axes.map((axis) => extent(wanted[axis]))) / 15 / most);
   }
   let drawn = [[], []];
   function marks() {
