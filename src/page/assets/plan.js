@@ -34,12 +34,17 @@ function planView(article, data, name, { quantity, group }) {
     const isAll = data.sources.length < 2 || data.sources[state.group] === "all";
     if (!picked || !Bending.along || !isAll) return chosen.showBent(null);
     chosen.showBent({ words: "The bent machine is being computed." });
-    const found = await Bending.along(along[nearest(picked[0])], (arc) => wanted.map((own) => own[nearest(arc)])).catch((fault) => ({ words: `The bent machine cannot be computed: ${fault.message}` }));
-    if (state.chosen === picked) chosen.showBent(found);
+    const found = await Bending.along(nearest(picked[0]), along[nearest(picked[0])], (arc) => wanted.map((own) => own[nearest(arc)])).catch((fault) => ({ words: `The bent machine cannot be computed: ${fault.message}` }));
+    if (state.chosen !== picked) return;
+    // A picture that belies the table is none.
+    const [own, told] = [found.answer?.displacement ?? [], moved().map((way) => way[nearest(picked[0])])].map((way) => Math.hypot(...way));
+    const isOther = found.answer?.displacement && Math.abs(own - told) > 2e-4 * told;
+    chosen.showBent(isOther ? { words: `The machine cannot be drawn here: the engine in this page moves the tool by ${Data.withUnit(own, "mm")}, the table by ${Data.withUnit(told, "mm")}.` } : found);
   }
   Bending.waiting.push(() => bend());
   function show() {
     chosen.show(state.chosen);
+    chosen.showBent(null);
     mark();
     clearTimeout(delay);
     delay = setTimeout(bend, 200);
