@@ -32,8 +32,9 @@ struct SinglePage<'a> {
     description: &'a Description,
     /// Figure of the first screen.
     hero: Option<FigureView>,
-    /// The interactive view that takes its place on a screen.
+    /// The interactive view that takes its place on a screen, and the script of one that no other page has.
     pointed: Option<Pointed>,
+    pointed_script: &'static str,
     terms: Vec<Fact>,
     sections: Vec<SectionView<'a>>,
     machine: FigureView,
@@ -128,6 +129,8 @@ fn process_tolerance_mm(to_try: &ToTry) -> Option<f64> {
     tolerance.as_float().or_else(|| tolerance.as_integer().map(|whole| whole as f64))
 }
 
+/// Script of the plan of a path.
+const PLAN: &str = include_str!("assets/plan.js");
 /// Columns of the wanted positions on a path.
 const WANTED: [&str; 3] = ["wanted_x_mm", "wanted_y_mm", "wanted_z_mm"];
 
@@ -213,6 +216,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
     let sections = description.sections.iter().map(|section| SectionView { section, contents: rest.take_of(section) });
     let context = SinglePage {
         description,
+        pointed_script: if description.kind == "path" { PLAN } else { "" },
         pointed: pointed.filter(|_| hero.is_some()),
         hero,
         terms: terms(description),

@@ -16,7 +16,7 @@ use crate::{
 
 const STYLE: &str = concat!(include_str!("assets/page.css"), include_str!("assets/comparison.css"));
 /// Scripts of all pages, in the order they run.
-const SCRIPTS: [&str; 14] = [
+const SCRIPTS: [&str; 13] = [
     include_str!("assets/theme.js"),
     include_str!("assets/folds.js"),
     include_str!("assets/tables.js"),
@@ -29,7 +29,6 @@ const SCRIPTS: [&str; 14] = [
     include_str!("assets/part.js"),
     include_str!("assets/grid.js"),
     include_str!("assets/lines.js"),
-    include_str!("assets/plan.js"),
     include_str!("assets/start.js"),
 ];
 /// The charting library; see `assets/plotly/README.md`.

@@ -277,16 +277,18 @@ class Page:
             level = numbers_in(view.locator("h4").first.text_content().replace("\u2212", "-"))[0]
             level = min({place[2] for place in rows}, key=lambda z: abs(z - level))
             xs, ys = (sorted({place[axis] for place in rows}) for axis in (0, 1))
-            within = {(i, j): value_at((x, y, level)) <= float(limit) for i, x in enumerate(xs) for j, y in enumerate(ys)}
-            edges = sum(within.get((i + a, j + b), own) != own for (i, j), own in within.items() for a, b in ((1, 0), (0, 1)))
+            cells = [(i, j, value_at((x, y, level))) for i, x in enumerate(xs) for j, y in enumerate(ys)]
+            within = {(i, j): value <= float(limit) for i, j, value in cells}
+            beside = [((i, j), (i + a, j + b)) for i, j in within for a, b in ((1, 0), (0, 1))]
+            edges = sum(within.get(other, within[cell]) != within[cell] for cell, other in beside)
             drawn = plot.evaluate("(p) => p.data[3].x.length / 3")
             self.expect(drawn == edges, f"the tolerance ends at {drawn} edges of the map, not {edges}")
         # A place of the plot in the window, and where it is.
         inside = """(p, share) => {
-          const { xaxis, yaxis } = p._fullLayout, box = p.querySelector(".nsewdrag").getBoundingClientRect(), trace = p.data.at(-2);
-          const own = p.data[0].type === "heatmap" ? p.data[0] : trace, pick = (list) => list[Math.floor(share * (list.length - 1))];
-          const at = [pick(own.x), pick(own.y)];
-          return [box.left + xaxis.l2p(at[0]), box.top + yaxis.l2p(at[1])];
+          const { xaxis, yaxis } = p._fullLayout, box = p.querySelector(".nsewdrag").getBoundingClientRect();
+          const own = p.data[0].type === "heatmap" ? p.data[0] : p.data.at(-2);
+          const pick = (list) => list[Math.floor(share * (list.length - 1))];
+          return [box.left + xaxis.l2p(pick(own.x)), box.top + yaxis.l2p(pick(own.y))];
         }"""
         for share in (0.3, 0.75):
             self.page.mouse.move(2, 2)
@@ -331,16 +333,24 @@ class Page:
         place = nearest(numbers_in(heading)[:axes])
         value, bending = (number(place) for number in numbers)
         told = view.locator(".readout").text_content().replace("−", "-")
-        self.expect("Picked" in told and math.isclose(numbers_in(told)[0], value, rel_tol=6e-4), f"{told} stands below {heading}, the table says {value}")
+        is_told = "Picked" in told and math.isclose(numbers_in(told)[0], value, rel_tol=6e-4)
+        self.expect(is_told, f"{told} stands below {heading}, the table says {value}")
         if self.page.locator("#engine").count():
             bent = view.locator(".bent")
             for _ in range(400):
                 if bent.locator("canvas").count() or "cannot" in bent.text_content():
                     break
                 self.page.wait_for_timeout(50)
+            if "the table by" in bent.text_content():
+                own, told = numbers_in(bent.text_content())[-2:]
+                is_other = math.isclose(told, bending, rel_tol=6e-4) and own != told
+                self.expect(is_other, f"refuses to draw the machine bent by {bending}: {bent.text_content()}")
+                return place
             moved = bent.get_attribute("data-moved")
             is_drawn = bent.locator("canvas").count() == 2 and moved is not None
-            self.expect(is_drawn and math.isclose(float(moved), bending, rel_tol=1e-4), f"the machine is bent by {moved}, the table says {bending}: {bent.text_content()}")
+            is_so = is_drawn and math.isclose(float(moved), bending, rel_tol=3e-4)
+            words = bent.text_content()
+            self.expect(is_so, f"the machine is bent by {moved}, the table says {bending}: {words}")
         return place
 
     def check_steps(self, view, step_ms):

@@ -122,7 +122,7 @@ class Page:
         self.until("kinetostat.resting()")
 
 
-def point(own, program, folder, command):
+def point(program, folder, command):
     """What `kinetostat point` prints; None where it refuses the place."""
     run = subprocess.run([*program, *shlex.split(command), "--json"], capture_output=True, text=True, cwd=folder)
     if not run.stdout.startswith("{"):
@@ -141,7 +141,8 @@ def check_first_screen(own):
 def check_reach(own, program, folder):
     """The command line reaches what is shaded, and no cell that is not; three of each plane."""
     page = own.page
-    machine, tool, wrench = page.evaluate("[kinetostat.live.view.machine, kinetostat.state.tool, kinetostat.state.wrench]")
+    machine = page.evaluate("kinetostat.live.view.machine")
+    tool, wrench = page.evaluate("[kinetostat.state.tool, kinetostat.state.wrench]")
     offset = [b - a for a, b in zip(tool, page.evaluate("kinetostat.live.tool.commanded.tool_tip_mm"))]
     for name in ("above", "front"):
         plane = page.evaluate(f"kinetostat.live.reach.{name}")
@@ -163,9 +164,12 @@ def check_reach(own, program, folder):
             some = [cell for cell, reached in all_cells if reached == wanted]
             for cell in some[:: max(1, len(some) // 3)][:3]:
                 place = [c - o for c, o in zip(cell, offset)]
-                where = f"--pose {','.join(map(repr, [*place, *tool[3:]]))}" if machine["turns"] else f"--position {','.join(map(repr, place))}"
-                command = f"point --machine '{machine['name']}' {where} --wrench {','.join(map(repr, wrench))} {shlex.join(machine['options'])}"
-                printed = point(own, program, folder, command)
+                numbers = lambda list_: ",".join(map(repr, list_))
+                turned = ["--pose", numbers([*place, *tool[3:]])]
+                where = turned if machine["turns"] else ["--position", numbers(place)]
+                words = ["point", "--machine", machine["name"], *where, "--wrench", numbers(wrench), *machine["options"]]
+                command = shlex.join(words)
+                printed = point(program, folder, command)
                 found = printed is not None and printed["tool_displacement_mm"] is not None
                 own.expect(found == wanted, f"{name}: shaded is {wanted}, but: {command}")
 
@@ -211,7 +215,7 @@ def check_tool(own, program, folder):
     check_spin(own)
     answer = page.evaluate("kinetostat.live.tool")
     command = page.evaluate("kinetostat.command()").replace("kinetostat ", "", 1)
-    printed = point(own, program, folder, command)
+    printed = point(program, folder, command)
     if printed is None:
         own.fault(f"is refused: {command}")
         return
@@ -237,7 +241,8 @@ def check_machine(own, folder):
     machine, place = page.evaluate("[kinetostat.live.part.machine, kinetostat.state.place]")
     yaw = math.radians(place[3])
     x, y, z = path[machine["point"][1]]
-    wanted = [place[0] + math.cos(yaw) * x - math.sin(yaw) * y, place[1] + math.sin(yaw) * x + math.cos(yaw) * y, place[2] + z]
+    c, s = math.cos(yaw), math.sin(yaw)
+    wanted = [place[0] + c * x - s * y, place[1] + s * x + c * y, place[2] + z]
     drawn = page.evaluate("kinetostat.live.marks.above.machine")
     own.expect(math.dist(drawn, wanted) < 1e-6, f"the tip of the machine is drawn at {drawn}, the part is at {wanted}")
     worst = next(m["value"] for m in page.evaluate("kinetostat.live.part.metrics") if m["name"] == "worst_deflection")
@@ -267,12 +272,14 @@ def check_part(own, program, folder):
     own.expect(own.state()["place"][3] != after[3], "the part was not turned")
     check_machine(own, folder)
     # Outside the box the error is said all the same.
-    own.page.evaluate("(place) => { kinetostat.state.place = place; kinetostat.changed(); }", [110.0, 0.0, 100.0, 0.0, 0.0, 0.0])
+    put = "(place) => { kinetostat.state.place = place; kinetostat.changed(); }"
+    page.evaluate(put, [110.0, 0.0, 100.0, 0.0, 0.0, 0.0])
     own.rest()
     worst = next(m["value"] for m in page.evaluate("kinetostat.live.part.metrics") if m["name"] == "worst_deflection")
     words = page.text_content('[data-part="headline"]')
-    own.expect("workspace box" in words and f"{page.evaluate('(v) => Data.number(v)', worst)} mm" in words, f"outside the box: {words}")
-    own.page.evaluate("(place) => { kinetostat.state.place = place; kinetostat.changed(); }", after)
+    error = page.evaluate("(v) => Data.number(v) + ' mm'", worst)
+    own.expect("workspace box" in words and error in words, f"outside the box: {words}")
+    page.evaluate(put, after)
     own.rest()
     # Keyboard.
     page.focus('[data-part="above"]')

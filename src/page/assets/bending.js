@@ -12,22 +12,20 @@
   function amplified({ before, displacement }) {
     const points = linesOf(before).flat();
     const extent = Math.max(...[0, 1, 2].map((i) => Math.max(...points.map((p) => p[i])) - Math.min(...points.map((p) => p[i]))));
-    const wanted = extent / 12 / Math.hypot(...displacement);
-    if (!Number.isFinite(wanted) || wanted <= 1) return 1;
-    const power = 10 ** Math.floor(Math.log10(wanted));
-    return power * [5, 2, 1].find((n) => n * power <= wanted);
+    return Data.larger(extent / 12 / Math.hypot(...displacement));
   }
   // `place` and `phi_deg` of a node, `source` as tables name it.
   Bending.connect(async (position, source, phi_deg) => {
     engine = engine ?? started();
     const { answer } = await (await engine).ask({ call: "effect", position, source, phi_deg: Number.isFinite(phi_deg) ? phi_deg : null });
     return drawnLarger(answer);
-  }, async (arc, wantedAt) => {
+  }, async (index, arc, wantedAt) => {
     const { ask, view } = await (engine = engine ?? started());
     const { features: [path], candidates } = view.workpiece;
-    const point = path.arc_length.findIndex((own) => Math.abs(own - arc) < 1e-5 * Math.max(1, path.arc_length.at(-1)));
+    const isAt = (own) => Math.abs(own - arc) < 1e-5 * Math.max(1, path.arc_length.at(-1));
+    const point = isAt(path.arc_length[index]) ? index : path.arc_length.findIndex(isAt);
     // The place at which the path is where the table has it.
-    const isThere = ({ index, wanted }) => Math.hypot(...Space.add(wanted, wantedAt(path.arc_length[index]), -1)) < 0.01;
+    const isThere = (own) => Math.hypot(...Space.add(own.wanted, wantedAt(path.arc_length[own.index]), -1)) < 0.01;
     for (const place of point < 0 ? [] : [...candidates.map(([, own]) => own), [0, 0, 0, 0, 0, 0]]) {
       const { answer } = await ask({ call: "place", place, most: 1, shown: [0, point] });
       if (!answer.features[0]?.length || !answer.features[0].every(isThere)) continue;

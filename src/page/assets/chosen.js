@@ -1,4 +1,4 @@
-// The machine bent at a point, for a page that can compute it: `at` is a function of a place, a source and a tool angle, `along` of a length along a path, and of where the path is.
+// The machine bent at a point, for a page that can compute it: `at` is a function of a place, a source and a tool angle, `along` of a point of a path, its length along it, and where the path is.
 const Bending = {
   at: null,
   along: null,
@@ -106,6 +106,7 @@ function chosenPoint(article, view) {
   function showBent(found) {
     paint = [];
     pictures.replaceChildren();
+    delete pictures.dataset.moved;
     if (!found) return;
     if (found.words) return pictures.append(words(found.words));
     const { answer, factor } = found;

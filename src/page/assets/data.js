@@ -29,7 +29,13 @@ const Data = (() => {
   }
   const withUnit = (value, unit) => number(value) + (unit && Number.isFinite(value) ? (unit === "\u00b0" ? "" : "\u00a0") + unit : "");
   const labelled = (label, unit) => (unit ? label + " [" + unit + "]" : label);
-  return { unpack, number, withUnit, labelled };
+  // The round number up to `wanted` by which displacements are drawn larger; 1 where they need not be.
+  function larger(wanted) {
+    if (!Number.isFinite(wanted) || wanted <= 1) return 1;
+    const power = 10 ** Math.floor(Math.log10(wanted));
+    return power * [5, 2, 1].find((n) => n * power <= wanted);
+  }
+  return { unpack, number, withUnit, labelled, larger };
 })();
 
 // Controls of a view.

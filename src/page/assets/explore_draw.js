@@ -103,10 +103,7 @@ function lines(view, skeleton, colour, width) {
 // A round number by which displacements are drawn larger: the tool's as a sixteenth of the picture.
 function amplification(view, { commanded, loaded }) {
   const moved = Math.hypot(...Space.add(loaded.tool_tip_mm, commanded.tool_tip_mm, -1));
-  if (!(moved > 0)) return 1;
-  const wanted = view.canvas.clientWidth / 16 / view.scale / moved;
-  const power = 10 ** Math.floor(Math.log10(Math.max(wanted, 1)));
-  return Math.max(1, power * [5, 2, 1].find((n) => n * power <= wanted));
+  return Data.larger(view.canvas.clientWidth / 16 / view.scale / moved);
 }
 
 function bent(from, to, factor) {
@@ -131,9 +128,7 @@ function errors(view, live, frame, colour) {
   const turned = (v) => Space.add(moved(Space.add(part.workpiece[3], v)), moved(part.workpiece[3]), -1);
   const points = part.features.flat();
   const worst = Math.max(...points.filter((p) => p.before).map((p) => Math.hypot(...p.before)), 1e-12);
-  const wanted = view.canvas.clientWidth / 30 / view.scale / worst;
-  const power = 10 ** Math.floor(Math.log10(Math.max(wanted, 1)));
-  const factor = Math.max(1, power * [5, 2, 1].find((n) => n * power <= wanted));
+  const factor = Data.larger(view.canvas.clientWidth / 30 / view.scale / worst);
   live.magnified = factor;
   for (const feature of part.features) {
     for (let i = 1; i < feature.length; i++) {

@@ -85,6 +85,9 @@ function gridView(article, data, name, seen) {
       describe();
       clearTimeout(bendDelay);
       if (isStep) {
+        // Not that of the point before.
+        state.bent = null;
+        chosen.showBent(null);
         space.drawSoon();
         bendDelay = setTimeout(bend, 200);
         return;

@@ -34,12 +34,17 @@ function planView(article, data, name, { quantity, group }) {
     const isAll = data.sources.length < 2 || data.sources[state.group] === "all";
     if (!picked || !Bending.along || !isAll) return chosen.showBent(null);
     chosen.showBent({ words: "The bent machine is being computed." });
-    const found = await Bending.along(along[nearest(picked[0])], (arc) => wanted.map((own) => own[nearest(arc)])).catch((fault) => ({ words: `The bent machine cannot be computed: ${fault.message}` }));
-    if (state.chosen === picked) chosen.showBent(found);
+    const found = await Bending.along(nearest(picked[0]), along[nearest(picked[0])], (arc) => wanted.map((own) => own[nearest(arc)])).catch((fault) => ({ words: `The bent machine cannot be computed: ${fault.message}` }));
+    if (state.chosen !== picked) return;
+    // A picture that belies the table is none.
+    const [own, told] = [found.answer?.displacement ?? [], moved().map((way) => way[nearest(picked[0])])].map((way) => Math.hypot(...way));
+    const isOther = found.answer?.displacement && Math.abs(own - told) > 2e-4 * told;
+    chosen.showBent(isOther ? { words: `The machine cannot be drawn here: the engine in this page moves the tool by ${Data.withUnit(own, "mm")}, the table by ${Data.withUnit(told, "mm")}.` } : found);
   }
   Bending.waiting.push(() => bend());
   function show() {
     chosen.show(state.chosen);
+    chosen.showBent(null);
     mark();
     clearTimeout(delay);
     delay = setTimeout(bend, 200);
@@ -47,10 +52,7 @@ function planView(article, data, name, { quantity, group }) {
   // How many times as large the way off the path is drawn: a round number, so that the largest is a fifteenth of the path.
   function factor(ways) {
     const most = Math.max(...along.map((_, index) => Math.hypot(...ways.map((way) => way[index] || 0))));
-    const wantedFactor = Math.max(...axes.map((axis) => extent(wanted[axis]))) / 15 / most;
-    if (!Number.isFinite(wantedFactor) || wantedFactor <= 1) return 1;
-    const power = 10 ** Math.floor(Math.log10(wantedFactor));
-    return power * [5, 2, 1].find((n) => n * power <= wantedFactor);
+    return Data.larger(Math.max(...axes.map((axis) => extent(wanted[axis]))) / 15 / most);
   }
   let drawn = [[], []];
   function marks() {

@@ -113,7 +113,7 @@ impl Evaluator {
     /// Returns the machines of feature `f`, and what is asked of them at its point `k`; `None` where there is no such point.
     pub(crate) fn task_at(&self, site: &Site, f: usize, k: usize) -> Option<(&Machines, TaskPoint)> {
         let machines = &self.features.get(f)?.machines;
-        Some((machines, self.tasks(site, f).get(k)?.clone()))
+        Some((machines, *self.tasks(site, f).get(k)?))
     }
 
     /// Returns the evaluation of a place whose points are all in `partial`, also outside the workspace box. `Err` if a point is not
