@@ -230,7 +230,7 @@ const MOST_LINES: [(&[&str], usize); 11] = [
     (&["src/questions"], 24_800),
     (&["src/products", "src/inspect", "src/explore"], 12_585),
     (&["src/cli"], 3_050),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 125_040),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 125_045),
 ];
 
 #[test]

@@ -82,7 +82,7 @@ fn a_program_outside_the_workspace_box_is_not_to_be_loaded() {
         let page = std::fs::read_to_string(out.path().join("out.nc.html")).unwrap();
         let shown = unwrapped(&text(&output.stdout));
         let verdict = if can_run {
-            "✓ Within tolerance everywhere [nominal inputs] [simulated] Tool off by up to 0.681 mm; as written, by 0.0049 mm."
+            "✓ Within tolerance everywhere [nominal inputs] [simulated] Compensated, the tool is up to 0.0049 mm off; without, 0.681 mm."
         } else {
             "✗ 270 of 359 points outside the workspace [nominal inputs] [simulated] As placed, this path cannot be run;"
         };

@@ -196,7 +196,7 @@ fn the_alternative_names_axes_curves_and_ranges() {
         closed_note: Some("amplified".into()),
     };
     let figure = Figure::Lines(figure);
-    assert_eq!(figure.caption(), "Errors. orthoglide");
+    assert_eq!(figure.caption(), "");
     let expected = "Curves of |Δt| [mm] over path length [mm]: both (from \u{2212}2.000 to 0.1235). amplified.";
     assert_eq!(figure.alternative_text(), expected);
 }

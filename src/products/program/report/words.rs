@@ -488,8 +488,11 @@ fn without_force_text(report: &Report<'_>) -> String {
 fn first_sentence(report: &Report<'_>) -> String {
     let Some(worst) = &report.findings.worst else { return "Nothing could be computed.".into() };
     let residual = report.proved.passes.last().and_then(|pass| pass.summary.max_mm);
-    let then = residual.map_or_else(String::new, |own| format!("; as written, by {}", millimetres(own, 4)));
-    format!("Tool off by up to {}{then}.", millimetres(worst.size_mm, 3))
+    let without = millimetres(worst.size_mm, 3);
+    match residual {
+        Some(own) => format!("Compensated, the tool is up to {} off; without, {without}.", millimetres(own, 4)),
+        None => format!("The tool is up to {without} off without compensation."),
+    }
 }
 
 /// Returns what to do next.

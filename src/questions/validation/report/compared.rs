@@ -251,8 +251,8 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
         0 => format!("None of the {numbers} agrees with ours."),
         agreeing if agreeing == total => format!("All {numbers} agree with ours."),
         _ => match differing == explained {
-            true => format!("Within each number's tolerance; {differing} differ, each with a reason."),
-            false => format!("Within each number's tolerance; {differing} differ, {explained} with a reason."),
+            true => format!("Agreeing is within each number's tolerance; {differing} differ, each with a reason."),
+            false => format!("Agreeing is within each number's tolerance; {differing} differ, {explained} with a reason."),
         },
     };
     let of_all = format!("of {} agree", counted(total, "number"));
