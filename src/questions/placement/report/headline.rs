@@ -77,7 +77,8 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     };
     let (position, angles) = position_and_angles(&entry.site);
     let at = if angles.is_empty() { angles } else { format!(" at {angles}") };
-    let place = KeyNumber::new(&position, format!("where to clamp the {}{at}{}", part(study), gamma_words(study, entry)), "");
+    let place =
+        KeyNumber::new(&position, format!("where to clamp the {}{at}{}", part(study), gamma_words(study, entry)), "");
     let mut numbers: Vec<KeyNumber> = [place].into_iter().chain(numbers).chain(margin_number(results)).collect();
     let more: String = numbers.drain(MOST_NUMBERS.min(numbers.len())..).map(|own| number_sentence(&own)).collect();
     Headline::new(sentence, basis)

@@ -252,7 +252,9 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
         agreeing if agreeing == total => format!("All {numbers} agree with ours."),
         _ => match differing == explained {
             true => format!("Agreeing is within each number's tolerance; {differing} differ, each with a reason."),
-            false => format!("Agreeing is within each number's tolerance; {differing} differ, {explained} with a reason."),
+            false => {
+                format!("Agreeing is within each number's tolerance; {differing} differ, {explained} with a reason.")
+            }
         },
     };
     let of_all = format!("of {} agree", counted(total, "number"));
