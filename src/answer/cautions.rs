@@ -70,7 +70,7 @@ impl OutsidePositions {
     /// Returns the first sentence where `machine` cannot run the path; `None` where it can, or its workspace box is assumed.
     pub fn sentence(&self, machine: &Machine) -> Option<String> {
         let is_barred = self.outside > 0 && !has_assumed_workspace(machine);
-        is_barred.then(|| "As placed, this path cannot be run; numbers are computed all the same.".into())
+        is_barred.then(|| "As placed, this path cannot be run; numbers are computed regardless.".into())
     }
 
     /// Returns the verdict that `machine` cannot run a path with positions outside; only partly so if its workspace box is assumed.

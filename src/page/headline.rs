@@ -78,6 +78,9 @@ impl Verdict {
             (_, None) => Verdict::new(State::Open, "Not known"),
             (_, Some(1.0)) => Verdict::new(State::Good, "Within tolerance everywhere"),
             (_, Some(0.0)) => Verdict::new(State::Bad, "Out of tolerance everywhere"),
+            (_, Some(share)) if share < 0.5 => {
+                Verdict::new(State::Bad, format!("Within tolerance in only {} of {whole}", percent(share)))
+            }
             (_, Some(share)) => {
                 Verdict::new(State::Partly, format!("Within tolerance in {} of {whole}", percent(share)))
             }

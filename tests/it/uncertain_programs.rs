@@ -150,7 +150,7 @@ fn the_first_screen_of_a_program_is_its_verdict() {
     assert!(after < 0.2 * p95, "{after} with nominal numbers");
     let worse = column("worse_probability");
     assert!(!worse.is_empty() && worse.iter().all(|share| (0.0..=1.0).contains(share)), "{worse:?}");
-    assert!(read("out.nc.html").contains("Distance from the path where inputs are uncertain"));
+    assert!(read("out.nc.html").contains("before, 95 % below"));
 
     let (_, words, _) = command(&process(0.001, &uncertain("leg.*.stiffness")), &[]);
     assert!(words.contains("Out of tolerance: "), "{words}");

@@ -1,5 +1,5 @@
 // A grid of values: slices as colour maps, the workspace in three dimensions, and any of its points. With `seen` ({ quantity, group, tolerance }) it begins with
-// those, where they are largest, in slices alone, on which least and most are marked.
+// those, where they are least, in slices alone, on which least and most are marked.
 function gridView(article, data, name, seen) {
   const charts = article.querySelector(".charts");
   const readout = article.querySelector(".readout");
@@ -11,7 +11,7 @@ function gridView(article, data, name, seen) {
   const usable = spatial.filter((axis) => [0, 1, 2].filter((other) => other !== axis).every((other) => first.axes[other].length > 1));
   const middle = (axis) => first.axes[axis][Math.floor(first.axes[axis].length / 2)];
   const beginning = () => ({
-    quantity: seen?.quantity ?? 0, group: seen?.group ?? 0, normal: usable.includes(2) ? 2 : usable[0] ?? 2, place: (seen && extremes(seen)[1]?.position.slice()) ?? coordinates.map((_, axis) => middle(axis)), chosen: null,
+    quantity: seen?.quantity ?? 0, group: seen?.group ?? 0, normal: usable.includes(2) ? 2 : usable[0] ?? 2, place: (seen && extremes(seen)[0]?.position.slice()) ?? coordinates.map((_, axis) => middle(axis)), chosen: null,
   });
   // The nodes of the least and the most of a quantity, as marks.
   const found = new Map();

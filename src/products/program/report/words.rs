@@ -272,7 +272,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
             (spread_report::along_verdict(&along, distribution), numbers)
         }
         None => {
-            let numbers = distances(report).into_iter().flatten().chain(largest_correction(report)).collect();
+            let numbers = distances(report).into_iter().rev().flatten().chain(largest_correction(report)).collect();
             (main_sentence(report), numbers)
         }
     };
@@ -509,7 +509,12 @@ fn next_step(report: &Report<'_>, verdict: &Verdict) -> String {
         }
         State::Bad => "find a place where less is needed, or allow larger corrections, and compute again.".into(),
         _ => {
-            format!("try the written program above the part, in place of {}: how to load it stands below.", report.name)
+            let off = report.findings.most_by_cutting_mm;
+            let air = match off > ROUNDING_MM {
+                true => format!(" (in air the tool is up to {} beside its path)", millimetres(off, 3)),
+                false => String::new(),
+            };
+            format!("try the written program above the part{air}, loaded in place of {}.", report.name)
         }
     }
 }

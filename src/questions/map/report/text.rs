@@ -244,7 +244,10 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     };
     let next = match 2 * all.known < summary.study.grid.len() {
         true => "see in map.csv why points fail, and make the box smaller.".into(),
-        false => format!("put what is cut near {clamp}, and compute its path there."),
+        false => {
+            let tolerance = if scene.tolerance_mm.is_none() { "give tolerance_mm in the process, " } else { "" };
+            format!("{tolerance}put what is cut near {clamp}, and compute its path there.")
+        }
     };
     Headline::new(sentence, basis)
         .judged(verdict_of_share, summary.study.uncertainty.is_none())

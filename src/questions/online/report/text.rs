@@ -108,8 +108,7 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         Some(BreakEven::From(_)) => "find how far off the prediction of the force is: cut once, and measure it.",
         None => "see in the table why nothing could be compared.",
     };
-    let sentence = positions.sentence(&study.path.machine).unwrap_or_else(|| first_sentence(compared));
-    Headline::new(sentence, basis)
+    Headline::new(first_sentence(compared), basis)
         .judged(verdict, false)
         .marked("simulated")
         .next(next)

@@ -270,6 +270,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         Some(residual) => format!("compensated, by {}", millimetres(residual, 4)),
         None => "no compensation was found".into(),
     };
+    let is_barred = cannot_be_run.is_some();
     let sentence = cannot_be_run.unwrap_or_else(|| format!("Tool off by up to {off}; {then}."));
     let against = summary.within.words(study.tolerance_mm, POINTS).unwrap_or_default();
     let what = format!("largest distance from the path {acting}, without compensation, {}", point_words(summary, k));
@@ -281,7 +282,11 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         .with_cautions(&verdict)
         .with_cautions(&text.cautions)
         .with(number.held_to(study.tolerance_mm, worst).found(in_points_table(&DISPLACEMENT, worst)))
-        .with_numbers(residual.map(|residual| residual_number(summary, residual)))
+        .with_numbers(residual.map(|residual| KeyNumber {
+            // Nothing is good on a path that cannot be run.
+            state: residual_number(summary, residual).state.filter(|_| !is_barred),
+            ..residual_number(summary, residual)
+        }))
         .with_numbers(correction_number(summary))
 }
 

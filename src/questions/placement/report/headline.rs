@@ -47,7 +47,10 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
             let worst = value_of(study, evaluation, Metric::WorstDeflection);
             let sentence = worst.map_or_else(
                 || "Best place found; how far the tool is off is not known.".into(),
-                |worst| format!("Best place: {worst} off at most{}.", gain_words(results, entry, evaluation)),
+                |worst| match value_of(study, evaluation, Metric::WorstResidual) {
+                    Some(residual) => format!("Best place: {worst} off at most, {residual} once compensated."),
+                    None => format!("Best place: {worst} off at most{}.", gain_words(results, entry, evaluation)),
+                },
             );
             (sentence, String::new(), numbers.into_iter().flatten().collect())
         }
@@ -71,9 +74,10 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
                 spread_report::next_along(Some(&spread.largest)).as_deref(),
             )
     });
-    let next = match results.flatness.iter().any(is_at_bound) {
-        true => "widen the bounds of the search, and run it again.",
-        false => "put this placement into the process file, and write the compensated program with it.",
+    let bounds: Vec<String> = results.flatness.iter().filter(|own| is_at_bound(own)).map(direction_words).collect();
+    let next = match bounds.as_slice() {
+        [] => "put this placement into the process file, and write the compensated program with it.".into(),
+        bounds => format!("widen the bounds towards {} if the machine allows, and search again.", bounds.join(", ")),
     };
     let (position, angles) = position_and_angles(&entry.site);
     let at = if angles.is_empty() { angles } else { format!(" at {angles}") };

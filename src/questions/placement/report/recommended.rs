@@ -201,7 +201,8 @@ fn margin_note(results: &PlacementResults) -> Option<String> {
             let mut margins = results.flatness.iter();
             let margin = margins.find(|margin| margin.coordinate == i && margin.direction == direction)?;
             let sign = if direction < 0.0 { '−' } else { '+' };
-            Some(match format!("{:.1}", margin.distance * scale).as_str() {
+            // What is said can be done.
+            Some(match format!("{:.1}", (10.0 * margin.distance * scale).floor() / 10.0).as_str() {
                 "0.0" => "0".to_string(),
                 length => format!("{sign}{length}"),
             })

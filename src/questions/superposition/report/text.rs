@@ -306,17 +306,19 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
         ),
     };
     let nominally = if uncertainty.is_some() { "nominal " } else { "" };
+    let of_deflection =
+        most.at.relative().map_or_else(String::new, |r| format!(", {:.1} % of the deflection", 100.0 * r));
     let details = match probable.is_empty() {
         true => String::new(),
         false => format!("{probable}Nominally, the effects of {effects} {verdict}"),
     };
     let sentence = match share {
-        1.0 => format!("Superposition error: at most {wrong}{relative}, everywhere."),
-        _ => format!("Superposition error: up to {wrong}{relative}."),
+        1.0 => format!("Superposition error: at most {wrong}{of_deflection}, everywhere."),
+        _ => format!("Superposition error: up to {wrong}{of_deflection}."),
     };
     let next = match share {
         1.0 => "add the effects, or compute them at once: within tolerance it is the same.",
-        _ => "compute the effects at once, as maps and paths do, where adding is out of tolerance.",
+        _ => "compute the effects at once where adding is out of tolerance.",
     };
     Headline::new(sentence, basis)
         .judged(state(summary, locations, share), uncertainty.is_none())
@@ -374,7 +376,7 @@ fn load_key_number(summary: &Summary<'_>, locations: &[LocationResult], nominall
     let may_mislead = least.value >= 1.0 && summary.study.uncertainty.is_some();
     let not_so = by_probability(locations).first().as_ref().filter(|_| may_mislead).and_then(fails).unwrap_or_default();
     let what = format!(
-        "largest load, over that of the study, up to which the {nominally}superposition error is within tolerance in the whole box{end}{not_so}"
+        "of the load of the study, up to which the {nominally}superposition error is within tolerance in the whole box{end}{not_so}"
     );
     let against = format!("up to {} × where it is best", largest_words(&most.at));
     let reference = LARGEST_LOAD.found_in("safe_load.csv", &[], Extreme::Smallest, least.value);
