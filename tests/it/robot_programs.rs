@@ -368,7 +368,7 @@ fn krl_that_is_not_followed_is_refused_by_line_and_statement() {
         ),
         (
             "FDAT_ACT.BASE_NO=2\n",
-            "p.src:1: `FDAT_ACT.BASE_NO=2`: parts of frames are not followed; expected a whole frame",
+            "p.src:1: `FDAT_ACT.BASE_NO=2`: parts of frames and of motion data are not followed; expected whole ones",
         ),
         ("BAS(#TOOL,n)\n", "p.src:1: `BAS(#TOOL,n)`: expected the number of the tool or base"),
         ("GOTO again\n", "p.src:1: `GOTO again`: jumps are not followed; expected the motions in the order they run"),
@@ -447,7 +447,7 @@ fn krl_that_is_not_followed_is_refused_by_line_and_statement() {
             "$CIRC_TYPE=#PATH\nCIRC {X 1,Y 1},{X 2}\n",
             ": circles that carry the orientation along ($CIRC_TYPE) are not followed; expected $CIRC_TYPE=#BASE before it",
         ),
-        ("$BASE.X=5\n", ": parts of frames are not followed; expected a whole frame"),
+        ("$BASE.X=5\n", ": parts of frames and of motion data are not followed; expected whole ones"),
     ] {
         let message = refused(&format!("{pose}{source}"));
         assert!(message.ends_with(end), "{message}");

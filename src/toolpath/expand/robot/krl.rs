@@ -24,8 +24,11 @@ use crate::toolpath::{
 /// Functions of numbers.
 const FUNCTIONS: [&str; 7] = ["SIN", "COS", "TAN", "ACOS", "ATAN2", "SQRT", "ABS"];
 
+/// Types that are not followed: records of the controller and of programs.
+pub(crate) const OTHER_TYPE: &str = "another type";
+
 /// Most elements of arrays in a frame.
-const MOST_ELEMENTS: usize = 20_000;
+const MOST_ELEMENTS: usize = 2_000;
 
 /// Most tools and bases.
 const MOST_FRAMES: usize = 1000;
@@ -48,7 +51,7 @@ impl Run<'_> {
         }
         let kind = match KRL_TYPES.iter().find(|known| **known == kind) {
             Some(kind) => kind,
-            None if is_declared || is_constant => "",
+            None if is_declared || is_constant => OTHER_TYPE,
             None if of_module => return self.give_element(unit),
             None => return,
         };
@@ -79,7 +82,7 @@ impl Run<'_> {
                 let mut reader = Reader::new(&text[scan.at..], self);
                 let read = reader.expression();
                 scan.at += reader.scan.at;
-                value = read.and_then(|value| value.taken_as(kind)).ok();
+                value = read.and_then(|value| value.taken_as(kind)).ok().filter(|_| kind != OTHER_TYPE);
             }
             // Another program may change what all programs know.
             let is_setting = is_global && !is_constant && ["INT", "REAL", "BOOL", "CHAR"].contains(&kind);

@@ -17,7 +17,11 @@ mod value;
 
 use crate::toolpath::{
     model::robot::{Language, RobotError, RobotOptions},
-    read::robot::{Chunk, Refusal, RobotExpansion, RobotProgram, krl::points::is_config, line_ending},
+    read::robot::{
+        Chunk, Refusal, RobotExpansion, RobotProgram,
+        krl::{check_program, points::is_config},
+        line_ending,
+    },
 };
 
 impl RobotProgram {
@@ -33,6 +37,12 @@ impl RobotProgram {
         keeps_calls: bool,
     ) -> Result<RobotProgram, RobotError> {
         let (source, beside): (Vec<u8>, Vec<_>) = (source.into(), beside.into_iter().collect());
+        if language == Language::Krl {
+            let own = beside.iter().filter(|(name, _)| !is_config(name)).map(|(name, data)| (name.as_str(), data));
+            for (name, text) in own.chain([(name, &source)]) {
+                check_program(text, options).map_err(|refusal| refusal.locate(name, text))?;
+            }
+        }
         let expanded = expand(&source, language, &beside).map_err(|refusal| refusal.locate(name, &source))?;
         let Expanded { bytes, chunks, lines } = expanded;
         let expansion = RobotExpansion::new(source, chunks, lines, keeps_calls);

@@ -98,13 +98,15 @@ impl Module {
         while let Some(unit) = units.next()? {
             match first_word(source, &unit, language).as_str() {
                 "MODULE" => module.head_end = unit.at.end,
-                kind @ ("PROC" | "FUNC" | "TRAP") => found.push(read_routine(source, unit, kind, &mut units)?),
+                kind @ ("PROC" | "FUNC" | "TRAP") => {
+                    found.push(read_routine((source, length), unit, kind, &mut units)?)
+                }
                 kind @ ("DEF" | "DEFFCT") if language == Language::Krl => {
                     if found.is_empty() {
                         module.head_end = end_of_line(source, unit.at.end);
                     }
                     let kind = if kind == "DEF" { "PROC" } else { "FUNC" };
-                    found.push(read_routine(source, unit, kind, &mut units)?);
+                    found.push(read_routine((source, length), unit, kind, &mut units)?);
                 }
                 word if language == Language::Krl && word != ";" && unit.at.start < length => {
                     return Err(refuse(&unit, RobotFault::Form { expected: "DEF before it" }));
@@ -171,7 +173,12 @@ fn first_word(source: &[u8], unit: &CodeUnit, language: Language) -> String {
 }
 
 /// Reads a routine that begins at `head` up to its end.
-fn read_routine(source: &[u8], head: CodeUnit, kind: &str, units: &mut Units<'_>) -> Result<Routine, Refusal> {
+fn read_routine(
+    (source, length): (&[u8], usize),
+    head: CodeUnit,
+    kind: &str,
+    units: &mut Units<'_>,
+) -> Result<Routine, Refusal> {
     let (name, parameters) = signature(source, &head, kind).map_err(|fault| refuse(&head, fault))?;
     let from = end_of_line(source, head.at.end);
     let mut inside = from..from;
@@ -192,6 +199,9 @@ fn read_routine(source: &[u8], head: CodeUnit, kind: &str, units: &mut Units<'_>
             _ if is_end => {
                 if let Some(block) = open.first() {
                     return Err(refuse(block.head(), RobotFault::Form { expected: "the end of the branch or loop" }));
+                }
+                if unit.at.start >= length {
+                    return Err(refuse(&head, RobotFault::Form { expected: "the end of the routine" }));
                 }
                 let end = if word == "END" { end_of_line(source, unit.at.end) } else { unit.at.end };
                 let (kind, moves, matters) = (kind.to_owned(), false, false);

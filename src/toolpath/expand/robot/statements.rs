@@ -128,7 +128,8 @@ impl Run<'_> {
         // What a program of KRL does not declare, others may change meanwhile.
         let slot = self.frames[depth].slots.get(&name);
         let is_declared = !self.is_krl() || slot.is_some_and(|slot| !slot.kind.is_empty());
-        let is_certain = |value: &Value| is_declared || matches!(value, Value::List(_));
+        let is_other = slot.is_some_and(|slot| slot.kind == krl::OTHER_TYPE);
+        let is_certain = |value: &Value| !is_other && (is_declared || matches!(value, Value::List(_)));
         let value = value.filter(|value| !self.changed_by_traps.contains(&name) && is_certain(value));
         self.effects += usize::from(depth == 0);
         let slot = self.frames[depth].slots.entry(name).or_default();

@@ -25,6 +25,9 @@ pub(crate) enum Value {
 /// Numbers of controllers have seven digits: those whose difference is a smaller share, and yet differ, may be equal to a controller or not.
 const NEARLY_EQUAL: f64 = 1e-6;
 
+/// Longest text.
+const MOST_BYTES: usize = 10_000;
+
 impl Value {
     /// Returns the number; `Err` for other values.
     pub fn number(&self) -> Result<f64, RobotFault> {
@@ -132,7 +135,8 @@ impl Value {
     fn combined(&self, other: &Value) -> Result<Value, RobotFault> {
         let pose = self.pose()? * other.pose()?;
         let abc = abc_of_rotation(&pose.rotation, 0.0);
-        let mut value = Value::record();
+        // What else the position has, it keeps: status, turns and external axes.
+        let mut value = other.clone();
         for (at, number) in pose.translation.vector.iter().copied().chain(abc).enumerate() {
             *value.part(at)? = Value::Number(number);
         }
@@ -159,7 +163,7 @@ impl Value {
                 let parts = a.iter().zip(b).map(|(a, b)| Ok(Value::Number(sum(operator, a.number()?, b.number()?))));
                 parts.collect::<Result<_, _>>().map(Value::List)
             }
-            (Value::Text(a), Value::Text(b)) if operator == "+" => {
+            (Value::Text(a), Value::Text(b)) if operator == "+" && a.len() + b.len() <= MOST_BYTES => {
                 Ok(Value::Text(format!("{}{}", a.trim_end_matches('"'), b.trim_start_matches('"'))))
             }
             _ => self.apply_to_numbers(operator, other),

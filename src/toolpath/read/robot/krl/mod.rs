@@ -13,13 +13,14 @@ use crate::toolpath::{
     },
 };
 
+mod calls;
 mod frame;
 mod motion;
 pub(crate) mod points;
 mod state;
 mod units;
 
-pub(crate) use {frame::brace_span, units::next_unit};
+pub(crate) use {calls::check_program, frame::brace_span, units::next_unit};
 
 /// Refusal of fixed tools, for which the robot carries the part.
 const FIXED_TOOL: RobotFault =
@@ -86,7 +87,8 @@ impl<'a> Reader<'a> {
             if self.source[code.clone()].ends_with(b"\\") {
                 return Err(refuse(RobotFault::Form { expected: "a statement on one line" }));
             }
-            let found = self.follow_line(code.clone());
+            let checked = calls::check_functions(&self.source[code.clone()], self.options);
+            let found = checked.and_then(|()| self.follow_line(code.clone()));
             if let Some(statement) = found.map_err(|fault| Refusal { line: self.lines.line, at: code, fault })? {
                 return Ok(Some(statement));
             }
@@ -159,9 +161,12 @@ impl<'a> Reader<'a> {
             );
         }
         let text = String::from_utf8_lossy(text).to_ascii_uppercase();
-        let action = text.split_once(" DO ").map_or("", |(_, action)| action);
+        let action: String = text.split_whitespace().skip_while(|word| *word != "DO").skip(1).collect();
         match (action.contains('='), action.split_once('(')) {
-            (false, Some((name, _))) => self.options.check_call(name.trim()),
+            (false, Some((name, _))) => self.options.check_call(name),
+            (true, _) if !action.starts_with('$') => {
+                RobotFault::not_followed("triggers that change data of the program are", "outputs and calls")
+            }
             _ => Ok(()),
         }
     }
@@ -200,7 +205,8 @@ pub(crate) fn is_motion_word(word: &str) -> bool {
 /// Refuses an interrupt that does more than stop the robot.
 fn check_interrupt(mut scan: Scan<'_>, text: &[u8]) -> Result<(), RobotFault> {
     let is_declared = scan.name().0.eq_ignore_ascii_case("DECL");
-    let stops = String::from_utf8_lossy(text).to_ascii_uppercase().contains("IR_STOPM");
+    let upper = String::from_utf8_lossy(text).to_ascii_uppercase();
+    let stops = upper.split(|own: char| !own.is_ascii_alphanumeric() && own != '_').any(|word| word == "IR_STOPM");
     match is_declared && !stops {
         true => RobotFault::not_followed("interrupts are", "none but that of IR_STOPM"),
         false => Ok(()),

@@ -44,7 +44,32 @@ impl<'a> Points<'a> {
                 }
             }
         }
+        points.forget_assigned();
         points
+    }
+
+    /// Makes data of the `.dat` unknown that the program assigns anywhere: they keep what the last run has left.
+    fn forget_assigned(&mut self) {
+        let mut lines = LineCursor::new(self.source);
+        while let Some(line) = lines.advance() {
+            let code = super::code_range(self.source, line);
+            let mut scan = Scan::new(&self.source[code]);
+            let Ok(name) = super::state::variable_name(&mut scan) else { continue };
+            if !scan.takes(b'=') || scan.peek() == Some(b'=') {
+                continue;
+            }
+            let root = &name[..name.find(['.', '[']).unwrap_or(name.len())];
+            let is_assigned = |known: &String| {
+                *known == name || known == root || known.strip_prefix(root).is_some_and(|rest| rest.starts_with('['))
+            };
+            let of_element = name.ends_with(|own: char| own == ']')
+                && name[root.len() + 1..name.len() - 1].bytes().all(|own| own.is_ascii_digit());
+            for (known, value) in &mut self.values {
+                if (of_element && *known == name) || (!of_element && is_assigned(known)) {
+                    *value = Value::Computed(lines.line);
+                }
+            }
+        }
     }
 
     /// Adds the declaration in the bytes `code` of the `.src`, on line `line`.

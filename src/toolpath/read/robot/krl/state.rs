@@ -67,8 +67,13 @@ impl Reader<'_> {
                     "#VAR",
                 );
             }
-            "$CIRC_TYPE" => self.circ_type_line = (!is("#BASE")).then_some(self.lines.line),
+            "$CIRC_TYPE" if !is("#BASE") => self.circ_type_line = Some(self.lines.line),
+            // A branch may not have run.
+            "$CIRC_TYPE" if self.enclosing.is_empty() => self.circ_type_line = None,
+            "$CIRC_TYPE" => {}
+            "LDAT_ACT" => self.follow_motion_data(text)?,
             "FDAT_ACT" => {
+                self.check_runs_once()?;
                 let data = match text.starts_with(b"{") {
                     true => Some(text),
                     false => self.points.find(&String::from_utf8_lossy(text).to_ascii_uppercase())?,
@@ -76,14 +81,40 @@ impl Reader<'_> {
                 let data = data.ok_or_else(|| self.points.missing_point(&String::from_utf8_lossy(text)))?;
                 self.frame_data = frame::frame_numbers(data)?;
             }
-            _ if ["$BASE.", "$TOOL.", "$BASE_C", "FDAT_ACT."].iter().any(|part| name.starts_with(part)) => {
-                return RobotFault::not_followed("parts of frames are", "a whole frame");
+            _ if ["$BASE.", "$TOOL.", "$BASE_C", "FDAT_ACT.", "LDAT_ACT."]
+                .iter()
+                .any(|part| name.starts_with(part)) =>
+            {
+                return RobotFault::not_followed("parts of frames and of motion data are", "whole ones");
             }
             _ if name.starts_with('$') => {}
             _ => {
                 let runs_once = self.enclosing.is_empty();
                 self.points.assign(name, value, self.lines.line, runs_once);
             }
+        }
+        Ok(())
+    }
+
+    /// Follows the data of a motion, by which inline forms set how the tool turns.
+    fn follow_motion_data(&mut self, text: &[u8]) -> Result<(), RobotFault> {
+        let data = match text.starts_with(b"{") {
+            true => Some(text),
+            false => self.points.find(&String::from_utf8_lossy(text).to_ascii_uppercase())?,
+        };
+        let data = String::from_utf8_lossy(data.unwrap_or_default()).to_ascii_uppercase();
+        let word_behind = |key: &str| {
+            let (_, behind) = data.split_once(key)?;
+            behind.trim_start().split(|own: char| !own.is_ascii_alphanumeric() && !matches!(own, '#' | '_')).next()
+        };
+        if word_behind("ORI_TYP").is_some_and(|word| word != "#VAR") {
+            return RobotFault::not_followed(
+                "orientations that do not turn evenly along a motion (ORI_TYP) are",
+                "#VAR",
+            );
+        }
+        if word_behind("CIRC_TYP").is_some_and(|word| word != "#BASE") {
+            self.circ_type_line = Some(self.lines.line);
         }
         Ok(())
     }
