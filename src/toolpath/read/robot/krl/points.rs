@@ -1,6 +1,9 @@
 //! Points and frames that a KRL program or the `.dat` beside it declares or assigns.
 
-use std::{collections::HashMap, ops::Range};
+use std::{
+    collections::{HashMap, HashSet},
+    ops::Range,
+};
 
 use crate::toolpath::{
     model::robot::RobotFault,
@@ -50,6 +53,8 @@ impl<'a> Points<'a> {
 
     /// Makes data of the `.dat` unknown that the program assigns anywhere: they keep what the last run has left.
     fn forget_assigned(&mut self) {
+        let root_of = |name: &String| name[..name.find('[').unwrap_or(name.len())].to_owned();
+        let roots: HashSet<String> = self.values.keys().map(root_of).collect();
         let mut lines = LineCursor::new(self.source);
         while let Some(line) = lines.advance() {
             let code = super::code_range(self.source, line);
@@ -62,8 +67,11 @@ impl<'a> Points<'a> {
             let is_assigned = |known: &String| {
                 *known == name || known == root || known.strip_prefix(root).is_some_and(|rest| rest.starts_with('['))
             };
-            let of_element = name.ends_with(|own: char| own == ']')
-                && name[root.len() + 1..name.len() - 1].bytes().all(|own| own.is_ascii_digit());
+            if !roots.contains(root) {
+                continue;
+            }
+            let of_element =
+                name.ends_with(']') && name[root.len() + 1..name.len() - 1].bytes().all(|own| own.is_ascii_digit());
             for (known, value) in &mut self.values {
                 if (of_element && *known == name) || (!of_element && is_assigned(known)) {
                     *value = Value::Computed(lines.line);
