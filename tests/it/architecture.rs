@@ -227,10 +227,10 @@ const MOST_LINES: [(&[&str], usize); 11] = [
     (&["src/simulation", "src/redundancy"], 5_340),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_810),
     (&["src/figures", "src/page"], 9_980),
-    (&["src/questions"], 24_815),
+    (&["src/questions"], 24_825),
     (&["src/products", "src/inspect", "src/explore"], 12_590),
     (&["src/cli"], 3_050),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 125_250),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 125_260),
 ];
 
 #[test]

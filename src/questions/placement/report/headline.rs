@@ -52,7 +52,14 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
                     None => format!("Best place: {worst} off at most{}.", gain_words(results, entry, evaluation)),
                 },
             );
-            (sentence, String::new(), numbers.into_iter().flatten().collect())
+            // A long name of a place stands below.
+            match sentence.split(' ').count() <= MOST_WORDS {
+                true => (sentence, String::new(), numbers.into_iter().flatten().collect()),
+                false => {
+                    let short = sentence.split_inclusive(',').next().unwrap_or_default().trim_end_matches(',');
+                    (format!("{short}."), clamp, numbers.into_iter().flatten().collect())
+                }
+            }
         }
         Some(spread) => {
             let verdict = spread_report::along_verdict(&along(study), &spread.largest);
@@ -97,6 +104,9 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
         .with_cautions(&not_corrected(evaluation))
         .with_numbers(numbers)
 }
+
+/// Words of the first sentence, units by themselves.
+const MOST_WORDS: usize = 14;
 
 /// Key numbers of the first screen; what is beyond is told behind.
 const MOST_NUMBERS: usize = 3;
