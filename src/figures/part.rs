@@ -135,7 +135,7 @@ fn draw(
             (FaceValue::Unknown, _) => style::HATCH,
             _ => SKIN,
         };
-        let light = AMBIENT + (1.0 - AMBIENT) * facing(face, light).map_or(1.0, |own| own.max(0.0));
+        let light = AMBIENT + (1.0 - AMBIENT) * facing(face, light);
         let shaded = [r, g, b].map(|own| (f64::from(own) * light).round() as u8);
         let corners = face.map(|corner| {
             let [x, y] = projection.project(corner);
@@ -175,11 +175,12 @@ fn normal([a, b, c, d]: &[[f64; 3]; 4]) -> [f64; 3] {
     [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }
 
-/// Returns the cosine between the normal of a face and the light; `None` for a face without area.
-fn facing(face: &[[f64; 3]; 4], light: [f64; 3]) -> Option<f64> {
+/// Returns the share of the light that a face gets, 0 to 1.
+fn facing(face: &[[f64; 3]; 4], light: [f64; 3]) -> f64 {
     let normal = normal(face);
     let length = normal.iter().map(|own| own * own).sum::<f64>().sqrt();
-    (length > 0.0).then(|| normal.iter().zip(light).map(|(own, light)| own * light).sum::<f64>() / length)
+    let cosine = normal.iter().zip(light).map(|(own, light)| own * light).sum::<f64>() / length;
+    if length > 0.0 { cosine.max(0.0) } else { 1.0 }
 }
 
 impl Pixels {

@@ -1,14 +1,17 @@
 //! KRL programs with several routines, branches, loops and computed points: where they lead, and how they are written back.
 
+use crate::robot_expanded::{ends, moved};
 use kinetostat::toolpath::{
-    NumberFormat, Orientation, Sampling,
+    Orientation, Sampling,
     gcode::Calls,
     robot::{Language, RobotOptions, RobotProgram, rotation_of_abc},
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// A `.dat` with points P at (1, 2, 3) and Q at (5, 2, 3), an array of points, and numbers.
+/// Refusal of functions.
 const FUNCTIONS: &str = "functions that may do more than compute are not followed; expected their names in calls_kept of [robot_program], if they do not";
+
+/// A `.dat` with points P at (1, 2, 3) and Q at (5, 2, 3), an array of points, and numbers.
 const DATA: &str = "DEFDAT p\nDECL E6POS P={X 1,Y 2,Z 3,A 0,B 0,C 180,S 2,T 35,E1 0,E2 0,E3 0,E4 0,E5 0,E6 0}\nDECL E6POS \
                     Q={X 5,Y 2,Z 3,A 0,B 0,C 180}\nDECL POS R[2]\nR[1]={X 7,Y 0,Z 0,A 0,B 0,C 180}\nR[2]={X 8,Y 0,Z 0,A 0,B 0,C \
                     180}\nINT N=4\nDECL GLOBAL REAL SHARED=1.5\nDECL POS MOVED={X 1,Y 1,Z 1,A 0,B 0,C 180}\nENDDAT\n";
@@ -28,23 +31,6 @@ fn read(body: &str, more: &str) -> RobotProgram {
 
 fn text(program: &RobotProgram) -> String {
     String::from_utf8_lossy(program.source()).into_owned()
-}
-
-/// Ends of the motions of a program, mm.
-fn ends(program: &RobotProgram) -> Vec<[f64; 3]> {
-    let path = program.toolpath(Sampling::new(1e3, 1e3).unwrap().with_max_turn(9.0).unwrap()).unwrap();
-    path.positions_mm().into_iter().map(|p| p.map(|c| (c * 1e6).round() / 1e6 + 0.0).into()).collect()
-}
-
-/// What becomes of a program whose point k is moved by `by(k)`.
-fn moved(program: &RobotProgram, by: impl Fn(usize) -> f64) -> Calls {
-    let path = program.toolpath(Sampling::new(1e3, 1e3).unwrap().with_max_turn(9.0).unwrap()).unwrap();
-    let wanted: Vec<_> = path.positions_mm().into_iter().enumerate().map(|(k, p)| p + Vector3::z() * by(k)).collect();
-    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();
-    for (back, wanted) in written.read_back().unwrap().positions_mm().iter().zip(&wanted) {
-        assert!((back - wanted).norm() < 1.1e-3, "{}", String::from_utf8_lossy(written.bytes()));
-    }
-    program.folded_calls(&written).unwrap()
 }
 
 /// A start at (0, 0, 0).

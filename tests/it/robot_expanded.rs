@@ -27,13 +27,13 @@ fn read(routines: &str) -> RobotProgram {
 }
 
 /// Ends of the motions of a program, mm.
-fn ends(program: &RobotProgram) -> Vec<[f64; 3]> {
+pub(crate) fn ends(program: &RobotProgram) -> Vec<[f64; 3]> {
     let path = program.toolpath(Sampling::new(1e3, 1e3).unwrap().with_max_turn(9.0).unwrap()).unwrap();
     path.positions_mm().into_iter().map(|p| p.map(|c| (c * 1e6).round() / 1e6 + 0.0).into()).collect()
 }
 
 /// What becomes of a program whose point k is moved by `by(k)`.
-fn moved(program: &RobotProgram, by: impl Fn(usize) -> f64) -> Calls {
+pub(crate) fn moved(program: &RobotProgram, by: impl Fn(usize) -> f64) -> Calls {
     let path = program.toolpath(Sampling::new(1e3, 1e3).unwrap().with_max_turn(9.0).unwrap()).unwrap();
     let wanted: Vec<_> = path.positions_mm().into_iter().enumerate().map(|(k, p)| p + Vector3::z() * by(k)).collect();
     let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();

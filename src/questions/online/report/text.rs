@@ -9,7 +9,7 @@ use crate::{
     page::headline::{Headline, KeyNumber, State, Verdict},
     questions::{
         online::{Band, BreakEven, LoopGain},
-        path::report::{cautions_of, facts_text, outside, outside_positions},
+        path::report::{MOVE_INSIDE, cautions_of, facts_text, outside_positions},
         spread_report::{self, SpreadCounts},
     },
     simulation::SOLVED,
@@ -102,7 +102,7 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         None => Verdict::new(State::Bad, "Nothing could be compared"),
     };
     let next = match compared.break_even {
-        _ if positions.outside() > 0 => "move the workpiece into the workspace box: a placement study finds where.",
+        _ if positions.outside() > 0 => MOVE_INSIDE,
         Some(BreakEven::Never(_)) => "write the compensated program with kinetostat compensate.",
         Some(BreakEven::Always) => "measure the force, and correct in the controller.",
         Some(BreakEven::From(_)) => "find how far off the prediction of the force is: cut once, and measure it.",
@@ -112,7 +112,7 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         .judged(verdict, false)
         .marked("simulated")
         .next(next)
-        .with_cautions(&(outside(&study.path) + &main_sentence(compared) + medians))
+        .with_cautions(&(positions.verdict(&study.path.machine, "this path") + &main_sentence(compared) + medians))
         .with_cautions(&cautions(compared))
         .with_numbers(sure_key_number(compared))
         .with_numbers(break_even_key_number(compared))

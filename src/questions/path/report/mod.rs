@@ -11,7 +11,7 @@ mod thinned;
 pub use on_part::view_axes;
 pub(crate) use quantities::{ANGLE, ARC_LENGTH, DISPLACEMENT, displacement_components, drives, points_table};
 pub use summary::Summary;
-pub(crate) use text::{cautions_of, outside, outside_positions};
+pub(crate) use text::{MOVE_INSIDE, cautions_of, outside_positions};
 pub use text::{facts_text, failures_text, headline, text};
 pub use thinned::{Curve, MOST_POINTS, drawn_indices};
 

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::quantities::{DISPLACEMENT, P95_RESIDUAL, RESIDUAL_ERROR, WITHOUT_FORCE, drives, plain_spread};
 use crate::{
-    answer::{DriveQuantities, Quantity, ShareWithin, cautions::OutsidePositions, play::PlayCounts},
+    answer::{DriveQuantities, Quantity, ShareWithin, play::PlayCounts},
     files::StatusCount,
     questions::{
         path::{MethodAlongPath, PathPart, PathSpread, PathStudy, PointEffect, Shown},
@@ -169,7 +169,7 @@ impl<'a> Summary<'a> {
         let sources: Map<String, Value> = self.sources.sources().iter().copied().map(of_source).collect();
         let methods: Vec<Value> = methods.iter().map(of_method).collect();
         let points = self.study.stations.len();
-        let outside = OutsidePositions::of(&self.study.machine, self.study.positions()).outside();
+        let outside = super::outside_positions(self.study).outside();
         let mut summary = json!({
             "schema": SCHEMA,
             "points": points,

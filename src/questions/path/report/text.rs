@@ -104,7 +104,7 @@ fn along<'a>(summary: &'a Summary<'_>) -> Along<'a> {
         points: summary.study.stations.len(),
         uncertainty: summary.study.uncertainty.as_ref(),
         tolerance_mm: summary.study.tolerance_mm,
-        unjudged: match (has_force(summary.study), outside(summary.study).is_empty()) {
+        unjudged: match (has_force(summary.study), outside_positions(summary.study).outside() == 0) {
             _ if summary.study.stations.iter().all(|station| !station.cutting) => Some(spread_report::NOTHING_CUT),
             (false, _) => Some(spread_report::NO_FORCE),
             (true, false) => Some(spread_report::OUTSIDE),
@@ -117,11 +117,6 @@ fn along<'a>(summary: &'a Summary<'_>) -> Along<'a> {
 /// Whether a cutting force is given at some point of the path.
 fn has_force(study: &PathStudy) -> bool {
     study.tasks.iter().any(|task| task.load != Wrench::default())
-}
-
-/// Returns the sentence that the machine cannot run the path as placed, as positions are outside its workspace; empty where it can.
-pub(crate) fn outside(study: &PathStudy) -> String {
-    outside_positions(study).verdict(&study.machine, "this path")
 }
 
 /// Counts the positions outside the workspace box.
@@ -251,13 +246,15 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         let verdict = Verdict::new(State::Bad, "Nothing could be computed");
         return Headline::new(sentence, basis).judged(verdict, false).with_cautions(&text.cautions);
     };
-    let verdict = outside(study);
-    let cannot_be_run = outside_positions(study).sentence(&study.machine);
+    let positions = outside_positions(study);
+    let verdict = positions.verdict(&study.machine, "this path");
+    let cannot_be_run = positions.sentence(&study.machine);
+    let next = next_step(&positions, summary);
     if let Some(([short, sure], numbers)) = spread_headline(summary) {
         return Headline::new(cannot_be_run.unwrap_or(short), basis)
-            .judged(state(summary), false)
+            .judged(state(&positions, summary), false)
             .marked("simulated")
-            .next(next_step(summary))
+            .next(next)
             .with_cautions(&(verdict + &sure))
             .with_cautions(&text.cautions)
             .with_numbers(numbers);
@@ -276,35 +273,37 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let what = format!("largest distance from the path {acting}, without compensation, {}", point_words(summary, k));
     let number = KeyNumber::new(&off, what, against);
     Headline::new(sentence, basis)
-        .judged(state(summary), true)
+        .judged(state(&positions, summary), true)
         .marked("simulated")
-        .next(next_step(summary))
+        .next(next)
         .with_cautions(&verdict)
         .with_cautions(&text.cautions)
         .with(number.held_to(study.tolerance_mm, worst).found(in_points_table(&DISPLACEMENT, worst)))
-        .with_numbers(residual.map(|residual| KeyNumber {
+        .with_numbers(residual.map(|residual| {
+            let number = residual_number(summary, residual);
             // Nothing is good on a path that cannot be run.
-            state: residual_number(summary, residual).state.filter(|_| !is_barred),
-            ..residual_number(summary, residual)
+            if is_barred { KeyNumber { state: None, ..number } } else { number }
         }))
         .with_numbers(correction_number(summary))
 }
 
+/// What to do next where positions are outside the workspace box.
+pub(crate) const MOVE_INSIDE: &str = "move the workpiece into the workspace box: a placement study finds where.";
+
 /// Returns what to do next.
-fn next_step(summary: &Summary<'_>) -> &'static str {
-    match (outside_positions(summary.study).outside(), summary.failed_count()) {
-        (1.., _) => "move the workpiece into the workspace box: a placement study finds where.",
+fn next_step(positions: &OutsidePositions, summary: &Summary<'_>) -> &'static str {
+    match (positions.outside(), summary.failed_count()) {
+        (1.., _) => MOVE_INSIDE,
         (0, 1..) => "see in points.csv why points fail, and place the workpiece where none does.",
         (0, 0) => "write the compensated program of this path with kinetostat compensate.",
     }
 }
 
 /// Returns the verdict on the path as compensated, in a few words.
-fn state(summary: &Summary<'_>) -> Verdict {
+fn state(positions: &OutsidePositions, summary: &Summary<'_>) -> Verdict {
     let study = summary.study;
     let points = study.stations.len();
     let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
-    let positions = outside_positions(study);
     if positions.outside() > 0 {
         return positions.state(&study.machine);
     }
