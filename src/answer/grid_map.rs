@@ -3,7 +3,7 @@
 use super::{Tolerance, quantity::Getter, setting::size_words};
 use crate::{
     answer::point_words,
-    figures::{Figure, PlaneMark, Shading, SliceFigure, SlicePanel, SpaceMark, VolumeFigure},
+    figures::{Figure, Limit, PlaneMark, Shading, SliceFigure, SlicePanel, SpaceMark, VolumeFigure},
     files::words::{millimetres, typographic, with_minus_signs},
     simulation::Scene,
     spatial::Grid,
@@ -19,10 +19,10 @@ pub struct MapLayer<P> {
     pub label: String,
     /// Conditions under which it holds, for the caption.
     pub setting: String,
-    /// Value at which a contour line is drawn.
-    pub contour: Option<f64>,
-    /// Words about the contour line, behind the caption.
-    pub line: String,
+    /// What its values are held to.
+    pub limit: Option<Limit>,
+    /// Words about that, behind the caption.
+    pub of_limit: String,
     /// Colour scale.
     pub shading: Shading,
     /// Computes the value at a point.
@@ -92,9 +92,9 @@ impl<'a, P> GridMap<'a, P> {
             let panels = self.slices[2].iter().map(|plane| self.panel(k, &self.slices, *plane, self.points_on(*plane)));
             let figure = SliceFigure {
                 title: drawn.title.clone(),
-                subtitle: self.subtitle(k, &self.slices[..2]) + &drawn.line,
+                subtitle: self.subtitle(k, &self.slices[..2]) + &drawn.of_limit,
                 panels: panels.collect(),
-                contour: drawn.contour,
+                limit: drawn.limit,
                 shading: drawn.shading,
                 remark: match k == 0 && self.has_points {
                     true => point_words::named_points_words(&self.scene.machine),
@@ -107,7 +107,13 @@ impl<'a, P> GridMap<'a, P> {
     }
 
     /// Draws slices of layer `k` through `ends`, each a value, its position, mm, and a word for it; without any, the lowest slice.
-    pub fn slices_at(&self, k: usize, title: &str, ends: &[(f64, [f64; 3], &str)], line: Option<Tolerance>) -> Figure {
+    pub fn slices_at(
+        &self,
+        k: usize,
+        title: &str,
+        ends: &[(f64, [f64; 3], &str)],
+        tolerance: Option<Tolerance>,
+    ) -> Figure {
         let (planes, zs) = (&self.volume[2], &self.grid.axes[2]);
         let plane = |z: f64| {
             let distance = |&&k: &&usize| (zs[k] - z).abs();
@@ -129,9 +135,9 @@ impl<'a, P> GridMap<'a, P> {
         };
         Figure::Slices(SliceFigure {
             title: title.into(),
-            subtitle: self.subtitle(k, &self.volume[..2]) + &line.map_or_else(String::new, Tolerance::line),
+            subtitle: self.subtitle(k, &self.volume[..2]) + &tolerance.map_or_else(String::new, Tolerance::hatched),
             panels: heights.iter().map(panel).collect(),
-            contour: line.map(|Tolerance(tolerance)| tolerance),
+            limit: tolerance.map(|Tolerance(most)| Limit::Most(most)),
             ..self.empty_slices(k)
         })
     }
@@ -164,7 +170,7 @@ impl<'a, P> GridMap<'a, P> {
             quantity: self.drawn[k].label.clone(),
             panels: Vec::new(),
             range: None,
-            contour: None,
+            limit: None,
             shading: Shading::Ordered,
             remark: String::new(),
             missing: self.missing.into(),

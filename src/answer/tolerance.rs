@@ -16,9 +16,9 @@ impl Tolerance {
         }
     }
 
-    /// Returns the end of a caption that says that the line of a figure is the tolerance.
-    pub fn line(self) -> String {
-        format!("; line: tolerance {} mm", self.0)
+    /// Returns the end of a caption that says that a map is hatched beyond the tolerance.
+    pub fn hatched(self) -> String {
+        format!("; hatched: out of tolerance ({} mm)", self.0)
     }
 }
 

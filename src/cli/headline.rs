@@ -15,6 +15,13 @@ const WIDEST: usize = 96;
 
 /// Returns the main result with styles as escape sequences. `took` is the computing time in words.
 pub fn result_text(headline: &Headline, took: &str) -> String {
+    let solved = if headline.unsolved.is_some() { "" } else { ", all points solved" };
+    let basis = format!("Computed from {}{solved}, in {took}.", headline.basis);
+    headline_text(headline) + &paragraph(&basis, "", FAINT, textwrap::termwidth().min(WIDEST))
+}
+
+/// Returns the first screen with styles as escape sequences.
+pub fn headline_text(headline: &Headline) -> String {
     let width = textwrap::termwidth().min(WIDEST);
     let mut text = String::new();
     if let Some(verdict) = &headline.verdict {
@@ -41,8 +48,7 @@ pub fn result_text(headline: &Headline, took: &str) -> String {
     for caution in &headline.cautions {
         text += &paragraph(caution, "  ", Style::new(), width);
     }
-    let solved = if headline.unsolved.is_some() { "" } else { ", all points solved" };
-    text + &paragraph(&format!("Computed from {}{solved}, in {took}.", headline.basis), "", FAINT, width)
+    text
 }
 
 /// Returns the colour of a verdict.

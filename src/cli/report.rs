@@ -9,7 +9,7 @@ use kinetostat::{
     page::{GENERATOR, PAGE, ResultFolder, comparison, page},
 };
 
-use super::{Ending, headline::sentences, print, reporting::begin_of};
+use super::{Ending, headline::headline_text, print, print_styled, reporting::begin_of};
 
 /// Make the page of a result folder again, or one page that compares several. Computes nothing.
 #[derive(Debug, Args)]
@@ -52,7 +52,7 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
         [folder] => page(folder, &out),
         several => {
             let found = comparison(several, &out, arguments.tolerance)?;
-            found.probability.map_or(Ok(()), |words| print(&sentences(&words)))?;
+            found.headline.map_or(Ok(()), |headline| print_styled(&headline_text(&headline)))?;
             Ok(found.page)
         }
     })

@@ -11,8 +11,8 @@ const SIZES: Sizes = Sizes::FIGURE;
 const ROW: f64 = 1.42;
 /// Largest difference on the axis, in tolerances.
 const ENDS: f64 = 3.0;
-/// Widest column of names and of numbers, as shares of the page.
-const WIDEST: [f64; 2] = [0.4, 0.27];
+/// Widest column of names, of published and of computed numbers, as shares of the page.
+const WIDEST: [f64; 3] = [0.38, 0.13, 0.22];
 const GAP: f64 = 24.0;
 const MARK: f64 = 13.0;
 /// Colour of the band in which the numbers agree.
@@ -34,8 +34,8 @@ pub enum Criterion {
 pub struct AgreementRow {
     /// What the number is, in few words.
     pub label: String,
-    /// Published and computed number as text, with their unit.
-    pub numbers: String,
+    /// Published number as text, and the computed one with the unit of both.
+    pub numbers: [String; 2],
     /// How the computed number must relate to the published one.
     pub criterion: Criterion,
     /// Computed minus published number, divided by the tolerance; `None` if there is no computed number.
@@ -51,8 +51,8 @@ pub struct AgreementFigure {
     pub title: String,
     /// Conditions of the comparison.
     pub subtitle: String,
-    /// Heading of the column of numbers, for example "quoted, ours".
-    pub numbers: String,
+    /// Headings of the columns of published and computed numbers.
+    pub numbers: [String; 2],
     /// The compared numbers, in the order shown.
     pub rows: Vec<AgreementRow>,
 }
@@ -66,18 +66,28 @@ pub(super) fn scene(figure: &AgreementFigure) -> Result<Scene, FigureError> {
     let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
     let (size, room) = (SIZES.body, PAGE_WIDTH - 2.0 * BORDER);
     let lines = |content: &str, share: f64| text::wrap(content, size, Weight::Regular, share * room);
-    let cells: Vec<[Vec<String>; 2]> =
-        figure.rows.iter().map(|row| [lines(&row.label, WIDEST[0]), lines(&row.numbers, WIDEST[1])]).collect();
+    let cells: Vec<[Vec<String>; 3]> = figure
+        .rows
+        .iter()
+        .map(|AgreementRow { label, numbers: [quoted, ours], .. }| {
+            [lines(label, WIDEST[0]), lines(quoted, WIDEST[1]), lines(ours, WIDEST[2])]
+        })
+        .collect();
+    let heads = ["", &figure.numbers[0], &figure.numbers[1]];
     let width = |column: usize| {
-        let head = if column == 1 { text::width(&figure.numbers, size, Weight::Bold) } else { 0.0 };
+        let head = text::width(heads[column], size, Weight::Bold).min(WIDEST[column] * room);
         let all = cells.iter().flat_map(|cell| &cell[column]);
-        all.map(|line| text::width(line, size, Weight::Regular)).fold(head.min(WIDEST[1] * room), f64::max)
+        all.map(|line| text::width(line, size, Weight::Regular)).fold(head, f64::max)
     };
-    let (names, numbers) = (width(0), width(1));
-    let left = BORDER + names + GAP + numbers + GAP;
+    let quoted_end = BORDER + width(0) + GAP + width(1);
+    let left = quoted_end + GAP + width(2) + GAP;
+    let columns = [(Anchor::Start, BORDER), (Anchor::End, quoted_end), (Anchor::End, left - GAP)];
     let head = top + ROW * size;
-    scene.text(Text::new(&figure.numbers, size, [left - GAP, top + size], Anchor::End).bold());
-    let heights: Vec<f64> = cells.iter().map(|c| c[0].len().max(c[1].len()) as f64 * ROW * size).collect();
+    for (words, (anchor, x)) in heads.into_iter().zip(columns) {
+        scene.text(Text::new(words, size, [x, top + size], anchor).bold());
+    }
+    let heights: Vec<f64> =
+        cells.iter().map(|cell| cell.iter().map(Vec::len).max().unwrap_or(1) as f64 * ROW * size).collect();
     let rect = Rect { x: left, y: head, width: PAGE_WIDTH - BORDER - 0.5 * size - left, height: heights.iter().sum() };
     let plot = Plot {
         rect,
@@ -86,7 +96,7 @@ pub(super) fn scene(figure: &AgreementFigure) -> Result<Scene, FigureError> {
     };
     let mut y = head;
     for ((row, cell), height) in figure.rows.iter().zip(&cells).zip(&heights) {
-        draw_row(&mut scene, &plot, row, cell, (y, *height));
+        draw_row(&mut scene, &plot, row, (cell, columns), (y, *height));
         y += height;
     }
     let zero = plot.page_point(0.0, 0.0)[0];
@@ -99,8 +109,14 @@ pub(super) fn scene(figure: &AgreementFigure) -> Result<Scene, FigureError> {
     Ok(scene)
 }
 
-/// Draws one row at height `y`, with `cell` as its wrapped label and numbers: texts, the band in which the numbers agree, and a mark.
-fn draw_row(scene: &mut Scene, plot: &Plot, row: &AgreementRow, cell: &[Vec<String>; 2], (y, height): (f64, f64)) {
+/// Draws one row at height `y`, with `cell` as its wrapped label and numbers in `columns`: texts, the band in which the numbers agree, and a mark.
+fn draw_row(
+    scene: &mut Scene,
+    plot: &Plot,
+    row: &AgreementRow,
+    (cell, columns): (&[Vec<String>; 3], [(Anchor, f64); 3]),
+    (y, height): (f64, f64),
+) {
     let size = SIZES.body;
     let rect = plot.rect;
     let x_of = |difference: f64| plot.page_point(difference, 0.0)[0];
@@ -113,8 +129,8 @@ fn draw_row(scene: &mut Scene, plot: &Plot, row: &AgreementRow, cell: &[Vec<Stri
     let band = Rect { x: from, y: y + inset, width: to - from, height: height - 2.0 * inset };
     scene.convex(band.corners().to_vec(), BAND);
     scene.line(vec![[BORDER, y], [rect.right(), y]], Stroke { colour: GRID, width: 2.0, dash: &[] });
-    for (column, anchor, x) in [(0, Anchor::Start, BORDER), (1, Anchor::End, rect.x - GAP)] {
-        for (k, line) in cell[column].iter().enumerate() {
+    for (lines, (anchor, x)) in cell.iter().zip(columns) {
+        for (k, line) in lines.iter().enumerate() {
             let baseline = y + (k as f64 + 0.5) * ROW * size + text::capital_height(size) / 2.0;
             scene.text(Text::new(line, size, [x, baseline], anchor));
         }
@@ -154,7 +170,11 @@ fn draw_legend(scene: &mut Scene, y: f64) -> f64 {
     };
     entry(scene, &|scene, x| draw_mark(scene, [x, middle], 0.0, true), "agrees");
     entry(scene, &|scene, x| draw_mark(scene, [x, middle], 0.0, false), "differs");
-    entry(scene, &|scene, x| draw_mark(scene, [x, middle], 2.0 * ENDS, false), "beyond the axis");
+    let both = |scene: &mut Scene, x: f64| {
+        draw_mark(scene, [x - 15.0, middle], -2.0 * ENDS, true);
+        draw_mark(scene, [x + 9.0, middle], 2.0 * ENDS, false);
+    };
+    entry(scene, &both, "beyond the axis");
     let swatch = |scene: &mut Scene, x: f64| {
         let rect = Rect { x: x - 22.0, y: middle - 16.0, width: 44.0, height: 32.0 };
         scene.convex(rect.corners().to_vec(), BAND);

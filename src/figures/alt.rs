@@ -135,10 +135,10 @@ fn describe_plan(figure: &PlanFigure) -> String {
 /// Describes a comparison of numbers in words.
 fn describe_agreement(figure: &AgreementFigure) -> String {
     let row = |row: &super::AgreementRow| {
-        format!("{}, {}: {}", row.label, row.numbers, if row.agrees { "agrees" } else { "differs" })
+        format!("{}, {}: {}", row.label, row.numbers.join(", "), if row.agrees { "agrees" } else { "differs" })
     };
     let rows: Vec<String> = figure.rows.iter().map(row).collect();
-    format!("Numbers, {}, each as its difference in tolerances. {}.", figure.numbers, rows.join("; "))
+    format!("Numbers, {}, each as its difference in tolerances. {}.", figure.numbers.join(", "), rows.join("; "))
 }
 
 /// Describes a drawing of a machine in words.

@@ -177,6 +177,11 @@ pub(super) fn range(values: impl Iterator<Item = f64>, margin: f64) -> (f64, f64
     (low - margin, high + margin)
 }
 
+/// Returns the range of sizes that begins at 0 where they differ so much that their ratio matters; otherwise as it is.
+pub(super) fn from_zero((low, high): (f64, f64)) -> (f64, f64) {
+    if low > 0.0 && low < 0.5 * high { (0.0, high) } else { (low, high) }
+}
+
 /// Returns `range`, widened around its middle to `length` if it is shorter.
 pub(super) fn widened_to(range: (f64, f64), length: f64) -> (f64, f64) {
     let missing = (length - (range.1 - range.0)).max(0.0) / 2.0;

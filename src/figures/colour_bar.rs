@@ -48,8 +48,8 @@ impl Scale {
         });
         let full_turn = (shading == Shading::Cyclic).then_some((0.0, 360.0));
         let Some((low, high)) = range.or(full_turn) else {
-            return Ok(value_range.map(|(low, high)| {
-                let (low, high) = axis::widened(low, high);
+            return Ok(value_range.map(|ends| {
+                let (low, high) = axis::from_zero(axis::widened(ends.0, ends.1));
                 Self { low, high, below: false, above: false, colours, shading }
             }));
         };

@@ -73,7 +73,7 @@ impl Occupied {
             let outside = half[0] * half[1] * 4.0 - rect.overlap(&bounds);
             let covered: f64 = self.marks.iter().map(|other| rect.overlap(other)).sum();
             let lines: f64 = self.lines.iter().map(|other| rect.overlap(other)).sum();
-            1e4 * outside.max(0.0) + 1e4 * covered + lines + DISTANCE_COST * distance * height
+            1e4 * outside.max(0.0) + 1e4 * covered + 3.0 * lines + DISTANCE_COST * distance * height
         };
         let mut best = spot((0.0, DIRECTIONS[0]));
         let mut least = cost(&best);

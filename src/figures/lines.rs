@@ -123,6 +123,16 @@ impl LineFigure {
         }
         axis::range(values, MARGIN)
     }
+
+    /// Returns the range of y: from 0 where lengths, angles, forces or shares are all positive and differ much.
+    fn y_range(&self) -> (f64, f64) {
+        let (low, high) = self.axis_range(|p| p.1, self.log_y);
+        let least = low + MARGIN / (1.0 + 2.0 * MARGIN) * (high - low);
+        match axis::from_zero((least, high)).0 < least && !self.log_y && !self.equal_axes {
+            true => (0.0, high),
+            false => (low, high),
+        }
+    }
 }
 
 /// Lays the figure out; `Err` when its data cannot be drawn.
@@ -161,7 +171,7 @@ pub(super) fn scene(figure: &LineFigure) -> Result<Scene, FigureError> {
 /// Returns the plot with its axes, its upper side at `top` pixels.
 fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
     let mut x = figure.axis_range(|p| p.0, figure.log_x);
-    let mut y = figure.axis_range(|p| p.1, figure.log_y);
+    let mut y = figure.y_range();
     let spacing = |log, label: &str| if log { Spacing::Logarithmic } else { Spacing::for_label(label) };
     let y_axis = |ends: (f64, f64), height| {
         Axis::vertical(ends.0, ends.1, spacing(figure.log_y, &figure.y_label), height, SIZES.tick)

@@ -38,7 +38,7 @@ pub use panels::{CurvePanel, PanelCurve, PanelFigure};
 pub use part::{FaceValue, PartFigure};
 pub use plan::{Look, PlanField, PlanFigure, PlanShape};
 pub use pose::{PoseFigure, Solid, Surroundings};
-pub use slices::{PlaneMark, SliceFigure, SlicePanel};
+pub use slices::{Limit, PlaneMark, SliceFigure, SlicePanel};
 pub use volume::{SpaceMark, VolumeFigure};
 
 /// One figure of any kind.

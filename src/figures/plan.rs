@@ -23,6 +23,9 @@ const BAR_GAP: f64 = 34.0;
 const PITCH: f64 = 17.0;
 /// Radius of a mark in pixels.
 const MARK: f64 = 13.0;
+/// Half the side of the square around a cross, and type size of its label as a share of that of other labels.
+const CROSS: f64 = 9.0;
+const SMALLER: f64 = 0.8;
 /// Number of different colours along a line coloured by value.
 const LEVELS: f64 = 32.0;
 
@@ -40,6 +43,8 @@ pub enum Look {
     Room,
     /// Something for comparison: a dashed border.
     Ghost,
+    /// Another place: a small cross at a point.
+    Place,
     /// An obstacle: a hatched area.
     Obstacle,
     /// The tool's path on the part: a line in the part's colour.
@@ -60,7 +65,7 @@ impl Look {
             Look::TargetPath => Some(Stroke { colour: INK, width: 3.5, dash: &[] }),
             Look::Before => Some(legend::BEFORE),
             Look::After => Some(legend::AFTER),
-            Look::Part | Look::Room | Look::Ghost | Look::Obstacle => None,
+            Look::Part | Look::Room | Look::Ghost | Look::Place | Look::Obstacle => None,
         }
     }
 }
@@ -251,6 +256,13 @@ fn draw_shape(scene: &mut Scene, plot: &Plot, shape: &PlanShape, occupied: &mut 
             scene.outline(&points, line(ROOM[0], 5.0, &[]));
         }
         Look::Ghost => scene.outline(&points, line(HATCH, 4.0, &[16.0, 12.0])),
+        Look::Place => {
+            for ([x, y], way) in points.iter().flat_map(|at| [(*at, 1.0), (*at, -1.0)]) {
+                let arm = [[x - CROSS, y - way * CROSS], [x + CROSS, y + way * CROSS]];
+                scene.line(arm.to_vec(), line(WHITE, 9.0, &[]));
+                scene.line(arm.to_vec(), line(INK, 4.0, &[]));
+            }
+        }
         Look::Obstacle => {
             for piece in hatching_lines(&points, PITCH) {
                 scene.line(piece.to_vec(), line(OBSTACLE, 2.5, &[]));
@@ -300,7 +312,7 @@ fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied
         occupied.marks.push(rect_around(*at, [MARK + 2.0; 2]));
     }
     for (at, (_, _, label)) in points_of_marks.into_iter().zip(&figure.marks) {
-        draw_label(scene, &mut occupied, plot.rect, (at, MARK), (label, INK));
+        draw_label(scene, &mut occupied, plot.rect, (at, MARK), (label, INK, Weight::Bold, SIZES.tick));
     }
     for shape in figure.shapes.iter().filter(|shape| !shape.label.is_empty() && !shape.points.is_empty()) {
         let points: Vec<Point> = shape.points.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
@@ -308,12 +320,17 @@ fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied
             Look::Part | Look::Path => PART[0],
             Look::Room => ROOM[0],
             Look::Obstacle => OBSTACLE,
-            Look::Ghost => MUTED,
+            Look::Ghost | Look::Place => MUTED,
             Look::TargetPath | Look::Before | Look::After => INK,
         };
         // The highest corner.
         let top = points.iter().copied().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
-        draw_label(scene, &mut occupied, plot.rect, (top, 4.0), (&shape.label, colour));
+        let (weight, size) = match shape.look {
+            Look::Place => (Weight::Regular, SMALLER * SIZES.tick),
+            _ => (Weight::Bold, SIZES.tick),
+        };
+        let reach = if shape.look == Look::Place { CROSS } else { 4.0 };
+        draw_label(scene, &mut occupied, plot.rect, (top, reach), (&shape.label, colour, weight, size));
     }
 }
 
@@ -323,19 +340,19 @@ fn draw_label(
     occupied: &mut Occupied,
     bounds: Rect,
     (at, reach): (Point, f64),
-    (label, colour): (&str, Rgb),
+    (label, colour, weight, size): (&str, Rgb, Weight, f64),
 ) {
     let lines: Vec<&str> = label.lines().collect();
-    let widest = lines.iter().map(|line| text::width(line, SIZES.tick, Weight::Bold)).fold(0.0, f64::max);
-    let height = text::capital_height(SIZES.tick) + lines.len().saturating_sub(1) as f64 * 1.15 * SIZES.tick;
+    let widest = lines.iter().map(|line| text::width(line, size, weight)).fold(0.0, f64::max);
+    let height = text::capital_height(size) + lines.len().saturating_sub(1) as f64 * 1.15 * size;
     let half = [widest / 2.0 + 6.0, height / 2.0 + 7.0];
     let Spot { rect, leader } = occupied.place_label(at, reach, half, bounds);
     if let Some(leader) = leader {
         scene.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.5, dash: &[] });
     }
     for (row, line) in lines.into_iter().enumerate() {
-        let baseline = rect.y + 7.0 + text::capital_height(SIZES.tick) + row as f64 * 1.15 * SIZES.tick;
-        let text = Text::new(line, SIZES.tick, [rect.centre()[0], baseline], Anchor::Middle);
-        scene.text(text.bold().coloured(colour).with_halo());
+        let baseline = rect.y + 7.0 + text::capital_height(size) + row as f64 * 1.15 * size;
+        let text = Text::new(line, size, [rect.centre()[0], baseline], Anchor::Middle);
+        scene.text(Text { weight, ..text }.coloured(colour).with_halo());
     }
 }

@@ -28,6 +28,60 @@ pub fn hatching_lines(corners: &[Point], pitch: f64) -> Vec<[Point; 2]> {
     (first..=last).filter_map(line).collect()
 }
 
+/// Returns the parts of hatching lines that rise to the right, `pitch` pixels apart, on which a map is above 0, linear between its nodes. `values` are in rows, y outer;
+/// the map has its upper left and lower right node at the points `from` and `to` of the page.
+pub fn hatching_beyond(
+    x: &[f64],
+    y: &[f64],
+    values: &[Option<f64>],
+    [from, to]: [Point; 2],
+    pitch: f64,
+) -> Vec<[Point; 2]> {
+    let place = |nodes: &[f64], share: f64| {
+        let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
+        let at = first + share * (last - first);
+        let cell = nodes.partition_point(|node| *node <= at).clamp(1, (nodes.len() - 1).max(1)) - 1;
+        let next = (cell + 1).min(nodes.len() - 1);
+        (cell, next, if next > cell { (at - nodes[cell]) / (nodes[next] - nodes[cell]) } else { 0.0 })
+    };
+    let (width, height) = (to[0] - from[0], to[1] - from[1]);
+    let value = |[px, py]: Point| {
+        let (column, right, across) = place(x, (px - from[0]) / width);
+        let (row, upper, up) = place(y, (to[1] - py) / height);
+        let at = |row: usize, column: usize| values[row * x.len() + column];
+        let along = |row: usize| Some(at(row, column)? * (1.0 - across) + at(row, right)? * across);
+        Some(along(row)? * (1.0 - up) + along(upper)? * up)
+    };
+    let mut out = Vec::new();
+    for [a, b] in hatching_lines(&[from, [to[0], from[1]], to, [from[0], to[1]]], pitch) {
+        let steps = ((b[0] - a[0]).abs() / STEP).ceil().max(1.0) as usize;
+        let point = |k: usize| [0, 1].map(|i| a[i] + (b[i] - a[i]) * k as f64 / steps as f64);
+        let mut start: Option<Point> = None;
+        let mut before: Option<(Point, f64)> = None;
+        for k in 0..=steps {
+            let (here, own) = (point(k), value(point(k)).unwrap_or(-1.0));
+            let crossing = before.map_or(here, |(there, other)| {
+                let share = other / (other - own);
+                if share.is_finite() { [0, 1].map(|i| there[i] + share * (here[i] - there[i])) } else { here }
+            });
+            match start {
+                None if own > 0.0 => start = Some(if before.is_some() { crossing } else { here }),
+                Some(begin) if own <= 0.0 => {
+                    out.push([begin, crossing]);
+                    start = None;
+                }
+                _ => {}
+            }
+            before = Some((here, own));
+        }
+        out.extend(start.map(|begin| [begin, b]));
+    }
+    out
+}
+
+/// Distance in x of the points at which a hatching line is held against the map, in pixels.
+const STEP: f64 = 4.0;
+
 /// Returns the segments of the line on which the map has the value `level`, by linear interpolation along the edges of the grid, in the
 /// coordinates of its nodes. `values` are in rows, y outer; cells with a missing corner have no line.
 pub fn contour(x: &[f64], y: &[f64], values: &[Option<f64>], level: f64) -> Vec<[(f64, f64); 2]> {

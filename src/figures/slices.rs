@@ -7,7 +7,7 @@ use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
 use super::labels::{self, PlacedMark};
 use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
-use super::shapes::contour;
+use super::shapes::{contour, hatching_beyond};
 use super::style::{self, BORDER, INK, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, LINE_PITCH, Weight};
 
@@ -23,6 +23,8 @@ const LOWEST_BAR: f64 = 320.0;
 const SETTLED: f64 = 0.94;
 /// Space between the panels and the colour bar.
 const BAR_GAP: f64 = 34.0;
+/// Distance of the hatching lines beyond a limit, along the sides of the map, in pixels.
+const HATCH_PITCH: f64 = 52.0;
 
 /// A labelled point of a map.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,6 +52,15 @@ pub struct SlicePanel {
     pub marks: Vec<PlaneMark>,
 }
 
+/// A limit of the values of a map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Limit {
+    /// No value may be above it.
+    Most(f64),
+    /// No value may be below it.
+    Least(f64),
+}
+
 /// Up to six maps of one quantity with one colour scale and one scale of length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SliceFigure {
@@ -67,8 +78,8 @@ pub struct SliceFigure {
     pub panels: Vec<SlicePanel>,
     /// Ends of the colour scale; `None` takes the smallest and largest value of all panels.
     pub range: Option<(f64, f64)>,
-    /// Value at which a level line is drawn, interpolated between the nodes.
-    pub contour: Option<f64>,
+    /// What values are held to: a line where they reach it, interpolated between the nodes, and hatching beyond it.
+    pub limit: Option<Limit>,
     /// How values become colours.
     pub shading: Shading,
     /// Remark in the caption on a page, not in the figure itself: what its marks are.
@@ -85,6 +96,11 @@ impl SlicePanel {
         check_ascending(&self.y, || name("y"))?;
         check_grid(&self.values, self.x.len() * self.y.len(), || name("values"))?;
         check_drawable(self.marks.iter().flat_map(|m| [m.x, m.y]), || name("marks"))
+    }
+
+    /// Whether the label of `mark` stands above the map, where it hides nothing: that of the only one.
+    fn is_titled_by(&self, mark: &PlaneMark) -> bool {
+        matches!(self.marks.as_slice(), [only] if only == mark)
     }
 
     /// Returns the cell edges along x and y, mm.
@@ -274,9 +290,11 @@ fn map_axis(ends: (f64, f64), length: f64, size: f64) -> Axis {
     Axis::horizontal(ends.0, ends.1, Spacing::Linear, length, size)
 }
 
-/// Returns the title of a panel, wrapped to `width` pixels.
+/// Returns the title of a panel and the label of its only mark, wrapped to `width` pixels.
 fn title_lines(panel: &SlicePanel, width: f64, sizes: Sizes) -> Vec<String> {
-    text::wrap(&panel.title, sizes.body, Weight::Regular, width)
+    let label = panel.marks.iter().filter(|mark| panel.is_titled_by(mark)).map(|mark| &mark.label);
+    let parts = std::iter::once(&panel.title).chain(label).filter(|part| !part.is_empty());
+    parts.flat_map(|part| text::wrap(part, sizes.body, Weight::Regular, width)).collect()
 }
 
 /// Returns the width in pixels of the widest line of a panel's title, `width` at most.
@@ -302,7 +320,7 @@ fn draw_panel(
     };
     let rect = plot.cell_rect(&column_edges, &row_edges);
     scene.picture(Picture::new(rect.frame(), &column_edges, &row_edges, colour));
-    let lines = figure.contour.map_or_else(Vec::new, |level| draw_contour(scene, panel, plot, level));
+    let lines = figure.limit.map_or_else(Vec::new, |limit| draw_limit(scene, panel, plot, limit));
     plot.draw_frame(scene);
     draw_title(scene, panel, place, sizes);
     if place.labelled_x {
@@ -311,16 +329,32 @@ fn draw_panel(
     if place.labelled_y {
         plot.draw_y_axis(scene, &figure.y_label, sizes.body, sizes.tick);
     }
+    let label = |mark| if panel.is_titled_by(mark) { "" } else { &mark.label };
     let placed: Vec<PlacedMark<'_>> = panel
         .marks
         .iter()
-        .map(|mark| PlacedMark { at: plot.page_point(mark.x, mark.y), label: &mark.label, hidden: false })
+        .map(|mark| PlacedMark { at: plot.page_point(mark.x, mark.y), label: label(mark), hidden: false })
         .collect();
     labels::draw_marks(scene, &placed, &lines, plot.rect, sizes.tick);
 }
 
-/// Draws the level line of the map, dark with a light rim so that it shows on every colour; returns its segments on the page.
-fn draw_contour(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, level: f64) -> Vec<[Point; 2]> {
+/// Hatches the map beyond its limit and draws the line between, dark with a light rim so that both show on every colour; returns the line's
+/// segments on the page.
+fn draw_limit(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, limit: Limit) -> Vec<[Point; 2]> {
+    let (Limit::Most(level) | Limit::Least(level)) = limit;
+    let [corner, opposite] = [(panel.x.first(), panel.y.last()), (panel.x.last(), panel.y.first())]
+        .map(|(x, y)| Some(plot.page_point(*x?, *y?)));
+    if let Some((from, to)) = corner.zip(opposite) {
+        let sign = if matches!(limit, Limit::Most(_)) { 1.0 } else { -1.0 };
+        let beyond: Vec<Option<f64>> =
+            panel.values.iter().map(|value| value.map(|value| sign * (value - level))).collect();
+        for [a, b] in hatching_beyond(&panel.x, &panel.y, &beyond, [from, to], HATCH_PITCH) {
+            for (colour, aside) in [(WHITE, 1.5), (INK, 0.0)] {
+                let line = [a, b].map(|[x, y]| [x + aside, y + aside]);
+                scene.line(line.to_vec(), Stroke { colour, width: 1.5, dash: &[] });
+            }
+        }
+    }
     let pieces = contour(&panel.x, &panel.y, &panel.values, level);
     let lines: Vec<[Point; 2]> = pieces.iter().map(|piece| piece.map(|(x, y)| plot.page_point(x, y))).collect();
     for (colour, width) in [(WHITE, 9.0), (INK, 4.5)] {

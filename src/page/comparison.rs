@@ -8,14 +8,14 @@ use super::{
     aligned::Aligned,
     compared::{Compared, compare_view},
     description::Shape,
-    drawn::compare_draws,
+    drawn::{before_nominal, compare_draws},
     folder::{ResultFolder, href, relative_display},
-    headline::{self, State},
+    headline::{Headline, State, Verdict},
     picture::{Picture, winner_picture},
     record::{Changes, input_changes, manifest_facts, tolerance_mm},
     single::{FigureView, draw_figure},
     template::render,
-    verdict::{Verdict, VerdictWriter},
+    verdict::VerdictWriter,
     winners::Floors,
 };
 use crate::{
@@ -33,7 +33,8 @@ struct ComparisonPage {
     kind: String,
     question: String,
     cases: Vec<Case>,
-    verdict: Option<Verdict>,
+    /// What the first screen says; `None` where no number can be held against another.
+    headline: Option<Headline>,
     checks: String,
     picture: Option<Picture>,
     changes: Changes,
@@ -70,9 +71,8 @@ struct SettingRow {
 pub struct Comparison {
     /// The HTML page.
     pub page: String,
-    /// Which of them cannot be run; where inputs are uncertain, with which probability one is better than another, or why that is not known; `None` where there is
-    /// nothing of this.
-    pub probability: Option<String>,
+    /// What its first screen says; `None` where no number can be held against another.
+    pub headline: Option<Headline>,
 }
 
 /// Returns the comparison of `folders`, whose page will lie at `out`. `tolerance` is the difference in mm from which one
@@ -98,28 +98,35 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         tolerance_mm: tolerance.as_ref().map(|(mm, _)| *mm),
         folders: &addresses,
     };
-    let best_places = views.iter().find_map(|aligned| writer(aligned).best_place_verdict());
-    let headline = views.iter().find(|aligned| writer(aligned).main_quantity().is_some());
+    let best_places = views.iter().find_map(|aligned| writer(aligned).best_places());
+    let main_view = views.iter().find(|aligned| writer(aligned).main_quantity().is_some());
     let is_of_places = best_places.is_some();
-    let nominal = best_places.or_else(|| writer(headline?).verdict());
+    let nominal = best_places.or_else(|| writer(main_view?).first_screen());
     let cannot_run = cannot_run(folders, &letters)?;
     let folder_name =
         |folder: &ResultFolder| folder.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let called = if names.is_empty() { folders.iter().map(folder_name).collect() } else { names.clone() };
-    let (probability, verdict) = match compare_draws(folders, &called)? {
-        Some(Ok(drawn)) => (Some(drawn.sentence.clone()), Some(drawn.before(nominal))),
-        Some(Err(words)) => {
-            notes.push(words.clone());
-            (Some(words), nominal)
-        }
-        None => (None, nominal),
+    let mut screen = match compare_draws(folders, &called)? {
+        Some(Ok(drawn)) => Some(before_nominal(drawn, nominal)),
+        Some(Err(words)) => match nominal {
+            Some(mut own) => {
+                own.headline.cautions.insert(0, words);
+                Some(own)
+            }
+            None => {
+                notes.push(words);
+                None
+            }
+        },
+        None => nominal,
     };
-    let told = cannot_run.clone() + probability.as_deref().unwrap_or_default();
-    let probability = Some(told).filter(|told| !told.is_empty());
-    let outside = || headline::Verdict::new(State::Bad, "A path cannot be run as placed");
-    let judged = (!cannot_run.is_empty()).then(outside);
-    let verdict =
-        verdict.map(|own| Verdict { sentence: cannot_run + &own.sentence, judged: judged.or(own.judged), ..own });
+    if let (Some(own), [first, others @ ..]) = (&mut screen, cannot_run.as_slice()) {
+        let better = std::mem::replace(&mut own.headline.sentence, first.clone());
+        own.headline.cautions.splice(0..0, others.iter().cloned().chain([better]));
+        own.headline.verdict = Some(Verdict::new(State::Bad, "A path cannot be run as placed"));
+        own.headline.next = Some("move the part into the box of the machine, and run it again.".into());
+    }
+    let (headline, checks) = screen.map(|own| (own.headline, own.checks)).unzip();
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
         let quantity = writer(aligned).main_quantity()?;
         let winners = aligned.winners(quantity)?;
@@ -144,11 +151,11 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     let manifest = folders.iter().map(|f| manifest_facts(&f.manifest).into_iter().map(|fact| (fact.label, fact.value)));
     let context = ComparisonPage {
         title: format!("{} compared", all_names.join(", ")),
-        kind: kind_line(&first.description.kind, headline.filter(|_| !is_of_places)),
+        kind: kind_line(&first.description.kind, main_view.filter(|_| !is_of_places)),
         question: shared_question(folders),
         cases: folders.iter().zip(&letters).map(case).collect(),
-        checks: verdict.as_ref().map(|v| super::packed::script_json(&v.checks)).unwrap_or_default(),
-        verdict,
+        checks: checks.map(|checks| super::packed::script_json(&checks)).unwrap_or_default(),
+        headline: headline.clone(),
         picture,
         changes: input_changes(folders, &letters)?,
         machines: machine_figures(folders)?,
@@ -158,20 +165,21 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         rules: rule_sentences(&floors, tolerance.as_ref()),
         manifest: setting_rows(manifest.map(Iterator::collect).collect()),
     };
-    Ok(Comparison { page: render("comparison.html", &context)?, probability })
+    Ok(Comparison { page: render("comparison.html", &context)?, headline })
 }
 
 /// Returns a sentence for each result along a path of which positions are outside the workspace box: what is better of what cannot be run is no answer.
-fn cannot_run(folders: &[ResultFolder], letters: &[char]) -> Result<String> {
-    let mut text = String::new();
+fn cannot_run(folders: &[ResultFolder], letters: &[char]) -> Result<Vec<String>> {
+    let mut sentences = Vec::new();
     for (folder, letter) in folders.iter().zip(letters) {
         let summary = folder.summary()?;
         if let Some(outside) = summary["points_outside_workspace"].as_u64().filter(|outside| *outside > 0) {
             let points = summary["points"].as_u64().unwrap_or_default();
-            text += &cannot_be_run(&letter.to_string(), outside, points, &folder.description.machine.name);
+            let sentence = cannot_be_run(&letter.to_string(), outside, points, &folder.description.machine.name);
+            sentences.push(sentence.trim_end().to_string());
         }
     }
-    Ok(text)
+    Ok(sentences)
 }
 
 /// Returns the question that all studies ask, or a general one if they differ.
@@ -186,8 +194,8 @@ fn shared_question(folders: &[ResultFolder]) -> String {
 }
 
 /// Returns the line that says which kind of results is compared, and over which nodes.
-fn kind_line(kind: &str, headline: Option<&Aligned>) -> String {
-    let over = headline.map_or_else(String::new, |aligned| {
+fn kind_line(kind: &str, main_view: Option<&Aligned>) -> String {
+    let over = main_view.map_or_else(String::new, |aligned| {
         let group = Some(aligned.group_name(0)).filter(|group| !group.is_empty());
         let group = group.map_or_else(String::new, |group| format!(" · {group}"));
         format!(" · computed {}{group}", aligned.extremes_basis().1)

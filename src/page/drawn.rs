@@ -4,9 +4,9 @@ use serde_json::{Value, json};
 
 use super::{
     folder::ResultFolder,
-    headline::{self, State},
+    headline::{Headline, KeyNumber, State, Verdict},
     sentences::three_digits,
-    verdict::{LargeNumber, Verdict},
+    verdict::FirstScreen,
 };
 use crate::{
     files::words::{counted, millimetres, or_dash, probability},
@@ -105,25 +105,18 @@ fn is_safer(p95: Option<f64>, other: Option<f64>) -> bool {
     p95.is_some_and(|p95| other.is_none_or(|other| other > p95 * P95_APART + ROUNDING_MM))
 }
 
-/// What draws say of results, for the first screen.
-#[derive(Debug, Default)]
-pub(super) struct DrawnVerdict {
-    pub sentence: String,
-    /// What is better how surely, in a few words.
-    judged: Option<headline::Verdict>,
-    numbers: Vec<LargeNumber>,
-    lines: Vec<String>,
-}
-
-impl DrawnVerdict {
-    /// Returns the first screen with this before what nominal numbers say.
-    pub fn before(self, nominal: Option<Verdict>) -> Verdict {
-        let Verdict { sentence, numbers, lines, checks, judged } = nominal.unwrap_or_default();
-        let numbers = self.numbers.into_iter().chain(numbers).take(3).collect();
-        let nominal = (!sentence.is_empty()).then(|| format!("With nominal numbers: {sentence}"));
-        let lines = self.lines.into_iter().chain(nominal).chain(lines).collect();
-        Verdict { sentence: self.sentence, numbers, lines, checks, judged: self.judged.or(judged) }
-    }
+/// Returns the first screen with what draws say before what nominal numbers say.
+pub(super) fn before_nominal(mut drawn: Headline, nominal: Option<FirstScreen>) -> FirstScreen {
+    let FirstScreen { headline, checks } = nominal.unwrap_or_default();
+    drawn.numbers.extend(headline.numbers);
+    drawn.numbers.truncate(3);
+    drawn
+        .cautions
+        .extend((!headline.sentence.is_empty()).then(|| format!("With nominal numbers: {}", headline.sentence)));
+    drawn.cautions.extend(headline.cautions);
+    drawn.verdict = drawn.verdict.or(headline.verdict);
+    drawn.next = drawn.next.or(headline.next);
+    FirstScreen { headline: drawn, checks }
 }
 
 /// Holds the draws of `folders`, which sentences call by these `names` and then by letter, against those of the first; only a sentence on what is compared where no draws are kept, or inputs of one are exact. `None`
@@ -131,7 +124,7 @@ impl DrawnVerdict {
 pub(super) fn compare_draws(
     folders: &[ResultFolder],
     names: &[String],
-) -> Result<Option<std::result::Result<DrawnVerdict, String>>> {
+) -> Result<Option<std::result::Result<Headline, String>>> {
     let letters: Vec<char> = ('A'..).take(folders.len()).collect();
     let summaries: Vec<Value> = folders.iter().map(ResultFolder::summary).collect::<Result<_>>()?;
     let is_exact = |summary: &Value| summary["uncertainty"].is_null();
@@ -153,12 +146,14 @@ pub(super) fn compare_draws(
 }
 
 /// Returns what the `draws` of results with these letters say, each held against the first.
-fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> DrawnVerdict {
-    let (mut verdict, mut sentences, first) = (DrawnVerdict::default(), Vec::new(), letters[0]);
+fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> Headline {
+    let unknown = "With which probability one is better is not known.";
+    let (mut headline, mut sentences, first) = (Headline::new(unknown, "draws"), Vec::new(), letters[0]);
+    let mut further = Vec::new();
     let called = |who: usize| format!("{} ({})", letters[who], names[who]);
     let differs: Vec<Option<String>> = draws.iter().map(|other| draws[0].differs(other)).collect();
     for (letter, differs) in letters.iter().zip(&differs).skip(1) {
-        verdict.lines.push(match differs {
+        further.push(match differs {
             None => format!("{first} and {letter} have the same draws: in each, the force and every parameter lie at the same quantile of their distributions."),
             Some(why) => format!("{first} and {letter} do not have the same draws, as {why}: machine and force of each are taken as independent of the other's."),
         });
@@ -167,7 +162,7 @@ fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> DrawnVerdict 
     for which in [1, 0] {
         let (words, mut against) = (DISTANCES[which][2], Vec::new());
         if let Some(unknown) = draws.iter().position(|own| own.sizes[which].is_empty()) {
-            verdict.lines.push(format!("The largest distance {words} is known in no draw of {}.", letters[unknown]));
+            further.push(format!("The largest distance {words} is known in no draw of {}.", letters[unknown]));
             continue;
         }
         let is_first = sentences.is_empty();
@@ -193,59 +188,61 @@ fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> DrawnVerdict 
             let [safe, unsafe_one] = [safer, other_one].map(|who| (called(who), draws[who].p95_words(which)));
             let [called_better, called_worse] = [better, worse].map(called);
             if is_first {
-                let (state, in_short, sentence) = match (most >= P95, is_apart) {
+                let (state, in_short, sentence, by_how_much, next) = match (most >= P95, is_apart) {
                     (true, _) => (
                         State::Good,
                         format!("{name} better with {sure} probability"),
+                        format!("{called_better} is better than {called_worse} with {sure} probability."),
                         format!(
-                            "{called_better} is better than {called_worse} with {sure} probability: its largest distance from the path, {words}, is smaller \
-                             by more than 0.5 % (95 % quantile {p95} against {other_p95})."
+                            "Its largest distance from the path, {words}, is smaller by more than 0.5 % (95 % quantile {p95} against {other_p95})."
                         ),
+                        format!("take {name}."),
                     ),
                     (false, true) => (
                         State::Partly,
                         format!("{} is the safer one", letters[safer]),
+                        format!("{} stays within {} with 95 % probability.", safe.0, safe.1),
                         format!(
-                            "{} is the safer one: with 95 % probability it stays within {}, {} within {}. In a single draw either may be better: {smaller}.",
-                            safe.0, safe.1, unsafe_one.0, unsafe_one.1
+                            "{} stays within {}, so that {} is the safer one. In a single draw either may be better: {smaller}.",
+                            unsafe_one.0, unsafe_one.1, letters[safer]
                         ),
+                        format!("take {}, or measure what is most uncertain.", letters[safer]),
                     ),
                     (false, false) => (
                         State::Open,
                         "Cannot be told apart".into(),
-                        format!(
-                            "{called_better} and {called_worse} cannot be told apart: {smaller} (95 % quantile {p95} against {other_p95})."
-                        ),
+                        format!("{called_better} and {called_worse} cannot be told apart."),
+                        format!("In a single draw {smaller} (95 % quantile {p95} against {other_p95})."),
+                        "take either, or measure what is most uncertain.".into(),
                     ),
                 };
-                verdict.judged.get_or_insert(headline::Verdict::new(state, in_short));
-                sentences.push(sentence);
+                headline.verdict.get_or_insert(Verdict::new(state, in_short));
+                headline.next.get_or_insert(next);
+                sentences.extend([sentence, by_how_much]);
             }
             let p95 = draws[other].p95_words(which);
             against.push(format!("in {} {p95}; {name} better with {sure} probability", letters[other]));
         }
         let what = format!("largest distance from the path not exceeded with 95 % probability in {first}, {words}");
-        let value = or_dash(draws[0].p95_mm(which), three_digits);
-        verdict.numbers.push(LargeNumber { value, unit: "mm".into(), what, against: against.join("; ") });
+        let shown = format!("{} mm", or_dash(draws[0].p95_mm(which), three_digits));
+        headline.numbers.push(KeyNumber::new(&shown, what, against.join("; ")));
         for (own, letter) in draws.iter().zip(letters) {
             let (largest, points) = (own.largest(which), &own.points);
             if largest["points"] != *points || largest["is_confirmed"] != true {
                 let how = if largest["is_confirmed"] == true { "" } else { ", and the engine does not confirm it" };
                 let known = &largest["points"];
-                verdict
-                    .lines
+                further
                     .push(format!("In {letter} the largest distance {words} is of {known} of {points} points{how}."));
             }
         }
     }
     let known = draws.iter().flat_map(|own| &own.sizes).map(Vec::len).filter(|known| *known > 0).min();
-    verdict.lines.push(format!(
+    further.push(format!(
         "Probabilities are of {}, whose distances are estimates; only the quantiles are corrected by the engine.",
         counted(known.unwrap_or_default(), "draw")
     ));
-    verdict.sentence = match sentences.is_empty() {
-        true => "With which probability one is better is not known, as no draw has an equilibrium.".into(),
-        false => sentences.join(" "),
-    };
-    verdict
+    let mut sentences = sentences.into_iter();
+    headline.sentence = sentences.next().unwrap_or(headline.sentence);
+    headline.cautions = sentences.chain(further).collect();
+    headline
 }

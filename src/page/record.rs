@@ -12,10 +12,7 @@ use super::{
     table::{Table, format_number},
 };
 use crate::{
-    files::{
-        Recorded,
-        words::{counted, join_words},
-    },
+    files::{Recorded, words::with_unit},
     input::{check::Check, error::Result},
 };
 
@@ -113,7 +110,7 @@ fn value_words(value: &Value) -> String {
 }
 
 /// Most changes that the first screen names one by one.
-const MOST_NAMED: usize = 3;
+const MOST_NAMED: usize = 5;
 /// Longest value shown, in characters.
 const LONGEST: usize = 160;
 
@@ -124,6 +121,8 @@ pub(super) struct Changes {
     /// Number of keys with the same value in all results.
     same: usize,
     pub sentence: String,
+    /// What differs most, in words of the machine: other elements first, then numbers by their ratio.
+    first: Vec<String>,
 }
 
 /// A key that differs, with its value in each result.
@@ -155,7 +154,7 @@ pub(super) fn input_changes(folders: &[ResultFolder], letters: &[char]) -> Resul
             unrecorded.join(" and "),
             if unrecorded.len() == 1 { "was" } else { "were" }
         );
-        return Ok(Changes { rows: Vec::new(), same: 0, sentence });
+        return Ok(Changes { rows: Vec::new(), same: 0, sentence, first: Vec::new() });
     }
     let keys: BTreeSet<&(String, String)> = keys_by_folder.iter().flat_map(BTreeMap::keys).collect();
     let (mut rows, mut unchanged) = (Vec::new(), 0);
@@ -165,37 +164,118 @@ pub(super) fn input_changes(folders: &[ResultFolder], letters: &[char]) -> Resul
         if found.iter().all(|value| *value == found[0]) {
             unchanged += 1;
         } else if (part.as_str(), key.as_str()) != ("study", "question") {
-            let values = found.iter().map(|value| value.map_or_else(|| "–".into(), |text| shorten(text))).collect();
+            let values = found.iter().map(|value| value.map_or_else(|| ABSENT.into(), |text| shorten(text))).collect();
             rows.push(Change { part: part.clone(), key: key.clone(), values });
         }
     }
-    let sentence = change_sentence(&rows, hash_count > 1);
-    Ok(Changes { rows, same: unchanged, sentence })
+    // What was computed with comes before its names and sources.
+    rows.sort_by_key(Change::is_only_said);
+    let (sentence, first) = change_words(&rows, hash_count > 1, letters);
+    Ok(Changes { rows, same: unchanged, sentence, first })
 }
 
-/// Summarises the changes in a sentence; `is_other_text` says whether the input files differ as texts.
-fn change_sentence(rows: &[Change], is_other_text: bool) -> String {
-    let name = |row: &Change| match row.key.as_str() {
-        "" => format!("{}: {}", row.part, row.values.join(" against ")),
-        key => format!("{} {key}: {}", row.part, row.values.join(" against ")),
-    };
+/// The value of a key that a result does not have.
+const ABSENT: &str = "–";
+
+impl Change {
+    /// Whether nothing is computed from the key: a name, where a number comes from, or which file was taken.
+    fn is_only_said(&self) -> bool {
+        let of_machine =
+            || ["name", "title", "source"].contains(&self.key.as_str()) || self.key.starts_with("provenance.");
+        let of_study = || ["machine", "process", "name"].contains(&self.key.as_str());
+        (self.part == "machine" && of_machine()) || (self.part == "study" && of_study())
+    }
+
+    /// Returns chain and element of a machine to which the key belongs, and of which kind that is.
+    fn element(&self) -> Option<(&str, &str, &str)> {
+        let (chain, rest) = self.key.strip_prefix("chain.")?.split_once(".elements.")?;
+        let mut words = rest.split('.');
+        Some((chain, words.next()?, words.next()?)).filter(|_| self.part == "machine")
+    }
+
+    /// Returns by which factor the largest of the numbers is larger than the smallest; `None` where one is no number, infinite where one is 0 or of the other sign.
+    fn ratio(&self) -> Option<f64> {
+        let numbers: Vec<f64> = self.values.iter().map(|value| value.parse().ok()).collect::<Option<_>>()?;
+        let [low, high] = [f64::min, f64::max].map(|end| numbers.iter().copied().reduce(end).unwrap_or(f64::NAN));
+        Some(if low > 0.0 {
+            high / low
+        } else if high < 0.0 {
+            low / high
+        } else {
+            f64::INFINITY
+        })
+    }
+
+    /// Returns key and values in words: "stiffness of J6: 79.62 kN·m/rad in A, 210 in B, 2.6 times".
+    fn words(&self, letters: &[char]) -> String {
+        let mut segments = self.key.rsplit('.');
+        let last = segments.next().unwrap_or_default();
+        let owner = self.element().map(|(_, element, _)| element).or_else(|| segments.next()).unwrap_or_default();
+        let unit = KEY_UNITS.iter().find(|(ending, ..)| last.ends_with(ending));
+        let name = unit.map_or(last, |(ending, ..)| last.trim_end_matches(ending)).replace('_', " ");
+        let value = |text: &String| match (unit, text.parse::<f64>()) {
+            (Some((_, shown, factor)), Ok(number)) => with_unit(&format_number(number * factor), shown),
+            _ => text.clone(),
+        };
+        let values: Vec<String> =
+            self.values.iter().zip(letters).map(|(own, letter)| format!("{} in {letter}", value(own))).collect();
+        let of = if owner.is_empty() { self.part.replace('_', " ") } else { owner.replace('_', " ") };
+        let times = self.ratio().filter(|ratio| ratio.is_finite() && self.values.len() == 2);
+        let times = times.map_or_else(String::new, |ratio| format!(", {ratio:.1} times"));
+        let what = if name.is_empty() { of } else { format!("{name} of {of}") };
+        format!("{what}: {}{}", values.join(", "), times.replace(", 1.0 times", ""))
+    }
+}
+
+/// Endings of keys that name units; the unit that is shown, and by what a number is multiplied for it.
+const KEY_UNITS: [(&str, &str, f64); 7] = [
+    ("_Nmm_per_rad", "kN·m/rad", 1e-6),
+    ("_N_per_mm", "N/mm", 1.0),
+    ("_Nmm", "N·mm", 1.0),
+    ("_mm", "mm", 1.0),
+    ("_deg", "°", 1.0),
+    ("_kg", "kg", 1.0),
+    ("_N", "N", 1.0),
+];
+
+/// Returns a sentence on the changes, and what differs most; `is_other_text` says whether the input files differ as texts.
+fn change_words(rows: &[Change], is_other_text: bool, letters: &[char]) -> (String, Vec<String>) {
     if rows.is_empty() {
         let what = if is_other_text { "; only comments or the order of their lines differ" } else { "" };
-        return format!("Machine, process and study hold the same values{what}.");
+        return (format!("Machine, process and study hold the same values{what}."), Vec::new());
     }
-    if rows.len() <= MOST_NAMED {
-        return format!("What differs: {}.", rows.iter().map(name).collect::<Vec<_>>().join("; "));
+    let computed: Vec<&Change> = rows.iter().filter(|row| !row.is_only_said()).collect();
+    if computed.is_empty() {
+        return ("Only names and sources of the inputs differ.".into(), Vec::new());
     }
-    let mut parts: Vec<(&str, usize)> = Vec::new();
-    for row in rows {
-        match parts.iter_mut().find(|(part, _)| *part == row.part) {
-            Some((_, count)) => *count += 1,
-            None => parts.push((&row.part, 1)),
+    // An element of another kind has other keys throughout: that is one difference.
+    let mut kinds: BTreeMap<(&str, &str), Vec<BTreeSet<&str>>> = BTreeMap::new();
+    for row in &computed {
+        let Some((chain, element, kind)) = row.element() else { continue };
+        let own = kinds.entry((chain, element)).or_insert_with(|| vec![BTreeSet::new(); letters.len()]);
+        for (own, value) in own.iter_mut().zip(&row.values) {
+            own.extend((value != ABSENT).then_some(kind));
         }
     }
-    let all: Vec<String> =
-        parts.iter().map(|(part, count)| format!("{} of the {part}", counted(*count, "value"))).collect();
-    format!("Inputs differ in {}, listed under Why.", join_words(&all.iter().map(String::as_str).collect::<Vec<_>>()))
+    kinds.retain(|_, own| own.iter().any(|other| *other != own[0]));
+    let is_other =
+        |row: &Change| row.element().is_some_and(|(chain, element, _)| kinds.contains_key(&(chain, element)));
+    let of_kind = |((chain, element), own): (&(&str, &str), &Vec<BTreeSet<&str>>)| {
+        let what = |(kinds, letter): (&BTreeSet<&str>, &char)| {
+            let named: Vec<String> = kinds.iter().map(|kind| kind.replace('_', " ")).collect();
+            format!("{} in {letter}", if named.is_empty() { "not".into() } else { named.join(" and ") })
+        };
+        let all: Vec<String> = own.iter().zip(letters).map(what).collect();
+        format!("{element} of {chain}: {}", all.join(", "))
+    };
+    let mut numbers: Vec<&&Change> = computed.iter().filter(|row| !is_other(row)).collect();
+    numbers.sort_by(|a, b| b.ratio().unwrap_or(1.0).total_cmp(&a.ratio().unwrap_or(1.0)));
+    let all: Vec<String> = kinds.iter().map(of_kind).chain(numbers.into_iter().map(|row| row.words(letters))).collect();
+    let sentence = match all.len().saturating_sub(MOST_NAMED) {
+        0 => "What differs in the inputs:".into(),
+        more => format!("What differs in the inputs, the largest changes first, and {more} more under Why:"),
+    };
+    (sentence, all.into_iter().take(MOST_NAMED).collect())
 }
 
 /// Returns the values of a result's inputs by part and key; empty if none are recorded, `Err` if they have not the expected form.

@@ -61,51 +61,47 @@ impl VerdictWriter<'_> {
         if self.is_motion(quantity) { format!("that of {}", self.full_name(who)) } else { self.full_name(who) }
     }
 
-    /// Returns a sentence on which of two results is better, in how much of the workspace or path, and by how much.
-    pub(super) fn best_of_two_sentence(&self, quantity: usize, winners: &Winners) -> String {
+    /// Returns a sentence on which of two results is better, in how much of the workspace or path, and one on by how much.
+    pub(super) fn best_of_two(&self, quantity: usize, winners: &Winners) -> [String; 2] {
         let order = winners.order_by_wins();
         let (first, second, extent) = (order[0], order[1], self.extent_words());
         let Some(typical_lead) = winners.typical_lead(first) else {
             let (floor, unit) = (self.floor(quantity), self.unit(quantity));
-            return format!(
-                "{} and {} are the same: their {} differs nowhere by more than {}.",
-                self.full_name(0),
-                self.full_name(1),
-                self.aligned.shared.quantities[quantity].label,
-                with_unit(&format_floor(floor), unit)
-            );
+            let label = &self.aligned.shared.quantities[quantity].label;
+            let most = with_unit(&format_floor(floor), unit);
+            return [
+                format!("{} and {} are the same but for rounding.", self.full_name(0), self.full_name(1)),
+                format!("Their {label} differs nowhere by more than {most}."),
+            ];
         };
         let better = self.better_clause(quantity, first, true);
-        let by = format!("typically by {}", percent(typical_lead));
+        let by = format!("ypically by {}", percent(typical_lead));
         if let Some(node) = winners.largest_lead_node(second) {
             let only = if winners.win_share(second) < 0.2 { "only in" } else { "in" };
-            return format!(
-                "{better} in {} of {extent}, {by}; {} {only} {}, most of all {}.",
-                percent(winners.win_share(first)),
-                self.other_in_words(quantity, second),
-                percent(winners.win_share(second)),
-                self.location(self.node_words(&self.aligned.common[0], node))
-            );
+            let other = self.other_in_words(quantity, second);
+            let place = self.location(self.node_words(&self.aligned.common[0], node));
+            return [
+                format!("{better} in {} of {extent}.", percent(winners.win_share(first))),
+                format!("T{by}; {other} {only} {}, most of all {place}.", percent(winners.win_share(second))),
+            ];
         }
         match winners.same_share() {
-            0.0 => format!("{better} everywhere in {extent}, {by}."),
-            share => format!(
-                "{better} in {} of {extent}, {by}; in the other {} {} and {} are equal.",
-                percent(winners.win_share(first)),
-                percent(share),
-                self.full_name(first),
-                self.full_name(second)
-            ),
+            0.0 if extent == "the methods" => [format!("{better} with every method, t{by}."), String::new()],
+            0.0 => [format!("{better} everywhere, t{by}."), String::new()],
+            share => [
+                format!("{better} in {} of {extent}.", percent(winners.win_share(first))),
+                format!("T{by}; in the other {} they are equal.", percent(share)),
+            ],
         }
-        .replace("everywhere in the path", "everywhere along the path")
-        .replace("everywhere in the methods", "with every method")
     }
 
-    /// Returns a sentence on which of several results is best, in how much of the workspace or path, and by how much.
-    pub(super) fn best_of_several_sentence(&self, quantity: usize, winners: &Winners) -> String {
+    /// Returns a sentence on which of several results is best, in how much of the workspace or path, and one on by how much.
+    pub(super) fn best_of_several(&self, quantity: usize, winners: &Winners) -> [String; 2] {
         let order = winners.order_by_wins();
         let Some(typical_lead) = winners.typical_lead(order[0]) else {
-            return format!("Nowhere in {} is one of the {} better than all others.", self.extent_words(), order.len());
+            let none =
+                format!("Nowhere in {} is one of the {} better than all others.", self.extent_words(), order.len());
+            return [none, String::new()];
         };
         let others = order[1..].iter().map(|who| {
             let other = self.other_in_words(quantity, *who);
@@ -115,17 +111,17 @@ impl VerdictWriter<'_> {
             }
         });
         let share = match winners.win_share(order[0]) {
-            1.0 => format!("everywhere in {}", self.extent_words()),
+            1.0 => "everywhere".into(),
             share => format!("in {} of {}", percent(share), self.extent_words()),
         };
         let better = self.better_clause(quantity, order[0], false);
         let less = if self.aligned.shared.quantities[quantity].better == Better::Larger { "more" } else { "less" };
-        let by = format!("typically {} {less} than the next best", percent(typical_lead));
-        format!("{better} {share}, {by}; {}.", others.collect::<Vec<_>>().join(", "))
+        let by = format!("Typically {} {less} than the next best", percent(typical_lead));
+        [format!("{better} {share}."), format!("{by}; {}.", others.collect::<Vec<_>>().join(", "))]
     }
 
-    /// Returns a sentence on by how much the worst value of the result `best` is better than those of the others.
-    pub(super) fn worst_case_sentence(&self, quantity: usize, best: usize, extremes: &[Extremes]) -> String {
+    /// Returns a sentence on the worst value of the result `best`, and one on by how much it is better than those of the others.
+    pub(super) fn worst_case(&self, quantity: usize, best: usize, extremes: &[Extremes]) -> [String; 2] {
         let q = &self.aligned.shared.quantities[quantity];
         let worst_of = |who: usize| self.worst_and_best(quantity, &extremes[who])[0].0;
         let others: Vec<String> = (0..extremes.len())
@@ -133,13 +129,9 @@ impl VerdictWriter<'_> {
             .map(|who| self.comparison(quantity, worst_of(best), who, worst_of(who)))
             .collect();
         let which = if q.better == Better::Larger { "smallest" } else { "largest" };
-        format!(
-            "The {which} {} of {} is {}: {}.",
-            without_extreme_word(&q.label),
-            self.full_name(best),
-            with_unit(&three_digits(worst_of(best)), &q.unit),
-            others.join(", ")
-        )
+        let (label, name) = (without_extreme_word(&q.label), self.full_name(best));
+        let value = with_unit(&three_digits(worst_of(best)), &q.unit);
+        [format!("The {which} {label} of {name} is {value}."), format!("That is {}.", others.join(", "))]
     }
 
     /// Returns `value` compared with the value `reference` of another result: "24 % less than in A (1.71 mm)".

@@ -1,4 +1,4 @@
-//! The first screen of a comparison: one sentence, at most three numbers, and where the tables have them.
+//! The first screen of a comparison, and where the tables have its numbers.
 
 use std::collections::HashSet;
 
@@ -7,33 +7,21 @@ use serde::Serialize;
 use super::{
     aligned::Aligned,
     description::{Better, Quantity, Shape},
-    headline::{self, State},
+    headline::{Headline, KeyNumber, State, Verdict},
     picture::{Picture, bar_picture},
     sentences::{three_digits, without_extreme_word},
     winners::{Extremes, percent},
 };
+use crate::files::words::with_unit;
 
 /// Label of the quantity by which placements are judged.
 const OBJECTIVE: &str = "objective";
 
-/// First screen of a comparison: sentence, key numbers, further sentences, and checks of the numbers.
-#[derive(Debug, Default, Serialize)]
-pub(super) struct Verdict {
-    pub sentence: String,
-    pub numbers: Vec<LargeNumber>,
-    pub lines: Vec<String>,
+/// First screen of a comparison with checks of its numbers.
+#[derive(Debug, Default)]
+pub(super) struct FirstScreen {
+    pub headline: Headline,
     pub checks: Vec<Check>,
-    /// Whether the difference matters, in a few words.
-    pub judged: Option<headline::Verdict>,
-}
-
-/// A key number in large letters: what it is, and what it is compared with.
-#[derive(Debug, Serialize)]
-pub(super) struct LargeNumber {
-    pub value: String,
-    pub unit: String,
-    pub what: String,
-    pub against: String,
 }
 
 /// Writes the first screen of a comparison from one view of all results.
@@ -53,29 +41,40 @@ impl VerdictWriter<'_> {
     }
 
     /// Returns the first screen; `None` if no number can be compared.
-    pub fn verdict(&self) -> Option<Verdict> {
+    pub fn first_screen(&self) -> Option<FirstScreen> {
         let quantity = self.main_quantity()?;
         let extremes = self.aligned.extremes(quantity, 0)?;
         let winners = self.aligned.winners(quantity)?;
         let (is_curve, has_same_nodes) = (self.aligned.shared.shape == Shape::Curve, self.aligned.has_same_nodes());
         let by_place = winners.compared_count() > 0 && (has_same_nodes || !is_curve);
         let best = if by_place { winners.order_by_wins()[0] } else { self.best_worst_case(quantity, &extremes) };
-        let sentence = match by_place {
-            true if self.aligned.letters.len() == 2 => self.best_of_two_sentence(quantity, &winners),
-            true => self.best_of_several_sentence(quantity, &winners),
-            false => self.worst_case_sentence(quantity, best, &extremes),
+        let [sentence, by_how_much] = match by_place {
+            true if self.aligned.letters.len() == 2 => self.best_of_two(quantity, &winners),
+            true => self.best_of_several(quantity, &winners),
+            false => self.worst_case(quantity, best, &extremes),
         };
-        let mut verdict = Verdict { sentence, ..Verdict::default() };
-        self.add_extremes(quantity, best, &extremes, &mut verdict);
+        let headline = Headline::new(sentence, self.extent_words()).with_cautions(&by_how_much);
+        let mut screen = FirstScreen { headline, ..FirstScreen::default() };
+        self.add_extremes(quantity, best, &extremes, &mut screen);
         match self.tolerance_mm.filter(|_| self.unit(quantity) == "mm") {
-            Some(tolerance) => self.add_tolerance_share(quantity, best, tolerance, by_place, &mut verdict),
-            None if by_place => self.add_difference(quantity, best, &mut verdict),
+            Some(tolerance) => self.add_tolerance_share(quantity, best, tolerance, by_place, &mut screen.headline),
+            None if by_place => self.add_difference(quantity, best, &mut screen.headline),
             None => {}
         }
         if self.tolerance_mm.is_none() {
-            verdict.judged = Some(headline::Verdict::new(State::Open, "No tolerance given"));
+            let letter = self.aligned.letters[best];
+            let words = match winners.win_share(best) {
+                _ if !by_place => format!("{letter} better at its worst; no tolerance given"),
+                0.0 => "No difference but for rounding".into(),
+                1.0 => format!("{letter} better everywhere; no tolerance given"),
+                share => format!("{letter} better in {}; no tolerance given", percent(share)),
+            };
+            screen.headline = screen
+                .headline
+                .judged(Verdict::new(State::Open, words), false)
+                .next("compare again with --tolerance MM, which says where the difference matters.");
         }
-        Some(verdict)
+        Some(screen)
     }
 
     /// Returns the result with the best worst value.
@@ -94,7 +93,7 @@ impl VerdictWriter<'_> {
     }
 
     /// Adds worst and best value of the result `best`, each compared with the same of the other results.
-    fn add_extremes(&self, quantity: usize, best: usize, extremes: &[Extremes], verdict: &mut Verdict) {
+    fn add_extremes(&self, quantity: usize, best: usize, extremes: &[Extremes], screen: &mut FirstScreen) {
         let q = &self.aligned.shared.quantities[quantity];
         let (data, _) = self.aligned.extremes_basis();
         let is_larger = q.better == Better::Larger;
@@ -104,26 +103,26 @@ impl VerdictWriter<'_> {
             let (value, node) = extreme_of(&extremes[best]);
             let comparison = |who: usize| self.comparison(quantity, value, who, extreme_of(&extremes[who]).0);
             let others: Vec<String> = (0..extremes.len()).filter(|who| *who != best).map(comparison).collect();
-            verdict.numbers.push(LargeNumber {
-                value: three_digits(value),
-                unit: q.unit.clone(),
-                what: format!(
-                    "{which} {} in {}, {}",
-                    without_extreme_word(&q.label),
-                    self.aligned.letters[best],
-                    self.location(self.node_words(&data[best], node))
-                ),
-                against: others.join("; "),
-            });
+            let (label, letter) = (without_extreme_word(&q.label), self.aligned.letters[best]);
+            let what = format!("{which} {label} in {letter}, {}", self.location(self.node_words(&data[best], node)));
+            let shown = with_unit(&three_digits(value), &q.unit);
+            screen.headline.numbers.push(KeyNumber::new(&shown, what, others.join("; ")));
             for (who, own_extremes) in extremes.iter().enumerate() {
                 let rule = if which == "largest" { Rule::Max } else { Rule::Min };
-                verdict.checks.extend(Check::of(self, quantity, who, rule, extreme_of(own_extremes).0));
+                screen.checks.extend(Check::of(self, quantity, who, rule, extreme_of(own_extremes).0));
             }
         }
     }
 
     /// Adds the share of the result `best` within the tolerance, and a sentence on whether the difference matters.
-    fn add_tolerance_share(&self, quantity: usize, best: usize, tolerance: f64, by_place: bool, verdict: &mut Verdict) {
+    fn add_tolerance_share(
+        &self,
+        quantity: usize,
+        best: usize,
+        tolerance: f64,
+        by_place: bool,
+        headline: &mut Headline,
+    ) {
         let (data, _) = self.aligned.extremes_basis();
         let share = |who: usize| {
             let values = data[who].values[quantity][0].iter().filter(|value| value.is_finite());
@@ -131,24 +130,41 @@ impl VerdictWriter<'_> {
         };
         let share_in = |who: usize| format!("in {} {}", self.aligned.letters[who], percent(share(who)));
         let others: Vec<String> = (0..data.len()).filter(|who| *who != best).map(share_in).collect();
-        verdict.numbers.push(LargeNumber {
-            value: percent(share(best)).trim_end_matches(" %").to_string(),
-            unit: "%".into(),
-            what: format!("of {} within {tolerance} mm in {}", self.extent_words(), self.aligned.letters[best]),
-            against: others.join("; "),
-        });
+        let letter = self.aligned.letters[best];
+        let what = format!("of {} within {tolerance} mm in {letter}", self.extent_words());
+        headline.numbers.push(KeyNumber::new(&percent(share(best)), what, others.join("; ")));
         let differences = self.differences(quantity, best);
         if differences.is_empty() || !by_place {
             return;
         }
         let matters = differences.iter().filter(|(_, by)| *by > tolerance).count();
-        let (state, words) = match matters as f64 / differences.len() as f64 {
-            0.0 => (State::Open, "No difference beyond the tolerance".into()),
-            1.0 => (State::Good, "Difference matters everywhere".into()),
-            share => (State::Partly, format!("Difference matters in {} of {}", percent(share), self.extent_words())),
+        let best_share = (0..data.len()).map(share).fold(0.0, f64::max);
+        let others: Vec<String> =
+            (0..data.len()).filter(|who| *who != best).map(|who| self.aligned.letters[who].to_string()).collect();
+        let (state, words, next) = match matters as f64 / differences.len() as f64 {
+            _ if best_share == 0.0 => (
+                State::Bad,
+                "All out of tolerance everywhere".into(),
+                "compensate: none is within tolerance as it is.".into(),
+            ),
+            0.0 => (
+                State::Open,
+                "No difference that matters".into(),
+                "take either: they differ by less than the tolerance.".into(),
+            ),
+            1.0 => (
+                State::Good,
+                format!("{letter} better by more than the tolerance"),
+                format!("take {letter}, once its inputs are measured rather than assumed."),
+            ),
+            share => (
+                State::Partly,
+                format!("Difference matters in {} of {}", percent(share), self.extent_words()),
+                format!("take {letter}, or {} where the picture has its colour under your part.", others.join(" or ")),
+            ),
         };
-        verdict.judged = Some(headline::Verdict::new(state, words));
-        verdict.lines.push(match matters {
+        (headline.verdict, headline.next) = (Some(Verdict::new(state, words)), Some(next));
+        headline.cautions.push(match matters {
             0 => format!(
                 "Nowhere do the results differ by more than the tolerance of {tolerance} mm: the difference does not \
                  matter."
@@ -162,21 +178,19 @@ impl VerdictWriter<'_> {
     }
 
     /// Adds the largest difference of the result `best` from the others, where no tolerance says whether it matters.
-    fn add_difference(&self, quantity: usize, best: usize, verdict: &mut Verdict) {
+    fn add_difference(&self, quantity: usize, best: usize, headline: &mut Headline) {
         let differences = self.differences(quantity, best);
         let Some((node, by)) = differences.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
         let is_length = self.unit(quantity) == "mm";
         let is_nothing = by <= self.floor(quantity);
         let place = || self.location(self.node_words(&self.aligned.common[0], node));
-        verdict.numbers.push(LargeNumber {
-            value: if is_nothing { "0".into() } else { three_digits(by) },
-            unit: self.unit(quantity).into(),
-            what: match is_nothing {
-                true => "largest difference, but for rounding".into(),
-                false => format!("largest difference, {}", place()),
-            },
-            against: if is_length { "no tolerance is given for the difference".into() } else { String::new() },
-        });
+        let shown = with_unit(&if is_nothing { "0".into() } else { three_digits(by) }, self.unit(quantity));
+        let what = match is_nothing {
+            true => "largest difference, but for rounding".into(),
+            false => format!("largest difference, {}", place()),
+        };
+        let against = if is_length { "no tolerance is given for the difference" } else { "" };
+        headline.numbers.push(KeyNumber::new(&shown, what, against));
     }
 
     /// Returns the largest difference of `best` from another result, at each node where all results are valid.
@@ -197,7 +211,7 @@ impl VerdictWriter<'_> {
 /// The first screen of compared placements: what the place found best costs in each.
 impl VerdictWriter<'_> {
     /// Returns the first screen for several placements, from their best places; `None` if the view is not one of placements.
-    pub fn best_place_verdict(&self) -> Option<Verdict> {
+    pub fn best_places(&self) -> Option<FirstScreen> {
         let shared = &self.aligned.shared;
         let objective = shared.quantities.iter().position(|q| q.label == OBJECTIVE)?;
         let is_cost = |(_, q): &(usize, &Quantity)| q.unit == "mm" && q.better == Better::Smaller;
@@ -215,47 +229,47 @@ impl VerdictWriter<'_> {
             words.collect::<Vec<_>>().join("; ")
         };
         let q = &shared.quantities[main];
-        let mut verdict = Verdict {
-            sentence: format!(
-                "At its best place {} has a {} of {} {}, {}.",
-                self.full_name(best),
-                q.label,
-                three_digits(value(best, main)),
-                q.unit,
-                against(main)
-            ),
-            ..Verdict::default()
+        let shown =
+            |quantity: usize| with_unit(&three_digits(value(best, quantity)), &shared.quantities[quantity].unit);
+        let sentence = format!("At its best place {} has a {} of {}.", self.full_name(best), q.label, shown(main));
+        let letter = self.aligned.letters[best];
+        let apart = order[1..].iter().map(|who| value(*who, main) - value(best, main)).fold(f64::INFINITY, f64::min);
+        let within = shared.quantities.iter().position(|q| q.label == "share of the path within tolerance");
+        let share = |who: &usize| within.map_or(f64::NAN, |within| value(*who, within));
+        let surest = order.iter().copied().reduce(|a, b| if share(&b) > share(&a) + 0.005 { b } else { a });
+        let surest = surest.filter(|who| *who != best).map(|who| self.aligned.letters[who]);
+        let verdict = match (surest, self.tolerance_mm) {
+            (Some(surest), _) => {
+                Verdict::new(State::Partly, format!("{surest} keeps its tolerance on more of the path"))
+            }
+            (None, Some(tolerance)) if apart <= tolerance => Verdict::new(State::Open, "No difference that matters"),
+            (None, Some(_)) => Verdict::new(State::Good, format!("{letter} better by more than the tolerance")),
+            (None, None) => Verdict::new(State::Open, format!("{letter} better; no tolerance given")),
         };
+        let headline = Headline::new(sentence, "the best place of each")
+            .judged(verdict, false)
+            .next(format!("put the workpiece where {} is best.", surest.unwrap_or(letter)))
+            .with_cautions(&format!("That is {}.", against(main)));
+        let mut screen = FirstScreen { headline, ..FirstScreen::default() };
         let correction = costs.iter().copied().find(|index| shared.quantities[*index].label.contains("correction"));
         for quantity in [Some(main), correction] {
             let Some(quantity) = quantity.filter(|q| value(best, *q).is_finite()) else { continue };
             let at = self.node_words(&self.aligned.data[best], chosen[best]);
-            verdict.numbers.push(LargeNumber {
-                value: three_digits(value(best, quantity)),
-                unit: shared.quantities[quantity].unit.clone(),
-                what: format!(
-                    "{} at the best place of {} ({at})",
-                    shared.quantities[quantity].label, self.aligned.letters[best]
-                ),
-                against: against(quantity),
-            });
+            let label = &shared.quantities[quantity].label;
+            let what = format!("{label} at the best place of {} ({at})", self.aligned.letters[best]);
+            screen.headline.numbers.push(KeyNumber::new(&shown(quantity), what, against(quantity)));
         }
-        let within = shared.quantities.iter().position(|q| q.label == "share of the path within tolerance");
         if let Some(within) = within.filter(|within| value(best, *within).is_finite()) {
             let share_in = |who: &usize| format!("in {} {}", self.aligned.letters[*who], percent(value(*who, within)));
             let others: Vec<String> = order[1..].iter().map(share_in).collect();
-            verdict.numbers.push(LargeNumber {
-                value: percent(value(best, within)).trim_end_matches(" %").to_string(),
-                unit: "%".into(),
-                what: format!("of the path within the tolerance of its study in {}", self.aligned.letters[best]),
-                against: others.join("; "),
-            });
+            let what = format!("of the path within the tolerance of its study in {}", self.aligned.letters[best]);
+            screen.headline.numbers.push(KeyNumber::new(&percent(value(best, within)), what, others.join("; ")));
         }
         for who in order {
             let objective_value = value(who, objective);
-            verdict.checks.extend(Check::of(self, objective, who, Rule::Min, objective_value).map(Check::own_rows));
+            screen.checks.extend(Check::of(self, objective, who, Rule::Min, objective_value).map(Check::own_rows));
         }
-        Some(verdict)
+        Some(screen)
     }
 
     /// Draws the main error at the best place of each placement; `None` if the view is not one of placements.

@@ -10,7 +10,7 @@ use kinetostat::{
         labels::{Occupied, rect_around},
         png::dashes,
         scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text},
-        shapes::{contour, hatching_lines, simplify_line},
+        shapes::{contour, hatching_beyond, hatching_lines, simplify_line},
         svg::{svg, with_dark_theme},
         text::{Weight, width, wrap},
     },
@@ -100,6 +100,22 @@ fn lines_end_at_the_border() {
     assert_eq!(hatching_lines(&square, 5.0)[0], [[0.0, 5.0], [5.0, 0.0]]);
     assert_eq!(hatching_lines(&square, 5.0).len(), 3);
     assert!(hatching_lines(&[], 5.0).is_empty());
+}
+
+/// Over a plane the limit is a line, which cuts every hatching line in two parts of known length; a missing node takes its cells.
+#[test]
+fn hatching_covers_what_is_beyond_a_plane_limit() {
+    let (x, y, page) = ([0.0, 1.0, 4.0], [-1.0, 0.0, 1.0], [[100.0, 50.0], [500.0, 250.0]]);
+    let mut values: Vec<Option<f64>> = y.iter().flat_map(|_| x.map(|x| Some(x - 1.5))).collect();
+    let square = [[250.0, 50.0], [500.0, 50.0], [500.0, 250.0], [250.0, 250.0]];
+    let total = |lines: &[[Point; 2]]| lines.iter().map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1])).sum::<f64>();
+    let found = hatching_beyond(&x, &y, &values, page, 20.0);
+    assert!(found.iter().flatten().all(|[x, y]| *x >= 250.0 - 1e-9 && (50.0..=250.0).contains(y)), "{found:?}");
+    assert!((total(&found) - total(&hatching_lines(&square, 20.0))).abs() < 1e-6 * total(&found));
+    values[8] = None;
+    let found = hatching_beyond(&x, &y, &values, page, 20.0);
+    assert!(found.iter().flatten().all(|[x, y]| *x <= 204.0 || *y >= 146.0), "{found:?}");
+    assert!(!found.is_empty());
 }
 
 #[test]

@@ -25,7 +25,7 @@ fn slices(panels: Vec<SlicePanel>) -> SliceFigure {
         quantity: "deflection [mm]".into(),
         panels,
         range: None,
-        contour: None,
+        limit: None,
         shading: Shading::Ordered,
         remark: String::new(),
         missing: "no solution".into(),

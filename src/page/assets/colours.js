@@ -27,7 +27,8 @@ const Scales = (() => {
       return { colorscale: CYCLIC, low: low < 0 ? -180 : 0, high: low < 0 ? 180 : 360 };
     }
     const colorscale = NAMED[colours] ?? NAMED.viridis;
-    if (high - low > least) return { colorscale, low, high };
+    // As the figures: from 0 where sizes differ much.
+    if (high - low > least) return { colorscale, low: low > 0 && low < 0.5 * high ? 0 : low, high };
     const half = 0.5 * Math.max(Math.abs(high), 10 * least, 1e-12);
     return { colorscale, low: low - half, high: high + half };
   }

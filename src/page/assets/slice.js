@@ -74,6 +74,7 @@ function sliceView(charts, view) {
     const differ = (a, b) => Number.isFinite(a + b) && (a <= limit) !== (b <= limit);
     const add = (from, to) => [from, to, [null, null]].forEach((point) => { line.x.push(point[0]); line.y.push(point[1]); });
     z.forEach((own, r) => own.forEach((value, c) => {
+      if (value > limit) add([x[c], y[r]], [x[c + 1], y[r + 1]]);
       if (c > 0 && differ(value, own[c - 1])) add([x[c], y[r]], [x[c], y[r + 1]]);
       if (r > 0 && differ(value, z[r - 1][c])) add([x[c], y[r]], [x[c + 1], y[r]]);
     }));
@@ -113,7 +114,7 @@ function sliceView(charts, view) {
     const words = cut.map(([axis, index]) => view.along(axis, one.axes[axis][index])).join(", ");
     const better = data.better?.[state.quantity];
     const sense = one.is_difference ? " (orange: " + one.name.charAt(0) + (better && better !== "neither" ? " is better)" : " is larger)") : "";
-    heading.textContent = (cases.length > 1 ? one.name + ", " : "Slice at ") + words + (Number.isFinite(view.tolerance()) ? "; white line: tolerance " + Data.withUnit(view.tolerance(), view.unit()) : "") + sense;
+    heading.textContent = (cases.length > 1 ? one.name + ", " : "Slice at ") + words + (Number.isFinite(view.tolerance()) ? "; hatched: out of tolerance, " + Data.withUnit(view.tolerance(), view.unit()) : "") + sense;
     return words;
   }
   function draw(panel) {

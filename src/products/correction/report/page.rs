@@ -3,7 +3,7 @@
 use super::{CorrectionFormat, Report, tables::comp_ini, text};
 use crate::{
     answer::{facts_of, grid_view},
-    figures::{Figure, Shading, SliceFigure, SlicePanel},
+    figures::{Figure, Limit, Shading, SliceFigure, SlicePanel},
     files::words::typographic,
     page::{Better, Description, Explorer, Fact, Group, MachineDescription, Quantity, Section, TableNote},
     process::uncertainty::Draws,
@@ -186,7 +186,7 @@ fn slice_figure(report: &Report<'_>, [across, up, through]: [usize; 3], method: 
         quantity: "largest error of the tool [mm]".into(),
         panels: planes.iter().map(panel).collect(),
         range: colour_range(report, method),
-        contour: (method == TABLE).then_some(report.question.tolerance_mm),
+        limit: (method == TABLE).then_some(Limit::Most(report.question.tolerance_mm)),
         shading: Shading::Ordered,
         remark: String::new(),
         missing: "no solution".into(),

@@ -36,8 +36,8 @@ fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
             Source::Weight => "without cutting force".into(),
             _ => study.scene.worst_words(),
         },
-        contour: None,
-        line: String::new(),
+        limit: None,
+        of_limit: String::new(),
         shading: Shading::Ordered,
         value: Box::new(move |point: &MapPoint| quantity.value(point.effect(source)?)),
     };

@@ -1,6 +1,6 @@
 //! Quantities, tables and figure of an online study.
 
-use super::Compared;
+use super::{Compared, percent_of};
 use crate::{
     answer::{Quantity, QuantityTable},
     figures::{Figure, LineFigure, LineSeries},
@@ -9,7 +9,7 @@ use crate::{
         words::counted,
     },
     page::Better::Smaller,
-    questions::online::{Band, Trial},
+    questions::online::{Band, BreakEven, Trial},
     simulation::SOLVED,
 };
 
@@ -75,10 +75,15 @@ pub(super) fn residual_figure(compared: &Compared<'_>) -> Option<Figure> {
         dashed: false,
         band: bands.iter().flatten().map(|band| [100.0 * band.force_error, band.low_mm, band.high_mm]).collect(),
     };
-    let series = vec![
+    let mut series = vec![
         series("corrected beforehand, by the predicted force", &compared.offline),
         series("corrected in the controller, by the measured force", &compared.online),
     ];
+    if let Some(BreakEven::From(error)) = compared.break_even {
+        let (at, top) = (100.0 * error, series[0].band.iter().map(|[.., high]| *high).fold(0.0, f64::max));
+        let label = format!("measuring pays from {} on", percent_of(error));
+        series.push(LineSeries::new(label, vec![(at, 0.0), (at, top)], true));
+    }
     let (name, seeds) = (&compared.study.path.machine.name, counted(compared.study.seeds, "seed"));
     series.iter().any(|series| !series.points.is_empty()).then(|| {
         let title = "Residual error against the error of the predicted force";

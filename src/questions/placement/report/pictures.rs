@@ -142,7 +142,7 @@ fn map(
         quantity: quantity.into(),
         panels: planes(results).iter().map(panel).collect(),
         range: None,
-        contour: None,
+        limit: None,
         shading: Shading::Ordered,
         remark: String::new(),
         missing: IMPOSSIBLE.into(),

@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Largest number of other places drawn.
-const GHOSTS: usize = 4;
+const OTHERS: usize = 4;
 
 /// Draws the plan of the recommended place; `None` where there is nothing to draw.
 pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
@@ -26,14 +26,7 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
     let metric = drawn_metric(results);
     let number = |value: f64| typographic(&metric.value_words(&study.machine, value));
     let best = results.best.as_ref();
-    let mut shapes: Vec<PlanShape> = nearby_named_places(results)
-        .into_iter()
-        .map(|entry| {
-            let value = entry.feasible().and_then(|evaluation| evaluation.metrics.get(metric));
-            let words = value.map_or_else(|| "not possible".into(), number);
-            part_outline(results, &entry.site, Look::Ghost, format!("{}\n{words}", entry.name))
-        })
-        .collect();
+    let mut shapes = Vec::new();
     shapes.extend(study.table.iter().map(|table| PlanShape {
         look: Look::Ghost,
         points: table.corners().map(|corner| (corner.x, corner.y)).to_vec(),
@@ -59,6 +52,15 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
         let label = value.map_or_else(|| "best".into(), |value| format!("best\n{}", number(value)));
         marks.push((best.site.0[0], best.site.0[1], label));
     }
+    let places = nearby_named_places(results)
+        .into_iter()
+        .map(|entry| {
+            let value = entry.feasible().and_then(|evaluation| evaluation.metrics.get(metric));
+            let words = value.map_or_else(|| "not possible".into(), number);
+            let at = (entry.site.0[0], entry.site.0[1]);
+            PlanShape { look: Look::Place, points: vec![at], label: format!("{}: {words}", entry.name) }
+        });
+    shapes.extend(places);
     let field = sweep_slice(results, metric);
     if shapes.is_empty() && field.is_none() {
         return None;
@@ -67,7 +69,10 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
     Some(Figure::Plan(Box::new(PlanFigure {
         title: best.map_or_else(
             || "No place for the part: plan of the machine".into(),
-            |best| typographic(&format!("The part at its best place, {}", height_and_angles(&best.site))),
+            |best| {
+                let drawn = deviation_note(results).map_or_else(String::new, |note| format!(", {note}"));
+                typographic(&format!("The part at its best place, {}{drawn}", height_and_angles(&best.site)))
+            },
         ),
         subtitle: match &field {
             Some(_) => {
@@ -82,7 +87,7 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
         shapes,
         coloured: Vec::new(),
         marks,
-        note: [deviation_note(results), margin_note(results)].into_iter().flatten().collect::<Vec<_>>().join("; "),
+        note: margin_note(results).unwrap_or_default(),
     })))
 }
 
@@ -108,7 +113,7 @@ fn height_and_angles(site: &Site) -> String {
 fn nearby_named_places(results: &PlacementResults) -> Vec<&Entry> {
     let best = results.best.as_ref().map(|best| best.entry);
     let named = results.entries.iter().enumerate().filter(|(index, _)| Some(*index) != best).map(|(_, entry)| entry);
-    named.filter(|entry| entry.found == Origin::Named && pictures::is_near(results, &entry.site)).take(GHOSTS).collect()
+    named.filter(|entry| entry.found == Origin::Named && pictures::is_near(results, &entry.site)).take(OTHERS).collect()
 }
 
 /// Returns the outline of the part at a place, seen along −z.
@@ -185,11 +190,11 @@ fn margin_shape(results: &PlacementResults, site: &Site) -> Option<PlanShape> {
     })
 }
 
-/// Returns the note on the factor by which deviations are magnified; `None` if none are drawn.
+/// Returns the words for the factor by which deviations are magnified; `None` if none are drawn.
 fn deviation_note(results: &PlacementResults) -> Option<String> {
     let factor = error_magnification(results);
     let has_errors = traces_at_best_place(results).any(|trace| trace.before.iter().any(Option::is_some));
-    has_errors.then(|| format!("deviations drawn {factor} times as large"))
+    has_errors.then(|| format!("deviations ×{factor}"))
 }
 
 /// Returns the margins in words, coordinate by coordinate.

@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use crate::{
-    answer::{GridMap, MapLayer, Quantity, QuantityTable, ShareWithin},
-    figures::{Figure, Shading},
+    answer::{GridMap, MapLayer, Quantity, QuantityTable, ShareWithin, Tolerance},
+    figures::{Figure, Limit, Shading},
     files::exchange::{Cell, Kind, Row, Table, cells, numbers, texts},
     machine::Branch,
     page::Better::{Larger, Neither, Smaller},
@@ -88,8 +88,8 @@ pub(super) fn figures(report: &Report<'_>, slices_z: &[f64]) -> Vec<(String, Fig
         title: title.into(),
         label,
         setting: format!("{tool}, {}, {} values of γ", study.scene.force_words(), study.gamma_count()),
-        contour: None,
-        line: String::new(),
+        limit: None,
+        of_limit: String::new(),
         shading: Shading::Ordered,
         value: Box::new(move |gammas: &Option<GammaExtremes>| value(gammas.as_ref()?)),
     };
@@ -101,7 +101,11 @@ pub(super) fn figures(report: &Report<'_>, slices_z: &[f64]) -> Vec<(String, Fig
         WORST_OVER_BEST.value(gammas)
     });
     let drawn = vec![
-        MapLayer { contour: study.scene.tolerance_mm, ..best },
+        MapLayer {
+            limit: study.scene.tolerance_mm.map(Limit::Most),
+            of_limit: study.scene.tolerance_mm.map_or_else(String::new, |most| Tolerance(most).hatched()),
+            ..best
+        },
         MapLayer { shading: Shading::Cyclic, ..gamma },
         gain,
     ];

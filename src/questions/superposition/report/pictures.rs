@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     answer::{GridMap, MapLayer, Tolerance},
-    figures::{Figure, LineFigure, LineSeries, Shading},
+    figures::{Figure, Limit, LineFigure, LineSeries, Shading},
     questions::superposition::{
         GridPoint, LocationResult, Scaling, SuperpositionStudy,
         ablation::Cause,
@@ -26,12 +26,16 @@ fn map_layers(study: &SuperpositionStudy) -> Vec<MapLayer<GridPoint>> {
         title: title.into(),
         label: label.into(),
         setting: study.scene.worst_words(),
-        contour: None,
-        line: String::new(),
+        limit: None,
+        of_limit: String::new(),
         shading: Shading::Ordered,
         value: Box::new(value),
     };
-    let tolerance = |own| MapLayer { contour: Some(study.tolerance), line: Tolerance(study.tolerance).line(), ..own };
+    let tolerance = |own| MapLayer {
+        limit: Some(Limit::Most(study.tolerance)),
+        of_limit: Tolerance(study.tolerance).hatched(),
+        ..own
+    };
     let load =
         of("safe_load", "Largest load for which adding is safe", "largest load / load of the study [1]", |point| {
             LARGEST_LOAD.value(&point.largest_load)
@@ -58,9 +62,9 @@ fn map_layers(study: &SuperpositionStudy) -> Vec<MapLayer<GridPoint>> {
             SUPERPOSITION_ERROR.value(worst(point, Sum::Aggregation, Followed::Tool)?)
         })),
         MapLayer {
-            contour: Some(1.0),
-            line: format!(
-                "; contour: the load of the study; superposition error of the tool tip up to {} mm",
+            limit: Some(Limit::Least(1.0)),
+            of_limit: format!(
+                "; hatched: less than the load of the study; superposition error of the tool tip up to {} mm",
                 study.tolerance
             ),
             ..load

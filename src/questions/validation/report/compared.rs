@@ -251,6 +251,7 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
         0 => format!("None of the {numbers} agrees with ours."),
         agreeing if agreeing == total => format!("All {numbers} agree with ours."),
         _ => match differing == explained {
+            true if differing == 1 => "Agreeing is within each number's tolerance; 1 differs, with a reason.".into(),
             true => format!("Agreeing is within each number's tolerance; {differing} differ, each with a reason."),
             false => {
                 format!("Agreeing is within each number's tolerance; {differing} differ, {explained} with a reason.")

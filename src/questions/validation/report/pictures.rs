@@ -207,13 +207,14 @@ fn curves_by_source(results: &ValidationResults, picture: &Picture, path: &PathR
 /// Draws the agreement of all quoted numbers; `None` where nothing is quoted.
 fn agreement(results: &ValidationResults) -> Option<Figure> {
     let study = &results.study;
-    let rows: Vec<AgreementRow> = lines(results).map(|line| agreement_row(&line)).collect();
+    let mut rows: Vec<AgreementRow> = lines(results).map(|line| agreement_row(&line)).collect();
+    rows.sort_by_key(|row| row.agrees);
     let agreeing = rows.iter().filter(|row| row.agrees).count();
     (!rows.is_empty()).then(|| {
         Figure::Agreement(AgreementFigure {
             title: format!("{agreeing} of {} quoted numbers agree", rows.len()),
             subtitle: format!("{}; {}", study.machine.name, study.variants[0].name),
-            numbers: "quoted, ours".into(),
+            numbers: ["quoted", "ours"].map(String::from),
             rows,
         })
     })
@@ -231,7 +232,10 @@ fn agreement_row(line: &QuotedLine<'_>) -> AgreementRow {
     AgreementRow {
         label: format!("{}: {}", line.case(), line.what()),
         // The unit as axes and files write it.
-        numbers: typographic(&format!("{sign}{}, {shown}{}", quoted.value, line.unit_suffix().replace("N·mm", "Nmm"))),
+        numbers: [
+            typographic(&format!("{sign}{}", quoted.value)),
+            typographic(&format!("{shown}{}", line.unit_suffix().replace("N·mm", "Nmm"))),
+        ],
         criterion,
         difference: ours.map(|ours| in_tolerances(quoted, ours)),
         agrees: line.compared.agrees,
