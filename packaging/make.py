@@ -32,7 +32,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 # Bytes of a program and of a wheel for others, at most: growth that nobody meant is to be seen. The wheel had 6.0 MB before maps and paths computed with
 # uncertain inputs, and 6.7 since programs of robots and controls are run as they are posted.
-LARGEST_PROGRAM, LARGEST_WHEEL = 28_000_000, 7_200_000
+LARGEST_PROGRAM, LARGEST_WHEEL = 30_000_000, 7_200_000
 COMPLETIONS = {"bash": "kinetostat.bash", "zsh": "_kinetostat", "fish": "kinetostat.fish", "powershell": "_kinetostat.ps1"}
 LICENCES = ("LICENSE", "LICENSE-APACHE", "LICENSE-MIT")
 # What is embedded and no package of Rust: name, licence and its text.

@@ -23,9 +23,8 @@ const BAR_GAP: f64 = 34.0;
 const PITCH: f64 = 17.0;
 /// Radius of a mark in pixels.
 const MARK: f64 = 13.0;
-/// Half the side of the square around a cross, and type size of its label as a share of that of other labels.
+/// Half the side of the square around a cross.
 const CROSS: f64 = 9.0;
-const SMALLER: f64 = 0.8;
 /// Number of different colours along a line coloured by value.
 const LEVELS: f64 = 32.0;
 
@@ -312,7 +311,7 @@ fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied
         occupied.marks.push(rect_around(*at, [MARK + 2.0; 2]));
     }
     for (at, (_, _, label)) in points_of_marks.into_iter().zip(&figure.marks) {
-        draw_label(scene, &mut occupied, plot.rect, (at, MARK), (label, INK, Weight::Bold, SIZES.tick));
+        draw_label(scene, &mut occupied, plot.rect, (at, MARK), (label, INK, Weight::Bold));
     }
     for shape in figure.shapes.iter().filter(|shape| !shape.label.is_empty() && !shape.points.is_empty()) {
         let points: Vec<Point> = shape.points.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
@@ -325,12 +324,9 @@ fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied
         };
         // The highest corner.
         let top = points.iter().copied().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
-        let (weight, size) = match shape.look {
-            Look::Place => (Weight::Regular, SMALLER * SIZES.tick),
-            _ => (Weight::Bold, SIZES.tick),
-        };
+        let weight = if shape.look == Look::Place { Weight::Regular } else { Weight::Bold };
         let reach = if shape.look == Look::Place { CROSS } else { 4.0 };
-        draw_label(scene, &mut occupied, plot.rect, (top, reach), (&shape.label, colour, weight, size));
+        draw_label(scene, &mut occupied, plot.rect, (top, reach), (&shape.label, colour, weight));
     }
 }
 
@@ -340,8 +336,9 @@ fn draw_label(
     occupied: &mut Occupied,
     bounds: Rect,
     (at, reach): (Point, f64),
-    (label, colour, weight, size): (&str, Rgb, Weight, f64),
+    (label, colour, weight): (&str, Rgb, Weight),
 ) {
+    let size = SIZES.tick;
     let lines: Vec<&str> = label.lines().collect();
     let widest = lines.iter().map(|line| text::width(line, size, weight)).fold(0.0, f64::max);
     let height = text::capital_height(size) + lines.len().saturating_sub(1) as f64 * 1.15 * size;

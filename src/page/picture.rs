@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use super::{
     aligned::{Aligned, label_with_unit},
-    description::{Column, Shape},
+    description::{Better, Column, Shape},
     sentences::three_digits,
     table::format_number,
-    winners::{NodeWinner, Winners},
+    winners::{Extremes, NodeWinner, Winners},
 };
 use crate::files::{visible::visible, words::with_unit};
 
@@ -35,13 +35,21 @@ struct Panel {
     svg: String,
 }
 
-/// Draws which result is best where, over a grid or along curves; `None` if there is nothing to draw.
+/// Draws which result is best where, over a grid or along curves, or bars where one is best everywhere in a grid; `None` if there is nothing to draw.
 pub(super) fn winner_picture(aligned: &Aligned, quantity: usize, winners: &Winners) -> Option<Picture> {
     let shared = &aligned.shared;
     let label = &shared.quantities[quantity].label;
     let group = aligned.group_name(0);
     let of = if group.is_empty() { String::new() } else { format!(", {group}") };
     let is_by_place = shared.shape != Shape::Curve || aligned.has_same_nodes();
+    if let (Shape::Grid, Some(extremes)) = (shared.shape, aligned.extremes(quantity, 0))
+        && winners.win_share(winners.order_by_wins()[0]) == 1.0
+    {
+        let is_larger = shared.quantities[quantity].better == Better::Larger;
+        let worst = |own: &Extremes| if is_larger { own.smallest.0 } else { own.largest.0 };
+        let (title, unit) = (format!("{label}, each at its worst{of}"), &shared.quantities[quantity].unit);
+        return bar_picture(title, unit, &extremes.iter().map(worst).collect::<Vec<_>>(), &aligned.letters);
+    }
     let title = if is_by_place { format!("Who is best where: {label}{of}") } else { format!("{label}{of}") };
     let panels = match shared.shape {
         Shape::Grid => slice_panels(aligned, winners)?,
@@ -235,7 +243,12 @@ impl Frame {
     /// Returns the opening tag of the drawing.
     fn opening_tag(&self) -> String {
         let height = self.size[1] + BOTTOM + EDGE;
-        format!("<svg viewBox=\"0 0 {:.0} {height:.0}\" role=\"img\" aria-labelledby=\"hero-title\">", self.width)
+        // In the middle above its caption.
+        let left = 0.5 * (LEFT + self.size[0] + EDGE - self.width);
+        format!(
+            "<svg viewBox=\"{left:.0} 0 {:.0} {height:.0}\" role=\"img\" aria-labelledby=\"hero-title\">",
+            self.width
+        )
     }
 
     /// Draws a rectangle between the values `x` and `y`.

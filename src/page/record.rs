@@ -9,6 +9,7 @@ use super::{
     dataset::NOTES,
     description::Fact,
     folder::ResultFolder,
+    sentences::three_digits,
     table::{Table, format_number},
 };
 use crate::{
@@ -214,7 +215,7 @@ impl Change {
         let unit = KEY_UNITS.iter().find(|(ending, ..)| last.ends_with(ending));
         let name = unit.map_or(last, |(ending, ..)| last.trim_end_matches(ending)).replace('_', " ");
         let value = |text: &String| match (unit, text.parse::<f64>()) {
-            (Some((_, shown, factor)), Ok(number)) => with_unit(&format_number(number * factor), shown),
+            (Some((_, shown, factor)), Ok(number)) => with_unit(&three_digits(number * factor), shown),
             _ => text.clone(),
         };
         let values: Vec<String> =

@@ -75,22 +75,25 @@ impl VerdictWriter<'_> {
             ];
         };
         let better = self.better_clause(quantity, first, true);
-        let by = format!("ypically by {}", percent(typical_lead));
+        let by = format!("typically by {}", percent(typical_lead));
         if let Some(node) = winners.largest_lead_node(second) {
             let only = if winners.win_share(second) < 0.2 { "only in" } else { "in" };
-            let other = self.other_in_words(quantity, second);
             let place = self.location(self.node_words(&self.aligned.common[0], node));
+            let other = self.full_name(second);
             return [
                 format!("{better} in {} of {extent}.", percent(winners.win_share(first))),
-                format!("T{by}; {other} {only} {}, most of all {place}.", percent(winners.win_share(second))),
+                format!(
+                    "There it leads {by}; {other} leads {only} {}, most of all {place}.",
+                    percent(winners.win_share(second))
+                ),
             ];
         }
         match winners.same_share() {
-            0.0 if extent == "the methods" => [format!("{better} with every method, t{by}."), String::new()],
-            0.0 => [format!("{better} everywhere, t{by}."), String::new()],
+            0.0 if extent == "the methods" => [format!("{better} with every method, {by}."), String::new()],
+            0.0 => [format!("{better} everywhere, {by}."), String::new()],
             share => [
                 format!("{better} in {} of {extent}.", percent(winners.win_share(first))),
-                format!("T{by}; in the other {} they are equal.", percent(share)),
+                format!("There it leads {by}; in the other {} they are equal.", percent(share)),
             ],
         }
     }

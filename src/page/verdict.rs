@@ -239,9 +239,7 @@ impl VerdictWriter<'_> {
         let surest = order.iter().copied().reduce(|a, b| if share(&b) > share(&a) + 0.005 { b } else { a });
         let surest = surest.filter(|who| *who != best).map(|who| self.aligned.letters[who]);
         let verdict = match (surest, self.tolerance_mm) {
-            (Some(surest), _) => {
-                Verdict::new(State::Partly, format!("{surest} keeps its tolerance on more of the path"))
-            }
+            (Some(surest), _) => Verdict::new(State::Partly, format!("More of the path of {surest} within tolerance")),
             (None, Some(tolerance)) if apart <= tolerance => Verdict::new(State::Open, "No difference that matters"),
             (None, Some(_)) => Verdict::new(State::Good, format!("{letter} better by more than the tolerance")),
             (None, None) => Verdict::new(State::Open, format!("{letter} better; no tolerance given")),

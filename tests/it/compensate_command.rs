@@ -152,13 +152,19 @@ fn a_program_keeps_the_dialect_that_it_shows_or_that_is_asked_for() {
     assert!(page.contains("Read as a Heidenhain program, and written as one."));
 
     let program = write(&folder, "plain.nc", plain);
+    for (key, words) in [("", "G20 or G21"), ("dialect = \"sinumerik\"", "G700 or G710")] {
+        let (output, out) = compensate(&program, &process(key), &[]);
+        let expected = format!("plain.nc: names no unit before line 1: expected {words} there, or unit = ");
+        assert!(output.status.code() == Some(2) && unwrapped(&text(&output.stderr)).contains(&expected), "{output:?}");
+        assert!(!out.path().join("out.nc").exists());
+    }
     for (key, arguments, read_as) in [
         ("", &[][..], "iso"),
         ("dialect = \"sinumerik\"", &[], "sinumerik"),
         ("dialect = \"sinumerik\"", &["--dialect", "auto"], "iso"),
         ("dialect = \"heidenhain\"", &["--dialect", "sinumerik"], "sinumerik"),
     ] {
-        let (output, out) = compensate(&program, &process(key), arguments);
+        let (output, out) = compensate(&program, &process(&format!("{key}\nunit = \"mm\"")), arguments);
         assert!(output.status.success(), "{}", text(&output.stderr));
         assert_eq!(report(&out)["dialect"], read_as, "{key} {arguments:?}");
         assert_eq!(said("Read as a Sinumerik program", &output), read_as == "sinumerik");

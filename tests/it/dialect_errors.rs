@@ -163,7 +163,7 @@ fn what_heidenhain_has_and_is_not_followed_is_named() {
         ("LP PR+40 PA+30", "1: `LP PR+40 PA+30`", FRAME),
         ("CP IPA+720 IZ-5 DR+", "1: `CP IPA+720 IZ-5 DR+`", FRAME),
         ("CC PR+5 PA+30", "4: `PR+5`", FRAME),
-        ("CYCL DEF 19.0 WORKING PLANE", "1: `CYCL DEF 19.0 WORKING PLANE`", KINEMATICS),
+        ("CYCL DEF 19.1 A+0 B+10 C+0", "1: `CYCL DEF 19.1 A+0 B+10 C+0`", KINEMATICS),
         ("PLANE SPATIAL SPA+0 SPB+45 SPC+0 STAY", "1: `PLANE SPATIAL`", INCLINES),
         ("PLANE RESET TURN", "1: `PLANE RESET`", INCLINES),
         ("FUNCTION TCPM F TCP AXIS POS", "1: `FUNCTION TCPM F TCP AXIS POS`", KINEMATICS),

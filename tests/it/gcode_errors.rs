@@ -33,6 +33,28 @@ fn third(line: &str) -> String {
     refusal(format!("G21 G90 G17 F100\nG0 X0 Y0 Z0\n{line}\n"))
 }
 
+/// Zeros that say nothing of a point, and numbers of words that are no lengths.
+#[test]
+fn leading_zeros_that_mean_nothing_are_read() {
+    for line in ["N0010 G01 X00 Y000 F0100", "G1 X0.085 Y-00.5", "T01 M06", "S0800 M03", "G43 H01 Z5"] {
+        Program::parse(format!("G21 G90 G17 F100\nG0 X0 Y0 Z0\n{line}\n"), "part.nc", &GcodeOptions::default())
+            .unwrap();
+    }
+}
+
+/// Heidenhain's DIN/ISO looks like ISO code, in which M91 and G54 mean other things.
+#[test]
+fn din_iso_is_told_by_its_first_block() {
+    for first in ["%PROG G71", "% 123 G71 *", "%4711 G70"] {
+        let told = refusal(format!("{first}\nN10 G00 G40 G90 Z+250 X0 Y0\nN20 G54 X+30 Y+50\n"));
+        assert!(told.contains("a program of Heidenhain's DIN/ISO"), "{first}: {told}");
+    }
+    for first in ["%", "%123", "% (PART G71)"] {
+        let source = format!("{first}\nG21 G90\nG0 X0 Y0 Z5\nG1 Z0 F100\n");
+        assert!(Program::parse(source, "part.nc", &GcodeOptions::default()).is_ok(), "{first}");
+    }
+}
+
 #[test]
 fn features_that_cannot_be_followed_are_refused_by_name() {
     for (line, expected) in [
@@ -58,6 +80,11 @@ fn features_that_cannot_be_followed_are_refused_by_name() {
         ("G54.1", "part.nc:3:1: `G54.1`: names no work offset; expected P1 to P300 on the line"),
         ("G1 X5 W3", "part.nc:3:7: `W3`: secondary axes are not supported; expected X, Y and Z only"),
         ("G33 Z-5 K1", "part.nc:3:1: `G33`: this motion is not supported; expected G0, G1, G2 or G3"),
+        (
+            "G1 X-0000085 Y5",
+            "part.nc:3:4: `X-0000085`: coordinate with leading zeros and no decimal point, which some controls put in by counting digits; \
+             expected a decimal point, such as X0.085",
+        ),
         (
             "M98 P100",
             "part.nc:3:1: `M98`: subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out",

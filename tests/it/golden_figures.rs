@@ -4,8 +4,8 @@ use std::{fs, path::Path};
 
 use crate::support::{command::printed, golden::same, placement::short_placement};
 use kinetostat::figures::{
-    AgreementFigure, AgreementRow, Colours, Criterion, CurvePanel, Figure, LineFigure, LineSeries, Look, PanelCurve,
-    PanelFigure, PlanField, PlanFigure, PlanShape, PlaneMark, Shading, SliceFigure, SlicePanel, SpaceMark,
+    AgreementFigure, AgreementRow, Colours, Criterion, CurvePanel, Figure, Limit, LineFigure, LineSeries, Look,
+    PanelCurve, PanelFigure, PlanField, PlanFigure, PlanShape, PlaneMark, Shading, SliceFigure, SlicePanel, SpaceMark,
     VolumeFigure,
 };
 
@@ -34,7 +34,7 @@ fn slices() -> Figure {
         quantity: "deflection [mm]".into(),
         panels: vec![panel],
         range: Some((0.0, 1.0)),
-        contour: Some(0.5),
+        limit: Some(Limit::Most(0.5)),
         shading: Shading::Ordered,
         remark: String::new(),
         missing: "no solution".into(),
@@ -127,7 +127,7 @@ fn plan() -> Figure {
 fn agreement() -> Figure {
     let row = |label: &str, criterion, difference, agrees| AgreementRow {
         label: label.into(),
-        numbers: "1.7, 1.71 mm".into(),
+        numbers: ["1.7", "1.71 mm"].map(String::from),
         criterion,
         difference,
         agrees,
@@ -135,7 +135,7 @@ fn agreement() -> Figure {
     Figure::Agreement(AgreementFigure {
         title: "2 of 4 numbers agree".into(),
         subtitle: "orthoglide".into(),
-        numbers: "quoted, ours".into(),
+        numbers: ["quoted", "ours"].map(String::from),
         rows: vec![
             row("Q0: correction", Criterion::About, Some(0.3), true),
             row("Q1: correction", Criterion::AtLeast, Some(7.0), true),

@@ -61,7 +61,7 @@ fn program(name: &str) -> Vec<u8> {
     programs_in("tests/programs").into_iter().find(|(own, _)| own == name).unwrap().1
 }
 
-const OFFSETS: &str = "[gcode]\ng55_mm = [100.0, -20.0, 3.5]\ng56_mm = [0.0, 0.0, 0.0]\noffsets_mm = { \"G59.1\" = \
+const OFFSETS: &str = "[gcode]\nunit = \"mm\"\ng55_mm = [100.0, -20.0, 3.5]\ng56_mm = [0.0, 0.0, 0.0]\noffsets_mm = { \"G59.1\" = \
                        [80.0, 1.0, 0.0], \"G54.1 P7\" = [-5.0, 0.0, 0.25], \"G15 H3\" = [40.0, 0.0, 0.0] }\n";
 
 #[test]

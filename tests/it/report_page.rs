@@ -214,6 +214,48 @@ fn first_screens_of_results_that_come_with_it_have_few_words() {
     assert!(held > 15, "{held}");
 }
 
+/// What the first screen of a comparison of results that come with the program says: few words, the inputs that differ most, and bars where one is best everywhere.
+#[test]
+fn first_screens_of_comparisons_have_few_words_and_name_what_differs() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
+    let page = folder.path().join("comparison.html");
+    let compared = |names: &[&str], more: &[&str]| {
+        let folders: Vec<String> = names.iter().map(|name| results.join(name).display().to_string()).collect();
+        let all: Vec<&str> =
+            ["report", "--force", "--out", text(&page)].into_iter().chain(more.iter().copied()).collect();
+        let said = done(&[all, folders.iter().map(String::as_str).collect()].concat());
+        let body = body(&fs::read_to_string(&page).unwrap());
+        let [verdict, sentence] = [0, 1].map(|line| Value::from(said.lines().nth(line).unwrap()));
+        let of = |tag: &str| {
+            body.split_once(tag).unwrap().1.split_once('>').unwrap().1.split_once("</").unwrap().0.to_string()
+        };
+        let headline = serde_json::json!({
+            // The sign is no word.
+            "verdict": { "words": verdict.as_str().unwrap().split_once(' ').unwrap().1 },
+            "sentence": of("id=\"answer-title\""), "numbers": [], "next": of("class=\"next\""),
+        });
+        hold_to_few_words(&headline);
+        assert_eq!(headline["sentence"], sentence, "the page says what the terminal says");
+        (verdict.as_str().unwrap().to_string(), body)
+    };
+    let (verdict, fitted) = compared(&["07_robot_arm", "07_robot_arm_fitted"], &[]);
+    assert_eq!(verdict, "– A better in 52 %; no tolerance given");
+    assert!(fitted.contains("stiffness of J6: 79.6 kN·m/rad in A, 210 kN·m/rad in B, 2.6 times"), "{fitted:.6000}");
+    let listed = fitted.split_once("stiffness of J6:").unwrap().1.split_once("</ul>").unwrap().0;
+    assert!(listed.contains("stiffness of J2: 4129 kN·m/rad in A, 2720 kN·m/rad in B, 1.5 times"), "{listed}");
+    assert!(!listed.contains("source") && listed.matches("<li>").count() == 4, "{listed}");
+
+    let (verdict, other) =
+        compared(&["08_three_architectures", "08_three_architectures_3puu"], &["--tolerance", "0.1"]);
+    assert_eq!(verdict, "✗ All out of tolerance everywhere");
+    assert!(other.contains("q2 of leg: parallelogram in A, revolute joint in B"), "{other:.6000}");
+    assert!(other.contains("rod of leg: not in A, link in B") && other.contains("each at its worst"), "{other:.6000}");
+
+    let (verdict, _) = compared(&["03_placement_circle", "04_placement_pocket"], &[]);
+    assert_eq!(verdict, "◐ More of the path of A within tolerance");
+}
+
 /// Replaces the rows of a map by `n`³ made-up ones.
 fn enlarge(out: &Path, n: usize) {
     let table = out.join("map.csv");
@@ -433,8 +475,7 @@ fn what_differs_is_told_key_by_key_and_held_against_a_tolerance() {
     done(&["compare", text(&short), text(&long), "--tolerance", "0.25", "--out", text(&page)]);
     let found = body(&fs::read_to_string(&page).unwrap());
     for expected in [
-        "machine platform.tool_tip_mm: [0.0, 0.0, 100.0] against [0.0, 0.0, 150.0]",
-        "study machine: orthoglide against longer.toml",
+        "tool tip of platform: [0.0, 0.0, 100.0] in A, [0.0, 0.0, 150.0] in B",
         "of the workspace within 0.25 mm in A",
         "larger than 0.25 mm (--tolerance)",
         "The tool of A",

@@ -586,8 +586,8 @@ fn rapid_that_is_not_followed_is_refused_by_line_and_statement() {
         ("MoveL [[1,2],[1,0,0,1]],v100,fine,tool0;".into(), ": expected , behind a plain number"),
         (format!("GOTO again;{one}"), ": jumps are not followed; expected the motions in the order they run"),
         (
-            format!("{one}ENDPROC\nPROC b()\n{one}"),
-            ": a motion in the routine of line 4, beside those of line 1; expected all motions in one routine",
+            format!("{one}b;\nENDPROC\nPROC b()\n{one}"),
+            ": a motion in the routine of line 5, beside those of line 1; expected all motions in one routine",
         ),
     ] {
         let message =
@@ -799,6 +799,56 @@ fn listings_that_are_not_followed_are_refused_by_line_and_instruction() {
 /// Refusal of options of motions in a listing.
 const OPTIONS: &str = "options other than ACC, Wjnt, PTH, COORD, EV, Ind.EV and BREAK behind FINE or CNT are not followed; expected none that \
                        shift the position (Offset, Tool_Offset, INC, VOFFSET), act on the way (TA, TB, DB, Skip), or turn (RTCP)";
+
+#[test]
+fn what_a_listing_does_behind_a_condition_counts() {
+    for (line, message) in [
+        ("IF (DI[1]),P[1]=PR[1]", "P[1] is computed in line"),
+        ("IF R[1]=1 OR R[2]=3,UFRAME_NUM=2", "in IF of line"),
+        ("IF (DI[1]),UFRAME[1]=PR[1]", "frames that are set between motions are not followed"),
+        ("IF (DI[1]),$MCR.$GENOVERRIDE=5", "system variables are not followed"),
+        ("IF (DI[1]),L P[1] 20mm/sec FINE", "in IF of line"),
+        ("SELECT R[1]=1,CALL ARC", "calls ARC"),
+        ("WAIT DI[1]=ON TIMEOUT,LBL[1]", "jumps are not followed"),
+    ] {
+        let source = listing(&["L P[2] 20mm/sec FINE", line, "L P[1] 20mm/sec FINE"], &[[0.0; 3], [10.0, 0.0, 0.0]]);
+        let told = parse(Language::Ls, &source, &RobotOptions::default()).unwrap_err();
+        assert!(told.contains(message), "{line}: {told}");
+    }
+    let harmless = ["L P[1] 20mm/sec FINE", "IF (DI[1]),DO[2]=ON", "IF R[1]=1,R[2]=3", "WAIT DI[1]=ON"];
+    let source = listing(&harmless, &[[0.0; 3], [10.0, 0.0, 0.0]]);
+    assert!(parse(Language::Ls, &source, &RobotOptions::default()).is_ok());
+}
+
+#[test]
+fn scripts_move_once_and_know_what_they_call() {
+    let pose = |x: f64| format!("p[{x}, 0.2, 0.1, 0, 3.1416, 0]");
+    let head = format!("def prog():\n  a = {}\n  movel(a, a=0.5, v=0.1)\n", pose(0.1));
+    for (line, message) in [
+        ("ok = urcap_goto_station(2)", "calls urcap_goto_station"),
+        ("if urcap_goto_station(2):\n  end", "calls urcap_goto_station"),
+        ("return\n  movel(a)", "a motion after the end of the program in line 4"),
+    ] {
+        let told = parse(Language::UrScript, &format!("{head}  {line}\nend\n"), &RobotOptions::default()).unwrap_err();
+        assert!(told.contains(message), "{line}: {told}");
+    }
+    let endless = |change: &str| {
+        let source = format!(
+            "def prog():\n  a = {}\n  n = 0\n  while True:\n    movel(a, v=0.1)\n    {change}\n  end\nend\n",
+            pose(0.1)
+        );
+        parse(Language::UrScript, &source, &RobotOptions::default()).map(drop)
+    };
+    let told = endless(&format!("a = {}", pose(0.4))).unwrap_err();
+    assert!(told.contains("what the next pass of an endless loop finds changed is not followed"), "{told}");
+    for harmless in ["n = n + 1", "v = 3", "textmsg(to_str(get_actual_tcp_pose()))"] {
+        endless(harmless).unwrap();
+    }
+    // As PolyScope writes them: a function with a name like a motion's, many digits, and a word on safety.
+    let source = "def move_part():\n  set_safety_mode_transition_hardness(1)\n  movel(p[0.100000000000000012, 0.2, 0.1, 0, 3.1416, 0])\nend\nmove_part()\n";
+    let path = parse(Language::UrScript, source, &RobotOptions::default()).unwrap().toolpath(coarse()).unwrap();
+    assert_eq!(shape(&path).0, 1);
+}
 
 #[test]
 fn frames_of_a_listing_are_known_by_the_process_or_refused() {
@@ -1473,7 +1523,8 @@ fn numbers_end_where_they_end() {
     assert_eq!(scan.number().unwrap().0, 3.0);
     assert_eq!(scan.name().0, "EX");
     assert!(scan.is_done() && scan.number().is_err());
-    assert!(Scan::new(b"123456789012345678").number().is_err());
+    assert!(Scan::new(b"1234567890.123456789012345").number().is_err());
+    assert_eq!(Scan::new(b"-0.000000000000123456789012345678").number().unwrap().0, -1.234_567_890_123_456_8e-13);
     assert!(Scan::new(b"1e999").number().is_err());
 }
 

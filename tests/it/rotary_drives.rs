@@ -390,7 +390,7 @@ fn a_drive_stands_at_the_end_of_its_travel_and_turns_as_far_as_it_is_told() {
 fn travel_holds_for_what_a_program_says() {
     let machine = table();
     let process = process(&machine, ON_TABLE, "").unwrap();
-    let program = b"G0 X0 Y0 Z50 A0 C0\nG43.4\nG1 X5 A120 F100\n".to_vec();
+    let program = b"G21 G0 X0 Y0 Z50 A0 C0\nG43.4\nG1 X5 A120 F100\n".to_vec();
     let folder = Folder::in_memory([("part.nc".into(), program)]);
     let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
     let refused = ProgramJob::new(process, file, "part.nc", &Work::default()).unwrap_err().to_string();

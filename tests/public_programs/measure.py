@@ -3,7 +3,7 @@
     python3 tests/public_programs/measure.py PROGRAM [--mirror FOLDER] [--only WORD]
 
 PROGRAM is the program built (target/release/kinetostat). Programs are run where they are in their repositories, with their neighbours, on a machine of
-ten metres without load: what is accepted must come out with the same bytes. FOLDER has the repositories (bare, OWNER+NAME/repo); what is missing there is
+ten metres without load, those of robots on one that turns the tool, too: what is accepted must come out with the same bytes. FOLDER has the repositories (bare, OWNER+NAME/repo); what is missing there is
 cloned into it from GitHub (default: target/public_programs). The columns repository, commit, path, dialect and mills (yes, or what else it is) are
 written by hand; options are keys of the process file that say what a program leaves open; the answer is of the last run.
 """
@@ -26,6 +26,8 @@ COLUMNS = ["repository", "commit", "path", "dialect", "mills", "options", "answe
 MOST = 240
 # Bytes of a program, or of one that it calls, at most.
 LARGEST = 5_000_000
+# Dialects whose programs turn the tool.
+ROBOTS = {"rapid", "krl", "urscript", "fanuc_ls"}
 
 
 def repository(mirror: Path, name: str) -> Path:
@@ -90,7 +92,8 @@ def main() -> None:
     chosen = [row for row in rows if not given.only or any(given.only in row[name] for name in COLUMNS[:4])]
     program = os.path.abspath(given.program)
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        found = pool.map(lambda row: answer(program, given.mirror, HERE / "machine.toml", row), chosen)
+        machine = {True: HERE / "arm.toml", False: HERE / "machine.toml"}
+        found = pool.map(lambda row: answer(program, given.mirror, machine[row["dialect"] in ROBOTS], row), chosen)
         for row, said in zip(chosen, found):
             row["answer"] = said
     with TABLE.open("w", newline="") as file:

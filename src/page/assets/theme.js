@@ -11,7 +11,7 @@ const Theme = (() => {
   }
   function apply(dark) {
     root.dataset.theme = dark ? "dark" : "light";
-    button.setAttribute("aria-pressed", String(dark));
+    button.textContent = dark ? "Light" : "Dark";
     listeners.forEach((listener) => listener());
   }
   button.addEventListener("click", () => {

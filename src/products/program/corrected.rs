@@ -152,6 +152,11 @@ impl ProgramJob {
             Some(Calls::WrittenOut(differs)) => (bytes, WrittenCalls::WrittenOut { because: differs.to_string() }),
             Some(Calls::Stay { program, beside }) => (program, WrittenCalls::Stay { beside, written_out: bytes }),
         };
+        if let ProgramFile::Gcode(program) = &self.file
+            && ![program.source(), program.file_bytes()].contains(&&bytes[..])
+        {
+            super::check_unit(&self.file, "the program")?;
+        }
         Ok(ProgramAsWritten { bytes, sent: back, rounded_mm, in_holes_mm, blocks, calls })
     }
 }

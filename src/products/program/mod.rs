@@ -53,7 +53,7 @@ use crate::{
         tasks::PoseTracker,
     },
     spatial::Pose,
-    toolpath::{PathPoint, Toolpath},
+    toolpath::{PathPoint, Toolpath, gcode::Dialect},
     work::{Event, Work},
 };
 
@@ -162,6 +162,9 @@ impl ProgramJob {
             return Err(Error::argument(name, problem));
         }
         check_orientations(&process, &path, name)?;
+        if process.has_force() || process.errors.iter().any(|errors| !errors.is_none()) {
+            check_unit(&program, name)?;
+        }
         #[cfg(not(target_family = "wasm"))]
         if let Some(stock) = &process.stock {
             if process.placement.reference == PathReference::ToolTip {
@@ -292,6 +295,18 @@ fn commanded_poses(part: &Part<'_>, track: &mut PoseTracker<'_>, sent: &Commande
 fn is_full_pose(process: &Process) -> bool {
     let controls = &process.machine.controls;
     process.target == Target::FullPose && controls.iter().any(|c| matches!(c, Coordinate::Rotation(_)))
+}
+
+/// Checks that the unit of a program is known before it is corrected.
+pub(super) fn check_unit(program: &ProgramFile, name: &str) -> Result<()> {
+    let ProgramFile::Gcode(program) = program else { return Ok(()) };
+    let Some((_, line)) = program.notes().assumed_unit else { return Ok(()) };
+    let words = if program.notes().dialect == Dialect::Sinumerik { "G700 or G710" } else { "G20 or G21" };
+    let problem = format!(
+        "names no unit before line {line}: expected {words} there, or unit = \"mm\" or \"inch\" in [gcode] of the process file, as a \
+         correction in the wrong one is 25.4 times too large or too small"
+    );
+    Err(Error::argument(name, problem))
 }
 
 /// Checks that the program gives the tool's orientation at each point, if orientations are to be compensated.

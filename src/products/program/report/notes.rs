@@ -204,6 +204,13 @@ fn robot_notes(program: &RobotProgram, calls: &WrittenCalls) -> String {
              is not given, so that it is taken as the flange has it. Every pose of the tool depends on it: give tool_rotation_deg.\n"
         );
     }
+    if !notes.uncalled.is_empty() {
+        let names: Vec<&str> = notes.uncalled.iter().map(String::as_str).collect();
+        text += &format!(
+            "Not called from main, so that their motions stay as they are: {}. Run by themselves, they are not corrected.\n",
+            join_words(&names)
+        );
+    }
     text += &format!("Read as a program in {}.\n", program.language().name());
     if let Some([lines, written]) = notes.written_out {
         text += &calls_text(calls, lines, written);

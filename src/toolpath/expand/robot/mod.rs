@@ -77,7 +77,10 @@ pub(crate) fn expand(source: &[u8], language: Language, beside: &[(String, Vec<u
     // The rest of the procedure's first line, and the beginning of its last.
     let ending = line_ending(source);
     let mut copied = Copied { source, out: Vec::new(), chunks: Vec::new() };
-    let mut routines: Vec<_> = module.routines.values().filter(|routine| routine.moves).collect();
+    // What nothing calls stays.
+    let is_run = |name: &str| language != Language::Rapid || !module.uncalled.contains(name);
+    let mut routines: Vec<_> =
+        module.routines.values().filter(|routine| routine.moves && is_run(&routine.name)).collect();
     routines.sort_by_key(|routine| routine.head.at.start);
     let mut from = module.head_end;
     copied.copy(0..from);

@@ -7,12 +7,12 @@ use std::{
 };
 
 use crate::toolpath::{
-    expand::robot::{
-        expression::Reader,
-        syntax::{Units, is_motion, matters_to_motions, names_of},
-    },
+    expand::robot::syntax::{Units, is_motion, matters_to_motions, names_of},
     model::robot::{Language, RobotFault},
-    read::robot::{Refusal, rapid::CodeUnit},
+    read::robot::{
+        Refusal,
+        rapid::{CodeUnit, MOTION_IN_FUNCTION, one_line_statement, uncalled},
+    },
 };
 
 /// A statement, or a branch or loop with its arms.
@@ -83,6 +83,8 @@ pub(crate) struct Module {
     first: Option<String>,
     /// Where the data begin that are no other program's.
     pub own_data: usize,
+    /// Names of procedures of RAPID that nothing calls.
+    pub uncalled: BTreeSet<String>,
 }
 
 /// Most branches and loops in one another.
@@ -92,7 +94,8 @@ impl Module {
     /// Reads the module `source`; `Err` for what is not closed. All beyond `length` bytes are data, which are its own from `own_data` on.
     pub fn read(source: &[u8], length: usize, own_data: usize, language: Language) -> Result<Module, Refusal> {
         let (routines, data) = (BTreeMap::new(), Vec::new());
-        let mut module = Module { language, routines, data, head_end: 0, first: None, own_data };
+        let uncalled = if language == Language::Rapid { uncalled(&source[..length])? } else { BTreeSet::new() };
+        let mut module = Module { language, routines, data, head_end: 0, first: None, own_data, uncalled };
         let mut units = Units::new(source, language);
         let mut found: Vec<Routine> = Vec::new();
         while let Some(unit) = units.next()? {
@@ -142,10 +145,15 @@ impl Module {
             Language::Krl => self.first.as_ref() == Some(&routine.name),
             _ => routine.name == "MAIN",
         };
-        let mut first: Vec<_> = self.routines.values().filter(|routine| routine.moves).collect();
+        let is_run = |routine: &&Rc<Routine>| routine.moves && !self.uncalled.contains(&routine.name);
+        let mut first: Vec<_> = self.routines.values().filter(is_run).collect();
         first.retain(|routine| is_first(routine) || !called.contains(&routine.name));
         first.sort_by_key(|routine| (!is_first(routine), routine.head.line));
         let refuse = |routine: &Routine, fault| Refusal { line: routine.head.line, at: routine.head.at.clone(), fault };
+        // Where a function is called in an expression, its motions would be lost.
+        if let Some(function) = self.routines.values().find(|routine| routine.kind == "FUNC" && is_run(routine)) {
+            return Err(refuse(function, MOTION_IN_FUNCTION));
+        }
         match first[..] {
             [] => {
                 let fault = RobotFault::Form { expected: "a procedure with motions that no other calls" };
@@ -323,10 +331,8 @@ fn end_of_line(source: &[u8], at: usize) -> usize {
 /// Splits `IF condition statement;`: the ranges of both in the source.
 pub(crate) fn one_line_if(source: &[u8], unit: &CodeUnit) -> Result<(Range<usize>, CodeUnit), RobotFault> {
     let from = unit.at.start + unit.word.len();
-    let text = &source[from..unit.at.end];
-    let mut reader = Reader::without_values(text, Language::Rapid);
-    reader.expression()?;
-    let start = from + reader.scan.skip_blanks().at;
+    let start = one_line_statement(&source[unit.at.clone()]);
+    let start = unit.at.start + start.ok_or(RobotFault::Form { expected: "IF condition statement" })?;
     let mut scan = crate::toolpath::read::scan::Scan::new(&source[start..unit.at.end]);
     let word = scan.name().0.to_ascii_uppercase();
     let line = unit.line + source[unit.at.start..start].iter().filter(|byte| **byte == b'\n').count();

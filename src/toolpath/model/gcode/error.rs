@@ -73,6 +73,11 @@ pub enum Fault {
         "an exponent, which controls do not read, or a word E; expected digits alone, such as 0.000015, or a blank before E"
     )]
     Exponent,
+    /// A coordinate with leading zeros and no point.
+    #[error(
+        "coordinate with leading zeros and no decimal point, which some controls put in by counting digits; expected a decimal point, such as X0.085"
+    )]
+    ImpliedPoint,
     /// More digits than a coordinate can hold exactly.
     #[error("number has {digits} digits in a row; expected at most {most}", most = Fault::MAX_DIGITS)]
     TooManyDigits {

@@ -62,6 +62,11 @@ pub enum Unsupported {
         "a program of Okuma's OSP control, whose words mean other things than those of ISO code; expected ISO code"
     )]
     Okuma,
+    /// The first block of Heidenhain's DIN/ISO: `%PART G71`.
+    #[error(
+        "a program of Heidenhain's DIN/ISO, in which M91, G54 and others mean other things than in ISO code; expected Klartext (BEGIN PGM)"
+    )]
+    DinIso,
     /// M97, M98, M99, M198, O words after the first.
     #[error(
         "subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out"

@@ -26,6 +26,9 @@ fn plain_words(text: &str, longest: usize) -> Option<Vec<Word>> {
         if !byte.is_ascii_alphabetic() || length > longest || is_exponent(bytes, at) {
             return None;
         }
+        if has_implied_point(byte, &bytes[digits..digits + length]) && longest < usize::MAX {
+            return None;
+        }
         // No number: nothing, a point alone, two points.
         let value = text[at + 1..digits + length].parse().ok()?;
         words.push(Word::plain(char::from(byte.to_ascii_uppercase()), value, at..digits + length));
@@ -40,6 +43,15 @@ fn is_exponent(bytes: &[u8], at: usize) -> bool {
     matches!(bytes[at], b'E' | b'e') && at > 0 && is_number(bytes[at - 1])
 }
 
+/// Whether the number `digits` of a coordinate has leading zeros and no point: old controls count its point from one end.
+fn has_implied_point(letter: u8, digits: &[u8]) -> bool {
+    b"XYZIJKRUVW".contains(&letter.to_ascii_uppercase())
+        && digits.len() > 1
+        && digits[0] == b'0'
+        && digits.iter().any(|byte| *byte != b'0')
+        && !digits.contains(&b'.')
+}
+
 /// Splits `text` into words, where blanks may part letters from their numbers; `Err` says what is wrong.
 fn spaced_words(text: &str) -> Result<Vec<Word>, Refusal> {
     check_signs_and_digits(text)?;
@@ -48,6 +60,14 @@ fn spaced_words(text: &str) -> Result<Vec<Word>, Refusal> {
     }
     let (joined, letters) = join_words(text);
     let mut words = plain_words(&joined, usize::MAX).ok_or_else(|| words_refusal(&joined))?;
+    let sign = |word: &Word| usize::from(matches!(joined.as_bytes().get(word.span.start + 1), Some(b'+' | b'-')));
+    let is_implied = |word: &&Word| {
+        let digits = word.span.start + 1 + sign(word)..word.span.end;
+        has_implied_point(joined.as_bytes()[word.span.start], &joined.as_bytes()[digits])
+    };
+    if let Some(word) = words.iter().find(is_implied) {
+        return Err(word.refuse(Fault::ImpliedPoint));
+    }
     for word in &mut words {
         if let Ok(index) = letters.binary_search_by_key(&word.span.start, |(_, to)| *to) {
             word.span.start = letters[index].0;

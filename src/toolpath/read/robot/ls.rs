@@ -159,10 +159,17 @@ impl<'a> Reader<'a> {
                 self.check_words(code)?;
                 let text = code.trim_ascii_end();
                 let opens = text.len() >= 4 && text[text.len() - 4..].eq_ignore_ascii_case(b"THEN");
+                if let Some(start) = statement_behind_condition(code) {
+                    self.enclosing.push((word, line));
+                    let followed = self.follow_instruction(at, line, &code[start..]);
+                    self.enclosing.pop();
+                    return followed;
+                }
                 if word == "IF" && opens {
                     self.enclosing.push((word, line));
                 }
             }
+            "WAIT" if has_word(code, "TIMEOUT") => return Err(JUMP),
             "FOR" => self.enclosing.push((word, line)),
             "ENDIF" | "ENDFOR" => drop(self.enclosing.pop()),
             "JMP" => return Err(JUMP),
@@ -419,16 +426,39 @@ fn index(number: f64) -> Option<u32> {
     (number >= 0.0 && number <= f64::from(u32::MAX) && number.fract() == 0.0).then_some(number as u32)
 }
 
+/// Returns where the instruction of `IF condition,instruction` begins in `code`, behind the first comma outside brackets; `None` without one.
+fn statement_behind_condition(code: &[u8]) -> Option<usize> {
+    let mut depth = 0usize;
+    let comma = code.iter().position(|byte| {
+        match byte {
+            b'(' | b'[' => depth += 1,
+            b')' | b']' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        *byte == b',' && depth == 0
+    });
+    comma.map(|at| at + 1).filter(|start| !code[*start..].trim_ascii().is_empty())
+}
+
+/// Whether `word` (in capitals) stands in `code`.
+fn has_word(code: &[u8], word: &str) -> bool {
+    let text = String::from_utf8_lossy(code).to_ascii_uppercase();
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '$'))).any(|own| own == word)
+}
+
 /// Returns the lines that assign a position, or a part of it, by the position's number.
 fn assigned_positions(source: &[u8]) -> HashMap<u32, usize> {
     let (mut lines, mut found) = (LineCursor::new(source), HashMap::new());
     while let Some(line) = lines.advance().filter(|line| !source[line.clone()].starts_with(b"/POS")) {
         let code = code_start(source, line.clone()).map_or(&[][..], |(start, _)| &source[start..line.end]);
-        let mut scan = Scan::new(code.strip_prefix(b"P[").unwrap_or_default());
-        let number = scan.number().ok().and_then(|(number, _)| index(number));
-        scan.take_while(|byte| byte != b']');
-        let number = number.filter(|_| scan.takes(b']') && scan.takes(b'='));
-        found.extend(number.map(|number| (number, lines.line)));
+        let inner = statement_behind_condition(code).map(|start| code[start..].trim_ascii_start());
+        for code in [Some(code), inner].into_iter().flatten() {
+            let mut scan = Scan::new(code.strip_prefix(b"P[").unwrap_or_default());
+            let number = scan.number().ok().and_then(|(number, _)| index(number));
+            scan.take_while(|byte| byte != b']');
+            let number = number.filter(|_| scan.takes(b']') && scan.takes(b'='));
+            found.extend(number.map(|number| (number, lines.line)));
+        }
     }
     found
 }

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use crate::toolpath::{model::robot::RobotFault, read::scan::Scan};
 
-/// More digits than this identify no `f64`.
-const MOST_DIGITS: usize = 17;
+/// Most digits of a number behind leading zeros: more than any control writes, of which 17 identify an `f64`.
+const MOST_DIGITS: usize = 24;
 
 impl<'a> Scan<'a> {
     /// Creates a cursor over a statement, in which line endings are blank.
@@ -46,6 +46,11 @@ impl<'a> Scan<'a> {
             }
             at
         };
+        let zeros = self.line[at.min(self.line.len())..]
+            .iter()
+            .take_while(|byte| matches!(byte, b'0' | b'.'))
+            .filter(|byte| **byte == b'0')
+            .count();
         let whole = at;
         at = digits(at);
         let mut count = at - whole;
@@ -54,7 +59,7 @@ impl<'a> Scan<'a> {
             count += end - at - 1;
             at = end;
         }
-        if count == 0 || count > MOST_DIGITS {
+        if count == 0 || count > MOST_DIGITS + zeros {
             return Err(fault);
         }
         if matches!(self.line.get(at), Some(b'e' | b'E')) {

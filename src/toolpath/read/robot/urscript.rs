@@ -3,7 +3,10 @@
 //! Followed are movel, movep, movec and movej to poses `p[x,y,z,rx,ry,rz]`, by name or in a feature (`pose_trans`), `set_tcp`, and variables
 //! with plain poses and numbers. Motions that servo, follow or push, and calls of what is not in the program, are refused.
 
-use std::{collections::HashMap, ops::Range};
+use std::{
+    collections::{HashMap, HashSet},
+    ops::Range,
+};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -49,6 +52,10 @@ pub(crate) struct Reader<'a> {
     motion_routine: Option<usize>,
     /// Line on which the endless loop around the motions ends.
     end_line: Option<usize>,
+    /// Line on which the function returns in any case.
+    return_line: Option<usize>,
+    /// Names in the motions of an endless loop so far.
+    names_in_loop: HashSet<&'a str>,
 }
 
 impl<'a> Reader<'a> {
@@ -72,6 +79,8 @@ impl<'a> Reader<'a> {
             blocks: Vec::new(),
             motion_routine: None,
             end_line: None,
+            return_line: None,
+            names_in_loop: HashSet::new(),
         }
     }
 
@@ -110,16 +119,20 @@ impl<'a> Reader<'a> {
         if let Some(kind) = kind {
             return self.motion(kind, code, at).map(Some);
         }
-        if let Some(name) = called_names(text).find(|name| is_motion(name)) {
+        let is_own = |name: &&str| self.functions.contains(name) && !FOLLOWED.contains(name);
+        if let Some(name) = called_names(text).find(|name| is_motion(name) && !is_own(name)) {
             return match name {
-                "movel" | "movep" | "movec" | "movej" => {
-                    Err(RobotFault::Form { expected: "a motion on a line of its own" })
-                }
+                name if FOLLOWED.contains(&name) => Err(RobotFault::Form { expected: "a motion on a line of its own" }),
                 _ => RobotFault::not_followed(
                     "motions that servo, follow, push or give way are",
                     "movel, movep, movec and movej",
                 ),
             };
+        }
+        let is_code = !text.is_empty() && text[0] != b'$' && !matches!(word, "def" | "thread" | "sec");
+        let is_called = |name: &&str| *name != "set_tcp" || word != "set_tcp";
+        if is_code && let Some(name) = called_names(text).filter(is_called).find(|name| !self.is_harmless(name)) {
+            return Err(RobotFault::Call { name: name.to_owned() });
         }
         match word {
             // PolyScope numbers its nodes: $ 1 "Robot Program".
@@ -136,12 +149,23 @@ impl<'a> Reader<'a> {
                 if self.motion_routine.is_some() && ended.is_some_and(|(word, _)| word == ENDLESS) {
                     self.end_line = Some(line);
                 }
+                if ended.is_some_and(|(word, _)| matches!(word, "def" | "thread" | "sec")) {
+                    self.return_line = None;
+                }
             }
+            "return" if self.is_plain() => self.return_line = Some(line),
             "halt" if self.is_plain() => self.end_line = Some(line),
             "elif" | "else" | "halt" | "break" | "continue" | "return" | "pass" | "join" | "kill" | "run" => {}
             "set_tcp" => self.set_tool(scan, text)?,
             "" => return Err(RobotFault::Unknown { expected: "a statement of URScript" }),
-            _ if scan.takes(b'(') => self.check_call(word)?,
+            // What it calls was looked at.
+            _ if scan.takes(b'(') => {}
+            _ if self.names_in_loop.contains(word) => {
+                return RobotFault::not_followed(
+                    "what the next pass of an endless loop finds changed is",
+                    "points that stay as they are",
+                );
+            }
             _ => {
                 let is_whole = scan.next() != Some(b'[');
                 if !is_whole {
@@ -192,16 +216,16 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Refuses a call of `name` unless it is in the program, moves nothing, or the options say so.
-    fn check_call(&self, name: &str) -> Result<(), RobotFault> {
-        let kept = self.options.keeps_call(name);
-        let ignored = IGNORED.split_whitespace().any(|known| known == name)
-            || IGNORED_BEGINNINGS.iter().any(|begin| name.starts_with(begin));
+    /// Whether `name`, before a bracket, calls what is in the program or moves nothing, or the options say so.
+    fn is_harmless(&self, name: &str) -> bool {
+        let is_listed = |names: &str| names.split_whitespace().any(|known| known == name);
         // All motions are in one function: one of the program that another calls moves nothing, or is the one that does.
-        match kept || ignored || self.functions.contains(&name) {
-            true => Ok(()),
-            false => Err(RobotFault::Call { name: name.to_owned() }),
-        }
+        name.is_empty()
+            || is_listed(IGNORED)
+            || is_listed(VALUES)
+            || IGNORED_BEGINNINGS.iter().any(|begin| name.starts_with(begin))
+            || self.functions.contains(&name)
+            || self.options.keeps_call(name)
     }
 
     /// Follows `set_tcp(p[…])`.
@@ -285,8 +309,12 @@ impl<'a> Reader<'a> {
     /// Returns the statement of the motion in the bytes `code`, whose name is at `keyword` in them.
     fn motion(&mut self, kind: MotionKind, code: Range<usize>, keyword: Range<usize>) -> Result<Statement, RobotFault> {
         self.check_runs_once()?;
-        if let Some(end) = self.end_line {
+        if let Some(end) = self.end_line.or(self.return_line) {
             return Err(RobotFault::AfterEnd { end });
+        }
+        if self.blocks.iter().any(|(word, _)| *word == ENDLESS) {
+            let text = &self.source[code.start + keyword.end..code.end];
+            self.names_in_loop.extend(names_in(text));
         }
         let routine = self.routine();
         let is_around = |line: &usize| *line == 0 || self.blocks.iter().any(|(_, at)| at == line);
@@ -396,6 +424,9 @@ fn setters(source: &[u8]) -> HashMap<&str, Vec<usize>> {
     }
     found
 }
+
+/// Motions that are followed.
+const FOLLOWED: [&str; 4] = ["movel", "movep", "movec", "movej"];
 
 /// Keyword of an endless loop around the motions, each pass of which is the same.
 const ENDLESS: &str = "while True";
@@ -517,9 +548,36 @@ fn pose_numbers(text: &[u8]) -> Result<Vec<Number>, RobotFault> {
     if scan.is_done() { Ok(numbers) } else { Err(RobotFault::Form { expected: POSE }) }
 }
 
+/// Iterates over the names in `text`, but for those of arguments.
+fn names_in(text: &[u8]) -> impl Iterator<Item = &str> {
+    let mut scan = Scan::new(text);
+    std::iter::from_fn(move || {
+        loop {
+            scan.take_while(|byte| !(byte.is_ascii_alphabetic() || byte == b'_'));
+            let (name, _) = scan.name();
+            if name.is_empty() {
+                return None;
+            }
+            if scan.next() != Some(b'=') {
+                return Some(name);
+            }
+        }
+    })
+}
+
+/// Words before brackets that are no functions, and functions that compute or ask.
+const VALUES: &str = "if elif while return and or not xor in True False \
+    abs acos asin atan atan2 binary_list_to_integer ceil cos d2r floor force get_list_length integer_to_binary_list interpolate_pose inv \
+    length log make_list norm normalize point_dist pose_add pose_dist pose_inv pose_sub pose_trans pow powerof r2d random rotvec2rpy rpy2rotvec \
+    sin size sqrt tan tool_contact transpose wrench_trans zeros to_num to_str str_at str_cat str_empty str_find str_len str_sub \
+    assert p struct";
+
 /// Functions that neither move the robot nor change what a motion means.
-const IGNORED: &str = "sleep sync textmsg varmsg popup halt enter_critical exit_critical stopl stopj reset_world_model zero_ftsensor protective_stop";
-const IGNORED_BEGINNINGS: [&str; 17] = [
+const IGNORED: &str = "set_safety_mode_transition_hardness sleep sync textmsg varmsg popup halt enter_critical exit_critical stopl stopj reset_world_model zero_ftsensor protective_stop";
+const IGNORED_BEGINNINGS: [&str; 20] = [
+    "get_",
+    "read_",
+    "is_",
     "set_digital",
     "set_standard",
     "set_configurable",

@@ -31,6 +31,8 @@ pub struct RobotNotes {
     pub tool_tip_mm: Option<(String, Vector3<f64>)>,
     /// Name of the tool, where neither the program nor the options give its rotation: that of the flange is taken.
     pub assumed_tool: Option<String>,
+    /// Procedures with motions that nothing calls: they stay as they are.
+    pub uncalled: Vec<String>,
     /// Whether some motion leads to a point declared elsewhere; corrected, it has its numbers in the motion.
     pub named_points: bool,
     /// Numbers of lines of the program and of its expansion, if it was expanded.
@@ -60,6 +62,7 @@ impl RobotProgram {
             visit(&motion)?;
         }
         notes.tool_tip_mm = reader.tools().and_then(Tools::tip_mm);
+        notes.uncalled = reader.left_out().to_vec();
         notes.assumed_tool = reader.tools().and_then(Tools::assumed_rotation).map(str::to_owned);
         Ok(notes)
     }
@@ -149,6 +152,14 @@ impl<'a> Reader<'a> {
             Reader::Ls(reader) => reader.next(),
             Reader::UrScript(reader) => reader.next(),
             Reader::Apt(reader) => reader.next(),
+        }
+    }
+
+    /// Returns the procedures with motions that nothing calls, so far.
+    pub fn left_out(&self) -> &[String] {
+        match self {
+            Reader::Rapid(reader) => &reader.left_out,
+            _ => &[],
         }
     }
 

@@ -37,6 +37,18 @@ pub(super) fn is_okuma(source: &[u8]) -> bool {
     ending.is_some_and(|ending| [&b"MIN"[..], b"SSB", b"SUB", b"LIB"].contains(&&ending[..]))
 }
 
+/// Whether the first line of `source` is that of a program of Heidenhain's DIN/ISO: `%PART G71`, with or without `*`.
+pub(super) fn is_din_iso(source: &[u8]) -> bool {
+    let first =
+        source.split(|byte| matches!(byte, b'\r' | b'\n')).map(<[u8]>::trim_ascii).find(|line| !line.is_empty());
+    let Some(rest) = first.and_then(|line| line.strip_prefix(b"%")) else { return false };
+    let mut words = rest.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    let is_named =
+        words.next().is_some_and(|name| name.iter().all(|byte| byte.is_ascii_alphanumeric() || *byte == b'_'));
+    let unit = words.next().map(|word| word.strip_suffix(b"*").unwrap_or(word).to_ascii_uppercase());
+    is_named && unit.is_some_and(|unit| unit == b"G70" || unit == b"G71")
+}
+
 /// Whether `line` is `BEGIN PGM`, the first block of a Heidenhain program.
 fn is_heidenhain_begin(line: &[u8]) -> bool {
     let start = block_numbers::leading_number(line).map_or(lines::blank_len(line), |(range, _)| range.end);

@@ -238,7 +238,7 @@ impl Reader {
         let mut rest = scan;
         let Some((number, range)) = rest.take_decimal()? else { return refuse(Foreign::Cycle) };
         match number.trunc() as u32 {
-            7 if scan.upper_text(range).ends_with(".0") => Ok(Vec::new()),
+            7 if scan.upper_text(range.clone()).ends_with(".0") => Ok(Vec::new()),
             7 => {
                 if rest.next() == Some(b'#') {
                     return refuse(Foreign::DatumTable);
@@ -257,6 +257,9 @@ impl Reader {
             }
             9 | 13 | 32 => Ok(Vec::new()),
             8 | 10 | 11 | 26 => refuse(Foreign::Frame),
+            19 if scan.upper_text(range).ends_with(".0") => Ok(Vec::new()),
+            // Without angles it ends the inclined plane.
+            19 if rest.next().is_none() => Ok(vec![g_word(&PLANE_OFF, start..start + 4)]),
             19 => refuse(Foreign::Kinematics),
             12 => refuse(Foreign::Call),
             _ => refuse(Foreign::Cycle),

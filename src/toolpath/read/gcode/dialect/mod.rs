@@ -133,6 +133,9 @@ pub(crate) fn resolve_dialect(source: &[u8], name: &str, given: Option<Dialect>)
         None if detect::is_okuma(source) => {
             Err(first_line_error(source, name, Dialect::Iso, Fault::Unsupported(Unsupported::Okuma)))
         }
+        None if detect::is_din_iso(source) => {
+            Err(first_line_error(source, name, Dialect::Iso, Fault::Unsupported(Unsupported::DinIso)))
+        }
         None if READS_ALL => Ok(Dialect::detect(source)),
         None => Ok(Dialect::Iso),
     }

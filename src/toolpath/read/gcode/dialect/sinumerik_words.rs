@@ -105,11 +105,11 @@ pub(crate) fn plain_name(name: &str, has_arguments: bool) -> Result<Name, Foreig
         TRANSFORMED => Name::Word(&TRAORI),
         "TRAFOOF" if !has_arguments => Name::Word(&TRAFOOF),
         "MSG" | "WORKPIECE" | "CYCLE832" | "SETMS" | "FGROUP" if has_arguments => Name::Passive,
-        "CFC" | "CFTCP" | "CFIN" | "NORM" | "KONT" | "KONTC" | "KONTT" | "BRISK" | "SOFT" | "DRIVE" | "BRISKA"
-        | "SOFTA" | "CUT2D" | "CUT2DF" | "FFWON" | "FFWOF" | "COMPON" | "COMPOF" | "COMPCAD" | "COMPCURV"
-        | "COMPSURF" | "DIAMOF" | "STOPRE" | "FIFOCTRL" | "STARTFIFO" | "STOPFIFO" | "DYNNORM" | "DYNPOS"
-        | "DYNROUGH" | "DYNSEMIFIN" | "DYNFINISH" | "UPATH" | "SPATH" | "RTLION" | "RTLIOF" | "ORIAXES" | "SETMS"
-        | "WALIMON" | "WALIMOF"
+        "FNORM" | "CFC" | "CFTCP" | "CFIN" | "NORM" | "KONT" | "KONTC" | "KONTT" | "BRISK" | "SOFT" | "DRIVE"
+        | "BRISKA" | "SOFTA" | "CUT2D" | "CUT2DF" | "FFWON" | "FFWOF" | "COMPON" | "COMPOF" | "COMPCAD"
+        | "COMPCURV" | "COMPSURF" | "DIAMOF" | "STOPRE" | "FIFOCTRL" | "STARTFIFO" | "STOPFIFO" | "DYNNORM"
+        | "DYNPOS" | "DYNROUGH" | "DYNSEMIFIN" | "DYNFINISH" | "UPATH" | "SPATH" | "RTLION" | "RTLIOF" | "ORIAXES"
+        | "SETMS" | "WALIMON" | "WALIMOF"
             if !has_arguments =>
         {
             Name::Passive

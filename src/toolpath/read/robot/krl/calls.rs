@@ -31,6 +31,7 @@ pub(crate) fn check_program(source: &[u8], options: &RobotOptions) -> Result<(),
         let text = String::from_utf8_lossy(&source[code.clone()]).to_ascii_uppercase();
         let words: Vec<&str> = text.split_whitespace().take(2).collect();
         let checked = match words[..] {
+            [first, ..] if first.starts_with('&') => Ok(()),
             ["STRUC", ..] | ["GLOBAL", "STRUC"] => {
                 RobotFault::not_followed("records of the program (STRUC) are", "numbers, positions and frames")
             }

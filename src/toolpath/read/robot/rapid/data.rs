@@ -9,7 +9,10 @@ use crate::toolpath::{
     read::{
         robot::{
             Refusal,
-            rapid::lex::{CodeUnit, CodeUnits},
+            rapid::{
+                calls,
+                lex::{CodeUnit, CodeUnits, one_line_statement},
+            },
             trimmed,
         },
         scan::Scan,
@@ -44,6 +47,8 @@ pub(crate) struct ModuleData {
     values: HashMap<String, Value>,
     /// Names of procedures in upper case.
     pub procedures: Vec<String>,
+    /// Names of functions in upper case.
+    pub functions: Vec<String>,
 }
 
 impl ModuleData {
@@ -64,10 +69,16 @@ impl ModuleData {
             if word == "LOCAL" {
                 word = scan.name().0.to_ascii_uppercase();
             }
-            if word == "PROC" {
-                self.procedures.push(scan.name().0.to_ascii_uppercase());
+            match word.as_str() {
+                "PROC" => self.procedures.push(scan.name().0.to_ascii_uppercase()),
+                "FUNC" => self.functions.extend(calls::name_in(&source[unit.at.clone()])),
+                _ => {}
             }
             return;
+        }
+        if word == "IF" {
+            let inner = one_line_statement(&source[unit.at.clone()]).map(|start| unit.at.start + start..unit.at.end);
+            return inner.into_iter().for_each(|at| self.add(source, &CodeUnit { at, ..unit.clone() }));
         }
         while matches!(word.as_str(), "LOCAL" | "TASK") {
             word = scan.name().0.to_ascii_uppercase();

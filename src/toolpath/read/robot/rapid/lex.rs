@@ -135,6 +135,71 @@ impl<'a> CodeUnits<'a> {
     }
 }
 
+/// Returns where the statement of `IF condition statement;` begins in `text`: where one operand follows another.
+pub(crate) fn one_line_statement(text: &[u8]) -> Option<usize> {
+    let mut scan = Scan::new(text);
+    scan.name();
+    let mut is_behind_operand = false;
+    loop {
+        let byte = scan.next()?;
+        let start = scan.at;
+        match byte {
+            b'(' | b'{' => scan.at = end_of_group(text, start)?,
+            b'[' | b'"' | b'0'..=b'9' if is_behind_operand => return Some(start),
+            b'[' => scan.at = end_of_group(text, start)?,
+            b'"' => scan.at = start + 2 + text[start + 1..].iter().position(|byte| *byte == b'"')?,
+            b'0'..=b'9' => drop(scan.number().ok()?),
+            b'.' => {
+                scan.at += 1;
+                scan.name();
+            }
+            b'+' | b'-' | b'*' | b'/' | b'<' | b'>' | b'=' => {
+                scan.at += 1;
+                is_behind_operand = false;
+                continue;
+            }
+            _ => {
+                let (name, at) = scan.name();
+                match name.to_ascii_uppercase().as_str() {
+                    "" => return None,
+                    "AND" | "OR" | "XOR" | "DIV" | "MOD" | "NOT" => {
+                        is_behind_operand = false;
+                        continue;
+                    }
+                    _ if is_behind_operand => return Some(at.start),
+                    _ => {}
+                }
+            }
+        }
+        is_behind_operand = true;
+    }
+}
+
+/// Returns the index behind the bracket that closes the one at byte `start` of `text`.
+fn end_of_group(text: &[u8], start: usize) -> Option<usize> {
+    let mut depth = 0usize;
+    let last = code_bytes(&text[start..]).find(|(_, byte)| {
+        match byte {
+            b'[' | b'(' | b'{' => depth += 1,
+            b']' | b')' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        depth == 0
+    });
+    last.map(|(at, _)| start + at + 1)
+}
+
+/// Returns the names (in capitals) before brackets in `text`.
+pub(crate) fn called_names(text: &[u8]) -> impl Iterator<Item = String> {
+    let opens = code_bytes(text).filter(|(_, byte)| *byte == b'(').map(|(at, _)| text[..at].trim_ascii_end());
+    let names = opens.map(|before| {
+        let is_of_name = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
+        let start = before.iter().rposition(|byte| !is_of_name(byte)).map_or(0, |at| at + 1);
+        String::from_utf8_lossy(&before[start..]).to_ascii_uppercase()
+    });
+    names.filter(|name| name.starts_with(|c: char| c.is_ascii_alphabetic()))
+}
+
 /// Iterates over the bytes of `text` outside strings and comments, with their indices.
 pub(crate) fn code_bytes(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
     code_bytes_before(text, b'!')

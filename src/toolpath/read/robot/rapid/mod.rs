@@ -1,7 +1,10 @@
 //! ABB RAPID: statements of a module, with the targets, tools, work objects and speeds that it declares.
 //!
 //! Followed are MoveL, MoveC, MoveJ and MoveAbsJ. What is known not to move the tool is ignored, and all else is refused. All motions
-//! must be in one routine; its caller does not matter, as each motion names its tool, work object and speed.
+//! must be in one routine; its caller does not matter, as each motion names its tool, work object and speed. Procedures that a `main` does not lead
+//! to stay as they are.
+
+use std::collections::BTreeSet;
 
 use crate::toolpath::{
     model::robot::{RobotFault, RobotOptions, Statement},
@@ -11,13 +14,15 @@ use crate::toolpath::{
     },
 };
 
+mod calls;
 mod data;
 mod lex;
 mod motion;
 
 pub(crate) use {
+    calls::uncalled,
     data::parse_target,
-    lex::{CodeUnit, CodeUnits, code_bytes_before, option_start, split_arguments},
+    lex::{CodeUnit, CodeUnits, code_bytes_before, one_line_statement, option_start, split_arguments},
     motion::zone_of,
 };
 
@@ -34,6 +39,12 @@ pub(crate) struct Reader<'a> {
     enclosing: Vec<(String, usize)>,
     /// Line of the present routine, and its name in upper case.
     routine: (usize, String),
+    /// Whether it is a function.
+    is_function: bool,
+    /// Names of routines in upper case that are not called.
+    uncalled: BTreeSet<String>,
+    /// Those of them that move the tool.
+    pub left_out: Vec<String>,
     /// Line of the routine that has the motions.
     motion_routine: Option<usize>,
     /// Line that leaves the routine before its end.
@@ -54,6 +65,9 @@ impl<'a> Reader<'a> {
             tools: Tools::new(options),
             enclosing: Vec::new(),
             routine: (1, String::new()),
+            is_function: false,
+            uncalled: BTreeSet::new(),
+            left_out: Vec::new(),
             motion_routine: None,
             end_line: None,
             is_speed_unscaled: true,
@@ -69,8 +83,15 @@ impl<'a> Reader<'a> {
     pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
         if self.data.is_none() {
             self.data = Some(ModuleData::read(self.source)?);
+            self.uncalled = uncalled(self.source)?;
         }
         while let Some(unit) = self.units.next()? {
+            if unit.is_statement && self.uncalled.contains(&self.routine.1) {
+                if is_motion(&unit.word) && self.left_out.last() != Some(&self.routine.1) {
+                    self.left_out.push(self.routine.1.clone());
+                }
+                continue;
+            }
             let found = if unit.is_statement { self.follow_statement(&unit) } else { self.follow_structure(&unit) };
             let refuse = |fault| Refusal { line: unit.line, at: unit.at.clone(), fault };
             if let Some(statement) = found.map_err(refuse)? {
@@ -83,16 +104,21 @@ impl<'a> Reader<'a> {
     /// Follows a word of structure: routines, branches and loops.
     fn follow_structure(&mut self, unit: &CodeUnit) -> Result<Option<Statement>, RobotFault> {
         let mut scan = Scan::new(&self.source[unit.at.clone()]);
-        if scan.peek() == Some(b'%') && !self.routine.1.is_empty() {
+        if scan.peek() == Some(b'%') && !self.routine.1.is_empty() && !self.uncalled.contains(&self.routine.1) {
             return RobotFault::not_followed("calls of procedures whose names are computed are", "the name itself");
         }
         let mut word = scan.name().0.to_ascii_uppercase();
         if word == "LOCAL" {
             word = scan.name().0.to_ascii_uppercase();
         }
+        let asks = matches!(word.as_str(), "IF" | "ELSEIF" | "WHILE" | "FOR" | "TEST" | "CASE");
+        if asks && !self.uncalled.contains(&self.routine.1) {
+            self.check_functions(unit)?;
+        }
         match word.as_str() {
             "PROC" | "FUNC" | "TRAP" => {
                 self.routine = (unit.line, scan.name().0.to_ascii_uppercase());
+                self.is_function = word == "FUNC";
                 (self.end_line, self.enclosing) = (None, Vec::new());
                 if word == "TRAP" {
                     self.enclosing.push((word, unit.line));
@@ -110,6 +136,7 @@ impl<'a> Reader<'a> {
 
     /// Follows a statement: returns it if it moves the tool, or else sets modes; `Err` if it is not followed.
     fn follow_statement(&mut self, unit: &CodeUnit) -> Result<Option<Statement>, RobotFault> {
+        self.check_functions(unit)?;
         match unit.word.as_str() {
             "MOVEL" | "MOVEC" | "MOVEJ" | "MOVEABSJ" => return self.motion(unit).map(Some),
             word if is_other_motion(word) => {
@@ -118,7 +145,7 @@ impl<'a> Reader<'a> {
                     "MoveL, MoveC, MoveJ and MoveAbsJ",
                 );
             }
-            "IF" => self.check_one_line_if(unit)?,
+            "IF" => return self.follow_one_line_if(unit),
             "GOTO" => {
                 return RobotFault::not_followed("jumps are", "the motions in the order they run");
             }
@@ -158,14 +185,30 @@ impl<'a> Reader<'a> {
         String::from_utf8_lossy(&self.source[unit.at.clone()]).into_owned()
     }
 
-    /// Refuses `IF condition statement;` if the statement moves or jumps.
-    fn check_one_line_if(&self, unit: &CodeUnit) -> Result<(), RobotFault> {
-        let text = self.text(unit).to_ascii_uppercase();
-        let words = || text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
-        let moves = |word: &str| matches!(word, "MOVEL" | "MOVEC" | "MOVEJ" | "MOVEABSJ") || is_other_motion(word);
-        match words().any(|word| moves(word) || word == "GOTO") {
-            true => Err(RobotFault::Branch { keyword: "IF".into(), line: unit.line }),
-            false => Ok(()),
+    /// Follows the statement of `IF condition statement;` as one within a branch.
+    fn follow_one_line_if(&mut self, unit: &CodeUnit) -> Result<Option<Statement>, RobotFault> {
+        let start = lex::one_line_statement(&self.source[unit.at.clone()]);
+        let start = start.ok_or(RobotFault::Form { expected: "IF condition statement" })?;
+        let at = unit.at.start + start..unit.at.end;
+        let word = Scan::new(&self.source[at.clone()]).name().0.to_ascii_uppercase();
+        if word == "GOTO" {
+            return Err(RobotFault::Branch { keyword: "IF".into(), line: unit.line });
+        }
+        self.enclosing.push(("IF".into(), unit.line));
+        let found = self.follow_statement(&CodeUnit { at, word, ..unit.clone() });
+        self.enclosing.pop();
+        found
+    }
+
+    /// Refuses functions in a unit that are neither the module's nor RAPID's, unless the options say that they move nothing.
+    fn check_functions(&self, unit: &CodeUnit) -> Result<(), RobotFault> {
+        let is_own = |name: &String| self.data.as_ref().is_some_and(|data| data.functions.contains(name));
+        let known = |name: &String| {
+            *name == unit.word || calls::is_known(name) || is_own(name) || self.options.keeps_call(name)
+        };
+        match lex::called_names(&self.source[unit.at.clone()]).find(|name| !known(name)) {
+            Some(name) => Err(RobotFault::Call { name }),
+            None => Ok(()),
         }
     }
 
@@ -179,6 +222,9 @@ impl<'a> Reader<'a> {
 
     /// Refuses a motion within a branch or loop, behind the end, or in a second routine.
     fn check_runs_once(&mut self) -> Result<(), RobotFault> {
+        if self.is_function {
+            return Err(MOTION_IN_FUNCTION);
+        }
         if let Some((keyword, line)) = self.enclosing.first() {
             return Err(RobotFault::Branch { keyword: keyword.clone(), line: *line });
         }
@@ -192,6 +238,9 @@ impl<'a> Reader<'a> {
         }
     }
 }
+
+pub(crate) const MOTION_IN_FUNCTION: RobotFault =
+    RobotFault::NotFollowed { what: "motions in functions are", expected: "procedures that move" };
 
 /// Instructions that are ignored: they neither move the tool nor change what a motion means.
 const IGNORED: &str = "SET RESET SETDO SETAO SETGO PULSEDO INVERTDO WAITTIME WAITDI WAITDO WAITAI WAITGI WAITUNTIL WAITROB \

@@ -1,0 +1,87 @@
+//! Calls in RAPID: functions, which stand where values do, and compute or ask without moving the tool; and procedures that nothing calls.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::lex::{CodeUnits, code_bytes};
+use crate::toolpath::read::{robot::Refusal, scan::Scan};
+
+/// Functions of the language and its options, and words before brackets that are none.
+const KNOWN: &str = "\
+    AND OR XOR NOT DIV MOD IF ELSEIF WHILE TO FROM STEP RETURN CASE THEN DO \
+    ABS ABSDNUM ACOS ACOSDNUM AINPUT AOUTPUT ARGNAME ASIN ASINDNUM ATAN ATAN2 ATAN2DNUM ATANDNUM BITAND BITANDDNUM BITCHECK BITCHECKDNUM \
+    BITLSH BITLSHDNUM BITNEG BITNEGDNUM BITOR BITORDNUM BITRSH BITRSHDNUM BITXOR BITXORDNUM BYTETOSTR CALCJOINTT CALCROBT CALCROTAXFRAMEZ \
+    CALCROTAXISFRAME CDATE CJOINTT CLKREAD COS COSDNUM CPOS CROBT CSPEEDOVERRIDE CTASKNAME CTIME CTOOL CWOBJ DECTOHEX DEFACCFRAME \
+    DEFDFRAME DEFFRAME DIM DINPUT DISTANCE DNUMTONUM DNUMTOSTR DOTPROD DOUTPUT EULERZYX EVENTTYPE EXECHANDLER EXECLEVEL EXP FILESIZE \
+    FILETIME FILETIMEDNUM FSSIZE GETMAXNUMBEROFCYCBOOL GETMECUNITNAME GETMODALPAYLOADMODE GETMOTORTORQUE GETNEXTCYCBOOL GETNEXTMECHUNIT \
+    GETNEXTSYM GETNUMBEROFCYCBOOL GETSIGNALORIGIN GETSYSINFO GETTASKNAME GETTIME GETTSPSTATUS GETUASSIGNALORIGIN GETUASUSERNAME GINPUT \
+    GINPUTDNUM GOUTPUT GOUTPUTDNUM HEXTODEC INDINPOS INDSPEED IOUNITSTATE ISBRAKECHECKACTIVE ISCYCBOOL ISFILE ISLEADTHROUGH ISMECHUNITACTIVE \
+    ISPERS ISSTOPMOVEACT ISSTOPSTATEEVENT ISSYNCMOVEON ISSYSID ISVAR MAX MAXEXTLINEARSPEED MAXEXTREORIENTSPEED MAXROBREORIENTSPEED MAXROBSPEED MIN \
+    MIRPOS MODEXIST MODTIME MODTIMEDNUM MOTIONPLANNERNO NONMOTIONMODE NOREMAIN NORMALIZE NUMTODNUM NUMTOSTR OFFS OPMODE ORIENTZYX ORIGINALTYPE \
+    ORROBT PARIDPOSVALID PARIDROBVALID PATHLENGTHGET PATHLEVEL PFRESTART POSEINV POSEMULT POSEVECT POW POWDNUM PPMOVEDINMANMODE PRESENT \
+    PROCERRRECOVERY PROGMEMFREE QUAD QUADDNUM RANDOM READBIN READDIR READMOTOR READNUM READSTR READSTRBIN READVAR RELTOOL REMAININGRETRIES RMQGETSLOTNAME \
+    ROBNAME ROBOS ROUND ROUNDDNUM RUNMODE SAFETYCONTROLLERGETCHECKSUM SAFETYCONTROLLERGETOPMODEPINCODE SAFETYCONTROLLERGETSWVERSION SIN SINDNUM \
+    SOCKETGETSTATUS SOCKETPEEK SQRT SQRTDNUM STCALCFORCE STCALCTORQUE STISCALIB STISCLOSED STISINDGUN STISSERVOTOOL STRDIGCALC STRDIGCMP STRFIND \
+    STRFORMAT STRLEN STRMAP STRMATCH STRMEMB STRORDER STRPART STRTOBYTE STRTOVAL TAN TANDNUM TASKISACTIVE TASKISEXECUTING TASKRUNMEC \
+    TASKRUNROB TASKSINSYNC TESTAND TESTDI TESTSIGNREAD TEXTGET TEXTTABFREEID TEXTTABGET TOOLTCPGET TRIGGDATAVALID TRUNC TRUNCDNUM TYPE UIALPHAENTRY \
+    UICLIENTEXIST UIDNUMENTRY UIDNUMTUNE UILISTVIEW UIMESSAGEBOX UINUMENTRY UINUMTUNE VALIDIO VALTOSTR VECTMAGN XOUTPUT";
+
+/// Whether the function `name`, in capitals, is one of the language.
+pub(super) fn is_known(name: &str) -> bool {
+    KNOWN.split_whitespace().any(|known| known == name)
+}
+
+/// Returns the name in capitals that a head such as `LOCAL FUNC num depth(num n)` declares.
+pub(super) fn name_in(head: &[u8]) -> Option<String> {
+    let before = head.split(|byte| *byte == b'(').next()?;
+    let name = before.split(u8::is_ascii_whitespace).rfind(|word| !word.is_empty())?;
+    let (name, _) = Scan::new(name).name();
+    (!name.is_empty()).then(|| name.to_ascii_uppercase())
+}
+
+/// Returns the procedures with their names in capitals that `main` does not lead to; none without a `main`, or where names of procedures are computed.
+pub(crate) fn uncalled(source: &[u8]) -> Result<BTreeSet<String>, Refusal> {
+    // By routine, what it names; traps run when something happens.
+    let (mut named, mut reached) = (BTreeMap::<String, BTreeSet<String>>::new(), vec!["MAIN".to_owned()]);
+    let (mut units, mut routine) = (CodeUnits::new(source), String::new());
+    while let Some(unit) = units.next()? {
+        let text = &source[unit.at.clone()];
+        let mut scan = Scan::new(text);
+        let mut word = scan.name().0.to_ascii_uppercase();
+        if word == "LOCAL" {
+            word = scan.name().0.to_ascii_uppercase();
+        }
+        match word.as_str() {
+            "PROC" | "FUNC" | "TRAP" if !unit.is_statement => {
+                routine = match word.as_str() {
+                    "FUNC" => name_in(text).unwrap_or_default(),
+                    _ => scan.name().0.to_ascii_uppercase(),
+                };
+                named.entry(routine.clone()).or_default();
+                reached.extend((word == "TRAP").then(|| routine.clone()));
+            }
+            "CALLBYVAR" => return Ok(BTreeSet::new()),
+            _ if text.starts_with(b"%") && !routine.is_empty() => return Ok(BTreeSet::new()),
+            _ => named.entry(routine.clone()).or_default().extend(names(text)),
+        }
+    }
+    // What stands outside of routines.
+    reached.extend(named.remove("").into_iter().flatten());
+    if !named.contains_key("MAIN") {
+        return Ok(BTreeSet::new());
+    }
+    while let Some(next) = reached.pop() {
+        reached.extend(named.remove(&next).into_iter().flatten());
+    }
+    Ok(named.into_keys().collect())
+}
+
+/// Iterates over the names in `text`, in capitals.
+fn names(text: &[u8]) -> impl Iterator<Item = String> {
+    let code: Vec<u8> = code_bytes(text).map(|(_, byte)| byte.to_ascii_uppercase()).collect();
+    let words: Vec<String> = code
+        .split(|byte| !(byte.is_ascii_alphanumeric() || *byte == b'_'))
+        .filter(|word| !word.is_empty())
+        .map(|word| String::from_utf8_lossy(word).into_owned())
+        .collect();
+    words.into_iter()
+}
