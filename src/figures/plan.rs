@@ -310,7 +310,7 @@ fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied
         scene.circle(*at, MARK, Stroke { colour: INK, width: 4.0, dash: &[] });
         occupied.marks.push(rect_around(*at, [MARK + 2.0; 2]));
     }
-    for (at, (_, _, label)) in points_of_marks.into_iter().zip(&figure.marks) {
+    for (at, (_, _, label)) in points_of_marks.into_iter().zip(&figure.marks).filter(|(_, mark)| !mark.2.is_empty()) {
         draw_label(scene, &mut occupied, plot.rect, (at, MARK), (label, INK, Weight::Bold));
     }
     for shape in figure.shapes.iter().filter(|shape| !shape.label.is_empty() && !shape.points.is_empty()) {

@@ -206,6 +206,9 @@ pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     if !force.is_empty() {
         figures.push(("cutting_force".into(), curve_figure(report.job, cutting_force::TITLE, "force [N]", &force)));
     }
+    // Of a program of which nothing is solved, or whose ends alone are known.
+    let is_empty = |figure: &Figure| matches!(figure, Figure::Lines(lines) if lines.series.iter().all(|series| series.points.is_empty()));
+    figures.retain(|(_, figure)| !is_empty(figure));
     figures
 }
 

@@ -48,9 +48,7 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
                 label: String::new(),
             }));
         }
-        let value = results.entries[best.entry].outcome.as_ref().ok().and_then(|e| e.metrics.get(metric));
-        let label = value.map_or_else(|| "best".into(), |value| format!("best\n{}", number(value)));
-        marks.push((best.site.0[0], best.site.0[1], label));
+        marks.push((best.site.0[0], best.site.0[1], String::new()));
     }
     let places = nearby_named_places(results)
         .into_iter()
@@ -71,7 +69,9 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
             || "No place for the part: plan of the machine".into(),
             |best| {
                 let drawn = deviation_note(results).map_or_else(String::new, |note| format!(", {note}"));
-                typographic(&format!("The part at its best place, {}{drawn}", height_and_angles(&best.site)))
+                let value = results.entries[best.entry].outcome.as_ref().ok().and_then(|e| e.metrics.get(metric));
+                let value = value.map_or_else(String::new, |value| format!(" ({})", number(value)));
+                typographic(&format!("The part at its best place{value}, {}{drawn}", height_and_angles(&best.site)))
             },
         ),
         subtitle: match &field {
