@@ -65,20 +65,21 @@ function sliceView(charts, view) {
     return { z, text };
   }
   // Where the tolerance ends: the edges between nodes within and beyond it.
+  // The line where the tolerance ends, and hatching beyond it.
   function border(one, columns, rows, z) {
-    const line = { x: [], y: [] };
+    const [line, hatched] = [{ x: [], y: [] }, { x: [], y: [] }];
     const limit = view.tolerance();
-    if (!Number.isFinite(limit)) return line;
+    if (!Number.isFinite(limit)) return [line, hatched];
     const edges = (axis) => axis.concat(axis.at(-1)).map((value, i) => (i === 0 ? axis[0] - 0.5 * ((axis[1] ?? 1) - axis[0]) : i === axis.length ? value + 0.5 * (value - (axis[i - 2] ?? 0)) : 0.5 * (value + axis[i - 1])));
     const [x, y] = [edges(one.axes[columns]), edges(one.axes[rows])];
     const differ = (a, b) => Number.isFinite(a + b) && (a <= limit) !== (b <= limit);
-    const add = (from, to) => [from, to, [null, null]].forEach((point) => { line.x.push(point[0]); line.y.push(point[1]); });
+    const add = (from, to, own = line) => [from, to, [null, null]].forEach((point) => { own.x.push(point[0]); own.y.push(point[1]); });
     z.forEach((own, r) => own.forEach((value, c) => {
-      if (value > limit) add([x[c], y[r]], [x[c + 1], y[r + 1]]);
+      if (value > limit) add([x[c], y[r]], [x[c + 1], y[r + 1]], hatched);
       if (c > 0 && differ(value, own[c - 1])) add([x[c], y[r]], [x[c], y[r + 1]]);
       if (r > 0 && differ(value, z[r - 1][c])) add([x[c], y[r]], [x[c + 1], y[r]]);
     }));
-    return line;
+    return [line, hatched];
   }
   const inPlane = () => [0, 1, 2].filter((axis) => axis !== state.normal);
   function template(one, columns, rows, text) {
@@ -140,7 +141,7 @@ function sliceView(charts, view) {
         type: "scatter", mode: "markers", hoverinfo: "skip", cliponaxis: false, x: chosen.x[0], y: chosen.y[0],
         marker: { size: 12, color: "rgba(255, 255, 255, 0.75)", line: { width: 3.5, color: "#d0006f" } },
       },
-      { type: "scatter", mode: "lines", hoverinfo: "skip", ...border(one, columns, rows, z), line: { color: "#fff", width: 2.5 } },
+      ...border(one, columns, rows, z).map((own, k) => ({ type: "scatter", mode: "lines", hoverinfo: "skip", ...own, opacity: k ? 0.7 : 1, line: { color: "#fff", width: k ? 1 : 2.5 } })),
     ];
     const axis = (index, more) => Chart.axis(Data.labelled(coordinates[index].label, coordinates[index].unit), Object.assign({ zeroline: false, showgrid: false }, more));
     const alike = coordinates[columns].unit === coordinates[rows].unit && x.length > 1 && y.length > 1;
@@ -174,8 +175,9 @@ function sliceView(charts, view) {
     const { all, chosen } = marks(one, at);
     Plotly.restyle(plot, text ? { z: [z], text: [text] } : { z: [z] }, [0]);
     const shown = plot.data;
-    const { x, y } = border(one, columns, rows, z);
-    if (x.length || shown[3].x.length) Plotly.restyle(plot, { x: [x], y: [y] }, [3]);
+    border(one, columns, rows, z).forEach(({ x, y }, k) => {
+      if (x.length || shown[3 + k].x.length) Plotly.restyle(plot, { x: [x], y: [y] }, [3 + k]);
+    });
     if (shown[1].x.length || all.x[0].length) Plotly.restyle(plot, all, [1]);
     if (shown[2].x.length || chosen.x[0].length) Plotly.restyle(plot, chosen, [2]);
     plot.setAttribute("aria-label", "Colour map of " + view.label() + " " + view.groupName() + ", " + words + "; arrow keys move the picked point, Page Up and Page Down the slice");

@@ -50,14 +50,12 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
         }
         marks.push((best.site.0[0], best.site.0[1], String::new()));
     }
-    let places = nearby_named_places(results)
-        .into_iter()
-        .map(|entry| {
-            let value = entry.feasible().and_then(|evaluation| evaluation.metrics.get(metric));
-            let words = value.map_or_else(|| "not possible".into(), number);
-            let at = (entry.site.0[0], entry.site.0[1]);
-            PlanShape { look: Look::Place, points: vec![at], label: format!("{}: {words}", entry.name) }
-        });
+    let places = nearby_named_places(results).into_iter().map(|entry| {
+        let value = entry.feasible().and_then(|evaluation| evaluation.metrics.get(metric));
+        let words = value.map_or_else(|| "not possible".into(), number);
+        let at = (entry.site.0[0], entry.site.0[1]);
+        PlanShape { look: Look::Place, points: vec![at], label: format!("{}: {words}", entry.name) }
+    });
     shapes.extend(places);
     let field = sweep_slice(results, metric);
     if shapes.is_empty() && field.is_none() {

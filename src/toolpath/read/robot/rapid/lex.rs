@@ -148,7 +148,9 @@ pub(crate) fn one_line_statement(text: &[u8]) -> Option<usize> {
             b'[' | b'"' | b'0'..=b'9' if is_behind_operand => return Some(start),
             b'[' => scan.at = end_of_group(text, start)?,
             b'"' => scan.at = start + 2 + text[start + 1..].iter().position(|byte| *byte == b'"')?,
-            b'0'..=b'9' => drop(scan.number().ok()?),
+            b'0'..=b'9' => {
+                scan.number().ok()?;
+            }
             b'.' => {
                 scan.at += 1;
                 scan.name();
