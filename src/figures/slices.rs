@@ -342,8 +342,9 @@ fn draw_panel(
 /// segments on the page.
 fn draw_limit(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, limit: Limit) -> Vec<[Point; 2]> {
     let (Limit::Most(level) | Limit::Least(level)) = limit;
-    let [corner, opposite] = [(panel.x.first(), panel.y.last()), (panel.x.last(), panel.y.first())]
-        .map(|(x, y)| Some(plot.page_point(*x?, *y?)));
+    let [x, y] = panel.edges();
+    let [corner, opposite] =
+        [(x.first(), y.last()), (x.last(), y.first())].map(|(x, y)| Some(plot.page_point(*x?, *y?)));
     if let Some((from, to)) = corner.zip(opposite) {
         let sign = if matches!(limit, Limit::Most(_)) { 1.0 } else { -1.0 };
         let beyond: Vec<Option<f64>> =

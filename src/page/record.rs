@@ -214,8 +214,14 @@ impl Change {
         let owner = self.element().map(|(_, element, _)| element).or_else(|| segments.next()).unwrap_or_default();
         let unit = KEY_UNITS.iter().find(|(ending, ..)| last.ends_with(ending));
         let name = unit.map_or(last, |(ending, ..)| last.trim_end_matches(ending)).replace('_', " ");
+        // As few digits as tell them apart.
+        let rounded: BTreeSet<String> =
+            self.values.iter().filter_map(|text| Some(three_digits(text.parse().ok()?))).collect();
+        let distinct: BTreeSet<&String> = self.values.iter().collect();
+        let digits =
+            |number: f64| if rounded.len() < distinct.len() { format_number(number) } else { three_digits(number) };
         let value = |text: &String| match (unit, text.parse::<f64>()) {
-            (Some((_, shown, factor)), Ok(number)) => with_unit(&three_digits(number * factor), shown),
+            (Some((_, shown, factor)), Ok(number)) => with_unit(&digits(number * factor), shown),
             _ => text.clone(),
         };
         let values: Vec<String> =
@@ -269,12 +275,18 @@ fn change_words(rows: &[Change], is_other_text: bool, letters: &[char]) -> (Stri
         let all: Vec<String> = own.iter().zip(letters).map(what).collect();
         format!("{element} of {chain}: {}", all.join(", "))
     };
+    // What one does not have, or has in other words, before numbers.
+    let size = |row: &Change| match row.ratio() {
+        _ if row.values.iter().any(|value| value == ABSENT) => f64::INFINITY,
+        None => f64::MAX,
+        Some(ratio) => ratio.min(f64::MAX / 2.0),
+    };
     let mut numbers: Vec<&&Change> = computed.iter().filter(|row| !is_other(row)).collect();
-    numbers.sort_by(|a, b| b.ratio().unwrap_or(1.0).total_cmp(&a.ratio().unwrap_or(1.0)));
+    numbers.sort_by(|a, b| size(b).total_cmp(&size(a)));
     let all: Vec<String> = kinds.iter().map(of_kind).chain(numbers.into_iter().map(|row| row.words(letters))).collect();
     let sentence = match all.len().saturating_sub(MOST_NAMED) {
         0 => "What differs in the inputs:".into(),
-        more => format!("What differs in the inputs, the largest changes first, and {more} more under Why:"),
+        more => format!("What differs in the inputs, with {more} more under Why:"),
     };
     (sentence, all.into_iter().take(MOST_NAMED).collect())
 }

@@ -69,10 +69,11 @@ impl VerdictWriter<'_> {
                 1.0 => format!("{letter} better everywhere; no tolerance given"),
                 share => format!("{letter} better in {}; no tolerance given", percent(share)),
             };
-            screen.headline = screen
-                .headline
-                .judged(Verdict::new(State::Open, words), false)
-                .next("compare again with --tolerance MM, which says where the difference matters.");
+            let next = match winners.win_share(best) {
+                0.0 if by_place => "take either: nothing that was computed tells them apart.",
+                _ => "compare again with --tolerance MM, which says where the difference matters.",
+            };
+            screen.headline = screen.headline.judged(Verdict::new(State::Open, words), false).next(next);
         }
         Some(screen)
     }
@@ -138,29 +139,49 @@ impl VerdictWriter<'_> {
             return;
         }
         let matters = differences.iter().filter(|(_, by)| *by > tolerance).count();
+        let leads = self.leads(quantity, best);
+        let [ahead, behind] = [1.0, -1.0].map(|sign| leads.iter().filter(|lead| sign * **lead > tolerance).count());
         let best_share = (0..data.len()).map(share).fold(0.0, f64::max);
         let others: Vec<String> =
             (0..data.len()).filter(|who| *who != best).map(|who| self.aligned.letters[who].to_string()).collect();
-        let (state, words, next) = match matters as f64 / differences.len() as f64 {
+        let any = if data.len() > 2 { "any" } else { "either" };
+        let (state, words, next) = match (ahead as f64 / leads.len().max(1) as f64, behind) {
             _ if best_share == 0.0 => (
                 State::Bad,
                 "All out of tolerance everywhere".into(),
                 "compensate: none is within tolerance as it is.".into(),
             ),
-            0.0 => (
+            _ if matters == 0 => (
                 State::Open,
                 "No difference that matters".into(),
-                "take either: they differ by less than the tolerance.".into(),
+                format!("take {any}: they differ by less than the tolerance."),
             ),
-            1.0 => (
+            (0.0, 0) => (
+                State::Partly,
+                "The best differ by less than the tolerance".into(),
+                format!("take {letter}, or what is as good in the picture."),
+            ),
+            (1.0, _) => (
                 State::Good,
                 format!("{letter} better by more than the tolerance"),
                 format!("take {letter}, once its inputs are measured rather than assumed."),
             ),
-            share => (
+            (_, 0) => (
                 State::Partly,
-                format!("Difference matters in {} of {}", percent(share), self.extent_words()),
-                format!("take {letter}, or {} where the picture has its colour under your part.", others.join(" or ")),
+                format!(
+                    "Difference matters in {} of {}",
+                    percent(ahead as f64 / leads.len() as f64),
+                    self.extent_words()
+                ),
+                format!("take {letter}, once its inputs are measured rather than assumed."),
+            ),
+            _ => (
+                State::Partly,
+                format!(
+                    "Which is better depends on {}",
+                    if self.aligned.shared.shape == Shape::Names { "the method" } else { "the place" }
+                ),
+                format!("take {letter}, or {} where the picture has its colour.", others.join(" or ")),
             ),
         };
         (headline.verdict, headline.next) = (Some(Verdict::new(state, words)), Some(next));
@@ -191,6 +212,17 @@ impl VerdictWriter<'_> {
         };
         let against = if is_length { "no tolerance is given for the difference" } else { "" };
         headline.numbers.push(KeyNumber::new(&shown, what, against));
+    }
+
+    /// Returns by how much `best` is better than the best of the others, at each node where all results are valid; negative where it is worse.
+    fn leads(&self, quantity: usize, best: usize) -> Vec<f64> {
+        let sign = if self.aligned.shared.quantities[quantity].better == Better::Larger { -1.0 } else { 1.0 };
+        let cost = |who: usize, node: usize| sign * self.aligned.common[who].values[quantity][0][node];
+        let lead = |(node, _): (usize, f64)| {
+            let others = (0..self.aligned.common.len()).filter(|who| *who != best).map(|who| cost(who, node));
+            others.fold(f64::INFINITY, f64::min) - cost(best, node)
+        };
+        self.differences(quantity, best).into_iter().map(lead).collect()
     }
 
     /// Returns the largest difference of `best` from another result, at each node where all results are valid.

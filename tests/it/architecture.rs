@@ -222,15 +222,15 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 const MOST_LINES: [(&[&str], usize); 11] = [
     (&["crates/engine/src"], 21_450),
     (&["crates/removal/src"], 2_625),
-    (&["src/toolpath"], 27_465),
+    (&["src/toolpath"], 27_675),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 12_310),
     (&["src/simulation", "src/redundancy"], 5_340),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_815),
-    (&["src/figures", "src/page"], 10_225),
+    (&["src/figures", "src/page"], 10_270),
     (&["src/questions"], 24_845),
     (&["src/products", "src/inspect", "src/explore"], 12_620),
     (&["src/cli"], 3_055),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 125_940),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 126_195),
 ];
 
 #[test]

@@ -36,7 +36,9 @@ fn third(line: &str) -> String {
 /// Zeros that say nothing of a point, and numbers of words that are no lengths.
 #[test]
 fn leading_zeros_that_mean_nothing_are_read() {
-    for line in ["N0010 G01 X00 Y000 F0100", "G1 X0.085 Y-00.5", "T01 M06", "S0800 M03", "G43 H01 Z5"] {
+    for line in
+        ["G4 X01", "G04 P02", "N0010 G01 X00 Y000 F0100", "G1 X0.085 Y-00.5", "T01 M06", "S0800 M03", "G43 H01 Z5"]
+    {
         Program::parse(format!("G21 G90 G17 F100\nG0 X0 Y0 Z0\n{line}\n"), "part.nc", &GcodeOptions::default())
             .unwrap();
     }

@@ -170,6 +170,34 @@ fn motions_out_of_sight_are_refused() {
         let (plain, _) = refused(&format!("  PROC main()\n{moves}    {statement}\n  ENDPROC\n"));
         assert!(plain.contains(expected), "{statement}: {plain}");
     }
+    // What stands where it is easily missed.
+    for (routines, expected) in [
+        (
+            format!("  PROC main() Path_1;\n{moves}  ENDPROC\n  PROC Path_1()\n{moves}  ENDPROC\n"),
+            "nothing behind it on its line",
+        ),
+        (
+            format!("  PROC main()\n{moves}    TEST 1 CASE 1: MoveL q,v100,fine,tool0;\n    ENDTEST\n  ENDPROC\n"),
+            "nothing behind it on its line",
+        ),
+        (
+            format!("  PROC main()\n{moves}    IF n=0x1F MoveL q,v100,fine,tool0;\n  ENDPROC\n"),
+            "expected IF condition statement",
+        ),
+    ] {
+        let (plain, told) = refused(&routines);
+        assert!(plain.contains(expected) && told.contains(expected), "{routines}: {plain} {told}");
+    }
+    let given = format!(
+        "  VAR robtarget r:=[[1,2,3],[0,0,1,0],{REST}];\n  PROC main()\n    chg r;\n    MoveL r,v100,fine,tool0;\n  ENDPROC\n  \
+         PROC chg(VAR robtarget t)\n    t.trans.x:=300;\n  ENDPROC\n"
+    );
+    assert!(refused(&given).0.contains("R is computed in line 7"), "{}", refused(&given).0);
+    // Quotation marks in strings, and numbers that begin with a point.
+    let quoted = format!(
+        "  VAR string s;\n  PROC main()\n{moves}    IF s=\"a\"\"b\" SetDO do1,1;\n    IF .5<n WaitTime (1+1)*2;\n  ENDPROC\n"
+    );
+    assert_eq!(ends(&read(&quoted)), [[1.0, 2.0, 3.0]]);
     // What is asked of the controller moves nothing.
     let asks = "    IF di1=1 SetDO do1,1;\n    IF n>0 n:=Abs(n)+Distance(p.trans,q.trans);\n";
     assert_eq!(ends(&read(&format!("  VAR num n;\n  PROC main()\n{moves}{asks}  ENDPROC\n"))), [[1.0, 2.0, 3.0]]);
@@ -194,6 +222,18 @@ fn procedures_that_nothing_calls_stay_as_they_are() {
     let plain = module(&format!("  PROC main()\n    MoveL p,v100,fine,tool0;\n  ENDPROC\n{spare}"));
     let program = RobotProgram::parse(plain, "p.mod", Language::Rapid, [], &RobotOptions::default()).unwrap();
     assert_eq!((program.notes().uncalled.len(), ends(&program)), (1, vec![[1.0, 2.0, 3.0]]));
+    // One that spare ones name stays with them, and an empty main leads to all.
+    let names_it = format!("{}  PROC tst()\n    Path_10;\n  ENDPROC\n", TWO.replace("SetDO do1,1;", "Path_10;"));
+    let program = expanded(&module(&names_it)).unwrap();
+    let path = program.toolpath(Sampling::new(1e3, 1e3).unwrap().with_max_turn(9.0).unwrap()).unwrap();
+    let wanted: Vec<_> =
+        path.positions_mm().into_iter().enumerate().map(|(k, p)| p + Vector3::z() * 0.1 * k as f64).collect();
+    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();
+    let out = String::from_utf8_lossy(written.bytes()).into_owned();
+    assert!(out.contains("PROC Path_10()") && out.contains("PROC tst()"), "{out}");
+    let empty = module("  PROC main()\n  ENDPROC\n  PROC Path_10()\n    MoveL p,v100,fine,tool0;\n  ENDPROC\n");
+    let program = RobotProgram::parse(empty, "p.mod", Language::Rapid, [], &RobotOptions::default()).unwrap();
+    assert_eq!(ends(&program), [[1.0, 2.0, 3.0]]);
     // Without a main, or with computed names, any may run.
     for other in [
         spare.replace("Path_30", "a") + &spare.replace("Path_30", "b"),

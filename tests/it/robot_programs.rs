@@ -804,6 +804,8 @@ const OPTIONS: &str = "options other than ACC, Wjnt, PTH, COORD, EV, Ind.EV and 
 fn what_a_listing_does_behind_a_condition_counts() {
     for (line, message) in [
         ("IF (DI[1]),P[1]=PR[1]", "P[1] is computed in line"),
+        ("IF R[1]=1,p[1]=P[2]", "P[1] is computed in line"),
+        ("P [1]=P[2]", "P[1] is computed in line"),
         ("IF R[1]=1 OR R[2]=3,UFRAME_NUM=2", "in IF of line"),
         ("IF (DI[1]),UFRAME[1]=PR[1]", "frames that are set between motions are not followed"),
         ("IF (DI[1]),$MCR.$GENOVERRIDE=5", "system variables are not followed"),
@@ -815,7 +817,14 @@ fn what_a_listing_does_behind_a_condition_counts() {
         let told = parse(Language::Ls, &source, &RobotOptions::default()).unwrap_err();
         assert!(told.contains(message), "{line}: {told}");
     }
-    let harmless = ["L P[1] 20mm/sec FINE", "IF (DI[1]),DO[2]=ON", "IF R[1]=1,R[2]=3", "WAIT DI[1]=ON"];
+    let harmless = [
+        "L P[1] 20mm/sec FINE",
+        "IF (DI[1]),DO[2]=ON",
+        "IF R[1]=1,R[2]=3",
+        "WAIT DI[3:timeout flag]=ON",
+        "IF DI[5:RUN]=ON,DO[1]=ON",
+        "IF SR[1]='a,b',DO[1]=ON",
+    ];
     let source = listing(&harmless, &[[0.0; 3], [10.0, 0.0, 0.0]]);
     assert!(parse(Language::Ls, &source, &RobotOptions::default()).is_ok());
 }
@@ -828,6 +837,7 @@ fn scripts_move_once_and_know_what_they_call() {
         ("ok = urcap_goto_station(2)", "calls urcap_goto_station"),
         ("if urcap_goto_station(2):\n  end", "calls urcap_goto_station"),
         ("return\n  movel(a)", "a motion after the end of the program in line 4"),
+        ("get_part()", "calls get_part"),
     ] {
         let told = parse(Language::UrScript, &format!("{head}  {line}\nend\n"), &RobotOptions::default()).unwrap_err();
         assert!(told.contains(message), "{line}: {told}");
@@ -843,6 +853,13 @@ fn scripts_move_once_and_know_what_they_call() {
     assert!(told.contains("what the next pass of an endless loop finds changed is not followed"), "{told}");
     for harmless in ["n = n + 1", "v = 3", "textmsg(to_str(get_actual_tcp_pose()))"] {
         endless(harmless).unwrap();
+    }
+    for call in
+        ["if get_digital_in(1):\n  go()\nend", "while n < 3:\n  go()\nend", "thread t():\n  go()\nend", "go()\ngo()"]
+    {
+        let source = format!("def go():\n  movel({})\nend\n{call}\n", pose(0.1));
+        let told = parse(Language::UrScript, &source, &RobotOptions::default()).unwrap_err();
+        assert!(told.contains("functions with motions that are called in a branch"), "{call}: {told}");
     }
     // As PolyScope writes them: a function with a name like a motion's, many digits, and a word on safety.
     let source = "def move_part():\n  set_safety_mode_transition_hardness(1)\n  movel(p[0.100000000000000012, 0.2, 0.1, 0, 3.1416, 0])\nend\nmove_part()\n";

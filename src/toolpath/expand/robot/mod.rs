@@ -78,7 +78,11 @@ pub(crate) fn expand(source: &[u8], language: Language, beside: &[(String, Vec<u
     let ending = line_ending(source);
     let mut copied = Copied { source, out: Vec::new(), chunks: Vec::new() };
     // What nothing calls stays.
-    let is_run = |name: &str| language != Language::Rapid || !module.uncalled.contains(name);
+    let named: std::collections::BTreeSet<String> = (module.uncalled.iter())
+        .filter_map(|name| module.routines.get(name))
+        .flat_map(|routine| syntax::names_of(&source[routine.inside.clone()], language))
+        .collect();
+    let is_run = |name: &str| name == entry.name || !module.uncalled.contains(name) && !named.contains(name);
     let mut routines: Vec<_> =
         module.routines.values().filter(|routine| routine.moves && is_run(&routine.name)).collect();
     routines.sort_by_key(|routine| routine.head.at.start);

@@ -11,7 +11,7 @@ use crate::toolpath::{
     model::robot::{Language, RobotFault},
     read::robot::{
         Refusal,
-        rapid::{CodeUnit, MOTION_IN_FUNCTION, one_line_statement, uncalled},
+        rapid::{CODE_BEHIND, CodeUnit, MOTION_IN_FUNCTION, has_code_behind, one_line_statement, uncalled},
     },
 };
 
@@ -99,7 +99,11 @@ impl Module {
         let mut units = Units::new(source, language);
         let mut found: Vec<Routine> = Vec::new();
         while let Some(unit) = units.next()? {
-            match first_word(source, &unit, language).as_str() {
+            let word = first_word(source, &unit, language);
+            if matches!(word.as_str(), "PROC" | "FUNC" | "TRAP") && has_code_behind(&source[unit.at.clone()], &word) {
+                return Err(refuse(&unit, CODE_BEHIND));
+            }
+            match word.as_str() {
                 "MODULE" => module.head_end = unit.at.end,
                 kind @ ("PROC" | "FUNC" | "TRAP") => {
                     found.push(read_routine((source, length), unit, kind, &mut units)?)
@@ -220,6 +224,7 @@ fn read_routine(
             "DEF" | "DEFFCT" => {
                 return Err(refuse(&head, RobotFault::Form { expected: "the end of the routine" }));
             }
+            "TEST" if has_code_behind(&source[unit.at.clone()], word) => return Err(refuse(&unit, CODE_BEHIND)),
             "IF" | "FOR" | "WHILE" | "TEST" | "LOOP" | "REPEAT" | "SWITCH" => {
                 if open.len() == DEEPEST {
                     return Err(refuse(

@@ -168,6 +168,10 @@ impl Interpreter {
         } else if let Some((word, Setting::Pole)) = request.setting() {
             effect.pole = Some(self.set_pole(&request, word)?);
         } else if let Some((word, setting)) = request.setting() {
+            // Zeros are lengths, too.
+            if request.axis_words().iter().any(|word| word.is_some_and(|word| word.value != 0.0)) {
+                self.note_unit(number);
+            }
             effect.zero_setting = self.apply_setting(&request, word, setting)?;
         } else if matches!(self.modal.motion, Some(MotionCode::Cycle(_))) && request.find_g(GWord::Dwell).is_none() {
             effect.motions = self.drill(number, &request)?;

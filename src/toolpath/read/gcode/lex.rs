@@ -45,7 +45,7 @@ fn is_exponent(bytes: &[u8], at: usize) -> bool {
 
 /// Whether the number `digits` of a coordinate has leading zeros and no point: old controls count its point from one end.
 fn has_implied_point(letter: u8, digits: &[u8]) -> bool {
-    b"XYZIJKRUVW".contains(&letter.to_ascii_uppercase())
+    b"XYZIJ".contains(&letter.to_ascii_uppercase())
         && digits.len() > 1
         && digits[0] == b'0'
         && digits.iter().any(|byte| *byte != b'0')
@@ -65,7 +65,9 @@ fn spaced_words(text: &str) -> Result<Vec<Word>, Refusal> {
         let digits = word.span.start + 1 + sign(word)..word.span.end;
         has_implied_point(joined.as_bytes()[word.span.start], &joined.as_bytes()[digits])
     };
-    if let Some(word) = words.iter().find(is_implied) {
+    // G4 X01 is a time.
+    let dwells = words.iter().any(|word| word.letter == 'G' && word.value == 4.0);
+    if let Some(word) = words.iter().find(is_implied).filter(|_| !dwells) {
         return Err(word.refuse(Fault::ImpliedPoint));
     }
     for word in &mut words {

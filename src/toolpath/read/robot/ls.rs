@@ -207,7 +207,7 @@ impl<'a> Reader<'a> {
 
     /// Refuses an instruction that jumps, or calls what is not known to move nothing.
     fn check_words(&self, code: &[u8]) -> Result<(), RobotFault> {
-        let text = String::from_utf8_lossy(code).to_ascii_uppercase();
+        let text = without_remarks(code);
         let mut words = text.split(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '$')));
         while let Some(word) = words.next() {
             match word {
@@ -428,22 +428,39 @@ fn index(number: f64) -> Option<u32> {
 
 /// Returns where the instruction of `IF condition,instruction` begins in `code`, behind the first comma outside brackets; `None` without one.
 fn statement_behind_condition(code: &[u8]) -> Option<usize> {
-    let mut depth = 0usize;
+    let (mut depth, mut in_text) = (0usize, false);
     let comma = code.iter().position(|byte| {
         match byte {
+            b'\'' => in_text ^= true,
+            _ if in_text => {}
             b'(' | b'[' => depth += 1,
             b')' | b']' => depth = depth.saturating_sub(1),
             _ => {}
         }
-        *byte == b',' && depth == 0
+        *byte == b',' && depth == 0 && !in_text
     });
     comma.map(|at| at + 1).filter(|start| !code[*start..].trim_ascii().is_empty())
 }
 
+/// Returns `code` in capitals without remarks in brackets (`DI[3:ready]`) and without strings.
+fn without_remarks(code: &[u8]) -> String {
+    let (mut in_text, mut in_remark, mut depth) = (false, false, 0usize);
+    let kept = code.iter().filter(|byte| {
+        match byte {
+            b'\'' if !in_remark => in_text ^= true,
+            b'[' if !in_text => depth += 1,
+            b']' if !in_text => (depth, in_remark) = (depth.saturating_sub(1), false),
+            b':' if depth > 0 && !in_text => in_remark = true,
+            _ => {}
+        }
+        !in_text && !in_remark
+    });
+    String::from_utf8_lossy(&kept.copied().collect::<Vec<u8>>()).to_ascii_uppercase()
+}
+
 /// Whether `word` (in capitals) stands in `code`.
 fn has_word(code: &[u8], word: &str) -> bool {
-    let text = String::from_utf8_lossy(code).to_ascii_uppercase();
-    text.split(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '$'))).any(|own| own == word)
+    without_remarks(code).split(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '$'))).any(|own| own == word)
 }
 
 /// Returns the lines that assign a position, or a part of it, by the position's number.
@@ -453,10 +470,12 @@ fn assigned_positions(source: &[u8]) -> HashMap<u32, usize> {
         let code = code_start(source, line.clone()).map_or(&[][..], |(start, _)| &source[start..line.end]);
         let inner = statement_behind_condition(code).map(|start| code[start..].trim_ascii_start());
         for code in [Some(code), inner].into_iter().flatten() {
-            let mut scan = Scan::new(code.strip_prefix(b"P[").unwrap_or_default());
+            let mut scan = Scan::new(code);
+            let is_position = scan.name().0.eq_ignore_ascii_case("P") && scan.takes(b'[');
             let number = scan.number().ok().and_then(|(number, _)| index(number));
             scan.take_while(|byte| byte != b']');
-            let number = number.filter(|_| scan.takes(b']') && scan.takes(b'='));
+            // One of its numbers, too: P[3,2]=5.
+            let number = number.filter(|_| is_position && scan.takes(b']') && scan.takes(b'='));
             found.extend(number.map(|number| (number, lines.line)));
         }
     }

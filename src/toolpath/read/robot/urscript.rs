@@ -43,6 +43,8 @@ pub(crate) struct Reader<'a> {
     setters: HashMap<&'a str, Vec<usize>>,
     /// Names of the functions of the program.
     functions: Vec<&'a str>,
+    /// By name of a function, the lines of the functions that call it, and whether that may be skipped or repeated.
+    callers: HashMap<&'a str, Vec<(usize, bool)>>,
     bases: Bases<'a>,
     tools: Tools<'a>,
     tool: Option<Tool>,
@@ -71,6 +73,7 @@ impl<'a> Reader<'a> {
             options,
             functions: functions.collect(),
             lines: LineCursor::new(source),
+            callers: callers(source),
             values: HashMap::new(),
             setters: setters(source),
             bases: Bases::new(options, source),
@@ -216,6 +219,24 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Refuses motions in the function of this line if it is called in a branch or loop, in a thread, or more than once; the one that has calls of none is
+    /// what runs.
+    fn check_called_once(&self, routine: usize) -> Result<(), RobotFault> {
+        let Some((_, line)) = self.blocks.iter().find(|(_, line)| *line == routine) else { return Ok(()) };
+        let mut cursor = LineCursor::new(self.source);
+        let head = std::iter::from_fn(|| Some((cursor.advance()?, cursor.line))).find(|(_, at)| at == line);
+        let Some((head, _)) = head else { return Ok(()) };
+        let mut scan = Scan::new(&self.source[head]);
+        scan.name();
+        match self.callers.get(scan.name().0).map_or(&[][..], Vec::as_slice) {
+            [] | [(_, false)] => Ok(()),
+            _ => RobotFault::not_followed(
+                "functions with motions that are called in a branch, loop or thread, or more than once, are",
+                "motions that run once",
+            ),
+        }
+    }
+
     /// Whether `name`, before a bracket, calls what is in the program or moves nothing, or the options say so.
     fn is_harmless(&self, name: &str) -> bool {
         let is_listed = |names: &str| names.split_whitespace().any(|known| known == name);
@@ -321,6 +342,7 @@ impl<'a> Reader<'a> {
         if !self.setters.get("set_tcp").is_none_or(|lines| lines.iter().all(is_around)) {
             return RobotFault::not_followed("set_tcp in other functions than the motions is", "set_tcp before them");
         }
+        self.check_called_once(routine)?;
         let first = *self.motion_routine.get_or_insert(routine);
         if first != routine {
             return Err(RobotFault::SecondRoutine { line: routine, first });
@@ -387,6 +409,42 @@ impl<'a> Reader<'a> {
             ..Statement::new(code, self.lines.line, keyword, kind)
         })
     }
+}
+
+/// Returns, by name of what is called, the lines of the functions that call it, and whether in a branch, loop or thread.
+fn callers(source: &[u8]) -> HashMap<&str, Vec<(usize, bool)>> {
+    let (mut lines, mut blocks, mut found) = (LineCursor::new(source), Vec::new(), HashMap::<_, Vec<_>>::new());
+    while let Some(line) = lines.advance() {
+        let text = &source[line];
+        let code = code_bytes(text).find(|(_, byte)| *byte == b'#').map_or(text, |(at, _)| &text[..at]);
+        let (word, at) = Scan::new(code).name();
+        let is_function = matches!(word, "def" | "thread" | "sec");
+        if !is_function {
+            let routine = blocks.iter().rfind(|(word, _)| *word == "def").map_or(0, |(_, line)| *line);
+            // The endless loop around a program is one pass.
+            let is_endless = code[at.end..]
+                .trim_ascii()
+                .strip_prefix(b"(")
+                .unwrap_or(&code[at.end..])
+                .trim_ascii()
+                .starts_with(b"True");
+            let asks = matches!(word, "if" | "elif") || word == "while" && !is_endless;
+            let may_skip = asks || blocks.iter().any(|(word, _)| *word != "def" && *word != ENDLESS);
+            for name in called_names(code) {
+                found.entry(name).or_default().push((routine, may_skip));
+            }
+            if word == "while" && is_endless {
+                blocks.push((ENDLESS, lines.line));
+                continue;
+            }
+        }
+        match word {
+            "def" | "thread" | "sec" | "if" | "while" => blocks.push((word, lines.line)),
+            "end" => drop(blocks.pop()),
+            _ => {}
+        }
+    }
+    found
 }
 
 /// Returns the lines of the functions that set each name, as a variable or as an argument, or call `set_tcp`; 0 outside of all.
@@ -570,14 +628,32 @@ const VALUES: &str = "if elif while return and or not xor in True False \
     abs acos asin atan atan2 binary_list_to_integer ceil cos d2r floor force get_list_length integer_to_binary_list interpolate_pose inv \
     length log make_list norm normalize point_dist pose_add pose_dist pose_inv pose_sub pose_trans pow powerof r2d random rotvec2rpy rpy2rotvec \
     sin size sqrt tan tool_contact transpose wrench_trans zeros to_num to_str str_at str_cat str_empty str_find str_len str_sub \
-    assert p struct";
+    append clear extend insert pop remove get_list_length time encoder_get_tick_count assert p struct";
 
 /// Functions that neither move the robot nor change what a motion means.
-const IGNORED: &str = "set_safety_mode_transition_hardness sleep sync textmsg varmsg popup halt enter_critical exit_critical stopl stopj reset_world_model zero_ftsensor protective_stop";
-const IGNORED_BEGINNINGS: [&str; 20] = [
-    "get_",
+const IGNORED: &str = "end_force_mode end_freedrive_mode end_teach_mode enable_external_ft_sensor encoder_enable_pulse_decode \
+    encoder_enable_set_tick_count encoder_set_tick_count write_port_bit write_port_register set_safety_mode_transition_hardness sleep sync textmsg varmsg popup halt enter_critical exit_critical stopl stopj reset_world_model zero_ftsensor protective_stop";
+const IGNORED_BEGINNINGS: [&str; 37] = [
+    "get_actual_",
+    "get_target_",
+    "get_tcp_",
+    "get_digital_",
+    "get_analog_",
+    "get_standard_",
+    "get_configurable_",
+    "get_tool_digital",
+    "get_tool_analog",
+    "get_tool_current",
+    "get_tool_accelerometer",
+    "get_joint_",
+    "get_forward_kin",
+    "get_inverse_kin",
+    "get_steptime",
+    "get_euromap",
+    "get_flag",
+    "get_controller_temp",
     "read_",
-    "is_",
+    "is_steady",
     "set_digital",
     "set_standard",
     "set_configurable",

@@ -43,10 +43,14 @@ pub(super) fn is_din_iso(source: &[u8]) -> bool {
         source.split(|byte| matches!(byte, b'\r' | b'\n')).map(<[u8]>::trim_ascii).find(|line| !line.is_empty());
     let Some(rest) = first.and_then(|line| line.strip_prefix(b"%")) else { return false };
     let mut words = rest.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
-    let is_named =
-        words.next().is_some_and(|name| name.iter().all(|byte| byte.is_ascii_alphanumeric() || *byte == b'_'));
-    let unit = words.next().map(|word| word.strip_suffix(b"*").unwrap_or(word).to_ascii_uppercase());
-    is_named && unit.is_some_and(|unit| unit == b"G70" || unit == b"G71")
+    // Sinumerik's names begin with _N_.
+    let is_of_name = |byte: &u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-');
+    let is_named = words.next().is_some_and(|name| name.iter().all(is_of_name) && !name.starts_with(b"_N_"));
+    let is_unit = |word: &[u8]| {
+        let word = word.strip_suffix(b"*").unwrap_or(word).to_ascii_uppercase();
+        word == b"G70" || word == b"G71"
+    };
+    is_named && words.any(is_unit)
 }
 
 /// Whether `line` is `BEGIN PGM`, the first block of a Heidenhain program.

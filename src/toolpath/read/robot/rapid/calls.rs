@@ -2,12 +2,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::lex::{CodeUnits, code_bytes};
+use super::{
+    is_motion,
+    lex::{CodeUnits, code_bytes, one_line_statement},
+};
 use crate::toolpath::read::{robot::Refusal, scan::Scan};
 
 /// Functions of the language and its options, and words before brackets that are none.
 const KNOWN: &str = "\
     AND OR XOR NOT DIV MOD IF ELSEIF WHILE TO FROM STEP RETURN CASE THEN DO \
+    CROSSPROD NORIENT OROBT TESTANDSET TEXTTABFREETOUSE TASKINSYNC ISCYCLICBOOL ISCOLLFREE STISOPEN RAWBYTESLEN PATHRECVALIDBWD PATHRECVALIDFWD \
+    CORRREAD GETAXISDISTANCE GETAXISMOVETIME FSSIZEDNUM EGMGETSTATE CAMGETLOADEDJOB CAMGETNAME CAMGETEXPOSURE CAMGETPARAMETER CAMNUMBEROFRESULTS \
+    GETSERVICEINFO GETJOINTDATA GETMOTORTORQUE GETTRAPDATA TOOLMASS DEFACCFRAME \
     ABS ABSDNUM ACOS ACOSDNUM AINPUT AOUTPUT ARGNAME ASIN ASINDNUM ATAN ATAN2 ATAN2DNUM ATANDNUM BITAND BITANDDNUM BITCHECK BITCHECKDNUM \
     BITLSH BITLSHDNUM BITNEG BITNEGDNUM BITOR BITORDNUM BITRSH BITRSHDNUM BITXOR BITXORDNUM BYTETOSTR CALCJOINTT CALCROBT CALCROTAXFRAMEZ \
     CALCROTAXISFRAME CDATE CJOINTT CLKREAD COS COSDNUM CPOS CROBT CSPEEDOVERRIDE CTASKNAME CTIME CTOOL CWOBJ DECTOHEX DEFACCFRAME \
@@ -38,11 +44,12 @@ pub(super) fn name_in(head: &[u8]) -> Option<String> {
     (!name.is_empty()).then(|| name.to_ascii_uppercase())
 }
 
-/// Returns the procedures with their names in capitals that `main` does not lead to; none without a `main`, or where names of procedures are computed.
+/// Returns the procedures with their names in capitals that `main` does not lead to; none without a `main` that moves the tool or leads to what does, or where names
+/// of procedures are computed.
 pub(crate) fn uncalled(source: &[u8]) -> Result<BTreeSet<String>, Refusal> {
     // By routine, what it names; traps run when something happens.
     let (mut named, mut reached) = (BTreeMap::<String, BTreeSet<String>>::new(), vec!["MAIN".to_owned()]);
-    let (mut units, mut routine) = (CodeUnits::new(source), String::new());
+    let (mut units, mut routine, mut moving) = (CodeUnits::new(source), String::new(), BTreeSet::new());
     while let Some(unit) = units.next()? {
         let text = &source[unit.at.clone()];
         let mut scan = Scan::new(text);
@@ -59,9 +66,16 @@ pub(crate) fn uncalled(source: &[u8]) -> Result<BTreeSet<String>, Refusal> {
                 named.entry(routine.clone()).or_default();
                 reached.extend((word == "TRAP").then(|| routine.clone()));
             }
-            "CALLBYVAR" => return Ok(BTreeSet::new()),
+            _ if names(text).any(|name| name == "CALLBYVAR") => return Ok(BTreeSet::new()),
             _ if text.starts_with(b"%") && !routine.is_empty() => return Ok(BTreeSet::new()),
-            _ => named.entry(routine.clone()).or_default().extend(names(text)),
+            _ => {
+                let inner =
+                    one_line_statement(text).map(|start| Scan::new(&text[start..]).name().0.to_ascii_uppercase());
+                if is_motion(&word) || word == "IF" && inner.is_none_or(|word| is_motion(&word)) {
+                    moving.insert(routine.clone());
+                }
+                named.entry(routine.clone()).or_default().extend(names(text));
+            }
         }
     }
     // What stands outside of routines.
@@ -69,14 +83,16 @@ pub(crate) fn uncalled(source: &[u8]) -> Result<BTreeSet<String>, Refusal> {
     if !named.contains_key("MAIN") {
         return Ok(BTreeSet::new());
     }
+    let mut moves = false;
     while let Some(next) = reached.pop() {
+        moves |= moving.contains(&next);
         reached.extend(named.remove(&next).into_iter().flatten());
     }
-    Ok(named.into_keys().collect())
+    Ok(if moves { named.into_keys().collect() } else { BTreeSet::new() })
 }
 
 /// Iterates over the names in `text`, in capitals.
-fn names(text: &[u8]) -> impl Iterator<Item = String> {
+pub(crate) fn names(text: &[u8]) -> impl Iterator<Item = String> {
     let code: Vec<u8> = code_bytes(text).map(|(_, byte)| byte.to_ascii_uppercase()).collect();
     let words: Vec<String> = code
         .split(|byte| !(byte.is_ascii_alphanumeric() || *byte == b'_'))
@@ -84,4 +100,34 @@ fn names(text: &[u8]) -> impl Iterator<Item = String> {
         .map(|word| String::from_utf8_lossy(word).into_owned())
         .collect();
     words.into_iter()
+}
+
+/// Returns the names in capitals of routines that have parameters by reference (VAR, INOUT, PERS, REF).
+pub(super) fn by_reference(source: &[u8]) -> Result<BTreeSet<String>, Refusal> {
+    let (mut units, mut found) = (CodeUnits::new(source), BTreeSet::new());
+    while let Some(unit) = units.next()? {
+        let text = &source[unit.at.clone()];
+        let mut heads = names(text).skip_while(|word| word == "LOCAL");
+        let kind = heads.next().unwrap_or_default();
+        if unit.is_statement || !matches!(kind.as_str(), "PROC" | "FUNC") {
+            continue;
+        }
+        if heads.any(|word| matches!(word.as_str(), "VAR" | "INOUT" | "PERS" | "REF")) {
+            found.extend(name_in(text));
+        }
+    }
+    Ok(found)
+}
+
+/// Whether code stands behind a head of a routine, `PROC main()`, or behind `TEST value` on its line.
+pub(crate) fn has_code_behind(text: &[u8], word: &str) -> bool {
+    let code: Vec<u8> = code_bytes(text).map(|(_, byte)| byte).collect();
+    match word {
+        "TEST" => code.contains(&b':'),
+        "TRAP" => names(&code).count() > 2,
+        _ => {
+            code.iter().rposition(|byte| *byte == b')').is_some_and(|at| !code[at + 1..].trim_ascii().is_empty())
+                || code.contains(&b';')
+        }
+    }
 }

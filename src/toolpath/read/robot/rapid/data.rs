@@ -1,6 +1,9 @@
 //! Data of a RAPID module: targets, tools, work objects and speeds, declared or written in place.
 
-use std::{collections::HashMap, ops::Range};
+use std::{
+    collections::{BTreeSet, HashMap},
+    ops::Range,
+};
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
@@ -49,12 +52,15 @@ pub(crate) struct ModuleData {
     pub procedures: Vec<String>,
     /// Names of functions in upper case.
     pub functions: Vec<String>,
+    /// Names of routines in upper case that may change what they are given.
+    by_reference: BTreeSet<String>,
 }
 
 impl ModuleData {
     /// Reads all declarations of `source`.
     pub fn read(source: &[u8]) -> Result<ModuleData, Refusal> {
-        let (mut data, mut units) = (ModuleData::default(), CodeUnits::new(source));
+        let mut data = ModuleData { by_reference: calls::by_reference(source)?, ..ModuleData::default() };
+        let mut units = CodeUnits::new(source);
         while let Some(unit) = units.next()? {
             data.add(source, &unit);
         }
@@ -76,9 +82,20 @@ impl ModuleData {
             }
             return;
         }
+        let text = &source[unit.at.clone()];
         if word == "IF" {
-            let inner = one_line_statement(&source[unit.at.clone()]).map(|start| unit.at.start + start..unit.at.end);
-            return inner.into_iter().for_each(|at| self.add(source, &CodeUnit { at, ..unit.clone() }));
+            match one_line_statement(text) {
+                Some(start) => self.add(source, &CodeUnit { at: unit.at.start + start..unit.at.end, ..unit.clone() }),
+                None => self.values.extend(calls::names(text).map(|name| (name, Value::Computed(unit.line)))),
+            }
+            return;
+        }
+        // What a routine may change of what it is given.
+        let is_changing = |name: &String| self.by_reference.contains(name);
+        if !matches!(word.as_str(), "CONST" | "PERS" | "VAR") && calls::names(text).any(|name| is_changing(&name)) {
+            let is_given = |name: &String| !self.by_reference.contains(name) && !super::is_motion(name);
+            let given: Vec<String> = calls::names(text).filter(is_given).collect();
+            self.values.extend(given.into_iter().map(|name| (name, Value::Computed(unit.line))));
         }
         while matches!(word.as_str(), "LOCAL" | "TASK") {
             word = scan.name().0.to_ascii_uppercase();

@@ -147,9 +147,29 @@ pub(crate) fn one_line_statement(text: &[u8]) -> Option<usize> {
             b'(' | b'{' => scan.at = end_of_group(text, start)?,
             b'[' | b'"' | b'0'..=b'9' if is_behind_operand => return Some(start),
             b'[' => scan.at = end_of_group(text, start)?,
-            b'"' => scan.at = start + 2 + text[start + 1..].iter().position(|byte| *byte == b'"')?,
-            b'0'..=b'9' => {
+            b'!' => {
+                scan.take_while(|byte| !matches!(byte, b'\r' | b'\n'));
+                continue;
+            }
+            b'"' => {
+                // A quotation mark in a string is written twice.
+                scan.at += 1;
+                loop {
+                    scan.take_while(|byte| byte != b'"');
+                    scan.peek()?;
+                    scan.at += 1;
+                    if scan.peek() != Some(b'"') {
+                        break;
+                    }
+                    scan.at += 1;
+                }
+            }
+            b'0'..=b'9' | b'.' if !is_behind_operand => {
                 scan.number().ok()?;
+                // 0x1F is no 0.
+                if scan.peek().is_some_and(|byte| byte.is_ascii_alphanumeric() || byte == b'_') {
+                    return None;
+                }
             }
             b'.' => {
                 scan.at += 1;

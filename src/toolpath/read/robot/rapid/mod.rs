@@ -20,7 +20,7 @@ mod lex;
 mod motion;
 
 pub(crate) use {
-    calls::uncalled,
+    calls::{has_code_behind, uncalled},
     data::parse_target,
     lex::{CodeUnit, CodeUnits, code_bytes_before, one_line_statement, option_start, split_arguments},
     motion::zone_of,
@@ -111,14 +111,23 @@ impl<'a> Reader<'a> {
         if word == "LOCAL" {
             word = scan.name().0.to_ascii_uppercase();
         }
+        if matches!(word.as_str(), "PROC" | "FUNC" | "TRAP" | "TEST")
+            && has_code_behind(&self.source[unit.at.clone()], &word)
+        {
+            return Err(CODE_BEHIND);
+        }
         let asks = matches!(word.as_str(), "IF" | "ELSEIF" | "WHILE" | "FOR" | "TEST" | "CASE");
         if asks && !self.uncalled.contains(&self.routine.1) {
             self.check_functions(unit)?;
         }
         match word.as_str() {
             "PROC" | "FUNC" | "TRAP" => {
-                self.routine = (unit.line, scan.name().0.to_ascii_uppercase());
                 self.is_function = word == "FUNC";
+                let name = match self.is_function {
+                    true => calls::name_in(&self.source[unit.at.clone()]).unwrap_or_default(),
+                    false => scan.name().0.to_ascii_uppercase(),
+                };
+                self.routine = (unit.line, name);
                 (self.end_line, self.enclosing) = (None, Vec::new());
                 if word == "TRAP" {
                     self.enclosing.push((word, unit.line));
@@ -136,7 +145,9 @@ impl<'a> Reader<'a> {
 
     /// Follows a statement: returns it if it moves the tool, or else sets modes; `Err` if it is not followed.
     fn follow_statement(&mut self, unit: &CodeUnit) -> Result<Option<Statement>, RobotFault> {
-        self.check_functions(unit)?;
+        if unit.word != "IF" {
+            self.check_functions(unit)?;
+        }
         match unit.word.as_str() {
             "MOVEL" | "MOVEC" | "MOVEJ" | "MOVEABSJ" => return self.motion(unit).map(Some),
             word if is_other_motion(word) => {
@@ -190,6 +201,7 @@ impl<'a> Reader<'a> {
         let start = lex::one_line_statement(&self.source[unit.at.clone()]);
         let start = start.ok_or(RobotFault::Form { expected: "IF condition statement" })?;
         let at = unit.at.start + start..unit.at.end;
+        self.check_functions(&CodeUnit { at: unit.at.start..at.start, ..unit.clone() })?;
         let word = Scan::new(&self.source[at.clone()]).name().0.to_ascii_uppercase();
         if word == "GOTO" {
             return Err(RobotFault::Branch { keyword: "IF".into(), line: unit.line });
@@ -239,6 +251,7 @@ impl<'a> Reader<'a> {
     }
 }
 
+pub(crate) const CODE_BEHIND: RobotFault = RobotFault::Form { expected: "nothing behind it on its line" };
 pub(crate) const MOTION_IN_FUNCTION: RobotFault =
     RobotFault::NotFollowed { what: "motions in functions are", expected: "procedures that move" };
 
