@@ -15,6 +15,8 @@ mod statements;
 mod syntax;
 mod value;
 
+use std::collections::BTreeSet;
+
 use crate::toolpath::{
     model::robot::{Language, RobotError, RobotOptions},
     read::robot::{
@@ -78,7 +80,7 @@ pub(crate) fn expand(source: &[u8], language: Language, beside: &[(String, Vec<u
     let ending = line_ending(source);
     let mut copied = Copied { source, out: Vec::new(), chunks: Vec::new() };
     // What nothing calls stays.
-    let named: std::collections::BTreeSet<String> = (module.uncalled.iter())
+    let named: BTreeSet<String> = (module.uncalled.iter())
         .filter_map(|name| module.routines.get(name))
         .flat_map(|routine| syntax::names_of(&source[routine.inside.clone()], language))
         .collect();

@@ -6,7 +6,22 @@ use crate::toolpath::model::gcode::{Fault, Refusal, Word};
 
 /// Splits `text`, a line with comments and tabs blanked out, into words; `Err` says what is wrong.
 pub(crate) fn words(text: &str) -> Result<Vec<Word>, Refusal> {
-    plain_words(text, Fault::MAX_DIGITS).map_or_else(|| spaced_words(text), Ok)
+    let words = plain_words(text, Fault::MAX_DIGITS).map_or_else(|| spaced_words(text), Ok)?;
+    // G4 X01 is a time.
+    let dwells = || words.iter().any(|word| word.letter == 'G' && word.value == 4.0);
+    match words.iter().find(|word| has_implied_point(text, word)).filter(|_| !dwells()) {
+        Some(word) => Err(word.refuse(Fault::ImpliedPoint)),
+        None => Ok(words),
+    }
+}
+
+/// Whether `word` of the line `text` is a coordinate with leading zeros and no point: old controls count its point from one end.
+fn has_implied_point(text: &str, word: &Word) -> bool {
+    if !matches!(word.letter, 'X' | 'Y' | 'Z' | 'I' | 'J') || word.value == 0.0 {
+        return false;
+    }
+    let digits = text[word.span.start + 1..word.span.end].trim_start_matches([' ', '+', '-']);
+    digits.len() > 1 && digits.starts_with('0') && !digits.contains('.')
 }
 
 /// Splits a line of letters directly followed by numbers of at most `longest` bytes into words; `None` if it has anything else.
@@ -26,9 +41,6 @@ fn plain_words(text: &str, longest: usize) -> Option<Vec<Word>> {
         if !byte.is_ascii_alphabetic() || length > longest || is_exponent(bytes, at) {
             return None;
         }
-        if has_implied_point(byte, &bytes[digits..digits + length]) && longest < usize::MAX {
-            return None;
-        }
         // No number: nothing, a point alone, two points.
         let value = text[at + 1..digits + length].parse().ok()?;
         words.push(Word::plain(char::from(byte.to_ascii_uppercase()), value, at..digits + length));
@@ -43,15 +55,6 @@ fn is_exponent(bytes: &[u8], at: usize) -> bool {
     matches!(bytes[at], b'E' | b'e') && at > 0 && is_number(bytes[at - 1])
 }
 
-/// Whether the number `digits` of a coordinate has leading zeros and no point: old controls count its point from one end.
-fn has_implied_point(letter: u8, digits: &[u8]) -> bool {
-    b"XYZIJ".contains(&letter.to_ascii_uppercase())
-        && digits.len() > 1
-        && digits[0] == b'0'
-        && digits.iter().any(|byte| *byte != b'0')
-        && !digits.contains(&b'.')
-}
-
 /// Splits `text` into words, where blanks may part letters from their numbers; `Err` says what is wrong.
 fn spaced_words(text: &str) -> Result<Vec<Word>, Refusal> {
     check_signs_and_digits(text)?;
@@ -60,16 +63,6 @@ fn spaced_words(text: &str) -> Result<Vec<Word>, Refusal> {
     }
     let (joined, letters) = join_words(text);
     let mut words = plain_words(&joined, usize::MAX).ok_or_else(|| words_refusal(&joined))?;
-    let sign = |word: &Word| usize::from(matches!(joined.as_bytes().get(word.span.start + 1), Some(b'+' | b'-')));
-    let is_implied = |word: &&Word| {
-        let digits = word.span.start + 1 + sign(word)..word.span.end;
-        has_implied_point(joined.as_bytes()[word.span.start], &joined.as_bytes()[digits])
-    };
-    // G4 X01 is a time.
-    let dwells = words.iter().any(|word| word.letter == 'G' && word.value == 4.0);
-    if let Some(word) = words.iter().find(is_implied).filter(|_| !dwells) {
-        return Err(word.refuse(Fault::ImpliedPoint));
-    }
     for word in &mut words {
         if let Ok(index) = letters.binary_search_by_key(&word.span.start, |(_, to)| *to) {
             word.span.start = letters[index].0;

@@ -169,7 +169,7 @@ impl<'a> Reader<'a> {
                     self.enclosing.push((word, line));
                 }
             }
-            "WAIT" if has_word(code, "TIMEOUT") => return Err(JUMP),
+            "WAIT" if words_in(code).iter().any(|word| word == "TIMEOUT") => return Err(JUMP),
             "FOR" => self.enclosing.push((word, line)),
             "ENDIF" | "ENDFOR" => drop(self.enclosing.pop()),
             "JMP" => return Err(JUMP),
@@ -207,15 +207,12 @@ impl<'a> Reader<'a> {
 
     /// Refuses an instruction that jumps, or calls what is not known to move nothing.
     fn check_words(&self, code: &[u8]) -> Result<(), RobotFault> {
-        let text = without_remarks(code);
-        let mut words = text.split(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '$')));
+        let words = words_in(code);
+        let mut words = words.iter().map(String::as_str);
         while let Some(word) = words.next() {
             match word {
                 "JMP" => return Err(JUMP),
-                "CALL" | "RUN" => {
-                    let name = words.find(|word| !word.is_empty()).unwrap_or_default();
-                    self.options.check_call(name)?;
-                }
+                "CALL" | "RUN" => self.options.check_call(words.next().unwrap_or_default())?,
                 _ => {}
             }
         }
@@ -442,8 +439,8 @@ fn statement_behind_condition(code: &[u8]) -> Option<usize> {
     comma.map(|at| at + 1).filter(|start| !code[*start..].trim_ascii().is_empty())
 }
 
-/// Returns `code` in capitals without remarks in brackets (`DI[3:ready]`) and without strings.
-fn without_remarks(code: &[u8]) -> String {
+/// Returns the words of `code` in capitals, but for remarks in brackets (`DI[3:ready]`) and strings.
+fn words_in(code: &[u8]) -> Vec<String> {
     let (mut in_text, mut in_remark, mut depth) = (false, false, 0usize);
     let kept = code.iter().filter(|byte| {
         match byte {
@@ -455,12 +452,9 @@ fn without_remarks(code: &[u8]) -> String {
         }
         !in_text && !in_remark
     });
-    String::from_utf8_lossy(&kept.copied().collect::<Vec<u8>>()).to_ascii_uppercase()
-}
-
-/// Whether `word` (in capitals) stands in `code`.
-fn has_word(code: &[u8], word: &str) -> bool {
-    without_remarks(code).split(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '$'))).any(|own| own == word)
+    let text = String::from_utf8_lossy(&kept.copied().collect::<Vec<u8>>()).to_ascii_uppercase();
+    let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '$')));
+    words.filter(|word| !word.is_empty()).map(str::to_owned).collect()
 }
 
 /// Returns the lines that assign a position, or a part of it, by the position's number.

@@ -14,7 +14,7 @@ use crate::toolpath::{
     model::robot::{Component, Frames, METRE_MM, MotionKind, Number, RobotFault, RobotOptions, Statement, Target},
     read::{
         robot::{Base, Bases, LineCursor, Refusal, Tool, Tools, trimmed},
-        scan::Scan,
+        scan::{Scan, name_before},
     },
 };
 
@@ -41,10 +41,10 @@ pub(crate) struct Reader<'a> {
     values: HashMap<&'a str, (Value, usize)>,
     /// Lines of the functions that set each name, for each time.
     setters: HashMap<&'a str, Vec<usize>>,
-    /// Names of the functions of the program.
-    functions: Vec<&'a str>,
-    /// By name of a function, the lines of the functions that call it, and whether that may be skipped or repeated.
-    callers: HashMap<&'a str, Vec<(usize, bool)>>,
+    /// Lines and names of the functions of the program.
+    functions: Vec<(usize, &'a str)>,
+    /// By name of a function, for each call of it, whether that may be skipped or repeated.
+    calls: HashMap<&'a str, Vec<bool>>,
     bases: Bases<'a>,
     tools: Tools<'a>,
     tool: Option<Tool>,
@@ -64,16 +64,16 @@ impl<'a> Reader<'a> {
     /// Starts at the first line of `source`.
     pub fn new(source: &'a [u8], options: &'a RobotOptions) -> Self {
         let mut lines = LineCursor::new(source);
-        let functions = std::iter::from_fn(|| lines.advance()).filter_map(|line| {
-            let mut scan = Scan::new(&source[line]);
-            matches!(scan.name().0, "def" | "thread" | "sec").then(|| scan.name().0)
+        let functions = std::iter::from_fn(|| Some((lines.advance()?, lines.line))).filter_map(|(at, line)| {
+            let mut scan = Scan::new(&source[at]);
+            matches!(scan.name().0, "def" | "thread" | "sec").then(|| (line, scan.name().0))
         });
         Self {
             source,
             options,
             functions: functions.collect(),
             lines: LineCursor::new(source),
-            callers: callers(source),
+            calls: calls(source),
             values: HashMap::new(),
             setters: setters(source),
             bases: Bases::new(options, source),
@@ -122,7 +122,7 @@ impl<'a> Reader<'a> {
         if let Some(kind) = kind {
             return self.motion(kind, code, at).map(Some);
         }
-        let is_own = |name: &&str| self.functions.contains(name) && !FOLLOWED.contains(name);
+        let is_own = |name: &&str| self.is_function(name) && !FOLLOWED.contains(name);
         if let Some(name) = called_names(text).find(|name| is_motion(name) && !is_own(name)) {
             return match name {
                 name if FOLLOWED.contains(&name) => Err(RobotFault::Form { expected: "a motion on a line of its own" }),
@@ -142,10 +142,8 @@ impl<'a> Reader<'a> {
             _ if text.is_empty() || text[0] == b'$' => {}
             "def" | "thread" | "sec" | "if" => self.blocks.push((word, line)),
             "while" => {
-                let condition = trimmed(text, at.end..text.len());
-                let is_endless = matches!(&text[condition], b"True:" | b"(True):" | b"True :" | b"(True) :");
-                let is_alone = self.motion_routine.is_none() && self.blocks.iter().all(|(word, _)| *word == "def");
-                self.blocks.push((if is_endless && is_alone { ENDLESS } else { word }, line));
+                let is_alone = self.motion_routine.is_none() && self.is_plain();
+                self.blocks.push((if is_endless(&text[at.end..]) && is_alone { ENDLESS } else { word }, line));
             }
             "end" => {
                 let ended = self.blocks.pop();
@@ -219,22 +217,22 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Refuses motions in the function of this line if it is called in a branch or loop, in a thread, or more than once; the one that has calls of none is
-    /// what runs.
+    /// Refuses motions in the function on the line `routine` if it is called in a branch or loop, in a thread, or more than once; the one that has
+    /// calls of none is what runs.
     fn check_called_once(&self, routine: usize) -> Result<(), RobotFault> {
-        let Some((_, line)) = self.blocks.iter().find(|(_, line)| *line == routine) else { return Ok(()) };
-        let mut cursor = LineCursor::new(self.source);
-        let head = std::iter::from_fn(|| Some((cursor.advance()?, cursor.line))).find(|(_, at)| at == line);
-        let Some((head, _)) = head else { return Ok(()) };
-        let mut scan = Scan::new(&self.source[head]);
-        scan.name();
-        match self.callers.get(scan.name().0).map_or(&[][..], Vec::as_slice) {
-            [] | [(_, false)] => Ok(()),
+        let name = self.functions.iter().find(|(line, _)| *line == routine).map(|(_, name)| *name);
+        match name.and_then(|name| self.calls.get(name)).map_or(&[][..], Vec::as_slice) {
+            [] | [false] => Ok(()),
             _ => RobotFault::not_followed(
                 "functions with motions that are called in a branch, loop or thread, or more than once, are",
                 "motions that run once",
             ),
         }
+    }
+
+    /// Whether `name` is that of a function of the program.
+    fn is_function(&self, name: &str) -> bool {
+        self.functions.iter().any(|(_, own)| *own == name)
     }
 
     /// Whether `name`, before a bracket, calls what is in the program or moves nothing, or the options say so.
@@ -245,7 +243,7 @@ impl<'a> Reader<'a> {
             || is_listed(IGNORED)
             || is_listed(VALUES)
             || IGNORED_BEGINNINGS.iter().any(|begin| name.starts_with(begin))
-            || self.functions.contains(&name)
+            || self.is_function(name)
             || self.options.keeps_call(name)
     }
 
@@ -342,7 +340,9 @@ impl<'a> Reader<'a> {
         if !self.setters.get("set_tcp").is_none_or(|lines| lines.iter().all(is_around)) {
             return RobotFault::not_followed("set_tcp in other functions than the motions is", "set_tcp before them");
         }
-        self.check_called_once(routine)?;
+        if self.motion_routine != Some(routine) {
+            self.check_called_once(routine)?;
+        }
         let first = *self.motion_routine.get_or_insert(routine);
         if first != routine {
             return Err(RobotFault::SecondRoutine { line: routine, first });
@@ -411,40 +411,39 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Returns, by name of what is called, the lines of the functions that call it, and whether in a branch, loop or thread.
-fn callers(source: &[u8]) -> HashMap<&str, Vec<(usize, bool)>> {
+/// Returns, by name of what is called, for each call whether it stands in a branch, loop or thread.
+fn calls(source: &[u8]) -> HashMap<&str, Vec<bool>> {
     let (mut lines, mut blocks, mut found) = (LineCursor::new(source), Vec::new(), HashMap::<_, Vec<_>>::new());
     while let Some(line) = lines.advance() {
         let text = &source[line];
         let code = code_bytes(text).find(|(_, byte)| *byte == b'#').map_or(text, |(at, _)| &text[..at]);
         let (word, at) = Scan::new(code).name();
-        let is_function = matches!(word, "def" | "thread" | "sec");
-        if !is_function {
-            let routine = blocks.iter().rfind(|(word, _)| *word == "def").map_or(0, |(_, line)| *line);
+        let opens = match word {
             // The endless loop around a program is one pass.
-            let is_endless = code[at.end..]
-                .trim_ascii()
-                .strip_prefix(b"(")
-                .unwrap_or(&code[at.end..])
-                .trim_ascii()
-                .starts_with(b"True");
-            let asks = matches!(word, "if" | "elif") || word == "while" && !is_endless;
-            let may_skip = asks || blocks.iter().any(|(word, _)| *word != "def" && *word != ENDLESS);
+            "while" if is_endless(&code[at.end..]) => ENDLESS,
+            _ => word,
+        };
+        if !matches!(word, "def" | "thread" | "sec") {
+            let may_skip = matches!(opens, "if" | "elif" | "while")
+                || blocks.iter().any(|block| !matches!(*block, "def" | ENDLESS));
             for name in called_names(code) {
-                found.entry(name).or_default().push((routine, may_skip));
-            }
-            if word == "while" && is_endless {
-                blocks.push((ENDLESS, lines.line));
-                continue;
+                found.entry(name).or_default().push(may_skip);
             }
         }
-        match word {
-            "def" | "thread" | "sec" | "if" | "while" => blocks.push((word, lines.line)),
+        match opens {
+            "def" | "thread" | "sec" | "if" | "while" | ENDLESS => blocks.push(opens),
             "end" => drop(blocks.pop()),
             _ => {}
         }
     }
     found
+}
+
+/// Whether `text`, behind `while`, is the condition of an endless loop: `True:` or `(True):`.
+fn is_endless(text: &[u8]) -> bool {
+    let condition = text.trim_ascii().strip_suffix(b":").unwrap_or_default().trim_ascii();
+    let inner = condition.strip_prefix(b"(").and_then(|inner| inner.strip_suffix(b")"));
+    inner.unwrap_or(condition).trim_ascii() == b"True"
 }
 
 /// Returns the lines of the functions that set each name, as a variable or as an argument, or call `set_tcp`; 0 outside of all.
@@ -554,12 +553,7 @@ fn code_bytes(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
 
 /// Iterates over the names before parentheses in `text`.
 fn called_names(text: &[u8]) -> impl Iterator<Item = &str> {
-    let opens = code_bytes(text).filter(|(_, byte)| *byte == b'(').map(|(at, _)| text[..at].trim_ascii_end());
-    opens.map(|before| {
-        let start =
-            before.iter().rposition(|byte| !(byte.is_ascii_alphanumeric() || *byte == b'_')).map_or(0, |at| at + 1);
-        std::str::from_utf8(&before[start..]).unwrap_or_default()
-    })
+    code_bytes(text).filter(|(_, byte)| *byte == b'(').map(|(at, _)| name_before(&text[..at]))
 }
 
 /// Whether the function `name` of the language moves the robot, or lets it be moved.
@@ -625,7 +619,7 @@ fn names_in(text: &[u8]) -> impl Iterator<Item = &str> {
 
 /// Words before brackets that are no functions, and functions that compute or ask.
 const VALUES: &str = "if elif while return and or not xor in True False \
-    abs acos asin atan atan2 binary_list_to_integer ceil cos d2r floor force get_list_length integer_to_binary_list interpolate_pose inv \
+    abs acos asin atan atan2 binary_list_to_integer ceil cos d2r floor force integer_to_binary_list interpolate_pose inv \
     length log make_list norm normalize point_dist pose_add pose_dist pose_inv pose_sub pose_trans pow powerof r2d random rotvec2rpy rpy2rotvec \
     sin size sqrt tan tool_contact transpose wrench_trans zeros to_num to_str str_at str_cat str_empty str_find str_len str_sub \
     append clear extend insert pop remove get_list_length time encoder_get_tick_count assert p struct";

@@ -27,11 +27,14 @@ impl Dialect {
     }
 }
 
+/// Returns the first line of `source` that is not blank.
+fn first_line(source: &[u8]) -> Option<&[u8]> {
+    source.split(|byte| matches!(byte, b'\r' | b'\n')).map(<[u8]>::trim_ascii).find(|line| !line.is_empty())
+}
+
 /// Whether the first line of `source` is the name of a file of Okuma's OSP: `$PART.MIN%`.
 pub(super) fn is_okuma(source: &[u8]) -> bool {
-    let first =
-        source.split(|byte| matches!(byte, b'\r' | b'\n')).map(<[u8]>::trim_ascii).find(|line| !line.is_empty());
-    let name = first.and_then(|line| line.strip_prefix(b"$")?.strip_suffix(b"%"));
+    let name = first_line(source).and_then(|line| line.strip_prefix(b"$")?.strip_suffix(b"%"));
     let ending =
         name.and_then(|name| Some(name[name.iter().rposition(|byte| *byte == b'.')? + 1..].to_ascii_uppercase()));
     ending.is_some_and(|ending| [&b"MIN"[..], b"SSB", b"SUB", b"LIB"].contains(&&ending[..]))
@@ -39,9 +42,7 @@ pub(super) fn is_okuma(source: &[u8]) -> bool {
 
 /// Whether the first line of `source` is that of a program of Heidenhain's DIN/ISO: `%PART G71`, with or without `*`.
 pub(super) fn is_din_iso(source: &[u8]) -> bool {
-    let first =
-        source.split(|byte| matches!(byte, b'\r' | b'\n')).map(<[u8]>::trim_ascii).find(|line| !line.is_empty());
-    let Some(rest) = first.and_then(|line| line.strip_prefix(b"%")) else { return false };
+    let Some(rest) = first_line(source).and_then(|line| line.strip_prefix(b"%")) else { return false };
     let mut words = rest.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
     // Sinumerik's names begin with _N_.
     let is_of_name = |byte: &u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-');

@@ -86,16 +86,20 @@ impl ModuleData {
         if word == "IF" {
             match one_line_statement(text) {
                 Some(start) => self.add(source, &CodeUnit { at: unit.at.start + start..unit.at.end, ..unit.clone() }),
-                None => self.values.extend(calls::names(text).map(|name| (name, Value::Computed(unit.line)))),
+                None => {
+                    self.values.extend(calls::names(text).into_iter().map(|name| (name, Value::Computed(unit.line))))
+                }
             }
             return;
         }
         // What a routine may change of what it is given.
-        let is_changing = |name: &String| self.by_reference.contains(name);
-        if !matches!(word.as_str(), "CONST" | "PERS" | "VAR") && calls::names(text).any(|name| is_changing(&name)) {
-            let is_given = |name: &String| !self.by_reference.contains(name) && !super::is_motion(name);
-            let given: Vec<String> = calls::names(text).filter(is_given).collect();
-            self.values.extend(given.into_iter().map(|name| (name, Value::Computed(unit.line))));
+        if !self.by_reference.is_empty() && !matches!(word.as_str(), "CONST" | "PERS" | "VAR") {
+            let (changing, given): (Vec<_>, Vec<_>) =
+                calls::names(text).into_iter().partition(|name| self.by_reference.contains(name));
+            if !changing.is_empty() {
+                let given = given.into_iter().filter(|name| !super::is_motion(name));
+                self.values.extend(given.map(|name| (name, Value::Computed(unit.line))));
+            }
         }
         while matches!(word.as_str(), "LOCAL" | "TASK") {
             word = scan.name().0.to_ascii_uppercase();

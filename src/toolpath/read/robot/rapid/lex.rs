@@ -4,7 +4,10 @@ use std::ops::Range;
 
 use crate::toolpath::{
     model::robot::RobotFault,
-    read::{robot::Refusal, scan::Scan},
+    read::{
+        robot::Refusal,
+        scan::{Scan, name_before},
+    },
 };
 
 /// A statement, or a word of structure that opens or closes a part of a module.
@@ -213,12 +216,8 @@ fn end_of_group(text: &[u8], start: usize) -> Option<usize> {
 
 /// Returns the names (in capitals) before brackets in `text`.
 pub(crate) fn called_names(text: &[u8]) -> impl Iterator<Item = String> {
-    let opens = code_bytes(text).filter(|(_, byte)| *byte == b'(').map(|(at, _)| text[..at].trim_ascii_end());
-    let names = opens.map(|before| {
-        let is_of_name = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
-        let start = before.iter().rposition(|byte| !is_of_name(byte)).map_or(0, |at| at + 1);
-        String::from_utf8_lossy(&before[start..]).to_ascii_uppercase()
-    });
+    let opens = code_bytes(text).filter(|(_, byte)| *byte == b'(').map(|(at, _)| at);
+    let names = opens.map(|at| name_before(&text[..at]).to_ascii_uppercase());
     names.filter(|name| name.starts_with(|c: char| c.is_ascii_alphabetic()))
 }
 
