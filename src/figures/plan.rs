@@ -324,8 +324,7 @@ fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied
         };
         // The highest corner.
         let top = points.iter().copied().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
-        let weight = if shape.look == Look::Place { Weight::Regular } else { Weight::Bold };
-        let reach = if shape.look == Look::Place { CROSS } else { 4.0 };
+        let (weight, reach) = if shape.look == Look::Place { (Weight::Regular, CROSS) } else { (Weight::Bold, 4.0) };
         draw_label(scene, &mut occupied, plot.rect, (top, reach), (&shape.label, colour, weight));
     }
 }

@@ -213,7 +213,7 @@ fn format_ratio(value: f64, first: f64, floor: f64) -> String {
 /// Returns the letters of the results whose value is the best one, but for rounding up to `floor` in its unit; "same" if all are, a dash if
 /// none is a number.
 fn best_letters(values: &[f64], better: Better, floor: f64, letters: &[char]) -> String {
-    let cost = |value: f64| if better == Better::Larger { -value } else { value };
+    let cost = |value: f64| better.sign() * value;
     let numbers = values.iter().copied().filter(|value| !value.is_nan());
     let Some(best) = numbers.min_by(|a, b| cost(*a).total_cmp(&cost(*b))) else { return "–".into() };
     let is_tied = |index: &usize| values[*index] == best || is_same(values[*index], best, floor);

@@ -234,6 +234,13 @@ pub enum Better {
     Neither,
 }
 
+impl Better {
+    /// Returns by what a value is multiplied so that the smaller product is better; values of which neither is better count as costs.
+    pub(super) fn sign(self) -> f64 {
+        if self == Self::Larger { -1.0 } else { 1.0 }
+    }
+}
+
 /// A named point of a view.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

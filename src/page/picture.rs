@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use super::{
     aligned::{Aligned, label_with_unit},
-    description::{Better, Column, Shape},
+    description::{Column, Shape},
     sentences::three_digits,
     table::format_number,
-    winners::{Extremes, NodeWinner, Winners},
+    winners::{NodeWinner, Winners},
 };
 use crate::files::{visible::visible, words::with_unit};
 
@@ -45,10 +45,9 @@ pub(super) fn winner_picture(aligned: &Aligned, quantity: usize, winners: &Winne
     if let (Shape::Grid, Some(extremes)) = (shared.shape, aligned.extremes(quantity, 0))
         && winners.win_share(winners.order_by_wins()[0]) == 1.0
     {
-        let is_larger = shared.quantities[quantity].better == Better::Larger;
-        let worst = |own: &Extremes| if is_larger { own.smallest.0 } else { own.largest.0 };
-        let (title, unit) = (format!("{label}, each at its worst{of}"), &shared.quantities[quantity].unit);
-        return bar_picture(title, unit, &extremes.iter().map(worst).collect::<Vec<_>>(), &aligned.letters);
+        let (title, quantity) = (format!("{label}, each at its worst{of}"), &shared.quantities[quantity]);
+        let worst: Vec<f64> = extremes.iter().map(|own| own.worst_and_best(quantity.better)[0].0).collect();
+        return bar_picture(title, &quantity.unit, &worst, &aligned.letters);
     }
     let title = if is_by_place { format!("Who is best where: {label}{of}") } else { format!("{label}{of}") };
     let panels = match shared.shape {

@@ -228,9 +228,9 @@ impl Change {
             self.values.iter().zip(letters).map(|(own, letter)| format!("{} in {letter}", value(own))).collect();
         let of = if owner.is_empty() { self.part.replace('_', " ") } else { owner.replace('_', " ") };
         let times = self.ratio().filter(|ratio| ratio.is_finite() && self.values.len() == 2);
-        let times = times.map_or_else(String::new, |ratio| format!(", {ratio:.1} times"));
+        let times = times.map(|ratio| format!(", {ratio:.1} times")).filter(|times| times != ", 1.0 times");
         let what = if name.is_empty() { of } else { format!("{name} of {of}") };
-        format!("{what}: {}{}", values.join(", "), times.replace(", 1.0 times", ""))
+        format!("{what}: {}{}", values.join(", "), times.unwrap_or_default())
     }
 }
 

@@ -126,7 +126,7 @@ impl VerdictWriter<'_> {
     /// Returns a sentence on the worst value of the result `best`, and one on by how much it is better than those of the others.
     pub(super) fn worst_case(&self, quantity: usize, best: usize, extremes: &[Extremes]) -> [String; 2] {
         let q = &self.aligned.shared.quantities[quantity];
-        let worst_of = |who: usize| self.worst_and_best(quantity, &extremes[who])[0].0;
+        let worst_of = |who: usize| extremes[who].worst_and_best(q.better)[0].0;
         let others: Vec<String> = (0..extremes.len())
             .filter(|who| *who != best)
             .map(|who| self.comparison(quantity, worst_of(best), who, worst_of(who)))

@@ -63,15 +63,15 @@ impl VerdictWriter<'_> {
         }
         if self.tolerance_mm.is_none() {
             let letter = self.aligned.letters[best];
-            let words = match winners.win_share(best) {
-                _ if !by_place => format!("{letter} better at its worst; no tolerance given"),
-                0.0 => "No difference but for rounding".into(),
-                1.0 => format!("{letter} better everywhere; no tolerance given"),
-                share => format!("{letter} better in {}; no tolerance given", percent(share)),
-            };
-            let next = match winners.win_share(best) {
-                0.0 if by_place => "take either: nothing that was computed tells them apart.",
-                _ => "compare again with --tolerance MM, which says where the difference matters.",
+            let again = "compare again with --tolerance MM, which says where the difference matters.";
+            let (words, next) = match winners.win_share(best) {
+                _ if !by_place => (format!("{letter} better at its worst; no tolerance given"), again),
+                0.0 => (
+                    "No difference but for rounding".into(),
+                    "take either: nothing that was computed tells them apart.",
+                ),
+                1.0 => (format!("{letter} better everywhere; no tolerance given"), again),
+                share => (format!("{letter} better in {}; no tolerance given", percent(share)), again),
             };
             screen.headline = screen.headline.judged(Verdict::new(State::Open, words), false).next(next);
         }
@@ -80,17 +80,9 @@ impl VerdictWriter<'_> {
 
     /// Returns the result with the best worst value.
     fn best_worst_case(&self, quantity: usize, extremes: &[Extremes]) -> usize {
-        let sign = if self.aligned.shared.quantities[quantity].better == Better::Larger { -1.0 } else { 1.0 };
-        let cost = |who: &usize| sign * self.worst_and_best(quantity, &extremes[*who])[0].0;
+        let better = self.aligned.shared.quantities[quantity].better;
+        let cost = |who: &usize| better.sign() * extremes[*who].worst_and_best(better)[0].0;
         (0..extremes.len()).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0)
-    }
-
-    /// Returns the worst and the best value of a result, each with its node.
-    pub(super) fn worst_and_best(&self, quantity: usize, extremes: &Extremes) -> [(f64, usize); 2] {
-        match self.aligned.shared.quantities[quantity].better {
-            Better::Larger => [extremes.smallest, extremes.largest],
-            _ => [extremes.largest, extremes.smallest],
-        }
     }
 
     /// Adds worst and best value of the result `best`, each compared with the same of the other results.
@@ -100,7 +92,7 @@ impl VerdictWriter<'_> {
         let is_larger = q.better == Better::Larger;
         let which = if is_larger { ["smallest", "largest"] } else { ["largest", "smallest"] };
         for (end, which) in which.into_iter().enumerate() {
-            let extreme_of = |extremes: &Extremes| self.worst_and_best(quantity, extremes)[end];
+            let extreme_of = |extremes: &Extremes| extremes.worst_and_best(q.better)[end];
             let (value, node) = extreme_of(&extremes[best]);
             let comparison = |who: usize| self.comparison(quantity, value, who, extreme_of(&extremes[who]).0);
             let others: Vec<String> = (0..extremes.len()).filter(|who| *who != best).map(comparison).collect();
@@ -139,7 +131,7 @@ impl VerdictWriter<'_> {
             return;
         }
         let matters = differences.iter().filter(|(_, by)| *by > tolerance).count();
-        let leads = self.leads(quantity, best);
+        let leads = self.leads(quantity, best, &differences);
         let [ahead, behind] = [1.0, -1.0].map(|sign| leads.iter().filter(|lead| sign * **lead > tolerance).count());
         let best_share = (0..data.len()).map(share).fold(0.0, f64::max);
         let others: Vec<String> =
@@ -214,15 +206,15 @@ impl VerdictWriter<'_> {
         headline.numbers.push(KeyNumber::new(&shown, what, against));
     }
 
-    /// Returns by how much `best` is better than the best of the others, at each node where all results are valid; negative where it is worse.
-    fn leads(&self, quantity: usize, best: usize) -> Vec<f64> {
-        let sign = if self.aligned.shared.quantities[quantity].better == Better::Larger { -1.0 } else { 1.0 };
+    /// Returns by how much `best` is better than the best of the others, at each node of `differences`; negative where it is worse.
+    fn leads(&self, quantity: usize, best: usize, differences: &[(usize, f64)]) -> Vec<f64> {
+        let sign = self.aligned.shared.quantities[quantity].better.sign();
         let cost = |who: usize, node: usize| sign * self.aligned.common[who].values[quantity][0][node];
-        let lead = |(node, _): (usize, f64)| {
+        let lead = |&(node, _): &(usize, f64)| {
             let others = (0..self.aligned.common.len()).filter(|who| *who != best).map(|who| cost(who, node));
             others.fold(f64::INFINITY, f64::min) - cost(best, node)
         };
-        self.differences(quantity, best).into_iter().map(lead).collect()
+        differences.iter().map(lead).collect()
     }
 
     /// Returns the largest difference of `best` from another result, at each node where all results are valid.

@@ -130,6 +130,14 @@ impl Extremes {
         all.mean = sum / number;
         Some(all)
     }
+
+    /// Returns the worst and the best value, each with its node.
+    pub fn worst_and_best(&self, better: Better) -> [(f64, usize); 2] {
+        match better {
+            Better::Larger => [self.smallest, self.largest],
+            _ => [self.largest, self.smallest],
+        }
+    }
 }
 
 /// Which result is best at one node.
@@ -159,11 +167,10 @@ pub struct Winners {
 impl Winners {
     /// Finds the best of `parts`, which have the same nodes, for a quantity and group; `None` if neither value is better by nature.
     pub fn new(parts: &[&Dataset], quantity: usize, group: usize, better: Better, floor: f64) -> Option<Self> {
-        let sign = match better {
-            Better::Smaller => 1.0,
-            Better::Larger => -1.0,
-            Better::Neither => return None,
-        };
+        if better == Better::Neither {
+            return None;
+        }
+        let sign = better.sign();
         // A name that is there twice in one result is so in others at most.
         let count = parts.iter().map(|part| part.node_count()).min()?;
         let mut is_valid = vec![true; count];

@@ -64,7 +64,6 @@ function sliceView(charts, view) {
     }));
     return { z, text };
   }
-  // Where the tolerance ends: the edges between nodes within and beyond it.
   // The line where the tolerance ends, and hatching beyond it.
   function border(one, columns, rows, z) {
     const [line, hatched] = [{ x: [], y: [] }, { x: [], y: [] }];

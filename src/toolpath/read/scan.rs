@@ -52,12 +52,11 @@ impl<'a> Scan<'a> {
     pub fn rest(&self) -> &'a [u8] {
         &self.line[self.at..]
     }
-}
-
-/// Returns the name that ends `text`, but for blanks; empty if none does.
-pub(crate) fn name_before(text: &[u8]) -> &str {
-    let text = text.trim_ascii_end();
-    let is_of_name = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
-    let start = text.iter().rposition(|byte| !is_of_name(byte)).map_or(0, |at| at + 1);
-    std::str::from_utf8(&text[start..]).unwrap_or_default()
+    /// Returns the name that ends `text`, but for blanks; empty if none does.
+    pub(crate) fn name_before(text: &[u8]) -> &str {
+        let text = text.trim_ascii_end();
+        let is_of_name = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
+        let start = text.iter().rposition(|byte| !is_of_name(byte)).map_or(0, |at| at + 1);
+        std::str::from_utf8(&text[start..]).unwrap_or_default()
+    }
 }

@@ -14,7 +14,7 @@ use crate::toolpath::{
     model::robot::{Component, Frames, METRE_MM, MotionKind, Number, RobotFault, RobotOptions, Statement, Target},
     read::{
         robot::{Base, Bases, LineCursor, Refusal, Tool, Tools, trimmed},
-        scan::{Scan, name_before},
+        scan::Scan,
     },
 };
 
@@ -553,7 +553,7 @@ fn code_bytes(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
 
 /// Iterates over the names before parentheses in `text`.
 fn called_names(text: &[u8]) -> impl Iterator<Item = &str> {
-    code_bytes(text).filter(|(_, byte)| *byte == b'(').map(|(at, _)| name_before(&text[..at]))
+    code_bytes(text).filter(|(_, byte)| *byte == b'(').map(|(at, _)| Scan::name_before(&text[..at]))
 }
 
 /// Whether the function `name` of the language moves the robot, or lets it be moved.

@@ -72,7 +72,8 @@ pub(crate) fn uncalled(source: &[u8]) -> Result<BTreeSet<String>, Refusal> {
                 if names.iter().any(|name| name == "CALLBYVAR") {
                     return Ok(BTreeSet::new());
                 }
-                if is_motion(&word) || word == "IF" && may_move(text) {
+                let moves = |start: usize| is_motion(&Scan::new(&text[start..]).name().0.to_ascii_uppercase());
+                if is_motion(&word) || word == "IF" && one_line_statement(text).is_none_or(moves) {
                     moving.insert(routine.clone());
                 }
                 named.entry(routine.clone()).or_default().extend(names);
@@ -90,12 +91,6 @@ pub(crate) fn uncalled(source: &[u8]) -> Result<BTreeSet<String>, Refusal> {
         reached.extend(named.remove(&next).into_iter().flatten());
     }
     Ok(if moves { named.into_keys().collect() } else { BTreeSet::new() })
-}
-
-/// Whether the IF `text` is one of a line with a motion, or anything but an IF of a line.
-fn may_move(text: &[u8]) -> bool {
-    let inner = one_line_statement(text).map(|start| Scan::new(&text[start..]).name().0.to_ascii_uppercase());
-    inner.is_none_or(|word| is_motion(&word))
 }
 
 /// Returns the names in `text`, in capitals.

@@ -4,10 +4,7 @@ use std::ops::Range;
 
 use crate::toolpath::{
     model::robot::RobotFault,
-    read::{
-        robot::Refusal,
-        scan::{Scan, name_before},
-    },
+    read::{robot::Refusal, scan::Scan},
 };
 
 /// A statement, or a word of structure that opens or closes a part of a module.
@@ -217,7 +214,7 @@ fn end_of_group(text: &[u8], start: usize) -> Option<usize> {
 /// Returns the names (in capitals) before brackets in `text`.
 pub(crate) fn called_names(text: &[u8]) -> impl Iterator<Item = String> {
     let opens = code_bytes(text).filter(|(_, byte)| *byte == b'(').map(|(at, _)| at);
-    let names = opens.map(|at| name_before(&text[..at]).to_ascii_uppercase());
+    let names = opens.map(|at| Scan::name_before(&text[..at]).to_ascii_uppercase());
     names.filter(|name| name.starts_with(|c: char| c.is_ascii_alphabetic()))
 }
 
