@@ -13,7 +13,7 @@ use crate::{
         staging, write_all,
     },
     input::Inputs,
-    page::{self, DeflectedPose, Description, MACHINE_AT_HOME, PAGE, ResultFolder},
+    page::{self, ANSWER, DeflectedPose, Description, MACHINE_AT_HOME, PAGE, PORTRAIT, ResultFolder},
 };
 use crate::{
     input::error::{Error, Result},
@@ -195,14 +195,20 @@ fn publish(manifest: &Manifest, temporary: &Path, out: &Path) -> Result<Vec<Path
     Ok(files.iter().map(String::as_str).chain([Manifest::FILE]).map(|name| out.join(name)).collect())
 }
 
-/// Returns each figure as SVG and PNG file; `Err` if one cannot be drawn.
+/// Returns each figure as SVG and PNG file, and that of the answer for the width of a telephone, too; `Err` if one cannot be drawn.
 fn figure_files(figures: Vec<(String, Figure)>, colours: Colours) -> Result<Vec<OutputFile>> {
     let drawn = figures.par_iter().map(|(name, figure)| {
         let fault = |e: FigureError| Error::Figure { name: name.clone(), problem: e.to_string() };
-        Ok([
+        let mut files = vec![
             OutputFile::new(format!("{name}.svg"), figure.svg(colours).map_err(fault)?),
             OutputFile::new(format!("{name}.png"), figure.png(colours).map_err(fault)?),
-        ])
+        ];
+        if name == ANSWER {
+            let (svg, png) = figure.portrait(colours).map_err(fault)?;
+            files.push(OutputFile::new(format!("{PORTRAIT}.svg"), svg));
+            files.push(OutputFile::new(format!("{PORTRAIT}.png"), png));
+        }
+        Ok(files)
     });
     Ok(drawn.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
 }

@@ -54,13 +54,29 @@ impl ShareWithin {
 
     /// Returns in which share of a `whole`, such as "at … of the points", the tolerance is met; `None` without tolerance or known part.
     pub fn words(self, tolerance_mm: Option<f64>, whole: &str) -> Option<String> {
-        let (tolerance, share) = (tolerance_mm?, self.get()?);
+        self.share_words(&format!("tolerance ({} mm)", tolerance_mm?), whole)
+    }
+
+    /// Returns in which share of a `whole` what is `held_to` is met; `None` where nothing is known.
+    fn share_words(self, held_to: &str, whole: &str) -> Option<String> {
+        let share = self.get()?;
         let solved = if self.unknown == 0.0 { "" } else { ", as far as solved" };
         if share == 0.0 {
-            return Some(format!("out of tolerance ({tolerance} mm) everywhere{solved}"));
+            return Some(format!("out of {held_to} everywhere{solved}"));
         }
         let part = if share == 1.0 { "all".into() } else { percent(share) };
-        Some(format!("within tolerance ({tolerance} mm) {}{solved}", whole.replace('…', &part)))
+        Some(format!("within {held_to} {}{solved}", whole.replace('…', &part)))
+    }
+
+    /// Holds the worst length of the whole, mm, against the tolerance, and says in which share it is met: "3.4 times the tolerance of 0.5 mm, within it in 1.6 % of
+    /// the box"; [`words`](Self::words) where it is met everywhere.
+    pub fn against(self, tolerance_mm: Option<f64>, worst_mm: f64, whole: &str) -> Option<String> {
+        match worst_mm <= tolerance_mm? {
+            true => self.words(tolerance_mm, whole),
+            false => {
+                Some(format!("{}, {}", Tolerance(tolerance_mm?).against(worst_mm), self.share_words("it", whole)?))
+            }
+        }
     }
 
     /// Returns [`words`](Self::words) as a sentence about the tool without compensation; empty where there are none.

@@ -3,16 +3,17 @@
 use super::axis::{self, Axis, Plot, Spacing};
 use super::error::{FigureError, check_drawable};
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
-use super::style::{self, BORDER, CURVES, GRID, INK, MUTED, PAGE_WIDTH, Sizes, outline};
+use super::style::{self, BORDER, CURVES, GRID, INK, MUTED, Sizes, outline};
 use super::text::{self, Weight};
 
-const SIZES: Sizes = Sizes::FIGURE;
 /// Height of a row as a multiple of the type size.
 const ROW: f64 = 1.42;
 /// Largest difference on the axis, in tolerances.
 const ENDS: f64 = 3.0;
 /// Widest column of names, of published and of computed numbers, as shares of the page.
 const WIDEST: [f64; 3] = [0.38, 0.13, 0.22];
+/// The same on the width of a telephone.
+const WIDEST_OF_PORTRAIT: [f64; 3] = [0.35, 0.16, 0.26];
 const GAP: f64 = 24.0;
 const MARK: f64 = 13.0;
 /// Colour of the band in which the numbers agree.
@@ -58,24 +59,25 @@ pub struct AgreementFigure {
 }
 
 /// Lays the figure out; `Err` when it has no rows or a difference cannot be drawn.
-pub(super) fn scene(figure: &AgreementFigure) -> Result<Scene, FigureError> {
+pub(super) fn scene(figure: &AgreementFigure, sizes: Sizes) -> Result<Scene, FigureError> {
     if figure.rows.is_empty() {
         return Err(FigureError::Empty { what: "figure of agreement".into() });
     }
     check_drawable(figure.rows.iter().filter_map(|row| row.difference), || "agreement".into())?;
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
-    let (size, room) = (SIZES.body, PAGE_WIDTH - 2.0 * BORDER);
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let (size, room) = (sizes.body, sizes.width - 2.0 * BORDER);
+    let widest = if sizes.is_portrait() { WIDEST_OF_PORTRAIT } else { WIDEST };
     let lines = |content: &str, share: f64| text::wrap(content, size, Weight::Regular, share * room);
     let cells: Vec<[Vec<String>; 3]> = figure
         .rows
         .iter()
         .map(|AgreementRow { label, numbers: [quoted, ours], .. }| {
-            [lines(label, WIDEST[0]), lines(quoted, WIDEST[1]), lines(ours, WIDEST[2])]
+            [lines(label, widest[0]), lines(quoted, widest[1]), lines(ours, widest[2])]
         })
         .collect();
     let heads = ["", &figure.numbers[0], &figure.numbers[1]];
     let width = |column: usize| {
-        let head = text::width(heads[column], size, Weight::Bold).min(WIDEST[column] * room);
+        let head = text::width(heads[column], size, Weight::Bold).min(widest[column] * room);
         let all = cells.iter().flat_map(|cell| &cell[column]);
         all.map(|line| text::width(line, size, Weight::Regular)).fold(head, f64::max)
     };
@@ -88,24 +90,24 @@ pub(super) fn scene(figure: &AgreementFigure) -> Result<Scene, FigureError> {
     }
     let heights: Vec<f64> =
         cells.iter().map(|cell| cell.iter().map(Vec::len).max().unwrap_or(1) as f64 * ROW * size).collect();
-    let rect = Rect { x: left, y: head, width: PAGE_WIDTH - BORDER - 0.5 * size - left, height: heights.iter().sum() };
+    let rect = Rect { x: left, y: head, width: sizes.width - BORDER - 0.5 * size - left, height: heights.iter().sum() };
     let plot = Plot {
         rect,
-        x: Axis::horizontal(-ENDS - 0.3, ENDS + 0.3, Spacing::Linear, rect.width, SIZES.tick),
-        y: Axis::vertical(0.0, 1.0, Spacing::Linear, 1.0, SIZES.tick),
+        x: Axis::horizontal(-ENDS - 0.3, ENDS + 0.3, Spacing::Linear, rect.width, sizes.tick),
+        y: Axis::vertical(0.0, 1.0, Spacing::Linear, 1.0, sizes.tick),
     };
     let mut y = head;
     for ((row, cell), height) in figure.rows.iter().zip(&cells).zip(&heights) {
-        draw_row(&mut scene, &plot, row, (cell, columns), (y, *height));
+        draw_row(&mut scene, &plot, row, (cell, columns), (y, *height), size);
         y += height;
     }
     let zero = plot.page_point(0.0, 0.0)[0];
     scene.line(vec![[zero, rect.y], [zero, rect.bottom()]], Stroke { colour: MUTED, width: 2.0, dash: &[8.0, 8.0] });
     scene.outline(&rect.corners(), outline());
-    plot.draw_x_axis(&mut scene, "", size, SIZES.tick);
-    let below = rect.bottom() + axis::depth_below(SIZES.tick) + 1.2 * size;
-    scene.text(Text::new("(ours − quoted) / tolerance", size, [PAGE_WIDTH - BORDER, below], Anchor::End));
-    scene.height = draw_legend(&mut scene, below + 1.5 * size) + BORDER;
+    plot.draw_x_axis(&mut scene, "", size, sizes.tick);
+    let below = rect.bottom() + axis::depth_below(sizes.tick) + 1.2 * size;
+    scene.text(Text::new("(ours − quoted) / tolerance", size, [sizes.width - BORDER, below], Anchor::End));
+    scene.height = draw_legend(&mut scene, below + 1.5 * size, size) + BORDER;
     Ok(scene)
 }
 
@@ -116,8 +118,8 @@ fn draw_row(
     row: &AgreementRow,
     (cell, columns): (&[Vec<String>; 3], [(Anchor, f64); 3]),
     (y, height): (f64, f64),
+    size: f64,
 ) {
-    let size = SIZES.body;
     let rect = plot.rect;
     let x_of = |difference: f64| plot.page_point(difference, 0.0)[0];
     let (from, to) = match row.criterion {
@@ -159,23 +161,26 @@ fn draw_mark(scene: &mut Scene, [x, y]: Point, difference: f64, agrees: bool) {
 }
 
 /// Draws the legend of marks and band with its baseline at `y`, and returns its lower end.
-fn draw_legend(scene: &mut Scene, y: f64) -> f64 {
-    let size = SIZES.body;
-    let middle = y - text::capital_height(size) / 2.0;
-    let mut x = BORDER;
-    let mut entry = |scene: &mut Scene, draw: &dyn Fn(&mut Scene, f64), words: &str| {
-        draw(scene, x + 22.0);
+fn draw_legend(scene: &mut Scene, y: f64, size: f64) -> f64 {
+    let (mut x, mut y) = (BORDER, y);
+    let mut entry = |scene: &mut Scene, draw: &dyn Fn(&mut Scene, Point), words: &str| {
+        let width = 54.0 + text::width(words, size, Weight::Regular);
+        if x > BORDER && x + width > scene.width - BORDER {
+            (x, y) = (BORDER, y + 1.5 * size);
+        }
+        let middle = y - text::capital_height(size) / 2.0;
+        draw(scene, [x + 22.0, middle]);
         scene.text(Text::new(words, size, [x + 54.0, y], Anchor::Start).coloured(INK));
-        x += 54.0 + text::width(words, size, Weight::Regular) + 0.8 * size;
+        x += width + 0.8 * size;
     };
-    entry(scene, &|scene, x| draw_mark(scene, [x, middle], 0.0, true), "agrees");
-    entry(scene, &|scene, x| draw_mark(scene, [x, middle], 0.0, false), "differs");
-    let both = |scene: &mut Scene, x: f64| {
+    entry(scene, &|scene, at| draw_mark(scene, at, 0.0, true), "agrees");
+    entry(scene, &|scene, at| draw_mark(scene, at, 0.0, false), "differs");
+    let both = |scene: &mut Scene, [x, middle]: Point| {
         draw_mark(scene, [x - 15.0, middle], -2.0 * ENDS, true);
         draw_mark(scene, [x + 9.0, middle], 2.0 * ENDS, false);
     };
     entry(scene, &both, "beyond the axis");
-    let swatch = |scene: &mut Scene, x: f64| {
+    let swatch = |scene: &mut Scene, [x, middle]: Point| {
         let rect = Rect { x: x - 22.0, y: middle - 16.0, width: 44.0, height: 32.0 };
         scene.convex(rect.corners().to_vec(), BAND);
     };

@@ -64,6 +64,16 @@ impl Scale {
         Ok(Some(Self { low, high, below, above, colours, shading }))
     }
 
+    /// Returns how ticks of the scale are spaced.
+    fn spacing(self) -> Spacing {
+        if self.shading == Shading::Cyclic { Spacing::Angular } else { Spacing::Linear }
+    }
+
+    /// Returns the colour of one of [`SHADES`] parts of the bar, from the low end.
+    fn shade(self, part: usize) -> Rgba {
+        self.colour(self.low + (part as f64 + 0.5) / SHADES as f64 * (self.high - self.low))
+    }
+
     /// Returns the colour of `value`, with its opacity.
     pub fn colour(&self, value: f64) -> Rgba {
         let share = ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0);
@@ -108,8 +118,7 @@ pub(super) struct ColourBar<'a> {
 impl ColourBar<'_> {
     /// Returns the axis with the ticks of a bar of `length` pixels.
     fn axis(&self, scale: Scale, length: f64) -> Axis {
-        let spacing = if scale.shading == Shading::Cyclic { Spacing::Angular } else { Spacing::Linear };
-        Axis::vertical(scale.low, scale.high, spacing, length, 1.3 * self.tick_size)
+        Axis::vertical(scale.low, scale.high, scale.spacing(), length, 1.3 * self.tick_size)
     }
 
     /// Returns the width of the bar in pixels.
@@ -163,6 +172,41 @@ impl ColourBar<'_> {
         }
     }
 
+    /// Draws the legend with its upper left corner at (`x`, `y`), `width` pixels wide, the bar lying; returns its lower end.
+    pub fn draw_across(&self, scene: &mut Scene, x: f64, mut y: f64, width: f64) -> f64 {
+        let side = self.thickness();
+        if let Some(scale) = self.scale {
+            // Drawn upright at the origin, and laid down.
+            let tip = 0.8 * side;
+            let [below, above] = [scale.below, scale.above].map(|has_tip| if has_tip { tip } else { 0.0 });
+            let upright = Rect { x: 0.0, y: above, width: side, height: width - above - below };
+            let place = |[across, down]: Point| [x + width - down, y + across];
+            let rect = Rect { x: x + below, y, width: upright.height, height: side };
+            let edges: Vec<f64> = (0..=SHADES).map(|k| k as f64).collect();
+            scene.picture(Picture::new(rect.frame(), &edges, &[0.0, 1.0], |column, _| Some(scale.shade(column))));
+            draw_outline(scene, scale, (upright, tip), place);
+            let axis = Axis::horizontal(scale.low, scale.high, scale.spacing(), rect.width, self.tick_size);
+            for (value, label) in axis.ticks.values.iter().zip(&axis.ticks.labels) {
+                let at = rect.x + rect.width * axis.fraction(*value);
+                scene.line(vec![[at, rect.bottom() - 7.0], [at, rect.bottom() + 5.0]], axis::tick_stroke());
+                let half = 0.5 * text::width(label, self.tick_size, Weight::Regular);
+                let at = [at.clamp(x + half, x + width - half), rect.bottom() + GAP + self.tick_size];
+                scene.text(Text::new(label, self.tick_size, at, Anchor::Middle));
+            }
+            y = rect.bottom() + GAP + self.tick_size;
+            for line in self.quantity_lines(&axis, width) {
+                y += LINE_PITCH * self.size;
+                scene.text(Text::new(line, self.size, [x + 0.5 * width, y], Anchor::Middle));
+            }
+            y += 0.6 * self.size;
+        }
+        if self.missing.is_some() {
+            self.draw_swatch(scene, Rect { x, y, width: side, height: side });
+            y += self.swatch_height() + 0.4 * self.size;
+        }
+        y
+    }
+
     /// Draws a hatched square at `rect` and the name of hatched cells beside it.
     fn draw_swatch(&self, scene: &mut Scene, rect: Rect) {
         scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &[0.0, 1.0], |_, _| None));
@@ -186,10 +230,8 @@ impl ColourBar<'_> {
             rect.height -= tip;
         }
         let edges: Vec<f64> = (0..=SHADES).map(|k| k as f64).collect();
-        let shade =
-            |row: usize| scale.colour(scale.low + (row as f64 + 0.5) / SHADES as f64 * (scale.high - scale.low));
-        scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &edges, |_, row| Some(shade(row))));
-        draw_outline(scene, scale, rect, tip);
+        scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &edges, |_, row| Some(scale.shade(row))));
+        draw_outline(scene, scale, (rect, tip), |at| at);
         self.draw_numbers(scene, scale, rect, area);
     }
 
@@ -211,8 +253,8 @@ impl ColourBar<'_> {
     }
 }
 
-/// Draws the outline of the bar, and a filled tip at each end beyond which there are values.
-fn draw_outline(scene: &mut Scene, scale: Scale, rect: Rect, tip: f64) {
+/// Draws the outline of the bar `rect`, and a filled tip at each end beyond which there are values; `place` says where its points are on the page.
+fn draw_outline(scene: &mut Scene, scale: Scale, (rect, tip): (Rect, f64), place: impl Fn(Point) -> Point) {
     let [left_top, right_top, right_bottom, left_bottom] = rect.corners();
     let lower = |[x, y]: Point, by: f64| [x, y + by];
     let middle = rect.centre()[0];
@@ -220,16 +262,18 @@ fn draw_outline(scene: &mut Scene, scale: Scale, rect: Rect, tip: f64) {
     if scale.above {
         let top = [middle, rect.y - tip];
         let base = [lower(right_top, SEAM), lower(left_top, SEAM)];
-        scene.convex(vec![left_top, top, right_top, base[0], base[1]], scale.end_colour(scale.high));
+        let corners = [left_top, top, right_top, base[0], base[1]];
+        scene.convex(corners.map(&place).to_vec(), scale.end_colour(scale.high));
         rim.push(top);
     }
     rim.extend([right_top, right_bottom]);
     if scale.below {
         let bottom = [middle, rect.bottom() + tip];
         let base = [lower(left_bottom, -SEAM), lower(right_bottom, -SEAM)];
-        scene.convex(vec![right_bottom, bottom, left_bottom, base[0], base[1]], scale.end_colour(scale.low));
+        let corners = [right_bottom, bottom, left_bottom, base[0], base[1]];
+        scene.convex(corners.map(&place).to_vec(), scale.end_colour(scale.low));
         rim.push(bottom);
     }
     rim.push(left_bottom);
-    scene.outline(&rim, outline());
+    scene.outline(&rim.into_iter().map(place).collect::<Vec<_>>(), outline());
 }

@@ -1,7 +1,7 @@
 //! Legends below drawings: samples of lines and symbols with their meanings.
 
 use super::scene::{Anchor, Point, Rgb, Scene, Stroke, Text};
-use super::style::{BORDER, CURVES, MUTED, PAGE_WIDTH};
+use super::style::{BORDER, CURVES, MUTED};
 use super::text::{self, Weight};
 
 /// Stroke of the tool's path without compensation.
@@ -31,7 +31,7 @@ pub(super) fn draw(scene: &mut Scene, samples: Vec<Sample<'_>>, size: f64, top: 
     let (mut x, mut y) = (BORDER, top);
     for (draw, words) in samples {
         let width = WIDTH + GAP + text::width(words, size, Weight::Regular);
-        if x > BORDER && x + width > PAGE_WIDTH - BORDER {
+        if x > BORDER && x + width > scene.width - BORDER {
             x = BORDER;
             y += 1.5 * size;
         }

@@ -4,9 +4,8 @@ use super::axis::{self, Axis, Plot, Spacing};
 use super::curves::{CurveStyle, Legend};
 use super::error::{FigureError, check_drawable};
 use super::scene::{Point, Rect, Scene, Stroke};
-use super::style::{self, BORDER, GRID, PAGE_WIDTH, Sizes};
+use super::style::{self, BORDER, GRID, Sizes};
 
-const SIZES: Sizes = Sizes::FIGURE;
 /// Height of the plot with free axes, and the most with equal ones, in pixels.
 const FRAME_HEIGHT: f64 = 860.0;
 const TALLEST_EQUAL: f64 = 1000.0;
@@ -97,11 +96,11 @@ impl LineFigure {
     }
 
     /// Returns the legend of the curves, drawn in `styles`.
-    fn legend<'a>(&'a self, styles: &'a [CurveStyle]) -> Legend<'a> {
+    fn legend<'a>(&'a self, styles: &'a [CurveStyle], sizes: Sizes) -> Legend<'a> {
         Legend {
             entries: self.series.iter().map(|series| series.label.as_str()).zip(styles).collect(),
             note: self.closed_note.as_deref().unwrap_or(""),
-            size: SIZES.body,
+            size: sizes.body,
         }
     }
 
@@ -136,14 +135,14 @@ impl LineFigure {
 }
 
 /// Lays the figure out; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &LineFigure) -> Result<Scene, FigureError> {
+pub(super) fn scene(figure: &LineFigure, sizes: Sizes) -> Result<Scene, FigureError> {
     figure.check()?;
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let styles = CurveStyle::of(figure.series.iter().map(|s| (s.points.len(), s.dashed)));
-    let plot = plot(figure, &styles, top + 0.3 * SIZES.body);
+    let plot = plot(figure, &styles, top + 0.3 * sizes.body, sizes);
     plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
-    plot.draw_x_axis(&mut scene, &figure.x_label, SIZES.body, SIZES.tick);
-    plot.draw_y_axis(&mut scene, &figure.y_label, SIZES.body, SIZES.tick);
+    plot.draw_x_axis(&mut scene, &figure.x_label, sizes.body, sizes.tick);
+    plot.draw_y_axis(&mut scene, &figure.y_label, sizes.body, sizes.tick);
     for (series, style) in figure.series.iter().zip(&styles) {
         let of_band: Vec<[Point; 2]> =
             series.band.iter().map(|[x, low, high]| [plot.page_point(*x, *low), plot.page_point(*x, *high)]).collect();
@@ -155,32 +154,32 @@ pub(super) fn scene(figure: &LineFigure) -> Result<Scene, FigureError> {
         style.draw_markers(&mut scene, &points, index);
     }
     plot.draw_frame(&mut scene);
-    let below = plot.rect.bottom() + axis::depth_below(SIZES.tick) + axis::label_depth(SIZES.body);
+    let below = plot.rect.bottom() + axis::depth_below(sizes.tick) + axis::label_depth(sizes.body);
     let room = if figure.legend_beside() {
         let x = plot.rect.right() + LEGEND_GAP;
-        Rect { x, y: plot.rect.y, width: PAGE_WIDTH - BORDER - x, height: 0.0 }
+        Rect { x, y: plot.rect.y, width: sizes.width - BORDER - x, height: 0.0 }
     } else {
-        let y = below + 0.3 * SIZES.body;
+        let y = below + 0.3 * sizes.body;
         Rect { x: plot.rect.x, y, width: plot.rect.width, height: 0.0 }
     };
-    let legend_bottom = figure.legend(&styles).draw(&mut scene, room);
+    let legend_bottom = figure.legend(&styles, sizes).draw(&mut scene, room);
     scene.height = legend_bottom.max(below) + BORDER;
     Ok(scene)
 }
 
 /// Returns the plot with its axes, its upper side at `top` pixels.
-fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
+fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64, sizes: Sizes) -> Plot {
     let mut x = figure.axis_range(|p| p.0, figure.log_x);
     let mut y = figure.y_range();
     let spacing = |log, label: &str| if log { Spacing::Logarithmic } else { Spacing::for_label(label) };
     let y_axis = |ends: (f64, f64), height| {
-        Axis::vertical(ends.0, ends.1, spacing(figure.log_y, &figure.y_label), height, SIZES.tick)
+        Axis::vertical(ends.0, ends.1, spacing(figure.log_y, &figure.y_label), height, sizes.tick)
     };
-    let nominal = y_axis(y, FRAME_HEIGHT).depth_beside(SIZES.tick);
-    let left = BORDER + axis::label_depth(SIZES.body) + nominal;
-    let mut rect = Rect { x: left, y: top, width: PAGE_WIDTH - left - 2.0 * BORDER, height: FRAME_HEIGHT };
+    let nominal = y_axis(y, FRAME_HEIGHT).depth_beside(sizes.tick);
+    let left = BORDER + axis::label_depth(sizes.body) + nominal;
+    let mut rect = Rect { x: left, y: top, width: sizes.width - left - 2.0 * BORDER, height: FRAME_HEIGHT };
     if figure.equal_axes {
-        let room = rect.width - if figure.legend_beside() { legend_width(figure, styles) } else { 0.0 };
+        let room = rect.width - if figure.legend_beside() { legend_width(figure, styles, sizes) } else { 0.0 };
         let scale = (room / (x.1 - x.0)).min(TALLEST_EQUAL / (y.1 - y.0));
         x = axis::widened_to(x, SHORTEST / scale);
         y = axis::widened_to(y, SHORTEST / scale);
@@ -189,12 +188,12 @@ fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
     }
     Plot {
         rect,
-        x: Axis::horizontal(x.0, x.1, spacing(figure.log_x, &figure.x_label), rect.width, SIZES.tick),
+        x: Axis::horizontal(x.0, x.1, spacing(figure.log_x, &figure.x_label), rect.width, sizes.tick),
         y: y_axis(y, rect.height),
     }
 }
 
 /// Returns the width in pixels that the legend takes beside the plot, with the gap.
-fn legend_width(figure: &LineFigure, styles: &[CurveStyle]) -> f64 {
-    figure.legend(styles).width().min(SIDE_LEGEND) + LEGEND_GAP
+fn legend_width(figure: &LineFigure, styles: &[CurveStyle], sizes: Sizes) -> f64 {
+    figure.legend(styles, sizes).width().min(SIDE_LEGEND) + LEGEND_GAP
 }

@@ -30,6 +30,8 @@ pub mod text;
 mod theme;
 mod volume;
 
+use style::Sizes;
+
 pub use agreement::{AgreementFigure, AgreementRow, Criterion};
 pub use colours::{Colours, Shading, cyclic_colour, diverging_colour};
 pub use error::FigureError;
@@ -74,6 +76,12 @@ impl Figure {
         png::png(&self.scene(colours)?)
     }
 
+    /// Returns the figure for the width of a telephone, 1100 px, one panel in a row, with maps in `colours`: SVG and the bytes of a PNG file; `Err` as [`Figure::svg`].
+    pub fn portrait(&self, colours: Colours) -> Result<(String, Vec<u8>), FigureError> {
+        let scene = self.laid_out(colours, Sizes::PORTRAIT)?;
+        Ok((svg::svg(&scene)?, png::png(&scene)?))
+    }
+
     /// Returns the SVG document `svg` with a style that turns its colours dark where the page that shows it is dark.
     pub(crate) fn with_dark_theme(svg: &str) -> String {
         svg::with_dark_theme(svg)
@@ -81,15 +89,20 @@ impl Figure {
 
     /// Lays the figure out as a scene, with maps in `colours`; `Err` when its data contradict each other or cannot be drawn.
     pub fn scene(&self, colours: Colours) -> Result<scene::Scene, FigureError> {
+        self.laid_out(colours, Sizes::FIGURE)
+    }
+
+    /// Lays the figure out as [`Figure::scene`], in `sizes`.
+    fn laid_out(&self, colours: Colours, sizes: Sizes) -> Result<scene::Scene, FigureError> {
         match self {
-            Self::Slices(figure) => slices::scene(figure, colours),
-            Self::Volume(figure) => volume::scene(figure, colours),
-            Self::Lines(figure) => lines::scene(figure),
-            Self::Panels(figure) => panels::scene(figure),
-            Self::Plan(figure) => plan::scene(figure, colours),
-            Self::Agreement(figure) => agreement::scene(figure),
-            Self::Pose(figure) => pose::scene(figure),
-            Self::Part(figure) => part::scene(figure, colours),
+            Self::Slices(figure) => slices::scene(figure, colours, sizes),
+            Self::Volume(figure) => volume::scene(figure, colours, sizes),
+            Self::Lines(figure) => lines::scene(figure, sizes),
+            Self::Panels(figure) => panels::scene(figure, sizes),
+            Self::Plan(figure) => plan::scene(figure, colours, sizes),
+            Self::Agreement(figure) => agreement::scene(figure, sizes),
+            Self::Pose(figure) => pose::scene(figure, sizes),
+            Self::Part(figure) => part::scene(figure, colours, sizes),
         }
     }
 }

@@ -4,7 +4,7 @@ use super::axis::{self, Axis, Plot, Spacing};
 use super::curves::{CurveStyle, Legend};
 use super::error::{FigureError, check_drawable};
 use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
-use super::style::{self, BORDER, GRID, PAGE_WIDTH, Sizes};
+use super::style::{self, BORDER, GRID, Sizes};
 use super::text::{self, LINE_PITCH, Weight};
 
 /// Most panels in one figure.
@@ -46,7 +46,7 @@ pub struct PanelFigure {
     pub y_label: String,
     /// Names of the curves in the legend, and whether they are dashed; the first one is black.
     pub curves: Vec<(String, bool)>,
-    /// The panels, two in a row.
+    /// The panels, two in a row, or one on a telephone.
     pub panels: Vec<CurvePanel>,
     /// Whether one unit is equally long on both axes and in all panels. Otherwise all panels have the same axes.
     pub equal_axes: bool,
@@ -75,11 +75,6 @@ impl PanelFigure {
         })
     }
 
-    /// Returns the number of panels in a row.
-    fn columns(&self) -> usize {
-        self.panels.len().min(2)
-    }
-
     /// Returns the ranges of x and y of each panel: the same for all, or with equal axes of equal length around each panel's own middle.
     fn ranges(&self) -> Vec<[(f64, f64); 2]> {
         if !self.equal_axes {
@@ -104,9 +99,8 @@ fn centred_range(range: (f64, f64), length: f64) -> (f64, f64) {
 }
 
 /// Lays the figure out; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &PanelFigure) -> Result<Scene, FigureError> {
+pub(super) fn scene(figure: &PanelFigure, sizes: Sizes) -> Result<Scene, FigureError> {
     figure.check()?;
-    let sizes = Sizes::FIGURE;
     let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let longest = |index: usize| {
         let count = |panel: &CurvePanel| panel.curves.get(index).map_or(0, |c| c.pieces.iter().map(Vec::len).sum());
@@ -138,7 +132,7 @@ pub(super) fn scene(figure: &PanelFigure) -> Result<Scene, FigureError> {
         note: &figure.note,
         size: sizes.body,
     };
-    let room = Rect { x: grid.left, y: grid.bottom(figure), width: PAGE_WIDTH - BORDER - grid.left, height: 0.0 };
+    let room = Rect { x: grid.left, y: grid.bottom(figure), width: sizes.width - BORDER - grid.left, height: 0.0 };
     scene.height = legend.draw(&mut scene, room) + BORDER;
     Ok(scene)
 }
@@ -165,14 +159,14 @@ struct Layout {
 impl Layout {
     /// Lays out the panels of `figure` below `top`.
     fn new(figure: &PanelFigure, sizes: Sizes, top: f64) -> Self {
-        let (columns, ranges) = (figure.columns(), figure.ranges());
+        let (columns, ranges) = (figure.panels.len().min(sizes.columns), figure.ranges());
         let beside = |[_, (low, high)]: &[(f64, f64); 2]| {
             Axis::vertical(*low, *high, Spacing::Linear, FRAME_HEIGHT, sizes.tick).depth_beside(sizes.tick)
         };
         let beside = ranges.iter().map(beside).fold(0.0, f64::max);
         let left = BORDER + axis::label_depth(sizes.body) + beside;
         let gaps = (columns - 1) as f64 * (GAP + beside);
-        let mut width = (PAGE_WIDTH - left - 2.0 * BORDER - gaps) / columns as f64;
+        let mut width = (sizes.width - left - 2.0 * BORDER - gaps) / columns as f64;
         let mut height = FRAME_HEIGHT;
         if let (true, Some([x, y])) = (figure.equal_axes, ranges.first()) {
             let scale = (width / (x.1 - x.0)).min(TALLEST_EQUAL / (y.1 - y.0));

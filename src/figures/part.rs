@@ -6,10 +6,9 @@ use super::error::{FigureError, check_drawable};
 use super::field::{Picture, Rgba};
 use super::projection::Projection;
 use super::scene::{Anchor, Scene, Text};
-use super::style::{self, BORDER, PAGE_WIDTH, Sizes};
+use super::style::{self, BORDER, Sizes};
 use super::text::LINE_PITCH;
 
-const SIZES: Sizes = Sizes::FIGURE;
 /// Direction of view: the eye stands at one of these azimuths from +x, the first unless another shows more of what was cut, and this elevation from the xy
 /// plane, in degrees.
 const AZIMUTHS: [f64; 4] = [-60.0, 30.0, 120.0, 210.0];
@@ -60,7 +59,7 @@ pub struct PartFigure {
 }
 
 /// Lays the figure out in `colours`; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &PartFigure, colours: Colours) -> Result<Scene, FigureError> {
+pub(super) fn scene(figure: &PartFigure, colours: Colours, sizes: Sizes) -> Result<Scene, FigureError> {
     if figure.faces.is_empty() || figure.views.is_empty() {
         return Err(FigureError::Empty { what: "part".into() });
     }
@@ -75,34 +74,42 @@ pub(super) fn scene(figure: &PartFigure, colours: Colours) -> Result<Scene, Figu
     let values = all().filter_map(|face| if let FaceValue::Value(value) = face { Some(*value) } else { None });
     let scale = Scale::new(values, Some(figure.range), (colours, Shading::Ordered))?;
     let missing = all().any(|face| *face == FaceValue::Unknown).then_some(UNKNOWN);
-    let bar = ColourBar { scale, quantity: &figure.quantity, missing, size: SIZES.body, tick_size: SIZES.tick };
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
+    let bar = ColourBar { scale, quantity: &figure.quantity, missing, size: sizes.body, tick_size: sizes.tick };
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let azimuth = azimuth_of(figure);
     let mut projection = Projection::new(azimuth, ELEVATION);
     let [(x0, x1), (y0, y1)] = projection.ranges(figure.faces.iter().flatten().copied());
-    let count = figure.views.len() as f64;
-    let width = (PAGE_WIDTH - 2.0 * BORDER - bar.width(0.6 * TALLEST) - count * GAP) / count;
+    let columns = figure.views.len().min(sizes.columns);
+    let count = columns as f64;
+    let beside = if sizes.is_portrait() { 0.0 } else { bar.width(0.6 * TALLEST) };
+    let width = (sizes.width - 2.0 * BORDER - beside - count * GAP) / count;
     projection.scale = (width / (x1 - x0)).min(TALLEST / (y1 - y0));
     let height = projection.scale * (y1 - y0);
     let drawn = projection.scale * (x1 - x0);
     projection.origin = [-projection.scale * x0, -projection.scale * y0];
     let lines = figure.views.iter().map(|view| view.0.lines().count()).max().unwrap_or(0);
-    let view_top = top + (LINE_PITCH * lines as f64 + 0.5) * SIZES.body;
+    let view_top = top + (LINE_PITCH * lines as f64 + 0.5) * sizes.body;
+    let pitch = view_top - top + height + GAP;
     for (number, (title, values)) in figure.views.iter().enumerate() {
-        let left = BORDER + number as f64 * (width + GAP) + 0.5 * (width - drawn);
+        let left = BORDER + (number % columns) as f64 * (width + GAP) + 0.5 * (width - drawn);
+        let below = (number / columns) as f64 * pitch;
         for (line, words) in title.lines().enumerate() {
-            let at = [left + 0.5 * drawn, top + SIZES.body * (1.0 + LINE_PITCH * line as f64)];
-            scene.text(Text::new(words, SIZES.body, at, Anchor::Middle));
+            let at = [left + 0.5 * drawn, top + below + sizes.body * (1.0 + LINE_PITCH * line as f64)];
+            scene.text(Text::new(words, sizes.body, at, Anchor::Middle));
         }
         let pixels = draw(&figure.faces, values, (&projection, light_at(azimuth)), [drawn, height], scale);
-        scene.picture(pixels.picture([left, view_top], [drawn, height]));
+        scene.picture(pixels.picture([left, view_top + below], [drawn, height]));
     }
-    let mut bottom = view_top + height;
-    let bar_height = height.clamp(0.5 * TALLEST, 0.6 * TALLEST);
-    bar.draw(&mut scene, PAGE_WIDTH - BORDER - bar.width(bar_height), view_top, bar_height);
-    bottom = bottom.max(view_top + bar_height);
+    let mut bottom = view_top + height + (figure.views.len().div_ceil(columns) - 1) as f64 * pitch;
+    if sizes.is_portrait() {
+        bottom = bar.draw_across(&mut scene, 2.0 * BORDER, bottom + sizes.body, sizes.width - 4.0 * BORDER);
+    } else {
+        let bar_height = height.clamp(0.5 * TALLEST, 0.6 * TALLEST);
+        bar.draw(&mut scene, sizes.width - BORDER - bar.width(bar_height), view_top, bar_height);
+        bottom = bottom.max(view_top + bar_height);
+    }
     if !figure.note.is_empty() {
-        bottom = style::draw_paragraph(&mut scene, &figure.note, bottom + SIZES.body, SIZES.body);
+        bottom = style::draw_paragraph(&mut scene, &figure.note, bottom + sizes.body, sizes.body);
     }
     scene.height = bottom + BORDER;
     Ok(scene)

@@ -9,10 +9,9 @@ use super::labels::{Occupied, Spot, rect_around};
 use super::legend::{self, Sample};
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::shapes::hatching_lines;
-use super::style::{self, BORDER, GRID, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
+use super::style::{self, BORDER, GRID, HATCH, INK, MUTED, Sizes, WHITE};
 use super::text::{self, Weight};
 
-const SIZES: Sizes = Sizes::FIGURE;
 /// Highest plot, and shortest side of one, in pixels.
 const TALLEST: f64 = 1150.0;
 const SHORTEST: f64 = 420.0;
@@ -158,7 +157,7 @@ impl PlanFigure {
 }
 
 /// Lays the figure out, its map in `colours`; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, FigureError> {
+pub(super) fn scene(figure: &PlanFigure, colours: Colours, sizes: Sizes) -> Result<Scene, FigureError> {
     figure.check()?;
     let scale = figure.scale(colours)?;
     let missing = figure.field.as_ref().filter(|field| field.values.iter().any(Option::is_none));
@@ -166,12 +165,13 @@ pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, Figu
         scale,
         quantity: &figure.quantity,
         missing: missing.map(|field| field.missing.as_str()),
-        size: SIZES.body,
-        tick_size: SIZES.tick,
+        size: sizes.body,
+        tick_size: sizes.tick,
     };
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
-    let has_bar = scale.is_some();
-    let plot = plot(figure, top + 0.2 * SIZES.body, if has_bar { bar.width(0.7 * TALLEST) + BAR_GAP } else { 0.0 });
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let has_bar = scale.is_some() && !sizes.is_portrait();
+    let beside = if has_bar { bar.width(0.7 * TALLEST) + BAR_GAP } else { 0.0 };
+    let plot = plot(figure, top + 0.2 * sizes.body, beside, sizes);
     if let Some((field, scale)) = figure.field.as_ref().zip(scale) {
         let [x, y] = field::edges([&field.x, &field.y]);
         let colour =
@@ -188,20 +188,29 @@ pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, Figu
         draw_coloured(&mut scene, &plot, piece, scale, &mut occupied);
     }
     plot.draw_frame(&mut scene);
-    plot.draw_x_axis(&mut scene, &figure.x_label, SIZES.body, SIZES.tick);
-    plot.draw_y_axis(&mut scene, &figure.y_label, SIZES.body, SIZES.tick);
-    draw_labels(&mut scene, &plot, figure, occupied);
+    plot.draw_x_axis(&mut scene, &figure.x_label, sizes.body, sizes.tick);
+    plot.draw_y_axis(&mut scene, &figure.y_label, sizes.body, sizes.tick);
+    draw_labels(&mut scene, &plot, figure, occupied, sizes);
     let height = plot.rect.height.clamp(SHORTEST, 0.7 * TALLEST);
     if has_bar {
         bar.draw(&mut scene, plot.rect.right() + BAR_GAP, plot.rect.y, height);
     }
-    let mut bottom = plot.rect.bottom() + axis::depth_below(SIZES.tick) + axis::label_depth(SIZES.body);
-    bottom = bottom.max(plot.rect.y + height);
-    let samples = legend_samples(figure);
-    if !samples.is_empty() {
-        bottom = legend::draw(&mut scene, samples, SIZES.tick, bottom + 1.6 * SIZES.body);
+    let mut bottom = plot.rect.bottom() + axis::depth_below(sizes.tick) + axis::label_depth(sizes.body);
+    if scale.is_some() && !has_bar {
+        bottom = bar.draw_across(&mut scene, plot.rect.x, bottom + 0.6 * sizes.body, plot.rect.width);
     }
-    scene.height = style::draw_note(&mut scene, &figure.note, bottom, SIZES.body) + BORDER;
+    bottom = bottom.max(plot.rect.y + height);
+    let mut samples = legend_samples(figure);
+    if sizes.is_portrait() && figure.shapes.iter().any(|shape| shape.look == Look::Place) {
+        samples.push((
+            Box::new(|scene: &mut Scene, [x, y]: Point| draw_cross(scene, [x + 0.5 * legend::WIDTH, y])),
+            "other places",
+        ));
+    }
+    if !samples.is_empty() {
+        bottom = legend::draw(&mut scene, samples, sizes.tick, bottom + 1.6 * sizes.body);
+    }
+    scene.height = style::draw_note(&mut scene, &figure.note, bottom, sizes.body) + BORDER;
     Ok(scene)
 }
 
@@ -222,19 +231,19 @@ fn legend_samples(figure: &PlanFigure) -> Vec<Sample<'_>> {
 }
 
 /// Returns the plot with its axes, its upper side at `top`, leaving `beside` pixels at its right.
-fn plot(figure: &PlanFigure, top: f64, beside: f64) -> Plot {
+fn plot(figure: &PlanFigure, top: f64, beside: f64, sizes: Sizes) -> Plot {
     let [mut x, mut y] = figure.extents();
-    let numbers = Axis::vertical(y.0, y.1, Spacing::Linear, TALLEST, SIZES.tick).depth_beside(SIZES.tick);
-    let left = BORDER + axis::label_depth(SIZES.body) + numbers;
-    let room = PAGE_WIDTH - left - BORDER - beside.max(SIZES.tick);
+    let numbers = Axis::vertical(y.0, y.1, Spacing::Linear, TALLEST, sizes.tick).depth_beside(sizes.tick);
+    let left = BORDER + axis::label_depth(sizes.body) + numbers;
+    let room = sizes.width - left - BORDER - beside.max(sizes.tick);
     let scale = (room / (x.1 - x.0)).min(TALLEST / (y.1 - y.0));
     (x, y) = (axis::widened_to(x, SHORTEST / scale), axis::widened_to(y, SHORTEST / scale));
     let (width, height) = (scale * (x.1 - x.0), scale * (y.1 - y.0));
     let rect = Rect { x: left + ((room - width) / 2.0).max(0.0), y: top, width, height };
     Plot {
         rect,
-        x: Axis::horizontal(x.0, x.1, Spacing::Linear, width, SIZES.tick),
-        y: Axis::vertical(y.0, y.1, Spacing::Linear, height, SIZES.tick),
+        x: Axis::horizontal(x.0, x.1, Spacing::Linear, width, sizes.tick),
+        y: Axis::vertical(y.0, y.1, Spacing::Linear, height, sizes.tick),
     }
 }
 
@@ -256,11 +265,7 @@ fn draw_shape(scene: &mut Scene, plot: &Plot, shape: &PlanShape, occupied: &mut 
         }
         Look::Ghost => scene.outline(&points, line(HATCH, 4.0, &[16.0, 12.0])),
         Look::Place => {
-            for ([x, y], way) in points.iter().flat_map(|at| [(*at, 1.0), (*at, -1.0)]) {
-                let arm = [[x - CROSS, y - way * CROSS], [x + CROSS, y + way * CROSS]];
-                scene.line(arm.to_vec(), line(WHITE, 9.0, &[]));
-                scene.line(arm.to_vec(), line(INK, 4.0, &[]));
-            }
+            points.iter().for_each(|at| draw_cross(scene, *at));
         }
         Look::Obstacle => {
             for piece in hatching_lines(&points, PITCH) {
@@ -273,6 +278,16 @@ fn draw_shape(scene: &mut Scene, plot: &Plot, shape: &PlanShape, occupied: &mut 
         }
     }
     occupied.add_line(&points, 10.0);
+}
+
+/// Draws the cross of a place.
+fn draw_cross(scene: &mut Scene, [x, y]: Point) {
+    for way in [1.0, -1.0] {
+        let arm = [[x - CROSS, y - way * CROSS], [x + CROSS, y + way * CROSS]];
+        for (colour, width) in [(WHITE, 9.0), (INK, 4.0)] {
+            scene.line(arm.to_vec(), Stroke { colour, width, dash: &[] });
+        }
+    }
 }
 
 /// Draws a line in the colours of its values, with a dark border that pale colours need.
@@ -303,7 +318,7 @@ fn draw_coloured(
 }
 
 /// Draws rings at the marks, then labels of marks and of shapes.
-fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied: Occupied) {
+fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied: Occupied, sizes: Sizes) {
     let points_of_marks: Vec<Point> = figure.marks.iter().map(|(x, y, _)| plot.page_point(*x, *y)).collect();
     for at in &points_of_marks {
         scene.circle(*at, MARK, Stroke { colour: WHITE, width: 8.0, dash: &[] });
@@ -313,7 +328,9 @@ fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied
     for (at, (_, _, label)) in points_of_marks.into_iter().zip(&figure.marks).filter(|(_, mark)| !mark.2.is_empty()) {
         draw_label(scene, &mut occupied, plot.rect, (at, MARK), (label, INK, Weight::Bold));
     }
-    for shape in figure.shapes.iter().filter(|shape| !shape.label.is_empty() && !shape.points.is_empty()) {
+    // Where there is little room, the legend says what crosses are.
+    let is_named = |shape: &&PlanShape| !shape.label.is_empty() && !(sizes.is_portrait() && shape.look == Look::Place);
+    for shape in figure.shapes.iter().filter(|shape| !shape.points.is_empty()).filter(is_named) {
         let points: Vec<Point> = shape.points.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
         let colour = match shape.look {
             Look::Part | Look::Path => PART[0],
@@ -337,7 +354,7 @@ fn draw_label(
     (at, reach): (Point, f64),
     (label, colour, weight): (&str, Rgb, Weight),
 ) {
-    let size = SIZES.tick;
+    let size = Sizes::FIGURE.tick;
     let lines: Vec<&str> = label.lines().collect();
     let widest = lines.iter().map(|line| text::width(line, size, weight)).fold(0.0, f64::max);
     let height = text::capital_height(size) + lines.len().saturating_sub(1) as f64 * 1.15 * size;

@@ -6,11 +6,10 @@ use super::legend::{self, Sample, line_sample};
 use super::plan;
 use super::projection::Projection;
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
-use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
+use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, Sizes, WHITE};
 use super::text::{self, Weight};
 use crate::machine::Skeleton;
 
-const SIZES: Sizes = Sizes::FIGURE;
 /// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
 const AZIMUTH: f64 = 32.0;
 const ELEVATION: f64 = 24.0;
@@ -135,21 +134,22 @@ struct View {
     bottom: f64,
     /// Largest extent of what is drawn, mm.
     size: f64,
+    sizes: Sizes,
 }
 
 impl View {
     /// Returns the projection that fits the whole figure between the page's borders, below `top`.
-    fn fitted(figure: &PoseFigure, top: f64) -> Self {
+    fn fitted(figure: &PoseFigure, top: f64, sizes: Sizes) -> Self {
         let mut projection = Projection::new(AZIMUTH, ELEVATION);
         let corners = box_corners(figure.workspace);
         let [(x0, x1), (y0, y1)] = projection.ranges(figure.points().chain(corners));
-        let room = PAGE_WIDTH - 2.0 * (BORDER + SIDE);
+        let room = sizes.width - 2.0 * (BORDER + SIDE);
         let scale = (room / (x1 - x0).max(1e-3)).min(TALLEST / (y1 - y0).max(1e-3));
         let slack = (room - scale * (x1 - x0)) / 2.0;
         projection.scale = scale;
-        projection.origin = [BORDER + SIDE + slack - scale * x0, top + SIZES.tick - scale * y0];
-        let bottom = top + SIZES.tick + scale * (y1 - y0);
-        Self { projection, top, bottom, size: (x1 - x0).max(y1 - y0).max(1e-3) }
+        projection.origin = [BORDER + SIDE + slack - scale * x0, top + sizes.tick - scale * y0];
+        let bottom = top + sizes.tick + scale * (y1 - y0);
+        Self { projection, top, bottom, size: (x1 - x0).max(y1 - y0).max(1e-3), sizes }
     }
 
     /// Projects a point in O (mm) onto the page.
@@ -169,13 +169,13 @@ fn box_corners([low, high]: [[f64; 3]; 2]) -> [[f64; 3]; 8] {
 }
 
 /// Lays the figure out; `Err` when there is no chain or a point cannot be drawn.
-pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
+pub(super) fn scene(figure: &PoseFigure, sizes: Sizes) -> Result<Scene, FigureError> {
     check_drawable(figure.points().flatten(), || "pose figure".into())?;
     if figure.pose.chains.is_empty() {
         return Err(FigureError::Empty { what: "pose figure".into() });
     }
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
-    let view = View::fitted(figure, top);
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let view = View::fitted(figure, top, sizes);
     if figure.has_workspace() {
         box_edges(box_corners(figure.workspace)).for_each(|edge| view.draw_line(&mut scene, &edge, BOX));
     }
@@ -200,8 +200,8 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
     draw_frame(&mut scene, &view, &mut occupied);
     draw_labels(&mut scene, &view, figure, occupied);
     let lowest = view.bottom.max(scene.lowest());
-    let mut bottom = legend::draw(&mut scene, legend_samples(figure), SIZES.tick, lowest + 1.6 * SIZES.body);
-    bottom = style::draw_note(&mut scene, figure.note.as_deref().unwrap_or_default(), bottom, SIZES.body);
+    let mut bottom = legend::draw(&mut scene, legend_samples(figure), sizes.tick, lowest + 1.6 * sizes.body);
+    bottom = style::draw_note(&mut scene, figure.note.as_deref().unwrap_or_default(), bottom, sizes.body);
     scene.height = bottom + BORDER;
     Ok(scene)
 }
@@ -373,17 +373,21 @@ fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure, mut occupied
 /// Places and draws a label beside the point `at` on the page.
 fn draw_label(scene: &mut Scene, view: &View, occupied: &mut Occupied, at: Point, (words, colour): (&str, Rgb)) {
     let half = [
-        text::width(words, SIZES.tick, Weight::Bold) / 2.0 + 0.12 * SIZES.tick,
-        text::capital_height(SIZES.tick) / 2.0 + 0.12 * SIZES.tick,
+        text::width(words, view.sizes.tick, Weight::Bold) / 2.0 + 0.12 * view.sizes.tick,
+        text::capital_height(view.sizes.tick) / 2.0 + 0.12 * view.sizes.tick,
     ];
-    let page =
-        Rect { x: BORDER, y: view.top, width: PAGE_WIDTH - 2.0 * BORDER, height: view.bottom - view.top + SIZES.tick };
+    let page = Rect {
+        x: BORDER,
+        y: view.top,
+        width: view.sizes.width - 2.0 * BORDER,
+        height: view.bottom - view.top + view.sizes.tick,
+    };
     let Spot { rect, leader } = occupied.place_label(at, MARK, half, page);
     if let Some(leader) = leader {
         scene.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.0, dash: &[] });
     }
-    let place = [rect.centre()[0], rect.centre()[1] + text::capital_height(SIZES.tick) / 2.0];
-    scene.text(Text::new(words, SIZES.tick, place, Anchor::Middle).bold().coloured(colour).with_halo());
+    let place = [rect.centre()[0], rect.centre()[1] + text::capital_height(view.sizes.tick) / 2.0];
+    scene.text(Text::new(words, view.sizes.tick, place, Anchor::Middle).bold().coloured(colour).with_halo());
 }
 
 /// Returns the legend entries for what the figure shows.

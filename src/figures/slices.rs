@@ -8,12 +8,12 @@ use super::field::{self, Picture};
 use super::labels::{self, PlacedMark};
 use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
 use super::shapes::{contour, hatching_beyond};
-use super::style::{self, BORDER, INK, PAGE_WIDTH, Sizes, WHITE};
+use super::style::{self, BORDER, INK, Sizes, WHITE};
 use super::text::{self, LINE_PITCH, Weight};
 
 /// Most panels in one figure.
 const MOST_PANELS: usize = 6;
-/// Highest panel in a figure of one row, and of two, in pixels.
+/// Highest panel in a figure of one row or column, and of more, in pixels.
 const TALLEST: [f64; 2] = [1050.0, 640.0];
 /// Smallest side of a panel in pixels.
 const SMALLEST: f64 = 60.0;
@@ -74,7 +74,7 @@ pub struct SliceFigure {
     pub y_label: String,
     /// Label of the colour bar, for example "worst tool deflection \[mm\]".
     pub quantity: String,
-    /// One to six maps, two in a row.
+    /// One to six maps, two in a row, or one on a telephone.
     pub panels: Vec<SlicePanel>,
     /// Ends of the colour scale; `None` takes the smallest and largest value of all panels.
     pub range: Option<(f64, f64)>,
@@ -122,7 +122,7 @@ impl SlicePanel {
 }
 
 /// Lays the figure out, its maps in `colours`; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &SliceFigure, colours: Colours) -> Result<Scene, FigureError> {
+pub(super) fn scene(figure: &SliceFigure, colours: Colours, sizes: Sizes) -> Result<Scene, FigureError> {
     if figure.panels.is_empty() {
         return Err(FigureError::Empty { what: "slice figure".into() });
     }
@@ -132,7 +132,6 @@ pub(super) fn scene(figure: &SliceFigure, colours: Colours) -> Result<Scene, Fig
     figure.panels.iter().try_for_each(SlicePanel::check)?;
     let values = || figure.panels.iter().flat_map(|p| &p.values);
     let scale = Scale::new(values().copied().flatten(), figure.range, (colours, figure.shading))?;
-    let sizes = Sizes::FIGURE;
     let bar = ColourBar {
         scale,
         quantity: &figure.quantity,
@@ -142,14 +141,22 @@ pub(super) fn scene(figure: &SliceFigure, colours: Colours) -> Result<Scene, Fig
     };
     let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let legend_height = |maps: Rect| maps.height.max(LOWEST_BAR);
-    // The legend is as high as the maps, whose height depends on the legend's width.
-    let guess = Layout::new(figure, sizes, top, bar.width(LOWEST_BAR));
-    let bar_width = bar.width(SETTLED * legend_height(guess.maps));
+    let bar_width = if sizes.is_portrait() {
+        0.0
+    } else {
+        // The legend is as high as the maps, whose height depends on the legend's width.
+        let guess = Layout::new(figure, sizes, top, bar.width(LOWEST_BAR));
+        bar.width(SETTLED * legend_height(guess.maps))
+    };
     let layout = Layout::new(figure, sizes, top, bar_width);
     for (panel, place) in figure.panels.iter().zip(&layout.places) {
         draw_panel(&mut scene, figure, panel, place, scale, sizes);
     }
     let maps = layout.maps;
+    if sizes.is_portrait() {
+        scene.height = bar.draw_across(&mut scene, maps.x, layout.bottom, maps.width) + BORDER;
+        return Ok(scene);
+    }
     let height = legend_height(maps);
     bar.draw(&mut scene, maps.right() + BAR_GAP, maps.y, height);
     scene.height = layout.bottom.max(maps.y + height + BORDER);
@@ -190,18 +197,18 @@ impl Table {
     /// Returns the distances for the panels of `figure` beside a legend of `bar_width` pixels.
     fn new(figure: &SliceFigure, sizes: Sizes, bar_width: f64) -> Self {
         let count = figure.panels.len();
-        let columns = count.min(2);
+        let columns = count.min(sizes.columns);
         let rows = count.div_ceil(columns);
         let extents: Vec<_> = figure.panels.iter().map(SlicePanel::extents).collect();
         let shared = extents.windows(2).all(|pair| pair[0] == pair[1]);
-        let nominal = 0.6 * PAGE_WIDTH / columns as f64;
+        let nominal = 0.6 * sizes.width / columns as f64;
         let x_axes = extents.iter().map(|e| map_axis(e[0], nominal, sizes.tick));
         let y_axes = extents.iter().map(|e| map_axis(e[1], nominal, sizes.tick));
         let left = y_axes.map(|a| a.depth_beside(sizes.tick)).fold(0.0, f64::max) + axis::label_depth(sizes.body);
         let overhang = 0.5 * x_axes.map(|a| axis::label_width(&a.ticks, sizes.tick)).fold(0.0, f64::max);
         let gap = if shared { overhang + 0.6 * sizes.body } else { left + 0.6 * sizes.body };
         let bar = if bar_width > 0.0 { bar_width + BAR_GAP } else { 0.0 };
-        let room = PAGE_WIDTH - 2.0 * BORDER - left - bar.max(overhang) - gap * (columns - 1) as f64;
+        let room = sizes.width - 2.0 * BORDER - left - bar.max(overhang) - gap * (columns - 1) as f64;
         let slot_width = (room / columns as f64).max(SMALLEST);
         let title_lines = figure.panels.iter().map(|p| title_lines(p, slot_width, sizes).len()).max().unwrap_or(0);
         Self {
@@ -243,7 +250,7 @@ impl Table {
 
     /// Returns the pixels per mm at which every panel fits.
     fn scale(&self, extents: &[[(f64, f64); 2]]) -> f64 {
-        let tallest = TALLEST[self.rows.min(2) - 1];
+        let tallest = TALLEST[self.rows.min(self.columns).min(2) - 1];
         let fit = |[x, y]: &[(f64, f64); 2]| (self.slot_width / (x.1 - x.0)).min(tallest / (y.1 - y.0));
         extents.iter().map(fit).fold(f64::INFINITY, f64::min)
     }
@@ -260,7 +267,7 @@ impl Layout {
         let column_widths = table.column_widths(figure, &lengths, sizes);
         let used = table.left + column_widths.iter().sum::<f64>() + table.gap * (table.columns - 1) as f64;
         let bar = if bar_width > 0.0 { BAR_GAP + bar_width } else { 0.0 };
-        let left = ((PAGE_WIDTH - used - bar) / 2.0).max(BORDER) + table.left;
+        let left = ((sizes.width - used - bar) / 2.0).max(BORDER) + table.left;
 
         let mut places = Vec::with_capacity(extents.len());
         let mut y = top;

@@ -3,8 +3,6 @@
 use super::scene::{Anchor, Rgb, Scene, Stroke, Text};
 use super::text::{self, LINE_PITCH, Weight};
 
-/// Width of every figure in pixels; a column of 85 mm at 480 dpi.
-pub(super) const PAGE_WIDTH: f64 = 1600.0;
 /// Blank border of every figure in pixels.
 pub(super) const BORDER: f64 = 28.0;
 
@@ -27,17 +25,26 @@ pub(super) const DASHES: [&[f64]; 4] =
 /// Smallest type size in pixels: 7 pt where a figure is set into a column of 85 mm.
 pub(super) const LEAST: f64 = 47.0;
 
-/// Type sizes in pixels.
+/// Width of a figure, how many drawings stand side by side at most, and type sizes, in pixels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sizes {
+    pub width: f64,
+    pub columns: usize,
     pub title: f64,
     pub body: f64,
     pub tick: f64,
 }
 
 impl Sizes {
-    /// Sizes of all figures: 8 pt and 7 pt in a column of 85 mm.
-    pub const FIGURE: Self = Self { title: 53.0, body: LEAST, tick: LEAST };
+    /// A column of 85 mm at 480 dpi, with type of 8 pt and 7 pt.
+    pub const FIGURE: Self = Self { width: 1600.0, columns: 2, title: 53.0, body: LEAST, tick: LEAST };
+    /// The same type on the width of a telephone.
+    pub const PORTRAIT: Self = Self { width: 1100.0, columns: 1, ..Self::FIGURE };
+
+    /// Whether colour bars lie below their maps, which then have the whole width.
+    pub fn is_portrait(self) -> bool {
+        self.columns == 1
+    }
 }
 
 /// Returns the thin dark stroke around plots and legends.
@@ -47,9 +54,9 @@ pub(super) fn outline() -> Stroke {
 
 /// Returns a page with title and subtitle only, and the y below them.
 pub(super) fn page_with_heading(title: &str, subtitle: &str, sizes: Sizes) -> (Scene, f64) {
-    let mut scene = Scene { title: title.to_owned(), width: PAGE_WIDTH, ..Scene::default() };
+    let mut scene = Scene { title: title.to_owned(), width: sizes.width, ..Scene::default() };
     let mut y = BORDER;
-    for line in page_lines(title, sizes.title, Weight::Bold) {
+    for line in page_lines(&scene, title, sizes.title, Weight::Bold) {
         y += sizes.title;
         scene.text(Text::new(line, sizes.title, [BORDER, y], Anchor::Start).bold());
         y += (LINE_PITCH - 1.0) * sizes.title;
@@ -60,7 +67,7 @@ pub(super) fn page_with_heading(title: &str, subtitle: &str, sizes: Sizes) -> (S
 
 /// Draws a muted text, wrapped to the page, from `y` on; returns the y below it.
 pub(super) fn draw_paragraph(scene: &mut Scene, content: &str, mut y: f64, body: f64) -> f64 {
-    for line in page_lines(content, body, Weight::Regular) {
+    for line in page_lines(scene, content, body, Weight::Regular) {
         y += body;
         scene.text(Text::new(line, body, [BORDER, y], Anchor::Start).coloured(MUTED));
         y += (LINE_PITCH - 1.0) * body;
@@ -70,7 +77,7 @@ pub(super) fn draw_paragraph(scene: &mut Scene, content: &str, mut y: f64, body:
 
 /// Draws a remark in bold below `y`; returns its lower end.
 pub(super) fn draw_note(scene: &mut Scene, note: &str, mut y: f64, body: f64) -> f64 {
-    for line in text::wrap(note, body, Weight::Bold, PAGE_WIDTH - 2.0 * BORDER) {
+    for line in text::wrap(note, body, Weight::Bold, scene.width - 2.0 * BORDER) {
         y += 1.3 * body;
         scene.text(Text::new(line, body, [BORDER, y], Anchor::Start).bold());
     }
@@ -78,6 +85,6 @@ pub(super) fn draw_note(scene: &mut Scene, note: &str, mut y: f64, body: f64) ->
 }
 
 /// Returns a text wrapped to the width of the page, in lines of similar width.
-fn page_lines(content: &str, size: f64, weight: Weight) -> Vec<String> {
-    text::wrap_balanced(content, size, weight, PAGE_WIDTH - 2.0 * BORDER)
+fn page_lines(scene: &Scene, content: &str, size: f64, weight: Weight) -> Vec<String> {
+    text::wrap_balanced(content, size, weight, scene.width - 2.0 * BORDER)
 }

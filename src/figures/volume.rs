@@ -8,10 +8,9 @@ use super::field::{self, Picture};
 use super::labels::{self, PlacedMark};
 use super::projection::Projection;
 use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
-use super::style::{self, BORDER, INK, PAGE_WIDTH, Sizes, WHITE, outline};
+use super::style::{self, BORDER, INK, Sizes, WHITE, outline};
 use super::text::{self, Weight};
 
-const SIZES: Sizes = Sizes::FIGURE;
 /// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
 const AZIMUTH: f64 = -52.0;
 const ELEVATION: f64 = 27.0;
@@ -88,20 +87,21 @@ impl VolumeFigure {
 }
 
 /// Lays the figure out, its faces in `colours`; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &VolumeFigure, colours: Colours) -> Result<Scene, FigureError> {
+pub(super) fn scene(figure: &VolumeFigure, colours: Colours, sizes: Sizes) -> Result<Scene, FigureError> {
     figure.check()?;
     let scale = Scale::new(figure.values.iter().copied().flatten(), figure.range, (colours, Shading::Ordered))?;
     let bar = ColourBar {
         scale,
         quantity: &figure.quantity,
         missing: figure.values.iter().any(Option::is_none).then_some(NO_SOLUTION),
-        size: SIZES.body,
-        tick_size: SIZES.tick,
+        size: sizes.body,
+        tick_size: sizes.tick,
     };
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let edges = figure.edges();
     let bar_width = bar.width(BAR_HEIGHT);
-    let view = View::fitted(figure, &edges, top, PAGE_WIDTH - BORDER - bar_width - BAR_GAP);
+    let beside = if sizes.is_portrait() { 0.0 } else { bar_width + BAR_GAP };
+    let view = View::fitted(figure, &edges, top, sizes.width - BORDER - beside, sizes);
     draw_faces(&mut scene, figure, &edges, &view, scale);
     // The nine visible edges of the box.
     FACES.iter().for_each(|face| scene.outline(&face.corners(&view), outline()));
@@ -109,12 +109,16 @@ pub(super) fn scene(figure: &VolumeFigure, colours: Colours) -> Result<Scene, Fi
         draw_axis(&mut scene, &view, axis, &figure.axis_labels[axis]);
     }
     let any_hidden = draw_marks(&mut scene, figure, &view);
-    let middle = view.bounds.centre()[1];
-    let bar_top = (middle - BAR_HEIGHT / 2.0).max(top);
-    bar.draw(&mut scene, PAGE_WIDTH - BORDER - bar_width, bar_top, BAR_HEIGHT);
-    let mut bottom = scene.lowest();
+    let mut bottom = if sizes.is_portrait() {
+        let below = scene.lowest() + sizes.body;
+        bar.draw_across(&mut scene, 2.0 * BORDER, below, sizes.width - 4.0 * BORDER)
+    } else {
+        let bar_top = (view.bounds.centre()[1] - BAR_HEIGHT / 2.0).max(top);
+        bar.draw(&mut scene, sizes.width - BORDER - bar_width, bar_top, BAR_HEIGHT);
+        scene.lowest()
+    };
     if any_hidden {
-        bottom = style::draw_paragraph(&mut scene, HIDDEN_NOTE, bottom + SIZES.body, SIZES.body);
+        bottom = style::draw_paragraph(&mut scene, HIDDEN_NOTE, bottom + sizes.body, sizes.body);
     }
     scene.height = bottom + BORDER;
     Ok(scene)
@@ -127,13 +131,14 @@ struct View {
     projection: Projection,
     /// Largest x on the page for axis labels.
     limit: f64,
+    sizes: Sizes,
     /// Rectangle on the page around the projected box and marks.
     bounds: Rect,
 }
 
 impl View {
     /// Returns the projection that fits box and marks between `BORDER` and `limit`, below `top`, with room for the axis labels.
-    fn fitted(figure: &VolumeFigure, edges: &[Vec<f64>; 3], top: f64, limit: f64) -> Self {
+    fn fitted(figure: &VolumeFigure, edges: &[Vec<f64>; 3], top: f64, limit: f64, sizes: Sizes) -> Self {
         let low = [0, 1, 2].map(|axis: usize| edges[axis][0]);
         let high = [0, 1, 2].map(|axis: usize| edges[axis][edges[axis].len() - 1]);
         let mut view = Self {
@@ -141,14 +146,15 @@ impl View {
             high,
             projection: Projection::new(AZIMUTH, ELEVATION),
             limit,
+            sizes,
             bounds: Rect { x: 0.0, y: 0.0, width: 0.0, height: 0.0 },
         };
         let corners = (0..8).map(|k| view.corner([k & 1 != 0, k & 2 != 0, k & 4 != 0]));
         let [(x0, x1), (y0, y1)] = view.projection.ranges(corners.chain(figure.marks.iter().map(|mark| mark.position)));
-        let numbers = Axis::vertical(low[2], high[2], Spacing::Linear, 0.5 * TALLEST, SIZES.tick);
-        let left = BORDER + axis::label_depth(SIZES.body) + numbers.depth_beside(SIZES.tick);
-        let right = limit - SIZES.tick * 2.0;
-        let above = SIZES.tick;
+        let numbers = Axis::vertical(low[2], high[2], Spacing::Linear, 0.5 * TALLEST, sizes.tick);
+        let left = BORDER + axis::label_depth(sizes.body) + numbers.depth_beside(sizes.tick);
+        let right = limit - sizes.tick * 2.0;
+        let above = sizes.tick;
         let scale = ((right - left) / (x1 - x0)).min(TALLEST / (y1 - y0));
         let slack = (right - left - scale * (x1 - x0)) / 2.0;
         view.projection.scale = scale;
@@ -238,40 +244,40 @@ fn draw_axis(scene: &mut Scene, view: &View, axis: usize, label: &str) {
     let (low, high) = (view.low[axis], view.high[axis]);
     let span = [(x1 - x0).abs(), (y1 - y0).abs()];
     let scale = if axis == 2 {
-        Axis::vertical(low, high, Spacing::Linear, span[1], SIZES.tick)
+        Axis::vertical(low, high, Spacing::Linear, span[1], view.sizes.tick)
     } else {
-        Axis::slanted(low, high, span, SIZES.tick)
+        Axis::slanted(low, high, span, view.sizes.tick)
     };
     for (value, number) in scale.ticks.values.iter().zip(&scale.ticks.labels) {
         let share = scale.fraction(*value);
         let start = [x0 + share * (x1 - x0), y0 + share * (y1 - y0)];
         let end = [start[0] + TICK * outward[0], start[1] + TICK * outward[1]];
         scene.line(vec![start, end], axis::tick_stroke());
-        draw_centred_text(scene, number, SIZES.tick, centre_beside(number, SIZES.tick, end, outward));
+        draw_centred_text(scene, number, view.sizes.tick, centre_beside(number, view.sizes.tick, end, outward));
     }
     let label = axis::label_with_power(label, scale.ticks.exponent);
     let middle = [(x0 + x1) / 2.0, (y0 + y1) / 2.0];
     if axis == 2 {
-        let size = SIZES.body;
-        let x = middle[0] - scale.depth_beside(SIZES.tick) - 0.6 * size - GAP;
+        let size = view.sizes.body;
+        let x = middle[0] - scale.depth_beside(view.sizes.tick) - 0.6 * size - GAP;
         scene.text(Text::new(label, size, [x, middle[1]], Anchor::Middle).upward());
     } else {
-        let numbers = axis::label_width(&scale.ticks, SIZES.tick);
+        let numbers = axis::label_width(&scale.ticks, view.sizes.tick);
         draw_slanted_label(scene, view, axis, &label, middle, numbers);
     }
 }
 
 /// Draws the label of x or y: beside the numbers at the middle of its edge if the page is wide enough, else in a row below the box.
 fn draw_slanted_label(scene: &mut Scene, view: &View, axis: usize, label: &str, middle: Point, numbers: f64) {
-    let size = SIZES.body;
+    let size = view.sizes.body;
     let half_width = text::width(label, size, Weight::Regular) / 2.0;
     let side = if axis == 0 { -1.0 } else { 1.0 };
-    let start = [middle[0] + side * (TICK + 2.0 * GAP + 0.9 * numbers), middle[1] + TICK + 1.2 * SIZES.tick];
-    let mut centre = [start[0] + side * half_width, start[1] + 0.3 * SIZES.tick];
+    let start = [middle[0] + side * (TICK + 2.0 * GAP + 0.9 * numbers), middle[1] + TICK + 1.2 * view.sizes.tick];
+    let mut centre = [start[0] + side * half_width, start[1] + 0.3 * view.sizes.tick];
     let (first, last) = (BORDER + half_width, view.limit - half_width);
     if centre[0] < first || centre[0] > last {
-        let row = axis as f64 * 1.3 * SIZES.body;
-        centre = [centre[0].min(last).max(first), view.bounds.bottom() + 2.4 * SIZES.tick + row];
+        let row = axis as f64 * 1.3 * view.sizes.body;
+        centre = [centre[0].min(last).max(first), view.bounds.bottom() + 2.4 * view.sizes.tick + row];
     }
     draw_centred_text(scene, label, size, centre);
 }
@@ -309,6 +315,6 @@ fn draw_marks(scene: &mut Scene, figure: &VolumeFigure, view: &View) -> bool {
         }
         placed.push(PlacedMark { at, label: &mark.label, hidden });
     }
-    labels::draw_marks(scene, &placed, &[], view.bounds, SIZES.tick);
+    labels::draw_marks(scene, &placed, &[], view.bounds, view.sizes.tick);
     placed.iter().any(|mark| mark.hidden)
 }

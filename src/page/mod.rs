@@ -36,7 +36,7 @@ pub(crate) use machine::error_facts;
 pub use packed::{Packed, Precision};
 pub use point_command::{PointCommand, point_commands};
 pub use record::{ReasonView, count_reasons};
-pub(crate) use single::{MACHINE_AT_HOME, WORST_ANGLE};
+pub(crate) use single::{ANSWER, MACHINE_AT_HOME, PORTRAIT, WORST_ANGLE};
 pub use single::{page, page_with};
 
 use crate::files::table::{columns_of_kind, correction_columns, force_columns, kind_word};

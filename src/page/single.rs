@@ -66,6 +66,8 @@ struct Contents {
 #[derive(Debug, Serialize)]
 pub(super) struct FigureView {
     source: String,
+    /// The same for the width of a telephone.
+    portrait: Option<String>,
     caption: String,
     alternative: String,
     href: Option<String>,
@@ -254,12 +256,15 @@ impl Contents {
 
 /// File stem of the figure that shows the result.
 pub(crate) const ANSWER: &str = "answer";
+/// File stem of the same figure for the width of a telephone.
+pub(crate) const PORTRAIT: &str = "answer_portrait";
 
 /// Draws a figure into the page, without files beside it; `Err` with its `name` if it cannot be drawn.
 pub(super) fn draw_figure(name: &str, figure: &Figure) -> Result<FigureView> {
     let fault = |fault: FigureError| Error::Figure { name: name.into(), problem: fault.to_string() };
     Ok(FigureView {
         source: svg_data_url(&figure.svg(Colours::default()).map_err(fault)?),
+        portrait: None,
         caption: figure.caption(),
         alternative: figure.alternative_text(),
         href: None,
@@ -282,8 +287,11 @@ fn folder_figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> 
             let name = format!("{}.svg", note.file);
             let beside = |name: String| Some(href(out, &folder.path.join(name)));
             let data = format!("{}_data.csv", note.file);
+            let portrait = format!("{PORTRAIT}.svg");
+            let has_portrait = note.file == ANSWER && folder.path.join(&portrait).is_file();
             Ok(FigureView {
                 source: svg_data_url(&folder.text(&name)?),
+                portrait: has_portrait.then(|| folder.text(&portrait)).transpose()?.as_deref().map(svg_data_url),
                 caption: note.caption.clone(),
                 alternative: note.alternative.clone(),
                 png: beside(format!("{}.png", note.file)),

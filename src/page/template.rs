@@ -12,9 +12,14 @@ use serde::Serialize;
 use crate::{
     files::visible::visible,
     input::error::{Error, Result},
+    page::packed::data_url,
 };
 
-const STYLE: &str = concat!(include_str!("assets/page.css"), include_str!("assets/comparison.css"));
+static STYLE: LazyLock<String> = LazyLock::new(|| {
+    let font = data_url("font/woff2", include_bytes!("assets/inter/Inter.woff2"));
+    let face = format!("@font-face {{ font-family: Inter; font-weight: 400 700; src: url({font}) }}\n");
+    face + include_str!("assets/page.css") + include_str!("assets/comparison.css")
+});
 /// Scripts of all pages, in the order they run.
 const SCRIPTS: [&str; 13] = [
     include_str!("assets/theme.js"),
@@ -64,7 +69,7 @@ pub(super) fn render(name: &str, content: &impl Serialize) -> Result<String> {
     let fault = |fault: &minijinja::Error| Error::Page { template: name.into(), problem: fault.to_string() };
     let templates = TEMPLATES.as_ref().map_err(fault)?;
     let page = context! {
-        style => Value::from_safe_string(STYLE.into()),
+        style => Value::from_safe_string(STYLE.clone()),
         script => Value::from_safe_string(SCRIPTS.concat()),
         plotly => Value::from_safe_string(PLOTLY.clone()),
         ..Value::from(Serde(content))

@@ -88,6 +88,11 @@ fn features_that_cannot_be_followed_are_refused_by_name() {
              expected a decimal point, such as X0.085",
         ),
         (
+            "G2 X5 Y5 R010",
+            "part.nc:3:10: `R010`: coordinate with leading zeros and no decimal point, which some controls put in by counting digits; \
+             expected a decimal point, such as X0.085",
+        ),
+        (
             "M98 P100",
             "part.nc:3:1: `M98`: subprograms are not read; expected one program, or expand in [gcode] of the process file (--expand), which writes it out",
         ),

@@ -222,6 +222,14 @@ fn procedures_that_nothing_calls_stay_as_they_are() {
     let plain = module(&format!("  PROC main()\n    MoveL p,v100,fine,tool0;\n  ENDPROC\n{spare}"));
     let program = RobotProgram::parse(plain, "p.mod", Language::Rapid, [], &RobotOptions::default()).unwrap();
     assert_eq!((program.notes().uncalled.len(), ends(&program)), (1, vec![[1.0, 2.0, 3.0]]));
+    // A datum of its own is not that of others, which another module may have by this name.
+    let own = spare.replace(
+        "    MoveL",
+        "    CONST robtarget q:=[[7,7,7],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n    MoveL",
+    );
+    let elsewhere = module(&format!("  PROC main()\n    MoveL q,v100,fine,tool0;\n  ENDPROC\n{own}"));
+    let refused = RobotProgram::parse(elsewhere, "p.mod", Language::Rapid, [], &RobotOptions::default()).unwrap_err();
+    assert!(refused.to_string().contains("MoveL q,v100,fine,tool0"), "{refused}");
     // One that spare ones name stays with them, and an empty main leads to all.
     let names_it = format!("{}  PROC tst()\n    Path_10;\n  ENDPROC\n", TWO.replace("SetDO do1,1;", "Path_10;"));
     let program = expanded(&module(&names_it)).unwrap();

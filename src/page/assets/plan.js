@@ -1,4 +1,5 @@
-// A path from the side on which it is widest, where the tool really goes: coloured by a quantity, any of its points to be picked.
+// A path where the tool really goes, from the side on which it is widest, unless this hides more than half of how far off the tool is (as in the figure): coloured by a
+// quantity, any of its points to be picked.
 function planView(article, data, name, { quantity, group }) {
   const [controls, charts, readout] = [".controls", ".charts", ".readout"].map((part) => article.querySelector(part));
   const one = data.cases[0];
@@ -6,8 +7,12 @@ function planView(article, data, name, { quantity, group }) {
   const state = { quantity, group, chosen: null };
   const wanted = data.plan.map(([packed]) => (packed ? Data.unpack(packed) : new Float64Array(along.length)));
   const extent = (values) => values.reduce((most, value) => Math.max(most, value), -Infinity) - values.reduce((least, value) => Math.min(least, value), Infinity);
-  const axes = [0, 1, 2].sort((a, b) => extent(wanted[b]) - extent(wanted[a]) || a - b).slice(0, 2).sort();
   const moved = () => data.plan.map(([, label]) => Data.unpack(one.series[data.labels.indexOf(label)]?.[state.group]) ?? new Float64Array(along.length));
+  const squares = moved().map((way) => way.reduce((sum, own) => sum + (own * own || 0), 0));
+  const [first, second, across] = [0, 1, 2].sort((a, b) => extent(wanted[b]) - extent(wanted[a]) || a - b);
+  const isHidden = 2 * squares[across] > squares[0] + squares[1] + squares[2];
+  const hidden = isHidden ? (squares[first] < squares[second] ? first : second) : across;
+  const axes = [0, 1, 2].filter((axis) => axis !== hidden);
   const values = () => Data.unpack(one.series[state.quantity][state.group]);
   const label = () => data.labels[state.quantity];
   const unit = () => data.units[state.quantity];
@@ -96,7 +101,7 @@ function planView(article, data, name, { quantity, group }) {
     });
     Plotly.react(plot, traces, layout, Chart.config);
     const larger = times > 1 ? `, drawn ${Data.number(times)} times as far off` : ", drawn as far off as it is";
-    heading.textContent = `Where the tool goes${data.groups[state.group] ? ` (${data.groups[state.group]})` : ""}${larger}; thin: wanted`;
+    heading.textContent = `Where the tool goes${data.groups[state.group] ? ` (${data.groups[state.group]})` : ""}${larger}, ${"xyz"[hidden]} not shown; thin: wanted`;
     plot.setAttribute("aria-label", `${heading.textContent}; coloured by ${label()}; arrow keys move the picked point`);
     tell();
   }

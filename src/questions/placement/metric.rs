@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::machine::{Machine, Motion};
+use crate::{
+    files::words::drive_load,
+    machine::{Machine, Motion},
+};
 
 /// Kind of quantity that a metric measures, which gives its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -156,7 +159,8 @@ impl Metric {
             Measure::Correction => self.drives(machine).position_words(value),
             Measure::Share => format!("{:.1} %", 100.0 * value),
             Measure::Length => format!("{value:.3} mm"),
-            Measure::Force | Measure::Stiffness => format!("{value:.0} {}", self.shown_unit(machine)),
+            Measure::Force => drive_load(self.drives(machine), value),
+            Measure::Stiffness => format!("{value:.0} {}", self.shown_unit(machine)),
         }
     }
 

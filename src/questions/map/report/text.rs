@@ -8,7 +8,7 @@ use crate::{
     answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words, force_words},
     files::{
         table::kind_word,
-        words::{counted, millimetres, percent},
+        words::{counted, drive_load, millimetres, percent},
     },
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
@@ -170,14 +170,13 @@ fn drives_text(
     let of_kind = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
     Some(format!(
         "To keep the tool on its path, correct the {drives} by up to {}, at {}; where least is needed, at {}, by up to {}. \
-         Drive {}s{of_kind} reach {:.0} {}, at {}.\n",
+         Drive {}s{of_kind} reach {}, at {}.\n",
         kind.position_words(most.value),
         most.place(),
         least.place(),
         kind.position_words(least.value),
         kind.force_word(),
-        force.value,
-        kind.shown_force_unit(),
+        drive_load(kind, force.value),
         force.place()
     ))
 }
@@ -313,7 +312,7 @@ fn in_map_table(quantity: &Quantity<SourceEffect>, extreme: Extreme, value: f64)
 
 /// Returns the key number of the largest deflection, against the tolerance or the smallest deflection.
 fn worst_number(summary: &Summary<'_>, [least, most]: [&ValueAt<AtAngle>; 2], high: &str) -> KeyNumber {
-    let against = match summary.within.words(summary.study.scene.tolerance_mm, BOX) {
+    let against = match summary.within.against(summary.study.scene.tolerance_mm, most.value, BOX) {
         Some(met) => met,
         None if least.value > ROUNDING_MM => format!("{:.1} times the smallest", most.value / least.value),
         None => String::new(),

@@ -108,8 +108,9 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         Some(BreakEven::From(_)) => "find how far off the prediction of the force is: cut once, and measure it.",
         None => "see in the table why nothing could be compared.",
     };
-    Headline::new(first_sentence(compared), basis)
-        .judged(verdict, false)
+    let barred = positions.sentence(&study.path.machine);
+    Headline::new(barred.unwrap_or_else(|| first_sentence(compared)), basis)
+        .judged(verdict, study.path.uncertainty.is_none())
         .marked("simulated")
         .next(next)
         .with_cautions(&(positions.verdict(&study.path.machine, "this path") + &main_sentence(compared) + medians))
@@ -203,7 +204,7 @@ fn stiffness_key_number(loop_gain: &LoopGain) -> KeyNumber {
     let against = match loop_gain.gain {
         Some(gain) if gain.is_finite() => format!("the loop has a gain of {gain:.2} at the stiffness that is given"),
         Some(_) => "at the stiffness that is given the cut itself is unstable".into(),
-        None => "no cutting stiffness is given".into(),
+        None => "the process gives no cutting stiffness to hold it against".into(),
     };
     KeyNumber::new(&shown, "cutting stiffness from which on the control loop diverges", against)
 }

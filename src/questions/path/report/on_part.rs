@@ -67,9 +67,20 @@ impl<'a> PathDrawing<'a> {
         amplification(&in_plane, self.worst.map_or(0.0, |(_, largest)| largest.norm()))
     }
 
-    /// Draws the wanted and the displaced path in the plane in which it spreads most, coloured by the size of the deviation.
+    /// Returns the axes of the view in which the path spreads most, or in which more shows of how far the tool is off it, where that one hides more than half.
+    fn shown_axes(&self) -> [usize; 3] {
+        let axes @ [across, up, along] = view_axes(&self.wanted);
+        let displacements = || self.shifts.iter().filter_map(|shifts| shifts.displacement[Source::All]);
+        let squares = displacements().fold(Vector3::zeros(), |sum, own| sum + own.component_mul(&own));
+        if 2.0 * squares[along] <= squares.sum() {
+            return axes;
+        }
+        axes_along(if squares[across] < squares[up] { across } else { up })
+    }
+
+    /// Draws the wanted and the displaced path, coloured by the size of the deviation.
     pub fn magnified_figure(&self, shown: Shown) -> Figure {
-        let [across, up, along] = view_axes(&self.wanted);
+        let [across, up, along] = self.shown_axes();
         let factor = self.amplification_along([across, up]);
         let flat = |p: Vector3<f64>| (p[across], p[up]);
         let mut coloured: Vec<Vec<(f64, f64, f64)>> = vec![Vec::new()];
@@ -153,6 +164,11 @@ pub fn view_axes(wanted: &[Vector3<f64>]) -> [usize; 3] {
         high - low
     };
     let hidden = [2, 1, 0].into_iter().reduce(|a, b| if extent(b) < 0.999 * extent(a) { b } else { a }).unwrap_or(2);
+    axes_along(hidden)
+}
+
+/// Returns the axes rightward, upward and along the sight of the view along the axis `hidden`.
+fn axes_along(hidden: usize) -> [usize; 3] {
     match hidden {
         0 => [1, 2, 0],
         1 => [0, 2, 1],

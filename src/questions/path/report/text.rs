@@ -14,7 +14,7 @@ use crate::{
     files::{
         table::kind_word,
         text_table::text_table,
-        words::{counted, join_words, millimetres, millimetres_in_table, or_dash},
+        words::{counted, drive_load, join_words, millimetres, millimetres_in_table, or_dash},
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
@@ -176,11 +176,11 @@ fn remedy_text(summary: &Summary<'_>) -> String {
         let drives = kind_word(machine, *kind);
         let of_kind = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
         Some(format!(
-            "To keep the tool on its path, correct the {drives} by up to {}, {}. Drive {}s{of_kind} then reach {force:.0} {}, {}.\n",
+            "To keep the tool on its path, correct the {drives} by up to {}, {}. Drive {}s{of_kind} then reach {}, {}.\n",
             kind.position_words(correction),
             point_words(summary, k),
             kind.force_word(),
-            kind.shown_force_unit(),
+            drive_load(*kind, force),
             point_words(summary, kf)
         ))
     };
@@ -269,7 +269,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     };
     let is_barred = cannot_be_run.is_some();
     let sentence = cannot_be_run.unwrap_or_else(|| format!("Tool off by up to {off}; {then}."));
-    let against = summary.within.words(study.tolerance_mm, POINTS).unwrap_or_default();
+    let against = summary.within.against(study.tolerance_mm, worst, POINTS).unwrap_or_default();
     let what = format!("largest distance from the path {acting}, without compensation, {}", point_words(summary, k));
     let number = KeyNumber::new(&off, what, against);
     Headline::new(sentence, basis)
@@ -360,7 +360,7 @@ fn correction_number(summary: &Summary<'_>) -> Option<KeyNumber> {
     let others: String = kinds
         .map(|(kind, _, correction, _)| format!("; {} {}", kind_word(machine, kind), kind.position_words(correction)))
         .collect();
-    let against = format!("drive {}s up to {force:.0} {}{others}", kind.force_word(), kind.shown_force_unit());
+    let against = format!("drive {}s up to {}{others}", kind.force_word(), drive_load(kind, force));
     let number = KeyNumber::new(&kind.position_words(correction), format!("largest {drives} correction"), against);
     Some(number.found(in_points_table(quantity, correction)))
 }

@@ -266,12 +266,12 @@ fn common_tolerance(study: &PlacementStudy) -> Option<f64> {
     tolerances.all(|other| other == first).then_some(first)
 }
 
-/// Describes on which `share` of the path the tolerances are met.
-fn tolerance_words(study: &PlacementStudy, share: Option<f64>) -> String {
+/// Describes on which `share` of the path the tolerances are met, where the tool is `worst_mm` off at its worst.
+fn tolerance_words(study: &PlacementStudy, share: Option<f64>, worst_mm: Option<f64>) -> String {
     match (share, common_tolerance(study)) {
         (None, _) => String::new(),
         (Some(share), tolerance @ Some(_)) => {
-            ShareWithin::of_all(share).words(tolerance, "on … of the path").unwrap_or_default()
+            ShareWithin::of_all(share).against(tolerance, worst_mm.unwrap_or_default(), "on … of the path").unwrap_or_default()
         }
         (Some(share), None) => format!("within the tolerances of the features on {} of the path", percent(share)),
     }
@@ -286,7 +286,7 @@ fn in_candidates_table(study: &PlacementStudy, entry: &Entry, metric: Metric, va
 /// Returns the key number of the worst deflection without compensation.
 fn uncompensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Option<KeyNumber> {
     let metric = Metric::WorstDeflection;
-    let against = tolerance_words(study, evaluation.metrics.get(Metric::ShareWithin));
+    let against = tolerance_words(study, evaluation.metrics.get(Metric::ShareWithin), evaluation.metrics.get(metric));
     let number = KeyNumber::new(
         &value_of(study, evaluation, metric)?,
         "largest distance of the tool from its path, without compensation",
@@ -306,7 +306,7 @@ fn compensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evalua
     let (what, against) = match metric {
         Metric::WorstResidual => (
             "largest distance after compensation within the limits given".to_string(),
-            tolerance_words(study, evaluation.metrics.get(Metric::ShareWithinCorrected)),
+            tolerance_words(study, evaluation.metrics.get(Metric::ShareWithinCorrected), evaluation.metrics.get(metric)),
         ),
         _ => {
             let force = words_of(Metric::WorstDriveForce).map(|force| format!("drives carry up to {force}"));

@@ -17,7 +17,7 @@ pub(crate) fn words(text: &str) -> Result<Vec<Word>, Refusal> {
 
 /// Whether `word` of the line `text` is a coordinate with leading zeros and no point: old controls count its point from one end.
 fn has_implied_point(text: &str, word: &Word) -> bool {
-    if !matches!(word.letter, 'X' | 'Y' | 'Z' | 'I' | 'J') || word.value == 0.0 {
+    if !matches!(word.letter, 'X' | 'Y' | 'Z' | 'A' | 'B' | 'C' | 'I' | 'J' | 'R') || word.value == 0.0 {
         return false;
     }
     let digits = text[word.span.start + 1..word.span.end].trim_start_matches([' ', '+', '-']);

@@ -28,8 +28,8 @@ const NOT_USED: f64 = 9e8;
 /// Value of a declared name.
 #[derive(Clone, Debug)]
 enum Value {
-    /// The text in these bytes, of this type.
-    Written(DataType, Range<usize>),
+    /// The text in these bytes, of this type, in the routines whose heads stand on these lines; 0 is the module.
+    Written(DataType, Range<usize>, Vec<usize>),
     /// Unknown to the reader because of this line.
     Computed(usize),
 }
@@ -54,6 +54,8 @@ pub(crate) struct ModuleData {
     pub functions: Vec<String>,
     /// Names of routines in upper case that may change what they are given.
     by_reference: BTreeSet<String>,
+    /// Line of the head of the routine that is read; 0 outside.
+    routine: usize,
 }
 
 impl ModuleData {
@@ -78,6 +80,11 @@ impl ModuleData {
             match word.as_str() {
                 "PROC" => self.procedures.push(scan.name().0.to_ascii_uppercase()),
                 "FUNC" => self.functions.extend(calls::name_in(&source[unit.at.clone()])),
+                _ => {}
+            }
+            match word.as_str() {
+                "PROC" | "FUNC" | "TRAP" => self.routine = unit.line,
+                "ENDPROC" | "ENDFUNC" | "ENDTRAP" => self.routine = 0,
                 _ => {}
             }
             return;
@@ -116,15 +123,19 @@ impl ModuleData {
         };
         let is_whole = scan.takes(b':') && scan.takes(b'=');
         let value = trimmed(source, unit.at.start + scan.at..unit.at.end - 1);
-        let before = self.values.get(&name);
+        let routine = self.routine;
+        let before = self.values.get_mut(&name);
         let entry = match (kind, before) {
             // Another one of this name: routines have data of their own.
-            (Some(kind), Some(Value::Written(other, text)))
+            (Some(kind), Some(Value::Written(other, text, routines)))
                 if *other == kind && source[text.clone()] == source[value.clone()] =>
             {
+                routines.push(routine);
                 return;
             }
-            (Some(kind), None) if is_whole && source[value.clone()].starts_with(b"[") => Value::Written(kind, value),
+            (Some(kind), None) if is_whole && source[value.clone()].starts_with(b"[") => {
+                Value::Written(kind, value, vec![routine])
+            }
             (Some(_), _) => Value::Computed(unit.line),
             // An assignment to it or to a part of it.
             (None, Some(_)) if !is_declared && is_assignment(&source[unit.at.clone()]) => Value::Computed(unit.line),
@@ -134,10 +145,21 @@ impl ModuleData {
         self.values.insert(name, entry);
     }
 
-    /// Returns the text of the datum `name` (upper case) of type `kind`; `None` if it is not declared, `Err` if it is computed.
-    pub fn find<'a>(&self, source: &'a [u8], kind: DataType, name: &str) -> Result<Option<&'a [u8]>, RobotFault> {
+    /// Returns the text of the datum `name` (upper case) of type `kind` in the routine whose head stands on the line `routine`; `None` if it is not declared
+    /// there, `Err` if it is computed.
+    pub fn find<'a>(
+        &self,
+        source: &'a [u8],
+        kind: DataType,
+        name: &str,
+        routine: usize,
+    ) -> Result<Option<&'a [u8]>, RobotFault> {
         match self.values.get(name) {
-            Some(Value::Written(written, at)) if *written == kind => Ok(Some(&source[at.clone()])),
+            Some(Value::Written(written, at, routines))
+                if *written == kind && routines.iter().any(|line| [0, routine].contains(line)) =>
+            {
+                Ok(Some(&source[at.clone()]))
+            }
             Some(Value::Computed(line)) => Err(RobotFault::Computed { name: name.to_owned(), line: *line }),
             _ => Ok(None),
         }

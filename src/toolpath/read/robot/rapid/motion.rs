@@ -129,7 +129,10 @@ impl Reader<'_> {
         if scan.takes(b'{') {
             return RobotFault::not_followed("arrays of targets are", "a target with a name of its own");
         }
-        let known = self.data.as_ref().map_or(Ok(None), |data| data.find(self.source, DataType::Target, &name))?;
+        let known = self
+            .data
+            .as_ref()
+            .map_or(Ok(None), |data| data.find(self.source, DataType::Target, &name, self.routine.0))?;
         let written = known.ok_or(RobotFault::NoPoint { name, beside: String::new() })?;
         Ok((written.to_vec(), data::parse_target(written)?))
     }
@@ -176,7 +179,10 @@ impl Reader<'_> {
             Some(data::parse_speed(text)?)
         } else {
             let name = String::from_utf8_lossy(text).to_ascii_uppercase();
-            let declared = self.data.as_ref().and_then(|data| data.find(self.source, DataType::Speed, &name).ok()?);
+            let declared = self
+                .data
+                .as_ref()
+                .and_then(|data| data.find(self.source, DataType::Speed, &name, self.routine.0).ok()?);
             let standard = name.strip_prefix('V').and_then(|speed| speed.parse().ok());
             let standard = standard.filter(|speed: &u32| SPEEDS.contains(speed)).map(f64::from);
             declared.map(data::parse_speed).transpose()?.or(standard)
@@ -219,7 +225,7 @@ impl Reader<'_> {
 
     /// Returns the text of the datum `name` of type `kind`, if the module declares it.
     fn datum(&self, kind: DataType, name: &str) -> Result<Option<&[u8]>, RobotFault> {
-        self.data.as_ref().map_or(Ok(None), |data| data.find(self.source, kind, name))
+        self.data.as_ref().map_or(Ok(None), |data| data.find(self.source, kind, name, self.routine.0))
     }
 }
 
