@@ -170,6 +170,17 @@ fn texts_can_be_read_in_a_column() {
     }
 }
 
+/// 16 px is what phones take for text.
+#[test]
+fn texts_can_be_read_on_a_telephone() {
+    for figure in [slices(), volume(), lines(), panels(), plan(), agreement()] {
+        let (svg, png) = figure.portrait(Colours::Viridis).unwrap();
+        let pixels = smallest_type(&svg) / (85.0 / 25.4 * 72.0) * 375.0;
+        assert!((15.9..20.0).contains(&pixels), "{pixels} px in {}", figure.alternative_text());
+        assert_eq!(png[16..20], 1100_u32.to_be_bytes(), "{}", figure.alternative_text());
+    }
+}
+
 /// The figures of a study, computed for few points: the answer comes first, and no two have one title.
 fn figures_of(study: &str, out: &Path) -> Vec<(String, String)> {
     let coming_with = Path::new("studies").join(study);
