@@ -2,7 +2,7 @@
 
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
-    gcode::{BlockDelete, Dialect, GcodeError, GcodeOptions, Program},
+    gcode::{BlockDelete, Dialect, GcodeError, GcodeOptions, LengthUnit, Program},
 };
 
 fn expanded(source: &str) -> Result<Program, GcodeError> {
@@ -248,6 +248,14 @@ fn deep_holes_are_drilled_in_strokes() {
     );
     let inches = lines("G17 G90 G70\nG0 X1 Y2 Z3\nCYCLE83(1,0,0.1,-1,,,0.5,0,0,0,1,0)\nM30\n");
     assert_eq!(inches[5..7], ["G1 Z=AC(-0.4606299)", "G1 Z=AC(-1)"]);
+    let of_process = GcodeOptions { unit: Some(LengthUnit::Inch), ..GcodeOptions::default() };
+    let program = Program::parse_expanded(
+        "G17 G90\nG0 X1 Y2 Z=3\nCYCLE83(1,0,0.1,-1,,,0.5,0,0,0,1,0)\nM30\n",
+        "part",
+        &of_process,
+        &|_| None,
+    );
+    assert!(String::from_utf8_lossy(program.unwrap().source()).contains("\nG1 Z=AC(-0.4606299)\n"));
     check_corrected(
         "G17 G90 G54 G71\nG0 X10 Y20 Z50\nF100\nMCALL CYCLE83(30,5,2,-35,,,15,5,0.2,0.3,0.5,1)\nX20\nHOLES1(20,20,30,0,10,3)\nMCALL\nM30\n",
     );

@@ -7,7 +7,7 @@ use crate::toolpath::{
         cycles::WithoutCycles,
         switches::{Switches, take_switches},
     },
-    model::gcode::{BlockDelete, Dialect, Fault, GcodeError, GcodeOptions, RadiusFault, Refusal, Unsupported},
+    model::gcode::{Dialect, Fault, GcodeError, GcodeOptions, RadiusFault, Refusal, Unsupported},
     read::gcode::{Expansion, Program, dialect, lines::Lines},
 };
 
@@ -99,7 +99,7 @@ impl Program {
         }
         if !dialect.is_iso() {
             // Cycles that are not known are left in place, and refused when the program is read.
-            let without_cycles = dialect.without_cycles(&bytes, options.block_delete).map_err(|(line, refusal)| {
+            let without_cycles = dialect.without_cycles(&bytes, options).map_err(|(line, refusal)| {
                 let content = &bytes[Lines::split(&bytes).content(line)];
                 expansion.relocate(refusal.locate(name, line + 1, content).with_dialect(dialect))
             })?;
@@ -169,12 +169,12 @@ impl Dialect {
     pub(crate) fn without_cycles(
         self,
         source: &[u8],
-        skips: BlockDelete,
+        options: &GcodeOptions,
     ) -> Result<Option<WithoutCycles>, (usize, Refusal)> {
         match self {
             Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => Ok(None),
-            Dialect::Sinumerik => sinumerik_cycles::expand_cycles(source, skips),
-            Dialect::Heidenhain => heidenhain_cycles::expand_cycles(source, skips),
+            Dialect::Sinumerik => sinumerik_cycles::expand_cycles(source, options),
+            Dialect::Heidenhain => heidenhain_cycles::expand_cycles(source, options.block_delete),
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::toolpath::{
         line::long_number,
         sinumerik_holes::{Expected, Hole, InForce, pattern},
     },
-    model::gcode::{BlockDelete, Distance, Foreign, Refusal, Word},
+    model::gcode::{BlockDelete, Distance, Foreign, GcodeOptions, LengthUnit, Refusal, Word},
     read::{
         gcode::{
             Statement,
@@ -42,10 +42,11 @@ struct State {
 
 /// Returns `source` with its cycles as moves, and the index of the line each line comes from; `None` without cycles. `Err` gives the index of
 /// the line with a cycle that cannot be.
-pub(crate) fn expand_cycles(source: &[u8], skips: BlockDelete) -> Result<Option<WithoutCycles>, (usize, Refusal)> {
+pub(crate) fn expand_cycles(source: &[u8], options: &GcodeOptions) -> Result<Option<WithoutCycles>, (usize, Refusal)> {
     let lines = Lines::split(source);
     let (mut out, mut origins) = (Vec::with_capacity(source.len()), Vec::new());
     let (mut state, mut is_changed) = (State::default(), false);
+    state.in_force.is_in_inches = options.unit == Some(LengthUnit::Inch);
     for line in 0..lines.len() {
         let content = &source[lines.content(line)];
         let ending = lines.ending_or_newline(source, line);
@@ -54,7 +55,7 @@ pub(crate) fn expand_cycles(source: &[u8], skips: BlockDelete) -> Result<Option<
             out.extend_from_slice(ending);
             origins.push(line);
         };
-        if skips == BlockDelete::Skip && lines::is_deletable(content) {
+        if options.block_delete == BlockDelete::Skip && lines::is_deletable(content) {
             write_line(content);
             continue;
         }
