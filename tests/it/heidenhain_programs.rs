@@ -81,6 +81,11 @@ fn parameters_stand_for_any_number() {
         "Q5 = 3\nCYCL DEF 200 DRILLING ~\n Q200=2 ~\n Q201=-Q5 ~\n Q206=60 ~\n Q202=9 ~\n Q203=+0 ;TOP\nL X+Q200 FMAX M99",
     );
     assert_eq!(cycle[1..5], ["L X+2.0 FMAX", "L Z+2 R0 FMAX", "L Z-3 R0 F60", "L Z+2 R0 FMAX"]);
+    let in_a_line = moves(
+        "Q5 = 3\nCYCL DEF 201 REAMING Q200=2 Q201=-Q5 Q206=60 Q208=MAX Q203=+0 ;Q7=\nL X+Q200 FMAX M99\nCYCL DEF 247 DATUM SETTING Q339=+1",
+    );
+    assert_eq!(in_a_line[1..4], ["L X+2.0 FMAX", "L Z+2 R0 FMAX", "L Z-3 R0 F60"]);
+    assert_eq!(in_a_line[4..], ["L Z+2 R0 FMAX", "L F AUTO", "CYCL DEF 247 DATUM SETTING Q339=+1"]);
 }
 
 #[test]

@@ -62,7 +62,8 @@ impl Run<'_> {
             }
             keyword => {
                 self.decimals = self.decimals.max(line.decimals());
-                self.write_line(evaluate(line, &self.variables).map_err(at)?);
+                let bytes = evaluate(line, &mut self.variables).map_err(at)?;
+                self.write_line(bytes);
                 let is_motion = matches!(keyword, "L" | "C" | "CR" | "CT" | "LP" | "CP" | "CTP" | "M" | "STOP");
                 let ends = is_motion && line.has_word(b'M', &[2.0, 30.0]);
                 match ends || line.ends_program() {
@@ -195,7 +196,7 @@ pub(crate) fn label_name(text: &str) -> String {
 }
 
 /// Returns a block with values for its Q parameters.
-fn evaluate(line: &SourceLine, variables: &Variables) -> Result<Vec<u8>, Fault> {
+fn evaluate(line: &SourceLine, variables: &mut Variables) -> Result<Vec<u8>, Fault> {
     let text = line.code.as_bytes();
     let (mut out, mut from, mut at, mut is_quoted) = (Vec::new(), 0, line.begin, false);
     while at < text.len() {
@@ -216,6 +217,17 @@ fn evaluate(line: &SourceLine, variables: &Variables) -> Result<Vec<u8>, Fault> 
             continue;
         }
         let mut reader = Reader::new(&line.code, if sign { before.len() - 1 } else { at }, variables);
+        if line.rest().starts_with("CYCL DEF") && line.code[digits + number..].trim_start().starts_with('=') {
+            // A parameter of the cycle, on the line of its CYCL DEF.
+            let name = reader.q_name()?;
+            reader.takes("=");
+            // MAX, AUTO and the like are no numbers.
+            let is_word = reader.peek().is_some_and(|byte| byte.is_ascii_alphabetic() && byte != b'Q');
+            at = reader.at;
+            let value = if is_word { None } else { Some(reader.number()?) };
+            variables.set(&name, value)?;
+            continue;
+        }
         let start = reader.at;
         let value = reader.number()?;
         let is_coordinate = address.ends_with(['X', 'Y', 'Z', 'A', 'B', 'C']) || address.ends_with("PR");

@@ -1,9 +1,11 @@
-//! Heidenhain's drilling (CYCL DEF 200) and reaming (201) as moves where CYCL CALL or M99 calls them.
-
-use std::collections::BTreeMap;
+//! Heidenhain's drilling cycles with Q parameters as moves where CYCL CALL or M99 calls them.
 
 use crate::toolpath::{
-    model::{NumberFormat, format_plain},
+    expand::{
+        cycles::WithoutCycles,
+        heidenhain_holes::{Cycle, Expected, is_known},
+    },
+    model::gcode::{BlockDelete, Foreign, Refusal},
     read::{
         gcode::{
             dialect::block_numbers,
@@ -13,30 +15,25 @@ use crate::toolpath::{
     },
 };
 
-/// Most pecks of a hole.
-const MOST_PECKS: f64 = 10_000.0;
+/// The cycle that a call runs, and the line of its CYCL DEF.
+type Defined = Option<(usize, Cycle)>;
 
-/// Parameters of the last CYCL DEF.
-struct Cycle {
-    /// Values of its Q parameters.
-    q: BTreeMap<u32, f64>,
-    is_reaming: bool,
-}
-
-/// Returns `source` with its cycles as moves, and the index of the line each line comes from; `None` without cycles or if one cannot be.
-pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
+/// Returns `source` with its cycles as moves, and the index of the line each line comes from; `None` without cycles. `Err` gives the index of
+/// the line with a cycle that cannot be.
+pub(crate) fn expand_cycles(source: &[u8], skips: BlockDelete) -> Result<Option<WithoutCycles>, (usize, Refusal)> {
     let lines = Lines::split(source);
     let (mut out, mut origins) = (Vec::with_capacity(source.len()), Vec::new());
-    let (mut cycle, mut feed, mut is_changed) = (None, None, false);
+    let (mut cycle, mut feed, mut is_changed, mut is_across): (Defined, _, _, _) = (None, None, false, false);
+    let refuse = |line: usize, expected: Expected| {
+        let (_, code) = code_of(&source[lines.content(line)]);
+        (line, code.refuse_all(code.at, Foreign::CycleValue { expected }))
+    };
     let mut line = 0;
     while line < lines.len() {
         let content = &source[lines.content(line)];
         let ending = lines.ending_or_newline(source, line);
-        let start =
-            block_numbers::leading_number(content).map_or_else(|| lines::prefix_len(content), |(range, _)| range.end);
-        let prefix = &content[..start];
-        let code = Scan::of_line(content, start);
-        let text = code.upper_text(start..code.line.len()).trim().to_owned();
+        let (prefix, code) = code_of(content);
+        let text = code.upper_text(code.at..code.line.len()).trim().to_owned();
         let mut write_line = |text: &[u8]| {
             out.extend_from_slice(text);
             out.extend_from_slice(ending);
@@ -46,42 +43,65 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
         let words: Vec<&str> = text.split_whitespace().collect();
         let (mut last, mut calls) = (line, false);
         match words[..] {
-            ["CYCL", "DEF", number, ..] if matches!(number, "200" | "201") => {
+            _ if skips == BlockDelete::Skip && lines::is_deletable(content) => write_line(content),
+            ["CYCL", "DEF", number, ..] if is_known(number) => {
                 last = definition_end(source, &lines, line);
-                cycle = Some(Cycle::read(source, &lines, line..last + 1, number == "201")?);
+                let definition = (line..=last).map(|line| &source[lines.content(line)]);
+                cycle = Some((line, Cycle::read(number, definition).map_err(|expected| refuse(line, expected))?));
                 write_line(&block(&format!("; CYCL DEF {number}, written out where it is called")));
                 is_changed = true;
             }
-            ["CYCL", "CALL", ref rest @ ..] => {
-                let is_m = |word: &&str| word.strip_prefix('M').is_some_and(|number| number.parse::<u32>().is_ok());
-                if !rest.iter().all(is_m) {
-                    return None;
-                }
+            ["CYCL", "DEF", "206" | "207" | "209", ..] => return Err(refuse(line, TAPPING)),
+            ["CYCL", "CALL", ref rest @ ..] if cycle.is_some() && rest.iter().all(is_m_word) => {
                 if !rest.is_empty() {
                     write_line(&block(&rest.join(" ")));
                 }
                 calls = true;
             }
             _ => {
-                if words.contains(&"M89") || (words[..].starts_with(&["TOOL", "CALL"]) && has_other_tool_axis(&words)) {
-                    return None;
+                if matches!(words[..], ["CYCL", "DEF", number, ..] if number.starts_with('2') && number != "247") {
+                    // It is not followed, and refused when it is read.
+                    cycle = None;
                 }
-                calls = words.contains(&"M99");
-                let moved = if calls { without_m99(content, start, code.line.len())? } else { content.to_vec() };
-                write_line(&moved);
+                if words[..].starts_with(&["TOOL", "CALL"]) {
+                    is_across = has_other_tool_axis(&words) || (is_across && !words.contains(&"Z"));
+                }
+                calls = cycle.is_some() && words.contains(&"M99");
+                let moved = if calls { without_m99(content, code.at, code.line.len()) } else { None };
+                write_line(moved.as_deref().unwrap_or(content));
                 feed = feed_word(&words).or(feed);
             }
         }
-        if calls {
-            for text in cycle.as_ref()?.moves(feed.as_deref())? {
-                write_line(&block(&text));
+        if let Some((definition, cycle)) = cycle.as_ref().filter(|_| calls) {
+            if is_across {
+                return Err(refuse(line, "a tool along Z"));
             }
+            let blocks = cycle.moves(feed.as_deref()).map_err(|expected| refuse(*definition, expected))?;
+            blocks.iter().for_each(|text| write_line(&block(text)));
             is_changed = true;
         }
         line = last + 1;
     }
     // The number of lines may be as it was, and that of a block then stand twice.
-    is_changed.then(|| (block_numbers::renumber_blocks(b"", out), origins))
+    Ok(is_changed.then(|| (block_numbers::renumber_blocks(b"", out), origins)))
+}
+
+/// Why tapping is not followed.
+const TAPPING: Expected =
+    "tapping in a program of its own: the spindle turns with the tap, which moves that are written out do not say";
+
+/// Returns what stands before the code of a block, its number included, and a cursor at its code.
+fn code_of(content: &[u8]) -> (&[u8], Scan<'_>) {
+    let number = block_numbers::leading_number(content);
+    let start = number.map_or_else(|| lines::prefix_len(content), |(range, _)| range.end);
+    let mut code = Scan::of_line(content, start);
+    code.next();
+    (&content[..start], code)
+}
+
+/// Whether `word` is an M function with its number.
+fn is_m_word(word: &&str) -> bool {
+    word.strip_prefix('M').is_some_and(|number| number.parse::<u32>().is_ok())
 }
 
 /// Index of the last line of the CYCL DEF that begins in `line`: `~` continues it, and so does a line that begins with Q.
@@ -116,77 +136,4 @@ fn feed_word(words: &[&str]) -> Option<String> {
         Some(&"TOOL") => word.map(|_| "F AUTO".into()),
         _ => word.map(|word| (*word).to_owned()),
     }
-}
-
-impl Cycle {
-    /// Reads the Q parameters of a CYCL DEF in the lines `range`; `None` if some are missing, unknown or no numbers.
-    fn read(source: &[u8], lines: &Lines, range: std::ops::Range<usize>, is_reaming: bool) -> Option<Cycle> {
-        let mut q = BTreeMap::new();
-        for line in range {
-            let scan = Scan::of_line(&source[lines.content(line)], 0);
-            let code = scan.upper_text(0..scan.line.len());
-            for (at, _) in code.match_indices('Q') {
-                let Some((number, value)) = code[at + 1..].split_once('=') else { continue };
-                let Ok(number) = number.trim().parse::<u32>() else { continue };
-                let mut value = Scan::of_line(value.trim_start().as_bytes(), 0);
-                q.insert(number, value.take_decimal().ok()??.0);
-                if value.next().is_some_and(|byte| !matches!(byte, b'Q' | b'~')) {
-                    return None;
-                }
-            }
-        }
-        let known: &[u32] = match is_reaming {
-            true => &[200, 201, 203, 204, 206, 208, 211],
-            false => &[200, 201, 202, 203, 204, 206, 210, 211, 395],
-        };
-        let needed: &[u32] = if is_reaming { &[200, 201, 203, 206] } else { &[200, 201, 202, 203, 206] };
-        let is_known =
-            q.keys().all(|number| known.contains(number)) && needed.iter().all(|number| q.contains_key(number));
-        (is_known && q.get(&395).is_none_or(|depth| *depth == 0.0)).then_some(Cycle { q, is_reaming })
-    }
-
-    /// Returns blocks that drill one hole at the tool position and put `feed` back in force; `None` if a parameter is out of range.
-    fn moves(&self, feed: Option<&str>) -> Option<Vec<String>> {
-        let q = |number: u32| self.q.get(&number).copied().unwrap_or(0.0);
-        let (set_up, depth, surface, plunge) = (q(200), -q(201), q(203), q(206));
-        let (clear, bottom) = (surface + set_up, surface - depth);
-        if depth <= 0.0 || set_up <= 0.0 || plunge <= 0.0 {
-            return None;
-        }
-        let peck = if self.is_reaming { depth } else { q(202) };
-        if peck <= 0.0 || depth / peck > MOST_PECKS {
-            return None;
-        }
-        let rapid = |z: f64| format!("L Z{} R0 FMAX", signed(z));
-        let fed = |z: f64, feed: f64| format!("L Z{} R0 F{}", signed(z), format_plain(feed));
-        let dwell = |seconds: f64| {
-            let blocks =
-                ["CYCL DEF 9.0 DWELL TIME".to_owned(), format!("CYCL DEF 9.1 DWELL {}", format_plain(seconds))];
-            blocks.into_iter().filter(move |_| seconds > 0.0)
-        };
-        let mut moves = vec![rapid(clear)];
-        let pecks = (1..).map(|pecks| surface - f64::from(pecks) * peck);
-        for depth_z in pecks.take_while(|depth_z| depth_z - bottom > NumberFormat::FINEST) {
-            moves.extend([fed(depth_z, plunge), rapid(clear)]);
-            moves.extend(dwell(q(210)));
-            moves.push(rapid(depth_z + set_up));
-        }
-        moves.push(fed(bottom, plunge));
-        moves.extend(dwell(q(211)));
-        let second = surface + q(204);
-        if self.is_reaming {
-            moves.push(fed(clear, if q(208) > 0.0 { q(208) } else { plunge }));
-            moves.extend((second > clear).then(|| rapid(second)));
-        } else {
-            moves.push(rapid(clear.max(second)));
-        }
-        moves.extend(feed.map(|feed| format!("L {feed}")));
-        Some(moves)
-    }
-}
-
-/// Formats a number with its sign, plus included.
-fn signed(value: f64) -> String {
-    let text = format_plain(value);
-    if text.starts_with('-') { text } else { format!("+{text}") }
 }

@@ -304,6 +304,11 @@ pub(crate) fn long_number(letter: u8, value: f64) -> String {
     write_scaled(value, 1e7, u8::from(!matches!(letter, b'G' | b'M' | b'N' | b'T' | b'H' | b'D' | b'L')))
 }
 
+/// Formats a value for Sinumerik or Heidenhain with at most seven decimals, without a decimal point if it is whole.
+pub(crate) fn plain_number(value: f64) -> String {
+    write_scaled(value, 1e7, 0)
+}
+
 /// Formats a value that is rounded to whole steps of 1 / `scale`.
 fn write_scaled(value: f64, scale: f64, min_decimals: u8) -> String {
     let text = crate::toolpath::model::number::format_shortest((value * scale).round() / scale + 0.0, min_decimals);

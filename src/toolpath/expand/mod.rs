@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::toolpath::{
-    expand::switches::{Switches, take_switches},
+    expand::{
+        cycles::WithoutCycles,
+        switches::{Switches, take_switches},
+    },
     model::gcode::{Dialect, Fault, GcodeError, GcodeOptions, RadiusFault, Refusal, Unsupported},
     read::gcode::{Expansion, Program, dialect, lines::Lines},
 };
@@ -20,6 +23,7 @@ mod frames;
 mod geometry;
 mod heidenhain;
 mod heidenhain_cycles;
+mod heidenhain_holes;
 mod jumps;
 pub(crate) mod line;
 mod modes;
@@ -28,6 +32,7 @@ pub(crate) mod robot;
 pub(crate) mod run;
 mod sinumerik;
 mod sinumerik_cycles;
+mod sinumerik_holes;
 mod switches;
 pub(crate) mod variables;
 
@@ -93,8 +98,11 @@ impl Program {
             bytes = moves;
         }
         if !dialect.is_iso() {
-            // Those cycles that are left in place are refused when the program is read.
-            let without_cycles = dialect.without_cycles(&bytes);
+            // Cycles that are not known are left in place, and refused when the program is read.
+            let without_cycles = dialect.without_cycles(&bytes, options).map_err(|(line, refusal)| {
+                let content = &bytes[Lines::split(&bytes).content(line)];
+                expansion.relocate(refusal.locate(name, line + 1, content).with_dialect(dialect))
+            })?;
             let has_cycles = without_cycles.is_some();
             if let Some((moves, lines)) = without_cycles {
                 bytes = moves;
@@ -156,12 +164,17 @@ impl Program {
 }
 
 impl Dialect {
-    /// Returns a program not in ISO code with its cycles as moves, and the index of the line each line comes from; `None` if impossible.
-    pub(crate) fn without_cycles(self, source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
+    /// Returns a program not in ISO code with its cycles as moves, and the index of the line each line comes from; `None` without cycles.
+    /// `Err` gives the index of the line with a cycle that cannot be.
+    pub(crate) fn without_cycles(
+        self,
+        source: &[u8],
+        options: &GcodeOptions,
+    ) -> Result<Option<WithoutCycles>, (usize, Refusal)> {
         match self {
-            Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => None,
-            Dialect::Sinumerik => sinumerik_cycles::expand_cycles(source),
-            Dialect::Heidenhain => heidenhain_cycles::expand_cycles(source),
+            Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => Ok(None),
+            Dialect::Sinumerik => sinumerik_cycles::expand_cycles(source, options),
+            Dialect::Heidenhain => heidenhain_cycles::expand_cycles(source, options.block_delete),
         }
     }
 }

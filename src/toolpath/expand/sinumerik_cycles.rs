@@ -1,8 +1,12 @@
-//! Sinumerik's drilling cycles CYCLE81 and CYCLE82 as moves, once, after each block (MCALL) or on a circle (HOLES2).
+//! Sinumerik's drilling cycles as moves: once, after each block (MCALL), or in a row or on a circle (HOLES1, HOLES2).
 
 use crate::toolpath::{
-    expand::line::long_number,
-    model::{format_plain, gcode::Word},
+    expand::{
+        cycles::WithoutCycles,
+        line::long_number,
+        sinumerik_holes::{Expected, Hole, InForce, pattern},
+    },
+    model::gcode::{BlockDelete, Distance, Foreign, GcodeOptions, LengthUnit, Refusal, Word},
     read::{
         gcode::{
             Statement,
@@ -12,18 +16,6 @@ use crate::toolpath::{
         scan::Scan,
     },
 };
-
-/// A hole at the tool position; heights are absolute coordinates in the unit of the program.
-#[derive(Clone)]
-struct Hole {
-    retract: f64,
-    clear: f64,
-    bottom: f64,
-    dwell_s: f64,
-}
-
-/// Most holes of a pattern.
-const MOST_HOLES: f64 = 10_000.0;
 
 /// What a line means for cycles.
 enum Line {
@@ -36,11 +28,25 @@ enum Line {
     Other,
 }
 
-/// Returns `source` with its cycles as moves, and the index of the line each line comes from; `None` without cycles or if one cannot be.
-pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
+/// State of the control that cycles depend on.
+#[derive(Default)]
+struct State {
+    modal: Option<Hole>,
+    in_force: InForce,
+    is_in_other_plane: bool,
+    /// Whether coordinates are steps (G91).
+    steps: bool,
+    /// Where the tool is in the plane, in the coordinates of the program, as far as known.
+    at: [Option<f64>; 2],
+}
+
+/// Returns `source` with its cycles as moves, and the index of the line each line comes from; `None` without cycles. `Err` gives the index of
+/// the line with a cycle that cannot be.
+pub(crate) fn expand_cycles(source: &[u8], options: &GcodeOptions) -> Result<Option<WithoutCycles>, (usize, Refusal)> {
     let lines = Lines::split(source);
     let (mut out, mut origins) = (Vec::with_capacity(source.len()), Vec::new());
-    let (mut modal, mut motion, mut is_changed, mut is_across) = (None, None, false, false);
+    let (mut state, mut is_changed) = (State::default(), false);
+    state.in_force.is_in_inches = options.unit == Some(LengthUnit::Inch);
     for line in 0..lines.len() {
         let content = &source[lines.content(line)];
         let ending = lines.ending_or_newline(source, line);
@@ -49,38 +55,27 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
             out.extend_from_slice(ending);
             origins.push(line);
         };
-        let meaning = parse_line(content)?;
+        if options.block_delete == BlockDelete::Skip && lines::is_deletable(content) {
+            write_line(content);
+            continue;
+        }
+        let refuse = |expected: Expected| (line, refuse(content, expected));
+        let meaning = parse_line(content, state.at).map_err(|refusal| (line, refusal))?;
         let (mut hole, mut places) = (None, vec![None]);
         match &meaning {
             Line::Other => {
                 write_line(content);
-                let words = line_words(content);
-                is_across |= words.iter().any(|word| is_g(word, &[18.0, 19.0]));
-                motion =
-                    words.iter().rev().find(|word| is_g(word, &[0.0, 1.0, 2.0, 3.0])).map(|word| word.value).or(motion);
-                let moves =
-                    words.iter().any(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'A' | 'B' | 'C' | 'a' | 'p'));
-                let leaves = words.iter().any(|word| is_g(word, &[74.0, 75.0]));
-                // Coordinates that may be no motion of the tool to where it drills.
-                let is_other = |word: &Word| {
-                    (word.meaning.is_some() && word.letter == 'G')
-                        || is_g(word, &[4.0, 53.0, 110.0, 111.0, 112.0, 153.0])
-                        || matches!(word.letter, 'A' | 'B' | 'C' | 'w')
-                };
-                if modal.is_some() && (leaves || (moves && words.iter().any(is_other))) {
-                    return None;
-                }
-                if moves {
-                    hole.clone_from(&modal);
+                if state.follow(&line_words(content)).map_err(refuse)? {
+                    hole.clone_from(&state.modal);
                 }
             }
             Line::Hole(called) => hole = Some(called.clone()),
             Line::Pattern(points) => {
-                hole = Some(modal.clone()?);
+                hole = Some(state.modal.clone().ok_or_else(|| refuse("MCALL with a drilling cycle before it"))?);
                 places = points.iter().copied().map(Some).collect();
             }
-            Line::ModalState(state) => {
-                modal.clone_from(state);
+            Line::ModalState(modal) => {
+                state.modal.clone_from(modal);
                 is_changed = true;
             }
         }
@@ -91,18 +86,96 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
             }
         }
         let Some(hole) = hole else { continue };
-        if is_across {
-            return None;
+        if state.is_in_other_plane {
+            return Err(refuse("G17"));
         }
         is_changed = true;
         let prefix = &content[..lines::prefix_len(content)];
+        let moves = hole.moves(state.in_force).map_err(refuse)?;
         for place in places {
-            let over = place.map(|[x, y]| format!("G0 X=AC({}) Y=AC({})", long_number(b'X', x), long_number(b'X', y)));
-            let moves = over.into_iter().chain(hole.moves(motion));
-            moves.for_each(|text| write_line(&[prefix, text.as_bytes()].concat()));
+            if let Some([x, y]) = place {
+                let over = format!("G0 X=AC({}) Y=AC({})", long_number(b'X', x), long_number(b'X', y));
+                write_line(&[prefix, over.as_bytes()].concat());
+                state.at = [Some(x), Some(y)];
+            }
+            moves.iter().for_each(|text| write_line(&[prefix, text.as_bytes()].concat()));
         }
     }
-    is_changed.then_some((out, origins))
+    Ok(is_changed.then_some((out, origins)))
+}
+
+/// Returns the refusal of the statement in the line `content`.
+fn refuse(content: &[u8], expected: Expected) -> Refusal {
+    let scan = statement(content);
+    scan.refuse_all(scan.at, Foreign::CycleValue { expected })
+}
+
+/// Returns a cursor at the statement of a line, behind its block number.
+fn statement(content: &[u8]) -> Scan<'_> {
+    let mut scan = Scan::of_line(content, lines::prefix_len(content));
+    if matches!(scan.next(), Some(b'N' | b'n')) {
+        let mut number = scan;
+        number.at += 1;
+        if !number.take_while(|byte| byte.is_ascii_digit()).is_empty() {
+            scan = number;
+        }
+    }
+    scan.next();
+    scan
+}
+
+impl State {
+    /// Follows the words of a line that is no cycle, and returns whether a hole in force is drilled behind it. `Err` where that is not known.
+    fn follow(&mut self, words: &[Word]) -> Result<bool, Expected> {
+        let last_g = |numbers: &[f64]| words.iter().rev().find(|word| is_g(word, numbers)).map(|word| word.value);
+        self.is_in_other_plane = last_g(&[17.0, 18.0, 19.0]).map_or(self.is_in_other_plane, |plane| plane != 17.0);
+        self.steps = last_g(&[90.0, 91.0]).map_or(self.steps, |distance| distance == 91.0);
+        let in_force = &mut self.in_force;
+        in_force.motion = last_g(&[0.0, 1.0, 2.0, 3.0]).or(in_force.motion);
+        in_force.is_in_inches =
+            last_g(&[70.0, 71.0, 700.0, 710.0]).map_or(in_force.is_in_inches, |unit| matches!(unit, 70.0 | 700.0));
+        if last_g(&[4.0]).is_none() {
+            let feed = words.iter().find(|word| word.letter == 'F').map(|word| word.value);
+            in_force.feed = feed.or(in_force.feed);
+        }
+        let moves = words.iter().any(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'A' | 'B' | 'C' | 'a' | 'p'));
+        let leaves = words.iter().any(|word| is_g(word, &[74.0, 75.0]));
+        // Coordinates that may be no motion of the tool to where it drills.
+        let is_other = |word: &Word| {
+            (word.meaning.is_some() && word.letter == 'G')
+                || is_g(word, &[4.0, 53.0, 110.0, 111.0, 112.0, 153.0])
+                || matches!(word.letter, 'A' | 'B' | 'C' | 'w')
+        };
+        if self.modal.is_some() && (leaves || (moves && words.iter().any(is_other))) {
+            return Err("MCALL alone before it, as it may be no motion to a hole");
+        }
+        self.place(words);
+        Ok(moves)
+    }
+
+    /// Follows where the tool is in the plane.
+    fn place(&mut self, words: &[Word]) {
+        let is_elsewhere = |word: &Word| {
+            (word.letter == 'G' && word.meaning.is_some())
+                || word.letter == 'w'
+                || is_g(word, &[53.0, 74.0, 75.0, 110.0, 111.0, 112.0, 153.0])
+        };
+        let is_zero = |value: f64| (54.0..=59.0).contains(&value) || (500.0..=599.0).contains(&value);
+        let is_unknown = |word: &Word| {
+            matches!(word.letter, 'a' | 'p')
+                || is_g(word, &[70.0, 71.0, 700.0, 710.0])
+                || (word.letter == 'G' && is_zero(word.value))
+        };
+        let leads_elsewhere = words.iter().any(is_elsewhere);
+        if leads_elsewhere || words.iter().any(is_unknown) {
+            self.at = [None; 2];
+        }
+        for word in words.iter().filter(|_| !leads_elsewhere) {
+            let Some(axis) = ['X', 'Y'].iter().position(|letter| *letter == word.letter) else { continue };
+            let is_step = word.distance.map_or(self.steps, |distance| distance == Distance::Incremental);
+            self.at[axis] = if is_step { self.at[axis].map(|at| at + word.value) } else { Some(word.value) };
+        }
+    }
 }
 
 /// Returns the words of a line; none if it cannot be read, which is reported when the expanded program is read.
@@ -118,17 +191,10 @@ fn is_g(word: &Word, values: &[f64]) -> bool {
     word.letter == 'G' && word.meaning.is_none() && values.contains(&word.value)
 }
 
-/// Returns what a line means for cycles; `None` for a cycle that cannot be expanded.
-fn parse_line(content: &[u8]) -> Option<Line> {
-    let mut scan = Scan::of_line(content, lines::prefix_len(content));
-    if matches!(scan.next(), Some(b'N' | b'n')) {
-        let mut number = scan;
-        number.at += 1;
-        if !number.take_while(|byte| byte.is_ascii_digit()).is_empty() {
-            scan = number;
-        }
-    }
-    scan.next();
+/// Returns what a line means for cycles; `at`: where the tool is in the plane. `Err` for a cycle that cannot be expanded.
+fn parse_line(content: &[u8], at: [Option<f64>; 2]) -> Result<Line, Refusal> {
+    let begin = statement(content);
+    let mut scan = begin;
     let name = |scan: &mut Scan| {
         let range = scan.take_while(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
         scan.upper_text(range)
@@ -139,66 +205,19 @@ fn parse_line(content: &[u8]) -> Option<Line> {
         scan.next();
         first = name(&mut scan);
     }
+    let arguments = scan.upper_text(scan.at..scan.line.len());
+    let refuse = |expected| refuse(content, expected);
     match first.as_str() {
-        "" if is_modal && scan.peek().is_none() => Some(Line::ModalState(None)),
-        "CYCLE81" | "CYCLE82" => {
-            let hole = Hole::parse(&first, &scan.upper_text(scan.at..scan.line.len()))?;
-            Some(if is_modal { Line::ModalState(Some(hole)) } else { Line::Hole(hole) })
+        "" if is_modal && scan.peek().is_none() => Ok(Line::ModalState(None)),
+        "CYCLE81" | "CYCLE82" | "CYCLE83" | "CYCLE85" | "CYCLE89" => {
+            let hole = Hole::parse(&first, &arguments).map_err(refuse)?;
+            Ok(if is_modal { Line::ModalState(Some(hole)) } else { Line::Hole(hole) })
         }
-        _ if is_modal => None,
-        "HOLES2" => Some(Line::Pattern(circle(&scan.upper_text(scan.at..scan.line.len()))?)),
-        _ => Some(Line::Other),
-    }
-}
-
-/// Parses numbers in brackets; `None` for those that are left out, or if there is anything else.
-fn numbers(arguments: &str) -> Option<Vec<Option<f64>>> {
-    let inner = arguments.trim().strip_prefix('(')?.strip_suffix(')')?;
-    let value = |text: &str| match text.trim() {
-        "" => Some(None),
-        text => text.parse::<f64>().ok().filter(|value| value.is_finite()).map(Some),
-    };
-    inner.split(',').map(value).collect()
-}
-
-/// Returns the points of HOLES2 by its arguments `(CPA, CPO, RAD, STA1, INDA, NUM)`: centre, radius, angle of the first, angle from one to the
-/// next (0: evenly all around), and their number.
-fn circle(arguments: &str) -> Option<Vec<[f64; 2]>> {
-    let values: Option<Vec<f64>> = numbers(arguments)?.into_iter().collect();
-    let [x, y, radius, first, step, count] = values?[..] else { return None };
-    let is_count = count.fract() == 0.0 && (1.0..=MOST_HOLES).contains(&count) && radius > 0.0;
-    let step = if step == 0.0 { 360.0 / count } else { step };
-    let point = |number: u32| {
-        let (sin, cos) = libm::sincos((first + f64::from(number) * step).to_radians());
-        [x + radius * cos, y + radius * sin]
-    };
-    is_count.then(|| (0..count as u32).map(point).collect())
-}
-
-impl Hole {
-    /// Parses the arguments `(RTP, RFP, SDIS, DP, DPR)` of cycle `name`, for CYCLE82 with DTB behind them; `None` if they are no hole.
-    fn parse(name: &str, arguments: &str) -> Option<Hole> {
-        let values = numbers(arguments)?;
-        let most = if name == "CYCLE82" { 6 } else { 5 };
-        if values.iter().skip(most).any(Option::is_some) {
-            return None;
-        }
-        let value = |at: usize| values.get(at).copied().flatten();
-        let (retract, reference, distance) = (value(0)?, value(1)?, value(2).unwrap_or(0.0).abs());
-        let clear = reference + distance;
-        // With both, the one from the reference plane counts.
-        let bottom = value(4).map(|depth| reference - depth.abs()).or(value(3))?;
-        let dwell_s = value(5).unwrap_or(0.0);
-        (retract >= clear && bottom < reference && dwell_s >= 0.0).then_some(Hole { retract, clear, bottom, dwell_s })
-    }
-
-    /// Returns the lines that drill the hole, and put `motion`, the number of the G word in force, back in force.
-    fn moves(&self, motion: Option<f64>) -> Vec<String> {
-        let goes = |g: u32, z: f64| format!("G{g} Z=AC({})", format_plain(z));
-        let mut moves = vec![goes(0, self.clear), goes(1, self.bottom)];
-        moves.extend((self.dwell_s > 0.0).then(|| format!("G4 F{}", format_plain(self.dwell_s))));
-        moves.push(goes(0, self.retract));
-        moves.extend(motion.filter(|motion| *motion != 0.0).map(|motion| format!("G{motion}")));
-        moves
+        "CYCLE84" | "CYCLE840" => Err(refuse(
+            "tapping in a program of its own: the spindle turns with the tap, which moves that are written out do not say",
+        )),
+        _ if is_modal => Err(begin.refuse_all(begin.at, Foreign::Cycle)),
+        "HOLES1" | "HOLES2" => Ok(Line::Pattern(pattern(&first, &arguments, at).map_err(refuse)?)),
+        _ => Ok(Line::Other),
     }
 }

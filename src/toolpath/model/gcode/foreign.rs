@@ -17,6 +17,12 @@ pub enum Foreign {
     /// CYCLE81, CYCL DEF 200.
     #[error("cycles are not followed; expected the cycle written out as moves")]
     Cycle,
+    /// A cycle that is followed, but not with these values or at this place.
+    #[error("this cycle cannot be written out as moves; expected {expected}")]
+    CycleValue {
+        /// What should be there.
+        expected: &'static str,
+    },
     /// CIP, CT, splines, APPR, FL.
     #[error("this motion is not followed; expected straight lines, and arcs by centre or radius")]
     Motion,
