@@ -1137,7 +1137,7 @@ class Pen:
 
 class Gen:
     def __init__(self, r):
-        self.r, self.files, self.opt = r, {}, {"gcode": {}}
+        self.r, self.files, self.opt = r, {}, {"gcode": {"unit": "mm"}}
         self.lab, self.rp, self.vars, self.defs = 0, 1, 0, []
         self.eq = False
         self.tail, self.g55 = [], None
