@@ -199,7 +199,7 @@ fn planes_whose_definition_is_not_certain_are_refused_by_line() {
         ("POINTS P1X+0 P1Y+0 P1Z+0 P2X+1 P2Y+1 P2Z+1 P3X+3 P3Y+3 P3Z+3 TURN FMAX", "three points on no line"),
         ("POINTS P1X+0 P1Y+0 P1Z+0 P2X+0 P2Y+0 P2Z+0 P3X+3 P3Y+3 P3Z+3 TURN FMAX", "three points on no line"),
         ("EULER EULPR45 EULNU20 TURN FMAX", "expected EULPR, EULNU and EULROT"),
-        ("EULER EULPR45 EULNU20 EULROT22 EULNU20 TURN FMAX", "twice"),
+        ("EULER EULPR45 EULNU20 EULROT22 EULNU20 TURN FMAX", "a second one in the block"),
         ("RELATIV SPA+10 SPB+10 TURN FMAX", "expected one of SPA, SPB and SPC"),
         ("RELATIV SPB+10", "expected TURN, MOVE or STAY"),
         ("EULER SPA+10 SPB+0 SPC+0 TURN FMAX", "expected its own parameters with numbers"),

@@ -32,7 +32,8 @@ Not looked up (as known):
   G68.2 I J K are turns about z, then the new x, then the new z (Fanuc's figure was not in the stored text; two forum answers
   contradict it, they describe G68 with I J K 1/0).  G43.4/G49, TRAORI/TRAFOOF, M128/M129: X Y Z of the tip in the table's W.
   CYCLE800 axis by axis turns about the axes as turned so far; A is turned first.  Projection angles are refused.
-  SEQ on heads and mixed machines: the sign of the axis nearest to the tool that is not parallel to z.
+  SEQ on heads and mixed machines: the sign of the axis nearest to the tool; of its whole turns the one nearest to 0, as else each pair
+  could have either sign.
   PLANE ... MOVE/TURN/STAY: the coordinates of the tip in W after the turn are not followed until a full position is given.
 """
 import math, random, re, sys
@@ -147,8 +148,8 @@ def choose_fanuc(mach, d, now):
 
 
 def choose_heidenhain(mach, d, now, seq):
-    c = candidates(mach, d, now)
     master = mach.heads[-1] if mach.heads else mach.tables[0]
+    c = candidates(mach, d, {**now, master.letter: 0.0} if seq else now)
     if seq:
         c = [q for q in c if q[master.letter]*seq >= -1e-9]
     r = lambda x: round(x, 7)

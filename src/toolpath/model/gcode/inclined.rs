@@ -213,7 +213,6 @@ impl Rotary {
         if turns_table && outermost.is_some_and(|axis| axis.about.cross(direction).norm() < SAME_DIRECTION.sqrt()) {
             return Err(InclinedFault::Form { expected: "no TABLE ROT where z of the plane is the axis of the table" });
         }
-        let mut solutions = self.angles_along(direction, now)?;
         let indices = |side: Option<RotarySide>| {
             let of_side = self.axes.iter().filter(move |axis| side.is_none_or(|side| axis.turns == side));
             of_side.map(|axis| axis_index(axis.letter))
@@ -231,6 +230,12 @@ impl Rotary {
             _ => indices(None).collect(),
         };
         let Some(&first) = order.first() else { return Err(InclinedFault::NoAxes) };
+        let mut near = *now;
+        // Within half a turn, the two pairs differ in sign; beyond it, each could have either.
+        if matches!(choice, AngleChoice::Sign { .. }) && order.len() > 1 {
+            near[first] = 0.0;
+        }
+        let mut solutions = self.angles_along(direction, &near)?;
         match choice {
             AngleChoice::Sign { is_positive, .. } => {
                 solutions
