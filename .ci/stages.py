@@ -188,6 +188,10 @@ FULL = [
             ORC_SIMPLE=1 python3 tests/oracles/check_robots.py "$PROGRAM" --dialect $dialect --from 1 --count 30
         done
         python3 tests/oracles/check_robots.py "$PROGRAM" --dialect rapid --from 100 --count 40
+        python3 tests/oracles/five_axis.py
+        mkdir -p "$OUT/poses"
+        python3 tests/oracles/five_axis.py --poses "$OUT/poses"
+        diff -r tests/five_axis_poses "$OUT/poses"
         python3 tests/oracles/check_five.py "$PROGRAM" --from 1 --count 60
     """, ("program",)),
     Stage("exchange", "Parquet and VTK files, read by other programs: these are large to install.", """

@@ -107,6 +107,7 @@ mod placement_features;
 mod placement_search;
 mod placement_table;
 mod placement_turned;
+mod plane_kinds;
 mod play;
 mod process_input;
 mod program_blocks;

@@ -3,8 +3,8 @@
 
 As check.py, for five_axis.py. The machine file is written from the machine of the seed (five_axis.toml); 100 N along the tool move the
 tip by 0.2 mm along the tool's axis, wherever it points, so a cutting end p with the axis a has to be written as p - 0.2 a, with the
-same angles. Also: the path's points that kinetostat itself writes (OUT.points.csv) at the end of each line agree with this reading."""
-import argparse, collections, csv, math, os, shutil, subprocess, sys, tempfile
+same angles, and the angles that kinetostat says the control finds for an inclined plane are those found here. Also: the path's points that kinetostat itself writes (OUT.points.csv) at the end of each line agree with this reading."""
+import argparse, collections, csv, json, math, os, shutil, subprocess, sys, tempfile
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import check, five_axis as f
 from move import Refused
@@ -65,6 +65,7 @@ def main():
     ap.add_argument("--rotary", action="store_true", help="the axes are told by [[gcode.rotary]] as well")
     a = ap.parse_args()
     count, reasons, lines, wrong, per, apart = collections.Counter(), collections.Counter(), {}, [], {}, {}
+    finds = collections.Counter()
     root = tempfile.mkdtemp(prefix="orc5_")
     for seed in [0] if a.program else range(a.first, a.first+a.count):
         if a.program:
@@ -100,6 +101,11 @@ def main():
                     if m.line in ends:
                         e = check.gap(ends[m.line], m.end); z = apart.setdefault(opt["kin"], [0, 0.0]); z[0] += 1; z[1] = max(z[1], e)
                         if e > 1e-6 and not told: told = f"line {m.line}: kinetostat has the tip at {check.fmt(ends[m.line])}, this reading at {check.fmt(m.end)} {m.ang}"
+                said = [(x["line"], x) for x in json.load(open(out+".report.json"))["angles_of_the_control"]]
+                if not told and ([n for n, _ in said] != [n for n, _ in opt["chosen"]] or
+                                 any(abs(x[l]-c[l]) > 1e-6 for (_, x), (_, c) in zip(said, opt["chosen"]) for l in c)):
+                    told = f"kinetostat says that the control finds {said}, here {opt['chosen']}"
+                finds[opt["kin"]] += len(said)
                 if told: verdict = "WRONG"; break
             else:
                 try: new = f.run({name: got}, name, opt)
@@ -112,7 +118,7 @@ def main():
         shutil.rmtree(w)
     shutil.rmtree(root, True)
     print(f"five_axis: {sum(count.values())} programs: " + ", ".join(f"{n} {k}" for k, n in count.most_common()))
-    for k in sorted(per): print(f"  {k:18} {dict(per[k])}" + (f"; {apart[k][0]} line ends, largest distance {apart[k][1]:.3g} mm" if k in apart else ""))
+    for k in sorted(per): print(f"  {k:18} {dict(per[k])}" + (f"; {apart[k][0]} line ends, largest distance {apart[k][1]:.3g} mm; {finds[k]} planes" if k in apart else ""))
     for (v, s), n in reasons.most_common(): print(f"  {n:4d} {v}: {s}\n         seed {lines[(v, s)][0]}: {lines[(v, s)][1][:260]}")
     for x in wrong: print("  WRONG seed %d %s %s: %s" % x)
     sys.exit(1 if wrong or not count["right"] else 0)

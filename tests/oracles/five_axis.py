@@ -19,13 +19,21 @@ Rules looked up (search corpus `pages`):
                       direction reference, plus: the higher one; if it cannot be reached the other one is taken
   CYCLE800 axis order SINUMERIK 828D 01/2015 p. 559 (axis by axis, projection, direct) and HiNC NcArgCycle800 (bits 0-1, 2-3, 4-5 of MODE
                       name the axes of A, B, C: 1 X, 2 Y, 3 Z; bits 6-7: 0 axis by axis)
+  PLANE EULER         HEIDENHAIN iTNC 530 DIN/ISO 6/2010 p. 392: EULPR about z, EULNU about x turned by it, EULROT about z turned by both
+  PLANE VECTOR        HEIDENHAIN iTNC 530 p. 500, TNC 620 10/2017 p. 548: B gives x, N gives z, of any length
+  PLANE POINTS        HEIDENHAIN TNC 620 10/2017 p. 549: x from point 1 to 2, y towards point 3; the datum stays
+  PLANE RELATIV       HEIDENHAIN TNC7 basic 81762x-19: one angle about an axis of the plane in force, or of W
+  PLANE AXIAL         HEIDENHAIN iTNC 530 DIN/ISO 6/2010 p. 404: COORD ROT and TABLE ROT do nothing; here for one axis across z
+  CYCLE800 64         HiNC NcArgCycle800: solid angle, A about z and B about y; that y is the new one was not looked up
+  rotary axis 1       SINUMERIK 840D sl commissioning manual 21.7.2: carries axis 2; of mixed ones that of the tool
   G68.3               FANUC 30i A-79976E p. 4 (z along the tool, x = P x z); not used in `run`
   LinuxCNC            src/emc/kinematics at 5c41560e (see LINUXCNC below; numbers only)
 Not looked up (as known):
   G68.2 I J K are turns about z, then the new x, then the new z (Fanuc's figure was not in the stored text; two forum answers
   contradict it, they describe G68 with I J K 1/0).  G43.4/G49, TRAORI/TRAFOOF, M128/M129: X Y Z of the tip in the table's W.
-  CYCLE800 axis by axis turns about the axes as turned so far; A is turned first.  Solid and projection angles are refused.
-  SEQ on heads and mixed machines: the sign of the axis nearest to the tool that is not parallel to z.
+  CYCLE800 axis by axis turns about the axes as turned so far; A is turned first.  Projection angles are refused.
+  SEQ on heads and mixed machines: the sign of the axis nearest to the tool; of its whole turns the one nearest to 0, as else each pair
+  could have either sign.
   PLANE ... MOVE/TURN/STAY: the coordinates of the tip in W after the turn are not followed until a full position is given.
 """
 import math, random, re, sys
@@ -140,8 +148,8 @@ def choose_fanuc(mach, d, now):
 
 
 def choose_heidenhain(mach, d, now, seq):
-    c = candidates(mach, d, now)
     master = mach.heads[-1] if mach.heads else mach.tables[0]
+    c = candidates(mach, d, {**now, master.letter: 0.0} if seq else now)
     if seq:
         c = [q for q in c if q[master.letter]*seq >= -1e-9]
     r = lambda x: round(x, 7)
@@ -166,7 +174,22 @@ def frame(*turns):
 X_, Y_, Z_ = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 def euler_fanuc(i, j, k): return frame((Z_, i), (X_, j), (Z_, k))
 def spatial(a, b, c): return frame((Z_, c), (Y_, b), (X_, a))
+def vectors(b, n):
+    z = unit(n)
+    x = unit(sub(b, mul(z, dot(b, z))))
+    return [x, cross(z, x), z]
+def points(p, q, r):
+    x, v = unit(sub(q, p)), sub(r, p)
+    y = unit(sub(v, mul(x, dot(v, x))))
+    return [x, y, cross(x, y)]
+def across(mach, ang):
+    """The plane across the tool, whose x and y turn with the axes."""
+    cols = [X_, Y_, Z_]
+    for a in reversed(mach.heads): cols = [turn(c, a.about, ang[a.letter]) for c in cols]
+    for a in mach.tables: cols = [turn(c, a.about, -ang[a.letter]) for c in cols]
+    return cols
 def cycle800(mode, a, b, c):
+    if mode == 64 and not c: return frame((Z_, a), (Y_, b))
     if mode >> 6: raise ValueError("only axis by axis")
     ax = {1: X_, 2: Y_, 3: Z_}
     return frame((ax[mode & 3], a), (ax[mode >> 2 & 3], b), (ax[mode >> 4 & 3], c))
@@ -257,6 +280,7 @@ class Run:
         self.known = [False]*3
         self.tcp, self.plane, self.mode, self.feed, self.moves, self.absolute = False, None, 0, None, [], True
         self.told = {}
+        self.chosen = []                                                        # lines and the angles that the control finds there
     def no(self, line, why): raise Refused(self.file, line, why)
     def here(self): return self.m.forward(tuple(self.lin), self.ang)
     def shown(self):
@@ -300,6 +324,7 @@ def run(files, main, options):
     one = {"fanuc": iso_line, "sinumerik": sinumerik_line, "heidenhain": heidenhain_line}[r.dialect]
     for n, raw in enumerate(text.splitlines(), 1):
         if one(r, raw, n): break
+    options["chosen"] = r.chosen
     return r.moves
 
 
@@ -337,6 +362,7 @@ def iso_line(r, raw, n):
     if 53.1 in gs:
         c = choose_fanuc(r.m, r.plane[1][2], r.ang) if r.plane else r.no(n, "G53.1 without G68.2")
         if not c: r.no(n, "G53.1 cannot be reached")
+        r.chosen.append((n, c))
         r.swing(c, False, n)
         return
     if any(c in w for c in "XYZABC"): r.go(w, n, r.mode == 0)
@@ -356,10 +382,11 @@ def sinumerik_line(r, raw, n):
         a += [""]*(16-len(a))
         v = lambda i: float(a[i] or 0)
         if int(v(0)) or int(v(2)): r.no(n, "CYCLE800 with retraction or on top of another")
-        cols = cycle800(int(v(3)), v(7), v(8), v(9)) if not int(v(3)) >> 6 else r.no(n, "CYCLE800 that is not axis by axis")
+        cols = cycle800(int(v(3)), v(7), v(8), v(9)) if not int(v(3)) >> 7 else r.no(n, "CYCLE800 by projected angles or axes")
         o = add((v(4), v(5), v(6)), into(cols, (v(10), v(11), v(12))))
-        c = choose_siemens(r.m, cols[2], r.ang, int(v(13)))
+        c = choose_siemens(r.m, cols[2], r.ang, int(v(13)), (r.m.heads+r.m.tables)[0].letter)
         if not c: r.no(n, "CYCLE800 leaves the angles open")
+        r.chosen.append((n, c))
         r.plane = (o, cols)
         r.swing(c, False, n)
         return
@@ -385,16 +412,28 @@ def heidenhain_line(r, raw, n):
             r.plane = None
             if "STAY" not in s: r.no(n, "PLANE RESET that moves")
             return
-        m = re.match(r"PLANE SPATIAL SPA([-+][\d.]+) SPB([-+][\d.]+) SPC([-+][\d.]+) (STAY|TURN|MOVE)(.*)$", s)
+        m = re.match(r"PLANE (\w+) (.*?) ?(STAY|TURN|MOVE)(.*)$", s)
         if not m: r.no(n, "PLANE of another kind")
-        cols = spatial(*map(float, m.group(1, 2, 3)))
-        seq = 1 if "SEQ+" in m.group(5) else -1 if "SEQ-" in m.group(5) else 0
-        if re.search(r"TABLE ROT|COORD ROT", m.group(5)): r.no(n, "PLANE with TABLE ROT or COORD ROT")
-        c = choose_heidenhain(r.m, cols[2], r.ang, seq)
-        if not c: r.no(n, "PLANE cannot be reached")
+        kind, rest = m.group(1), m.group(4)
+        g = {k: float(v) for k, v in re.findall(r"(P\d[XYZ]|[A-Z]+)([-+]?[\d.]+)", m.group(2))}
+        v = lambda *names: tuple(g[k] for k in names)
+        before = r.plane[1] if r.plane else [X_, Y_, Z_]
+        if kind == "SPATIAL": cols = spatial(*v("SPA", "SPB", "SPC"))
+        elif kind == "EULER": cols = euler_fanuc(*v("EULPR", "EULNU", "EULROT"))
+        elif kind == "VECTOR": cols = vectors(v("BX", "BY", "BZ"), v("NX", "NY", "NZ"))
+        elif kind == "POINTS": cols = points(*(v(*("P%d%s" % (i, c) for c in "XYZ")) for i in (1, 2, 3)))
+        elif kind == "RELATIV":
+            cols = [into(before, c) for c in spatial(*(g.get(k, 0.0) for k in ("SPA", "SPB", "SPC")))]
+        elif kind == "AXIAL": cols = across(r.m, {**r.ang, **g})
+        else: r.no(n, "PLANE of another kind")
+        seq = 1 if "SEQ+" in rest else -1 if "SEQ-" in rest else 0
+        if re.search(r"TABLE ROT|COORD ROT", rest): r.no(n, "PLANE with TABLE ROT or COORD ROT")
+        c = {**r.ang, **g} if kind == "AXIAL" else choose_heidenhain(r.m, cols[2], r.ang, seq)
+        if not c or not r.m.within(c): r.no(n, "PLANE cannot be reached")
+        if m.group(3) != "STAY": r.chosen.append((n, c))
         r.plane = ((0.0, 0.0, 0.0), cols)
         r.told = c
-        if m.group(4) != "STAY": r.swing(c, m.group(4) == "MOVE", n)
+        if m.group(3) != "STAY": r.swing(c, m.group(3) == "MOVE", n)
         return
     if not s.startswith("L ") and s not in ("M129", "M128", "M30", "M2"): r.no(n, "not understood: " + s)
     body = s[2:] if s.startswith("L ") else s
@@ -402,6 +441,7 @@ def heidenhain_line(r, raw, n):
     body = re.sub(r"\bM\d+", "", body)
     fast = "FMAX" in body
     body = re.sub(r"FMAX|\bR0\b", "", body)
+    if re.search(r"\+Q12[012]", body): r.chosen.append((n, r.told))
     for q, l in (("Q120", "A"), ("Q121", "B"), ("Q122", "C")):
         if l+"+"+q in body: body = body.replace(l+"+"+q, l+"%+.6f" % r.told.get(l, 0.0))
     w, _ = words(body, r, n)
@@ -410,6 +450,50 @@ def heidenhain_line(r, raw, n):
     if any(c in w for c in "XYZABC"): r.go(w, n, fast)
     if 129 in ms: r.tcp = False                     # effective at the end of the block
     return any(x in (2, 30) for x in ms)
+
+
+def plane(q, mach, a, ways):
+    """A PLANE of any kind, without how it turns; a: angles about x, y and z."""
+    kind, cols = q.choice(["SPATIAL", "SPATIAL", "EULER", "VECTOR", "POINTS", "RELATIV", "AXIAL"]), spatial(*a)
+    if kind == "EULER": return "EULER EULPR%+.3f EULNU%+.3f EULROT%+.3f" % (a[2], abs(a[0])+3, a[1]+60)
+    if kind == "VECTOR":
+        return "VECTOR " + " ".join("%s%s%.9f" % (n, c, x) for n, v in (("B", mul(cols[0], q.uniform(0.5, 2))), ("N", mul(cols[2], q.uniform(0.5, 2))))
+                                    for c, x in zip("XYZ", v))
+    if kind == "POINTS":
+        p = tuple(q.uniform(-40, 40) for _ in "xyz")
+        far = [p, add(p, mul(cols[0], q.uniform(10, 80))), add(p, add(mul(cols[0], q.uniform(-30, 30)), mul(cols[1], q.uniform(10, 80))))]
+        return "POINTS " + " ".join("P%d%s%+.9f" % (i+1, c, x) for i, v in enumerate(far) for c, x in zip("XYZ", v))
+    if kind == "RELATIV": return "RELATIV SP%s%+.3f" % (q.choice("ABC"), a[1])
+    across_z = [x for x in mach.axes if abs(dot(x.about, Z)) < 1e-9]
+    if kind == "AXIAL" and across_z: return "AXIAL %s%+.3f" % (q.choice(across_z).letter, a[0])
+    return "SPATIAL SPA%+.3f SPB%+.3f SPC%+.3f" % tuple(a)
+
+
+def poses(count):
+    """Two tables, lines of CSV: the axes of the ten machines from the base outwards, and poses of each: the axes' places, where the tip is and which
+    way the tool points, and the angles that a control finds for a plane from there, none if it finds none. The plane is given by its turns
+    about z, x and z as turned so far (G53.1), or about x, y and z of W."""
+    q = random.Random(20)
+    axes = ["machine,letter,turns,about_x,about_y,about_z,through_x_mm,through_y_mm,through_z_mm,least_deg,greatest_deg"]
+    rows = ["machine,a_deg,b_deg,c_deg,x_mm,y_mm,z_mm,tip_x_mm,tip_y_mm,tip_z_mm,axis_x,axis_y,axis_z,rule,first_deg,second_deg,third_deg,"
+            "found_a_deg,found_b_deg,found_c_deg"]
+    places = lambda digits, values: ["%.*f" % (digits, v) for v in values]
+    for m in machines():
+        for a in m.axes:
+            axes.append(",".join([m.name, a.letter, "tool" if a.kind == "head" else "workpiece"] + places(12, a.about)
+                                 + places(3, a.through + (a.lo, a.hi))))
+        for k in range(count):
+            ang = {"A": 0.0, "B": 0.0, "C": 0.0}
+            ang.update({a.letter: round(q.uniform(max(a.lo, -179), min(a.hi, 179)), 3) for a in m.axes})
+            lin, turns = tuple(round(q.uniform(-300, 300), 3) for _ in "xyz"), [round(q.uniform(-60, 60), 3) for _ in "xyz"]
+            rule = ["G53.1", "SEQ+", "SEQ-", "", "_DIR 1", "_DIR -1"][k % 6]
+            n = (euler_fanuc if rule == "G53.1" else spatial)(*turns)[2]
+            found = (choose_fanuc(m, n, ang) if k % 6 == 0 else choose_heidenhain(m, n, ang, (0, 1, -1, 0)[k % 6]) if k % 6 < 4
+                     else choose_siemens(m, n, ang, 1 if k % 6 == 4 else -1, (m.heads+m.tables)[0].letter))
+            tip, d = m.forward(lin, ang)
+            rows.append(",".join([m.name] + places(3, list(ang.values()) + list(lin)) + places(9, tip+d) + [rule] + places(3, turns)
+                                 + (places(9, (found.get(l, 0.0) for l in "ABC")) if found else [""]*3)))
+    return axes, rows
 
 
 def generate(seed):
@@ -451,10 +535,15 @@ def generate(seed):
         if dialect == "fanuc":
             put("G68.2 X%s Y%s Z%s I%s J%s K%s" % (r3(-30, 30), r3(-30, 30), r3(-10, 10), a[2], abs(a[0])+3, a[1])); put("G53.1")
         elif dialect == "sinumerik":
-            mode = q.choice([57, 54, 27, 39])
+            mode = q.choice([57, 54, 27, 39, 64])
+            if mode == 64: a = [a[2], a[0], 0]
             put('CYCLE800(0,"TC1",0,%d,%s,%s,%s,%s,%s,%s,0,0,0,%d)' % (mode, r3(-30, 30), r3(-30, 30), 0, a[0], a[1], a[2], q.choice([-1, 1])))
         else:
-            put("PLANE SPATIAL SPA%+.3f SPB%+.3f SPC%+.3f %s" % (a[0], a[1], a[2], q.choice(["TURN FMAX", "TURN FMAX SEQ+", "STAY", "TURN FMAX SEQ-"])))
+            ways = ["TURN FMAX", "TURN FMAX SEQ+", "STAY", "TURN FMAX SEQ-"]
+            put("PLANE " + plane(q, mach, a, ways) + " " + q.choice(ways))
+            if L[-1].split()[2] == "RELATIV" and q.random() < 0.5:
+                L[-1:-1] = ["%d PLANE SPATIAL SPA%+.3f SPB+0 SPC+0 TURN FMAX" % (len(L)-1, a[0]/2)]
+                L[-1] = re.sub(r"^\d+", str(len(L)-1), L[-1])
             if "STAY" in L[-1]: put("L " + " ".join("%s+Q%d" % (x.letter, 120+"ABC".index(x.letter)) for x in mach.axes) + " R0 FMAX")
         put(G(0, [W("X", r3(-40, 40)), W("Y", r3(-40, 40)), W("Z", 60.0)]))
     else:
@@ -609,4 +698,7 @@ def selftest():
 
 
 if __name__ == "__main__":
-    selftest()
+    if sys.argv[1:2] == ["--poses"]:
+        for name, table in zip(("axes.csv", "poses.csv"), poses(30)):
+            with open(sys.argv[2] + "/" + name, "w") as file: file.write("\n".join(table) + "\n")
+    else: selftest()

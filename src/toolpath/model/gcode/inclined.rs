@@ -1,4 +1,4 @@
-//! Inclined planes (G68.2, PLANE SPATIAL, CYCLE800): what X, Y and Z are coordinates of, and the angles that a control chooses.
+//! Inclined planes (G68.2, PLANE, CYCLE800): what X, Y and Z are coordinates of, and the angles that a control chooses.
 //!
 //! An inclined plane is a frame in W. X, Y and Z are those of the tip in it, whatever the rotary axes do, once the tool stands along its z.
 //! Two pairs of angles, at most, turn the tool there; which of them, each control decides by its own rule.
@@ -25,13 +25,19 @@ pub(crate) enum Coordinates {
     Inclined(Pose),
 }
 
-/// How the rotation of an inclined plane is given; angles in degrees.
+/// How the rotation of an inclined plane is given, by I, J and K; angles in degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Inclination {
-    /// G68.2: I about z, J about the new x, K about the new z.
+    /// G68.2, PLANE EULER: about z, about the new x, about the new z.
     Euler,
-    /// PLANE SPATIAL: SPA, SPB and SPC about the fixed axes x, y and z, one after the other.
+    /// PLANE SPATIAL: about the fixed axes x, y and z, one after the other.
     Spatial,
+    /// PLANE RELATIV: the same about the axes of the plane in force.
+    Relative,
+    /// PLANE VECTOR, PLANE POINTS: x along this vector, and z along that of P, L and R, at a right angle to it.
+    Vectors,
+    /// PLANE AXIAL: across the tool where the axes A, B and C are at these angles.
+    Axial,
     /// CYCLE800, axis by axis: about these axes (0 is x) as turned so far, one after the other.
     AxisByAxis([usize; 3]),
 }
@@ -64,6 +70,8 @@ pub(crate) enum AngleChoice {
     },
     /// PLANE RESET TURN: all axes at 0.
     Zero,
+    /// PLANE AXIAL: the angles that it gives.
+    Given,
 }
 
 /// Why an inclined plane is not followed.
@@ -126,8 +134,9 @@ const PER_DEG: f64 = 1e9;
 type Turn = (Vector3<f64>, usize);
 
 impl Inclination {
-    /// Returns the rotation of the plane by its three angles, degrees.
-    pub fn rotation(self, angles: [f64; 3]) -> Matrix3<f64> {
+    /// Returns the rotation of the plane in W, by its I, J and K and its P, L and R; `before` is that of the plane in force. With
+    /// [`Inclination::Axial`], see [`Rotary::plane_across_tool`].
+    pub fn rotation(self, angles: [f64; 3], normal: [f64; 3], before: Matrix3<f64>) -> Matrix3<f64> {
         let about = |axis: usize, k: usize| {
             let mut turn = Vector3::zeros();
             turn[axis] = angles[k].to_radians();
@@ -136,6 +145,13 @@ impl Inclination {
         match self {
             Inclination::Euler => about(2, 0) * about(0, 1) * about(2, 2),
             Inclination::Spatial => about(2, 2) * about(1, 1) * about(0, 0),
+            Inclination::Relative => before * Inclination::Spatial.rotation(angles, normal, before),
+            Inclination::Vectors => {
+                let z = Vector3::from(normal).normalize();
+                let y = z.cross(&Vector3::from(angles)).normalize();
+                Matrix3::from_columns(&[y.cross(&z), y, z])
+            }
+            Inclination::Axial => before,
             Inclination::AxisByAxis([a, b, c]) => about(a, 0) * about(b, 1) * about(c, 2),
         }
     }
@@ -165,8 +181,19 @@ impl Rotary {
         }
     }
 
+    /// Returns the axes in W of the plane across the tool at `angles`, degrees. Which way its x points is certain where no axis is turned but
+    /// one at a right angle to z; `None` otherwise.
+    pub(crate) fn plane_across_tool(&self, angles: &Angles) -> Option<Matrix3<f64>> {
+        let mut turned = self.axes.iter().filter(|axis| angles[axis_index(axis.letter)] != 0.0);
+        let is_certain =
+            turned.next().is_none_or(|axis| axis.about.z.abs() <= SAME_DIRECTION) && turned.next().is_none();
+        let [table, head] = self.displacements(angles);
+        is_certain.then(|| table.rotation.tr_mul(&head.rotation))
+    }
+
     /// Returns the angles (degrees) that a control by the rule `choice` turns the axes to from `now`, so that the tool stands along `direction`, a
-    /// unit vector in W. An axis that turns the tool about itself there stays. `Err` if there are none, or they depend on more than the rule.
+    /// unit vector in W. An axis that turns the tool about itself there stays. `Err` if there are none, or they depend on more than the rule. With
+    /// [`AngleChoice::Given`] they are `now`, if they are within travel.
     pub(crate) fn chosen_angles(
         &self,
         direction: &Vector3<f64>,
@@ -176,13 +203,16 @@ impl Rotary {
         if choice == AngleChoice::Zero {
             return Ok([0.0; 3]);
         }
+        if choice == AngleChoice::Given {
+            let within = self.within_travel(*now, now).filter(|angles| is_same(angles, now));
+            return within.ok_or(InclinedFault::NotReached);
+        }
         let turns_table =
             matches!(choice, AngleChoice::Sign { turns_table: true, .. } | AngleChoice::Shorter { turns_table: true });
         let outermost = self.axes.iter().rfind(|axis| axis.turns == RotarySide::Workpiece);
         if turns_table && outermost.is_some_and(|axis| axis.about.cross(direction).norm() < SAME_DIRECTION.sqrt()) {
             return Err(InclinedFault::Form { expected: "no TABLE ROT where z of the plane is the axis of the table" });
         }
-        let mut solutions = self.angles_along(direction, now)?;
         let indices = |side: Option<RotarySide>| {
             let of_side = self.axes.iter().filter(move |axis| side.is_none_or(|side| axis.turns == side));
             of_side.map(|axis| axis_index(axis.letter))
@@ -200,6 +230,12 @@ impl Rotary {
             _ => indices(None).collect(),
         };
         let Some(&first) = order.first() else { return Err(InclinedFault::NoAxes) };
+        let mut near = *now;
+        // Within half a turn, the two pairs differ in sign; beyond it, each could have either.
+        if matches!(choice, AngleChoice::Sign { .. }) && order.len() > 1 {
+            near[first] = 0.0;
+        }
+        let mut solutions = self.angles_along(direction, &near)?;
         match choice {
             AngleChoice::Sign { is_positive, .. } => {
                 solutions
@@ -213,7 +249,7 @@ impl Rotary {
                 let way = |angles: &Angles| order.iter().map(|axis| turned(angles, *axis)).sum::<f64>();
                 nearer(way(a), way(b)).then(nearer(b[first], a[first]))
             }),
-            AngleChoice::Least | AngleChoice::Zero => solutions.sort_by(|a, b| {
+            AngleChoice::Least | AngleChoice::Zero | AngleChoice::Given => solutions.sort_by(|a, b| {
                 let by_turn = order.iter().map(|axis| nearer(turned(a, *axis), turned(b, *axis)));
                 let by_angle = order.iter().map(|axis| nearer(from_zero(a, *axis), from_zero(b, *axis)));
                 by_turn.chain(by_angle).fold(Ordering::Equal, Ordering::then)
@@ -238,8 +274,7 @@ impl Rotary {
         };
         let mut solutions: Vec<Angles> = Vec::new();
         for angles in raw.into_iter().filter_map(|angles| self.within_travel(angles, now)) {
-            let is_same = |other: &Angles| (0..3).all(|axis| (other[axis] - angles[axis]).abs() <= SAME_DEG);
-            if !solutions.iter().any(is_same) {
+            if !solutions.iter().any(|other| is_same(other, &angles)) {
                 solutions.push(angles);
             }
         }
@@ -263,6 +298,11 @@ impl Rotary {
         }
         Some(angles)
     }
+}
+
+/// Whether `a` and `b`, degrees, are the same but for rounding.
+fn is_same(a: &Angles, b: &Angles) -> bool {
+    (0..3).all(|axis| (a[axis] - b[axis]).abs() <= SAME_DEG)
 }
 
 /// Returns the angles with which `turn` brings `from` to `to`, unit vectors; `None` if it cannot. If both lie on its axis, it stays as it is `now`.

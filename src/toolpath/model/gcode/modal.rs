@@ -275,7 +275,10 @@ impl GWord {
 
     /// Whether P and Q on the line may belong to this G word.
     pub fn takes_p(&self) -> bool {
-        matches!(self, GWord::Dwell | GWord::PathControl | GWord::WorkOffset(None))
+        matches!(
+            self,
+            GWord::Dwell | GWord::PathControl | GWord::WorkOffset(None) | GWord::Setting(Setting::Incline(_))
+        )
     }
 
     /// Returns the word's modal group; a line has at most one word of each.

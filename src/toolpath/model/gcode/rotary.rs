@@ -108,7 +108,7 @@ impl Rotary {
 
     /// Returns the displacements (mm in W) that the axes on the side of the workpiece, and those on the side of the tool, give at `angles`
     /// (degrees), relative to all at 0.
-    fn displacements(&self, angles: &Angles) -> [Pose; 2] {
+    pub(super) fn displacements(&self, angles: &Angles) -> [Pose; 2] {
         [RotarySide::Workpiece, RotarySide::Tool].map(|side| {
             let axes = self.axes.iter().filter(|axis| axis.turns == side);
             axes.fold(Pose::identity(), |so_far, axis| {

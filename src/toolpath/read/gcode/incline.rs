@@ -1,6 +1,6 @@
 //! Inclined planes: where they begin and end, and which way the control turns the tool.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::{
     spatial::Pose,
@@ -17,8 +17,8 @@ use crate::{
 const ALONG_DEG: f64 = 0.02;
 
 impl Interpreter {
-    /// Puts the inclined plane of `word` in force in line `line`: about the coordinates of the line, by its I, J and K (degrees), with the zero
-    /// moved on by P, L and R in the plane.
+    /// Puts the inclined plane of `word` in force in line `line`: about the coordinates of the line, by its I, J and K. P, L and R are its normal,
+    /// or else move the zero on in the plane.
     pub(crate) fn incline(
         &mut self,
         line: usize,
@@ -30,8 +30,10 @@ impl Interpreter {
         if self.rotary_axes.is_empty() {
             return refuse(InclinedFault::NoAxes);
         }
-        let of_iso = inclination == Inclination::Euler;
-        let is_other = |letter: &char| request.find_word(*letter).is_some();
+        let of_iso = self.dialect.is_iso();
+        // P0 says that the angles are Euler's.
+        let is_other =
+            |letter: &char| request.find_word(*letter).is_some_and(|word| (word.letter, word.value) != ('P', 0.0));
         if of_iso && (self.modal.distance == Distance::Incremental || ['P', 'Q', 'R', 'L', 'D'].iter().any(is_other)) {
             return refuse(InclinedFault::Form { expected: "G68.2 X Y Z I J K in G90, with no other parameters" });
         }
@@ -41,7 +43,7 @@ impl Interpreter {
         if self.dialect != Dialect::Heidenhain && (self.offsets.is_shifted() || self.offsets.has_local_shift()) {
             return refuse(InclinedFault::Shifted);
         }
-        self.inclined = None;
+        let before = self.inclined.take().map_or_else(Matrix3::identity, |plane| plane.rotation);
         let mut origin = self.origin(word)?;
         let coordinates = self.coordinates(request)?;
         if !coordinates.is_empty() {
@@ -49,15 +51,48 @@ impl Interpreter {
         }
         coordinates.into_iter().for_each(|(axis, value)| origin[axis] += value);
         let value = |letter: char| request.find_word(letter).map_or(0.0, |word| word.value);
-        let rotation = inclination.rotation(['I', 'J', 'K'].map(value));
-        let inside = Vector3::from(['P', 'L', 'R'].map(value)) * self.modal.unit.mm();
+        let normal = ['P', 'L', 'R'].map(value);
+        let (before, given) = match inclination {
+            Inclination::Axial => {
+                let angles = self.given_angles(request, word)?;
+                let Some(across) = self.rotary_axes.plane_across_tool(&angles) else {
+                    let expected = "PLANE AXIAL by one axis at a right angle to the tool, the others at 0";
+                    return refuse(InclinedFault::Form { expected });
+                };
+                (across, Some(angles))
+            }
+            _ => (before, None),
+        };
+        let rotation = inclination.rotation(['I', 'J', 'K'].map(value), normal, before);
+        let moves_on = matches!(inclination, Inclination::AxisByAxis(_));
+        let inside = Vector3::from(normal) * if moves_on { self.modal.unit.mm() } else { 0.0 };
         if inside.amax() > Fault::MAX_COORDINATE_MM {
             return Err(word.refuse(Fault::TooFar));
         }
         self.inclined = Some(Pose { rotation, translation: origin + rotation * inside });
         self.notes.names_rotary_axes = true;
         self.change_plane(line);
+        self.found_angles = given;
         Ok(())
+    }
+
+    /// Returns the angles of A, B and C, degrees, of PLANE AXIAL: its I, J and K, or where the axes stand.
+    fn given_angles(&self, request: &Request, word: &Word) -> Result<[f64; 3], Refusal> {
+        let mut angles = self.turning().to;
+        for (axis, (letter, given)) in [('A', 'I'), ('B', 'J'), ('C', 'K')].into_iter().enumerate() {
+            match request.find_word(given) {
+                Some(given) if self.rotary_axes.has_axis(letter) => angles[axis] = given.value,
+                Some(_) => {
+                    let expected = "PLANE AXIAL with axes that the machine has";
+                    return Err(word.refuse(Fault::Inclined(InclinedFault::Form { expected })));
+                }
+                None if self.rotary_axes.has_axis(letter) && self.rotary_lost[axis] => {
+                    return Err(word.refuse(Fault::RotaryLost { letter }));
+                }
+                None => {}
+            }
+        }
+        Ok(angles)
     }
 
     /// Ends the inclined plane, if one is in force, in line `line`.
@@ -101,7 +136,8 @@ impl Interpreter {
         if let (Some(letter), AngleChoice::Least | AngleChoice::Shorter { .. }) = (lost, choice) {
             return Err(Fault::RotaryLost { letter });
         }
-        self.rotary_axes.chosen_angles(&direction, &self.turning().to, choice).map_err(Fault::Inclined)
+        let now = self.found_angles.filter(|_| choice == AngleChoice::Given).unwrap_or(self.turning().to);
+        self.rotary_axes.chosen_angles(&direction, &now, choice).map_err(Fault::Inclined)
     }
 
     /// Returns the angle of `axis` (0 = A), degrees, that `word` in line `line` takes from what PLANE with STAY has found.

@@ -3,16 +3,13 @@
 use crate::toolpath::{
     model::{
         Plane,
-        gcode::{
-            AngleChoice, Fault, Foreign, ForeignWord, GWord, Inclination, InclinedFault, LengthUnit, Refusal, Setting,
-            Unsupported, Word,
-        },
+        gcode::{Fault, Foreign, ForeignWord, GWord, LengthUnit, Refusal, Setting, Unsupported, Word},
     },
     read::{
         gcode::{
             Statement,
             dialect::{
-                block_numbers,
+                block_numbers, heidenhain_plane,
                 heidenhain_words::{self, OF_MACHINE, OF_TIP, Verb},
             },
             lines,
@@ -52,39 +49,6 @@ static TOOL_Y: ForeignWord = ForeignWord { name: "Y", meaning: GWord::Plane(Plan
 static TOOL_X: ForeignWord = ForeignWord { name: "X", meaning: GWord::Plane(Plane::Yz) };
 static SHIFT: ForeignWord =
     ForeignWord { name: "CYCL DEF 7", meaning: GWord::Setting(Setting::Translation { afresh: false }) };
-static SPATIAL: ForeignWord =
-    ForeignWord { name: "PLANE SPATIAL", meaning: GWord::Setting(Setting::Incline(Inclination::Spatial)) };
-static PLANE_OFF: ForeignWord = ForeignWord { name: "PLANE RESET", meaning: GWord::Passive("rotation") };
-/// By the shorter way, SEQ+ and SEQ-, each without and with TABLE ROT.
-static TURNS: [[ForeignWord; 2]; 3] = [
-    [turn("TURN", shorter(false)), turn("TURN", shorter(true))],
-    [turn("SEQ+", by_sign(true, false)), turn("SEQ+", by_sign(true, true))],
-    [turn("SEQ-", by_sign(false, false)), turn("SEQ-", by_sign(false, true))],
-];
-/// The same with STAY.
-static STAYS: [[ForeignWord; 2]; 3] = [
-    [stay(shorter(false)), stay(shorter(true))],
-    [stay(by_sign(true, false)), stay(by_sign(true, true))],
-    [stay(by_sign(false, false)), stay(by_sign(false, true))],
-];
-
-const fn turn(name: &'static str, choice: AngleChoice) -> ForeignWord {
-    ForeignWord { name, meaning: GWord::Align(choice) }
-}
-
-const fn stay(choice: AngleChoice) -> ForeignWord {
-    ForeignWord { name: "STAY", meaning: GWord::FindAngles(choice) }
-}
-
-const fn shorter(turns_table: bool) -> AngleChoice {
-    AngleChoice::Shorter { turns_table }
-}
-
-const fn by_sign(is_positive: bool, turns_table: bool) -> AngleChoice {
-    AngleChoice::Sign { is_positive, turns_table }
-}
-
-static TO_ZERO: ForeignWord = ForeignWord { name: "PLANE RESET TURN", meaning: GWord::Align(AngleChoice::Zero) };
 static PRESET: ForeignWord = ForeignWord { name: "CYCL DEF 247", meaning: GWord::Preset };
 
 /// Accepted forms of FUNCTION TCPM.
@@ -167,7 +131,7 @@ impl Reader {
                 Ok(vec![g_word(&OF_TIP, start..scan.line.len())])
             }
             ("FUNCTION", "MODE") if ends_with(&rest, "MILL") => Ok(Vec::new()),
-            ("PLANE", _) => plane_words(rest, &second, start),
+            ("PLANE", _) => heidenhain_plane::plane_words(rest, &second, start),
             ("TOOL", "CALL") => self.tool_call_words(rest),
             ("CYCL", "DEF") => self.cycle_words(rest, start),
             ("CALL", "LBL") | ("IF", _) => refuse(Foreign::Flow),
@@ -259,7 +223,7 @@ impl Reader {
             8 | 10 | 11 | 26 => refuse(Foreign::Frame),
             19 if scan.upper_text(range).ends_with(".0") => Ok(Vec::new()),
             // Without angles it ends the inclined plane.
-            19 if rest.next().is_none() => Ok(vec![g_word(&PLANE_OFF, start..start + 4)]),
+            19 if rest.next().is_none() => Ok(vec![g_word(&heidenhain_plane::OFF, start..start + 4)]),
             19 => refuse(Foreign::Kinematics),
             12 => refuse(Foreign::Call),
             _ => refuse(Foreign::Cycle),
@@ -292,59 +256,6 @@ fn preset_words(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
     Ok(vec![Word { meaning: Some(&PRESET), ..heidenhain_words::coordinate_word(&mut scan, 'G', None, at)? }])
 }
 
-/// Returns the words of PLANE of the kind `second`, whose parameters are at the cursor; `Err` for other kinds than SPATIAL and RESET.
-fn plane_words(mut scan: Scan, second: &str, start: usize) -> Result<Vec<Word>, Refusal> {
-    let refuse = |scan: &Scan, expected| Err(scan.refuse_all(start, Fault::Inclined(InclinedFault::Form { expected })));
-    let span = start..scan.at;
-    let mut words = match second {
-        "SPATIAL" => vec![g_word(&SPATIAL, span.clone())],
-        "RESET" => vec![g_word(&PLANE_OFF, span.clone())],
-        _ => return refuse(&scan, "PLANE SPATIAL or PLANE RESET"),
-    };
-    let (mut turns, mut sign, mut turns_table) = (None, 0, false);
-    while scan.next().is_some() {
-        let at = scan.at;
-        let name = scan.take_letters();
-        match name.as_str() {
-            "SPA" | "SPB" | "SPC" if second == "SPATIAL" => {
-                let letter = ['I', 'J', 'K'][usize::from(name.as_bytes()[2] - b'A')];
-                words.push(heidenhain_words::coordinate_word(&mut scan, letter, None, at)?);
-            }
-            "TURN" | "MOVE" if turns.is_none() => turns = Some(true),
-            "STAY" if turns.is_none() => turns = Some(false),
-            "SEQ" | "SYM" if scan.takes(b'+') => sign = 1,
-            "SEQ" | "SYM" if scan.takes(b'-') => sign = 2,
-            "FMAX" | "FAUTO" => {}
-            "MB" if scan.next().is_some_and(|byte| byte.is_ascii_alphabetic()) => {
-                scan.take_letters();
-            }
-            // How fast and how far away it turns.
-            "F" | "MB" | "DIST" | "ABST" if scan.next().is_some() => {
-                scan.take_decimal()?.map(drop).ok_or_else(|| scan.refuse(at, Foreign::NoNumber))?;
-            }
-            "COORD" if scan.next().is_some() && scan.take_letters() == "ROT" => {}
-            "TABLE" if scan.next().is_some() && scan.take_letters() == "ROT" => turns_table = true,
-            _ => {
-                return refuse(
-                    &scan,
-                    "SPA, SPB, SPC with numbers, TURN, MOVE or STAY, F, SEQ+ or SEQ-, TABLE ROT or COORD ROT",
-                );
-            }
-        }
-    }
-    let angles = words.iter().filter(|word| word.letter != 'G').count();
-    match (turns, second) {
-        (None, _) => refuse(&scan, "TURN, MOVE or STAY, which say whether the tool turns"),
-        (_, "SPATIAL") if angles != 3 => refuse(&scan, "SPA, SPB and SPC"),
-        (Some(true), "RESET") => Ok(words.into_iter().chain([g_word(&TO_ZERO, span)]).collect()),
-        (Some(false), "RESET") => Ok(words),
-        (Some(turns), _) => {
-            let rules = if turns { &TURNS } else { &STAYS };
-            Ok(words.into_iter().chain([g_word(&rules[sign][usize::from(turns_table)], span)]).collect())
-        }
-    }
-}
-
 /// Returns the rest of the line, in upper case with single blanks.
 fn rest_of_line(scan: &Scan) -> String {
     let rest = scan.upper_text(scan.at..scan.line.len());
@@ -352,7 +263,7 @@ fn rest_of_line(scan: &Scan) -> String {
 }
 
 /// Creates a G word with this meaning that spans the bytes `span`.
-fn g_word(meaning: &'static ForeignWord, span: std::ops::Range<usize>) -> Word {
+pub(crate) fn g_word(meaning: &'static ForeignWord, span: std::ops::Range<usize>) -> Word {
     Word { meaning: Some(meaning), ..Word::plain('G', 0.0, span) }
 }
 

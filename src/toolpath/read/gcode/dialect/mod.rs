@@ -11,6 +11,7 @@ use crate::toolpath::{
 pub(crate) mod block_numbers;
 mod detect;
 mod heidenhain;
+mod heidenhain_plane;
 mod heidenhain_words;
 pub(crate) mod scan;
 pub(crate) mod sinumerik;

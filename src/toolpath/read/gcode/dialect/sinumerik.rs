@@ -301,7 +301,9 @@ fn swivel_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
     if ![0.0, 10.0].contains(&number(2)?) {
         return Err(refuse("a new plane, _ST 0 or 10"));
     }
-    let swivel = sinumerik_words::swivel(number(3)?).ok_or_else(|| refuse("_MODE axis by axis, such as 57"))?;
+    let (mode, third) = (number(3)?, number(9)?);
+    let swivel = sinumerik_words::swivel(mode).filter(|_| mode != sinumerik_words::SOLID_ANGLE || third == 0.0);
+    let swivel = swivel.ok_or_else(|| refuse("_MODE axis by axis, such as 57, or 64 (solid angle) with no _C"))?;
     let mut words = vec![word(swivel)];
     let letters = [('X', 4), ('Y', 5), ('Z', 6), ('I', 7), ('J', 8), ('K', 9), ('P', 10), ('L', 11), ('R', 12)];
     for (letter, index) in letters {

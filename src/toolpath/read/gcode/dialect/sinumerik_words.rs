@@ -61,8 +61,15 @@ const fn swivel_about(axes: [usize; 3]) -> ForeignWord {
     ForeignWord { name: "CYCLE800", meaning: GWord::Setting(Setting::Incline(Inclination::AxisByAxis(axes))) }
 }
 
-/// Returns CYCLE800 by its `_MODE`: axis by axis about the axes that bits 0 and 1, 2 and 3, 4 and 5 name (1 is X); `None` for others.
+/// `_MODE` of CYCLE800 by the solid angle: `_A` about z, `_B` about the new y (Siemens, *SINUMERIK 828D Operating Manual*, Swivel plane).
+pub(crate) const SOLID_ANGLE: f64 = 64.0;
+/// That of the same turns axis by axis: about z, y and x.
+const BY_Z_AND_Y: f64 = 27.0;
+
+/// Returns CYCLE800 by its `_MODE`: axis by axis about the axes that bits 0 and 1, 2 and 3, 4 and 5 name (1 is X), or by the solid angle; `None`
+/// for others.
 pub(crate) fn swivel(mode: f64) -> Option<&'static ForeignWord> {
+    let mode = if mode == SOLID_ANGLE { BY_Z_AND_Y } else { mode };
     if mode.fract() != 0.0 || !(0.0..64.0).contains(&mode) {
         return None;
     }
