@@ -21,11 +21,11 @@ use nalgebra::{UnitQuaternion, Vector3};
 const PLACED: &str = "[placement]\norigin_mm = [2100.0, 0.0, 650.0]\n[force.path_frame]\nradial_force_N = 300.0\n\
                       tangential_force_N = -200.0\naxial_force_N = -100.0\n";
 
-fn arm() -> Machine {
+pub fn arm() -> Machine {
     Machine::named_or_file("fanuc_r2000ic").unwrap()
 }
 
-fn process(more: &str) -> Process {
+pub fn process(more: &str) -> Process {
     try_process(more).unwrap_or_else(|refused| panic!("{refused}"))
 }
 
@@ -34,11 +34,11 @@ fn try_process(more: &str) -> Result<Process, String> {
     Process::from_toml(&text, "process", Folder::in_memory([]), &arm()).map_err(|refused| refused.to_string())
 }
 
-fn folder(files: &[(&str, &str)]) -> Folder {
+pub fn folder(files: &[(&str, &str)]) -> Folder {
     Folder::in_memory(files.iter().map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec())))
 }
 
-fn compensated(process: Process, files: &[(&str, &str)]) -> (ProgramJob, ProgramAsWritten) {
+pub fn compensated(process: Process, files: &[(&str, &str)]) -> (ProgramJob, ProgramAsWritten) {
     let name = files[0].0;
     let file = ProgramFile::in_folder(&folder(files), name, &process).unwrap_or_else(|refused| panic!("{refused}"));
     let job = ProgramJob::new(process, file, name, &Work::default()).unwrap_or_else(|refused| panic!("{refused}"));
