@@ -59,6 +59,9 @@ impl Reader<'_> {
         let end = match self.waypoint(kind, &mut scan, text, code.start)? {
             Waypoint::To(target) => Some(target),
             Waypoint::Unknown => None,
+            Waypoint::Here if self.block.is_some() || is_spline && !scan.is_done() => {
+                return Err(RobotFault::Form { expected: "a point, as where the robot is is not known before" });
+            }
             Waypoint::Here => return Ok(None),
         };
         let is_angle_next = kind == MotionKind::Circle && scan.takes(b',');
