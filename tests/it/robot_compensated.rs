@@ -21,7 +21,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 const PLACED: &str = "[placement]\norigin_mm = [2100.0, 0.0, 650.0]\n[force.path_frame]\nradial_force_N = 300.0\n\
                       tangential_force_N = -200.0\naxial_force_N = -100.0\n";
 
-pub fn arm() -> Machine {
+fn arm() -> Machine {
     Machine::named_or_file("fanuc_r2000ic").unwrap()
 }
 
@@ -34,7 +34,7 @@ fn try_process(more: &str) -> Result<Process, String> {
     Process::from_toml(&text, "process", Folder::in_memory([]), &arm()).map_err(|refused| refused.to_string())
 }
 
-pub fn folder(files: &[(&str, &str)]) -> Folder {
+fn folder(files: &[(&str, &str)]) -> Folder {
     Folder::in_memory(files.iter().map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec())))
 }
 
