@@ -209,7 +209,6 @@ fn programs_that_cannot_be_followed_are_refused_by_line_and_statement() {
             "hides( )",
             "`N2=1`: data whose names are those of other data in the first routine are not followed; expected names that mean one datum".to_owned(),
         ),
-        ("FOR I=1 TO 2\nSPLINE\nSPL P\nENDSPLINE\nENDFOR", "`SPLINE`: splines are not followed; expected LIN, CIRC and PTP".to_owned()),
         ("EXIT\nLIN P", "`DEF p( )`: expected EXIT in a loop alone".to_owned()),
         ("GOTO nowhere\nLIN P", "`DEF p( )`: jumps into branches and loops are not followed; expected a label outside".to_owned()),
     ] {

@@ -75,6 +75,7 @@ mod inputs;
 mod jacobians;
 mod kinematics;
 mod krl_expanded;
+mod krl_splines;
 mod labels;
 mod lanes;
 mod left_out_poses;

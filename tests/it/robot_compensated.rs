@@ -25,7 +25,7 @@ fn arm() -> Machine {
     Machine::named_or_file("fanuc_r2000ic").unwrap()
 }
 
-fn process(more: &str) -> Process {
+pub fn process(more: &str) -> Process {
     try_process(more).unwrap_or_else(|refused| panic!("{refused}"))
 }
 
@@ -38,7 +38,7 @@ fn folder(files: &[(&str, &str)]) -> Folder {
     Folder::in_memory(files.iter().map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec())))
 }
 
-fn compensated(process: Process, files: &[(&str, &str)]) -> (ProgramJob, ProgramAsWritten) {
+pub fn compensated(process: Process, files: &[(&str, &str)]) -> (ProgramJob, ProgramAsWritten) {
     let name = files[0].0;
     let file = ProgramFile::in_folder(&folder(files), name, &process).unwrap_or_else(|refused| panic!("{refused}"));
     let job = ProgramJob::new(process, file, name, &Work::default()).unwrap_or_else(|refused| panic!("{refused}"));

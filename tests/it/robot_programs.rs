@@ -360,8 +360,6 @@ fn krl_that_is_not_followed_is_refused_by_line_and_statement() {
     let refused = |source: &str| parse(Language::Krl, source, &RobotOptions::default()).unwrap_err();
     let pose = "LIN {X 0,Y 0,Z 0,A 0,B 0,C 0}\n";
     for (source, message) in [
-        ("SPLINE\n", "p.src:1: `SPLINE`: splines are not followed; expected LIN, CIRC and PTP"),
-        ("SLIN {X 0} ; x\n", "p.src:1: `SLIN {X 0}`: splines are not followed; expected LIN, CIRC and PTP"),
         (
             "FOR i=1 TO 3\nLIN_REL {X 1}\nENDFOR\n",
             "p.src:2: `LIN_REL {X 1}`: in FOR of line 1, where it may be skipped or repeated; expected outside, where it runs once",

@@ -1,4 +1,4 @@
-//! The geometry of a motion in the workpiece frame: line, arc, circle or drilled hole.
+//! The geometry of a motion in the workpiece frame: line, arc, circle, spline or drilled hole.
 
 use nalgebra::Vector3;
 
@@ -13,6 +13,8 @@ pub(crate) enum MotionGeometry {
     Arrival(Vector3<f64>),
     /// Straight from the first to the second.
     Line(Vector3<f64>, Vector3<f64>),
+    /// On a curve of which only the ends are known, taken as straight: the path has one point for the motion, its end.
+    Spline { start: Vector3<f64>, end: Vector3<f64>, tangent: Vector3<f64> },
     /// Circular or helical arc in a plane of G-code.
     Arc(gcode::Arc),
     /// Circular arc through three points.
@@ -31,6 +33,9 @@ impl MotionGeometry {
                 let position = if t < 1.0 { start.lerp(end, t) } else { *end };
                 Some((position, direction(end - start)))
             }
+            MotionGeometry::Spline { start, end, tangent } => {
+                Some((if t < 1.0 { start.lerp(end, t) } else { *end }, *tangent))
+            }
             MotionGeometry::Arc(arc) => Some(arc.at(t)),
             MotionGeometry::Circle(arc) => Some(arc.at(t)),
             MotionGeometry::Hole(hole) => Some(hole.at(t)),
@@ -41,7 +46,7 @@ impl MotionGeometry {
     pub fn length(&self) -> f64 {
         match self {
             MotionGeometry::Unlocated | MotionGeometry::Arrival(_) => 0.0,
-            MotionGeometry::Line(start, end) => (end - start).norm(),
+            MotionGeometry::Line(start, end) | MotionGeometry::Spline { start, end, .. } => (end - start).norm(),
             MotionGeometry::Arc(arc) => arc.length(),
             MotionGeometry::Circle(arc) => arc.length(),
             MotionGeometry::Hole(hole) => hole.length_to(1.0),
@@ -56,7 +61,7 @@ impl MotionGeometry {
         };
         match self {
             MotionGeometry::Unlocated => Some(0),
-            MotionGeometry::Arrival(_) => Some(1),
+            MotionGeometry::Arrival(_) | MotionGeometry::Spline { .. } => Some(1),
             MotionGeometry::Line(..) => sampling.turning_pieces(self.length(), turn_rad),
             MotionGeometry::Arc(arc) => arc_pieces(arc.radius(), arc.sweep_rad()),
             MotionGeometry::Circle(arc) => arc_pieces(arc.radius(), arc.sweep_rad()),

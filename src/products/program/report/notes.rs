@@ -222,6 +222,17 @@ fn robot_notes(program: &RobotProgram, calls: &WrittenCalls) -> String {
             motion_lines(&notes.unlocated_lines)
         );
     }
+    if !notes.spline_lines.is_empty() {
+        text += &format!(
+            "Corrected at their points alone, as segments of splines (SPL): {}. How the controller leads the tool between them is not proved: \
+             forces, and what is cut, are those of straight lines from point to point, and the curve moves with its points.\n",
+            motion_lines(&notes.spline_lines)
+        );
+    }
+    if notes.lines_in_splines {
+        text += "Where a SLIN or SCIRC within SPLINE has become several, the controller stops at the corners between them, however flat they are; \
+                 a larger write_tolerance_mm keeps it whole.\n";
+    }
     if notes.named_points && program.language() != Language::Ls {
         text += "Points stay as they are declared; a motion to one of them that is corrected has numbers in place of its name.\n";
     }

@@ -355,6 +355,10 @@ pub fn program_json(report: &Report<'_>) -> Value {
             WrittenCalls::WrittenOut { because } => json!({ "lines": lines, "written": grown, "because": because }),
         }),
         "lines_left_as_written": notes.unlocated_lines,
+        "lines_corrected_at_points_alone": match &job.file {
+            ProgramFile::Robot(program) => program.notes().spline_lines.clone(),
+            _ => Vec::new(),
+        },
         "angles_of_the_control": notes.chosen_angles.iter().map(|(line, [a, b, c])| json!({ "line": line, "A": a, "B": b, "C": c })).collect::<Vec<_>>(),
         "cutter_radii_written_out_mm": notes.cutter_radii_mm.iter().map(|(of, radius)| (of.to_string(), json!(radius))).collect::<serde_json::Map<_, _>>(),
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),

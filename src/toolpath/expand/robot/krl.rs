@@ -16,7 +16,11 @@ use crate::toolpath::{
     },
     model::robot::{Language, RobotFault},
     read::{
-        robot::{krl::brace_span, rapid::CodeUnit, trimmed},
+        robot::{
+            krl::{brace_span, is_of_inline_forms},
+            rapid::CodeUnit,
+            trimmed,
+        },
         scan::Scan,
     },
 };
@@ -191,7 +195,7 @@ impl Run<'_> {
             let is_call = Scan::new(&statement[at.end..]).next() == Some(b'(');
             let routine = self.module.routines.get(&name);
             let is_harmless = routine.map_or_else(
-                || WORDS.contains(&name.as_str()) || FUNCTIONS.contains(&name.as_str()),
+                || WORDS.contains(&name.as_str()) || FUNCTIONS.contains(&name.as_str()) || is_of_inline_forms(&name),
                 |routine| routine.parameters.iter().all(|parameter| !parameter.is_reference),
             );
             is_call && !is_harmless

@@ -13,6 +13,8 @@ pub(crate) enum MotionKind {
     Circle,
     /// From point to point on a path that the controller chooses, not for cutting.
     PointToPoint,
+    /// On a curve that the controller lays through this point and those beside it.
+    Spline,
 }
 
 /// Which component of a pose a number is.
@@ -108,6 +110,17 @@ pub(crate) struct Statement {
     pub spindle_rev_per_min: Option<f64>,
     pub tool: Option<u32>,
     pub apt: AptParts,
+    /// Of a spline motion of KRL (SLIN, SCIRC, SPTP, SPL).
+    pub spline: Option<SplineMotion>,
+}
+
+/// What KRL says of a spline motion beyond what other motions have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SplineMotion {
+    /// Line on which the block of SPLINE begins whose segment it is, from 1.
+    pub block: Option<usize>,
+    /// Whether WITH says how a circle turns the tool ($CIRC_MODE).
+    pub sets_circle_mode: bool,
 }
 
 /// What records of APT before a motion say of it.
@@ -169,6 +182,7 @@ impl Statement {
             spindle_rev_per_min: None,
             tool: None,
             apt: AptParts::default(),
+            spline: None,
         }
     }
 }

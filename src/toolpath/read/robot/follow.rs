@@ -4,12 +4,16 @@ use nalgebra::Vector3;
 
 use crate::{
     machine::ExternalAxes,
-    toolpath::model::{
-        Hole, MAX_COORDINATE_MM, MotionGeometry, Orientation, PathPoint, PointSource, Sampling, even_parameters,
-        robot::{
-            AptCircle, Arc, CircleTurn, Component, Drilling, Language, MotionKind, RobotFault, Statement, Target,
-            rotation,
+    toolpath::{
+        model::{
+            Hole, MAX_COORDINATE_MM, MotionGeometry, Orientation, PathPoint, PointSource, Sampling, direction,
+            even_parameters,
+            robot::{
+                AptCircle, Arc, CircleTurn, Component, Drilling, Language, MotionKind, RobotFault, Statement, Target,
+                rotation,
+            },
         },
+        read::robot::krl::check_turn,
     },
 };
 
@@ -85,6 +89,11 @@ impl Follower {
                 );
             }
             (MotionKind::Line, Some(start), Some(end)) => MotionGeometry::Line(start.position, end.position),
+            (MotionKind::Spline, Some(start), Some(end)) => MotionGeometry::Spline {
+                start: start.position,
+                end: end.position,
+                tangent: direction(end.position - start.position),
+            },
             (MotionKind::Circle, Some(start), Some(end)) => self.arc(&statement, start, end)?,
             (MotionKind::Circle, None, Some(_)) => return Err(RobotFault::CircleFromNowhere),
             (_, _, Some(end)) => MotionGeometry::Arrival(end.position),
@@ -109,7 +118,11 @@ impl Follower {
             Some(via) => target_state(self.language, statement, via, Some(start))?,
             None => None,
         };
-        let via = via.ok_or(RobotFault::NoCircle)?.position;
+        let via = via.ok_or(RobotFault::NoCircle)?;
+        if let Some(spline) = &statement.spline {
+            check_turn(statement, spline, [start, &via, end])?;
+        }
+        let via = via.position;
         let arc = Arc::through([start.position, via, end.position], statement.sweep_rad);
         Ok(MotionGeometry::Circle(arc.ok_or(RobotFault::NoCircle)?))
     }
@@ -223,6 +236,22 @@ impl AptCircle {
 }
 
 impl Motion {
+    /// Sets the tangent at the end of an SPL, of which only the points are known, by the motion behind it: in the same block the direction in
+    /// which a line or circle begins, or before another SPL the mean of the directions of arrival and departure; else that of arrival stays.
+    pub(crate) fn set_spline_tangent(&mut self, next: Option<&Motion>) {
+        let block = |motion: &Motion| motion.statement.spline.and_then(|spline| spline.block);
+        let next = next.filter(|next| block(next).is_some() && block(next) == block(self));
+        let (MotionGeometry::Spline { tangent, .. }, Some(next)) = (&mut self.geometry, next) else { return };
+        let (Some(start), Some(end)) = (next.start, next.end) else { return };
+        let departure = match &next.geometry {
+            MotionGeometry::Spline { .. } => *tangent + direction(end.position - start.position),
+            geometry => geometry.at(0.0).map_or(Vector3::zeros(), |(_, tangent)| tangent),
+        };
+        if direction(departure) != Vector3::zeros() {
+            *tangent = direction(departure);
+        }
+    }
+
     /// Returns the parameters of the ends of `pieces` pieces of the motion, from 0 to 1.
     pub fn parameters(&self, pieces: usize) -> Vec<f64> {
         match self.geometry {

@@ -6,7 +6,8 @@ use crate::toolpath::{
     model::{
         MotionGeometry, NumberFormat, decimals_in,
         robot::{
-            Component, Decimals, INCH_MM, Language, METRE_DECIMALS, METRE_MM, RobotError, RobotFault, Statement, Target,
+            Component, Decimals, INCH_MM, Language, METRE_DECIMALS, METRE_MM, MotionKind, RobotError, RobotFault,
+            Statement, Target,
         },
     },
     read::robot::{Follower, Motion, Refusal, RobotProgram, Tools, apt, krl, ls, rapid, urscript},
@@ -35,6 +36,10 @@ pub struct RobotNotes {
     pub uncalled: Vec<String>,
     /// Whether some motion leads to a point declared elsewhere; corrected, it has its numbers in the motion.
     pub named_points: bool,
+    /// Lines, from 1, of segments of splines (SPL): they lead through their points, on a path between them that is not known.
+    pub spline_lines: Vec<usize>,
+    /// Whether SLIN or SCIRC stand in blocks of SPLINE.
+    pub lines_in_splines: bool,
     /// Numbers of lines of the program and of its expansion, if it was expanded.
     pub written_out: Option<[usize; 2]>,
 }
@@ -49,17 +54,32 @@ impl RobotProgram {
         let mut follower = Follower::new(self.language, self.options.external_axes.len());
         let mut notes = RobotNotes::default();
         let located = |refusal: Refusal| self.locate(refusal);
+        // A spline waits for the motion behind it.
+        let mut waiting: Option<Motion> = None;
         while let Some(statement) = reader.next().map_err(located)? {
             let (line, at) = (statement.line, statement.at.clone());
             let motion = follower.follow(statement).map_err(|fault| located(Refusal { line, at, fault }))?;
-            if motion.geometry == MotionGeometry::Unlocated {
+            let is_spline = motion.statement.kind == MotionKind::Spline;
+            if is_spline || motion.geometry == MotionGeometry::Unlocated {
                 let expansion = self.expansion.as_ref();
-                notes
-                    .unlocated_lines
-                    .push(expansion.map_or(line, |expansion| expansion.line_of(motion.statement.at.start)));
+                let line = expansion.map_or(line, |expansion| expansion.line_of(motion.statement.at.start));
+                if is_spline { &mut notes.spline_lines } else { &mut notes.unlocated_lines }.push(line);
             }
+            notes.lines_in_splines |=
+                !is_spline && motion.statement.spline.is_some_and(|spline| spline.block.is_some());
             notes.named_points |= self.targets(&motion.statement).any(|(_, is_named)| is_named);
-            visit(&motion)?;
+            if let Some(mut spline) = waiting.take() {
+                spline.set_spline_tangent(Some(&motion));
+                visit(&spline)?;
+            }
+            if is_spline {
+                waiting = Some(motion);
+            } else {
+                visit(&motion)?;
+            }
+        }
+        if let Some(spline) = waiting {
+            visit(&spline)?;
         }
         notes.tool_tip_mm = reader.tools().and_then(Tools::tip_mm);
         notes.uncalled = reader.left_out().to_vec();

@@ -4,10 +4,14 @@ use std::borrow::Cow;
 
 use crate::toolpath::{
     model::robot::{Language, METRE_MM, MotionKind, Statement},
-    read::robot::{
-        rapid::{split_arguments, zone_of},
-        trimmed,
-        urscript::{argument_names, arguments, named_argument},
+    read::{
+        robot::{
+            krl::{WithPart, with_parts},
+            rapid::{split_arguments, zone_of},
+            trimmed,
+            urscript::{argument_names, arguments, named_argument},
+        },
+        scan::Scan,
     },
     write::robot::Writer,
 };
@@ -25,6 +29,9 @@ impl<'a> Writer<'a> {
     /// Returns what stands behind the pose at the end of a split motion, whose last piece has this length: in URScript with a blend that does
     /// not meet that of the point before, which the controller does not allow; others limit it themselves.
     pub(crate) fn end_suffix(&mut self, statement: &Statement, length_mm: f64, is_line: bool) -> Cow<'a, [u8]> {
+        if statement.spline.is_some() {
+            return spline_suffix(self.source, statement, is_line);
+        }
         if self.format.language != Language::UrScript {
             return Cow::Borrowed(&self.source[statement.suffix.clone()]);
         }
@@ -69,6 +76,13 @@ pub(crate) fn suffix_between<'a>(
     room_mm: f64,
     is_line: bool,
 ) -> Cow<'a, [u8]> {
+    if let Some(spline) = &statement.spline {
+        let suffix = spline_suffix(source, statement, is_line);
+        return match spline.block.is_some() || is_approximated(&suffix) {
+            true => suffix,
+            false => Cow::Owned([&suffix, &b" C_SPL"[..]].concat()),
+        };
+    }
     let suffix = &source[statement.suffix.clone()];
     let text = String::from_utf8_lossy(suffix).to_ascii_uppercase();
     match language {
@@ -89,6 +103,29 @@ pub(crate) fn suffix_between<'a>(
         Language::UrScript => script_suffix(source, statement, radius_mm(statement, room_mm), is_line),
         _ => Cow::Borrowed(suffix),
     }
+}
+
+/// Returns what stands behind the last pose of a spline motion of KRL; for a line in place of a circle if `is_line`, without what WITH says of
+/// circles.
+fn spline_suffix<'a>(source: &'a [u8], statement: &Statement, is_line: bool) -> Cow<'a, [u8]> {
+    let own = &source[statement.suffix.clone()];
+    let mut scan = Scan::new(own);
+    let is_of_circle = |part: &WithPart<'_>| part.name.starts_with("$CIRC_");
+    let parts = with_parts(&mut scan).unwrap_or_default();
+    if !is_line || statement.kind != MotionKind::Circle || !parts.iter().any(is_of_circle) {
+        return Cow::Borrowed(own);
+    }
+    let kept: Vec<&[u8]> = parts.iter().filter(|part| !is_of_circle(part)).map(|part| &own[part.at.clone()]).collect();
+    let with: &[u8] = if kept.is_empty() { b"" } else { b" WITH " };
+    let rest = scan.rest().trim_ascii();
+    let blank: &[u8] = if rest.is_empty() { b"" } else { b" " };
+    Cow::Owned([with, &kept.join(&b", "[..]), blank, rest].concat())
+}
+
+/// Whether an approximation ends `suffix`, behind WITH and its parts.
+fn is_approximated(suffix: &[u8]) -> bool {
+    let mut scan = Scan::new(suffix);
+    with_parts(&mut scan).is_ok() && !scan.is_done()
 }
 
 /// Returns the radius for a point that has its nearer neighbour in the distance `room_mm`; `None` if that of the statement fits.

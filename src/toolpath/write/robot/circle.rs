@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        MotionGeometry,
+        MotionGeometry, Orientation,
         robot::{AptCircle, Arc, CircleTurn, RobotFault, Target},
     },
     read::robot::{Motion, ToolState, target_state},
@@ -58,6 +58,13 @@ impl Writer<'_> {
         let end_pose =
             self.format.write_pose(statement, target, &goal(&end_at, end_by, points.orientation(last)), Some(&from))?;
         let (Some(via_pose), Some(mut end_pose)) = (via_pose, end_pose) else { return Ok(false) };
+        // Which way a circle of splines turns the tool depends on the orientation of its point between.
+        if statement.spline.is_some()
+            && !(are_alike(start.orientation, from.orientation)
+                && are_alike(end_at.orientation, end_pose.state.orientation))
+        {
+            return Ok(false);
+        }
         let through = [from.position, via_pose.state.position, end_pose.state.position];
         let Some(written) = Arc::through(through, statement.sweep_rad) else { return Ok(false) };
         if (written.sweep_rad() - arc.sweep_rad()).abs() > TURN_RAD {
@@ -165,6 +172,10 @@ impl Writer<'_> {
         else {
             return Ok(None);
         };
+        let ends = [motion.start, motion.end].map(|state| state.and_then(|state| state.orientation));
+        if statement.spline.is_some() && (points.orientations.is_some() || !are_alike(ends[0], ends[1])) {
+            return Ok(None);
+        }
         let middle = range.start + range.len() / 2 - 1;
         let pose =
             |target: &Target, k: usize| self.format.write_pose(statement, target, &points.goal(k, motion), Some(&from));
@@ -180,6 +191,11 @@ impl Writer<'_> {
         let parameters = self.parameters(&MotionGeometry::Circle(written), [from, end.state], motion, points, range);
         Ok(parameters.map(|parameters| Piece { via: Some(via_pose), end, parameters }))
     }
+}
+
+/// Whether two orientations are the same, but for what no decimal of an angle shows.
+fn are_alike(a: Option<Orientation>, b: Option<Orientation>) -> bool {
+    a.zip(b).is_some_and(|(a, b)| a.angle_to(&b) < 1e-6)
 }
 
 /// A part of a circle may turn by as much more or less than programmed, as a share.

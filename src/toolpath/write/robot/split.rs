@@ -261,7 +261,10 @@ impl<'a> Writer<'a> {
         let keyword = &source[statement.keyword.clone()];
         let circle = statement.apt.circle.as_ref();
         let (line_keyword, before_pose) = match (statement.kind, self.format.language) {
-            (MotionKind::Circle, Language::Krl) => (b"LIN".as_slice(), statement.keyword.end..first_pose),
+            (MotionKind::Circle, Language::Krl) => {
+                let line = if statement.spline.is_some() { b"SLIN".as_slice() } else { b"LIN" };
+                (line, statement.keyword.end..first_pose)
+            }
             (MotionKind::Circle, Language::Rapid) => (b"MoveL".as_slice(), statement.keyword.end..first_pose),
             (MotionKind::Circle, Language::Ls) => (b"L".as_slice(), statement.keyword.end..first_pose),
             (MotionKind::Circle, Language::UrScript) => (b"movel".as_slice(), statement.keyword.end..first_pose),

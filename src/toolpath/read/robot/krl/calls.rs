@@ -1,6 +1,9 @@
 //! Functions that KRL programs call where a value stands.
 
-use super::code_range;
+use super::{
+    code_range,
+    spline::{check_in_block, is_of_inline_forms},
+};
 use crate::toolpath::{
     model::robot::{RobotFault, RobotOptions},
     read::robot::{LineCursor, Refusal},
@@ -14,7 +17,8 @@ const ELSEWHERE: &str = "DEF DEFFCT GLOBAL EXT EXTP EXTFCT EXTFCTP SIGNAL INTERR
 
 /// Refuses functions in a statement where values stand, as they may move the tool or change data.
 pub(crate) fn check_functions(code: &[u8], options: &RobotOptions) -> Result<(), RobotFault> {
-    match called_in(code).iter().all(|name| is_word_of(HARMLESS, name) || options.keeps_call(name)) {
+    let is_kept = |name: &String| is_word_of(HARMLESS, name) || is_of_inline_forms(name) || options.keeps_call(name);
+    match called_in(code).iter().all(is_kept) {
         true => Ok(()),
         false => RobotFault::not_followed(
             "functions that may do more than compute are",
@@ -23,9 +27,9 @@ pub(crate) fn check_functions(code: &[u8], options: &RobotOptions) -> Result<(),
     }
 }
 
-/// Refuses what the expansion of a program does not follow: functions, and records of its own.
+/// Refuses what the expansion of a program does not follow: functions, records of its own, and other statements within SPLINE than segments.
 pub(crate) fn check_program(source: &[u8], options: &RobotOptions) -> Result<(), Refusal> {
-    let mut lines = LineCursor::new(source);
+    let (mut lines, mut in_block) = (LineCursor::new(source), false);
     while let Some(line) = lines.advance() {
         let code = code_range(source, line);
         let text = String::from_utf8_lossy(&source[code.clone()]).to_ascii_uppercase();
@@ -35,7 +39,18 @@ pub(crate) fn check_program(source: &[u8], options: &RobotOptions) -> Result<(),
             ["STRUC", ..] | ["GLOBAL", "STRUC"] => {
                 RobotFault::not_followed("records of the program (STRUC) are", "numbers, positions and frames")
             }
-            _ => check_functions(&source[code.clone()], options),
+            [word, ..] => {
+                let word =
+                    &word[..word.bytes().take_while(|byte| byte.is_ascii_alphanumeric() || *byte == b'_').count()];
+                let in_place = check_in_block(word, in_block);
+                in_block = match word {
+                    "SPLINE" => true,
+                    "ENDSPLINE" => false,
+                    _ => in_block,
+                };
+                in_place.and_then(|()| check_functions(&source[code.clone()], options))
+            }
+            [] => Ok(()),
         };
         checked.map_err(|fault| Refusal { line: lines.line, at: code, fault })?;
     }

@@ -1,6 +1,6 @@
 //! KUKA Robot Language: lines of a `.src`, with the points that it or the `.dat` beside it declares.
 //!
-//! Followed are LIN, CIRC, PTP, LIN_REL and PTP_REL, `$BASE`, `$TOOL`, `$VEL.CP` and what inline forms set. What else may move the tool, or
+//! Followed are LIN, CIRC, PTP, LIN_REL, PTP_REL and their spline motions, `$BASE`, `$TOOL`, `$VEL.CP` and what inline forms set. What else may move the tool, or
 //! change what a motion means, is refused; the rest is ignored.
 
 use std::ops::Range;
@@ -17,10 +17,16 @@ mod calls;
 mod frame;
 mod motion;
 pub(crate) mod points;
+mod spline;
 mod state;
 mod units;
 
-pub(crate) use {calls::check_program, frame::brace_span, units::next_unit};
+pub(crate) use {
+    calls::check_program,
+    frame::brace_span,
+    spline::{WithPart, check_turn, is_of_inline_forms, with_parts},
+    units::next_unit,
+};
 
 /// Refusal of fixed tools, for which the robot carries the part.
 const FIXED_TOOL: RobotFault =
@@ -48,6 +54,10 @@ pub(crate) struct Reader<'a> {
     end_line: Option<usize>,
     /// Line that set $CIRC_TYPE to carry the orientation along circles.
     circ_type_line: Option<usize>,
+    /// The block of SPLINE that is open.
+    block: Option<spline::Block>,
+    /// Whether the last spline motion had another base, or another tool, than that in force.
+    left_frames: [bool; 2],
 }
 
 impl<'a> Reader<'a> {
@@ -68,6 +78,8 @@ impl<'a> Reader<'a> {
             routines: Vec::new(),
             end_line: None,
             circ_type_line: None,
+            block: None,
+            left_frames: [false; 2],
         }
     }
 
@@ -93,7 +105,14 @@ impl<'a> Reader<'a> {
                 return Ok(Some(statement));
             }
         }
-        Ok(None)
+        match self.block.take() {
+            Some(block) => Err(Refusal {
+                line: block.line,
+                at: block.at,
+                fault: RobotFault::Form { expected: "ENDSPLINE behind it" },
+            }),
+            None => Ok(None),
+        }
     }
 
     /// Follows a line of code, the bytes `code`: returns the statement if it moves the tool, or else sets modes.
@@ -108,7 +127,13 @@ impl<'a> Reader<'a> {
             // Whether and when other routines run is not known.
             return if is_motion_word(&word) { Err(RobotFault::SecondRoutine { line, first }) } else { Ok(None) };
         }
+        spline::check_in_block(&word, self.block.is_some())?;
         match word.as_str() {
+            "SPLINE" => {
+                self.check_runs_once()?;
+                self.open_block(scan, code)?;
+            }
+            "ENDSPLINE" => self.close_block(scan)?,
             _ if is_motion_word(&word) => return self.motion(&word, code),
             "" => return Err(RobotFault::Unknown { expected: "a statement of KRL" }),
             "DEF" | "DEFFCT" => self.routines.push(self.lines.line),
@@ -198,6 +223,7 @@ pub(crate) fn is_motion_word(word: &str) -> bool {
             | "SLIN_REL"
             | "SPTP_REL"
             | "SCIRC_REL"
+            | "SPL_REL"
             | "PTP_SPLINE"
     )
 }

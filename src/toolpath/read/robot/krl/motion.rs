@@ -6,7 +6,7 @@ use crate::toolpath::{
     model::robot::{Component, Frames, MotionKind, RobotFault, Statement, Target},
     read::{
         robot::{
-            krl::{Reader, frame, state::variable_name},
+            krl::{Reader, frame, spline::Settings, state::variable_name},
             trimmed,
         },
         scan::Scan,
@@ -26,16 +26,18 @@ enum Waypoint {
 impl Reader<'_> {
     /// Returns the statement of the motion `word` in the bytes `code`; `None` if it stays where the robot is.
     pub(crate) fn motion(&mut self, word: &str, code: Range<usize>) -> Result<Option<Statement>, RobotFault> {
+        let is_spline = word.starts_with('S');
         let (kind, is_step) = match word {
-            "LIN" => (MotionKind::Line, false),
+            "LIN" | "SLIN" => (MotionKind::Line, false),
             "LIN_REL" => (MotionKind::Line, true),
-            "PTP" => (MotionKind::PointToPoint, false),
+            "PTP" | "SPTP" => (MotionKind::PointToPoint, false),
             "PTP_REL" => (MotionKind::PointToPoint, true),
-            "CIRC" => (MotionKind::Circle, false),
+            "CIRC" | "SCIRC" => (MotionKind::Circle, false),
             "CIRC_REL" => {
                 return RobotFault::not_followed("circles by steps are", "CIRC");
             }
-            _ => return RobotFault::not_followed("splines are", "LIN, CIRC and PTP"),
+            "SPL" => (MotionKind::Spline, false),
+            _ => return RobotFault::not_followed("spline motions by steps are", "SLIN, SCIRC, SPTP and SPL to points"),
         };
         self.check_runs_once()?;
         if let Some(end) = self.end_line {
@@ -57,13 +59,19 @@ impl Reader<'_> {
         let end = match self.waypoint(kind, &mut scan, text, code.start)? {
             Waypoint::To(target) => Some(target),
             Waypoint::Unknown => None,
+            Waypoint::Here if self.block.is_some() || is_spline && !scan.is_done() => {
+                return Err(RobotFault::Form { expected: "a point, as where the robot is is not known before" });
+            }
             Waypoint::Here => return Ok(None),
         };
         let is_angle_next = kind == MotionKind::Circle && scan.takes(b',');
         let sweep_rad = if is_angle_next { Some(circle_angle(&mut scan)?) } else { None };
         let pose_end = end.as_ref().map_or(code.end, |end| end.at.end);
         let suffix = if is_angle_next { code.start + scan.at } else { pose_end }..code.end;
-        let in_tool = is_in_tool_axes(scan)?;
+        let (settings, in_tool) = match is_spline {
+            true => (self.spline_settings(&mut scan, end.is_some())?, false),
+            false => (Settings::default(), is_in_tool_axes(scan)?),
+        };
         if is_step {
             let turns = |target: &Target| {
                 (0..3).any(|angle| target.number(Component::Rotation(angle)).is_some_and(|a| a != 0.0))
@@ -77,7 +85,7 @@ impl Reader<'_> {
                 );
             }
         }
-        if let (MotionKind::Circle, Some(_)) = (kind, self.circ_type_line) {
+        if kind == MotionKind::Circle && self.carries_orientation(&settings) {
             return RobotFault::not_followed(
                 "circles that carry the orientation along ($CIRC_TYPE) are",
                 "$CIRC_TYPE=#BASE before it",
@@ -85,13 +93,19 @@ impl Reader<'_> {
         }
         let end = end.map(|end| if is_step { without_rotation(end) } else { end });
         let frames = match &end {
-            Some(_) => Frames {
-                base: self.bases.pose(self.base.as_ref())?,
-                tool: self.tools.rotation(self.tool.as_ref())?,
-                unit_mm: 1.0,
-            },
+            Some(_) => {
+                self.check_frames_known(&settings)?;
+                Frames {
+                    base: self.bases.pose(settings.base.as_ref().or(self.base.as_ref()))?,
+                    tool: self.tools.rotation(settings.tool.as_ref().or(self.tool.as_ref()))?,
+                    unit_mm: 1.0,
+                }
+            }
             None => Frames::default(),
         };
+        if is_spline && self.block.is_none() {
+            self.leave(&settings);
+        }
         let keyword = code.start + keyword.start..code.start + keyword.end;
         Ok(Some(Statement {
             suffix,
@@ -100,7 +114,8 @@ impl Reader<'_> {
             sweep_rad,
             is_step,
             frames,
-            feed_mm_per_min: self.feed_mm_per_min,
+            feed_mm_per_min: settings.feed_mm_per_min.unwrap_or(self.feed_mm_per_min),
+            spline: is_spline.then(|| self.spline_motion(&settings)),
             ..Statement::new(code, self.lines.line, keyword, kind)
         }))
     }

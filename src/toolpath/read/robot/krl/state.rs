@@ -15,7 +15,13 @@ use crate::toolpath::{
 };
 
 /// 1 m/s in mm/min.
-const PER_METRE_PER_SECOND: f64 = 60_000.0;
+pub(crate) const PER_METRE_PER_SECOND: f64 = 60_000.0;
+
+/// Refusal of orientations that go another way than the shortest.
+pub(crate) const TURNING_UNEVENLY: RobotFault = RobotFault::NotFollowed {
+    what: "orientations that do not turn evenly along a motion ($ORI_TYPE) are",
+    expected: "#VAR",
+};
 
 const FRAME_VALUE: RobotFault = RobotFault::Form {
     expected: "{X …, Y …, Z …, A …, B …, C …}, base_data[n], tool_data[n], a declared frame, $NULLFRAME or $WORLD",
@@ -51,8 +57,8 @@ impl Reader<'_> {
                 self.check_runs_once()?;
                 let (frame_name, frame) = self.frame_value(text)?;
                 match name.as_str() {
-                    "$BASE" => self.base = Some(Base { name: frame_name, in_world: frame }),
-                    _ => self.tool = Some(Tool { name: frame_name, in_flange: frame }),
+                    "$BASE" => self.set_base(Base { name: frame_name, in_world: frame }),
+                    _ => self.set_tool(Tool { name: frame_name, in_flange: frame }),
                 }
             }
             "$VEL.CP" => {
@@ -61,11 +67,9 @@ impl Reader<'_> {
             }
             "$VEL" => self.set_speed(None),
             "$IPO_MODE" if !is("#BASE") => return Err(FIXED_TOOL),
-            "$ORI_TYPE" if !is("#VAR") => {
-                return RobotFault::not_followed(
-                    "orientations that do not turn evenly along a motion ($ORI_TYPE) are",
-                    "#VAR",
-                );
+            "$ORI_TYPE" if !is("#VAR") => return Err(TURNING_UNEVENLY),
+            _ if name.starts_with("$SPL_") => {
+                return RobotFault::not_followed("data that change splines ($SPL_…) are", "none");
             }
             "$CIRC_TYPE" if !is("#BASE") => self.circ_type_line = Some(self.lines.line),
             // A branch may not have run.
@@ -103,24 +107,20 @@ impl Reader<'_> {
             false => self.points.find(&String::from_utf8_lossy(text).to_ascii_uppercase())?,
         };
         let data = String::from_utf8_lossy(data.unwrap_or_default()).to_ascii_uppercase();
-        let word_behind = |key: &str| {
-            let (_, behind) = data.split_once(key)?;
-            behind.trim_start().split(|own: char| !own.is_ascii_alphanumeric() && !matches!(own, '#' | '_')).next()
-        };
-        if word_behind("ORI_TYP").is_some_and(|word| word != "#VAR") {
+        if word_behind(&data, "ORI_TYP").is_some_and(|word| word != "#VAR") {
             return RobotFault::not_followed(
                 "orientations that do not turn evenly along a motion (ORI_TYP) are",
                 "#VAR",
             );
         }
-        if word_behind("CIRC_TYP").is_some_and(|word| word != "#BASE") {
+        if word_behind(&data, "CIRC_TYP").is_some_and(|word| word != "#BASE") {
             self.circ_type_line = Some(self.lines.line);
         }
         Ok(())
     }
 
     /// Returns the name and pose (mm, in its parent) of the frame that `text` names or gives; no pose if only the controller knows it.
-    fn frame_value(&self, text: &[u8]) -> Result<(String, Option<nalgebra::Isometry3<f64>>), RobotFault> {
+    pub(crate) fn frame_value(&self, text: &[u8]) -> Result<(String, Option<nalgebra::Isometry3<f64>>), RobotFault> {
         let mut scan = Scan::new(text);
         if scan.peek() == Some(b'{') {
             let braces = frame::brace_span(&mut scan, text)?;
@@ -193,25 +193,49 @@ impl Reader<'_> {
         self.feed_mm_per_min = speed.map(|speed| speed * PER_METRE_PER_SECOND);
     }
 
-    /// Sets tool and base by their numbers; 0 is the flange or the world, `None` changes nothing.
+    /// Sets tool and base by their numbers; `None` changes nothing.
     fn set_frames(&mut self, [tool, base]: [Option<usize>; 2]) -> Result<(), RobotFault> {
         if tool.is_some() || base.is_some() {
             self.check_runs_once()?;
         }
-        let named = |kind: &str, number: usize| match number {
-            0 => Ok(("$nullframe".to_owned(), Some(nalgebra::Isometry3::identity()))),
-            _ => self.frame_value(format!("{kind}[{number}]").as_bytes()),
-        };
-        let tool = tool.map(|number| named("TOOL_DATA", number)).transpose()?;
-        let base = base.map(|number| named("BASE_DATA", number)).transpose()?;
+        let tool = tool.map(|number| self.numbered_frame("TOOL_DATA", number)).transpose()?;
+        let base = base.map(|number| self.numbered_frame("BASE_DATA", number)).transpose()?;
         if let Some((name, in_flange)) = tool {
-            self.tool = Some(Tool { name, in_flange });
+            self.set_tool(Tool { name, in_flange });
         }
         if let Some((name, in_world)) = base {
-            self.base = Some(Base { name, in_world });
+            self.set_base(Base { name, in_world });
         }
         Ok(())
     }
+
+    /// Sets the base in force.
+    fn set_base(&mut self, base: Base) {
+        (self.base, self.left_frames[0]) = (Some(base), false);
+    }
+
+    /// Sets the tool in force.
+    fn set_tool(&mut self, tool: Tool) {
+        (self.tool, self.left_frames[1]) = (Some(tool), false);
+    }
+
+    /// Returns the name and pose of a tool or base (`kind`) by its number; 0 is the flange or the world.
+    pub(crate) fn numbered_frame(
+        &self,
+        kind: &str,
+        number: usize,
+    ) -> Result<(String, Option<nalgebra::Isometry3<f64>>), RobotFault> {
+        match number {
+            0 => Ok(("$nullframe".to_owned(), Some(nalgebra::Isometry3::identity()))),
+            _ => self.frame_value(format!("{kind}[{number}]").as_bytes()),
+        }
+    }
+}
+
+/// Returns the word behind `key` in `data`, both in upper case.
+pub(crate) fn word_behind<'a>(data: &'a str, key: &str) -> Option<&'a str> {
+    let (_, behind) = data.split_once(key)?;
+    behind.trim_start().split(|own: char| !own.is_ascii_alphanumeric() && !matches!(own, '#' | '_')).next()
 }
 
 /// Takes a variable with indices and parts, and returns it in upper case without blanks: `XP[3]`, `$VEL.CP`.
