@@ -174,6 +174,8 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
     let task = TaskPoint::new(nominal.pose, wrench, question.target);
     let failed = |status: CompensationStatus| Failure::of(&status, machine);
     let mut session_at_rest = machines.session(Source::All);
+    // It rests as it is commanded, not in the way of home: drives may be given on another branch.
+    session_at_rest.set_rigid(&nominal);
     let task_at_zero = session_at_rest.with_wanted_pose(&task);
     let carrier = session_at_rest.workpiece_compliance(&task).ok();
     let compensated = if outcome.is_equilibrium() {
