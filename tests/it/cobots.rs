@@ -269,3 +269,15 @@ fn without_a_force_a_machine_at_rest_does_not_move_whatever_way_its_joints_stand
         assert!(displacement < 1e-9 && sag > 0.3, "{machine}: {displacement} mm, by weight {sag} mm");
     }
 }
+
+/// With wrist 2 at half a turn the last axis is parallel to shoulder, elbow and wrist 1: no correction that swings the arm about is given as one.
+#[test]
+fn at_a_singular_wrist_no_correction_swings_the_arm() {
+    let run = std::process::Command::new(env!("CARGO_BIN_EXE_kinetostat"))
+        .args(["point", "--machine", "ur10e", "--joints=0,-70,-120,10,180,0", "--wrench=0,0,-100,0,0,0"])
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&run.stdout);
+    let is_refused = told.contains("not compensated: drive arm_J") && told.contains("° to keep the tool there");
+    assert!(is_refused && told.contains("there is no correction"), "{told}");
+}
