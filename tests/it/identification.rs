@@ -149,7 +149,7 @@ pub(crate) fn unknowns(names: &[&str]) -> String {
 }
 
 /// What is sought of each machine of the catalogue: by which factor (of lengths and angles: by how much) it is other than its file says.
-const SOUGHT: [(&str, &[(&str, f64)]); 11] = [
+const SOUGHT: [(&str, &[(&str, f64)]); 13] = [
     ("orthoglide", &[("leg.rail.stiffness", 0.7), ("leg.foot.height", 1.1), ("x.rail.offset", 0.2), ("y.turn", 0.3)]),
     (
         "fanuc_r2000ic",
@@ -159,6 +159,11 @@ const SOUGHT: [(&str, &[(&str, f64)]); 11] = [
     ("kr270", &[("arm.A1.stiffness", 1.3), ("arm.A2.stiffness", 0.8), ("arm.A3.stiffness", 0.9)]),
     ("kr500", &[("arm.A2.stiffness", 0.7), ("arm.A3.stiffness", 1.2), ("arm.A5.stiffness", 0.9)]),
     ("irb7600", &[("arm.axis1.stiffness", 0.9), ("arm.axis2.stiffness", 1.2), ("arm.axis5.stiffness", 0.8)]),
+    (
+        "ur10e",
+        &[("arm.J1.stiffness", 1.4), ("arm.J2.stiffness", 0.7), ("arm.J3.stiffness", 0.8), ("arm.J4.stiffness", 1.2)],
+    ),
+    ("ur5e", &[("arm.J2.stiffness", 1.3), ("arm.J3.stiffness", 0.7), ("arm.J5.stiffness", 1.1)]),
     ("delta_3puu", &[("leg.rail.stiffness", 0.6)]),
     ("delta_3prpar", &[("leg.rail.stiffness", 1.4), ("leg.foot.height", 0.95)]),
     ("rotary_delta", &[("arm.drive.stiffness", 0.8)]),

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use serde_json::Value;
 
 /// File of states, their key in it, and the machine.
-const STATES: [(&str, &str, &str); 9] = [
+const STATES: [(&str, &str, &str); 11] = [
     ("machines", "robot", "tests/machines/robot_6r.toml"),
     ("machines", "robot_without_compensator", "tests/machines/robot_6r_plain.toml"),
     ("machines", "hybrid", "tests/machines/hybrid_3ups.toml"),
@@ -22,6 +22,8 @@ const STATES: [(&str, &str, &str); 9] = [
     ("arms", "kr500", "kr500"),
     ("arms", "irb7600", "irb7600"),
     ("arms", "hybrid_3ups", "hybrid_3ups"),
+    ("arms", "ur10e", "ur10e"),
+    ("arms", "ur5e", "ur5e"),
 ];
 
 struct Case {

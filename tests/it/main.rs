@@ -15,6 +15,7 @@ mod catalogue;
 mod centre_path;
 mod checkpoints;
 mod closed_forms;
+mod cobots;
 mod command_line;
 mod compensate_command;
 mod compensation_methods;

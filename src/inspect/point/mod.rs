@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::{
     compensation::{CompensationStatus, Method, Target, TaskPoint, compensate},
-    machine::{Branch, ChainError, Clearance, Configuration, Machine, Unreachable},
+    machine::{Branch, ChainError, Clearance, Configuration, Machine, PostureChange, Unreachable},
     process::MillingForce,
     simulation::{Failure, Machines, Source, sources::TO_ROUNDING},
     spatial::{Pose, Wrench},
@@ -174,6 +174,8 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
     let task = TaskPoint::new(nominal.pose, wrench, question.target);
     let failed = |status: CompensationStatus| Failure::of(&status, machine);
     let mut session_at_rest = machines.session(Source::All);
+    // It rests as it is commanded, not in the way of home: drives may be given on another branch.
+    session_at_rest.set_rigid(&nominal);
     let task_at_zero = session_at_rest.with_wanted_pose(&task);
     let carrier = session_at_rest.workpiece_compliance(&task).ok();
     let compensated = if outcome.is_equilibrium() {
@@ -182,8 +184,19 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
         let solved = compensate(&mut session, &task, Method::Direct);
         match &solved.outcome {
             Some(outcome) if solved.status.is_success() => {
-                let solution = Solution::new(real, &solved.drives, session.state(), outcome, &mut workspace);
-                Ok(CompensatedState { drives: solved.drives, solution })
+                let corrected = Configuration { drives: solved.drives, ..nominal.clone() };
+                match machine.posture_change(&nominal, &corrected, false) {
+                    // From a singular place the iteration may end where the joints stand another way.
+                    Some(change @ PostureChange::Jump { .. }) => Err(Failure {
+                        status: "changes_posture".into(),
+                        reason: format!("{change} to keep the tool there"),
+                    }),
+                    _ => {
+                        let drives = corrected.drives;
+                        let solution = Solution::new(real, &drives, session.state(), outcome, &mut workspace);
+                        Ok(CompensatedState { drives, solution })
+                    }
+                }
             }
             _ => Err(failed(solved.status)),
         }

@@ -25,6 +25,8 @@ pub const ENTRIES: &[Entry] = &[
     Entry { name: "kr270", toml: include_str!("kr270.toml") },
     Entry { name: "kr500", toml: include_str!("kr500.toml") },
     Entry { name: "irb7600", toml: include_str!("irb7600.toml") },
+    Entry { name: "ur10e", toml: include_str!("ur10e.toml") },
+    Entry { name: "ur5e", toml: include_str!("ur5e.toml") },
     Entry { name: "hybrid_3ups", toml: include_str!("hybrid_3ups.toml") },
 ];
 
