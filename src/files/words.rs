@@ -1,7 +1,5 @@
 //! Counts, numbers and lists as sentences show them.
 
-use crate::machine::Motion;
-
 /// Returns the text with true minus signs instead of all hyphens.
 pub(crate) fn typographic(text: &str) -> String {
     text.replace('-', "\u{2212}")
@@ -25,14 +23,6 @@ pub(crate) fn with_unit(number: &str, unit: &str) -> String {
     match unit {
         "" | "°" => format!("{number}{unit}"),
         unit => format!("{number} {unit}"),
-    }
-}
-
-/// Returns the load of a drive (N or N·mm) with its unit: "415 N", "2787 N·m".
-pub(crate) fn drive_load(kind: Motion, load: f64) -> String {
-    match kind.shown_force_unit() {
-        "N·mm" if load.abs() >= 1e4 => format!("{:.0} N·m", 1e-3 * load),
-        unit => format!("{load:.0} {unit}"),
     }
 }
 

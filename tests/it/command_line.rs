@@ -577,8 +577,9 @@ fn a_reader_that_goes_away_is_no_fault_but_a_full_disk_is() {
 
 // A study.
 
-const FIGURES: [&str; 10] = [
+const FIGURES: [&str; 11] = [
     "answer",
+    "answer_portrait",
     "slices_deflection_cutting",
     "slices_deflection_all",
     "slices_delta_rho_all",

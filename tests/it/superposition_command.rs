@@ -43,7 +43,7 @@ fn a_superposition_study_leaves_tables_figures_and_an_answer_the_same_for_any_th
     expected.extend(places.iter().flat_map(|p| [format!("growth_{p}_data.csv"), format!("ablation_{p}_data.csv")]));
     let stems = maps.iter().map(|map| format!("slices_{map}"));
     let stems = stems.chain(places.iter().flat_map(|p| [format!("growth_{p}"), format!("ablation_{p}")]));
-    let stems = stems.chain(["machine_at_home".to_string(), "answer".to_string()]);
+    let stems = stems.chain(["machine_at_home", "answer", "answer_portrait"].map(String::from));
     expected.extend(stems.flat_map(|stem| [format!("{stem}.svg"), format!("{stem}.png")]));
     assert_eq!(names(&one), expected);
     for name in expected.iter().filter(|name| *name != "manifest.json") {

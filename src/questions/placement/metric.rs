@@ -2,10 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    files::words::drive_load,
-    machine::{Machine, Motion},
-};
+use crate::machine::{Machine, Motion};
 
 /// Kind of quantity that a metric measures, which gives its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -159,7 +156,7 @@ impl Metric {
             Measure::Correction => self.drives(machine).position_words(value),
             Measure::Share => format!("{:.1} %", 100.0 * value),
             Measure::Length => format!("{value:.3} mm"),
-            Measure::Force => drive_load(self.drives(machine), value),
+            Measure::Force => self.drives(machine).force_words(value),
             Measure::Stiffness => format!("{value:.0} {}", self.shown_unit(machine)),
         }
     }

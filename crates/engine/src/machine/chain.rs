@@ -82,6 +82,14 @@ impl Motion {
         self.choose(value, value.to_radians())
     }
 
+    /// Formats a force (N) or torque (N·mm) with its unit, torques from 10 N·m on in N·m: "415 N", "2787 N·m".
+    pub fn force_words(self, load: f64) -> String {
+        match self {
+            Motion::Revolute if load.abs() >= 1e4 => format!("{:.0} N·m", 1e-3 * load),
+            _ => format!("{load:.0} {}", self.shown_force_unit()),
+        }
+    }
+
     /// Formats a position, given in mm or degrees, to 0.001 mm or 0.0001° and with its unit.
     pub fn position_words(self, value: f64) -> String {
         let decimals = self.choose(3, 4);

@@ -8,7 +8,7 @@ use crate::{
     answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words, force_words},
     files::{
         table::kind_word,
-        words::{counted, drive_load, millimetres, percent},
+        words::{counted, millimetres, percent},
     },
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
@@ -176,7 +176,7 @@ fn drives_text(
         least.place(),
         kind.position_words(least.value),
         kind.force_word(),
-        drive_load(kind, force.value),
+        kind.force_words(force.value),
         force.place()
     ))
 }

@@ -14,7 +14,7 @@ use crate::{
     files::{
         table::kind_word,
         text_table::text_table,
-        words::{counted, drive_load, join_words, millimetres, millimetres_in_table, or_dash},
+        words::{counted, join_words, millimetres, millimetres_in_table, or_dash},
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
@@ -180,7 +180,7 @@ fn remedy_text(summary: &Summary<'_>) -> String {
             kind.position_words(correction),
             point_words(summary, k),
             kind.force_word(),
-            drive_load(*kind, force),
+            kind.force_words(force),
             point_words(summary, kf)
         ))
     };
@@ -360,7 +360,7 @@ fn correction_number(summary: &Summary<'_>) -> Option<KeyNumber> {
     let others: String = kinds
         .map(|(kind, _, correction, _)| format!("; {} {}", kind_word(machine, kind), kind.position_words(correction)))
         .collect();
-    let against = format!("drive {}s up to {}{others}", kind.force_word(), drive_load(kind, force));
+    let against = format!("drive {}s up to {}{others}", kind.force_word(), kind.force_words(force));
     let number = KeyNumber::new(&kind.position_words(correction), format!("largest {drives} correction"), against);
     Some(number.found(in_points_table(quantity, correction)))
 }
