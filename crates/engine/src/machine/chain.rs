@@ -82,10 +82,11 @@ impl Motion {
         self.choose(value, value.to_radians())
     }
 
-    /// Formats a force (N) or torque (N·mm) with its unit, torques from 10 N·m on in N·m: "415 N", "2787 N·m".
+    /// Formats a force (N) or torque (N·mm) with its unit, torques from 10 N·m on in N·m: "415 N", "64.3 N·m", "2787 N·m".
     pub fn force_words(self, load: f64) -> String {
         match self {
-            Motion::Revolute if load.abs() >= 1e4 => format!("{:.0} N·m", 1e-3 * load),
+            Motion::Revolute if load.abs() >= 1e6 => format!("{:.0} N·m", 1e-3 * load),
+            Motion::Revolute if load.abs() >= 1e4 => format!("{:.1} N·m", 1e-3 * load),
             _ => format!("{load:.0} {}", self.shown_force_unit()),
         }
     }
