@@ -515,3 +515,57 @@ fn cycles_that_are_not_known_for_certain_are_refused() {
         assert!(error.to_string().contains(why), "{q} {call}: {error}");
     }
 }
+
+/// Heidenhain's control takes Q parameters that have changed since CYCL DEF; what acts at the end of a block acts behind the hole; headings are for people.
+#[test]
+fn what_changes_between_cycl_def_and_its_call_is_refused() {
+    let program = |between: &str| {
+        format!(
+            "BEGIN PGM A MM\nTOOL CALL 5 Z S2000 F500\nL X+0 Y+0 Z+50 R0 F300\nCYCL DEF 201 REAM ~\n Q200=2 ~\n Q201=-8 ~\n Q206=60 ~\n Q203=+0\n\
+             {between}\nM30\nEND PGM A MM\n"
+        )
+    };
+    for (between, why) in [
+        ("FN 0: Q201 = -15\nL X+20 FMAX M99", "expected CYCL DEF once more where its Q parameters have changed"),
+        ("Q203 = +5\nCYCL CALL", "expected CYCL DEF once more where its Q parameters have changed"),
+        ("CYCL CALL M5", "in a block of their own"),
+        ("L X+30 FMAX M9 M99", "in a block of their own"),
+    ] {
+        let error = expanded(&program(between)).expect_err(between).to_string();
+        assert!(error.contains(why), "{between}: {error}");
+    }
+    // Others change nothing, and a cycle that is defined again has the new ones.
+    let again = "Q1 = 7\nQ203 = +5\nCYCL DEF 201 REAM Q200=2 Q201=-8 Q206=60 Q203=+Q203\nCYCL CALL M3";
+    assert!(lines(&program(again)).iter().any(|line| line == "L Z-3 R0 F60"), "{:?}", lines(&program(again)));
+    let headed = lines(&program("* - M99 DRILL ALL F100\nL X+20 FMAX M99"));
+    assert!(headed.contains(&"* - M99 DRILL ALL F100".to_owned()), "{headed:?}");
+    assert_eq!(headed.iter().filter(|line| line.starts_with("L Z-8 ")).count(), 1, "{headed:?}");
+    for (before, back) in [
+        ("L X+1 F AUTO", "L F AUTO"),
+        ("L X+1 F 250", "L F250"),
+        ("L X+1 FMAX", "L F300"),
+        ("* - ROUGHING F100", "L F300"),
+        ("L X+1 M128 F1500", "L F300"),
+    ] {
+        let found = lines(&program(&format!("{before}\nCYCL CALL")));
+        assert_eq!(found[found.len() - 3].trim(), back, "{before}: {found:?}");
+    }
+}
+
+/// What is in force before a cycle must be known, to be so behind it.
+#[test]
+fn sinumerik_drills_where_it_is_known_how_it_goes_on() {
+    for (source, line) in [
+        (
+            "G17 G90 G71\nG0 X10 Y20 Z50 F500\nCIP X40 Y20 I1=25 J1=35\nCYCLE81(30,5,2,-10)\nX50 Y20 I1=45 J1=25\nM30\n",
+            4,
+        ),
+        ("G17 G90 G71\nF100\nX10 Y=10 Z30\nCYCLE81(30,5,2,-10)\nX20\nM30\n", 4),
+    ] {
+        let error = expanded(source).unwrap_err().to_string();
+        assert!(
+            error.starts_with(&format!("part:{line}:")) && error.contains("which is in force again behind it"),
+            "{error}"
+        );
+    }
+}

@@ -475,3 +475,33 @@ fn what_is_not_proved_of_splines_is_said() {
         "{notes}"
     );
 }
+
+/// What leads on from where the robot is, or acts on data of the motions behind it, is not passed over.
+#[test]
+fn what_begins_where_the_robot_is_is_refused() {
+    for stays in
+        ["PTP $AXIS_ACT", "LIN $POS_ACT C_DIS", "SLIN $POS_ACT", "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[1]=TRUE"]
+    {
+        assert_eq!(parse(&format!("{GO}{stays}\nLIN {{X 30}}\n")).map(|_| ()), Ok(()), "{stays}");
+    }
+    for refused in [
+        "LIN $POS_ACT:{X 0,Y 0,Z -50,A 0,B 0,C 0}",
+        "PTP $POS_ACT:{X 0,Y 0,Z -50,A 0,B 0,C 0} C_PTP",
+        "LIN $POS_ACT + 5",
+        "LIN_REL $POS_ACT",
+        "PTP $AXIS_ACT LIN {X 50}",
+        "CIRC {X 5,Y 5},$POS_ACT",
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $BASE={X 0,Y 0,Z 9,A 0,B 0,C 0}",
+        "TRIGGER WHEN DISTANCE=0+1 DELAY=0 DO $OUT[1]=TRUE",
+        "$CIRC_MODE.AUX_PT.ORI=#INTERPOLATE",
+    ] {
+        let error = parse(&format!("{GO}{refused}\nLIN {{X 30}}\n")).expect_err(refused);
+        assert!(error.starts_with("p.src:2: `"), "{refused}: {error}");
+    }
+    // A speed that is computed is not its first number.
+    let feed = |with: &str| {
+        coarse(&parse(&format!("{GO}SLIN {{X 10}} WITH $VEL={{CP {with}}}\n")).unwrap()).points()[1].feed_mm_per_min
+    };
+    assert_eq!((feed("0.05"), feed("0.05,ORI1 100")), (Some(3000.0), Some(3000.0)));
+    assert_eq!((feed("0.05*0.2"), feed("0.05-0.04,ORI1 100")), (None, None));
+}

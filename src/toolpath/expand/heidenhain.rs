@@ -2,6 +2,8 @@
 //!
 //! They run as Heidenhain, *iTNC 530 User's Manual Conversational Programming*, says (subprograms and program section repeats, Q parameters).
 
+use std::collections::BTreeMap;
+
 use crate::toolpath::{
     expand::{
         calls::CallTarget,
@@ -39,6 +41,14 @@ impl Run<'_> {
             return Ok(Next::Line);
         }
         self.defines_cycle = rest.starts_with("CYCL DEF 2");
+        if self.defines_cycle {
+            self.cycle_parameters.clear();
+        }
+        let calls_cycle = rest.starts_with("CYCL CALL") || line.has_word(b'M', &[99.0]);
+        if calls_cycle && !rest.starts_with('*') && self.cycle_parameters.values().any(|is_changed| *is_changed) {
+            let expected = "CYCL DEF once more where its Q parameters have changed";
+            return Err(at(Fault::Foreign(Foreign::CycleValue { expected })));
+        }
         let is_main = self.calls.iter().all(|call| call.is_section());
         match line.keyword() {
             "LBL" => match self.calls.last() {
@@ -62,7 +72,7 @@ impl Run<'_> {
             }
             keyword => {
                 self.decimals = self.decimals.max(line.decimals());
-                let bytes = evaluate(line, &mut self.variables).map_err(at)?;
+                let bytes = evaluate(line, &mut self.variables, &mut self.cycle_parameters).map_err(at)?;
                 self.write_line(bytes);
                 let is_motion = matches!(keyword, "L" | "C" | "CR" | "CT" | "LP" | "CP" | "CTP" | "M" | "STOP");
                 let ends = is_motion && line.has_word(b'M', &[2.0, 30.0]);
@@ -105,6 +115,7 @@ impl Run<'_> {
         let value = reader.number()?;
         let end = reader.at;
         self.variables.set(&name, Some(value))?;
+        self.cycle_parameters.insert(name, false);
         let text = &line.code[equals + 1..end];
         if !text.contains('Q') {
             return Ok(line.bytes.clone());
@@ -123,6 +134,9 @@ impl Run<'_> {
         let value = reader.expression()?.ok_or(Fault::Macro(MacroFault::NoValue))?;
         expect_end(&mut reader)?;
         self.variables.set(&name, Some(value))?;
+        if let Some(is_changed) = self.cycle_parameters.get_mut(&name) {
+            *is_changed = true;
+        }
         Ok(Next::Line)
     }
 
@@ -196,7 +210,11 @@ pub(crate) fn label_name(text: &str) -> String {
 }
 
 /// Returns a block with values for its Q parameters.
-fn evaluate(line: &SourceLine, variables: &mut Variables) -> Result<Vec<u8>, Fault> {
+fn evaluate(
+    line: &SourceLine,
+    variables: &mut Variables,
+    cycle_parameters: &mut BTreeMap<String, bool>,
+) -> Result<Vec<u8>, Fault> {
     let text = line.code.as_bytes();
     let (mut out, mut from, mut at, mut is_quoted) = (Vec::new(), 0, line.begin, false);
     while at < text.len() {
@@ -213,6 +231,9 @@ fn evaluate(line: &SourceLine, variables: &mut Variables) -> Result<Vec<u8>, Fau
         let number = text[digits..].iter().take_while(|byte| byte.is_ascii_digit()).count();
         let is_found_angle = matches!(&text[at + 1..digits + number], b"120" | b"121" | b"122");
         if is_found_angle && address.ends_with(['A', 'B', 'C']) && !before.ends_with('-') {
+            if variables.is_set(&line.code[at..digits + number]) {
+                return Err(Fault::Macro(MacroFault::Expression { expected: "Q120 to Q122 as PLANE finds them" }));
+            }
             at = digits + number;
             continue;
         }
@@ -226,6 +247,7 @@ fn evaluate(line: &SourceLine, variables: &mut Variables) -> Result<Vec<u8>, Fau
             at = reader.at;
             let value = if is_word { None } else { Some(reader.number()?) };
             variables.set(&name, value)?;
+            cycle_parameters.insert(name, false);
             continue;
         }
         let start = reader.at;

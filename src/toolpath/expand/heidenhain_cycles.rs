@@ -44,6 +44,14 @@ pub(crate) fn expand_cycles(source: &[u8], skips: BlockDelete) -> Result<Option<
         let (mut last, mut calls) = (line, false);
         match words[..] {
             _ if skips == BlockDelete::Skip && lines::is_deletable(content) => write_line(content),
+            // Headings are for people.
+            ["*", ..] => write_line(content),
+            _ if cycle.is_some() && is_call(&words) && words.iter().any(acts_at_end) => {
+                return Err(refuse(
+                    line,
+                    "M0, M1, M2, M5, M9 and M30 in a block of their own, behind that of the call",
+                ));
+            }
             ["CYCL", "DEF", number, ..] if is_known(number) => {
                 last = definition_end(source, &lines, line);
                 let definition = (line..=last).map(|line| &source[lines.content(line)]);
@@ -66,10 +74,10 @@ pub(crate) fn expand_cycles(source: &[u8], skips: BlockDelete) -> Result<Option<
                 if words[..].starts_with(&["TOOL", "CALL"]) {
                     is_across = has_other_tool_axis(&words) || (is_across && !words.contains(&"Z"));
                 }
-                calls = cycle.is_some() && words.contains(&"M99");
+                calls = cycle.is_some() && is_call(&words);
                 let moved = if calls { without_m99(content, code.at, code.line.len()) } else { None };
                 write_line(moved.as_deref().unwrap_or(content));
-                feed = feed_word(&words).or(feed);
+                feed = feed_behind(&words, feed);
             }
         }
         if let Some((definition, cycle)) = cycle.as_ref().filter(|_| calls) {
@@ -97,6 +105,17 @@ fn code_of(content: &[u8]) -> (&[u8], Scan<'_>) {
     let mut code = Scan::of_line(content, start);
     code.next();
     (&content[..start], code)
+}
+
+/// Whether a block of these `words` calls a cycle.
+fn is_call(words: &[&str]) -> bool {
+    words.contains(&"M99") || words.starts_with(&["CYCL", "CALL"])
+}
+
+/// Whether `word` is an M function that acts behind the motion of its block.
+fn acts_at_end(word: &&str) -> bool {
+    let number = word.strip_prefix('M').and_then(|number| number.parse::<u32>().ok());
+    number.is_some_and(|number| matches!(number, 0 | 1 | 2 | 5 | 9 | 30))
 }
 
 /// Whether `word` is an M function with its number.
@@ -127,13 +146,23 @@ fn has_other_tool_axis(words: &[&str]) -> bool {
     words.iter().any(|word| matches!(*word, "X" | "Y" | "U" | "V" | "W"))
 }
 
-/// Returns the feed that a block of these `words` leaves in force, as a word; `None` if it sets none.
-fn feed_word(words: &[&str]) -> Option<String> {
-    let is_feed =
-        |word: &&&str| word.strip_prefix('F').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
-    let word = words.iter().find(is_feed);
+/// Returns the feed that a block of these `words` leaves in force, as a word, where it was `before`. F of other blocks than motions belongs to them alone.
+fn feed_behind(words: &[&str], before: Option<String>) -> Option<String> {
+    let is_motion = matches!(words.first(), Some(&("L" | "C" | "CR" | "CT" | "LP" | "CP" | "CTP")));
+    let given = words.iter().enumerate().filter(|(_, word)| word.starts_with('F')).find_map(|(at, word)| {
+        let apart = words.get(at + 1).copied().unwrap_or_default();
+        match &word[1..] {
+            "" if apart.starts_with(|first: char| first.is_ascii_digit() || first == '+') => Some(format!("F{apart}")),
+            "" if apart == "AUTO" => Some("F AUTO".into()),
+            "AUTO" => Some("F AUTO".into()),
+            number if number.starts_with(|first: char| first.is_ascii_digit() || first == '+') => Some((*word).into()),
+            _ => None,
+        }
+    });
     match words.first() {
-        Some(&"TOOL") => word.map(|_| "F AUTO".into()),
-        _ => word.map(|word| (*word).to_owned()),
+        Some(&"TOOL") => given.map(|_| "F AUTO".into()).or(before),
+        // F behind M128 is that of its turns.
+        _ if is_motion && !words.contains(&"M128") => given.or(before),
+        _ => before,
     }
 }

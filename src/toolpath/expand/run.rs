@@ -38,6 +38,8 @@ pub(crate) struct Run<'a> {
     pub(crate) sections: Vec<Section>,
     /// Whether the block before defines one of Heidenhain's cycles with Q parameters.
     pub(crate) defines_cycle: bool,
+    /// Q parameters of the last cycle of Heidenhain's, and whether they have changed since.
+    pub(crate) cycle_parameters: BTreeMap<String, bool>,
     /// Last values of the counters of Sinumerik's open FOR loops, by their lines.
     pub(crate) last_counts: BTreeMap<Origin, f64>,
     pub(crate) variables: Variables,
@@ -93,6 +95,7 @@ impl<'a> Run<'a> {
             repeats: Vec::new(),
             sections: Vec::new(),
             defines_cycle: false,
+            cycle_parameters: BTreeMap::new(),
             last_counts: BTreeMap::new(),
             variables: Variables::new(dialect),
             dialect,

@@ -34,6 +34,8 @@ struct State {
     modal: Option<Hole>,
     in_force: InForce,
     is_in_other_plane: bool,
+    /// Whether CIP or CT is in force, which a cycle ends.
+    is_on_contour: bool,
     /// Whether coordinates are steps (G91).
     steps: bool,
     /// Where the tool is in the plane, in the coordinates of the program, as far as known.
@@ -89,6 +91,9 @@ pub(crate) fn expand_cycles(source: &[u8], options: &GcodeOptions) -> Result<Opt
         if state.is_in_other_plane {
             return Err(refuse("G17"));
         }
+        if state.is_on_contour || state.in_force.motion.is_none() {
+            return Err(refuse("G0, G1, G2 or G3 before it, which is in force again behind it"));
+        }
         is_changed = true;
         let prefix = &content[..lines::prefix_len(content)];
         let moves = hole.moves(state.in_force).map_err(refuse)?;
@@ -129,6 +134,9 @@ impl State {
     fn follow(&mut self, words: &[Word]) -> Result<bool, Expected> {
         let last_g = |numbers: &[f64]| words.iter().rev().find(|word| is_g(word, numbers)).map(|word| word.value);
         self.is_in_other_plane = last_g(&[17.0, 18.0, 19.0]).map_or(self.is_in_other_plane, |plane| plane != 17.0);
+        let on_contour = |word: &Word| matches!(word.letter, 'u' | 'v');
+        let motion = words.iter().rfind(|word| is_g(word, &[0.0, 1.0, 2.0, 3.0]) || on_contour(word));
+        self.is_on_contour = motion.map_or(self.is_on_contour, on_contour);
         self.steps = last_g(&[90.0, 91.0]).map_or(self.steps, |distance| distance == 91.0);
         let in_force = &mut self.in_force;
         in_force.motion = last_g(&[0.0, 1.0, 2.0, 3.0]).or(in_force.motion);

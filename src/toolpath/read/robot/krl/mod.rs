@@ -178,7 +178,8 @@ impl<'a> Reader<'a> {
         let at_start = scan.name().0.eq_ignore_ascii_case("WHEN")
             && scan.name().0.eq_ignore_ascii_case("DISTANCE")
             && scan.takes(b'=')
-            && scan.number().is_ok_and(|(number, _)| number == 0.0);
+            && scan.number().is_ok_and(|(number, _)| number == 0.0)
+            && matches!(scan.name().0.to_ascii_uppercase().as_str(), "DELAY" | "DO");
         if !at_start {
             return RobotFault::not_followed(
                 "triggers on the way or at the end of a motion are",
@@ -189,8 +190,8 @@ impl<'a> Reader<'a> {
         let action: String = text.split_whitespace().skip_while(|word| *word != "DO").skip(1).collect();
         match (action.contains('='), action.split_once('(')) {
             (false, Some((name, _))) => self.options.check_call(name),
-            (true, _) if !action.starts_with('$') => {
-                RobotFault::not_followed("triggers that change data of the program are", "outputs and calls")
+            (true, _) if !OUTPUTS.iter().any(|output| action.starts_with(output)) => {
+                RobotFault::not_followed("triggers that change other data than outputs are", "outputs and calls")
             }
             _ => Ok(()),
         }
@@ -204,6 +205,9 @@ impl<'a> Reader<'a> {
         }
     }
 }
+
+/// What triggers may set.
+const OUTPUTS: [&str; 5] = ["$OUT", "$ANOUT", "$FLAG", "$CYCFLAG", "$TIMER"];
 
 /// Whether `word` (upper case) moves the tool.
 pub(crate) fn is_motion_word(word: &str) -> bool {

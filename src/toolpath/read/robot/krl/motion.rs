@@ -6,7 +6,11 @@ use crate::toolpath::{
     model::robot::{Component, Frames, MotionKind, RobotFault, Statement, Target},
     read::{
         robot::{
-            krl::{Reader, frame, spline::Settings, state::variable_name},
+            krl::{
+                Reader, frame,
+                spline::{Settings, takes_approximation},
+                state::variable_name,
+            },
             trimmed,
         },
         scan::Scan,
@@ -59,10 +63,14 @@ impl Reader<'_> {
         let end = match self.waypoint(kind, &mut scan, text, code.start)? {
             Waypoint::To(target) => Some(target),
             Waypoint::Unknown => None,
-            Waypoint::Here if self.block.is_some() || is_spline && !scan.is_done() => {
+            Waypoint::Here => {
+                while takes_approximation(&mut scan) {}
+                let stays = matches!(kind, MotionKind::Line | MotionKind::PointToPoint) && !is_step;
+                if stays && scan.is_done() && self.block.is_none() {
+                    return Ok(None);
+                }
                 return Err(RobotFault::Form { expected: "a point, as where the robot is is not known before" });
             }
-            Waypoint::Here => return Ok(None),
         };
         let is_angle_next = kind == MotionKind::Circle && scan.takes(b',');
         let sweep_rad = if is_angle_next { Some(circle_angle(&mut scan)?) } else { None };

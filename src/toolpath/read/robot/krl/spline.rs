@@ -99,7 +99,7 @@ fn with_value<'a>(scan: &mut Scan<'a>) -> Result<&'a [u8], RobotFault> {
 }
 
 /// Takes an approximation, if one comes next.
-fn takes_approximation(scan: &mut Scan<'_>) -> bool {
+pub(crate) fn takes_approximation(scan: &mut Scan<'_>) -> bool {
     let mut ahead = *scan;
     let word = ahead.name().0.to_ascii_uppercase();
     let is_taken = matches!(word.as_str(), "C_SPL" | "C_DIS" | "C_VEL" | "C_ORI" | "C_PTP");
@@ -304,11 +304,9 @@ fn argument_of(value: &[u8], function: &str) -> Option<String> {
 fn with_speed(value: &[u8]) -> Option<f64> {
     let mut scan = Scan::new(value);
     if scan.takes(b'{') {
-        return if scan.name().0.eq_ignore_ascii_case("CP") {
-            scan.number().ok().map(|(speed, _)| speed)
-        } else {
-            None
-        };
+        let is_speed = scan.name().0.eq_ignore_ascii_case("CP");
+        let (speed, _) = scan.number().ok().filter(|_| is_speed)?;
+        return matches!(scan.next(), Some(b',' | b'}')).then_some(speed);
     }
     let is_call = scan.name().0.eq_ignore_ascii_case("SVEL_CP") && scan.takes(b'(');
     let (speed, _) = scan.number().ok()?;

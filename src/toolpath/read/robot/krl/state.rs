@@ -71,6 +71,12 @@ impl Reader<'_> {
             _ if name.starts_with("$SPL_") => {
                 return RobotFault::not_followed("data that change splines ($SPL_…) are", "none");
             }
+            _ if name.starts_with("$CIRC_MODE") => {
+                return RobotFault::not_followed(
+                    "data that say how circles turn the tool ($CIRC_MODE) are",
+                    "WITH behind SCIRC",
+                );
+            }
             "$CIRC_TYPE" if !is("#BASE") => self.circ_type_line = Some(self.lines.line),
             // A branch may not have run.
             "$CIRC_TYPE" if self.enclosing.is_empty() => self.circ_type_line = None,
