@@ -527,7 +527,7 @@ fn what_changes_between_cycl_def_and_its_call_is_refused() {
     };
     for (between, why) in [
         ("FN 0: Q201 = -15\nL X+20 FMAX M99", "expected CYCL DEF once more where its Q parameters have changed"),
-        ("Q203 = +5\nCYCL CALL", "expected CYCL DEF once more where its Q parameters have changed"),
+        ("L X+1 FMAX\nQ203 = +5\nCYCL CALL", "expected CYCL DEF once more where its Q parameters have changed"),
         ("CYCL CALL M5", "in a block of their own"),
         ("L X+30 FMAX M9 M99", "in a block of their own"),
     ] {
@@ -535,7 +535,7 @@ fn what_changes_between_cycl_def_and_its_call_is_refused() {
         assert!(error.contains(why), "{between}: {error}");
     }
     // Others change nothing, and a cycle that is defined again has the new ones.
-    let again = "Q1 = 7\nQ203 = +5\nCYCL DEF 201 REAM Q200=2 Q201=-8 Q206=60 Q203=+Q203\nCYCL CALL M3";
+    let again = "L X+1 FMAX\nQ1 = 7\nQ203 = +5\nCYCL DEF 201 REAM Q200=2 Q201=-8 Q206=60 Q203=+Q203\nCYCL CALL M3";
     assert!(lines(&program(again)).iter().any(|line| line == "L Z-3 R0 F60"), "{:?}", lines(&program(again)));
     let headed = lines(&program("* - M99 DRILL ALL F100\nL X+20 FMAX M99"));
     assert!(headed.contains(&"* - M99 DRILL ALL F100".to_owned()), "{headed:?}");
