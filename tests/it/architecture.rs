@@ -227,10 +227,10 @@ const MOST_LINES: [(&[&str], usize); 11] = [
     (&["src/simulation", "src/redundancy"], 5_340),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_840),
     (&["src/figures", "src/page"], 10_390),
-    (&["src/questions"], 24_860),
+    (&["src/questions"], 24_865),
     (&["src/products", "src/inspect", "src/explore"], 12_650),
     (&["src/cli"], 3_055),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 127_755),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 127_760),
 ];
 
 #[test]

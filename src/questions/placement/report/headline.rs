@@ -270,9 +270,9 @@ fn common_tolerance(study: &PlacementStudy) -> Option<f64> {
 fn tolerance_words(study: &PlacementStudy, share: Option<f64>, worst_mm: Option<f64>) -> String {
     match (share, common_tolerance(study)) {
         (None, _) => String::new(),
-        (Some(share), tolerance @ Some(_)) => {
-            ShareWithin::of_all(share).against(tolerance, worst_mm.unwrap_or_default(), "on … of the path").unwrap_or_default()
-        }
+        (Some(share), tolerance @ Some(_)) => ShareWithin::of_all(share)
+            .against(tolerance, worst_mm.unwrap_or_default(), "on … of the path")
+            .unwrap_or_default(),
         (Some(share), None) => format!("within the tolerances of the features on {} of the path", percent(share)),
     }
 }
@@ -306,7 +306,11 @@ fn compensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evalua
     let (what, against) = match metric {
         Metric::WorstResidual => (
             "largest distance after compensation within the limits given".to_string(),
-            tolerance_words(study, evaluation.metrics.get(Metric::ShareWithinCorrected), evaluation.metrics.get(metric)),
+            tolerance_words(
+                study,
+                evaluation.metrics.get(Metric::ShareWithinCorrected),
+                evaluation.metrics.get(metric),
+            ),
         ),
         _ => {
             let force = words_of(Metric::WorstDriveForce).map(|force| format!("drives carry up to {force}"));
