@@ -329,8 +329,8 @@ fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied
         draw_label(scene, &mut occupied, plot.rect, (at, MARK), (label, INK, Weight::Bold));
     }
     // Where there is little room, the legend says what crosses are.
-    let is_named = |shape: &&PlanShape| !shape.label.is_empty() && !(sizes.is_portrait() && shape.look == Look::Place);
-    for shape in figure.shapes.iter().filter(|shape| !shape.points.is_empty()).filter(is_named) {
+    let is_left_out = |shape: &&PlanShape| shape.label.is_empty() || sizes.is_portrait() && shape.look == Look::Place;
+    for shape in figure.shapes.iter().filter(|shape| !(shape.points.is_empty() || is_left_out(shape))) {
         let points: Vec<Point> = shape.points.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
         let colour = match shape.look {
             Look::Part | Look::Path => PART[0],
