@@ -338,7 +338,7 @@ fn state(summary: &Summary<'_>, locations: &[LocationResult], share: f64) -> Ver
     match share {
         1.0 => Verdict::new(State::Good, "Effects may be added"),
         0.0 => Verdict::new(State::Bad, "Effects may not be added"),
-        share => Verdict::new(State::Partly, format!("Effects may be added in {} of the box", percent(share))),
+        share => Verdict::new(State::Partly, format!("Effects add up in {} of the box", percent(share))),
     }
 }
 
