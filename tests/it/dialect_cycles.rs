@@ -528,6 +528,10 @@ fn what_changes_between_cycl_def_and_its_call_is_refused() {
     for (between, why) in [
         ("FN 0: Q201 = -15\nL X+20 FMAX M99", "expected CYCL DEF once more where its Q parameters have changed"),
         ("L X+1 FMAX\nQ203 = +5\nCYCL CALL", "expected CYCL DEF once more where its Q parameters have changed"),
+        (
+            "CYCL DEF 201 ~\nQ200=2 ~\nQ201=-8 ~\nQ206=60 ~\nQ203=+0 ~\nQ208=MAX\nL X+1 FMAX\nQ208 = 100\nCYCL CALL",
+            "expected CYCL DEF once more where its Q parameters have changed",
+        ),
         ("CYCL CALL M5", "in a block of their own"),
         ("L X+30 FMAX M9 M99", "in a block of their own"),
     ] {

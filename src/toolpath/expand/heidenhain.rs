@@ -21,6 +21,9 @@ use crate::toolpath::{
     read::gcode::Origin,
 };
 
+/// Words with which a motion begins.
+pub(crate) const MOTIONS: [&str; 7] = ["L", "C", "CR", "CT", "LP", "CP", "CTP"];
+
 impl SourceLine {
     /// Whether the line is END PGM.
     fn ends_program(&self) -> bool {
@@ -74,8 +77,8 @@ impl Run<'_> {
                 self.decimals = self.decimals.max(line.decimals());
                 let bytes = evaluate(line, &mut self.variables, &mut self.cycle_parameters).map_err(at)?;
                 self.write_line(bytes);
-                let is_motion = matches!(keyword, "L" | "C" | "CR" | "CT" | "LP" | "CP" | "CTP" | "M" | "STOP");
-                let ends = is_motion && line.has_word(b'M', &[2.0, 30.0]);
+                let may_end = MOTIONS.contains(&keyword) || matches!(keyword, "M" | "STOP");
+                let ends = may_end && line.has_word(b'M', &[2.0, 30.0]);
                 match ends || line.ends_program() {
                     true if is_main => {
                         let end = self.sources[0].lines.iter().rposition(SourceLine::ends_program);
@@ -107,19 +110,11 @@ impl Run<'_> {
         let mut reader = Reader::new(&line.code, line.begin, &self.variables);
         let name = reader.q_name()?;
         reader.at = equals + 1;
-        // MAX, AUTO and the like are no numbers.
-        if reader.peek().is_some_and(|byte| byte.is_ascii_alphabetic() && byte != b'Q') {
-            self.variables.set(&name, None)?;
-            return Ok(line.bytes.clone());
-        }
-        let value = reader.number()?;
-        let end = reader.at;
-        self.variables.set(&name, Some(value))?;
+        let value = read_cycle_value(&mut reader)?;
+        let text = &line.code[equals + 1..reader.at];
+        self.variables.set(&name, value)?;
         self.cycle_parameters.insert(name, false);
-        let text = &line.code[equals + 1..end];
-        if !text.contains('Q') {
-            return Ok(line.bytes.clone());
-        }
+        let Some(value) = value.filter(|_| text.contains('Q')) else { return Ok(line.bytes.clone()) };
         Ok([&line.bytes[..=equals], signed(value).as_bytes(), &line.bytes[equals + 1 + text.trim_end().len()..]]
             .concat())
     }
@@ -209,6 +204,12 @@ pub(crate) fn label_name(text: &str) -> String {
     text.parse::<u32>().map_or(text.to_owned(), |number| number.to_string())
 }
 
+/// Takes the value of a parameter of a cycle; `None` for MAX, AUTO and the like, which are no numbers.
+fn read_cycle_value(reader: &mut Reader<'_>) -> Result<Option<f64>, Fault> {
+    let is_word = reader.peek().is_some_and(|byte| byte.is_ascii_alphabetic() && byte != b'Q');
+    if is_word { Ok(None) } else { reader.number().map(Some) }
+}
+
 /// Returns a block with values for its Q parameters.
 fn evaluate(
     line: &SourceLine,
@@ -242,10 +243,8 @@ fn evaluate(
             // A parameter of the cycle, on the line of its CYCL DEF.
             let name = reader.q_name()?;
             reader.takes("=");
-            // MAX, AUTO and the like are no numbers.
-            let is_word = reader.peek().is_some_and(|byte| byte.is_ascii_alphabetic() && byte != b'Q');
             at = reader.at;
-            let value = if is_word { None } else { Some(reader.number()?) };
+            let value = read_cycle_value(&mut reader)?;
             variables.set(&name, value)?;
             cycle_parameters.insert(name, false);
             continue;

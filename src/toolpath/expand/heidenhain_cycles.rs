@@ -3,6 +3,7 @@
 use crate::toolpath::{
     expand::{
         cycles::WithoutCycles,
+        heidenhain::MOTIONS,
         heidenhain_holes::{Cycle, Expected, is_known},
     },
     model::gcode::{BlockDelete, Foreign, Refusal},
@@ -148,15 +149,15 @@ fn has_other_tool_axis(words: &[&str]) -> bool {
 
 /// Returns the feed that a block of these `words` leaves in force, as a word, where it was `before`. F of other blocks than motions belongs to them alone.
 fn feed_behind(words: &[&str], before: Option<String>) -> Option<String> {
-    let is_motion = matches!(words.first(), Some(&("L" | "C" | "CR" | "CT" | "LP" | "CP" | "CTP")));
+    let is_motion = words.first().is_some_and(|word| MOTIONS.contains(word));
+    let is_number = |text: &str| text.starts_with(|first: char| first.is_ascii_digit() || first == '+');
     let given = words.iter().enumerate().filter(|(_, word)| word.starts_with('F')).find_map(|(at, word)| {
         let apart = words.get(at + 1).copied().unwrap_or_default();
         match &word[1..] {
-            "" if apart.starts_with(|first: char| first.is_ascii_digit() || first == '+') => Some(format!("F{apart}")),
+            "" if is_number(apart) => Some(format!("F{apart}")),
             "" if apart == "AUTO" => Some("F AUTO".into()),
             "AUTO" => Some("F AUTO".into()),
-            number if number.starts_with(|first: char| first.is_ascii_digit() || first == '+') => Some((*word).into()),
-            _ => None,
+            number => is_number(number).then(|| (*word).into()),
         }
     });
     match words.first() {

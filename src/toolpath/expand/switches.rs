@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::toolpath::{
-    expand::{edit::LineEdit, line::SourceLine},
+    expand::{edit::LineEdit, heidenhain::MOTIONS, line::SourceLine},
     model::gcode::{BlockDelete, Dialect, Fault, GcodeOptions, RadiusFault, Refusal, Word},
     read::gcode::{
         LineReader, Statement, Style,
@@ -252,7 +252,7 @@ fn tool_words(code: &str) -> Vec<(usize, ToolWord)> {
 fn conversational_switch(code: &str) -> Option<(usize, f64)> {
     let verb = code.split_whitespace().map(|word| word.trim_start_matches('/')).find(|word| !is_block_number(word))?;
     let is_free = |byte: Option<&u8>| byte.is_none_or(|byte| !byte.is_ascii_alphanumeric() && !b".,".contains(byte));
-    let moves = ["L", "C", "CR", "CT", "LP", "CP", "CTP"].contains(&verb);
+    let moves = MOTIONS.contains(&verb);
     [("RL", 1.0), ("RR", -1.0), ("R0", 0.0)].into_iter().find_map(|(text, side)| {
         let bytes = code.as_bytes();
         let mut ends = code.match_indices(text).map(|(at, _)| at);
