@@ -129,6 +129,30 @@ fn arcs_are_found_by_what_they_meet() {
 }
 
 #[test]
+fn helices_of_polar_arcs_become_lines_within_a_micrometre() {
+    let helix = read("L X+10 Y+0\nCC X+2 Y+0\nCP IPA+810 IZ-9 DR+ F50 M90\nL X+30", Dialect::Heidenhain);
+    let text = String::from_utf8_lossy(helix.source()).into_owned();
+    assert!(text.contains(" F50 M90\n") && text.matches("M90").count() == 1 && !text.contains("CP"), "{text}");
+    let positions = path(&helix).positions_mm();
+    let (on, behind): (Vec<Vector3<f64>>, _) =
+        positions.into_iter().skip_while(|p| p.x < 10.0).partition(|p| p.z > -8.999_99);
+    assert_eq!(behind.last(), Some(&Vector3::new(30.0, 8.0, -9.0)));
+    let mut turned = 0.0;
+    for pair in on.windows(2) {
+        let [a, b] = [pair[0], pair[1]].map(|p| libm::atan2(p.y, p.x - 2.0));
+        turned += (b - a).rem_euclid(2.0 * PI);
+        assert!((libm::hypot(pair[1].x - 2.0, pair[1].y) - 8.0).abs() < 0.00101, "{}", pair[1]);
+        assert!((pair[1].z + 9.0 * turned / (4.5 * PI)).abs() < 0.001, "{}", pair[1]);
+    }
+    assert!((turned - 4.5 * PI).abs() < 0.1, "{turned}");
+    // In inches a micrometre is no shorter.
+    let inches = heidenhain("L X+1 Y+0\nCC X+0 Y+0\nCP IPA+360 IZ-1 DR+").replace("A MM", "A INCH");
+    let inches = expanded(&inches, Dialect::Heidenhain).unwrap();
+    let lines = String::from_utf8_lossy(inches.source()).lines().count();
+    assert!((350..370).contains(&lines), "{lines}");
+}
+
+#[test]
 fn polar_coordinates_count_from_the_pole() {
     let (s, c) = (30f64.to_radians().sin() * 10.0, 30f64.to_radians().cos() * 10.0);
     let corners = [[60.0, 40.0, 0.0], [50.0 + c, 40.0 + s, 0.0], [50.0 + s, 40.0 + c, 0.0], [50.0, 50.0, 0.0]];
@@ -194,7 +218,13 @@ fn what_is_no_line_or_arc_is_refused() {
         ("CC Y+5 Z-3\nCP IPA-90 DR-", Dialect::Heidenhain, "expected both coordinates of the plane"),
         ("L X+5 Y+0\nRND R2 F50\nL X+5 Y+5", Dialect::Heidenhain, "roundings and chamfers that the control inserts"),
         ("RND R5", Dialect::Heidenhain, "lines or arcs"),
-        ("L X+10 Y+0\nCC X+0 Y+0\nCP IPA+1080 IZ-6 DR+", Dialect::Heidenhain, "a helix that CP makes"),
+        ("L X+10 Y+0\nCC X+0 Y+0\nCP IPA+1080 IZ-6 DR+ M9", Dialect::Heidenhain, "in a block of their own"),
+        ("L X+10 Y+0\nCC X+0 Y+0\nCP IPA+360 IZ-6 DR-", Dialect::Heidenhain, "expected a position that is known"),
+        (
+            "L X+10 Y+0\nL Z+5 M91\nCC X+0 Y+0\nCP IPA+360 Z-6 DR+",
+            Dialect::Heidenhain,
+            "expected a position that is known",
+        ),
         ("LP PR+5 PA+0", Dialect::Heidenhain, "expected a pole before it"),
         ("CC X+0 Y+5\nCP IPA+90 DR-", Dialect::Heidenhain, "expected a position that is known"),
         ("CT X+5 Y+5", Dialect::Heidenhain, "expected a position that is known"),

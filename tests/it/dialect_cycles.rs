@@ -62,6 +62,43 @@ fn heidenhain_blocks(cycle: &str) -> Vec<String> {
 }
 
 #[test]
+fn sinumerik_taps_by_its_cycle_which_is_moved() {
+    let source = "G17 G90 G54 G71\nTRANS X5 Z1\nG1 X10 Y20 Z50 F100\nMCALL CYCLE84(3,0,3,-30.875,,,3,,1.25,0,500,500)\nX20\nX30 Y25\n\
+                  MCALL\nN9 CYCLE840( 10 , 0,2,, 12,,4,3,1,,1) ; one\nCYCLE84(3,3,,-9)\nG91 X10\nG90 Y5\nM30\n";
+    check_corrected(source);
+    assert_eq!(
+        lines(source)[4..],
+        [
+            "X20",
+            "CYCLE84(3,3,,-30.875,,,3,,1.25,0,500,500)",
+            "X30 Y25",
+            "CYCLE84(3,3,,-30.875,,,3,,1.25,0,500,500)",
+            "; one",
+            "CYCLE840(10,2,,-12,,,4,3,1,,1)",
+            "CYCLE84(3,3,,-9)",
+            "G91 X10",
+            "G90 Y5",
+            "M30",
+        ]
+    );
+    // As it is for one hole, it stays.
+    let as_written = "G17 G90 G54 G71\nG0 X10 Y20 Z50\nF100\nCYCLE84(3,3,,-9,,,3,,1.25,0,500)\nM30";
+    assert_eq!(lines(as_written)[1..].join("\n"), as_written);
+    let path = expanded(as_written).unwrap().toolpath(Sampling::new(0.05, 1e4).unwrap()).unwrap();
+    let feeds: Vec<_> = path.points().iter().map(|point| point.feed_mm_per_min).collect();
+    assert!(feeds.contains(&Some(625.0)), "{feeds:?}");
+    for (cycle, expected) in [
+        ("CYCLE84(1,0,2,-5)", "RTP not below RFP + SDIS"),
+        ("CYCLE84(9,0,2,-5,,,3,,1,0,100,100,2)", "_AXN of 0 or 3"),
+        ("CYCLE84(9,0,2,-5,,,3,,1,0,100,100,3,0,0,0,0,0,\"M5\")", "numbers in brackets"),
+        ("G18\nCYCLE84(9,0,2,-5)", "G17"),
+    ] {
+        let error = expanded(&format!("G17 G90 G54 G71\nG0 X1 Y2 Z3 F9\n{cycle}\nM30\n")).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
 fn sinumerik_drills_where_it_stands_and_behind_each_block() {
     let source = "%_N_PART_MPF\n; drilling=\nN10 G17 G90 G54 G71\nN20 G0 X10 Y20 Z50\nN30 CYCLE82(30,5,2,-10,,0.5) ; one\nN40 G1 X15 F100\n\
                   N50 MCALL CYCLE81(30,5,2,,12)\nX25 Y5\n  IX=3\nY=IC(5)\nMCALL\nX0\nM30\n";
@@ -425,7 +462,6 @@ fn the_line_that_cannot_be_drilled_is_named() {
         ("CYCLE83(30,5,2,-10,,,3,0,0,0,1,1,1)", "_AXN of 0 or 3"),
         ("CYCLE83(30,5,2,-10,,,3,0,0,0,1,1,0,0,0,0,0,0,1,11211111)", "expected values of the older form"),
         ("CYCLE83(30,5,2,-10,,,0.0001,0,0,0,1,1)", "expected no more than 10000 strokes"),
-        ("CYCLE84(30,5,2,-10,,,3,,1.25,0,500,500)", "expected tapping in a program of its own"),
         ("CYCLE85(30,5,2,-10,,,80)", "expected FFR and RFF"),
         ("CYCLE81(30,5,2,\"A\")", "expected numbers in brackets"),
         ("HOLES1(0,0,0,5,10,3)", "expected MCALL with a drilling cycle before it"),

@@ -5,14 +5,15 @@ use std::f64::consts::TAU;
 
 use crate::toolpath::{
     expand::{
+        edit::acts_at_end,
         geometry::{Element, circle_through, round_corner, sweep},
         line::long_number,
     },
     model::{
         Plane, TurnDirection,
         gcode::{
-            BlockDelete, Dialect, Distance, Fault, Foreign, GWord, MacroFault, MotionCode, Refusal, Setting, Word,
-            centre_by_radius,
+            BlockDelete, Dialect, Distance, Fault, Foreign, GWord, LengthUnit, MacroFault, MotionCode, Refusal,
+            Setting, Word, centre_by_radius,
         },
     },
     read::gcode::{
@@ -78,6 +79,7 @@ struct Contour<'a> {
     lines: Lines,
     written: Written,
     at: [Option<f64>; 3],
+    unit: LengthUnit,
     plane: Plane,
     way: Way,
     distance: Distance,
@@ -106,6 +108,7 @@ pub(crate) fn follow(source: &[u8], dialect: Dialect, skips: BlockDelete) -> Res
         lines,
         written: (Vec::with_capacity(source.len()), Vec::new(), false),
         at: [None; 3],
+        unit: LengthUnit::Millimetre,
         plane: Plane::Xy,
         way: Way::Code(MotionCode::Rapid),
         distance: Distance::Absolute,
@@ -179,7 +182,14 @@ impl<'a> Contour<'a> {
         let axes = ['X', 'Y', 'Z'].map(find);
         let mut is_motion = axes.iter().any(Option::is_some) || find('a').or(find('p')).is_some();
         let mut names_motion = false;
-        for word in words.iter().filter(|word| word.letter == 'G') {
+        if let Some(retract) = find(Word::RETRACT) {
+            // Tapping, which is over with its line.
+            self.flush(None)?;
+            self.hold(self.content(line).to_vec(), line, (None, None));
+            self.at[2] = Some(retract.value);
+            return Ok(());
+        }
+        for word in words.iter().filter(|word| word.letter == 'G' || word.meaning.is_some()) {
             if word.meaning.is_none() && (110.0..=112.0).contains(&word.value) {
                 return self.set_pole(line, &words, word);
             }
@@ -194,9 +204,11 @@ impl<'a> Contour<'a> {
                     (self.plane, self.polar) = (plane, [None; 2]);
                 }
                 GWord::Distance(distance) => self.distance = distance,
-                GWord::Unit(_) | GWord::UnitOfCoordinates(_) | GWord::WorkOffset(_) | GWord::Preset => {
+                GWord::Unit(unit) | GWord::UnitOfCoordinates(unit) => {
+                    self.unit = unit;
                     self.forget();
                 }
+                GWord::WorkOffset(_) | GWord::Preset => self.forget(),
                 GWord::Machine | GWord::Home | GWord::Retract => {
                     let names_all = axes.iter().all(Option::is_none);
                     (0..3).filter(|axis| names_all || axes[*axis].is_some()).for_each(|axis| self.at[axis] = None);
@@ -252,7 +264,7 @@ impl<'a> Contour<'a> {
         }
         if !is_motion {
             let is_kept = find('m').is_none() && words.iter().all(|word| !word.is_of_contour());
-            let text = if is_kept { self.content(line).to_vec() } else { self.without_motion(line, &words, "").0 };
+            let text = if is_kept { self.content(line).to_vec() } else { self.without_motion(line, &words, "") };
             let is_centre = words.iter().any(|word| word.meaning.is_some_and(|vocable| vocable.name == "CC"));
             if let Some(waiting) = &mut self.waiting {
                 waiting.is_interrupted |= !is_centre && words.iter().any(|word| word.letter != 'N');
@@ -343,16 +355,11 @@ impl<'a> Contour<'a> {
         let (start, end) = (flat(from), flat(to));
         let is_polar = find('a').or(find('p')).is_some();
         let mut named = [0, 1, 2].map(|axis| axes[axis].is_some());
-        if let (Dialect::Heidenhain, true, Way::Code(MotionCode::Arc(_)), Some(word)) =
-            (self.dialect, is_polar, self.way, axes[normal])
-            && from[normal] != to[normal]
-        {
-            // Older controls have no other block for it.
-            return Err(refuse(
-                word,
-                "CP in its plane, as a helix that CP makes would become C with a third coordinate",
-            ));
-        }
+        let is_helix = self.dialect == Dialect::Heidenhain
+            && is_polar
+            && matches!(self.way, Way::Code(MotionCode::Arc(_)))
+            && axes[normal].is_some()
+            && from[normal] != to[normal];
         if is_polar
             || (self.angle != 0.0 && (named[first] || named[second]))
             || !matches!(self.way, Way::Code(MotionCode::Rapid | MotionCode::Line))
@@ -425,12 +432,16 @@ impl<'a> Contour<'a> {
             let rises = named[normal] && from[normal].zip(to[normal]).is_none();
             if !(0.0..=999.0).contains(&turns)
                 || turns.fract() != 0.0
-                || (turns > 0.0 && (rises || words.iter().any(is_rotary)))
+                || ((turns > 0.0 || is_helix) && (rises || words.iter().any(is_rotary)))
             {
                 return Err(unknown());
             }
             let whole = arc.abs() + TAU * turns;
-            for turn in 1..=turns as u32 {
+            if is_helix {
+                // Older controls have no other block for it than CP.
+                moves = self.chords(from, to, centre, whole.copysign(arc));
+            }
+            for turn in 1..=if is_helix { 0 } else { turns as u32 } {
                 let share = f64::from(turn) * TAU / whole;
                 let mut to = from;
                 to[normal] =
@@ -438,7 +449,12 @@ impl<'a> Contour<'a> {
                 moves.push(Move { code, to: goal(to), centre: Some(centre) });
             }
         }
-        moves.push(Move { code, to: goal(to), centre });
+        if (is_helix && moves.is_empty()) || moves.len() as f64 > MOST_CHORDS {
+            return Err(unknown());
+        }
+        if !is_helix {
+            moves.push(Move { code, to: goal(to), centre });
+        }
         let is_flat = from[normal] == to[normal] || !named[normal];
         let element = both.filter(|_| is_flat && code != MotionCode::Rapid);
         let is_arc = matches!(code, MotionCode::Arc(_));
@@ -461,6 +477,29 @@ impl<'a> Contour<'a> {
             is_interrupted: false,
             held: Vec::new(),
         })
+    }
+
+    /// Returns the lines that a helix about `centre`, which turns by `sweep` (rad), is within [`CHORD_MM`] of.
+    fn chords(&self, from: [Option<f64>; 3], to: [Option<f64>; 3], centre: [f64; 2], sweep: f64) -> Vec<Move> {
+        let [first, second, normal] = self.plane.axes();
+        let (Some(a), Some(b), Some(low), Some(high)) = (from[first], from[second], from[normal], to[normal]) else {
+            return Vec::new();
+        };
+        let arm = [a - centre[0], b - centre[1]];
+        let radius_mm = libm::hypot(arm[0], arm[1]) * self.unit.mm();
+        let most = 2.0 * libm::acos((1.0 - CHORD_MM / radius_mm).max(0.0));
+        let count = (sweep.abs() / most).ceil().clamp(1.0, MOST_CHORDS + 1.0) as u32;
+        let chord = |k: u32| {
+            let share = f64::from(k) / f64::from(count);
+            let [x, y] = turn(arm, (sweep * share).to_degrees());
+            let mut at = to;
+            if k < count {
+                (at[first], at[second]) = (Some(centre[0] + x), Some(centre[1] + y));
+                at[normal] = Some(low + (high - low) * share);
+            }
+            Move { code: MotionCode::Line, to: at, centre: None }
+        };
+        (1..=count).map(chord).collect()
     }
 
     /// Returns the centre of an arc by its words, `None` if its ends are unknown.
@@ -506,7 +545,7 @@ impl<'a> Contour<'a> {
         let value = |axis: usize| find(['X', 'Y', 'Z'][axis]).map_or(0.0, |word| word.value);
         self.pole = Some([from[0] + value(first), from[1] + value(second)]);
         self.polar = [None; 2];
-        let (text, _) = self.without_motion(line, words, "");
+        let text = self.without_motion(line, words, "");
         self.hold(text, line, (None, None));
         Ok(())
     }
@@ -577,14 +616,14 @@ impl<'a> Contour<'a> {
             let words_of =
                 named.map(|axis| format!(" {}{}", ['X', 'Y', 'Z'][axis], long_number(b'X', self.shift[axis])));
             let trans = format!("TRANS{}", words_of.collect::<String>());
-            self.without_motion(line, words, &trans).0
+            self.without_motion(line, words, &trans)
         };
         self.hold(text, line, (None, None));
         Ok(())
     }
 
-    /// Returns a line with `text` in place of its words that say where it moves, and whether it has M words.
-    fn without_motion(&mut self, line: usize, words: &[Word], text: &str) -> (Vec<u8>, bool) {
+    /// Returns a line with `text` in place of its words that say where it moves.
+    fn without_motion(&mut self, line: usize, words: &[Word], text: &str) -> Vec<u8> {
         self.written.2 = true;
         let content = self.content(line);
         let is_moved = |word: &&Word| match word.letter {
@@ -604,7 +643,7 @@ impl<'a> Contour<'a> {
             from = word.span.end;
         }
         out.extend_from_slice(&content[from..]);
-        (out, words.iter().any(|word| word.letter == 'M'))
+        out
     }
 
     /// Writes the waiting motion, if there is one, up to where its corner before `next` begins, and the corner.
@@ -677,10 +716,10 @@ impl<'a> Contour<'a> {
                     self.write(&[lead, text.as_bytes()].concat(), line);
                     continue;
                 }
-                let (whole, has_m) = self.without_motion(line, &words, &text);
-                if has_m && moves.len() > 1 && corner.is_none() {
-                    let word = words.iter().find(|word| word.letter == 'M');
-                    return word.map_or(Ok(()), |word| Err(refuse(word, "M functions in a block of their own")));
+                let whole = self.without_motion(line, &words, &text);
+                let late = words.iter().find(|word| acts_at_end(word)).filter(|_| moves.len() > 1 && corner.is_none());
+                if let Some(word) = late {
+                    return Err(refuse(word, "M functions that act behind a motion in a block of their own"));
                 }
                 self.write(&whole, line);
             }
@@ -725,6 +764,11 @@ impl<'a> Contour<'a> {
         }
     }
 }
+
+/// How far the lines that a helix becomes may be from it, mm.
+const CHORD_MM: f64 = 0.001;
+/// Most lines of a helix.
+const MOST_CHORDS: f64 = 100_000.0;
 
 /// Whether `word` is A, B or C.
 fn is_rotary(word: &Word) -> bool {

@@ -94,9 +94,9 @@ pub(crate) fn expand_cycles(source: &[u8], options: &GcodeOptions) -> Result<Opt
         if state.is_on_contour || state.in_force.motion.is_none() {
             return Err(refuse("G0, G1, G2 or G3 before it, which is in force again behind it"));
         }
-        is_changed = true;
         let prefix = &content[..lines::prefix_len(content)];
         let moves = hole.moves(state.in_force).map_err(refuse)?;
+        is_changed |= !matches!(meaning, Line::Hole(_)) || *moves.concat().as_bytes() != content[prefix.len()..];
         for place in places {
             if let Some([x, y]) = place {
                 let over = format!("G0 X=AC({}) Y=AC({})", long_number(b'X', x), long_number(b'X', y));
@@ -217,13 +217,10 @@ fn parse_line(content: &[u8], at: [Option<f64>; 2]) -> Result<Line, Refusal> {
     let refuse = |expected| refuse(content, expected);
     match first.as_str() {
         "" if is_modal && scan.peek().is_none() => Ok(Line::ModalState(None)),
-        "CYCLE81" | "CYCLE82" | "CYCLE83" | "CYCLE85" | "CYCLE89" => {
+        "CYCLE81" | "CYCLE82" | "CYCLE83" | "CYCLE84" | "CYCLE840" | "CYCLE85" | "CYCLE89" => {
             let hole = Hole::parse(&first, &arguments).map_err(refuse)?;
             Ok(if is_modal { Line::ModalState(Some(hole)) } else { Line::Hole(hole) })
         }
-        "CYCLE84" | "CYCLE840" => Err(refuse(
-            "tapping in a program of its own: the spindle turns with the tap, which moves that are written out do not say",
-        )),
         _ if is_modal => Err(begin.refuse_all(begin.at, Foreign::Cycle)),
         "HOLES1" | "HOLES2" => Ok(Line::Pattern(pattern(&first, &arguments, at).map_err(refuse)?)),
         _ => Ok(Line::Other),

@@ -30,6 +30,8 @@ enum Way {
     /// Down and out at feeds; without a number at the one in force.
     Fed([Option<f64>; 2]),
     Pecked(Pecks),
+    /// With the spindle in step, which no move says: by the cycle itself, its name and what is behind its heights.
+    Tapped([String; 2]),
 }
 
 /// Strokes of deep hole drilling (CYCLE83).
@@ -86,6 +88,8 @@ impl Hole {
         let mut values = values(arguments)?;
         let own = match name {
             "CYCLE83" => 17,
+            "CYCLE84" => 18,
+            "CYCLE840" => 12,
             "CYCLE85" => 8,
             _ => 6,
         };
@@ -128,6 +132,14 @@ impl Hole {
                 way = Way::Fed(feeds);
             }
             "CYCLE89" => way = Way::Fed([None; 2]),
+            "CYCLE84" | "CYCLE840" => {
+                if !matches!(given(if name == "CYCLE84" { 12 } else { 11 }).unwrap_or(3.0), 0.0 | 3.0) {
+                    return Err("_AXN of 0 or 3, the axis of the tool");
+                }
+                let behind = arguments.match_indices(',').nth(4);
+                let behind = behind.map_or(")".to_owned(), |(at, _)| format!(",{}", arguments[at..].trim_end()));
+                way = Way::Tapped([name.to_owned(), behind]);
+            }
             _ => {}
         }
         Ok(Hole { retract, clear, reference, bottom, dwell_s, way })
@@ -135,6 +147,10 @@ impl Hole {
 
     /// Returns the lines that drill the hole and put motion and feed back in force.
     pub fn moves(&self, in_force: InForce) -> Result<Vec<String>, Expected> {
+        if let Way::Tapped([name, behind]) = &self.way {
+            let [retract, clear, bottom] = [self.retract, self.clear, self.bottom].map(plain_number);
+            return Ok(vec![format!("{name}({retract},{clear},,{bottom}{behind}")]);
+        }
         let mut moves = Moves { lines: Vec::new(), feed: None };
         moves.go(0, self.clear);
         match &self.way {
@@ -151,6 +167,7 @@ impl Hole {
                 moves.feed = in_force.feed.filter(|_| up.is_some());
             }
             Way::Pecked(pecks) => self.peck(pecks, in_force, &mut moves)?,
+            Way::Tapped(..) => {}
         }
         moves.go(0, self.retract);
         moves.lines.extend(in_force.motion.filter(|motion| *motion != 0.0).map(|motion| format!("G{motion}")));

@@ -25,6 +25,10 @@ impl Word {
     /// Stands for the letter of a word that is none of ISO: the sense of an arc, Heidenhain's `DR+`.
     pub const SENSE: char = '↺';
 
+    /// Stands for the letters of the height to which a tap is retracted, and of its feed, both in brackets (CYCLE84).
+    pub const RETRACT: char = '↑';
+    pub const TAP_FEED: char = '↓';
+
     /// Letters of words of contours, which are read only to be written out as lines and arcs: polar angle and radius (AP, RP; PA, PR), turns
     /// (TURN), rounding (RND), chamfer by its own length (CHF) and by that of a side (CHR), rounding in force (RNDM), angle of a rotation (RPL),
     /// third point of an arc (I1, J1, K1); the arcs themselves (CT, CIP), and rotations and scales (ROT 0, AROT 1, SCALE 2, ASCALE 3).

@@ -22,7 +22,8 @@ pub enum Language {
 }
 
 impl Language {
-    /// Detects the language by the file's extension and, for `mod` and `prg`, by its first words; `None` if it is no robot or APT program.
+    /// Detects the language by the file's extension and, for `mod` and `prg`, by its first words; of others, APT by its records. `None` if it
+    /// is no robot or APT program.
     #[must_use]
     pub fn detect(file: &Path, bytes: &[u8]) -> Option<Language> {
         let extension = file.extension()?.to_string_lossy().to_ascii_lowercase();
@@ -41,7 +42,7 @@ impl Language {
             "mod" | "prg" => {
                 first_words(bytes).any(|word| matches!(word.as_str(), "MODULE" | "PROC")).then_some(Language::Rapid)
             }
-            _ => None,
+            _ => has_apt_motion(bytes).then_some(Language::Apt),
         }
     }
 
@@ -83,6 +84,18 @@ fn first_words(bytes: &[u8]) -> impl Iterator<Item = String> {
         String::from_utf8_lossy(&line[..end]).to_ascii_uppercase()
     })
 }
+
+/// Whether a record of the first lines of a file is GOTO or FROM of APT, which a slash follows.
+fn has_apt_motion(bytes: &[u8]) -> bool {
+    let lines = bytes.split(|byte| matches!(byte, b'\n' | b'\r')).take(LINES_TO_DETECT);
+    lines.map(<[u8]>::trim_ascii_start).any(|line| {
+        let behind = line.strip_prefix(b"GOTO").or_else(|| line.strip_prefix(b"FROM"));
+        behind.is_some_and(|behind| behind.trim_ascii_start().starts_with(b"/"))
+    })
+}
+
+/// Lines in which a motion of APT is looked for.
+const LINES_TO_DETECT: usize = 2000;
 
 /// What a robot or APT program does not say itself: its tool frame, bases, external axes and harmless calls.
 #[derive(Clone, Debug, PartialEq, Default)]

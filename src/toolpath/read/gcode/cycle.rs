@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     model::{
         Hole, MotionGeometry, Plane,
-        gcode::{Distance, Fault, Motion, MotionCode, PartialPosition, Refusal, Unsupported, Word, located},
+        gcode::{Distance, Fault, FeedMode, Motion, MotionCode, PartialPosition, Refusal, Unsupported, Word, located},
     },
     read::gcode::{Interpreter, Request},
 };
@@ -64,7 +64,9 @@ impl Interpreter {
         }
         let without = |letter| blame.refuse(Fault::CycleWithout { number, letter });
         let (clear, depth) = (cycle.clear.ok_or_else(|| without('R'))?, cycle.depth.ok_or_else(|| without('Z'))?);
-        let steps = self.modal.distance == Distance::Incremental;
+        // What stands in brackets counts from the zero, and with it the height to which the tool comes back.
+        let retract = number_of(Word::RETRACT);
+        let steps = self.modal.distance == Distance::Incremental && retract.is_none();
         if steps && self.modal.returns_to_r_plane && !is_first {
             return Err(blame.refuse(Fault::CycleSteps));
         }
@@ -75,6 +77,9 @@ impl Interpreter {
             cycle.initial = cycle.initial.or(start[2]);
             let clear = if steps { start[2].map(|from| from + clear) } else { Some(clear + origin.z) };
             let bottom = clear.map(|clear| depth + if steps { clear } else { origin.z });
+            if let Some(retract) = retract {
+                cycle.initial = Some(retract + origin.z);
+            }
             let back = match (self.modal.returns_to_r_plane, cycle.initial, clear) {
                 (true, ..) => clear,
                 (false, Some(initial), Some(clear)) => Some(initial.max(clear)),
@@ -106,6 +111,14 @@ impl Interpreter {
             motions.push(self.cycle_motion(line, [start, end], geometry, origin, blame));
         }
         self.cycle = Some(cycle);
+        if retract.is_some() {
+            let feed = request.find_word(Word::TAP_FEED).map(|word| word.value).filter(|feed| *feed > 0.0);
+            for modal in motions.iter_mut().map(|motion| &mut motion.modal) {
+                modal.feed_mode = FeedMode::PerMinute;
+                modal.feed = feed.map(|feed| feed * mm);
+            }
+            (self.modal.motion, self.cycle) = (self.motion_before_cycle, None);
+        }
         Ok(motions)
     }
 

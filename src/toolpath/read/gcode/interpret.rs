@@ -26,7 +26,7 @@ pub(crate) struct Interpreter {
     /// Parameters of the cycle in force.
     pub(crate) cycle: Option<Cycle>,
     /// The motion in force before the cycles, which G80 gives back on most controls.
-    motion_before_cycle: Option<MotionCode>,
+    pub(super) motion_before_cycle: Option<MotionCode>,
     /// Axes along which the position has been known.
     pub(crate) ever_known: [bool; 3],
     /// Line that last made the position unknown.

@@ -6,7 +6,7 @@ use crate::toolpath::{
     expand::edit::LineEdit,
     model::{
         Hole, MotionGeometry,
-        gcode::{Distance, Motion, PartialPosition},
+        gcode::{Distance, Motion, MotionCode, PartialPosition, Word},
     },
     read::gcode::Block,
     write::gcode::{AxisWord, CoordinateFormat, Targets, Writer, put_axis},
@@ -27,12 +27,15 @@ pub(crate) struct CycleState {
 struct Goal {
     bottom: Vector3<f64>,
     clear: f64,
+    back: f64,
 }
 
 /// One hole as it is written: its words, and position and cycle state after it.
 struct WrittenHole {
     axes: [AxisWord; 3],
     clear: AxisWord,
+    /// Of a cycle that says so itself, the height to which the tool comes back.
+    retract: AxisWord,
     tracked: PartialPosition,
     cycle: CycleState,
 }
@@ -40,12 +43,13 @@ struct WrittenHole {
 impl WrittenHole {
     /// Whether all words of the hole stay as they are.
     fn is_unchanged(&self) -> bool {
-        self.axes.iter().chain([&self.clear]).all(|reached| reached.number.is_none())
+        self.axes.iter().chain([&self.clear, &self.retract]).all(|reached| reached.number.is_none())
     }
 
     /// Iterates over letter and number of each word that must be written anew.
     fn numbers(&self) -> impl Iterator<Item = (char, &String)> {
-        let all = ['X', 'Y', 'Z', 'R'].into_iter().zip(self.axes.iter().chain([&self.clear]));
+        let letters = ['X', 'Y', 'Z', 'R', Word::RETRACT];
+        let all = letters.into_iter().zip(self.axes.iter().chain([&self.clear, &self.retract]));
         all.filter_map(|(letter, reached)| Some((letter, reached.number.as_ref()?)))
     }
 }
@@ -55,7 +59,10 @@ impl Writer<'_> {
     pub fn write_holes(&mut self, block: &Block, motions: &[Motion], targets: &[Targets]) {
         let Some(first) = motions.first() else { return };
         let goals: Vec<Goal> = motions.iter().zip(targets).filter_map(hole_goal).collect();
-        self.motion_word = Some(first.code);
+        let retracts = first.words.iter().any(|word| word.letter == Word::RETRACT);
+        if !retracts {
+            self.motion_word = Some(first.code);
+        }
         self.begin_motion(first);
         let format = self.coordinate_format(first);
         if goals.len() < motions.len() {
@@ -88,8 +95,20 @@ impl Writer<'_> {
             let is_last = k + 1 == motions.len();
             if k == 0 {
                 let written = self.fit_hole(motion, format, *goal);
+                let (over, of_cycle): (Vec<_>, Vec<_>) =
+                    written.numbers().partition(|(letter, _)| retracts && matches!(letter, 'X' | 'Y'));
+                if !over.is_empty() {
+                    // The cycle drills where the tool is.
+                    let words = over.iter().map(|(letter, number)| self.style.word(*letter, number));
+                    let words: Vec<String> = std::iter::once("G0".to_owned()).chain(words).collect();
+                    self.out.extend_from_slice(&content[..block.prefix]);
+                    self.out.extend_from_slice(words.join(self.style.separator()).as_bytes());
+                    self.end_line(block, false);
+                    self.pieces.insert(self.pieces.len() - 1, 0);
+                    self.motion_word = Some(MotionCode::Rapid);
+                }
                 let mut edit = LineEdit::new(content, &motion.words, self.style);
-                for (letter, number) in written.numbers() {
+                for (letter, number) in of_cycle {
                     match edit.find(|word| word.letter == letter) {
                         Some(index) => edit.set_number(index, number),
                         None if letter == 'R' => edit.add_last(letter, number),
@@ -132,7 +151,8 @@ impl Writer<'_> {
         cycle.initial = cycle.initial.filter(|_| !is_first).or(level);
         cycle = cycle.with(motion, format.mm());
         let [x, y] = [0, 1].map(|axis| format.axis_word(&motion.words, self.tracked, axis, goal.bottom[axis]));
-        let steps = motion.modal.distance == Distance::Incremental;
+        let retract = motion.words.iter().find(|word| word.letter == Word::RETRACT);
+        let steps = motion.modal.distance == Distance::Incremental && retract.is_none();
         let height = |number: Option<f64>, from: Option<f64>, goal: f64| {
             let base = if steps { from } else { Some(motion.origin.z) };
             match number.zip(base).map(|(number, base)| number + base) {
@@ -151,8 +171,12 @@ impl Writer<'_> {
             true => clear.at,
             false => clear.at.zip(cycle.initial).map(|(clear, initial)| initial.max(clear)),
         };
-        let tracked = [x.at, y.at, back];
-        WrittenHole { axes: [x, y, bottom], clear, tracked, cycle }
+        let retract = match retract {
+            Some(word) => height(Some(word.value * format.mm()), level, goal.back).0,
+            None => AxisWord { number: None, at: back },
+        };
+        let tracked = [x.at, y.at, retract.at];
+        WrittenHole { axes: [x, y, bottom], clear, retract, tracked, cycle }
     }
 }
 
@@ -166,6 +190,6 @@ impl CycleState {
 
 /// Returns the corrected bottom of a hole and the corrected height of its plane R; `None` if the motion is no located hole.
 fn hole_goal((_, targets): (&Motion, &Targets)) -> Option<Goal> {
-    let [_, clear, .., bottom, _] = targets.corrected else { return None };
-    Some(Goal { bottom: *bottom, clear: clear.z })
+    let [_, clear, .., bottom, back] = targets.corrected else { return None };
+    Some(Goal { bottom: *bottom, clear: clear.z, back: back.z })
 }

@@ -97,6 +97,11 @@ impl Block<'_> {
             self.words.extend(words);
             return Ok(());
         }
+        if matches!(name.as_str(), "CYCLE84" | "CYCLE840") && has_arguments {
+            let words = tapping_words(&mut self.scan, start)?;
+            self.words.extend(words);
+            return Ok(());
+        }
         match sinumerik_words::plain_name(&name, has_arguments) {
             Err(foreign) => refuse(&self.scan, foreign),
             Ok(Name::Passive) if has_arguments => self.scan.skip_closed(b'(', b')'),
@@ -265,23 +270,13 @@ impl Block<'_> {
 /// _C, _X1, _Y1, _Z1, _DIR, …)`. `Err` for what is not followed.
 fn swivel_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
     const NUMBERS: &str = "plain numbers as its arguments";
-    let open = scan.at;
-    scan.skip_closed(b'(', b')')?;
+    let arguments = take_arguments(scan)?;
     let span = start..scan.at;
     let line = scan.line;
     let refuse = |expected| Refusal::new(span.clone(), Fault::Inclined(InclinedFault::Form { expected }));
-    let is_within = |range: &Range<usize>| !line[range.clone()].trim_ascii().is_empty();
-    let mut arguments = Vec::new();
-    let (mut from, mut is_text) = (open + 1, false);
-    for (at, byte) in line.iter().enumerate().take(scan.at).skip(open + 1) {
-        is_text ^= *byte == b'"';
-        if (*byte == b',' || at + 1 == scan.at) && !is_text {
-            arguments.push(from..at);
-            from = at + 1;
-        }
-    }
+    let is_within = |range: &Range<usize>| !line[range.clone()].is_empty();
     let word = |vocable| Word { meaning: Some(vocable), ..Word::plain('G', 0.0, span.clone()) };
-    let name = arguments.get(1).map(|range| line[range.clone()].trim_ascii());
+    let name = arguments.get(1).map(|range| &line[range.clone()]);
     if !arguments.iter().any(is_within) {
         return Ok(vec![word(&sinumerik_words::SWIVEL_OFF)]);
     }
@@ -289,13 +284,8 @@ fn swivel_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
         return Ok(vec![word(&sinumerik_words::SWIVEL_OFF), word(&sinumerik_words::RETRACTS)]);
     }
     let number = |index: usize| {
-        let text = arguments.get(index).map_or(&line[..0], |range| line[range.clone()].trim_ascii());
-        let text = std::str::from_utf8(text).map_err(|_| refuse(NUMBERS))?;
-        if text.is_empty() {
-            return Ok(0.0);
-        }
-        let is_plain = text.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'+' | b'-'));
-        text.parse::<f64>().ok().filter(|_| is_plain).ok_or_else(|| refuse(NUMBERS))
+        let text = arguments.get(index).map_or(&line[..0], |range| &line[range.clone()]);
+        if text.is_empty() { Ok(0.0) } else { plain_number(text).ok_or_else(|| refuse(NUMBERS)) }
     };
     // What follows the tip where it swivels does not count, as the position is not known behind it.
     if ![0.0, 10.0].contains(&number(2)?) {
@@ -317,4 +307,55 @@ fn swivel_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
     };
     words.extend(direction.map(word));
     Ok(words)
+}
+
+/// Returns the words of CYCLE84 or CYCLE840, which begins at byte `start` and whose arguments are at the cursor, as it is written for one hole:
+/// `(RTP, RFP,, DP,, …)`. `Err` for other forms, which become this one where cycles are written out.
+fn tapping_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
+    let open = scan.at;
+    let arguments = take_arguments(scan)?;
+    let (line, span) = (scan.line, start..scan.at);
+    let text = |index: usize| arguments.get(index).map_or(&line[..0], |range| &line[range.clone()]);
+    let height = |letter: char, index: usize| {
+        let value = plain_number(text(index))?;
+        let of_number = Word { around: [0; 2], ..Word::plain(letter, value, arguments[index].clone()) };
+        Some(Word { distance: Some(Distance::Absolute), ..of_number })
+    };
+    let heights = (height(Word::RETRACT, 0), height('R', 1), height('Z', 3));
+    match heights {
+        (Some(retract), Some(clear), Some(bottom)) if [2, 4].iter().all(|index| text(*index).is_empty()) => {
+            let cycle = Word { meaning: Some(&sinumerik_words::TAP), ..Word::plain('G', 0.0, start..open) };
+            let of_tap = (plain_number(text(8)), plain_number(text(10)));
+            let feed = of_tap.0.zip(of_tap.1).map_or(0.0, |(pitch, speed)| (pitch * speed).abs());
+            let feed = Word { around: [0; 2], ..Word::plain(Word::TAP_FEED, feed, span.end..span.end) };
+            Ok(vec![cycle, retract, clear, bottom, feed])
+        }
+        _ => {
+            let expected = "CYCLE84(RTP,RFP,,DP,,...) with plain numbers, and expand not off";
+            Err(Refusal::new(span, Foreign::CycleValue { expected }.into()))
+        }
+    }
+}
+
+/// Takes arguments in brackets, and returns where each stands without the blanks around it; a comma in a string parts none.
+fn take_arguments(scan: &mut Scan) -> Result<Vec<Range<usize>>, Refusal> {
+    let open = scan.at;
+    scan.skip_closed(b'(', b')')?;
+    let line = scan.line;
+    let (mut arguments, mut from, mut is_text) = (Vec::new(), open + 1, false);
+    for (at, byte) in line.iter().enumerate().take(scan.at).skip(open + 1) {
+        is_text ^= *byte == b'"';
+        if (*byte == b',' || at + 1 == scan.at) && !is_text {
+            let begin = line[from..at].trim_ascii_start();
+            arguments.push(at - begin.len()..at - begin.len() + begin.trim_ascii_end().len());
+            from = at + 1;
+        }
+    }
+    Ok(arguments)
+}
+
+/// Parses a number without an exponent.
+fn plain_number(text: &[u8]) -> Option<f64> {
+    let is_plain = text.iter().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'+' | b'-'));
+    std::str::from_utf8(text).ok().filter(|_| is_plain)?.parse().ok()
 }

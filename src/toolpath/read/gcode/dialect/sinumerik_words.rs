@@ -1,8 +1,8 @@
 //! Meanings of Sinumerik's words: G words, names, and names with a value.
 
 use crate::toolpath::model::gcode::{
-    AngleChoice, Dialect, Fault, Foreign, ForeignWord, GWord, Inclination, LengthUnit, Refusal, Setting, Unsupported,
-    Word, WorkOffset,
+    AngleChoice, Dialect, Fault, Foreign, ForeignWord, GWord, Inclination, LengthUnit, MotionCode, Refusal, Setting,
+    Unsupported, Word, WorkOffset,
 };
 
 /// Returns the meaning of a G word, for those shared with ISO that of ISO; `Err` if it is not followed.
@@ -44,6 +44,8 @@ static TRAFOOF: ForeignWord = ForeignWord { name: "TRAFOOF", meaning: GWord::Pas
 /// CYCLE800() and CYCLE800(…, "0", …), which may retract.
 pub(crate) static SWIVEL_OFF: ForeignWord = ForeignWord { name: "CYCLE800", meaning: GWord::Passive("rotation") };
 pub(crate) static RETRACTS: ForeignWord = ForeignWord { name: "CYCLE800", meaning: GWord::Home };
+/// Tapping for one hole; what it does is over with its line.
+pub(crate) static TAP: ForeignWord = ForeignWord { name: "CYCLE84", meaning: GWord::Motion(MotionCode::Cycle(84)) };
 pub(crate) static HIGHER: ForeignWord =
     ForeignWord { name: "_DIR", meaning: GWord::Align(AngleChoice::Direction { is_higher: true }) };
 pub(crate) static LOWER: ForeignWord =
