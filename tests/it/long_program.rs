@@ -93,8 +93,8 @@ fn parts_answer_as_the_whole_does() {
     let proof = job
         .prove(("as written".into(), &written), &asked, &Work::default(), |proved| {
             before.extend_from_slice(&proved.before[Source::All]);
-            as_written.extend_from_slice(proved.written);
-            without_force.extend_from_slice(proved.without_force);
+            as_written.extend_from_slice(&proved.written);
+            without_force.extend_from_slice(&proved.without_force);
             Ok(())
         })
         .unwrap();

@@ -3,7 +3,7 @@
     python3 tests/public_programs/measure.py PROGRAM [--mirror FOLDER] [--only WORD]
 
 PROGRAM is the program built (target/release/kinetostat). Programs are run where they are in their repositories, with their neighbours, on a machine of
-ten metres without load, those of robots on one that turns the tool, too: what is accepted must come out with the same bytes. FOLDER has the repositories (bare, OWNER+NAME/repo); what is missing there is
+ten metres without load, those of robots and what turns the tool on one that does: what is accepted must come out with the same bytes. FOLDER has the repositories (bare, OWNER+NAME/repo); what is missing there is
 cloned into it from GitHub (default: target/public_programs). The columns repository, commit, path, dialect and mills (yes, or what else it is) are
 written by hand; options are keys of the process file that say what a program leaves open; the answer is of the last run.
 """
@@ -42,7 +42,17 @@ def git(folder: Path, *words: str) -> bytes:
     return subprocess.run(["git", "-C", str(folder), *words], capture_output=True, check=True).stdout
 
 
-def answer(program: str, mirror: Path, machine: Path, row: dict) -> str:
+def answer(program: str, mirror: Path, row: dict) -> str | None:
+    """Returns the answer, or None if the repository cannot be had."""
+    try:
+        repository(mirror, row["repository"])
+    except subprocess.CalledProcessError:
+        return None
+    said = answer_on(HERE / ("arm.toml" if row["dialect"] in ROBOTS else "machine.toml"), program, mirror, row)
+    return answer_on(HERE / "arm.toml", program, mirror, row) if "controls no rotation" in said else said
+
+
+def answer_on(machine: Path, program: str, mirror: Path, row: dict) -> str:
     folder = repository(mirror, row["repository"])
     with tempfile.TemporaryDirectory() as root:
         beside = os.path.dirname(row["path"])
@@ -92,10 +102,9 @@ def main() -> None:
     chosen = [row for row in rows if not given.only or any(given.only in row[name] for name in COLUMNS[:4])]
     program = os.path.abspath(given.program)
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        machine = {True: HERE / "arm.toml", False: HERE / "machine.toml"}
-        found = pool.map(lambda row: answer(program, given.mirror, machine[row["dialect"] in ROBOTS], row), chosen)
+        found = list(pool.map(lambda row: answer(program, given.mirror, row), chosen))
         for row, said in zip(chosen, found):
-            row["answer"] = said
+            row["answer"] = said or row["answer"]
     with TABLE.open("w", newline="") as file:
         table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         table.writeheader()
@@ -106,6 +115,8 @@ def main() -> None:
         print(f"{dialect}: {accepted} of {len(mills)} that mill accepted")
     counts = collections.Counter(row["answer"].split(":")[0] for row in chosen)
     print(", ".join(f"{said} {count}" for said, count in counts.most_common()))
+    if missing := sorted({row["repository"] for row, said in zip(chosen, found) if said is None}):
+        print(f"{sum(said is None for said in found)} rows keep their answers, as these cannot be cloned: {', '.join(missing)}")
     if any(row["answer"] == "not found" for row in chosen):
         sys.exit("programs were not found: their commits are no longer there")
 

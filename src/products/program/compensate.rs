@@ -40,7 +40,7 @@ pub enum CommandSource {
 }
 
 /// Receives the compensated program part by part.
-pub trait Receiver {
+pub trait Receiver: Send {
     /// Checks that a `file` that the program calls may be written beside it.
     ///
     /// # Errors
@@ -204,7 +204,7 @@ impl ProgramJob {
         let mut errors_before = Vec::new();
         let Proof { mut passes, without_force, spread } = self.prove((name, &written), asked, work, |proved| {
             work.check()?;
-            excess.iter_mut().for_each(|excess| excess.add(proved.part.first, proved.written));
+            excess.iter_mut().for_each(|excess| excess.add(proved.part.first, &proved.written));
             #[cfg(not(target_family = "wasm"))]
             if self.process.stock.is_some() && self.path.len() <= MOST_POINTS {
                 errors_before.extend_from_slice(&proved.before[Source::All]);

@@ -1,5 +1,7 @@
 //! Proves a written program by simulating it, beside no compensation (each error source alone) and other methods.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
 use super::{Asked, Part, Pass, ProgramAsWritten, ProgramJob, commanded_poses};
@@ -9,7 +11,7 @@ use crate::{
     process::cutting::PathLoad,
     simulation::{
         BySource, Machines, Source,
-        along_path::{Commands, PathPointResult, PathSums, TrackBlocks, run_tracked},
+        along_path::{self, Commands, PathPointResult, PathSums, TrackBlocks, run_tracked},
         play::Reversals,
         spread::DrawnMachines,
         spread_along::{self, LargestBoth, PathSpread, PointSpread, SpreadPart, SpreadPath},
@@ -17,24 +19,24 @@ use crate::{
     },
     spatial::Wrench,
     toolpath::Load,
-    work::{Event, Work},
+    work::{Event, Work, compute_overlapped},
 };
 
 /// Consecutive points of a program, with simulated results before and after compensation.
 #[derive(Debug)]
 pub struct ProvedPart<'a> {
     /// The points.
-    pub part: &'a Part<'a>,
+    pub part: Part<'a>,
     /// Error at each point without compensation by source, base axes, mm; `None` without equilibrium; empty for a source not simulated alone.
-    pub before: &'a BySource<Vec<Option<Vector3<f64>>>>,
+    pub before: BySource<Vec<Option<Vector3<f64>>>>,
     /// Rotation of the tool at each point without compensation, rotation vectors in base axes, rad; without meaning where there is no equilibrium.
-    pub rotations_before: &'a [Vector3<f64>],
+    pub rotations_before: Vec<Vector3<f64>>,
     /// Results of the program as written.
-    pub written: &'a [PathPointResult],
+    pub written: Vec<PathPointResult>,
     /// Error of the program as written where the cutting force is absent, base axes, mm; `None` without equilibrium.
-    pub without_force: &'a [Option<Vector3<f64>>],
+    pub without_force: Vec<Option<Vector3<f64>>>,
     /// Distributions of the error at each point, without compensation and as written; empty where inputs are taken as exact.
-    pub spread: &'a [Option<PointSpread>],
+    pub spread: Vec<Option<PointSpread>>,
 }
 
 /// What the program as written does if the cutting force is absent (in air, in a spring pass, with a broken tool), over the points that count and
@@ -71,7 +73,7 @@ impl ProgramJob {
         (name, written): (String, &ProgramAsWritten),
         asked: &Asked,
         work: &Work,
-        mut take: impl FnMut(&ProvedPart<'_>) -> Result<()>,
+        mut take: impl FnMut(&ProvedPart<'_>) -> Result<()> + Send,
     ) -> Result<Proof> {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
         let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
@@ -83,8 +85,9 @@ impl ProgramJob {
         let counts = |k: usize| self.is_counted(k);
         let uncertain = drawn.as_ref().map(|drawn| self.spread_path((&machines, drawn), &counts, written));
         let (mut largest, mut reversals) = (LargestBoth::default(), Reversals::default());
-        for part in self.parts() {
-            let part = part?;
+        let mut parts = self.parts();
+        let prove_part = |_: Range<usize>| {
+            let Some(part) = parts.next().transpose()? else { return Ok(None) };
             law.check(&part)?;
             let case = part.case([&self.machine, &self.real, &self.machine]);
             let track = self.track(&part, &mut tracked_before);
@@ -123,15 +126,9 @@ impl ProgramJob {
                 let own = part.to_spread(&track, &poses);
                 spread = uncertain.solve_part(&own, 1, work, &mut largest)?;
             }
-            take(&ProvedPart {
-                part: &part,
-                before: &before,
-                rotations_before: &rotations_before,
-                written: &answers,
-                without_force: &without_force,
-                spread: &spread,
-            })?;
-        }
+            Ok(Some(ProvedPart { part, before, rotations_before, written: answers, without_force, spread }))
+        };
+        compute_overlapped(along_path::parts(self.path.len()), prove_part, |proved| take(&proved))?;
         sums.push(as_written);
         let names = methods.iter().map(|method| method.label()).chain([name]);
         let passes = names.zip(&sums).map(|(name, sums)| Pass { name, summary: sums.summary() }).collect();

@@ -138,7 +138,7 @@ impl Findings {
 
     /// Adds the points of the next proved part.
     pub fn add(&mut self, job: &ProgramJob, proved: &ProvedPart<'_>) {
-        let part = proved.part;
+        let part = &proved.part;
         self.courses.iter_mut().for_each(|courses| courses.add(proved));
         proved.written.iter().filter(|answer| answer.is_settled).for_each(|answer| self.include(&job.machine, answer));
         for (i, ((k, point), task)) in part.range().zip(part.points).zip(part.tasks()).enumerate() {
