@@ -305,6 +305,12 @@ const SAME_TIP_MM: f64 = 0.01;
 /// Checks that a tool that `program` defines is that of the machine.
 #[cfg(not(target_family = "wasm"))]
 fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
+    let refuse = |problem| Err(crate::input::error::Error::Argument { argument: program.name().into(), problem });
+    let language = program.language();
+    if process.tool_stands && language != Language::Rapid {
+        let problem = "is not followed with a tool that stands ([tool] of the process): expected RAPID";
+        return refuse(format!("{} {problem}", language.name()));
+    }
     let Some((tool, tip)) = &program.notes().tool_tip_mm else { return Ok(()) };
     let own = process.machine.tool_tip;
     if (tip - own).amax() <= SAME_TIP_MM {
@@ -312,11 +318,12 @@ fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
     }
     let [[x, y, z], [u, v, w]] = [<[f64; 3]>::from(*tip), own.into()];
     let problem = format!(
-        "tool {tool} has its tip at ({x}, {y}, {z}) mm of the flange, machine {} at ({u}, {v}, {w}) mm (platform.tool_tip_mm, or \
+        "tool {tool} has its tip at ({x}, {y}, {z}) mm of the {}, machine {} at ({u}, {v}, {w}) mm (platform.tool_tip_mm, or \
          tip_mm of [tool] in the process): expected the same",
+        if process.tool_stands { "base" } else { "flange" },
         process.machine.name
     );
-    Err(crate::input::error::Error::Argument { argument: program.name().into(), problem })
+    refuse(problem)
 }
 
 /// Returns the points of a program's path as a polyline file.

@@ -220,17 +220,17 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// Most lines of folders, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 11] = [
-    (&["crates/engine/src"], 21_465),
+    (&["crates/engine/src"], 21_585),
     (&["crates/removal/src"], 2_625),
-    (&["src/toolpath"], 29_190),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 12_310),
+    (&["src/toolpath"], 29_225),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 12_335),
     (&["src/simulation", "src/redundancy"], 5_340),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_840),
     (&["src/figures", "src/page"], 10_390),
     (&["src/questions"], 24_865),
-    (&["src/products", "src/inspect", "src/explore"], 12_650),
+    (&["src/products", "src/inspect", "src/explore"], 12_645),
     (&["src/cli"], 3_055),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 127_915),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 128_095),
 ];
 
 #[test]

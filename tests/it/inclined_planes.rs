@@ -125,6 +125,24 @@ fn what_is_written_leads_to_the_corrected_places() {
 }
 
 #[test]
+fn arcs_about_a_centre_stay_arcs_in_an_inclined_plane() {
+    let source = "BEGIN PGM A MM\nTOOL CALL 1 Z S100 F200\nL X+0 Y+0 Z+50 R0 FMAX\n\
+                  PLANE SPATIAL SPA+20 SPB+30 SPC+10 TURN FMAX SEQ+\nL X+0 Y+0 Z+5 FMAX\nL Z-4\nCC X+10 Y+0\n\
+                  C X+10 Y+10 DR-\nPLANE RESET STAY\nEND PGM A MM\n";
+    for rotary in [table(None), head(), mixed(), nutating()] {
+        let (program, path) = read(source, rotary.clone(), Dialect::Heidenhain);
+        let moved: Vec<Vector3<f64>> = path.positions_mm().iter().map(|at| at + Vector3::new(0.3, -0.2, 0.5)).collect();
+        let written = program.rewrite(&path, &moved, program.own_format()).unwrap();
+        let text = String::from_utf8_lossy(written.bytes()).into_owned();
+        assert_eq!(text.lines().count(), source.lines().count(), "{text}");
+        let (_, there) = read(&text, rotary, Dialect::Heidenhain);
+        for (at, expected) in there.points().iter().zip(&moved) {
+            assert!((at.position_mm - expected).amax() < 0.001, "{} {expected}\n{text}", at.position_mm);
+        }
+    }
+}
+
+#[test]
 fn each_control_chooses_by_its_rule() {
     let plane =
         |words: &str| format!("0 BEGIN PGM P MM\n1 TOOL CALL 1 Z S100\n2 PLANE SPATIAL {words}\n3 END PGM P MM\n");

@@ -133,6 +133,7 @@ mod sinumerik_programs;
 mod slot_milling;
 mod snap_through;
 mod solved_in_part;
+mod standing_tools;
 mod stiffness;
 mod stock;
 mod superposition;

@@ -54,6 +54,8 @@ pub struct Process {
     pub machine: Machine,
     /// Whether the process gives a tool other than that of the machine file.
     pub has_own_tool: bool,
+    /// Whether the tool stands and the machine, seen from the part, holds that.
+    pub tool_stands: bool,
     /// Tolerance of the tool's position, mm, if the file gives it.
     pub tolerance_mm: Option<f64>,
     /// The placement of the workpiece, and the point whose positions the path gives.
@@ -304,7 +306,8 @@ impl Process {
     pub fn facts(&self) -> Vec<(&'static str, String)> {
         let mut facts = vec![("workpiece", self.placement_words()), ("counts as cutting", self.cutting_words())];
         facts.extend((!self.own_forces.is_empty()).then(|| ("cutting force", self.own_forces.words())));
-        facts.extend(self.has_own_tool.then(|| ("tool", self.machine.tool_words())));
+        let stands = if self.tool_stands { STANDS } else { "" };
+        facts.extend(self.has_own_tool.then(|| ("tool", self.machine.tool_words() + stands)));
         facts.extend(self.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
         facts
     }
@@ -391,3 +394,6 @@ impl Process {
         Ok(process)
     }
 }
+
+/// What a tool that stands makes of the names of frames.
+const STANDS: &str = "; it stands, and the machine holds the part: \"base\" is its flange or platform here, \"platform\" its base, and it has no weight";

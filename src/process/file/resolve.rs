@@ -81,6 +81,11 @@ fn process(
     let features = own_forces.by_feature.iter().map(|(text, _)| text.clone()).collect();
     let check_gcode = check.key("gcode");
     let machine = match &spec.tool {
+        Some(tool) if tool.stands && !spec.chain_error.is_empty() => {
+            return check
+                .key("chain_error")
+                .fail("is not followed where the tool stands: expected no such table".into());
+        }
         Some(tool) => &machine.with_tool(tool, &check.key("tool"))?,
         None => machine,
     };
@@ -89,9 +94,11 @@ fn process(
     let table = |spec| UncertaintyTable::read(spec, folder, check.key("uncertainty"));
     let uncertainty = spec.uncertainty.as_ref().map(table).transpose()?;
     let (uncertainty, covariance) = uncertainty.unzip();
+    let tool_stands = spec.tool.as_ref().is_some_and(|tool| tool.stands);
     let process = Process {
         machine: machine.clone(),
         has_own_tool: spec.tool.is_some(),
+        tool_stands,
         tolerance_mm: spec.tolerance_mm.map(|given| check.key("tolerance_mm").positive(given)).transpose()?,
         gcode: GcodeOptions {
             features,
@@ -116,7 +123,10 @@ fn process(
         #[cfg(not(target_family = "wasm"))]
         redundancy: super::redundancy::settings(&spec.redundancy, machine, &check.key("redundancy"))?,
         #[cfg(not(target_family = "wasm"))]
-        robot_program: super::robot::options(&spec.robot_program, &check.key("robot_program"))?,
+        robot_program: crate::toolpath::robot::RobotOptions {
+            tool_stands,
+            ..super::robot::options(&spec.robot_program, &check.key("robot_program"))?
+        },
         decimals: decimals(&spec.gcode, &check_gcode)?,
         write_tolerance_mm: write_tolerance(spec, &check_gcode)?,
         helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),

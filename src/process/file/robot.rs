@@ -85,6 +85,7 @@ pub(super) fn options(spec: &RobotSpec, check: &Check) -> Result<RobotOptions> {
             None => None,
         },
         bases,
+        tool_stands: false,
         external_axes: spec.external_axes.clone(),
         calls_kept: spec.calls_kept.iter().map(|name| name.to_ascii_lowercase()).collect(),
         cutcom_points: spec.cutcom_points.map(|points| match points {

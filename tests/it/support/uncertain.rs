@@ -84,7 +84,7 @@ impl Receiver for Kept {
     fn take(&mut self, proved: &ProvedPart<'_>, _: Option<&BoundedPath>) -> Result<()> {
         self.tasks.extend_from_slice(proved.part.tasks());
         self.commanded.extend(proved.written.iter().map(|answer| answer.target.unwrap()));
-        self.spread.extend_from_slice(proved.spread);
+        self.spread.extend_from_slice(&proved.spread);
         Ok(())
     }
 }

@@ -27,6 +27,7 @@ mod section;
 mod skeleton;
 mod span;
 pub mod spec;
+mod standing_tool;
 mod task_space;
 mod tracked_point;
 mod unknown;

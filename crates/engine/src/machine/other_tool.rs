@@ -23,7 +23,13 @@ impl Machine {
     /// # Errors
     /// Values that make no tool; a tip elsewhere or another axis without what bends there, where the machine's own tool bends.
     pub fn with_tool(&self, tool: &OtherToolSpec, check: &Check) -> Result<Machine> {
-        let mut spec = MachineSpec::clone(self.definition.spec());
+        let mut spec = match tool.stands {
+            true if tool.tip_mm.is_none() || tool.axis.is_none() => {
+                return check.key("stands").fail("expected tip_mm and axis beside it, in O".into());
+            }
+            true => self.seen_from_part(tool.without_weight, &check.key("stands"))?,
+            false => MachineSpec::clone(self.definition.spec()),
+        };
         for (name, material) in &tool.material {
             if spec.material.insert(name.clone(), material.clone()).is_some() {
                 return check

@@ -102,10 +102,16 @@ tables! {
 
     /// Another tool than that of the machine file, in a process.
     pub struct OtherToolSpec {
-        /// Its tip, from P in platform axes; where the machine file has it if not given.
+        /// Its tip, from P in platform axes, or in O if it stands; where the machine file has it if not given.
         pub tip_mm: Option<[f64; 3]>,
-        /// Direction from the spindle to its tip in platform axes; that of the machine file if not given.
+        /// Direction from the spindle to its tip in platform axes, or in O if it stands; that of the machine file if not given.
         pub axis: Option<[f64; 3]>,
+        /// Whether the tool stands and the machine holds the part, whose frame W is then in its platform; no if not given.
+        #[serde(default)]
+        pub stands: bool,
+        /// Whether masses and springs of a machine that holds the part are left out; no if not given.
+        #[serde(default)]
+        pub without_weight: bool,
         /// As in `[platform.tool]`.
         #[serde(rename = "compliance_mm_rad_N")]
         pub compliance: Option<Box<[[f64; 6]; 6]>>,

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::gcode::{
-        Centre, Contradiction, Dialect, Distance, Fault, ModalState, Motion, PartialPosition, Refusal, Setting, Word,
-        WorkOffset,
+        Centre, Contradiction, Dialect, Distance, Fault, ModalState, Motion, PartialPosition, Refusal, RotaryMotion,
+        Setting, Word, WorkOffset,
     },
     read::gcode::{Interpreter, Request, ZeroSetting},
 };
@@ -167,6 +167,7 @@ pub(crate) struct Pole {
     pub(crate) start: PartialPosition,
     pub(crate) modal: ModalState,
     pub(crate) origin: Vector3<f64>,
+    pub(crate) turning: RotaryMotion,
     /// Words of the line.
     pub words: Vec<Word>,
 }
@@ -190,6 +191,7 @@ impl Interpreter {
         let at = self.end_point(axes, origin)?;
         let centre = at[first].zip(at[second]).map(|(first, second)| [first, second]);
         self.pole = centre;
-        Ok(Pole { centre, start: self.position, modal: self.modal, origin, words: Vec::new() })
+        let turning = self.turning();
+        Ok(Pole { centre, start: self.position, modal: self.modal, origin, turning, words: Vec::new() })
     }
 }

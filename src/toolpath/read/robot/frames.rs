@@ -28,7 +28,9 @@ impl<'a> Bases<'a> {
     /// Starts before the first motion of the program `source`.
     #[must_use]
     pub fn new(options: &'a RobotOptions, source: &'a [u8]) -> Self {
-        Self { options, world: options.bases.get(RobotOptions::WORLD).copied(), first: None, source }
+        // Of a part that is held, frames are in the flange.
+        let world = options.bases.get(RobotOptions::WORLD).copied();
+        Self { options, world: world.or(options.tool_stands.then(Isometry3::identity)), first: None, source }
     }
 
     /// Whether the program names one of the bases that the options give, as a whole name: "base" is not in "base_data".

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     model::{
         MotionGeometry, Orientation, PathPoint, RewriteError, Toolpath, check_corrected, end_of_segment,
-        gcode::{Angles, Coordinates, Dialect, Motion, MotionCode, Rotary, WriteOptions},
+        gcode::{Angles, Coordinates, Dialect, Motion, MotionCode, Rotary, RotaryMotion, WriteOptions},
     },
     read::gcode::{Program, lines::Lines},
     write::gcode::{Calls, Rewritten, Targets, Writer},
@@ -108,12 +108,18 @@ impl Program {
         let mut writer = Writer::new(self, writing, full_lines);
         let (mut segment, mut next, mut line) = (0, 0, 0);
         let mut pole_arcs = self.pole_arcs.iter();
-        let correction_of_arc = |arc: Option<usize>| {
+        // Of the coordinates of the line that sets the centre.
+        let correction_of_arc = |arc: Option<usize>, turning: &RotaryMotion| {
             let next_point = arc.map(|arc| path.points().partition_point(|point| point.source.segment <= arc));
             let last = next_point
                 .and_then(|next_point| next_point.checked_sub(1))
                 .filter(|last| Some(path.points()[*last].source.segment) == arc);
-            last.map_or_else(Vector3::zeros, |last| corrected_mm[last] - path.points()[last].position_mm)
+            last.map_or_else(Vector3::zeros, |last| {
+                let rotary = &self.options.rotary;
+                let [from, to] = [path.points()[last].position_mm, corrected_mm[last]]
+                    .map(|place| rotary.programmed_position(turning.coordinates, place, &turning.to));
+                to - from
+            })
         };
         self.walk(|block| {
             (line..block.line).for_each(|index| writer.copy_line(index));
@@ -148,7 +154,7 @@ impl Program {
                         (Some(zero_setting), _) => writer.write_origin(block, zero_setting),
                         (None, Some(pole)) => {
                             let arc = pole_arcs.next().copied().flatten();
-                            writer.write_pole(block, pole, correction_of_arc(arc));
+                            writer.write_pole(block, pole, correction_of_arc(arc, &pole.turning));
                         }
                         (None, None) => writer.copy_text(block.line),
                     }

@@ -243,6 +243,11 @@ impl Machine {
         self.definition.errors.iter().map(|(_, error)| error.clone()).collect()
     }
 
+    /// Whether any errors of its chains are part of the machine.
+    pub(super) fn has_recorded_errors(&self) -> bool {
+        !(self.definition.errors.is_empty() && self.definition.built_in.is_empty())
+    }
+
     /// Errors set as parameters, one entry for each chain.
     fn mount_errors(&self) -> Vec<MountErrors> {
         match self.definition.errors.is_empty() {

@@ -234,29 +234,43 @@ fn parse_bool(scan: &mut Scan<'_>) -> Result<bool, RobotFault> {
     }
 }
 
-/// Parses tool data `[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]`; returns the frame of the tool in the flange, mm.
-pub(crate) fn tool_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
+/// Parses tool data `[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]`; returns the frame of the tool in the flange or, if it has to stand (FALSE), in the base, mm.
+pub(crate) fn tool_frame(text: &[u8], stands: bool) -> Result<Isometry3<f64>, RobotFault> {
     let mut scan = Scan::new(text);
     scan.expect(b'[', "[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]")?;
-    if !parse_bool(&mut scan)? {
-        return RobotFault::not_followed("tools that stand still are", "a tool that the robot holds");
+    match (parse_bool(&mut scan)?, stands) {
+        (false, false) => return STANDS,
+        (true, true) => return HELD,
+        _ => {}
     }
     scan.expect(b',', ", and the frame of the tool")?;
     parse_pose(&mut scan)
 }
 
-/// Parses a work object `[FALSE,TRUE,"",[user frame],[object frame]]`: its frame in the world, mm.
-pub(crate) fn work_object_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
+/// A tool or part that is held where the process says otherwise.
+const STANDS: Result<Isometry3<f64>, RobotFault> = Err(RobotFault::NotFollowed {
+    what: "tools that stand (robhold FALSE) are, unless the process says so,",
+    expected: "a tool that the robot holds, or stands = true, tip_mm and axis in [tool] of the process",
+});
+pub(crate) const HELD: Result<Isometry3<f64>, RobotFault> = Err(RobotFault::NotFollowed {
+    what: "tools that the robot holds are, as the process says that the tool stands,",
+    expected: "a tool with robhold FALSE",
+});
+
+/// Parses a work object `[FALSE,TRUE,"",[user frame],[object frame]]`: its frame in the world or, if the robot has to hold it (TRUE), in the
+/// flange, mm.
+pub(crate) fn work_object_frame(text: &[u8], is_to_be_held: bool) -> Result<Isometry3<f64>, RobotFault> {
     let mut scan = Scan::new(text);
     scan.expect(b'[', "[FALSE,TRUE,\"\",[user frame],[object frame]]")?;
     let is_held = parse_bool(&mut scan)?;
     scan.expect(b',', ",")?;
     let is_fixed = parse_bool(&mut scan)?;
-    if is_held || !is_fixed {
-        return RobotFault::not_followed(
-            "work objects that move are",
-            "one that stands still (robhold FALSE, ufprog TRUE)",
-        );
+    if is_held != is_to_be_held || !is_fixed {
+        let expected = match is_to_be_held {
+            true => "one that the robot holds, as the tool stands (robhold TRUE, ufprog TRUE)",
+            false => "one that stands still (robhold FALSE, ufprog TRUE), or stands = true in [tool] of the process",
+        };
+        return RobotFault::not_followed("other work objects are", expected);
     }
     scan.expect(b',', ", and the name of a unit")?;
     scan.expect(b'"', "\"\"")?;

@@ -200,13 +200,17 @@ impl Reader<'_> {
     /// Returns the work object and the tool that the last argument of a motion names.
     fn base_and_tool(&self, argument: Range<usize>) -> Result<(Base, Tool), RobotFault> {
         let (at, options) = self.expression_and_options(argument);
+        let stands = self.options.tool_stands;
         let mut base = Base { name: "wobj0".into(), in_world: Some(Isometry3::identity()) };
+        let mut is_of_base = true;
         for option in &options {
             match option.split_once(":=") {
                 Some(("WOBJ", "WOBJ0")) | Some(("TLOAD", _)) => {}
                 Some(("WOBJ", name)) => {
                     check_index(name, '{', '}')?;
-                    let in_world = self.datum(DataType::WorkObject, name)?.map(data::work_object_frame).transpose()?;
+                    let datum = self.datum(DataType::WorkObject, name)?;
+                    let in_world = datum.map(|text| data::work_object_frame(text, stands)).transpose()?;
+                    is_of_base = false;
                     base = Base { name: name.to_ascii_lowercase(), in_world };
                 }
                 _ => {
@@ -216,9 +220,16 @@ impl Reader<'_> {
         }
         let name = String::from_utf8_lossy(&self.source[at]).to_ascii_uppercase();
         check_index(&name, '{', '}')?;
+        if stands && is_of_base {
+            return RobotFault::not_followed(
+                "motions in wobj0 with a tool that stands are",
+                "a work object that the robot holds",
+            );
+        }
         let in_flange = match name.as_str() {
+            "TOOL0" if stands => Some(data::HELD?),
             "TOOL0" => Some(Isometry3::identity()),
-            _ => self.datum(DataType::Tool, &name)?.map(data::tool_frame).transpose()?,
+            _ => self.datum(DataType::Tool, &name)?.map(|text| data::tool_frame(text, stands)).transpose()?,
         };
         Ok((base, Tool { name: name.to_ascii_lowercase(), in_flange }))
     }

@@ -1,0 +1,103 @@
+//! A machine that holds the part, seen from the part: O is its platform, and the platform is its base, in which the tool stands.
+//!
+//! What moves and bends between part and tool is the same, whichever of them is held. The chain is taken from its end: `X⁻¹` of each transform,
+//! and half turns about a drive, which turn its positive sense round.
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::{
+    Machine,
+    spec::{AxisSpec, BoxSpec, ElementSpec, FixedSpec, HomeSpec, MachineSpec, MountSpec, ZeroedSpec},
+};
+use crate::{
+    input::{check::Check, error::Result},
+    spatial::Pose,
+};
+
+/// Bound of the workspace, mm: the box of the file is one of the part.
+const WORKSPACE_MM: f64 = 1e5;
+
+impl Machine {
+    /// Returns the file of this machine seen from the part that it holds; `check` locates the table that asks for it. With `without_weight`
+    /// its masses and springs are left out.
+    ///
+    /// # Errors
+    /// More than one chain, passive or elastic links, a workpiece carrier, errors of its chains, less than six controlled coordinates, and weight
+    /// unless it is left out, as gravity would turn with the part.
+    pub(super) fn seen_from_part(&self, without_weight: bool, check: &Check) -> Result<MachineSpec> {
+        let spec = self.definition.spec();
+        let ([mount], None, 6) = (&spec.mount[..], &spec.workpiece_carrier, spec.platform.controls.len()) else {
+            let problem = "expected a machine of one chain that controls six coordinates, and no workpiece_carrier";
+            return check.fail(problem.into());
+        };
+        if self.has_recorded_errors() {
+            return check.fail("expected a machine without errors of its chains".into());
+        }
+        let own = spec.chain.iter().find(|chain| chain.name == mount.chain);
+        let own: &[ElementSpec] = own.map_or(&[], |chain| &chain.elements);
+        let mut elements = Vec::with_capacity(3 * own.len());
+        let mut has_weight = spec.platform.mass.as_ref().is_some_and(|mass| mass.kg > 0.0);
+        for (name, element) in ElementSpec::names(own).into_iter().zip(own).rev() {
+            let axis = match element {
+                ElementSpec::Fixed(fixed) => {
+                    let at = Pose {
+                        translation: fixed.translation_mm.into(),
+                        ..Pose::from_roll_pitch_yaw(Vector3::from(fixed.rotation_deg).map(f64::to_radians))
+                    };
+                    elements.push(fixed_element(name, &at.inverse()));
+                    continue;
+                }
+                ElementSpec::Mass(_) | ElementSpec::Spring(_) | ElementSpec::Frame(_) => {
+                    has_weight = true;
+                    continue;
+                }
+                ElementSpec::RevoluteDrive(drive) => drive.axis,
+                ElementSpec::PrismaticDrive(drive) => drive.axis,
+                _ => return check.fail(format!("{name} is no drive: expected a chain whose drives alone bend")),
+            };
+            let half_turn = match axis {
+                AxisSpec::X => Vector3::y(),
+                AxisSpec::Y => Vector3::z(),
+                AxisSpec::Z => Vector3::x(),
+            };
+            let half_turn = Pose::from_roll_pitch_yaw(half_turn * std::f64::consts::PI);
+            elements.push(fixed_element(format!("{name}_turned"), &half_turn));
+            elements.push(element.clone());
+            elements.push(fixed_element(format!("{name}_turned_back"), &half_turn));
+        }
+        if has_weight && !without_weight {
+            let problem = "weight is not followed where the part is held, as gravity turns with it: expected a machine without masses and \
+                           springs, or without_weight = true, which leaves them out";
+            return check.fail(problem.into());
+        }
+        let home = self.home.pose.inverse();
+        let mut seen = spec.clone();
+        seen.chain = spec.chain.iter().filter(|chain| chain.name == mount.chain).cloned().collect();
+        seen.chain.iter_mut().for_each(|chain| chain.elements = std::mem::take(&mut elements));
+        let [base, platform] = [mount.base.clone(), mount.platform.clone()];
+        seen.mount = vec![MountSpec { base: platform, platform: base, ..mount.clone() }];
+        seen.home = HomeSpec { position_mm: home.translation.into(), rotation_deg: roll_pitch_yaw_deg(&home) };
+        seen.workspace = BoxSpec { min_mm: [-WORKSPACE_MM; 3], max_mm: [WORKSPACE_MM; 3] };
+        (seen.gravity, seen.zeroed, seen.point) = (Some([0.0; 3]), ZeroedSpec::AtRest, Vec::new());
+        seen.platform.mass = None;
+        // What it says of numbers is of where they were.
+        seen.provenance.retain(|known| known.parameters.iter().all(|name| name.ends_with(".stiffness")));
+        seen.title = format!("{}, holding the part", spec.title);
+        Ok(seen)
+    }
+}
+
+/// Returns the element of a rigid transform to `at`.
+fn fixed_element(name: String, at: &Pose) -> ElementSpec {
+    ElementSpec::Fixed(FixedSpec {
+        name: Some(name),
+        translation_mm: at.translation.into(),
+        rotation_deg: roll_pitch_yaw_deg(at),
+    })
+}
+
+/// Returns roll, pitch and yaw of `pose` about the fixed axes, degrees.
+fn roll_pitch_yaw_deg(pose: &Pose) -> [f64; 3] {
+    let (roll, pitch, yaw) = Rotation3::from_matrix_unchecked(pose.rotation).euler_angles();
+    [roll, pitch, yaw].map(f64::to_degrees)
+}
