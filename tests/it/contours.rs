@@ -145,6 +145,10 @@ fn helices_of_polar_arcs_become_lines_within_a_micrometre() {
         assert!((pair[1].z + 9.0 * turned / (4.5 * PI)).abs() < 0.001, "{}", pair[1]);
     }
     assert!((turned - 4.5 * PI).abs() < 0.1, "{turned}");
+    // Where it does not rise, it is an arc of the plane.
+    let flat = read("L X+10 Y+0 Z-9\nCC X+2 Y+0\nCP IPA+450 Z-9 DR+", Dialect::Heidenhain);
+    let text = String::from_utf8_lossy(flat.source()).into_owned();
+    assert!(text.contains("C X+10.0 Y+0.0 DR+\nC X+2.0 Y+8.0 DR+\n"), "{text}");
     // In inches a micrometre is no shorter.
     let inches = heidenhain("L X+1 Y+0\nCC X+0 Y+0\nCP IPA+360 IZ-1 DR+").replace("A MM", "A INCH");
     let inches = expanded(&inches, Dialect::Heidenhain).unwrap();
@@ -220,6 +224,19 @@ fn what_is_no_line_or_arc_is_refused() {
         ("RND R5", Dialect::Heidenhain, "lines or arcs"),
         ("L X+10 Y+0\nCC X+0 Y+0\nCP IPA+1080 IZ-6 DR+ M9", Dialect::Heidenhain, "in a block of their own"),
         ("L X+10 Y+0\nCC X+0 Y+0\nCP IPA+360 IZ-6 DR-", Dialect::Heidenhain, "expected a position that is known"),
+        ("L X+10 Y+0\nCC X+0 Y+0\nCP PR+10 PA+90 DR+", Dialect::Heidenhain, "expected CP without PR"),
+        ("L X+10 Y+0\nCC X+0 Y+0\nCP IPA+360 IZ-6 Z-9 DR+", Dialect::Heidenhain, "expected each coordinate once"),
+        ("L X+10 Y+0\nCC X+10 Y+0\nCP IPA+360 IZ-6 DR+", Dialect::Heidenhain, "expected a position that is known"),
+        (
+            "L Z+5 M91\nL X+10 Y+0\nCC X+0 Y+0\nCP IPA+90 IZ-1 DR+",
+            Dialect::Heidenhain,
+            "expected a position that is known",
+        ),
+        ("L Z+5 M91\nL X+10 Y+0\nCT X+15 Y+5 IZ-1", Dialect::Heidenhain, "expected a position that is known"),
+        ("L Z+5 M91\nL X+10 Y+0\nL X+20 IZ-1\nRND R2\nL Y+20", Dialect::Heidenhain, "part:6:8: `IZ-1`"),
+        ("G0 SUPA Z0\nG1 AP=90 RP=10 Z=IC(-1)", Dialect::Sinumerik, "expected a position that is known"),
+        ("G0 SUPA Z0\nX5 Y0\nG3 AP=90 RP=5 Z=IC(-1)", Dialect::Sinumerik, "expected a position that is known"),
+        ("ROT Z30\nG0 SUPA Z0\nG1 X5 Y5 Z=IC(-1)", Dialect::Sinumerik, "expected a position that is known"),
         (
             "L X+10 Y+0\nL Z+5 M91\nCC X+0 Y+0\nCP IPA+360 Z-6 DR+",
             Dialect::Heidenhain,

@@ -87,7 +87,17 @@ fn sinumerik_taps_by_its_cycle_which_is_moved() {
     let path = expanded(as_written).unwrap().toolpath(Sampling::new(0.05, 1e4).unwrap()).unwrap();
     let feeds: Vec<_> = path.points().iter().map(|point| point.feed_mm_per_min).collect();
     assert!(feeds.contains(&Some(625.0)), "{feeds:?}");
+    // A tap is corrected where the height before it is not known, too.
+    check_corrected(
+        "G17 G90 G71 G54\nG0 X10 Y10 F100\nCYCLE84(10,0,2,-20)\nG0 SUPA Z0\nX5 Y5\nCYCLE84(10,0,2,-20)\nM30\n",
+    );
+    let alone = Program::parse("G17 G71\nG0 X1 Y1\nCYCLE84(10,0,2,-20)\nM30\n", "part", &GcodeOptions::default());
+    assert!(alone.unwrap_err().fault.is_solved_by_expansion());
     for (cycle, expected) in [
+        ("X20 CYCLE84(10,2,,-20)", "expected a block of its own"),
+        ("CYCLE84(10,2,,-20) X20", "expected numbers in brackets"),
+        ("IF 1==1 CYCLE84(10,2,,-20)\nENDIF", "expected the end of the block"),
+        ("/MCALL CYCLE84(10,2,,-20)", "expected MCALL without /"),
         ("CYCLE84(1,0,2,-5)", "RTP not below RFP + SDIS"),
         ("CYCLE84(9,0,2,-5,,,3,,1,0,100,100,2)", "_AXN of 0 or 3"),
         ("CYCLE84(9,0,2,-5,,,3,,1,0,100,100,3,0,0,0,0,0,\"M5\")", "numbers in brackets"),
@@ -522,7 +532,10 @@ fn lines_that_are_skipped_drill_nothing() {
     let program = Program::parse_expanded(source, "part", &options, &|_| None).unwrap();
     let bottoms: Vec<_> = corners_of(&program).into_iter().filter(|place| place[2] < 0.0).collect();
     assert_eq!(bottoms, [[15.0, 20.0, -10.0], [20.0, 20.0, -10.0]]);
-    assert_eq!(corners(source).into_iter().filter(|place| place[2] == -20.0 || place[2] == -30.0).count(), 2);
+    // Where they are not skipped, what is written out would be drilled by a control that skips them.
+    assert!(expanded(source).unwrap_err().to_string().contains("part:6:2: `MCALL CYCLE81(30,5,2,-20)`"));
+    let direct = source.replace("/MCALL", "MCALL");
+    assert_eq!(corners(&direct).into_iter().filter(|place| place[2] == -20.0 || place[2] == -30.0).count(), 2);
 }
 
 #[test]

@@ -465,6 +465,8 @@ class Run:
             r = math.hypot(a[0]-c[0], a[1]-c[1])
             w0 = math.atan2(a[1]-c[1], a[0]-c[0])
             if "IPA" in w:
+                # 5400 degrees at most: 426 p. 154; 99999.9999: 640, as known
+                if abs(w["IPA"]) > 99999.9999: self.no("IPA out of range")
                 turn = math.radians(w["IPA"])
                 if dr and dr * turn < 0: self.no("signs of IPA and DR differ")
                 e = w0 + turn
@@ -776,6 +778,39 @@ class Gen:
         if r.random() < .5: o.append(f"L X{n(x)} Y{n(y)}")
         return o + self.up()
 
+    def f_turns(self):
+        """Helices: the whole angle IPA with the sign of DR, the height Z or IZ: 426 p. 153 f., with what may stand around them."""
+        r, n = self.r, self.n
+        x, y, R, d, L = self.c(50), self.c(50), r.choice([3, 8, 12.5, 25.4]), r.choice([1, -1]), self.L()
+        ipa = lambda: d * r.choice([360, 720, 1800, 405, 1125.5, 97.25, 33, 2160, 3600 + 180])
+        num = lambda v: r.choice([f"{v:+g}", f"{v:g}", f"{v:+.4f}"]) if not self.inch else f"{v:+.4f}"
+        z, o = r.choice([2, 1, -1]), []
+        def cp(a=None, h=None):
+            w = ["IPA" + num(a or ipa()), h or r.choice([f"IZ{n(r.choice([-6, -1.5, 4]))}", f"Z{n(r.choice([-9, 3.5]))}"]), "DR" + "-+"[d > 0]]
+            if r.random() < .15: w[0], w[1] = w[1], w[0]
+            return "CP " + " ".join(w) + r.choice(["", "", self.F(), " R0", " R0" + self.F(), " M8"])
+        if r.random() < .2 and not self.inch: o += ["CYCL DEF 7.0 DATUM SHIFT", f"CYCL DEF 7.1 X{n(self.c(20))}", f"CYCL DEF 7.2 Y{n(self.c(20))}"]
+        shifted = bool(o)
+        k = r.random()
+        if k < .4: o += [f"CC X{n(x)} Y{n(y)}", f"L X{n(x+R)} Y{n(y)} {self.fm}", f"L Z{n(z)}{self.F()}"]
+        elif k < .6: o += [f"L X{n(x)} Y{n(y)} {self.fm}", "CC", f"L IX{n(-R)}{self.F()}", f"L Z{n(z)}{self.F()}"]
+        elif k < .8: o += [f"L X{n(x)} Y{n(y)} {self.fm}", f"L Z{n(z)}{self.F()}", f"CC IX{n(.6*R)} IY{n(.8*R)}"]
+        else: o += [f"CC X{n(x)} Y{n(y)}", f"LP PR{n(R)} PA{num(r.choice([0, 45, 200]))} {self.fm}", f"LP Z{n(z)} {self.fm}" if False else f"L Z{n(z)}{self.F()}"]
+        q = r.random()
+        if q < .3: o.append(cp())
+        elif q < .5: o += [cp(), cp(h=f"IZ{n(-1.5)}"), "CP IPA" + num(360*d) + " DR" + "-+"[d > 0]]
+        elif q < .7: o += [f"LBL {L}", cp(360*d, f"IZ{n(-1.25)}"), f"CALL LBL {L} REP {r.randint(1, 4)}"]
+        elif q < .85:
+            a, b = self.Q(), self.Q()
+            o += [f"{a} = {360*r.randint(1, 4)} + 45.5", f"FN 0: {b} = {n(-3)}", f"CP IPA{'+-'[d < 0]}{a} IZ+{b} DR{'-+'[d > 0]}"]
+        else: o += [f"CP PA{num(r.choice([90, 250, -30]))} {r.choice(['IZ', 'Z'])}{n(-2)} DR{r.choice('+-')}" + self.F()]
+        q = r.random()
+        if q < .3: o.append(f"L X{n(x)} Y{n(y)}")
+        elif q < .5: o += [f"L IX{n(5)} IY{n(3)}", f"L IZ{n(4)} {self.fm}"]
+        elif q < .6 and not self.inch: o += [f"LP IPA{num(45)}", f"CP IPA{num(-90)} DR-"]
+        o += self.up()
+        return o + (["CYCL DEF 7.0 DATUM SHIFT", f"CYCL DEF 7.1 X{n(0)}", f"CYCL DEF 7.2 Y{n(0)}"] if shifted else []) + [f"L X{n(self.c())} Y{n(self.c())} {self.fm}"]
+
     def f_rep(self):
         r, n = self.r, self.n
         L, k = self.L(), r.randint(1, 3)
@@ -922,9 +957,14 @@ def attempt(seed, k):
     only = os.environ.get("ORC_ONLY") or ("contour,trap,m91" if PLAIN else None)
     pick = [f for f, w in WEIGHTS for _ in range(w) if not only or f in only.split(",")]
     g.inch = r.random() < .06           # lengths in inches: without angles, without the constants of the other features
-    if g.inch: pick = [f for f in pick if f in ("contour", "trap", "drill", "rep", "m91")] or ["contour"]
+    if g.inch and only != "turns": pick = [f for f in pick if f in ("contour", "trap", "drill", "rep", "m91")] or ["contour"]
     want, body = r.randint(20, 60), []
-    while sum(b.count("\n") + 1 for b in body + g.subs) < want - 8: body += getattr(g, "f_" + r.choice(pick))()
+    while pick and sum(b.count("\n") + 1 for b in body + g.subs) < want - 8: body += getattr(g, "f_" + r.choice(pick))()
+    # helices of several kinds have a stream of their own: the programs of most seeds stay as they were
+    g.r = random.Random(f"heidenhain turns {seed} {k}")
+    if g.r.random() < .3 and not only or "turns" in (only or "").split(","):
+        for _ in range(g.r.randint(1, 2)): body += g.f_turns()
+    g.r = r
     name = r.choice(["TEIL", "123", "PLATTE_1", "WST"])
     U = "INCH" if g.inch else "MM"
     head = []
@@ -998,6 +1038,7 @@ def examples():
     m = mv("CR X+10 Y+0 R-10 DR-")[-1]; assert near(m.centre, (5, 10*math.cos(math.pi/6), 0)) and near(m.turn, (0, 0, -5*math.pi/3)), m
     m = mv("CR X+10 Y+0 R+10 DR+")[-1]; assert near(m.centre, (5, 10*math.cos(math.pi/6), 0)) and near(m.turn, (0, 0, math.pi/3)), m
     m = mv("CC X+5 Y+0\nCP IPA+450 IZ-5 DR+")[-1]; assert near(m.end, (5, -5, -5)) and near(m.turn, (0, 0, 2.5*math.pi)), m
+    m = mv("CC X+5 Y+0\nCP IPA-1125 Z-5 DR-")[-1]; assert near(m.end, (5-5*s2, 5*s2, -5)) and near(m.turn, (0, 0, -6.25*math.pi)), m
     m = mv("CC X+5 Y+0\nC X+0 Y+0 DR-")[-1]; assert near(m.turn, (0, 0, -2*math.pi))
     m = mv("CC X+5 Y+0\nCP PA+90 DR-")[-1]; assert near(m.end, (5, 5, 0)) and near(m.turn, (0, 0, -math.pi/2))
     m = mv("CC Z+0 X+10\nC Z+0 X+20 DR+")[-1]; assert near(m.turn, (0, math.pi, 0)), m

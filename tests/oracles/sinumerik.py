@@ -13,7 +13,7 @@ Manuals, as they are named in comments below:
 
 Not looked up (as known): block structure of IF/FOR/WHILE/LOOP/REPEAT-UNTIL and CASE (PGA); REPEAT with labels; search rules of
 GOTO; PROC with parameters, SAVE, P; rounding of REAL to INT; SUPA and G53; TRANS replaces the whole programmable frame; AP=IC;
-CYCLE83's sequence, its anticipation distance and degression; CYCLE84's sequence; HOLES1 begins at the nearer end (PGZ) or
+CYCLE83's sequence, its anticipation distance and degression; sequences of CYCLE84 and CYCLE840 (PGZ 2.1.6, 2.1.7); HOLES1 begins at the nearer end (PGZ) or
 at the first hole (later versions); G4 F; which modal states a subprogram hands back; HOLES2 with INDA=0.
 """
 import math, os, random, re, sys
@@ -878,9 +878,8 @@ class Run:
         RTP, RFP, SDIS = RTP*s, RFP*s, (SDIS or 0)*s
         up = 1 if RTP >= RFP else -1
         if RTP == RFP and DP is None: self.no("planes not defined")
-        d = RFP - up*abs(DPR)*s if DPR is not None else None if DP is None else DP*s
+        d = RFP - up*abs(DPR)*s if DPR is not None else None if DP is None else DP*s        # DPR counts if both are given: PGZ 2.1.2
         if d is None: self.no("cycle without a depth")
-        if DP is not None and DPR is not None and abs(d - DP*s) > 1e-9: self.no("DP and DPR differ")
         if not self.feed: self.no("no feed")
         if None in self.wcs(): self.no("cycle at an unknown position")
         return RTP, RFP + up*SDIS, d, up, RFP
@@ -921,23 +920,43 @@ class Run:
             else: self.axis(1, ref - up*q + up*(VRT*s if VRT else 1.0))    # by 1 mm with feed: as known (PGZ 2.1.4)
         self.axis(0, r)
 
-    def c84(self, RTP=None, RFP=None, SDIS=None, DP=None, DPR=None, DTB=None, SDAC=None, MPIT=None, PIT=None, POSS=None, SST=None, SST1=None, *rest):
-        if rest: self.no("CYCLE84 with new parameters")
-        if SST is None or (PIT is None and MPIT is None): self.no("CYCLE84 without pitch or speed")
-        f = self.feed
+    def tap(self, planes, pitch, down, back):
+        # by G0 to RFP + SDIS, by G331 (G63, G33) to the depth, the same way back to RFP + SDIS, by G0 to RTP; then the G functions
+        # before the cycle are in force again: PGZ 2.1.6, 2.1.7. Judged is the thread: the ways above it are loose
+        f, m = self.feed, self.chain.moves
         self.feed = self.feed or 1
-        r, z, d, up, _ = self.head(RTP, RFP, SDIS, DP, DPR)
-        self.axis(0, z)
-        p = abs(PIT) * self.inch if PIT else 1.0
-        self.axis(1, d, p*SST); self.axis(1, z, p*(SST1 or SST)); self.axis(0, r)     # G331, G332: as known (PGZ 2.1.6)
+        r, z, d, up, ref = self.head(*planes)
+        if len(m) > 1 and m[-1].kind == "rapid" and dist(m[-1].end, m[-2].end) < 0.5: m[-1].loose = True      # G0 over the corrected place
+        if (z - d)*up <= 0 or (r - ref)*up < 0: self.no("planes not defined")                     # alarm 61101: PGZ 2.1.2
+        for mode, to, fd in ((0, z, None), (1, d, pitch*down or None), (1, z, pitch*back or None), (0, r, None)):
+            n = len(m)
+            self.axis(mode, to, fd)
+            if to != d:
+                for x in m[n:]: x.loose = True
         self.feed = f
+
+    def c84(self, RTP=None, RFP=None, SDIS=None, DP=None, DPR=None, DTB=None, SDAC=None, MPIT=None, PIT=None, POSS=None, SST=None, SST1=None, AXN=None, *rest):
+        if rest or AXN not in (None, 0, 3): self.no("CYCLE84 with new parameters")
+        if SST is None or not (PIT or MPIT): self.no("CYCLE84 without pitch or speed")     # 61001: PGZ 2.1.6; MPIT 3 to 48, its pitch is not needed here
+        p = abs(PIT) * self.inch if PIT else 1.0
+        self.tap((RTP, RFP, SDIS, DP, DPR), p, SST, SST1 or SST)
+
+    def c840(self, RTP=None, RFP=None, SDIS=None, DP=None, DPR=None, DTB=None, SDR=0, SDAC=3, ENC=0, MPIT=None, PIT=None, AXN=None, *rest):
+        # compensating chuck; with an encoder (ENC 0, 20) the pitch must be given, without the feed in force may say it: PGZ 2.1.7
+        if rest or AXN not in (None, 0, 3): self.no("CYCLE840 with new parameters")
+        if (ENC or 0) not in (0, 1, 11, 20): self.no("ENC")
+        if not (ENC or 0) % 10 and not (PIT or MPIT): self.no("CYCLE840 without a pitch")
+        self.tap((RTP, RFP, SDIS, DP, DPR), 0, 0, 0)
 
     def place(self, q):
         p = self.wcs()
         i1, i2, _ = self.axes()
         p[i1], p[i2] = q
         self.stale -= {i1, i2}
+        n = len(self.chain.moves)
         self.to(0, p, {}, None)
+        if self.mcall and self.mcall[0] in ("CYCLE84", "CYCLE840"):
+            for x in self.chain.moves[n:]: x.loose = True       # the hole's place, which a written program may leave out
         if self.mcall and not self.busy: self.modal_call()
 
     def holes1(self, SPCA=None, SPCO=None, STA1=0, FDIS=0, DBH=0, NUM_=None, *rest):
@@ -961,7 +980,7 @@ class Run:
             self.place(((CPA or 0)*s + RAD*s*math.cos(w), (CPO or 0)*s + RAD*s*math.sin(w)))
 
 
-CYCLES = {"CYCLE81": Run.c81, "CYCLE82": Run.c81, "CYCLE83": Run.c83, "CYCLE84": Run.c84, "HOLES1": Run.holes1, "HOLES2": Run.holes2}
+CYCLES = {"CYCLE81": Run.c81, "CYCLE82": Run.c81, "CYCLE83": Run.c83, "CYCLE84": Run.c84, "CYCLE840": Run.c840, "HOLES1": Run.holes1, "HOLES2": Run.holes2}
 deg, rad = math.degrees, math.radians
 FUN = {"SIN": lambda x: math.sin(rad(x)), "COS": lambda x: math.cos(rad(x)), "TAN": lambda x: math.tan(rad(x)),
        "ASIN": lambda x: deg(math.asin(x)), "ACOS": lambda x: deg(math.acos(x)), "ATAN2": lambda y, x: deg(math.atan2(y, x)),
@@ -1429,6 +1448,53 @@ class Gen:
         if o[0][0] == "T" or o[0] == "M6": o.append(f"G0 X{n(self.c(60))} Y{n(self.c(60))} Z{n(50)}")
         return o
 
+    def taps(self):
+        """CYCLE84, CYCLE840 with the parameters of PGZ 2.1.6, 2.1.7."""
+        r, n = self.r, self.n
+        rtp, rfp, dp, k = r.choice([10, 20, 5.5]), r.choice([0, 0, 1, -2]), r.choice([10, 12, 20, 7.5]), r.choice([84, 84, 840])
+        sd = r.choice(["", n(1), n(2.5), n(3)])
+        dep = r.choice([n(rfp-dp) + ",", n(rfp-dp) + ",", "," + n(dp), n(rfp-dp-1) + "," + n(dp)])
+        b = r.choice(["", "", " "])
+        h = f"CYCLE{k}({b}{n(rtp)},{b}{n(rfp)},{sd},{dep},{r.choice(['', n(.5)])}"
+        pit = r.choice([n(6) + ",", "," + n(1.25), "," + n(-1.5), "," + n(.8)])
+        if k == 84: return h + f",{r.choice([3, 4, 5, ''])},{pit},{r.choice(['', '0', '90'])},{n(r.choice([200, 400]))}{r.choice(['', ',' + n(500), ',' + n(300) + ',3'])}{b})"
+        return h + f",{r.choice([0, 4])},{r.choice([3, 4])},{r.choice([0, 1])},{pit}{b})"
+
+    def f_tap(self):
+        r, n, c = self.r, self.n, self.c
+        x, y, pre, post, lim = c(60), c(60), [], [], 50
+        k = r.random()
+        if k < .12: pre, post = [f"TRANS X{n(c(30))} Y{n(c(30))} Z{n(r.choice([0, 3]))}"], ["TRANS"]
+        elif k < .2: pre, post = [f"ROT Z{n(r.choice([30, 90, -45]))}"], ["ROT"]
+        elif k < .25: pre, post = [f"TRANS X{n(c(30))} Y{n(c(30))}", f"AROT X{n(10)}", f"G0 X{n(x)} Y{n(y)}"], ["TRANS", f"G0 X{n(x)} Y{n(y)}"]
+        o = pre + [f"G0 X{n(x)} Y{n(y)} Z30", f"G1 X{n(x+5)} {self.F()}"]
+        # the motion in force before: its first word without G behind the cycle goes by it
+        k = r.random()
+        if k < .3: o.append(f"G0 X{n(c(lim))} Y{n(c(lim))}")
+        elif k < .4: o.append(f"G2 X{n(x+15)} Y{n(y)} CR={n(5)}")
+        G91 = r.random() < .2
+        step = lambda: r.choice([f"X{n(r.choice([10, -15]))}", f"Y{n(12.5)}", f"X{n(8)} Y{n(-6)}"]) if G91 else r.choice([f"X{n(c(lim))} Y{n(c(lim))}", f"X{n(c(lim))}", f"Y=IC({n(11)})"])
+        if G91: o.append("G91")
+        go = ["G0 "] if k < .3 or r.random() < .5 else ["G1 "]
+        q = r.random()
+        if q < .35:
+            for _ in range(r.randint(1, 3)): o += [r.choice(go + [""] * (k < .3 or k >= .4)) + step(), self.taps()]
+            if k < .3 or k >= .4: o.append(step())
+        elif q < .7:
+            o.append("MCALL " + self.taps())
+            for _ in range(r.randint(1, 4)): o.append((go[0] if _ == 0 or r.random() < .3 else "") + step())
+            if r.random() < .2: o.insert(-1, r.choice(["M8", "S300 M3", "F150", "; Kommentar"]))
+            o.append("MCALL")
+            if r.random() < .5: o.append(step())
+        else:
+            if G91: o.append("G90"); G91 = False
+            x, y, w, N = c(50), c(50), r.choice([0, 30, 90, -45]), r.randint(2, 5)
+            o += [f"G0 X{n(x)} Y{n(y)}", "MCALL " + self.taps(), f"HOLES1({n(x)},{n(y)},{n(w)},{n(r.choice([0, 5]))},{n(10)},{N})" if r.random() < .5 else
+                  f"HOLES2({n(x)},{n(y)},{n(20.5)},{n(r.choice([0, 30, -45]))},{n(r.choice([0, 30, 45]))},{N})", "MCALL"]
+            if r.random() < .5: o.append(step())
+        if r.random() < .15 and q < .35: a = self.R(); o = o[:len(pre)] + [f"FOR {a}=1 TO 2"] + o[len(pre):] + ["G90", "G0 Z50", "ENDFOR"]
+        return o + ["G90"] * G91 + ["G0 Z50"] + post + [f"G0 X{n(c(60))} Y{n(c(60))} Z60"]
+
 
 WEIGHTS = [("contour", 5), ("polar", 2), ("polar_drill", 1), ("helix", 2), ("plane", 2), ("inch", 1), ("loop", 3), ("sub", 3), ("proc", 1), ("frame", 3),
            ("space", 2), ("drill", 2), ("mcall", 3), ("repeat", 2), ("goto", 2), ("supa", 1), ("g55", 1), ("expr", 2), ("cip", 1), ("skip", 1), ("misc", 4)]
@@ -1443,8 +1509,13 @@ def attempt(seed, k):
     if PLAIN and not only: only = "contour,plane,supa,g55,skip"
     pick = [f for f, w in WEIGHTS for _ in range(w) if not only or f in only.split(",")]
     body = []
-    while len(body) < want - 8:
+    while pick and len(body) < want - 8:
         body += getattr(g, "f_" + r.choice(pick))()
+    # tapping has a stream of its own: the programs of most seeds stay as they were
+    g.r = random.Random(f"sinumerik tap {seed} {k}")
+    if g.r.random() < .3 and not only and not PLAIN or "tap" in (only or "").split(","):
+        for _ in range(g.r.randint(1, 2)): body += g.f_tap()
+    g.r = r
     head = []
     if r.random() < .2: head += ["%_N_TEIL_MPF", ";$PATH=/_N_WKS_DIR/_N_TEIL_WPD"]
     elif r.random() < .3: head += ["; " + r.choice(["Programm von CAM", "TOOL D10 Z4", "(c) post 840D"])]
@@ -1552,6 +1623,8 @@ def examples():
     t(H + "G0 Z10\nMCALL CYCLE81(5,0,1,,3)\nHOLES2(0,0,10,90,0,2)\n", ("r", 0, 0, 10), ("r", 0, 10, 10), ("r", 0, 10, 1), ("l", 0, 10, -3), ("r", 0, 10, 5),
       ("r", 0, -10, 5), ("r", 0, -10, 1), ("l", 0, -10, -3), ("r", 0, -10, 5))
     t(H + "G0 Z10\nCYCLE83(5,0,1,-4,,-2,,0,0,0,1,0)\n", ("r", 0, 0, 10), ("r", 0, 0, 1), ("l", 0, 0, -2), ("l", 0, 0, -1), ("l", 0, 0, -4), ("r", 0, 0, 5))
+    t(H + "G0 Z10\nG1 X1\nCYCLE84(5,0,1,-3,4,0,3,,1,0,200)\nX2\nCYCLE840(5,0,,,3,,0,,0,6,)\n", ("r", 0, 0, 10), ("l", 1, 0, 10), ("r", 1, 0, 1), ("l", 1, 0, -4), ("l", 1, 0, 1),
+      ("r", 1, 0, 5), ("l", 2, 0, 5), ("r", 2, 0, 0), ("l", 2, 0, -3), ("l", 2, 0, 0), ("r", 2, 0, 5))
     t(H + "G0 SUPA Z0\nG0 X5\nG0 Z9\n", ("r", 5, 0, 9))
     t(H + "CIP X10 Y0 I1=5 J1=5 K1=0\n", ("a", 10, 0, 0))
     m = ends(H + "CIP X10 Y0 I1=5 J1=5 K1=0\n")[-1]; assert near(m.centre, (5, 0, 0)) and near(m.turn, (0, 0, -math.pi)), m

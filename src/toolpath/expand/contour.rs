@@ -66,6 +66,8 @@ struct Waiting {
     element: Option<Element>,
     corner: Option<Corner>,
     is_rewritten: bool,
+    /// A coordinate of it whose end is not known, which cannot be written anew.
+    open: Option<Word>,
     /// Whether a block without motion follows.
     is_interrupted: bool,
     /// Lines behind it, and what they put in force.
@@ -97,6 +99,8 @@ struct Contour<'a> {
     code: Option<MotionCode>,
     centre: Option<[f64; 2]>,
     waiting: Option<Waiting>,
+    /// The line of the waiting motion that was refused.
+    refused: Option<usize>,
 }
 
 /// Returns `source` with its contours as lines and arcs. `Err` gives the index of the line that cannot be.
@@ -121,6 +125,7 @@ pub(crate) fn follow(source: &[u8], dialect: Dialect, skips: BlockDelete) -> Res
         code: Some(MotionCode::Rapid),
         centre: None,
         waiting: None,
+        refused: None,
     };
     let mut reader = LineReader::of_contours(dialect);
     for line in 0..contour.lines.len() {
@@ -131,7 +136,10 @@ pub(crate) fn follow(source: &[u8], dialect: Dialect, skips: BlockDelete) -> Res
             continue;
         }
         match reader.parse_line(content).map_err(located)? {
-            Statement::Words { words, prefix } => contour.follow_line(line, words, prefix).map_err(located)?,
+            Statement::Words { words, prefix } => {
+                let followed = contour.follow_line(line, words, prefix);
+                followed.map_err(|refusal| (contour.refused.unwrap_or(line), refusal))?;
+            }
             _ => contour.hold(content.to_vec(), line, (None, None)),
         }
     }
@@ -311,6 +319,9 @@ impl<'a> Contour<'a> {
         let is_step = |word: &Word| word.distance.unwrap_or(self.distance) == Distance::Incremental;
         let pole = self.pole.ok_or_else(|| refuse(word, "a pole before it"))?;
         let is_arc = matches!(self.way, Way::Code(MotionCode::Arc(_)));
+        if let (Dialect::Heidenhain, true, Some(word)) = (self.dialect, is_arc, radius) {
+            return Err(refuse(word, "CP without PR, as the tool is at the radius that it has"));
+        }
         let arm = self.at[first].zip(self.at[second]).map(|(a, b)| [a - pole[0], b - pole[1]]);
         let last = match self.polar[1] {
             None if is_arc => arm.map(|[a, b]| libm::atan2(b, a).to_degrees()),
@@ -348,18 +359,25 @@ impl<'a> Contour<'a> {
         let [first, second, normal] = self.plane.axes();
         let find = |letter: char| words.iter().find(|word| word.letter == letter);
         let axes = ['X', 'Y', 'Z'].map(find);
+        let is_again = |(at, word): &(usize, &Word)| {
+            matches!(word.letter, 'X' | 'Y' | 'Z' | 'a' | 'p')
+                && words[..*at].iter().any(|one| one.letter == word.letter)
+        };
+        if let Some((_, word)) = words.iter().enumerate().find(is_again) {
+            return Err(refuse(word, "each coordinate once"));
+        }
         let from = self.at;
         let to = self.ends(axes, &words)?;
         let blame = axes.iter().flatten().next().copied().or(words.first());
+        let open = (0..3).find_map(|axis| axes[axis].filter(|_| to[axis].is_none())).cloned();
         let flat = |p: [Option<f64>; 3]| p[first].zip(p[second]).map(|(a, b)| [a, b]);
         let (start, end) = (flat(from), flat(to));
         let is_polar = find('a').or(find('p')).is_some();
         let mut named = [0, 1, 2].map(|axis| axes[axis].is_some());
-        let is_helix = self.dialect == Dialect::Heidenhain
-            && is_polar
-            && matches!(self.way, Way::Code(MotionCode::Arc(_)))
-            && axes[normal].is_some()
-            && from[normal] != to[normal];
+        let is_polar_arc =
+            self.dialect == Dialect::Heidenhain && is_polar && matches!(self.way, Way::Code(MotionCode::Arc(_)));
+        let is_helix = is_polar_arc && axes[normal].is_some() && from[normal] != to[normal];
+        named[normal] &= is_helix || !is_polar_arc;
         if is_polar
             || (self.angle != 0.0 && (named[first] || named[second]))
             || !matches!(self.way, Way::Code(MotionCode::Rapid | MotionCode::Line))
@@ -474,6 +492,7 @@ impl<'a> Contour<'a> {
             element,
             corner: None,
             is_rewritten,
+            open,
             is_interrupted: false,
             held: Vec::new(),
         })
@@ -487,6 +506,9 @@ impl<'a> Contour<'a> {
         };
         let arm = [a - centre[0], b - centre[1]];
         let radius_mm = libm::hypot(arm[0], arm[1]) * self.unit.mm();
+        if radius_mm < CHORD_MM {
+            return Vec::new();
+        }
         let most = 2.0 * libm::acos((1.0 - CHORD_MM / radius_mm).max(0.0));
         let count = (sweep.abs() / most).ceil().clamp(1.0, MOST_CHORDS + 1.0) as u32;
         let chord = |k: u32| {
@@ -648,6 +670,11 @@ impl<'a> Contour<'a> {
 
     /// Writes the waiting motion, if there is one, up to where its corner before `next` begins, and the corner.
     fn flush(&mut self, next: Option<&mut Waiting>) -> Result<(), Refusal> {
+        let line = self.waiting.as_ref().map(|waiting| waiting.line);
+        self.write_waiting(next).inspect_err(|_| self.refused = line)
+    }
+
+    fn write_waiting(&mut self, next: Option<&mut Waiting>) -> Result<(), Refusal> {
         let Some(mut waiting) = self.waiting.take() else { return Ok(()) };
         let [first, second, _] = self.plane.axes();
         let is_explicit = waiting.words.iter().any(|word| matches!(word.letter, 'f' | 'c' | 'h'))
@@ -677,7 +704,7 @@ impl<'a> Contour<'a> {
                 return Err(fail());
             }
         }
-        let Waiting { line, words, prefix, mut moves, held, .. } = waiting;
+        let Waiting { line, words, prefix, mut moves, held, open, .. } = waiting;
         if let (Some((begin, arc, end)), Some(next)) = (corner, next) {
             let place = |p: [f64; 2]| {
                 let mut to = [None; 3];
@@ -708,6 +735,8 @@ impl<'a> Contour<'a> {
         if !(waiting.is_rewritten || needs_code || has_other_pole || has_corner_word) {
             self.code = moves.last().map(|one| one.code);
             self.write(self.content(line), line);
+        } else if let Some(word) = open {
+            return Err(refuse(&word, "a position that is known before it"));
         } else {
             let lead = &self.content(line)[..prefix];
             for (number, one) in moves.iter().enumerate() {

@@ -171,6 +171,9 @@ impl Run<'_> {
         let begin_of = |word: &str| self.source().block_begin(here, word).ok_or_else(missing);
         let mut reader = Reader::new(&line.code, line.begin, &self.variables);
         let word = reader.identifier();
+        if matches!(word.as_str(), "ELSE" | "ENDIF" | "LOOP" | "ENDLOOP" | "ENDWHILE" | "ENDFOR") {
+            expect_end(&mut reader)?;
+        }
         match word.as_str() {
             "IF" if line.has_jump() => loop {
                 let is_true = condition(&mut reader)?;
@@ -189,29 +192,23 @@ impl Run<'_> {
                 self.jump(&word, &target)
             }
             "IF" => {
-                if condition(&mut reader)? {
-                    Ok(Next::Line)
-                } else {
-                    after(&["ELSE", "ENDIF"])
-                }
+                let is_true = condition(&mut reader)?;
+                expect_end(&mut reader)?;
+                if is_true { Ok(Next::Line) } else { after(&["ELSE", "ENDIF"]) }
             }
             // The end of a branch that was taken.
             "ELSE" => after(&["ENDIF"]),
             "WHILE" => {
-                if condition(&mut reader)? {
-                    Ok(Next::Line)
-                } else {
-                    after(&["ENDWHILE"])
-                }
+                let is_true = condition(&mut reader)?;
+                expect_end(&mut reader)?;
+                if is_true { Ok(Next::Line) } else { after(&["ENDWHILE"]) }
             }
             "ENDWHILE" => Ok(Next::At(begin_of("WHILE")?)),
             "ENDLOOP" => Ok(Next::At(begin_of("LOOP")?)),
             "UNTIL" => {
-                if condition(&mut reader)? {
-                    Ok(Next::Line)
-                } else {
-                    Ok(Next::At(begin_of("REPEAT")?))
-                }
+                let is_true = condition(&mut reader)?;
+                expect_end(&mut reader)?;
+                if is_true { Ok(Next::Line) } else { Ok(Next::At(begin_of("REPEAT")?)) }
             }
             "FOR" => {
                 let (counter, first, last) = self.counts(line)?;

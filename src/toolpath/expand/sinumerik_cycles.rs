@@ -76,6 +76,9 @@ pub(crate) fn expand_cycles(source: &[u8], options: &GcodeOptions) -> Result<Opt
                 hole = Some(state.modal.clone().ok_or_else(|| refuse("MCALL with a drilling cycle before it"))?);
                 places = points.iter().copied().map(Some).collect();
             }
+            Line::ModalState(_) if lines::is_deletable(content) => {
+                return Err(refuse("MCALL without /, as the holes behind it would be drilled with and without it"));
+            }
             Line::ModalState(modal) => {
                 state.modal.clone_from(modal);
                 is_changed = true;

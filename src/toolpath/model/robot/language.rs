@@ -26,14 +26,18 @@ impl Language {
     /// is no robot or APT program.
     #[must_use]
     pub fn detect(file: &Path, bytes: &[u8]) -> Option<Language> {
-        let extension = file.extension()?.to_string_lossy().to_ascii_lowercase();
+        let extension = file.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         match extension.as_str() {
             "src" => Some(Language::Krl),
             "apt" | "aptsource" | "cl" | "cls" | "clsf" | "ncl" | "cldata" => Some(Language::Apt),
             // Creo counts versions behind the name: part.ncl.1
-            version if version.bytes().all(|byte| byte.is_ascii_digit()) => {
-                let stem = Path::new(file.file_stem()?);
-                stem.extension().is_some_and(|stem| stem.eq_ignore_ascii_case("ncl")).then_some(Language::Apt)
+            version
+                if version.bytes().all(|byte| byte.is_ascii_digit())
+                    && Path::new(file.file_stem()?)
+                        .extension()
+                        .is_some_and(|stem| stem.eq_ignore_ascii_case("ncl")) =>
+            {
+                Some(Language::Apt)
             }
             // A binary .tp is refused with what makes a listing of it.
             "script" | "urscript" => Some(Language::UrScript),
@@ -89,8 +93,9 @@ fn first_words(bytes: &[u8]) -> impl Iterator<Item = String> {
 fn has_apt_motion(bytes: &[u8]) -> bool {
     let lines = bytes.split(|byte| matches!(byte, b'\n' | b'\r')).take(LINES_TO_DETECT);
     lines.map(<[u8]>::trim_ascii_start).any(|line| {
-        let behind = line.strip_prefix(b"GOTO").or_else(|| line.strip_prefix(b"FROM"));
-        behind.is_some_and(|behind| behind.trim_ascii_start().starts_with(b"/"))
+        let (word, behind) = line.split_at_checked(4).unwrap_or_default();
+        (word.eq_ignore_ascii_case(b"GOTO") || word.eq_ignore_ascii_case(b"FROM"))
+            && behind.trim_ascii_start().starts_with(b"/")
     })
 }
 

@@ -72,7 +72,11 @@ impl Interpreter {
         }
         let mut motions = Vec::new();
         for _ in 0..if steps { repeats } else { 1 } {
-            let start = self.position;
+            let mut start = self.position;
+            if let (None, Some(retract)) = (start[2], retract) {
+                // Wherever it comes from, it goes from here to the cycle's own heights.
+                start[2] = Some(retract + origin.z);
+            }
             let mut end = self.end_point([axes[0], axes[1], None], origin)?;
             cycle.initial = cycle.initial.or(start[2]);
             let clear = if steps { start[2].map(|from| from + clear) } else { Some(clear + origin.z) };

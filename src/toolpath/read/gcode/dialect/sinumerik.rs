@@ -259,6 +259,14 @@ impl Block<'_> {
             // F is how long, in seconds, and S how many turns.
             self.words.retain(|word| !matches!(word.letter, 'F' | 'S'));
         }
+        let is_of_tap = |word: &Word| {
+            matches!(word.letter, 'N' | 'R' | 'Z' | Word::RETRACT | Word::TAP_FEED) || word.meaning.is_some()
+        };
+        let tap = self.words.iter().find(|word| word.letter == Word::RETRACT);
+        let is_beside = self.words.len() > 5 || self.words.iter().any(|word| !is_of_tap(word));
+        if let Some(word) = tap.filter(|_| is_beside) {
+            return Err(word.refuse(Fault::Foreign(Foreign::CycleValue { expected: "a block of its own" })));
+        }
         for word in self.words.iter_mut().filter(|_| self.adds) {
             word.distance = Some(Distance::Incremental);
         }
@@ -310,7 +318,7 @@ fn swivel_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
 }
 
 /// Returns the words of CYCLE84 or CYCLE840, which begins at byte `start` and whose arguments are at the cursor, as it is written for one hole:
-/// `(RTP, RFP,, DP,, …)`. `Err` for other forms, which become this one where cycles are written out.
+/// `(RTP, RFP,, DP,, …)`. `Err` for other forms, which become this one where the program is written out.
 fn tapping_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
     let open = scan.at;
     let arguments = take_arguments(scan)?;
@@ -330,10 +338,7 @@ fn tapping_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
             let feed = Word { around: [0; 2], ..Word::plain(Word::TAP_FEED, feed, span.end..span.end) };
             Ok(vec![cycle, retract, clear, bottom, feed])
         }
-        _ => {
-            let expected = "CYCLE84(RTP,RFP,,DP,,...) with plain numbers, and expand not off";
-            Err(Refusal::new(span, Foreign::CycleValue { expected }.into()))
-        }
+        _ => Err(Refusal::new(span, Foreign::Cycle.into())),
     }
 }
 
