@@ -64,7 +64,7 @@ fn heidenhain_blocks(cycle: &str) -> Vec<String> {
 #[test]
 fn sinumerik_taps_by_its_cycle_which_is_moved() {
     let source = "G17 G90 G54 G71\nTRANS X5 Z1\nG1 X10 Y20 Z50 F100\nMCALL CYCLE84(3,0,3,-30.875,,,3,,1.25,0,500,500)\nX20\nX30 Y25\n\
-                  MCALL\nN9 CYCLE840( 10 , 0,2,, 12,,4,3,1,,1) ; one\nCYCLE84(3,3,,-9)\nG91 X10\nG90 Y5\nM30\n";
+                  MCALL\nN9 CYCLE840( 10 , 0,2,, 12,,4,3,1,,1) ; one\nN10 CYCLE84(3,3,,-9)\nG91 X10\nG90 Y5\nM30\n";
     check_corrected(source);
     assert_eq!(
         lines(source)[4..],
@@ -75,7 +75,7 @@ fn sinumerik_taps_by_its_cycle_which_is_moved() {
             "CYCLE84(3,3,,-30.875,,,3,,1.25,0,500,500)",
             "; one",
             "CYCLE840(10,2,,-12,,,4,3,1,,1)",
-            "CYCLE84(3,3,,-9)",
+            "N10 CYCLE84(3,3,,-9)",
             "G91 X10",
             "G90 Y5",
             "M30",

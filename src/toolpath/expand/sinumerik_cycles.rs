@@ -99,7 +99,12 @@ pub(crate) fn expand_cycles(source: &[u8], options: &GcodeOptions) -> Result<Opt
         }
         let prefix = &content[..lines::prefix_len(content)];
         let moves = hole.moves(state.in_force).map_err(refuse)?;
-        is_changed |= !matches!(meaning, Line::Hole(_)) || *moves.concat().as_bytes() != content[prefix.len()..];
+        // A tap that is written for this one hole stays.
+        if matches!(meaning, Line::Hole(_)) && *moves.concat().as_bytes() == content[statement(content).at..] {
+            write_line(content);
+            continue;
+        }
+        is_changed = true;
         for place in places {
             if let Some([x, y]) = place {
                 let over = format!("G0 X=AC({}) Y=AC({})", long_number(b'X', x), long_number(b'X', y));

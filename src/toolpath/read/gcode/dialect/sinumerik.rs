@@ -259,11 +259,9 @@ impl Block<'_> {
             // F is how long, in seconds, and S how many turns.
             self.words.retain(|word| !matches!(word.letter, 'F' | 'S'));
         }
-        let is_of_tap = |word: &Word| {
-            matches!(word.letter, 'N' | 'R' | 'Z' | Word::RETRACT | Word::TAP_FEED) || word.meaning.is_some()
-        };
         let tap = self.words.iter().find(|word| word.letter == Word::RETRACT);
-        let is_beside = self.words.len() > 5 || self.words.iter().any(|word| !is_of_tap(word));
+        // Its name, three heights and the feed.
+        let is_beside = self.words.iter().filter(|word| word.letter != 'N').count() > 5;
         if let Some(word) = tap.filter(|_| is_beside) {
             return Err(word.refuse(Fault::Foreign(Foreign::CycleValue { expected: "a block of its own" })));
         }
