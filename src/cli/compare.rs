@@ -109,7 +109,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?
         .exact_for("a comparison of places")?
-        .with_programmed_feed("a comparison of places")?;
+        .as_programmed("a comparison of places")?;
     let tolerance_mm = arguments.tolerance.or(process.tolerance_mm).unwrap_or(TOLERANCE_MM);
     super::check_tolerance(Some(tolerance_mm))?;
     let path = ProgramFile::read(file, &process)?.toolpath(process.sampling)?;

@@ -92,7 +92,7 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
 fn check_files(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let machine = Machine::named_or_file(machine)?;
     let file = process.display().to_string();
-    let process = Process::open(process, &machine)?.with_programmed_feed("explore")?;
+    let process = Process::open(process, &machine)?.as_programmed("explore")?;
     if process.stock.is_some() {
         let problem = "has [stock], which the page cannot cut: expected a force without it, such as end_milling with its width and depth";
         return Err(Error::argument(file, problem));

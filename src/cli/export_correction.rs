@@ -64,7 +64,7 @@ pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending
     let reporting = &arguments.reporting;
     reporting.start_log()?;
     let started = Instant::now();
-    let process = arguments.on.process()?.with_programmed_feed("export-correction")?;
+    let process = arguments.on.process()?.as_programmed("export-correction")?;
     let corners = arguments.corners.map(|[x0, x1, y0, y1, z0, z1]| [[x0, y0, z0].into(), [x1, y1, z1].into()]);
     let question = CorrectionQuestion::new(&process, corners, arguments.force, arguments.tolerance, arguments.grid);
     let question = question.map_err(as_option_error)?;

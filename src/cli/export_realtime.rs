@@ -62,7 +62,7 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
         None => (nominal, Vec::new(), None, None),
         Some(file) => {
             let Process { machine, errors, target, uncertainty, tolerance_mm, .. } =
-                Process::open(file, &nominal)?.with_programmed_feed("export-realtime")?;
+                Process::open(file, &nominal)?.as_programmed("export-realtime")?;
             if target == Target::PlatformPoint {
                 let problem = "compensates P: expected the tool tip, which controllers are asked for";
                 return Check::new(&file.display().to_string()).key("target").fail(problem.into());

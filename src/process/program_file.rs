@@ -307,12 +307,18 @@ const SAME_TIP_MM: f64 = 0.01;
 fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
     let refuse = |problem| Err(crate::input::error::Error::Argument { argument: program.name().into(), problem });
     let language = program.language();
-    if process.tool_stands && language != Language::Rapid {
+    let stands = process.tool_stands.as_ref().map(|(tip, _)| *tip);
+    if stands.is_some() && language != Language::Rapid {
         let problem = "is not followed with a tool that stands ([tool] of the process): expected RAPID";
         return refuse(format!("{} {problem}", language.name()));
     }
+    let placed = process.placement.origin_mm.norm() + process.placement.roll_pitch_yaw.norm();
+    if stands.is_some() && placed > 0.0 {
+        let problem = "says itself where the part is, which the robot holds: expected placement.origin_mm = [0.0, 0.0, 0.0] and no angles";
+        return refuse(problem.into());
+    }
     let Some((tool, tip)) = &program.notes().tool_tip_mm else { return Ok(()) };
-    let own = process.machine.tool_tip;
+    let own = stands.unwrap_or(process.machine.tool_tip);
     if (tip - own).amax() <= SAME_TIP_MM {
         return Ok(());
     }
@@ -320,7 +326,7 @@ fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
     let problem = format!(
         "tool {tool} has its tip at ({x}, {y}, {z}) mm of the {}, machine {} at ({u}, {v}, {w}) mm (platform.tool_tip_mm, or \
          tip_mm of [tool] in the process): expected the same",
-        if process.tool_stands { "base" } else { "flange" },
+        if stands.is_some() { "base" } else { "flange" },
         process.machine.name
     );
     refuse(problem)

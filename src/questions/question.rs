@@ -208,7 +208,7 @@ impl StudyContext<'_> {
             (None, Some(ProcessRef::Tables(spec))) => Process::from_tables(spec, &top, self.folder, &self.machine),
             (None, None) => top.fail("missing: expected the name of a process file, or its tables".into()),
         }?
-        .with_programmed_feed("a study")?;
+        .as_programmed("a study")?;
         if process.uncertainty.is_some() {
             self.uncertainty_of_process.replace(process.uncertainty.clone());
         }

@@ -48,7 +48,8 @@ fn the_machine_seen_from_the_part_moves_and_bends_as_it_does() {
         let from_part: Vec<f64> = drives.iter().rev().copied().collect();
         let [here, there] = [(&held, &drives), (&seen, &from_part)]
             .map(|(machine, drives)| machine.forward_kinematics(drives).unwrap());
-        let expected = here.pose.inverse();
+        // P of the machine seen from the part is at the tip.
+        let expected = here.pose.inverse().compose(&Pose::from_translation(TIP));
         assert!((there.pose.translation - expected.translation).norm() < 1e-6);
         assert!((there.pose.rotation - expected.rotation).norm() < 1e-9);
         // A force on the tool, in axes of the part, and its reaction on the part where the tool is.
@@ -60,7 +61,7 @@ fn the_machine_seen_from_the_part_moves_and_bends_as_it_does() {
             let force = -(pose.rotation * force);
             Wrench { force, moment: (TIP - pose.translation).cross(&force) }
         });
-        let expected = reaction.inverse();
+        let expected = reaction.inverse().compose(&Pose::from_translation(TIP));
         assert!((there.pose.translation - bent.translation).norm() > 0.1);
         assert!(
             (bent.translation - expected.translation).norm() < 1e-6,
@@ -135,10 +136,13 @@ fn what_a_standing_tool_cannot_be_is_refused() {
         let refused = process(machine, more).unwrap_err();
         assert!(refused.contains(why), "{refused}");
     }
+    let uncertain = format!("{TOOL}[uncertainty.process]\nforce_relative_std = 0.1\n");
+    assert!(process("irb7600", &uncertain).unwrap_err().contains("is not followed with [uncertainty]"));
     assert!(process("kr500", &format!("{TOOL}without_weight = true\n")).is_ok());
     let refused = |name: &str, source: &str, more: &str| {
         let folder = Folder::in_memory([(name.to_owned(), source.as_bytes().to_vec())]);
         let process = process("irb7600", more).unwrap();
+        assert_eq!(process.clone().as_programmed("a map").is_err(), !more.is_empty());
         kinetostat::simulation::ProgramFile::in_folder(&folder, name, &process).unwrap_err().to_string()
     };
     for (source, more, why) in [
@@ -146,12 +150,20 @@ fn what_a_standing_tool_cannot_be_is_refused() {
         (RAPID.replace(" fine, drill", " fine, tool0"), TOOL, "expected a tool with robhold FALSE"),
         (RAPID.replace("[FALSE, [[", "[TRUE, [["), TOOL, "expected a tool with robhold FALSE"),
         (RAPID.replace("[TRUE, TRUE", "[FALSE, TRUE"), TOOL, "expected one that the robot holds"),
+        (RAPID.replace("PERS wobjdata block", "PERS wobjdata other"), TOOL, "where block stands to the base before it"),
+        (RAPID.replace("PERS tooldata drill", "PERS tooldata other"), TOOL, "a tooldata with its numbers"),
         (RAPID.replace("\\WObj:=block", ""), TOOL, "motions in wobj0 with a tool that stands"),
         (RAPID.replace("[[1650,", "[[1651,"), TOOL, "mm of the base"),
     ] {
         let found = refused("part.mod", &source, more);
         assert!(found.contains(why), "{found}");
     }
+    let tables = format!("schema = 1\n{}{TOOL}", CUT.replacen("0.0", "30.0", 1));
+    let elsewhere = Process::from_toml(&tables, "process", Folder::in_memory([]), &arm()).unwrap();
+    let folder = Folder::in_memory([("part.mod".to_owned(), RAPID.as_bytes().to_vec())]);
+    let found =
+        kinetostat::simulation::ProgramFile::in_folder(&folder, "part.mod", &elsewhere).unwrap_err().to_string();
+    assert!(found.contains("says itself where the part is"), "{found}");
     let krl = "DEF part()\n$VEL.CP=0.02\nLIN {X 30,Y 0,Z 0,A 0,B 0,C 0}\nEND\n";
     assert!(refused("part.src", krl, TOOL).contains("KRL is not followed with a tool that stands"));
 }

@@ -54,8 +54,8 @@ pub struct Process {
     pub machine: Machine,
     /// Whether the process gives a tool other than that of the machine file.
     pub has_own_tool: bool,
-    /// Whether the tool stands and the machine, seen from the part, holds that.
-    pub tool_stands: bool,
+    /// Where the tip of a tool that stands is in the base, mm, and its key; the machine is seen from the part that it holds then.
+    pub tool_stands: Option<(nalgebra::Vector3<f64>, Check)>,
     /// Tolerance of the tool's position, mm, if the file gives it.
     pub tolerance_mm: Option<f64>,
     /// The placement of the workpiece, and the point whose positions the path gives.
@@ -234,19 +234,20 @@ impl Process {
         self.uncertainty.as_ref().map_or(Ok(()), |table| uncertainty::refuse(&table.check, name)).map(|()| self)
     }
 
-    /// Returns the process itself if it has no table `[feed]`; `name` says in the error what leaves feeds as they are.
+    /// Returns the process itself if it has nothing that only compensate follows; `name` says in the error what does not.
     ///
     /// # Errors
-    /// It has a table `[feed]`.
-    pub fn with_programmed_feed(self, name: &str) -> Result<Self> {
+    /// It has a table `[feed]`, or a tool that stands.
+    pub fn as_programmed(self, name: &str) -> Result<Self> {
         #[cfg(not(target_family = "wasm"))]
         if let Some(limits) = &self.feed {
             return limits.check.fail(format!(
                 "is not for {name}, which leaves feeds as programmed: only compensate changes those of a G-code program"
             ));
         }
-        #[cfg(target_family = "wasm")]
-        let _ = name;
+        if let Some((_, check)) = &self.tool_stands {
+            return check.fail(format!("is not for {name}: only compensate follows a tool that stands"));
+        }
         Ok(self)
     }
 
@@ -306,8 +307,11 @@ impl Process {
     pub fn facts(&self) -> Vec<(&'static str, String)> {
         let mut facts = vec![("workpiece", self.placement_words()), ("counts as cutting", self.cutting_words())];
         facts.extend((!self.own_forces.is_empty()).then(|| ("cutting force", self.own_forces.words())));
-        let stands = if self.tool_stands { STANDS } else { "" };
-        facts.extend(self.has_own_tool.then(|| ("tool", self.machine.tool_words() + stands)));
+        let tool_words = || match &self.tool_stands {
+            Some((tip, _)) => format!("tip at ({}, {}, {}) mm of the base. {STANDS}", tip.x, tip.y, tip.z),
+            None => self.machine.tool_words(),
+        };
+        facts.extend(self.has_own_tool.then(|| ("tool", tool_words())));
         facts.extend(self.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
         facts
     }
@@ -396,4 +400,4 @@ impl Process {
 }
 
 /// What a tool that stands makes of the names of frames.
-const STANDS: &str = "; it stands, and the machine holds the part: \"base\" is its flange or platform here, \"platform\" its base, and it has no weight";
+const STANDS: &str = "It stands, and the machine holds the part: \"base\" is its flange or platform here, P the tip, and nothing has weight";

@@ -94,11 +94,15 @@ fn process(
     let table = |spec| UncertaintyTable::read(spec, folder, check.key("uncertainty"));
     let uncertainty = spec.uncertainty.as_ref().map(table).transpose()?;
     let (uncertainty, covariance) = uncertainty.unzip();
-    let tool_stands = spec.tool.as_ref().is_some_and(|tool| tool.stands);
+    let tool_stands = spec.tool.as_ref().filter(|tool| tool.stands);
+    let tool_stands = tool_stands.map(|tool| (tool.tip_mm.unwrap_or_default().into(), check.key("tool.stands")));
+    if let (Some((_, check)), true) = (&tool_stands, uncertainty.is_some()) {
+        return check.fail("is not followed with [uncertainty]: expected exact inputs".into());
+    }
     let process = Process {
         machine: machine.clone(),
         has_own_tool: spec.tool.is_some(),
-        tool_stands,
+        tool_stands: tool_stands.clone(),
         tolerance_mm: spec.tolerance_mm.map(|given| check.key("tolerance_mm").positive(given)).transpose()?,
         gcode: GcodeOptions {
             features,
@@ -124,7 +128,7 @@ fn process(
         redundancy: super::redundancy::settings(&spec.redundancy, machine, &check.key("redundancy"))?,
         #[cfg(not(target_family = "wasm"))]
         robot_program: crate::toolpath::robot::RobotOptions {
-            tool_stands,
+            tool_stands: tool_stands.is_some(),
             ..super::robot::options(&spec.robot_program, &check.key("robot_program"))?
         },
         decimals: decimals(&spec.gcode, &check_gcode)?,

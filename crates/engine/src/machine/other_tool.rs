@@ -23,12 +23,11 @@ impl Machine {
     /// # Errors
     /// Values that make no tool; a tip elsewhere or another axis without what bends there, where the machine's own tool bends.
     pub fn with_tool(&self, tool: &OtherToolSpec, check: &Check) -> Result<Machine> {
-        let mut spec = match tool.stands {
-            true if tool.tip_mm.is_none() || tool.axis.is_none() => {
-                return check.key("stands").fail("expected tip_mm and axis beside it, in O".into());
-            }
-            true => self.seen_from_part(tool.without_weight, &check.key("stands"))?,
-            false => MachineSpec::clone(self.definition.spec()),
+        let check_stands = check.key("stands");
+        let mut spec = match (tool.stands, tool.tip_mm, tool.axis) {
+            (false, ..) => MachineSpec::clone(self.definition.spec()),
+            (true, Some(tip_mm), Some(_)) => self.seen_from_part(tip_mm, tool.without_weight, &check_stands)?,
+            (true, ..) => return check_stands.fail("expected tip_mm and axis beside it, in O".into()),
         };
         for (name, material) in &tool.material {
             if spec.material.insert(name.clone(), material.clone()).is_some() {
@@ -44,7 +43,7 @@ impl Machine {
             let problem = "the machine file's tool is elastic, and the process has another tool: give the cutter or compliance_mm_rad_N of that tool as well";
             return check.fail(problem.into());
         }
-        spec.platform.tool_tip_mm = tool.tip_mm.unwrap_or(spec.platform.tool_tip_mm);
+        spec.platform.tool_tip_mm = tool.tip_mm.filter(|_| !tool.stands).unwrap_or(spec.platform.tool_tip_mm);
         spec.platform.tool_axis = tool.axis.or(spec.platform.tool_axis);
         if bends {
             spec.platform.tool = Some(ToolSpec { compliance: tool.compliance.clone(), cutter: tool.cutter.clone() });

@@ -1,6 +1,6 @@
-//! A machine that holds the part, seen from the part: O is its platform, and the platform is its base, in which the tool stands.
+//! A machine that holds the part, seen from the part: O is its platform, and the platform is its base, with P at the tip of the tool that stands in it.
 //!
-//! What moves and bends between part and tool is the same, whichever of them is held. The chain is taken from its end: `X⁻¹` of each transform,
+//! What moves and bends between part and tool is the same, whichever of them is held. P is at the tip so that no lever from P to it turns. The chain is taken from its end: `X⁻¹` of each transform,
 //! and half turns about a drive, which turn its positive sense round.
 
 use nalgebra::{Rotation3, Vector3};
@@ -18,13 +18,13 @@ use crate::{
 const WORKSPACE_MM: f64 = 1e5;
 
 impl Machine {
-    /// Returns the file of this machine seen from the part that it holds; `check` locates the table that asks for it. With `without_weight`
-    /// its masses and springs are left out.
+    /// Returns the file of this machine seen from the part that it holds, with the tip of the tool at `tip_mm` of O; `check` locates what asks for
+    /// it. With `without_weight` its masses and springs are left out.
     ///
     /// # Errors
     /// More than one chain, passive or elastic links, a workpiece carrier, errors of its chains, less than six controlled coordinates, and weight
     /// unless it is left out, as gravity would turn with the part.
-    pub(super) fn seen_from_part(&self, without_weight: bool, check: &Check) -> Result<MachineSpec> {
+    pub(super) fn seen_from_part(&self, tip_mm: [f64; 3], without_weight: bool, check: &Check) -> Result<MachineSpec> {
         let spec = self.definition.spec();
         let ([mount], None, 6) = (&spec.mount[..], &spec.workpiece_carrier, spec.platform.controls.len()) else {
             let problem = "expected a machine of one chain that controls six coordinates, and no workpiece_carrier";
@@ -48,7 +48,7 @@ impl Machine {
                     continue;
                 }
                 ElementSpec::Mass(_) | ElementSpec::Spring(_) | ElementSpec::Frame(_) => {
-                    has_weight = true;
+                    has_weight |= !matches!(element, ElementSpec::Frame(_));
                     continue;
                 }
                 ElementSpec::RevoluteDrive(drive) => drive.axis,
@@ -70,12 +70,14 @@ impl Machine {
                            springs, or without_weight = true, which leaves them out";
             return check.fail(problem.into());
         }
-        let home = self.home.pose.inverse();
+        let home = self.home.pose.inverse().compose(&Pose::from_translation(tip_mm.into()));
         let mut seen = spec.clone();
         seen.chain = spec.chain.iter().filter(|chain| chain.name == mount.chain).cloned().collect();
         seen.chain.iter_mut().for_each(|chain| chain.elements = std::mem::take(&mut elements));
-        let [base, platform] = [mount.base.clone(), mount.platform.clone()];
-        seen.mount = vec![MountSpec { base: platform, platform: base, ..mount.clone() }];
+        let [base, mut platform] = [mount.platform.clone(), mount.base.clone()];
+        platform.position_mm.iter_mut().zip(tip_mm).for_each(|(at, tip)| *at -= tip);
+        seen.mount = vec![MountSpec { base, platform, ..mount.clone() }];
+        seen.platform.tool_tip_mm = [0.0; 3];
         seen.home = HomeSpec { position_mm: home.translation.into(), rotation_deg: roll_pitch_yaw_deg(&home) };
         seen.workspace = BoxSpec { min_mm: [-WORKSPACE_MM; 3], max_mm: [WORKSPACE_MM; 3] };
         (seen.gravity, seen.zeroed, seen.point) = (Some([0.0; 3]), ZeroedSpec::AtRest, Vec::new());

@@ -62,7 +62,7 @@ impl<'a> Bases<'a> {
         let by_world = || Some(self.world? * base.in_world?);
         let pose = given
             .or_else(by_world)
-            .or_else(|| (is_first && nothing_given()).then(Isometry3::identity))
+            .or_else(|| (is_first && !self.options.tool_stands && nothing_given()).then(Isometry3::identity))
             .ok_or_else(|| RobotFault::NoBase { name: shown_name(&base.name) })?;
         if self.world.is_none() {
             self.world = base.in_world.map(|in_world| pose * in_world.inverse());

@@ -228,6 +228,12 @@ impl Reader<'_> {
         }
         let in_flange = match name.as_str() {
             "TOOL0" if stands => Some(data::HELD?),
+            _ if stands && self.datum(DataType::Tool, &name)?.is_none() => {
+                return RobotFault::not_followed(
+                    "tools that stand and are not declared in the module are",
+                    "a tooldata with its numbers",
+                );
+            }
             "TOOL0" => Some(Isometry3::identity()),
             _ => self.datum(DataType::Tool, &name)?.map(|text| data::tool_frame(text, stands)).transpose()?,
         };
