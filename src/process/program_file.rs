@@ -83,6 +83,11 @@ impl ProgramFile {
         }
         #[cfg(not(target_family = "wasm"))]
         if let Some(language) = Language::detect(file, &bytes) {
+            if process.tool_stands.is_some() && language != Language::Rapid {
+                let problem = "is not followed with a tool that stands ([tool] of the process): expected RAPID";
+                let problem = format!("{} {problem}", language.name());
+                return Err(crate::input::error::Error::Argument { argument: name, problem });
+            }
             let data = Self::dat_file_name(&file.file_name().unwrap_or_default().to_string_lossy());
             // Each is sought by these names, the first of which is taken.
             let sought = match language {
@@ -306,12 +311,7 @@ const SAME_TIP_MM: f64 = 0.01;
 #[cfg(not(target_family = "wasm"))]
 fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
     let refuse = |problem| Err(crate::input::error::Error::Argument { argument: program.name().into(), problem });
-    let language = program.language();
     let stands = process.tool_stands.as_ref().map(|(tip, _)| *tip);
-    if stands.is_some() && language != Language::Rapid {
-        let problem = "is not followed with a tool that stands ([tool] of the process): expected RAPID";
-        return refuse(format!("{} {problem}", language.name()));
-    }
     let placed = process.placement.origin_mm.norm() + process.placement.roll_pitch_yaw.norm();
     if stands.is_some() && placed > 0.0 {
         let problem = "says itself where the part is, which the robot holds: expected placement.origin_mm = [0.0, 0.0, 0.0] and no angles";
