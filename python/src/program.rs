@@ -85,14 +85,14 @@ impl Program {
     /// The program in the file `path`.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf, process: &Process) -> PyResult<Self> {
-        let process = process.process.clone().with_programmed_feed("Python").map_err(raised)?;
+        let process = process.process.clone().as_programmed("Python").map_err(raised)?;
         Self::opened(py, |work| ProgramJob::open(process, &path, work))
     }
 
     /// The program that `content` of a file called `name` is.
     #[staticmethod]
     fn parse(py: Python<'_>, content: Vec<u8>, name: &str, process: &Process) -> PyResult<Self> {
-        let process = process.process.clone().with_programmed_feed("Python").map_err(raised)?;
+        let process = process.process.clone().as_programmed("Python").map_err(raised)?;
         let program = ProgramFile::parse(content, name.as_ref(), &process).map_err(raised)?;
         Self::opened(py, |work| ProgramJob::new(process, program, name, work))
     }
