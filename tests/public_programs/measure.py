@@ -42,12 +42,15 @@ def git(folder: Path, *words: str) -> bytes:
     return subprocess.run(["git", "-C", str(folder), *words], capture_output=True, check=True).stdout
 
 
-def answer(program: str, mirror: Path, row: dict) -> str | None:
-    """Returns the answer, or None if the repository cannot be had."""
+def is_missing(mirror: Path, name: str) -> bool:
     try:
-        repository(mirror, row["repository"])
+        repository(mirror, name)
     except subprocess.CalledProcessError:
-        return None
+        return True
+    return False
+
+
+def answer(program: str, mirror: Path, row: dict) -> str:
     said = answer_on(HERE / ("arm.toml" if row["dialect"] in ROBOTS else "machine.toml"), program, mirror, row)
     return answer_on(HERE / "arm.toml", program, mirror, row) if "controls no rotation" in said else said
 
@@ -101,10 +104,11 @@ def main() -> None:
         rows = list(csv.DictReader(file))
     chosen = [row for row in rows if not given.only or any(given.only in row[name] for name in COLUMNS[:4])]
     program = os.path.abspath(given.program)
+    missing = {name for name in sorted({row["repository"] for row in chosen}) if is_missing(given.mirror, name)}
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        found = list(pool.map(lambda row: answer(program, given.mirror, row), chosen))
-        for row, said in zip(chosen, found):
-            row["answer"] = said or row["answer"]
+        asked = [row for row in chosen if row["repository"] not in missing]
+        for row, said in zip(asked, pool.map(lambda row: answer(program, given.mirror, row), asked)):
+            row["answer"] = said
     with TABLE.open("w", newline="") as file:
         table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         table.writeheader()
@@ -115,8 +119,8 @@ def main() -> None:
         print(f"{dialect}: {accepted} of {len(mills)} that mill accepted")
     counts = collections.Counter(row["answer"].split(":")[0] for row in chosen)
     print(", ".join(f"{said} {count}" for said, count in counts.most_common()))
-    if missing := sorted({row["repository"] for row, said in zip(chosen, found) if said is None}):
-        print(f"{sum(said is None for said in found)} rows keep their answers, as these cannot be cloned: {', '.join(missing)}")
+    if missing:
+        print(f"{len(chosen) - len(asked)} rows keep their answers, as these cannot be cloned: {', '.join(sorted(missing))}")
     if any(row["answer"] == "not found" for row in chosen):
         sys.exit("programs were not found: their commits are no longer there")
 
