@@ -230,7 +230,7 @@ const MOST_LINES: [(&[&str], usize); 11] = [
     (&["src/questions"], 24_865),
     (&["src/products", "src/inspect", "src/explore"], 12_645),
     (&["src/cli"], 3_055),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 128_160),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 128_165),
 ];
 
 #[test]

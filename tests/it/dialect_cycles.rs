@@ -87,6 +87,11 @@ fn sinumerik_taps_by_its_cycle_which_is_moved() {
     let path = expanded(as_written).unwrap().toolpath(Sampling::new(0.05, 1e4).unwrap()).unwrap();
     let feeds: Vec<_> = path.points().iter().map(|point| point.feed_mm_per_min).collect();
     assert!(feeds.contains(&Some(625.0)), "{feeds:?}");
+    // Of CYCLE840 the tenth value is another one.
+    let other = as_written.replace("CYCLE84(3,3,,-9,,,3,,1.25,0,500)", "CYCLE840(3,3,,-9,,,4,3,20,,1.25)");
+    let path = expanded(&other).unwrap().toolpath(Sampling::new(0.05, 1e4).unwrap()).unwrap();
+    let feeds: Vec<_> = path.points().iter().map(|point| point.feed_mm_per_min).collect();
+    assert!(feeds.contains(&None) && !feeds.contains(&Some(25.0)), "{feeds:?}");
     // A tap is corrected where the height before it is not known, too.
     check_corrected(
         "G17 G90 G71 G54\nG0 X10 Y10 F100\nCYCLE84(10,0,2,-20)\nG0 SUPA Z0\nX5 Y5\nCYCLE84(10,0,2,-20)\nM30\n",

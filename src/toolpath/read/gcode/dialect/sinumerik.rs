@@ -331,8 +331,11 @@ fn tapping_words(scan: &mut Scan, start: usize) -> Result<Vec<Word>, Refusal> {
     match heights {
         (Some(retract), Some(clear), Some(bottom)) if [2, 4].iter().all(|index| text(*index).is_empty()) => {
             let cycle = Word { meaning: Some(&sinumerik_words::TAP), ..Word::plain('G', 0.0, start..open) };
-            let of_tap = (plain_number(text(8)), plain_number(text(10)));
-            let feed = of_tap.0.zip(of_tap.1).map_or(0.0, |(pitch, speed)| (pitch * speed).abs());
+            // PIT and SST, which CYCLE840 has not.
+            let of_tap = plain_number(text(8))
+                .zip(plain_number(text(10)))
+                .filter(|_| line[start..open].trim_ascii_end().ends_with(b"84"));
+            let feed = of_tap.map_or(0.0, |(pitch, speed)| (pitch * speed).abs());
             let feed = Word { around: [0; 2], ..Word::plain(Word::TAP_FEED, feed, span.end..span.end) };
             Ok(vec![cycle, retract, clear, bottom, feed])
         }
