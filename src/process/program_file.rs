@@ -8,7 +8,10 @@ use crate::toolpath::{
     robot::{Language, RobotProgram},
 };
 use crate::{
-    input::{Folder, Inputs, error::Result},
+    input::{
+        Folder, Inputs,
+        error::{Error, Result},
+    },
     process::file::Process,
     toolpath::{
         Sampling, Toolpath,
@@ -86,7 +89,7 @@ impl ProgramFile {
             if process.tool_stands.is_some() && language != Language::Rapid {
                 let problem = "is not followed with a tool that stands ([tool] of the process): expected RAPID";
                 let problem = format!("{} {problem}", language.name());
-                return Err(crate::input::error::Error::Argument { argument: name, problem });
+                return Err(Error::argument(name, problem));
             }
             let data = Self::dat_file_name(&file.file_name().unwrap_or_default().to_string_lossy());
             // Each is sought by these names, the first of which is taken.
@@ -310,7 +313,7 @@ const SAME_TIP_MM: f64 = 0.01;
 /// Checks that a tool that `program` defines is that of the machine.
 #[cfg(not(target_family = "wasm"))]
 fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
-    let refuse = |problem| Err(crate::input::error::Error::Argument { argument: program.name().into(), problem });
+    let refuse = |problem: String| Err(Error::argument(program.name(), problem));
     let stands = process.tool_stands.as_ref().map(|(tip, _)| *tip);
     let placed = process.placement.origin_mm.norm() + process.placement.roll_pitch_yaw.norm();
     if stands.is_some() && placed > 0.0 {

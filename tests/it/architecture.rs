@@ -220,9 +220,9 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// Most lines of folders, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 11] = [
-    (&["crates/engine/src"], 21_585),
+    (&["crates/engine/src"], 21_595),
     (&["crates/removal/src"], 2_625),
-    (&["src/toolpath"], 29_280),
+    (&["src/toolpath"], 29_285),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 12_350),
     (&["src/simulation", "src/redundancy"], 5_340),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_840),
@@ -230,7 +230,7 @@ const MOST_LINES: [(&[&str], usize); 11] = [
     (&["src/questions"], 24_865),
     (&["src/products", "src/inspect", "src/explore"], 12_645),
     (&["src/cli"], 3_055),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 128_165),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 128_175),
 ];
 
 #[test]

@@ -126,6 +126,7 @@ fn what_a_standing_tool_cannot_be_is_refused() {
     for (machine, more, why) in [
         ("irb7600", "[tool]\nstands = true\n", "expected tip_mm and axis beside it"),
         ("kr500", TOOL, "without_weight = true"),
+        ("kr500", "[tool]\nwithout_weight = true\n", "expected stands = true"),
         ("hexapod", TOOL, "expected a machine of one chain"),
         (
             "irb7600",

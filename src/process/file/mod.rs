@@ -308,7 +308,7 @@ impl Process {
         let mut facts = vec![("workpiece", self.placement_words()), ("counts as cutting", self.cutting_words())];
         facts.extend((!self.own_forces.is_empty()).then(|| ("cutting force", self.own_forces.words())));
         let tool_words = || match &self.tool_stands {
-            Some((tip, _)) => format!("tip at ({}, {}, {}) mm of the base. {STANDS}", tip.x, tip.y, tip.z),
+            Some((tip, _)) => format!("{}. {STANDS}", self.machine.tool_words_at(*tip, "base")),
             None => self.machine.tool_words(),
         };
         facts.extend(self.has_own_tool.then(|| ("tool", tool_words())));

@@ -81,11 +81,6 @@ fn process(
     let features = own_forces.by_feature.iter().map(|(text, _)| text.clone()).collect();
     let check_gcode = check.key("gcode");
     let machine = match &spec.tool {
-        Some(tool) if tool.stands && !spec.chain_error.is_empty() => {
-            return check
-                .key("chain_error")
-                .fail("is not followed where the tool stands: expected no such table".into());
-        }
         Some(tool) => &machine.with_tool(tool, &check.key("tool"))?,
         None => machine,
     };
@@ -96,8 +91,14 @@ fn process(
     let (uncertainty, covariance) = uncertainty.unzip();
     let tool_stands = spec.tool.as_ref().filter(|tool| tool.stands);
     let tool_stands = tool_stands.map(|tool| (tool.tip_mm.unwrap_or_default().into(), check.key("tool.stands")));
-    if let (Some((_, check)), true) = (&tool_stands, uncertainty.is_some()) {
-        return check.fail("is not followed with [uncertainty]: expected exact inputs".into());
+    if let Some((_, check_stands)) = &tool_stands {
+        if !spec.chain_error.is_empty() {
+            let problem = "is not followed where the tool stands: expected no such table";
+            return check.key("chain_error").fail(problem.into());
+        }
+        if uncertainty.is_some() {
+            return check_stands.fail("is not followed with [uncertainty]: expected exact inputs".into());
+        }
     }
     let process = Process {
         machine: machine.clone(),
@@ -127,10 +128,7 @@ fn process(
         #[cfg(not(target_family = "wasm"))]
         redundancy: super::redundancy::settings(&spec.redundancy, machine, &check.key("redundancy"))?,
         #[cfg(not(target_family = "wasm"))]
-        robot_program: crate::toolpath::robot::RobotOptions {
-            tool_stands: tool_stands.is_some(),
-            ..super::robot::options(&spec.robot_program, &check.key("robot_program"))?
-        },
+        robot_program: super::robot::options(&spec.robot_program, tool_stands.is_some(), &check.key("robot_program"))?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
         write_tolerance_mm: write_tolerance(spec, &check_gcode)?,
         helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),

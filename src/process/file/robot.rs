@@ -52,7 +52,7 @@ pub struct BaseSpec {
 }
 
 /// Checks the table and converts it to options for reading programs.
-pub(super) fn options(spec: &RobotSpec, check: &Check) -> Result<RobotOptions> {
+pub(super) fn options(spec: &RobotSpec, tool_stands: bool, check: &Check) -> Result<RobotOptions> {
     let rotation = |check: &Check, degrees: [f64; 3]| -> Result<UnitQuaternion<f64>> {
         Ok(rotation_of_abc(check.finite(degrees)?.into()))
     };
@@ -85,7 +85,7 @@ pub(super) fn options(spec: &RobotSpec, check: &Check) -> Result<RobotOptions> {
             None => None,
         },
         bases,
-        tool_stands: false,
+        tool_stands,
         external_axes: spec.external_axes.clone(),
         calls_kept: spec.calls_kept.iter().map(|name| name.to_ascii_lowercase()).collect(),
         cutcom_points: spec.cutcom_points.map(|points| match points {

@@ -143,8 +143,7 @@ pub(crate) fn follow(source: &[u8], dialect: Dialect, skips: BlockDelete) -> Res
             _ => contour.hold(content.to_vec(), line, (None, None)),
         }
     }
-    let last = contour.waiting.as_ref().map_or(0, |waiting| waiting.line);
-    contour.flush(None).map_err(|refusal| (last, refusal))?;
+    contour.flush(None).map_err(|refusal| (contour.refused.unwrap_or_default(), refusal))?;
     Ok(contour.written)
 }
 
@@ -457,9 +456,10 @@ impl<'a> Contour<'a> {
             let whole = arc.abs() + TAU * turns;
             if is_helix {
                 // Older controls have no other block for it than CP.
-                moves = self.chords(from, to, centre, whole.copysign(arc));
+                moves = self.chords(from, to, centre, whole.copysign(arc)).ok_or_else(unknown)?;
             }
-            for turn in 1..=if is_helix { 0 } else { turns as u32 } {
+            let full_turns = if is_helix { 0 } else { turns as u32 };
+            for turn in 1..=full_turns {
                 let share = f64::from(turn) * TAU / whole;
                 let mut to = from;
                 to[normal] =
@@ -467,11 +467,10 @@ impl<'a> Contour<'a> {
                 moves.push(Move { code, to: goal(to), centre: Some(centre) });
             }
         }
-        if (is_helix && moves.is_empty()) || moves.len() as f64 > MOST_CHORDS {
-            return Err(unknown());
-        }
-        if !is_helix {
-            moves.push(Move { code, to: goal(to), centre });
+        match is_helix {
+            false => moves.push(Move { code, to: goal(to), centre }),
+            true if moves.is_empty() => return Err(unknown()),
+            true => {}
         }
         let is_flat = from[normal] == to[normal] || !named[normal];
         let element = both.filter(|_| is_flat && code != MotionCode::Rapid);
@@ -498,19 +497,19 @@ impl<'a> Contour<'a> {
         })
     }
 
-    /// Returns the lines that a helix about `centre`, which turns by `sweep` (rad), is within [`CHORD_MM`] of.
-    fn chords(&self, from: [Option<f64>; 3], to: [Option<f64>; 3], centre: [f64; 2], sweep: f64) -> Vec<Move> {
+    /// Returns the lines that a helix about `centre`, which turns by `sweep` (rad), is within [`CHORD_MM`] of; `None` if its ends
+    /// are not known, it has no radius, or too many turns.
+    fn chords(&self, from: [Option<f64>; 3], to: [Option<f64>; 3], centre: [f64; 2], sweep: f64) -> Option<Vec<Move>> {
         let [first, second, normal] = self.plane.axes();
-        let (Some(a), Some(b), Some(low), Some(high)) = (from[first], from[second], from[normal], to[normal]) else {
-            return Vec::new();
-        };
+        let (a, b, low, high) = (from[first]?, from[second]?, from[normal]?, to[normal]?);
         let arm = [a - centre[0], b - centre[1]];
         let radius_mm = libm::hypot(arm[0], arm[1]) * self.unit.mm();
-        if radius_mm < CHORD_MM {
-            return Vec::new();
-        }
         let most = 2.0 * libm::acos((1.0 - CHORD_MM / radius_mm).max(0.0));
-        let count = (sweep.abs() / most).ceil().clamp(1.0, MOST_CHORDS + 1.0) as u32;
+        let count = (sweep.abs() / most).ceil().max(1.0);
+        if radius_mm < CHORD_MM || count > MOST_CHORDS {
+            return None;
+        }
+        let count = count as u32;
         let chord = |k: u32| {
             let share = f64::from(k) / f64::from(count);
             let [x, y] = turn(arm, (sweep * share).to_degrees());
@@ -521,7 +520,7 @@ impl<'a> Contour<'a> {
             }
             Move { code: MotionCode::Line, to: at, centre: None }
         };
-        (1..=count).map(chord).collect()
+        Some((1..=count).map(chord).collect())
     }
 
     /// Returns the centre of an arc by its words, `None` if its ends are unknown.

@@ -192,23 +192,29 @@ impl Run<'_> {
                 self.jump(&word, &target)
             }
             "IF" => {
-                let is_true = condition(&mut reader)?;
-                expect_end(&mut reader)?;
-                if is_true { Ok(Next::Line) } else { after(&["ELSE", "ENDIF"]) }
+                if last_condition(&mut reader)? {
+                    Ok(Next::Line)
+                } else {
+                    after(&["ELSE", "ENDIF"])
+                }
             }
             // The end of a branch that was taken.
             "ELSE" => after(&["ENDIF"]),
             "WHILE" => {
-                let is_true = condition(&mut reader)?;
-                expect_end(&mut reader)?;
-                if is_true { Ok(Next::Line) } else { after(&["ENDWHILE"]) }
+                if last_condition(&mut reader)? {
+                    Ok(Next::Line)
+                } else {
+                    after(&["ENDWHILE"])
+                }
             }
             "ENDWHILE" => Ok(Next::At(begin_of("WHILE")?)),
             "ENDLOOP" => Ok(Next::At(begin_of("LOOP")?)),
             "UNTIL" => {
-                let is_true = condition(&mut reader)?;
-                expect_end(&mut reader)?;
-                if is_true { Ok(Next::Line) } else { Ok(Next::At(begin_of("REPEAT")?)) }
+                if last_condition(&mut reader)? {
+                    Ok(Next::Line)
+                } else {
+                    Ok(Next::At(begin_of("REPEAT")?))
+                }
             }
             "FOR" => {
                 let (counter, first, last) = self.counts(line)?;
@@ -379,6 +385,12 @@ pub(crate) fn kind_by_name(name: &str) -> Result<Kind, Fault> {
 /// Reads an expression, and returns whether it is true.
 fn condition(reader: &mut Reader<'_>) -> Result<bool, Fault> {
     Ok(reader.expression()?.ok_or(Fault::Macro(MacroFault::NoValue))? != 0.0)
+}
+
+/// Returns whether the condition at the end of a line holds.
+fn last_condition(reader: &mut Reader<'_>) -> Result<bool, Fault> {
+    let is_true = condition(reader)?;
+    expect_end(reader).map(|()| is_true)
 }
 
 /// Refuses what stands behind a complete statement.

@@ -1,5 +1,7 @@
 //! A machine with another tool than its file has: what a process changes about it.
 
+use nalgebra::Vector3;
+
 use super::{
     Machine, Model,
     spec::{MachineSpec, OtherToolSpec, ToolSpec},
@@ -25,6 +27,9 @@ impl Machine {
     pub fn with_tool(&self, tool: &OtherToolSpec, check: &Check) -> Result<Machine> {
         let check_stands = check.key("stands");
         let mut spec = match (tool.stands, tool.tip_mm, tool.axis) {
+            (false, ..) if tool.without_weight => {
+                return check.key("without_weight").fail("is for a tool that stands: expected stands = true".into());
+            }
             (false, ..) => MachineSpec::clone(self.definition.spec()),
             (true, Some(tip_mm), Some(_)) => self.seen_from_part(tip_mm, tool.without_weight, &check_stands)?,
             (true, ..) => return check_stands.fail("expected tip_mm and axis beside it, in O".into()),
@@ -43,7 +48,9 @@ impl Machine {
             let problem = "the machine file's tool is elastic, and the process has another tool: give the cutter or compliance_mm_rad_N of that tool as well";
             return check.fail(problem.into());
         }
-        spec.platform.tool_tip_mm = tool.tip_mm.filter(|_| !tool.stands).unwrap_or(spec.platform.tool_tip_mm);
+        if let (false, Some(tip_mm)) = (tool.stands, tool.tip_mm) {
+            spec.platform.tool_tip_mm = tip_mm;
+        }
         spec.platform.tool_axis = tool.axis.or(spec.platform.tool_axis);
         if bends {
             spec.platform.tool = Some(ToolSpec { compliance: tool.compliance.clone(), cutter: tool.cutter.clone() });
@@ -61,8 +68,12 @@ impl Machine {
 impl Model {
     /// Describes the tool: its tip in platform axes and its stiffness across its axis.
     pub fn tool_words(&self) -> String {
-        let [x, y, z]: [f64; 3] = self.tool_tip.into();
-        let tip = format!("tip at ({x}, {y}, {z}) mm of the platform");
+        self.tool_words_at(self.tool_tip, "platform")
+    }
+
+    /// Describes the tool as [`Model::tool_words`] does, with its tip at `tip` (mm) of what is called `frame`.
+    pub fn tool_words_at(&self, tip: Vector3<f64>, frame: &str) -> String {
+        let tip = format!("tip at ({}, {}, {}) mm of the {frame}", tip.x, tip.y, tip.z);
         match &self.tool_compliance {
             None => format!("{tip}, rigid"),
             Some(compliance) => {

@@ -3,11 +3,11 @@
 //! What moves and bends between part and tool is the same, whichever of them is held. P is at the tip so that no lever from P to it turns. The chain is taken from its end: `X⁻¹` of each transform,
 //! and half turns about a drive, which turn its positive sense round.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 
 use super::{
     Machine,
-    spec::{AxisSpec, BoxSpec, ElementSpec, FixedSpec, HomeSpec, MachineSpec, MountSpec, ZeroedSpec},
+    spec::{AxisSpec, BoxSpec, ChainSpec, ElementSpec, FixedSpec, HomeSpec, MachineSpec, MountSpec, ZeroedSpec},
 };
 use crate::{
     input::{check::Check, error::Result},
@@ -47,8 +47,9 @@ impl Machine {
                     elements.push(fixed_element(name, &at.inverse()));
                     continue;
                 }
-                ElementSpec::Mass(_) | ElementSpec::Spring(_) | ElementSpec::Frame(_) => {
-                    has_weight |= !matches!(element, ElementSpec::Frame(_));
+                ElementSpec::Frame(_) => continue,
+                ElementSpec::Mass(_) | ElementSpec::Spring(_) => {
+                    has_weight = true;
                     continue;
                 }
                 ElementSpec::RevoluteDrive(drive) => drive.axis,
@@ -72,13 +73,12 @@ impl Machine {
         }
         let home = self.home.pose.inverse().compose(&Pose::from_translation(tip_mm.into()));
         let mut seen = spec.clone();
-        seen.chain = spec.chain.iter().filter(|chain| chain.name == mount.chain).cloned().collect();
-        seen.chain.iter_mut().for_each(|chain| chain.elements = std::mem::take(&mut elements));
+        seen.chain = vec![ChainSpec { name: mount.chain.clone(), elements }];
         let [base, mut platform] = [mount.platform.clone(), mount.base.clone()];
         platform.position_mm.iter_mut().zip(tip_mm).for_each(|(at, tip)| *at -= tip);
         seen.mount = vec![MountSpec { base, platform, ..mount.clone() }];
         seen.platform.tool_tip_mm = [0.0; 3];
-        seen.home = HomeSpec { position_mm: home.translation.into(), rotation_deg: roll_pitch_yaw_deg(&home) };
+        seen.home = HomeSpec { position_mm: home.translation.into(), rotation_deg: home.roll_pitch_yaw_deg() };
         seen.workspace = BoxSpec { min_mm: [-WORKSPACE_MM; 3], max_mm: [WORKSPACE_MM; 3] };
         (seen.gravity, seen.zeroed, seen.point) = (Some([0.0; 3]), ZeroedSpec::AtRest, Vec::new());
         seen.platform.mass = None;
@@ -94,12 +94,6 @@ fn fixed_element(name: String, at: &Pose) -> ElementSpec {
     ElementSpec::Fixed(FixedSpec {
         name: Some(name),
         translation_mm: at.translation.into(),
-        rotation_deg: roll_pitch_yaw_deg(at),
+        rotation_deg: at.roll_pitch_yaw_deg(),
     })
-}
-
-/// Returns roll, pitch and yaw of `pose` about the fixed axes, degrees.
-fn roll_pitch_yaw_deg(pose: &Pose) -> [f64; 3] {
-    let (roll, pitch, yaw) = Rotation3::from_matrix_unchecked(pose.rotation).euler_angles();
-    [roll, pitch, yaw].map(f64::to_degrees)
 }

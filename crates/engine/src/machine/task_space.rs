@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::{Configuration, Coordinate, Machine, Unreachable};
 use crate::spatial::rotation_log;
@@ -128,8 +128,7 @@ impl Machine {
         if apart <= SAME_ORIENTATION {
             return Ok(());
         }
-        let angles = Rotation3::from_matrix_unchecked(at.pose.rotation).euler_angles();
-        let [roll, pitch, yaw] = <[f64; 3]>::from(angles).map(|angle| round_off(angle.to_degrees()) + 0.0);
+        let [roll, pitch, yaw] = at.pose.roll_pitch_yaw_deg().map(|angle| round_off(angle) + 0.0);
         Err(Unreachable::OtherOrientation {
             apart_deg: apart.to_degrees(),
             stands: format!("({roll}, {pitch}, {yaw})"),

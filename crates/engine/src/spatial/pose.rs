@@ -60,6 +60,11 @@ impl Pose {
         Self { rotation: about(Axis::Z) * about(Axis::Y) * about(Axis::X), translation: Vector3::zeros() }
     }
 
+    /// Returns roll, pitch and yaw of the rotation about the fixed axes, degrees: what [`Pose::from_roll_pitch_yaw`] takes in rad.
+    pub fn roll_pitch_yaw_deg(&self) -> [f64; 3] {
+        <[f64; 3]>::from(Rotation3::from_matrix_unchecked(self.rotation).euler_angles()).map(f64::to_degrees)
+    }
+
     /// Pose of frame C in A: `X_AC = X_AB · X_BC`.
     pub fn compose(&self, b_to_c: &Pose) -> Pose {
         Pose {

@@ -65,7 +65,7 @@ impl Interpreter {
         let without = |letter| blame.refuse(Fault::CycleWithout { number, letter });
         let (clear, depth) = (cycle.clear.ok_or_else(|| without('R'))?, cycle.depth.ok_or_else(|| without('Z'))?);
         // What stands in brackets counts from the zero, and with it the height to which the tool comes back.
-        let retract = number_of(Word::RETRACT);
+        let retract = number_of(Word::RETRACT).map(|retract| retract + origin.z);
         let steps = self.modal.distance == Distance::Incremental && retract.is_none();
         if steps && self.modal.returns_to_r_plane && !is_first {
             return Err(blame.refuse(Fault::CycleSteps));
@@ -73,17 +73,12 @@ impl Interpreter {
         let mut motions = Vec::new();
         for _ in 0..if steps { repeats } else { 1 } {
             let mut start = self.position;
-            if let (None, Some(retract)) = (start[2], retract) {
-                // Wherever it comes from, it goes from here to the cycle's own heights.
-                start[2] = Some(retract + origin.z);
-            }
+            // Wherever it comes from, it goes from here to the cycle's own heights.
+            start[2] = start[2].or(retract);
             let mut end = self.end_point([axes[0], axes[1], None], origin)?;
-            cycle.initial = cycle.initial.or(start[2]);
+            cycle.initial = retract.or(cycle.initial).or(start[2]);
             let clear = if steps { start[2].map(|from| from + clear) } else { Some(clear + origin.z) };
             let bottom = clear.map(|clear| depth + if steps { clear } else { origin.z });
-            if let Some(retract) = retract {
-                cycle.initial = Some(retract + origin.z);
-            }
             let back = match (self.modal.returns_to_r_plane, cycle.initial, clear) {
                 (true, ..) => clear,
                 (false, Some(initial), Some(clear)) => Some(initial.max(clear)),

@@ -92,13 +92,12 @@ impl Block<'_> {
             }
         }
         let has_arguments = !is_indexed && self.scan.next() == Some(b'(');
-        if name == "CYCLE800" && has_arguments {
-            let words = swivel_words(&mut self.scan, start)?;
-            self.words.extend(words);
-            return Ok(());
-        }
-        if matches!(name.as_str(), "CYCLE84" | "CYCLE840") && has_arguments {
-            let words = tapping_words(&mut self.scan, start)?;
+        let words = match name.as_str() {
+            "CYCLE800" if has_arguments => Some(swivel_words(&mut self.scan, start)?),
+            "CYCLE84" | "CYCLE840" if has_arguments => Some(tapping_words(&mut self.scan, start)?),
+            _ => None,
+        };
+        if let Some(words) = words {
             self.words.extend(words);
             return Ok(());
         }

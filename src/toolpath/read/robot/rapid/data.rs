@@ -239,8 +239,8 @@ pub(crate) fn tool_frame(text: &[u8], stands: bool) -> Result<Isometry3<f64>, Ro
     let mut scan = Scan::new(text);
     scan.expect(b'[', "[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]")?;
     match (parse_bool(&mut scan)?, stands) {
-        (false, false) => return STANDS,
-        (true, true) => return HELD,
+        (false, false) => return Err(STANDS),
+        (true, true) => return Err(HELD),
         _ => {}
     }
     scan.expect(b',', ", and the frame of the tool")?;
@@ -248,14 +248,14 @@ pub(crate) fn tool_frame(text: &[u8], stands: bool) -> Result<Isometry3<f64>, Ro
 }
 
 /// A tool or part that is held where the process says otherwise.
-const STANDS: Result<Isometry3<f64>, RobotFault> = Err(RobotFault::NotFollowed {
+const STANDS: RobotFault = RobotFault::NotFollowed {
     what: "tools that stand (robhold FALSE) are, unless the process says so,",
     expected: "a tool that the robot holds, or stands = true, tip_mm and axis in [tool] of the process",
-});
-pub(crate) const HELD: Result<Isometry3<f64>, RobotFault> = Err(RobotFault::NotFollowed {
+};
+pub(crate) const HELD: RobotFault = RobotFault::NotFollowed {
     what: "tools that the robot holds are, as the process says that the tool stands,",
     expected: "a tool with robhold FALSE",
-});
+};
 
 /// Parses a work object `[FALSE,TRUE,"",[user frame],[object frame]]`: its frame in the world or, if the robot has to hold it (TRUE), in the
 /// flange, mm.

@@ -202,7 +202,6 @@ impl Reader<'_> {
         let (at, options) = self.expression_and_options(argument);
         let stands = self.options.tool_stands;
         let mut base = Base { name: "wobj0".into(), in_world: Some(Isometry3::identity()) };
-        let mut is_of_base = true;
         for option in &options {
             match option.split_once(":=") {
                 Some(("WOBJ", "WOBJ0")) | Some(("TLOAD", _)) => {}
@@ -210,7 +209,6 @@ impl Reader<'_> {
                     check_index(name, '{', '}')?;
                     let datum = self.datum(DataType::WorkObject, name)?;
                     let in_world = datum.map(|text| data::work_object_frame(text, stands)).transpose()?;
-                    is_of_base = false;
                     base = Base { name: name.to_ascii_lowercase(), in_world };
                 }
                 _ => {
@@ -220,23 +218,23 @@ impl Reader<'_> {
         }
         let name = String::from_utf8_lossy(&self.source[at]).to_ascii_uppercase();
         check_index(&name, '{', '}')?;
-        if stands && is_of_base {
+        if stands && base.name == "wobj0" {
             return RobotFault::not_followed(
                 "motions in wobj0 with a tool that stands are",
                 "a work object that the robot holds",
             );
         }
         let in_flange = match name.as_str() {
-            "TOOL0" if stands => Some(data::HELD?),
-            _ if stands && self.datum(DataType::Tool, &name)?.is_none() => {
-                return RobotFault::not_followed(
-                    "tools that stand and are not declared in the module are",
-                    "a tooldata with its numbers",
-                );
-            }
+            "TOOL0" if stands => return Err(data::HELD),
             "TOOL0" => Some(Isometry3::identity()),
             _ => self.datum(DataType::Tool, &name)?.map(|text| data::tool_frame(text, stands)).transpose()?,
         };
+        if stands && in_flange.is_none() {
+            return RobotFault::not_followed(
+                "tools that stand and are not declared in the module are",
+                "a tooldata with its numbers",
+            );
+        }
         Ok((base, Tool { name: name.to_ascii_lowercase(), in_flange }))
     }
 
