@@ -31,11 +31,15 @@ pub fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
-/// Returns a position as text, to a tenth of a millimetre: "(1.0, 2.0, 3.0) mm".
+/// Returns a position as text, to a tenth of a millimetre, hundredths where they are exact: "(1.0, 2.35, 3.0) mm".
 pub fn position(x_mm: f64, y_mm: f64, z_mm: f64) -> String {
-    let [x, y, z] = [x_mm, y_mm, z_mm].map(|v| match format!("{v:.1}") {
-        text if text == "-0.0" => "0.0".into(),
-        text => text,
+    let [x, y, z] = [x_mm, y_mm, z_mm].map(|v| {
+        let is_exact = |scale: f64| (scale * v - (scale * v).round()).abs() < 1e-6;
+        let decimals = if is_exact(100.0) && !is_exact(10.0) { 2 } else { 1 };
+        match format!("{v:.decimals$}") {
+            text if text == "-0.0" => "0.0".into(),
+            text => text,
+        }
     });
     typographic(&format!("({x}, {y}, {z}) mm"))
 }

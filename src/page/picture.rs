@@ -15,7 +15,7 @@ use super::{
 use crate::files::{visible::visible, words::with_unit};
 
 /// Leads from which colours become stronger, as shares of the next best value.
-const LEADS: [f64; 2] = [0.05, 0.25];
+pub(super) const LEADS: [f64; 2] = [0.05, 0.25];
 /// Most points drawn of a curve.
 const MOST_POINTS: usize = 300;
 
@@ -49,9 +49,15 @@ pub(super) fn winner_picture(aligned: &Aligned, quantity: usize, winners: &Winne
         let worst: Vec<f64> = extremes.iter().map(|own| own.worst_and_best(quantity.better)[0].0).collect();
         return bar_picture(title, &quantity.unit, &worst, &aligned.letters);
     }
-    let title = if is_by_place { format!("Who is best where: {label}{of}") } else { format!("{label}{of}") };
+    let mut title = if is_by_place { format!("Who is best where: {label}{of}") } else { format!("{label}{of}") };
     let panels = match shared.shape {
-        Shape::Grid => slice_panels(aligned, winners)?,
+        Shape::Grid => {
+            let (panels, count) = slice_panels(aligned, winners)?;
+            if panels.len() < count {
+                title += &format!("; {} of {count} slices", panels.len());
+            }
+            panels
+        }
         Shape::Curve => vec![curve_panel(aligned, quantity, winners)?],
         Shape::Names => return None,
     };
@@ -95,8 +101,8 @@ fn winner_class(at: NodeWinner) -> Option<String> {
     }
 }
 
-/// Draws the winners in the lowest, the middle and the highest slice of a grid; `None` with fewer than two long axes.
-fn slice_panels(aligned: &Aligned, winners: &Winners) -> Option<Vec<Panel>> {
+/// Draws the winners in the lowest, the middle and the highest slice of a grid, and returns of how many; `None` with fewer than two long axes.
+fn slice_panels(aligned: &Aligned, winners: &Winners) -> Option<(Vec<Panel>, usize)> {
     let data = aligned.common.first()?;
     let coordinates = &aligned.shared.coordinates;
     let long: Vec<usize> = (0..data.axes.len()).filter(|axis| data.axes[*axis].len() > 1).collect();
@@ -144,7 +150,8 @@ fn slice_panels(aligned: &Aligned, winners: &Winners) -> Option<Vec<Panel>> {
         frame.finish(&mut svg, [&coordinates[columns], &coordinates[rows]]);
         Panel { title, svg }
     };
-    Some(levels.into_iter().map(panel).collect())
+    let count = across.map_or(1, |axis| data.axes[axis].len());
+    Some((levels.into_iter().map(panel).collect(), count))
 }
 
 /// Draws the curves of all results, and below them a strip in the colours of the winners; `None` without a number.

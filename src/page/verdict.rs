@@ -8,7 +8,7 @@ use super::{
     aligned::Aligned,
     description::{Better, Quantity, Shape},
     headline::{Headline, KeyNumber, State, Verdict},
-    picture::{Picture, bar_picture},
+    picture::{LEADS, Picture, bar_picture},
     sentences::{three_digits, without_extreme_word},
     winners::{Extremes, percent},
 };
@@ -16,6 +16,11 @@ use crate::files::words::with_unit;
 
 /// Label of the quantity by which placements are judged.
 const OBJECTIVE: &str = "objective";
+
+/// Mark of a comparison for which no tolerance says from where on a difference matters.
+const NO_TOLERANCE: &str = "no tolerance given";
+/// What to do next there.
+const COMPARE_AGAIN: &str = "compare again with --tolerance MM, which says where the difference matters.";
 
 /// First screen of a comparison with checks of its numbers.
 #[derive(Debug, Default)]
@@ -63,17 +68,22 @@ impl VerdictWriter<'_> {
         }
         if self.tolerance_mm.is_none() {
             let letter = self.aligned.letters[best];
-            let again = "compare again with --tolerance MM, which says where the difference matters.";
-            let (words, next) = match winners.win_share(best) {
-                _ if !by_place => (format!("{letter} better at its worst; no tolerance given"), again),
-                0.0 => (
+            let by = |share: f64| format!("typically by {}", percent(share));
+            let (words, next) = match (winners.win_share(best), winners.typical_gap()) {
+                _ if !by_place => (format!("{letter} better at its worst"), COMPARE_AGAIN),
+                (0.0, _) => (
                     "No difference but for rounding".into(),
                     "take either: nothing that was computed tells them apart.",
                 ),
-                1.0 => (format!("{letter} better everywhere; no tolerance given"), again),
-                share => (format!("{letter} better in {}; no tolerance given", percent(share)), again),
+                (_, gap) if gap < LEADS[0] => (format!("Typically only {} apart", percent(gap)), COMPARE_AGAIN),
+                (1.0, gap) => (format!("{letter} better everywhere, {}", by(gap)), COMPARE_AGAIN),
+                (share, gap) => {
+                    let lead = winners.typical_lead(best).unwrap_or(gap);
+                    (format!("{letter} better in {}, {}", percent(share), by(lead)), COMPARE_AGAIN)
+                }
             };
             screen.headline = screen.headline.judged(Verdict::new(State::Open, words), false).next(next);
+            screen.headline = screen.headline.marked(NO_TOLERANCE);
         }
         Some(screen)
     }
@@ -266,12 +276,14 @@ impl VerdictWriter<'_> {
             (Some(surest), _) => Verdict::new(State::Partly, format!("More of the path of {surest} within tolerance")),
             (None, Some(tolerance)) if apart <= tolerance => Verdict::new(State::Open, "No difference that matters"),
             (None, Some(_)) => Verdict::new(State::Good, format!("{letter} better by more than the tolerance")),
-            (None, None) => Verdict::new(State::Open, format!("{letter} better; no tolerance given")),
+            (None, None) => Verdict::new(State::Open, format!("{letter} better")),
         };
-        let headline = Headline::new(sentence, "the best place of each")
-            .judged(verdict, false)
-            .next(format!("put the workpiece where {} is best.", surest.unwrap_or(letter)))
-            .with_cautions(&format!("That is {}.", against(main)));
+        let mark = self.tolerance_mm.is_none().then(|| NO_TOLERANCE.to_string());
+        let headline =
+            Headline { marks: mark.into_iter().collect(), ..Headline::new(sentence, "the best place of each") }
+                .judged(verdict, false)
+                .next(format!("put the workpiece where {} is best.", surest.unwrap_or(letter)))
+                .with_cautions(&format!("That is {}.", against(main)));
         let mut screen = FirstScreen { headline, ..FirstScreen::default() };
         let correction = costs.iter().copied().find(|index| shared.quantities[*index].label.contains("correction"));
         for quantity in [Some(main), correction] {

@@ -247,7 +247,8 @@ fn signs_are_minus_signs_and_names_keep_their_hyphens() {
 
 #[test]
 fn positions_have_minus_signs_and_no_negative_zero() {
-    assert_eq!(position(-73.65, 126.35, -0.04), "(\u{2212}73.7, 126.3, 0.0) mm");
+    assert_eq!(position(-73.65, 126.35, -0.004), "(\u{2212}73.65, 126.35, 0.0) mm");
+    assert_eq!(position(59.683, 1.0 / 3.0, 100.0), "(59.7, 0.3, 100.0) mm");
 }
 
 #[test]

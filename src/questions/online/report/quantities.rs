@@ -88,6 +88,11 @@ pub(super) fn residual_figure(compared: &Compared<'_>) -> Option<Figure> {
     series.iter().any(|series| !series.points.is_empty()).then(|| {
         let title = "Residual error against the error of the predicted force";
         let labels = ["standard deviation of the force error [%]", "rms distance from the path [mm]"];
-        Figure::Lines(LineFigure::new(title, format!("{name}, {seeds}: median and 5 % to 95 %"), labels, series))
+        Figure::Lines(LineFigure::new(
+            title,
+            format!("{name}, {seeds}: lines are medians, bands 5 % to 95 %"),
+            labels,
+            series,
+        ))
     })
 }

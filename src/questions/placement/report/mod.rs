@@ -122,7 +122,7 @@ fn sections(results: &PlacementResults) -> Vec<Section> {
             .text(&(text::search_text(results) + &text::certainty_text(results))),
     ];
     if let Some(best) = &results.best {
-        let heading = "What to do next?";
+        let heading = "How to use this place?";
         let section = Section::new(heading, "set this place in the process file, compensate the program, check it")
             .text("This place, for the process file of `kinetostat compensate` and of path studies:");
         sections.push(section.to_copy(placement_table(&best.site)));

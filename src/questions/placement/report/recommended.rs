@@ -211,12 +211,16 @@ fn margin_note(results: &PlacementResults) -> Option<String> {
             })
         };
         if let (Some(down), Some(up)) = (margin_words(-1.0), margin_words(1.0)) {
+            if [&down, &up].iter().all(|way| *way == "0") {
+                parts.push(format!("{name}\u{a0}not at all"));
+                continue;
+            }
             parts.push(format!("{name}\u{a0}{down}…{up}{unit}"));
         }
     }
     match parts.as_slice() {
         [] => None,
-        parts => Some(format!("margin until it is 5 % worse (orange): {}", parts.join(", "))),
+        parts => Some(format!("may move until 5 % worse or not possible (orange): {}", parts.join(", "))),
     }
 }
 
