@@ -69,18 +69,17 @@ impl VerdictWriter<'_> {
         if self.tolerance_mm.is_none() {
             let letter = self.aligned.letters[best];
             let by = |share: f64| format!("typically by {}", percent(share));
-            let (words, next) = match (winners.win_share(best), winners.typical_gap()) {
+            let [typical, most, largest] = self.gaps(quantity, best);
+            let (words, next) = match (winners.win_share(best), winners.typical_lead(best).unwrap_or_default()) {
                 _ if !by_place => (format!("{letter} better at its worst"), COMPARE_AGAIN),
-                (0.0, _) => (
+                _ if largest == 0.0 => (
                     "No difference but for rounding".into(),
                     "take either: nothing that was computed tells them apart.",
                 ),
-                (_, gap) if gap < LEADS[0] => (format!("Typically only {} apart", percent(gap)), COMPARE_AGAIN),
-                (1.0, gap) => (format!("{letter} better everywhere, {}", by(gap)), COMPARE_AGAIN),
-                (share, gap) => {
-                    let lead = winners.typical_lead(best).unwrap_or(gap);
-                    (format!("{letter} better in {}, {}", percent(share), by(lead)), COMPARE_AGAIN)
-                }
+                _ if most < LEADS[0] => (format!("Typically only {} apart", percent(typical)), COMPARE_AGAIN),
+                (0.0, _) => ("The best of them are equal".into(), COMPARE_AGAIN),
+                (1.0, lead) => (format!("{letter} better everywhere, {}", by(lead)), COMPARE_AGAIN),
+                (share, lead) => (format!("{letter} better in {}, {}", percent(share), by(lead)), COMPARE_AGAIN),
             };
             screen.headline = screen.headline.judged(Verdict::new(State::Open, words), false).next(next);
             screen.headline = screen.headline.marked(NO_TOLERANCE);
@@ -214,6 +213,19 @@ impl VerdictWriter<'_> {
         };
         let against = if is_length { "no tolerance is given for the difference" } else { "" };
         headline.numbers.push(KeyNumber::new(&shown, what, against));
+    }
+
+    /// Returns the median, the 95 % quantile and the largest of how far another result is from `best`, as shares of the larger; 0 for rounding.
+    fn gaps(&self, quantity: usize, best: usize) -> [f64; 3] {
+        let size = |node: usize| {
+            let values = self.aligned.common.iter().map(|part| part.values[quantity][0][node].abs());
+            values.fold(self.floor(quantity), f64::max)
+        };
+        let share = |(node, gap): (usize, f64)| if gap <= self.floor(quantity) { 0.0 } else { gap / size(node) };
+        let mut gaps: Vec<f64> = self.differences(quantity, best).into_iter().map(share).collect();
+        gaps.sort_by(f64::total_cmp);
+        let last = gaps.len().saturating_sub(1);
+        [last / 2, last * 19 / 20, last].map(|index| gaps.get(index).copied().unwrap_or_default())
     }
 
     /// Returns by how much `best` is better than the best of the others, at each node of `differences`; negative where it is worse.

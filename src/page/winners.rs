@@ -228,14 +228,6 @@ impl Winners {
         leads.get(leads.len() / 2).copied()
     }
 
-    /// Returns the median over the compared nodes of how far the best is ahead of the next best, as a share of that; 0 without any.
-    pub fn typical_gap(&self) -> f64 {
-        let mut gaps: Vec<f64> = (0..self.results).flat_map(|who| self.leads(who)).map(|(_, lead)| lead).collect();
-        gaps.resize(self.compared_count(), 0.0);
-        gaps.sort_by(f64::total_cmp);
-        gaps.get(gaps.len() / 2).copied().unwrap_or_default()
-    }
-
     /// Returns the node at which the result `who` has its largest lead; `None` if it is nowhere best.
     pub fn largest_lead_node(&self, who: usize) -> Option<usize> {
         self.leads(who).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(node, _)| node)
