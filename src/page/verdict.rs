@@ -81,8 +81,8 @@ impl VerdictWriter<'_> {
                 (1.0, lead) => (format!("{letter} better everywhere, {}", by(lead)), COMPARE_AGAIN),
                 (share, lead) => (format!("{letter} better in {}, {}", percent(share), by(lead)), COMPARE_AGAIN),
             };
-            screen.headline = screen.headline.judged(Verdict::new(State::Open, words), false).next(next);
-            screen.headline = screen.headline.marked(NO_TOLERANCE);
+            let verdict = Verdict::new(State::Open, words);
+            screen.headline = screen.headline.judged(verdict, false).next(next).marked(NO_TOLERANCE);
         }
         Some(screen)
     }
@@ -290,12 +290,13 @@ impl VerdictWriter<'_> {
             (None, Some(_)) => Verdict::new(State::Good, format!("{letter} better by more than the tolerance")),
             (None, None) => Verdict::new(State::Open, format!("{letter} better")),
         };
-        let mark = self.tolerance_mm.is_none().then(|| NO_TOLERANCE.to_string());
-        let headline =
-            Headline { marks: mark.into_iter().collect(), ..Headline::new(sentence, "the best place of each") }
-                .judged(verdict, false)
-                .next(format!("put the workpiece where {} is best.", surest.unwrap_or(letter)))
-                .with_cautions(&format!("That is {}.", against(main)));
+        let mut headline = Headline::new(sentence, "the best place of each")
+            .judged(verdict, false)
+            .next(format!("put the workpiece where {} is best.", surest.unwrap_or(letter)))
+            .with_cautions(&format!("That is {}.", against(main)));
+        if self.tolerance_mm.is_none() {
+            headline = headline.marked(NO_TOLERANCE);
+        }
         let mut screen = FirstScreen { headline, ..FirstScreen::default() };
         let correction = costs.iter().copied().find(|index| shared.quantities[*index].label.contains("correction"));
         for quantity in [Some(main), correction] {
