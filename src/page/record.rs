@@ -207,7 +207,7 @@ impl Change {
         })
     }
 
-    /// Returns key and values in words: "stiffness of J6: 79.62 kN·m/rad in A, 210 in B, 2.6 times".
+    /// Returns key and values in words: "stiffness of J6: 79.6 kN·m/rad in A, 210 kN·m/rad in B, 2.6 times as much".
     fn words(&self, letters: &[char]) -> String {
         let mut segments = self.key.rsplit('.');
         let last = segments.next().unwrap_or_default();
@@ -227,10 +227,15 @@ impl Change {
         let values: Vec<String> =
             self.values.iter().zip(letters).map(|(own, letter)| format!("{} in {letter}", value(own))).collect();
         let of = if owner.is_empty() { self.part.replace('_', " ") } else { owner.replace('_', " ") };
-        let times = self.ratio().filter(|ratio| ratio.is_finite() && self.values.len() == 2);
-        let times = times.map(|ratio| format!(", {ratio:.1} times")).filter(|times| times != ", 1.0 times");
+        let is_ratio =
+            self.values.len() == 2 && self.ratio().is_some_and(|ratio| (1.05..f64::INFINITY).contains(&ratio));
+        let numbers = self.values.iter().map(|text| text.parse().ok()).collect::<Option<Vec<f64>>>();
+        let times = match numbers.as_deref() {
+            Some([a, b]) if is_ratio => format!(", {:.2} times as much", b / a),
+            _ => String::new(),
+        };
         let what = if name.is_empty() { of } else { format!("{name} of {of}") };
-        format!("{what}: {}{}", values.join(", "), times.unwrap_or_default())
+        format!("{what}: {}{}", values.join(", "), times)
     }
 }
 

@@ -75,7 +75,7 @@ impl VerdictWriter<'_> {
             ];
         };
         let better = self.better_clause(quantity, first, true);
-        let by = format!("typically by {}", percent(typical_lead));
+        let (by, name) = (format!("typically by {}", percent(typical_lead)), self.aligned.letters[first]);
         if let Some(node) = winners.largest_lead_node(second) {
             let only = if winners.win_share(second) < 0.2 { "only in" } else { "in" };
             let place = self.location(self.node_words(&self.aligned.common[0], node));
@@ -83,7 +83,7 @@ impl VerdictWriter<'_> {
             return [
                 format!("{better} in {} of {extent}.", percent(winners.win_share(first))),
                 format!(
-                    "There it leads {by}; {other} leads {only} {}, most of all {place}.",
+                    "Where {name} leads, it does {by}; {other} leads {only} {}, most of all {place}.",
                     percent(winners.win_share(second))
                 ),
             ];
@@ -93,7 +93,7 @@ impl VerdictWriter<'_> {
             0.0 => [format!("{better} everywhere, {by}."), String::new()],
             share => [
                 format!("{better} in {} of {extent}.", percent(winners.win_share(first))),
-                format!("There it leads {by}; in the other {} they are equal.", percent(share)),
+                format!("Where {name} leads, it does {by}; in the other {} they are equal.", percent(share)),
             ],
         }
     }

@@ -76,7 +76,7 @@ impl VerdictWriter<'_> {
                     "No difference but for rounding".into(),
                     "take either: nothing that was computed tells them apart.",
                 ),
-                _ if most < LEADS[0] => (format!("Typically only {} apart", percent(typical)), COMPARE_AGAIN),
+                _ if most < LEADS[0] => (format!("Hardly apart: typically {}", percent(typical)), COMPARE_AGAIN),
                 (0.0, _) => ("The best of them are equal".into(), COMPARE_AGAIN),
                 (1.0, lead) => (format!("{letter} better everywhere, {}", by(lead)), COMPARE_AGAIN),
                 (share, lead) => (format!("{letter} better in {}, {}", percent(share), by(lead)), COMPARE_AGAIN),
@@ -279,22 +279,29 @@ impl VerdictWriter<'_> {
             |quantity: usize| with_unit(&three_digits(value(best, quantity)), &shared.quantities[quantity].unit);
         let sentence = format!("At its best place {} has a {} of {}.", self.full_name(best), q.label, shown(main));
         let letter = self.aligned.letters[best];
-        let apart = order[1..].iter().map(|who| value(*who, main) - value(best, main)).fold(f64::INFINITY, f64::min);
+        // Those without a number are last in the order, and not equal.
+        let [apart, farthest] = [1, order.len() - 1].map(|place| value(order[place], main) - value(best, main));
         let within = shared.quantities.iter().position(|q| q.label == "share of the path within tolerance");
         let share = |who: &usize| within.map_or(f64::NAN, |within| value(*who, within));
-        let surest = order.iter().copied().reduce(|a, b| if share(&b) > share(&a) + 0.005 { b } else { a });
-        let surest = surest.filter(|who| *who != best).map(|who| self.aligned.letters[who]);
-        let verdict = match (surest, self.tolerance_mm) {
-            (Some(surest), _) => Verdict::new(State::Partly, format!("More of the path of {surest} within tolerance")),
-            (None, Some(tolerance)) if apart <= tolerance => Verdict::new(State::Open, "No difference that matters"),
-            (None, Some(_)) => Verdict::new(State::Good, format!("{letter} better by more than the tolerance")),
-            (None, None) => Verdict::new(State::Open, format!("{letter} better")),
+        let surest =
+            order.iter().copied().reduce(|a, b| if share(&b) > share(&a) + 0.005 { b } else { a }).unwrap_or(best);
+        let is_surer = order.iter().any(|who| share(&surest) > share(who) + 0.005);
+        let (state, words) = match self.tolerance_mm {
+            _ if is_surer => {
+                let state = if surest == best { State::Good } else { State::Partly };
+                (state, format!("More of the path of {} within tolerance", self.aligned.letters[surest]))
+            }
+            _ if farthest <= self.floor(main) => (State::Open, "No difference but for rounding".into()),
+            _ if apart <= self.floor(main) => (State::Open, "The best of them are equal".into()),
+            Some(tolerance) if apart <= tolerance => (State::Open, "No difference that matters".into()),
+            Some(_) => (State::Good, format!("{letter} better by more than the tolerance")),
+            None => (State::Open, format!("{letter} better")),
         };
         let mut headline = Headline::new(sentence, "the best place of each")
-            .judged(verdict, false)
-            .next(format!("put the workpiece where {} is best.", surest.unwrap_or(letter)))
+            .judged(Verdict::new(state, words), false)
+            .next(format!("put the workpiece where {} is best.", self.aligned.letters[surest]))
             .with_cautions(&format!("That is {}.", against(main)));
-        if self.tolerance_mm.is_none() {
+        if self.tolerance_mm.is_none() && !is_surer {
             headline = headline.marked(NO_TOLERANCE);
         }
         let mut screen = FirstScreen { headline, ..FirstScreen::default() };

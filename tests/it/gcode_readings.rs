@@ -1,7 +1,7 @@
 //! Words that controls read in ways that contradict, and functions that may change where the tool goes.
 
 use kinetostat::toolpath::{
-    Sampling,
+    NumberFormat, Sampling,
     gcode::{Dialect, GcodeError, GcodeOptions, Program},
 };
 use nalgebra::Vector3;
@@ -149,6 +149,13 @@ fn g80_gives_back_the_motion_before_the_cycles() {
         let last = path.points().last().unwrap();
         assert_eq!(last.position_mm, Vector3::new(5.0, 5.0, 5.0), "{dialect:?}");
         assert!(last.cutting, "{dialect:?}: the feed motion before the cycle is in force again");
+        // What nothing corrects keeps its bytes, with G80 before the place and beside it.
+        for source in [source.to_string(), source.replace("G80\nX5", "G80X5")] {
+            let program = Program::parse(source.as_str(), "part.nc", &options).unwrap();
+            let path = program.toolpath(Sampling::new(1.0, 1e6).unwrap()).unwrap();
+            let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+            assert_eq!(same.bytes(), source.as_bytes());
+        }
     }
     let refused = read_as(source, Some(Dialect::LinuxCnc)).unwrap_err().to_string();
     assert!(refused.starts_with("part.nc:7:1: `X5`: coordinate without a motion"), "{refused}");

@@ -1,7 +1,7 @@
 //! The table that must hold a workpiece.
 
 use kinetostat::{
-    questions::placement::{PlacementStudy, Table, compare},
+    questions::placement::{End, Margin, PlacementStudy, Table, compare},
     spatial::Pose,
 };
 use nalgebra::{Vector2, Vector3};
@@ -48,16 +48,38 @@ fn candidate(x: f64, y: f64) -> String {
     format!("[[placement.candidate]]\nname = \"named\"\norigin_mm = [{x:?}, {y:?}, 100.0]\n")
 }
 
+/// 30 mm for the table, 5 mm for its margin and 15 mm for the part keep it at 50 mm and beyond.
+const TABLE: &str = "[placement.workpiece]\nmin_mm = [-15.0, -12.0, 0.0]\nmax_mm = [15.0, 12.0, 10.0]\n\
+                     [placement.table]\nmin_mm = [30.0, -100.0]\nmax_mm = [120.0, 100.0]\nheight_mm = 110.0\n\
+                     margin_mm = 5.0\n";
+
+#[test]
+fn a_bound_is_in_the_way_only_where_better_places_are_behind_it() {
+    let free = searched(&study("").unwrap()).best.unwrap().site.0[0];
+    let towards_bound = |low: f64, more: &str| -> Margin {
+        let folder = tempfile::tempdir().unwrap();
+        let bounded = CIRCLE.replace("x_mm = [-40.0,", &format!("x_mm = [{low:?},")) + more;
+        let results = searched(&study_in(folder.path(), &bounded).unwrap());
+        let best = results.best.unwrap().site;
+        assert!((best.0[0] - low).abs() < 0.05, "{best:?}");
+        results.flatness.into_iter().find(|margin| margin.coordinate == 0 && margin.direction < 0.0).unwrap()
+    };
+    let better = towards_bound(50.0, "");
+    assert!(better.end == End::Bound && better.is_better_beyond, "{better:?}");
+    let table = towards_bound(50.0, TABLE);
+    assert!(matches!(&table.end, End::Infeasible(reason) if reason.contains("side −x of the table")), "{table:?}");
+    assert!(!table.is_better_beyond);
+    let best = towards_bound(free, "");
+    assert!(!best.is_better_beyond, "the bound is where the best place is anyway: {best:?}");
+}
+
 #[test]
 fn the_best_place_is_on_the_table() {
     // Without a table it is at (0, 0), about.
     let free = searched(&study("").unwrap()).best.unwrap();
     assert!(free.site.0[0] < 20.0, "{:?}", free.site);
-    let table = "[placement.workpiece]\nmin_mm = [-15.0, -12.0, 0.0]\nmax_mm = [15.0, 12.0, 10.0]\n\
-                 [placement.table]\nmin_mm = [30.0, -100.0]\nmax_mm = [120.0, 100.0]\nheight_mm = 110.0\nmargin_mm = 5.0\n";
-    let results = searched(&study(table).unwrap());
+    let results = searched(&study(TABLE).unwrap());
     let best = results.best.unwrap();
-    // 30 mm for the table, 5 mm for its margin, 15 mm for the part.
     assert!((best.site.0[0] - 50.0).abs() < 0.01, "{:?}", best.site);
     assert!(
         results.flatness.iter().any(|room| format!("{:?}", room.end).contains("side −x of the table")),

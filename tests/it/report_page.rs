@@ -249,9 +249,12 @@ fn first_screens_of_comparisons_have_few_words_and_name_what_differs() {
     let (verdict, fitted) = compared(&[text(&arms[0]), text(&arms[1])], &[]);
     assert!(verdict.starts_with("– ") && verdict.ends_with(" [no tolerance given]"), "{verdict}");
     assert!(verdict.to_lowercase().contains("typically"), "{verdict}");
-    assert!(fitted.contains("stiffness of J6: 79.6 kN·m/rad in A, 210 kN·m/rad in B, 2.6 times"), "{fitted:.6000}");
+    assert!(
+        fitted.contains("stiffness of J6: 79.6 kN·m/rad in A, 210 kN·m/rad in B, 2.64 times as much"),
+        "{fitted:.6000}"
+    );
     let listed = fitted.split_once("stiffness of J6:").unwrap().1.split_once("</ul>").unwrap().0;
-    assert!(listed.contains("stiffness of J2: 4129 kN·m/rad in A, 2720 kN·m/rad in B, 1.5 times"), "{listed}");
+    assert!(listed.contains("stiffness of J2: 4129 kN·m/rad in A, 2720 kN·m/rad in B, 0.66 times as much"), "{listed}");
     assert!(!listed.contains("source") && listed.matches("<li>").count() == 4, "{listed}");
 
     let (verdict, other) =

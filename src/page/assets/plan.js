@@ -100,7 +100,7 @@ function planView(article, data, name, { quantity, group }) {
       margin: { l: 62, r: 22, t: 14, b: 112 }, hovermode: "closest", xaxis: axis(axes[0], { constrain: "domain" }), yaxis: axis(axes[1], { scaleanchor: "x", constrain: "domain" }),
     });
     Plotly.react(plot, traces, layout, Chart.config);
-    const larger = times > 1 ? `, drawn ${Data.number(times)} times as far off` : ", drawn as far off as it is";
+    const larger = times > 1 ? `, drawn ${Data.number(times)} times as far off` : ", true scale";
     heading.textContent = `Where the tool goes${data.groups[state.group] ? ` (${data.groups[state.group]})` : ""}${larger}, ${"xyz"[hidden]} not shown; thin: wanted`;
     plot.setAttribute("aria-label", `${heading.textContent}; coloured by ${label()}; arrow keys move the picked point`);
     tell();

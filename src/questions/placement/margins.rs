@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     PlacementStudy,
-    evaluate::Evaluator,
+    evaluate::{Evaluation, Evaluator},
     site::{Site, is_angle},
 };
 use crate::{
@@ -52,6 +52,8 @@ pub struct Margin {
     pub distance: f64,
     /// Why it ends.
     pub end: End,
+    /// Whether the bound of the search ends it at once, though the objective is better beyond.
+    pub is_better_beyond: bool,
 }
 
 /// Computes the margins of the place `best` with its objective, along each free coordinate in both directions; none without a place.
@@ -95,9 +97,23 @@ pub(super) fn margins(
         } else if end == End::Bound && is_full_turn {
             end = End::Nowhere;
         }
+        let beyond = |by: f64| {
+            let mut site = best;
+            site.0[coordinate] += direction * (reach + by);
+            evaluator.evaluate_in_work(work, &site)
+        };
+        // A bound may be that of the machine; that of a search is in the way only where more is to be had behind it.
+        if end == End::Bound
+            && let Err(failure) = beyond(PAST)
+        {
+            end = End::Infeasible(failure.reason);
+        }
+        let is_at_bound = end == End::Bound && distance < step;
+        let is_better = |own: Evaluation| study.objective.value(&own.metrics) < value;
+        let is_better_beyond = is_at_bound && BEYOND.iter().any(|share| beyond(share * step).is_ok_and(is_better));
         work.check()?;
         work.tell(Event::Computed(1));
-        Ok(Margin { coordinate, direction, distance, end })
+        Ok(Margin { coordinate, direction, distance, end, is_better_beyond })
     };
     let in_shard = |(number, to): (usize, &(usize, f64))| {
         if_this_shard(work.part("room").shard(number).piece(&(best.0, to), |_| 1, || margin_of(to))).transpose()
@@ -109,8 +125,10 @@ pub(super) fn margins(
 
 /// Smaller gaps are closed, mm.
 const CLOSED: f64 = 1e-6;
-/// Distance beyond a box at which the reason is evaluated, mm or rad.
-const PAST: f64 = 1e-5;
+/// Distance beyond a box or bound at which the reason is evaluated, more than what counts as rounding, mm or rad.
+const PAST: f64 = 1e-3;
+/// Shares of a step at which better places are sought beyond a bound.
+const BEYOND: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// Smallest number of steps over an angle's range, where a gap that stays closed gives no step.
 const LOOKS: f64 = 4096.0;
 

@@ -245,7 +245,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         true => "see in map.csv why points fail, and make the box smaller.".into(),
         false => {
             let tolerance = if scene.tolerance_mm.is_none() { "give tolerance_mm in the process, " } else { "" };
-            format!("{tolerance}put what is cut near {clamp}, and compute its path there.")
+            format!("{tolerance}place the part near {clamp}, and compute its path there.")
         }
     };
     Headline::new(sentence, basis)

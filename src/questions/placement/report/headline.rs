@@ -23,8 +23,11 @@ use crate::{
 /// Returns the first screen: one sentence, key numbers and cautions.
 pub(super) fn headline(results: &PlacementResults) -> Headline {
     let study = &results.study;
-    let infeasible = verdict_counts(results)[2];
+    let [_, pruned, infeasible] = verdict_counts(results);
     let mut basis = counted(results.cells.len(), "place");
+    if pruned > 0 {
+        basis += &format!(", {pruned} of them ruled out early");
+    }
     if infeasible > 0 {
         basis += &format!(", at {infeasible} of them the workpiece cannot be cut");
     }
@@ -144,9 +147,9 @@ fn state(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> 
     }
 }
 
-/// Whether the best place is at the end of what was searched.
+/// Whether the best place is at the end of what was searched, and a better one behind it.
 fn is_at_bound(margin: &Margin) -> bool {
-    matches!(margin.end, End::Bound) && margin.distance < NO_ROOM_MM
+    margin.is_better_beyond && is_none(margin)
 }
 
 /// Returns the cautions for any placement: the workpiece carrier, an assumed workspace box, and axes that the drives do not control.
@@ -327,13 +330,17 @@ const NO_ROOM_MM: f64 = 0.1;
 /// Margins of angles below this are shown as none, degrees.
 const NO_ROOM_DEG: f64 = 0.05;
 
-/// Returns the key number of the smallest margin of the best place, and of directions without any.
-fn margin_number(results: &PlacementResults) -> Option<KeyNumber> {
-    let is_none = |margin: &&Margin| match is_angle(margin.coordinate) {
+/// Whether a margin is shown as none.
+fn is_none(margin: &Margin) -> bool {
+    match is_angle(margin.coordinate) {
         true => margin.distance < NO_ROOM_DEG.to_radians(),
         false => margin.distance < NO_ROOM_MM,
-    };
-    let (blocked, free): (Vec<&Margin>, Vec<&Margin>) = results.flatness.iter().partition(is_none);
+    }
+}
+
+/// Returns the key number of the smallest margin of the best place, and of directions without any.
+fn margin_number(results: &PlacementResults) -> Option<KeyNumber> {
+    let (blocked, free): (Vec<&Margin>, Vec<&Margin>) = results.flatness.iter().partition(|margin| is_none(margin));
     let none: Vec<String> = blocked
         .iter()
         .map(|margin| format!("none towards {}: {}", direction_words(margin), end_words(margin)))
@@ -346,9 +353,10 @@ fn margin_number(results: &PlacementResults) -> Option<KeyNumber> {
     };
     // What is said can be done.
     let distance = (10.0 * smallest.distance).floor() / 10.0;
+    let least = if none.is_empty() { "least margin" } else { "least margin elsewhere" };
     let what = match &smallest.end {
-        End::Worse => format!("least margin ({}), before the objective is 5 % worse", direction_words(smallest)),
-        _ => format!("least margin ({}), then {}", direction_words(smallest), end_words(smallest)),
+        End::Worse => format!("{least} ({}), before the objective is 5 % worse", direction_words(smallest)),
+        _ => format!("{least} ({}), then {}", direction_words(smallest), end_words(smallest)),
     };
     Some(KeyNumber::new(&format!("{distance:.1} mm"), what, none.join("; ")))
 }

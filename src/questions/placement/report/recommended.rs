@@ -11,7 +11,7 @@ use crate::{
     page::MachineDescription,
     process::Extent,
     questions::placement::{
-        COORDINATES, Entry, Metric, Origin, PlacementResults, Site, Trace, is_angle,
+        COORDINATES, End, Entry, Metric, Origin, PlacementResults, Site, Trace, is_angle,
         report::pictures::{self, PathVersion, cutting_pieces},
     },
     spatial::Pose,
@@ -218,10 +218,9 @@ fn margin_note(results: &PlacementResults) -> Option<String> {
             parts.push(format!("{name}\u{a0}{down}…{up}{unit}"));
         }
     }
-    match parts.as_slice() {
-        [] => None,
-        parts => Some(format!("may move until 5 % worse or not possible (orange): {}", parts.join(", "))),
-    }
+    let is_bounded = results.flatness.iter().any(|margin| margin.end == End::Bound);
+    let until = if is_bounded { "5 % worse, not possible or outside the search" } else { "5 % worse or not possible" };
+    (!parts.is_empty()).then(|| format!("may move until {until} (orange): {}", parts.join(", ")))
 }
 
 /// Returns the slice of the sweep nearest to the best place.

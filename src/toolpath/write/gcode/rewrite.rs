@@ -158,7 +158,7 @@ impl Program {
                         }
                         (None, None) => writer.copy_text(block.line),
                     }
-                    writer.motion_word = block.motion_word.or(writer.motion_word);
+                    block.motion_word.into_iter().for_each(|code| writer.set_motion(code));
                 }
             }
             writer.record_line_end();

@@ -61,7 +61,7 @@ impl Writer<'_> {
         let goals: Vec<Goal> = motions.iter().zip(targets).filter_map(hole_goal).collect();
         let retracts = first.words.iter().any(|word| word.letter == Word::RETRACT);
         if !retracts {
-            self.motion_word = Some(first.code);
+            self.set_motion(first.code);
         }
         self.begin_motion(first);
         let format = self.coordinate_format(first);

@@ -68,6 +68,8 @@ pub(crate) struct Writer<'p> {
     pub(crate) unit_before_mm: f64,
     /// The motion mode in force at the end of the written text.
     pub motion_word: Option<MotionCode>,
+    /// The one in force before the drilling cycles, as written.
+    motion_before_cycle: Option<MotionCode>,
 }
 
 impl<'p> Writer<'p> {
@@ -91,7 +93,16 @@ impl<'p> Writer<'p> {
             cycle: CycleState::default(),
             unit_before_mm: 0.0,
             motion_word: None,
+            motion_before_cycle: None,
         }
+    }
+
+    /// Records that the written text has the motion word of `code`.
+    pub fn set_motion(&mut self, code: MotionCode) {
+        if !matches!(self.motion_word, Some(MotionCode::Cycle(_))) {
+            self.motion_before_cycle = self.motion_word;
+        }
+        self.motion_word = Some(code);
     }
 
     /// Copies line `index` (from 0) unchanged.
@@ -188,6 +199,11 @@ impl<'p> Writer<'p> {
 
     /// Prepares for `motion`: brings written position and angles in line with what the program knows at its start.
     pub(crate) fn begin_motion(&mut self, motion: &Motion) {
+        let is_hole = matches!(motion.code, MotionCode::Cycle(_));
+        if !is_hole && matches!(self.motion_word, Some(MotionCode::Cycle(_))) {
+            // G80, on the line or before it, gives back the motion before the cycles.
+            self.motion_word = self.motion_before_cycle;
+        }
         let before = std::mem::replace(&mut self.coordinates, motion.turning.coordinates);
         let rotary = &self.program.options.rotary;
         self.tracked = rotary.convert_position(self.tracked, &self.rotary_angles[1], [before, self.coordinates]);
