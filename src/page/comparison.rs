@@ -86,6 +86,7 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         views.extend(Aligned::read(explorer, folders, &letters, &mut notes)?);
     }
     let floors = Floors::of(&mut views);
+    let is_given = tolerance.is_some();
     let tolerance = match tolerance {
         Some(custom) => Some((custom, "--tolerance".to_string())),
         None => study_tolerance(folders, &letters)?,
@@ -98,7 +99,7 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         tolerance_mm: tolerance.as_ref().map(|(mm, _)| *mm),
         folders: &addresses,
     };
-    let best_places = views.iter().find_map(|aligned| writer(aligned).best_places());
+    let best_places = views.iter().find_map(|aligned| writer(aligned).best_places(is_given));
     let main_view = views.iter().find(|aligned| writer(aligned).main_quantity().is_some());
     let is_of_places = best_places.is_some();
     let nominal = best_places.or_else(|| writer(main_view?).first_screen());

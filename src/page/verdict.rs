@@ -256,8 +256,9 @@ impl VerdictWriter<'_> {
 
 /// The first screen of compared placements: what the place found best costs in each.
 impl VerdictWriter<'_> {
-    /// Returns the first screen for several placements, from their best places; `None` if the view is not one of placements.
-    pub fn best_places(&self) -> Option<FirstScreen> {
+    /// Returns the first screen for several placements, from their best places; `None` if the view is not one of placements. `is_given`
+    /// says that the tolerance is not that of the studies.
+    pub fn best_places(&self, is_given: bool) -> Option<FirstScreen> {
         let shared = &self.aligned.shared;
         let objective = shared.quantities.iter().position(|q| q.label == OBJECTIVE)?;
         let is_cost = |(_, q): &(usize, &Quantity)| q.unit == "mm" && q.better == Better::Smaller;
@@ -282,24 +283,34 @@ impl VerdictWriter<'_> {
         // Those without a number are last in the order, and not equal.
         let [apart, farthest] = [1, order.len() - 1].map(|place| value(order[place], main) - value(best, main));
         let within = shared.quantities.iter().position(|q| q.label == "share of the path within tolerance");
-        let share = |who: &usize| within.map_or(f64::NAN, |within| value(*who, within));
+        // A tolerance that is given is not that of the shares.
+        let by_share = within.filter(|_| !is_given);
+        let share = |who: &usize| by_share.map_or(f64::NAN, |within| value(*who, within));
         let surest =
             order.iter().copied().reduce(|a, b| if share(&b) > share(&a) + 0.005 { b } else { a }).unwrap_or(best);
         let is_surer = order.iter().any(|who| share(&surest) > share(who) + 0.005);
-        let (state, words) = match self.tolerance_mm {
+        let surest_letter = self.aligned.letters[surest];
+        let take = format!("put the workpiece where {surest_letter} is best.");
+        let (state, words, next) = match self.tolerance_mm {
             _ if is_surer => {
                 let state = if surest == best { State::Good } else { State::Partly };
-                (state, format!("More of the path of {} within tolerance", self.aligned.letters[surest]))
+                (state, format!("More of {surest_letter}'s path within its tolerance"), take)
             }
-            _ if farthest <= self.floor(main) => (State::Open, "No difference but for rounding".into()),
-            _ if apart <= self.floor(main) => (State::Open, "The best of them are equal".into()),
-            Some(tolerance) if apart <= tolerance => (State::Open, "No difference that matters".into()),
-            Some(_) => (State::Good, format!("{letter} better by more than the tolerance")),
-            None => (State::Open, format!("{letter} better")),
+            _ if farthest <= self.floor(main) => {
+                let next = "take either: nothing that was computed tells them apart.";
+                (State::Open, "No difference but for rounding".into(), next.into())
+            }
+            _ if apart <= self.floor(main) => (State::Open, "The best of them are equal".into(), take),
+            Some(tolerance) if apart <= tolerance => {
+                let next = format!("take {letter}, or what is less trouble: the difference is below the tolerance.");
+                (State::Open, "No difference that matters".into(), next)
+            }
+            Some(_) => (State::Good, format!("{letter} better by more than the tolerance"), take),
+            None => (State::Open, format!("{letter} better"), take),
         };
         let mut headline = Headline::new(sentence, "the best place of each")
             .judged(Verdict::new(state, words), false)
-            .next(format!("put the workpiece where {} is best.", self.aligned.letters[surest]))
+            .next(next)
             .with_cautions(&format!("That is {}.", against(main)));
         if self.tolerance_mm.is_none() && !is_surer {
             headline = headline.marked(NO_TOLERANCE);

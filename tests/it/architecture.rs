@@ -222,15 +222,15 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 const MOST_LINES: [(&[&str], usize); 11] = [
     (&["crates/engine/src"], 21_595),
     (&["crates/removal/src"], 2_625),
-    (&["src/toolpath"], 29_300),
+    (&["src/toolpath"], 29_345),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 12_350),
     (&["src/simulation", "src/redundancy"], 5_340),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_840),
-    (&["src/figures", "src/page"], 10_430),
+    (&["src/figures", "src/page"], 10_445),
     (&["src/questions"], 24_900),
     (&["src/products", "src/inspect", "src/explore"], 12_645),
     (&["src/cli"], 3_055),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 128_275),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 128_335),
 ];
 
 #[test]

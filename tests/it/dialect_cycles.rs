@@ -4,6 +4,7 @@ use kinetostat::toolpath::{
     NumberFormat, Sampling,
     gcode::{BlockDelete, Dialect, GcodeError, GcodeOptions, LengthUnit, Program},
 };
+use nalgebra::Vector3;
 
 fn expanded(source: &str) -> Result<Program, GcodeError> {
     Program::parse_expanded(source, "part", &GcodeOptions::default(), &|_| None)
@@ -96,6 +97,18 @@ fn sinumerik_taps_by_its_cycle_which_is_moved() {
     check_corrected(
         "G17 G90 G71 G54\nG0 X10 Y10 F100\nCYCLE84(10,0,2,-20)\nG0 SUPA Z0\nX5 Y5\nCYCLE84(10,0,2,-20)\nM30\n",
     );
+    // The move over the corrected place leaves G0 in force; what goes to coordinates of the machine behind it was a feed.
+    let feeds_away =
+        "G17 G90 G54 G71\nG0 X10 Y20 Z50\nG1 Z20 F100\nCYCLE84(23,0,3,-9,,,3,,1.25,0,500)\nG4 F1\nSUPA Z100\nM30";
+    let program = expanded(feeds_away).unwrap();
+    let path = program.toolpath(Sampling::new(0.05, 1e4).unwrap()).unwrap();
+    for (shift, written) in [(0.0, "\nSUPA Z100\n"), (0.1, "\nSUPA G1 Z100\n")] {
+        let off = |at: Vector3<f64>| if at.z < 10.0 { at + Vector3::new(shift, 0.0, 0.0) } else { at };
+        let wanted: Vec<_> = path.positions_mm().into_iter().map(off).collect();
+        let rewritten = program.rewrite(&path, &wanted, NumberFormat::default()).unwrap();
+        let text = String::from_utf8(rewritten.bytes().to_vec()).unwrap();
+        assert!(text.contains(written), "{text}");
+    }
     let alone = Program::parse("G17 G71\nG0 X1 Y1\nCYCLE84(10,0,2,-20)\nM30\n", "part", &GcodeOptions::default());
     assert!(alone.unwrap_err().fault.is_solved_by_expansion());
     for (cycle, expected) in [

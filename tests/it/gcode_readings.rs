@@ -168,8 +168,24 @@ fn g80_gives_back_the_motion_before_the_cycles() {
     let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
     let text = String::from_utf8(program.source().to_vec()).unwrap();
     assert!(text.contains("G80\nG1 X5 Y5\n"), "{text}");
+    for (behind, written) in [("G53 Z50", "\nG53 G1 Z50\n"), ("A9", "\nG1 A9\n")] {
+        let source = source.replace("X5 Y5", behind);
+        let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
+        let text = String::from_utf8(program.source().to_vec()).unwrap();
+        assert!(text.contains(written), "{text}");
+    }
     let path = program.toolpath(Sampling::new(1.0, 1e6).unwrap()).unwrap();
     assert!(path.points().last().unwrap().cutting);
+}
+
+/// Where the height is not known, a hole ends where it begins, which is not to drill nothing.
+#[test]
+fn holes_at_unknown_heights_stay() {
+    let source = "G21 G90 F100\nG0 X5 Y5 Z12\nG53 Z50\nG81 Z-5 R2\nG81 L0\nX9\nG80\nM30\n";
+    let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
+    let text = String::from_utf8(program.source().to_vec()).unwrap();
+    assert!(text.contains("\nG81 Z-5 R2\nG81 L0\nX9\nG80\n"), "{text}");
+    assert_eq!(program.notes().unlocated_lines, [4, 6]);
 }
 
 /// What posts write that says nothing of where the tool goes, and numbers as they come.

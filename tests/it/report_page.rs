@@ -264,7 +264,12 @@ fn first_screens_of_comparisons_have_few_words_and_name_what_differs() {
     assert!(other.contains("rod of leg: not in A, link in B") && other.contains("each at its worst"), "{other:.6000}");
 
     let (verdict, _) = compared(&["03_placement_circle", "04_placement_pocket"], &[]);
-    assert_eq!(verdict, "◐ More of the path of A within tolerance");
+    assert_eq!(verdict, "◐ More of A's path within its tolerance");
+    let (verdict, _) = compared(&["03_placement_circle", "04_placement_pocket"], &["--tolerance", "0.01"]);
+    assert_eq!(verdict, "✓ B better by more than the tolerance");
+    let (verdict, again) = compared(&["03_placement_circle", "03_placement_circle"], &[]);
+    assert_eq!(verdict, "– No difference but for rounding");
+    assert!(again.contains("take either"));
 }
 
 /// Replaces the rows of a map by `n`³ made-up ones.

@@ -109,7 +109,7 @@ pub(super) fn margins(
             end = End::Infeasible(failure.reason);
         }
         let is_at_bound = end == End::Bound && distance < step;
-        let is_better = |own: Evaluation| study.objective.value(&own.metrics) < value;
+        let is_better = |own: Evaluation| study.objective.value(&own.metrics) < value - NOTABLE * value.abs();
         let is_better_beyond = is_at_bound && BEYOND.iter().any(|share| beyond(share * step).is_ok_and(is_better));
         work.check()?;
         work.tell(Event::Computed(1));
@@ -127,6 +127,8 @@ pub(super) fn margins(
 const CLOSED: f64 = 1e-6;
 /// Distance beyond a box or bound at which the reason is evaluated, more than what counts as rounding, mm or rad.
 const PAST: f64 = 1e-3;
+/// Share of its best value by which the objective must be better beyond a bound.
+const NOTABLE: f64 = 1e-3;
 /// Shares of a step at which better places are sought beyond a bound.
 const BEYOND: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// Smallest number of steps over an angle's range, where a gap that stays closed gives no step.

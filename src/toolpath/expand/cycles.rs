@@ -75,14 +75,17 @@ impl Program {
     }
 
     /// Returns the line of a block behind a cycle with its motion word added, as the moves of the cycle have left another motion in force.
-    fn line_with_motion(&self, block: &Block) -> Vec<u8> {
+    pub(crate) fn line_with_motion(&self, block: &Block) -> Vec<u8> {
         let content = self.content(block.line);
-        let Some(first) = block.motions.first().filter(|_| block.motion_word.is_none()) else {
+        let kept_move = block.kept_move.as_ref().map(|(code, words)| (*code, words));
+        let Some((code, words)) = block.motions.first().map(|first| (first.code, &first.words)).or(kept_move) else {
             return content.to_vec();
         };
-        let style = LineEdit::new(content, &first.words, self.style).style();
-        let word = style.motion(first.code) + style.separator();
-        [&content[..block.prefix], word.as_bytes(), &content[block.prefix..]].concat()
+        let mut edit = LineEdit::new(content, words, self.style);
+        if block.motion_word.is_none() {
+            edit.add_motion(code);
+        }
+        edit.render()
     }
 
     /// Returns the lines of moves that replace the cycle in `block`, without line endings; updates the `parameters` in force.
@@ -150,6 +153,9 @@ fn expandable_series(blocks: &[Block]) -> Vec<usize> {
         let motions = &block.motions;
         let Some(Motion { code: MotionCode::Cycle(_), .. }) = motions.first() else {
             continues &= motions.is_empty() && block.motion_word.is_none();
+            if let (Some((MotionCode::Cycle(_), _)), Some(current)) = (&block.kept_move, series.last_mut()) {
+                current.push(number);
+            }
             continue;
         };
         let begins =
@@ -162,12 +168,14 @@ fn expandable_series(blocks: &[Block]) -> Vec<usize> {
         continues = true;
     }
     let is_expandable = |block: &usize| {
-        blocks[*block].motions.iter().all(|motion| {
-            !motion.is_unlocated()
-                && matches!(motion.code, MotionCode::Cycle(73 | 81 | 82 | 83 | 85 | 89))
-                && motion.modal.feed_mode != FeedMode::InverseTime
-                && !motion.words.iter().any(|word| matches!(word.letter, 'I' | 'J'))
-        })
+        // Behind moves no cycle is in force for a move that is kept.
+        blocks[*block].kept_move.is_none()
+            && blocks[*block].motions.iter().all(|motion| {
+                !motion.is_unlocated()
+                    && matches!(motion.code, MotionCode::Cycle(73 | 81 | 82 | 83 | 85 | 89))
+                    && motion.modal.feed_mode != FeedMode::InverseTime
+                    && !motion.words.iter().any(|word| matches!(word.letter, 'I' | 'J'))
+            })
     };
     series.into_iter().filter(|blocks| blocks.iter().all(is_expandable)).flatten().collect()
 }

@@ -126,8 +126,16 @@ impl<'a> LineEdit<'a> {
             self.slots[index].text = Some(text);
         } else if let Some(index) = self.find(is_motion_word) {
             self.set_number(index, &text[1..]);
-        } else if let Some(index) = self.find(|word| is_axis_word(word) || is_arc_word(word)) {
-            self.slots[index].before.insert(0, text);
+        } else {
+            self.add_motion(code);
+        }
+    }
+
+    /// Adds the word of the motion `code` before the coordinates of a line that has none.
+    pub fn add_motion(&mut self, code: MotionCode) {
+        let place = self.find(|word| is_axis_word(word) || is_arc_word(word)).or_else(|| self.find(is_rotary_word));
+        if let Some(index) = place {
+            self.slots[index].before.insert(0, self.style.motion(code));
         }
     }
 

@@ -51,7 +51,11 @@ impl Motion {
     pub fn is_unlocated(&self) -> bool {
         let names_angles_alone =
             self.words.iter().all(|word| !matches!(word.letter, 'X' | 'Y' | 'Z' | 'I' | 'J' | 'K' | 'R'));
-        let stays = matches!(self.code, MotionCode::Cycle(_)) || (names_angles_alone && !self.turning.turns());
+        let stays = match self.code {
+            // L0; at a height that is not known, a hole ends where it begins, too.
+            MotionCode::Cycle(_) => self.words.iter().any(|word| matches!(word.letter, 'L' | 'K') && word.value == 0.0),
+            _ => names_angles_alone && !self.turning.turns(),
+        };
         self.geometry == MotionGeometry::Unlocated && !(stays && self.start == self.end)
     }
 

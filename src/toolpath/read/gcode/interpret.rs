@@ -73,6 +73,8 @@ pub(crate) struct Effect {
     pub zero_setting: Option<ZeroSetting>,
     /// Centre of arcs that it sets.
     pub pole: Option<Pole>,
+    /// Motion in force and words of a line whose move is not followed: to coordinates of the machine (G53, SUPA), or of a rotary axis alone.
+    pub kept_move: Option<(MotionCode, Vec<Word>)>,
 }
 
 /// A line that sets the zero by the tool position.
@@ -163,6 +165,8 @@ impl Interpreter {
         let mut effect = Effect { motion_word: request.motion_word(), ..Effect::default() };
         if request.leaves_frame() {
             self.leave_frame(number, &request)?;
+            let goes = request.find_g(GWord::Machine).is_some() && request.axis_words().iter().any(Option::is_some);
+            effect.kept_move = self.modal.motion.filter(|_| goes).map(|code| (code, words.clone()));
         } else if let Some((word, Setting::Incline(inclination))) = request.setting() {
             self.incline(number, &request, word, inclination)?;
         } else if let Some((word, Setting::Pole)) = request.setting() {
@@ -177,6 +181,8 @@ impl Interpreter {
             effect.motions = self.drill(number, &request)?;
         } else {
             effect.motions = self.motion(number, &request)?.into_iter().collect();
+            let turns = effect.motions.is_empty() && words.iter().any(|word| matches!(word.letter, 'A' | 'B' | 'C'));
+            effect.kept_move = self.modal.motion.filter(|_| turns).map(|code| (code, words.clone()));
         }
         if let Some((word, choice)) = request.alignment() {
             self.align_tool(number, word, choice)?;

@@ -24,6 +24,8 @@ pub(crate) struct Block {
     pub zero_setting: Option<ZeroSetting>,
     /// Centre of arcs that it sets.
     pub pole: Option<Pole>,
+    /// Motion in force and words, if its move is not followed (G53, SUPA, a rotary axis alone).
+    pub kept_move: Option<(MotionCode, Vec<Word>)>,
     /// Length of what new lines of the block begin with too: blanks, block-delete mark, in Heidenhain's dialect the number.
     pub prefix: usize,
 }
@@ -121,8 +123,8 @@ impl Program {
                     let found = look(line, &words);
                     let effect = interpreter.follow_line(line + 1, words).map_err(located)?;
                     let has_effect = effect != Effect::default();
-                    let Effect { motion_word, motions, zero_setting, pole } = effect;
-                    let block = Block { line, motion_word, motions, zero_setting, pole, prefix };
+                    let Effect { motion_word, motions, zero_setting, pole, kept_move } = effect;
+                    let block = Block { line, motion_word, motions, zero_setting, pole, kept_move, prefix };
                     visit(has_effect.then_some(&block), found)?;
                 }
             }

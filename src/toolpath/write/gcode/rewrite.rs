@@ -156,7 +156,7 @@ impl Program {
                             let arc = pole_arcs.next().copied().flatten();
                             writer.write_pole(block, pole, correction_of_arc(arc, &pole.turning));
                         }
-                        (None, None) => writer.copy_text(block.line),
+                        (None, None) => writer.copy_block(block),
                     }
                     block.motion_word.into_iter().for_each(|code| writer.set_motion(code));
                 }

@@ -111,6 +111,26 @@ impl<'p> Writer<'p> {
         self.out.extend_from_slice(&self.program.source[lines.content(index).start..lines.ending(index).end]);
     }
 
+    /// Notes that `code` is in force: behind a cycle, G80 on the line or before it has given back the motion before the cycles.
+    fn end_cycle(&mut self, code: MotionCode) {
+        if !matches!(code, MotionCode::Cycle(_)) && matches!(self.motion_word, Some(MotionCode::Cycle(_))) {
+            self.motion_word = self.motion_before_cycle;
+        }
+    }
+
+    /// Copies a block without motions, with the motion of its kept move if another one is in force.
+    pub fn copy_block(&mut self, block: &Block) {
+        let kept_move = block.kept_move.as_ref().filter(|_| block.motion_word.is_none());
+        let Some((code, _)) = kept_move else { return self.copy_text(block.line) };
+        self.end_cycle(*code);
+        if self.motion_word.is_none_or(|own| own == *code) {
+            return self.copy_text(block.line);
+        }
+        self.out.extend(self.program.line_with_motion(block));
+        self.end_line(block, true);
+        self.motion_word = Some(*code);
+    }
+
     /// Copies line `index` (from 0), which is no block, and records its end.
     pub fn copy_line(&mut self, index: usize) {
         self.copy_text(index);
@@ -199,11 +219,7 @@ impl<'p> Writer<'p> {
 
     /// Prepares for `motion`: brings written position and angles in line with what the program knows at its start.
     pub(crate) fn begin_motion(&mut self, motion: &Motion) {
-        let is_hole = matches!(motion.code, MotionCode::Cycle(_));
-        if !is_hole && matches!(self.motion_word, Some(MotionCode::Cycle(_))) {
-            // G80, on the line or before it, gives back the motion before the cycles.
-            self.motion_word = self.motion_before_cycle;
-        }
+        self.end_cycle(motion.code);
         let before = std::mem::replace(&mut self.coordinates, motion.turning.coordinates);
         let rotary = &self.program.options.rotary;
         self.tracked = rotary.convert_position(self.tracked, &self.rotary_angles[1], [before, self.coordinates]);
