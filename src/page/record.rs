@@ -207,7 +207,7 @@ impl Change {
         })
     }
 
-    /// Returns key and values in words: "stiffness of J6: 79.6 kN·m/rad in A, 210 kN·m/rad in B, 2.6 times as much".
+    /// Returns key and values in words: "stiffness of J6: 79.6 kN·m/rad in A, 210 kN·m/rad in B, 2.64 times as much".
     fn words(&self, letters: &[char]) -> String {
         let mut segments = self.key.rsplit('.');
         let last = segments.next().unwrap_or_default();
