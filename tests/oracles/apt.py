@@ -64,12 +64,13 @@ def statements(text):
 class Apt:
     def __init__(self, file):
         self.file, self.pos, self.unit, self.rapid, self.feed, self.moves = file, None, 1.0, False, None, []
+        self.known = 0.0                            # mm to which pos is: posts round the end of a circle and its radius apart
         self.axis, self.multax, self.arc, self.dirv, self.cycle, self.msys, self.line = (0.0, 0.0, 1.0), False, None, None, None, None, 0
         self.moved = False
     def no(self, why): raise Refused(self.file, self.line, why)
     def put(self, kind, end, c=None, turn=None, loose=False):
         ax = None if norm(sub(self.axis, (0, 0, 1))) < 1e-9 else self.axis
-        m = Move(kind, self.file, self.line, tuple(end), ax, c, turn, None if kind == "rapid" else self.feed)
+        m = Move(kind, self.file, self.line, tuple(end), ax, c, turn, None if kind == "rapid" else self.feed, known=self.known)
         if loose: m.loose = True
         self.moves.append(m); self.pos = tuple(end)
 
@@ -88,7 +89,7 @@ class Apt:
         ra, rb = along(a, k, -dot(a, k)), along(b, k, -dot(b, k))
         if abs(norm(ra)-r) > 0.02 or abs(norm(rb)-r) > 0.02: self.no("arc: %.4f and %.4f mm from the centre, radius %.4f" % (norm(ra), norm(rb), r))
         ang = math.atan2(dot(cross(ra, rb), k), dot(ra, rb)) % (2*math.pi)
-        whole = norm(sub(ra, rb)) < 1e-4 or ang < 1e-7
+        whole = norm(sub(ra, rb)) < 1e-4 + 2*self.known or ang < 1e-7
         ang = (2*math.pi if whole else ang) + 2*math.pi*((times or 1)-1)
         if deg is not None and abs(math.degrees(ang)-deg) > 0.01:
             if abs(deg-360) < 1e-6 and whole: pass
@@ -186,11 +187,12 @@ class Apt:
         q = sub(e, c); q = along(q, k0, -dot(q, k0))
         if norm(sub(sub(a, c), tuple(k0[i]*dot(sub(a, c), k0) for i in range(3)))) > 0.01: self.no("the line of ON does not begin at the centre")
         ang = math.atan2(dot(cross(p, q), k), dot(p, q)) % (2*math.pi)
-        if norm(sub(p, q)) < 1e-4 or ang < 1e-7: ang = 2*math.pi
+        if norm(sub(p, q)) < 1e-4 + 2*self.known or ang < 1e-7: ang = 2*math.pi
         if (ang > math.pi+1e-6) != second and abs(ang-math.pi) > 1e-6: self.no("ON stops at the other crossing: %.3f degrees%s" % (math.degrees(ang), " with 2,INTOF" if second else ""))
         end = along(along(c, q, r/norm(q)), k0, dot(sub(self.pos, c), k0))
         self.dirv, self.rapid = None, False
         self.swept(c, k, r, end)
+        self.known = self.moves[-1].known = abs(norm(q) - r)
 
     def one(self, a, b, s):
         self.line = b
@@ -218,7 +220,7 @@ class Apt:
             self.pos = tuple(x*self.unit for x in v[:3])
             if len(v) == 6: self.axis = unit(v[3:])
         elif w == "GOTO":
-            v = self.nums(rest, (3, 6))
+            v, self.known = self.nums(rest, (3, 6)), 0.0
             self.goto(tuple(x*self.unit for x in v[:3]), tuple(v[3:]) if len(v) == 6 else None)
         elif w == "GODLTA":
             v = self.nums(rest, (3, 6))

@@ -5,7 +5,7 @@ For each program of NAME.generate(seed): (1) without a force the written files h
 that is constant in the frame of the program, on equal slides, the interpreter NAME.run finds in the written files every end of a
 cutting move, in order, at its place + D, every end of a rapid move at its place, and arcs whose radii agree at both ends.
 
-A dialect's module may set: DIALECT (name in [gcode]), EXT (of the main file, if it is not in its name), and options of a program
+A dialect's module may set: DIALECT (name in [gcode]), EXT (of the main file, if it is not in its name), DIGITS (of a number), and options of a program
 may hold "gcode": keys of [gcode], "toml": text added to both process files, "machine": text of the machine file, "d": the
 constant correction (a 3-vector, if it is not D).
 """
@@ -57,6 +57,9 @@ RAMP = 2.2          # mm behind a rapid move within which the correction comes u
 
 def vadd(a, b, s=1.0): return tuple(x + s*y for x, y in zip(a, b))
 def vlen(a): return math.sqrt(sum(x*x for x in a))
+def digits_lose(p, digits):
+    """mm by which p in numbers of so many digits is farther off than in six decimals."""
+    return vlen([max(0.0, 0.5 * 10.0**(len(str(int(abs(x)))) - digits) - 0.5e-6) for x in p])
 def gap(a, b): return vlen(vadd(a, b, -1.0))
 
 
@@ -160,7 +163,7 @@ def compare(orig, new, d):
             if at_n and mismatch(at_n, n) > slack + 4*TOL:
                 return f"radii of the arc in {n.file}:{n.line} differ by {mismatch(at_n, n):.6f} mm"
             if at_n: path.append((at_n, n))
-            ok = (n.kind in CUT) == cut and e <= TOL
+            ok = (n.kind in CUT) == cut and e <= TOL + m.known
             # a further rapid move has no business there, unless it goes nowhere, or back to where the tool belongs
             if not ok and n.kind not in CUT and not getattr(n, "loose", False) and at_n and gap(n.end, at_n) > 2e-6 and not (at_o and gap(n.end, at_o) < TOL):
                     return (f"{m.file}:{m.line} {m.kind} to {fmt(m.end)}, expected at {fmt(want)}; written {n.file}:{n.line} "
@@ -236,6 +239,8 @@ def main():
             count["not followed by the interpreter"] += 1
             print(f"seed {seed}: the interpreter itself refuses {r}")
             continue
+        if hasattr(mod, "DIGITS"):
+            for m in orig: m.known += digits_lose(m.end, mod.DIGITS)
         w = os.path.join(root, f"s{seed}")
         os.makedirs(os.path.join(w, "in"))
         for k, v in files.items(): open(os.path.join(w, "in", k), "wb").write(v)

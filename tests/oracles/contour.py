@@ -85,13 +85,14 @@ class Chain:
             if not end: raise Refused(p.file, p.line, "corner without a next move that is followed")
             self._out(p)
 
-    def _out(self, s):
+    def _out(self, s, known=0.0):
         arc = s.kind == "arc"
         self.moves.append(Move(s.kind, s.file, s.line, s.b, None, s.c if arc else None,
-                               mul(s.n, s.ang) if arc else None, s.feed))
+                               mul(s.n, s.ang) if arc else None, s.feed, known=known))
 
     def _corner(self, p, s):
         how, val, line, feed = p.corner
+        known = 0.0
         def no(why): raise Refused(p.file, line, why)
         if p.kind == "rapid" or s.kind == "rapid":
             no("corner at a rapid move")
@@ -127,14 +128,14 @@ class Chain:
             A, B = mul(t1, -leg), mul(t2, leg)
             M = None
         else:
-            best = None
-            for m in _meet(geo, val * side):
-                d = [_back(geo[0], p, m, two), _on(geo[1], s, m, two)]
-                if None in d: continue
-                if best is None or sum(d) < best[0]: best = (sum(d), m)
-            if best is None: no("rounding longer than its neighbours")
-            M = best[1]
+            M = _nearest(geo, p, s, val * side, two)
+            if M is None: no("rounding longer than its neighbours")
             A, B = _foot(geo[0], M), _foot(geo[1], M)
+            # Where the radii of an arc differ at its ends, no manual says how it runs between: known to what the other radius makes of the corner.
+            far = [g[:3] + (dist(q, e.c),) + g[4:] if g[0] == "arc" else g for g, e, q in ((geo[0], p, p.a), (geo[1], s, s.b))]
+            other = _nearest(far, p, s, val * side, two)
+            if other is not None:
+                known = max(math.dist(A, _foot(far[0], other)), math.dist(B, _foot(far[1], other)))
         up = lambda q: add(add(P, u, q[0]), v, q[1])
         a3, b3 = up(A), up(B)
         if p.kind == "arc":
@@ -142,11 +143,20 @@ class Chain:
         if s.kind == "arc":
             s.ang -= (1 if s.ang > 0 else -1) * _on(geo[1], s, M, two, True)
         p.b, s.a = a3, b3
-        self._out(p)
+        self._out(p, known)
         if M is None:
             self._out(Seg("line", a3, b3, p.basis, p.file, line, feed))
         else:
-            self._out(Seg("arc", a3, b3, p.basis, p.file, line, feed, up(M), w, sweep(A, B, M, side)))
+            self._out(Seg("arc", a3, b3, p.basis, p.file, line, feed, up(M), w, sweep(A, B, M, side)), known)
+
+
+def _nearest(geo, p, s, r, two):
+    """The centre of the rounding that is nearest to the corner; None if none fits."""
+    best = None
+    for m in _meet(geo, r):
+        d = [_back(geo[0], p, m, two), _on(geo[1], s, m, two)]
+        if None not in d and (best is None or sum(d) < best[0]): best = (sum(d), m)
+    return best and best[1]
 
 
 def _meet(geo, r):

@@ -29,6 +29,7 @@ from move import Move, Refused
 from contour import Seg, Chain, sweep, centre_by_radius
 
 DIALECT = "fanuc"
+DIGITS = 8           # of a number: the range of values is 99999.999 mm, or 9999.9999 by the finer increment (as known)
 LIMIT = 200000
 ARG = dict(A=1, B=2, C=3, I=4, J=5, K=6, D=7, E=8, F=9, H=11, M=13, Q=17, R=18, S=19, T=20, U=21, V=22, W=23, X=24, Y=25, Z=26)
 E3 = ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))

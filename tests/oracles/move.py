@@ -1,5 +1,5 @@
 """What all interpreters of this folder hand out: the moves of a program, and why one is not followed."""
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Optional, Tuple
 
 Vec = Tuple[float, float, float]
@@ -15,6 +15,7 @@ class Move:
     centre: Optional[Vec] = None      # arcs: a point on the axis of the arc (helices: at the height of the start)
     turn: Optional[Vec] = None        # arcs: unit axis times the whole angle in rad, signed, with further turns
     feed: Optional[float] = None      # mm/min where known
+    known: float = field(default=0.0, kw_only=True)   # mm to which the end is known, where radii of an arc differ beside a corner
 
 
 class Refused(Exception):
