@@ -79,8 +79,13 @@ impl<'a> Compared<'a> {
 
 /// Formats `share` in per cent, without decimals from 10 % on or where they are 0.
 fn percent_of(share: f64) -> String {
-    let percent = 100.0 * share;
+    let percent = (1e4 * share).round() / 100.0;
     if percent >= 10.0 || percent.fract() == 0.0 { format!("{percent:.0} %") } else { format!("{percent:.1} %") }
+}
+
+/// Returns the break-even force error to one digit: it lies on a straight line between computed ones.
+fn about_percent(error: f64) -> String {
+    percent_of(format!("{error:.0e}").parse().unwrap_or(error))
 }
 
 impl Answered for OnlineStudy {
@@ -119,8 +124,7 @@ impl Answered for OnlineStudy {
 /// Returns sections, setting, views and tables of the page; first screen, figures and question are added by the run.
 fn page(compared: &Compared<'_>) -> Description {
     let study = compared.study;
-    let of_cut =
-        "change of the cutting force per mm of depth of cut, N/mm; a control loop whose gain is below 1 converges";
+    let of_cut = "change of cutting force per mm of depth of cut, N/mm; a control loop whose gain is below 1 converges";
     Description {
         setting: setting(study),
         terms: vec![

@@ -1,6 +1,6 @@
 //! Quantities, tables and figure of an online study.
 
-use super::{Compared, percent_of};
+use super::{Compared, about_percent};
 use crate::{
     answer::{Quantity, QuantityTable},
     figures::{Figure, LineFigure, LineSeries},
@@ -81,7 +81,7 @@ pub(super) fn residual_figure(compared: &Compared<'_>) -> Option<Figure> {
     ];
     if let Some(BreakEven::From(error)) = compared.break_even {
         let (at, top) = (100.0 * error, series[0].band.iter().map(|[.., high]| *high).fold(0.0, f64::max));
-        let label = format!("measuring pays from {} on", percent_of(error));
+        let label = format!("measuring pays from about {} on", about_percent(error));
         series.push(LineSeries::new(label, vec![(at, 0.0), (at, top)], true));
     }
     let (name, seeds) = (&compared.study.path.machine.name, counted(compared.study.seeds, "seed"));

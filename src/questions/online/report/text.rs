@@ -1,6 +1,6 @@
 //! Sentences, first screen and small table of an online study.
 
-use super::{Compared, percent_of, quantities};
+use super::{Compared, about_percent, percent_of, quantities};
 use crate::{
     files::{
         text_table::text_table,
@@ -51,8 +51,7 @@ fn unsafe_loop_words(compared: &Compared<'_>) -> String {
 /// Says in how many trials a point was not solved; empty if in none.
 fn unsolved_words(compared: &Compared<'_>) -> String {
     let trials = &compared.results.trials;
-    let partly = trials.iter().filter(|trial| quantities::status(trial) != SOLVED);
-    match partly.count() {
+    match trials.iter().filter(|trial| quantities::status(trial) != SOLVED).count() {
         0 => String::new(),
         count => format!("In {count} of {} trials some points were not solved.\n", trials.len()),
     }
@@ -87,16 +86,14 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         counted(study.path.stations.len(), "point"),
         study.path.uncertainty.as_ref().map_or("inputs taken as exact", |_| "a drawn machine each")
     );
-    let medians = match study.path.uncertainty {
-        Some(_) => " This is said of medians over machines; in how many it is so stands below.",
-        None => "",
-    };
+    let of_medians = " This is said of medians over machines; in how many it is so stands below.";
+    let medians = study.path.uncertainty.as_ref().map_or("", |_| of_medians);
     let positions = outside_positions(&study.path);
     let verdict = match compared.break_even {
         _ if positions.outside() > 0 => positions.state(&study.path.machine),
         Some(BreakEven::Always) => Verdict::new(State::Good, "Measuring the force pays"),
         Some(BreakEven::From(error)) => {
-            Verdict::new(State::Partly, format!("Measuring the force pays above {} error", percent_of(error)))
+            Verdict::new(State::Partly, format!("Measuring pays above about {} force error", about_percent(error)))
         }
         Some(BreakEven::Never(_)) => Verdict::new(State::Bad, "Measuring the force does not pay"),
         None => Verdict::new(State::Bad, "Nothing could be compared"),
@@ -126,7 +123,7 @@ fn first_sentence(compared: &Compared<'_>) -> String {
     match compared.break_even {
         Some(BreakEven::Always) => "Measured forces always leave the smaller error.".into(),
         Some(BreakEven::From(error)) => {
-            format!("Measuring pays once the predicted force is {} off.", percent_of(error))
+            format!("Measuring pays once the predicted force is about {} off.", about_percent(error))
         }
         Some(BreakEven::Never(error)) => {
             format!("Predicted forces leave less, even if they are {} off.", percent_of(error))
@@ -145,8 +142,8 @@ fn main_sentence(compared: &Compared<'_>) -> String {
         ),
         Some(BreakEven::From(error)) => format!(
             "On this path of {name} it pays to measure the force and to correct in the controller once its prediction is off by more \
-             than {}.",
-            percent_of(error)
+             than about {}.",
+            about_percent(error)
         ),
         Some(BreakEven::Never(error)) => format!(
             "On this path of {name} correcting beforehand has the smaller residual error, even if the predicted force is off by {}: \
@@ -160,9 +157,8 @@ fn main_sentence(compared: &Compared<'_>) -> String {
 /// Returns the break-even force error as a key number; `None` if one way is always better.
 fn break_even_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
     let BreakEven::From(error) = compared.break_even? else { return None };
-    let number = percent_of(error);
-    let what = "error of the predicted force from which on measuring the force pays";
-    Some(KeyNumber::new(&number, what, "one standard deviation over programs"))
+    let what = "error of the predicted force from which on measuring pays, to one digit";
+    Some(KeyNumber::new(&about_percent(error), what, "one standard deviation over programs"))
 }
 
 /// Returns with which probability measured forces leave less at the largest force error as a key number; `None` where inputs are taken as exact.

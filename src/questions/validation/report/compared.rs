@@ -247,29 +247,28 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
     let explained = count(&|line| !line.compared.agrees && !line.quoted.reason.is_empty());
     let basis = format!("{}, process \"{}\"", counted(study.cases.len(), "path"), study.variants[0].name);
     let numbers = counted(total, "quoted number");
-    let sentence = match agreeing {
-        0 => format!("None of the {numbers} agrees with ours."),
-        agreeing if agreeing == total => format!("All {numbers} agree with ours."),
-        _ => match differing == explained {
-            true if differing == 1 => "Agreeing is within each number's tolerance; 1 differs, with a reason.".into(),
-            true => format!("Agreeing is within each number's tolerance; {differing} differ, each with a reason."),
-            false => {
-                format!("Agreeing is within each number's tolerance; {differing} differ, {explained} with a reason.")
-            }
-        },
+    let (sentence, state) = match agreeing {
+        0 => (format!("None of the {numbers} agrees with ours."), State::Bad),
+        _ if agreeing == total => (format!("All {numbers} agree with ours."), State::Good),
+        _ => {
+            let differ = match (differing, differing == explained) {
+                (1, true) => "1 differs, with a reason".into(),
+                (_, true) => format!("{differing} differ, each with a reason"),
+                (_, false) => format!("{differing} differ, {explained} with a reason"),
+            };
+            (format!("Agreeing is within each number's tolerance; {differ}."), State::Partly)
+        }
     };
     let of_all = format!("of {} agree", counted(total, "number"));
     let agree = KeyNumber::new(&agreeing.to_string(), of_all, "each within its tolerance, in the table below");
     let with_reason = format!("{explained} with a reason, below");
     let differ = (differing > 0).then(|| KeyNumber::new(&differing.to_string(), "differ", with_reason));
-    let state = match agreeing {
-        0 => State::Bad,
-        agreeing if agreeing == total => State::Good,
-        _ => State::Partly,
-    };
-    let next = match agreeing == total {
-        true => "trust the model where the paper was: its machine, its force, its errors.",
-        false => "hold the reasons below against what you know of the machine.",
+    let farthest = farthest(results);
+    let place = |line: &QuotedLine<'_>| format!("{} of {}", line.what(), line.case());
+    let next = match &farthest {
+        _ if agreeing == total => "trust the model where the paper was: its machine, its force, its errors.".into(),
+        Some((_, line)) => format!("before you rely on the {}, measure it: it differs most.", place(line)),
+        None => "before you rely on what differs, read its reason below.".to_owned(),
     };
     Headline::new(sentence, basis)
         .next(next)
@@ -278,20 +277,21 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
         .with_cautions(cautions)
         .with(agree)
         .with_numbers(differ)
-        .with_numbers(farthest_key_number(results))
+        .with_numbers(farthest.map(|(ours, line)| {
+            let percent = 100.0 * (ours / line.quoted.value - 1.0);
+            let what = format!("largest difference of a quoted value: {}", place(&line));
+            let against = format!("{} here, {} quoted", line.shown(ours), line.as_quoted());
+            KeyNumber::new(&typographic(&format!("{percent:+.0} %")), what, against)
+        }))
 }
 
-/// Returns the model's value with the largest ratio to the quoted one, either way, as a key number; `None` if all agree.
-fn farthest_key_number(results: &ValidationResults) -> Option<KeyNumber> {
+/// Returns the model's value with the largest ratio to the quoted one, either way, and its line; `None` if all agree.
+fn farthest(results: &ValidationResults) -> Option<(f64, QuotedLine<'_>)> {
     let differing = lines(results).filter(|line| !line.compared.agrees && line.quoted.relation == Relation::About);
     let deviations = differing.filter_map(|line| {
         let ours = line.ours()?;
         let ratio = line.ratio(ours).filter(|ratio| *ratio > 0.0)?;
         Some((libm::log(ratio).abs(), ours, line))
     });
-    let (_, ours, line) = deviations.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let percent = 100.0 * (ours / line.quoted.value - 1.0);
-    let what = format!("largest difference of a quoted value: {} of {}", line.what(), line.case());
-    let against = format!("{} here, {} quoted", line.shown(ours), line.as_quoted());
-    Some(KeyNumber::new(&typographic(&format!("{percent:+.0} %")), what, against))
+    deviations.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, ours, line)| (ours, line))
 }
