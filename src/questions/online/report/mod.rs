@@ -77,10 +77,10 @@ impl<'a> Compared<'a> {
     }
 }
 
-/// Formats `share` in per cent, without decimals from 10 % on or where they are 0.
+/// Formats `share` in per cent to at most two decimals, without any from 10 % on.
 fn percent_of(share: f64) -> String {
     let percent = (1e4 * share).round() / 100.0;
-    if percent >= 10.0 || percent.fract() == 0.0 { format!("{percent:.0} %") } else { format!("{percent:.1} %") }
+    if percent >= 10.0 { format!("{percent:.0} %") } else { format!("{percent} %") }
 }
 
 /// Returns the break-even force error to one digit: it lies on a straight line between computed ones.
