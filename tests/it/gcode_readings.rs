@@ -17,6 +17,13 @@ fn read_as(source: &str, dialect: Option<Dialect>) -> Result<Vec<Vector3<f64>>, 
     Ok(program.toolpath(Sampling::new(1.0, 1e6).unwrap())?.positions_mm())
 }
 
+/// Returns a program with its cycles written out, and its text.
+fn written_out(source: &str) -> (Program, String) {
+    let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
+    let text = String::from_utf8(program.source().to_vec()).unwrap();
+    (program, text)
+}
+
 const KEY: &str = "; expected dialect = \"fanuc\", \"haas\" or \"linuxcnc\" in [gcode] of the process file (--dialect), which says whose it is";
 
 fn contradicts(source: &str, expected: &str) {
@@ -165,13 +172,10 @@ fn g80_gives_back_the_motion_before_the_cycles() {
         assert!(refused.starts_with("part.nc:3:"), "{refused}");
     }
     // Written out, the moves of the cycle set another motion, so that the line says its own.
-    let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
-    let text = String::from_utf8(program.source().to_vec()).unwrap();
+    let (program, text) = written_out(source);
     assert!(text.contains("G80\nG1 X5 Y5\n"), "{text}");
     for (behind, written) in [("G53 Z50", "\nG53 G1 Z50\n"), ("A9", "\nG1 A9\n")] {
-        let source = source.replace("X5 Y5", behind);
-        let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
-        let text = String::from_utf8(program.source().to_vec()).unwrap();
+        let (_, text) = written_out(&source.replace("X5 Y5", behind));
         assert!(text.contains(written), "{text}");
     }
     let path = program.toolpath(Sampling::new(1.0, 1e6).unwrap()).unwrap();
@@ -182,8 +186,7 @@ fn g80_gives_back_the_motion_before_the_cycles() {
 #[test]
 fn holes_at_unknown_heights_stay() {
     let source = "G21 G90 F100\nG0 X5 Y5 Z12\nG53 Z50\nG81 Z-5 R2\nG81 L0\nX9\nG80\nM30\n";
-    let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
-    let text = String::from_utf8(program.source().to_vec()).unwrap();
+    let (program, text) = written_out(source);
     assert!(text.contains("\nG81 Z-5 R2\nG81 L0\nX9\nG80\n"), "{text}");
     assert_eq!(program.notes().unlocated_lines, [4, 6]);
 }

@@ -216,7 +216,7 @@ class Apt:
         elif w == "MULTAX": self.multax = rest.upper() != "OFF"
         elif w == "TLAXIS": self.axis = unit(self.nums(rest, (3,)))
         elif w == "FROM":
-            v = self.nums(rest, (3, 6))
+            v, self.known = self.nums(rest, (3, 6)), 0.0
             self.pos = tuple(x*self.unit for x in v[:3])
             if len(v) == 6: self.axis = unit(v[3:])
         elif w == "GOTO":

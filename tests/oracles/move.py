@@ -15,7 +15,7 @@ class Move:
     centre: Optional[Vec] = None      # arcs: a point on the axis of the arc (helices: at the height of the start)
     turn: Optional[Vec] = None        # arcs: unit axis times the whole angle in rad, signed, with further turns
     feed: Optional[float] = None      # mm/min where known
-    known: float = field(default=0.0, kw_only=True)   # mm to which the end is known, where radii of an arc differ beside a corner
+    known: float = field(default=0.0, kw_only=True)   # mm to which the end is known beyond rounding: radii of an arc that differ, numbers of few digits
 
 
 class Refused(Exception):
