@@ -150,57 +150,41 @@ impl Cutter {
         }
     }
 
-    /// Returns the ring of the cylinder between two heights above the tip.
-    pub(crate) fn side_ring(&self, bottom: f64, top: f64) -> Ring {
-        Ring {
-            bottom,
-            top,
-            height: 0.5 * (bottom + top),
-            radius: self.radius,
-            side: self.radius * (top - bottom),
-            down: 0.0,
-            edge: top - bottom,
-            run: 0.0,
+    /// Returns distance from the axis and height above the tip at a place of a part, as [`Part`] counts.
+    pub(crate) fn place(&self, part: Part, at: f64) -> (f64, f64) {
+        match (part, self.nose) {
+            (Part::Side, _) => (self.radius, at),
+            (Part::End, _) => (self.end_radius() * at, 0.0),
+            (Part::Nose, Nose::Rounded { flat, corner }) => {
+                let (sine, cosine) = libm::sincos(at * FRAC_PI_2);
+                (flat + corner * sine, corner * (1.0 - cosine))
+            }
+            (Part::Nose, Nose::Cone { rise }) => (self.radius * at, rise * self.radius * at),
         }
     }
 
-    /// Returns the ring of the flat end between two shares of its radius, with the middle at a third.
-    pub(crate) fn end_ring(&self, from: f64, at: f64, to: f64) -> Ring {
-        let radius = self.end_radius();
-        let down = 0.5 * radius * radius * (to - from) * (to + from);
-        let run = radius * (to - from);
-        Ring { bottom: 0.0, top: 0.0, height: 0.0, radius: radius * at, side: 0.0, down, edge: run, run }
-    }
-
-    /// Returns the ring of corner or point between two shares of it, 0 to 1, with the middle at a third: shares of the corner's angle, or of the
-    /// point's height.
-    pub(crate) fn nose_ring(&self, from: f64, at: f64, to: f64) -> Ring {
-        match self.nose {
-            Nose::Rounded { flat, corner } => {
-                let place = |share: f64| {
-                    let (sine, cosine) = libm::sincos(share * FRAC_PI_2);
-                    (flat + corner * sine, corner * (1.0 - cosine))
-                };
-                let ((inner, bottom), (outer, top), (radius, height)) = (place(from), place(to), place(at));
+    /// Returns the ring of a part between two of its places.
+    pub(crate) fn ring(&self, part: Part, from: f64, to: f64) -> Ring {
+        let ((inner, bottom), (outer, top)) = (self.place(part, from), self.place(part, to));
+        let run = outer - inner;
+        let down = 0.5 * run * (outer + inner);
+        let (side, edge) = match (part, self.nose) {
+            (Part::Side, _) => (self.radius * (top - bottom), top - bottom),
+            (Part::End, _) => (0.0, run),
+            (Part::Nose, Nose::Rounded { flat, corner }) => {
                 // ∫ r du with r = flat + c sin φ and du = c sin φ dφ.
                 let round = |share: f64| {
                     let angle = share * FRAC_PI_2;
                     0.5 * corner * corner * (angle - 0.5 * libm::sin(2.0 * angle))
                 };
-                let side = flat * (top - bottom) + round(to) - round(from);
-                let (edge, run) = (corner * (to - from) * FRAC_PI_2, outer - inner);
-                Ring { bottom, top, height, radius, side, down: 0.5 * run * (outer + inner), edge, run }
+                (flat * (top - bottom) + round(to) - round(from), corner * (to - from) * FRAC_PI_2)
             }
-            Nose::Cone { rise } => {
-                let (inner, outer) = (from * self.radius, to * self.radius);
-                let (radius, down) = (at * self.radius, 0.5 * (outer - inner) * (outer + inner));
-                let (bottom, top, height, run) = (rise * inner, rise * outer, rise * radius, outer - inner);
-                Ring { bottom, top, height, radius, side: rise * down, down, edge: run * norm(rise, 1.0), run }
-            }
-        }
+            (Part::Nose, Nose::Cone { rise }) => (rise * down, run * norm(rise, 1.0)),
+        };
+        Ring { bottom, top, side, down, edge, run }
     }
 
-    /// Returns the share of corner or point, as [`Cutter::nose_ring`] takes it, that is up to `height` above the tip.
+    /// Returns the share of corner or point that is up to `height` above the tip.
     pub(crate) fn nose_share(&self, height: f64) -> f64 {
         match self.nose {
             Nose::Rounded { corner, .. } if corner > 0.0 => {
@@ -210,19 +194,34 @@ impl Cutter {
             Nose::Cone { rise } => (height / (rise * self.radius)).clamp(0.0, 1.0),
         }
     }
+
+    /// Returns the share of corner or point up to which its normal is less than `tangent` off from straight down, by its tangent.
+    pub(crate) fn nose_share_below(&self, tangent: f64) -> f64 {
+        match self.nose {
+            Nose::Rounded { .. } => libm::atan(tangent) / FRAC_PI_2,
+            Nose::Cone { rise } => f64::from(u8::from(rise < tangent)),
+        }
+    }
 }
 
-/// A ring of the cutter's surface, about its axis. Its area is known by its projections per radian of the ring: exactly, while position and
-/// normal are those in its middle.
+/// A part of the cutter's surface, and how places on it are counted from its axis.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// The flat end, by shares of its radius.
+    End,
+    /// Corner or point, by shares of the corner's angle or of the point's height.
+    Nose,
+    /// The cylinder, by heights above the tip, mm.
+    #[default]
+    Side,
+}
+
+/// A ring of the cutter's surface, about its axis. Its area is known exactly by its projections per radian of the ring.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ring {
     /// Heights above the tip between which it is, mm.
     pub bottom: f64,
     pub top: f64,
-    /// Height above the tip of its middle, mm.
-    pub height: f64,
-    /// Radius of its middle, mm.
-    pub radius: f64,
     /// ∫ n_r dA per radian: what it shows sideways, mm².
     pub side: f64,
     /// −∫ n_z dA per radian: what it shows downwards, mm².

@@ -1,23 +1,23 @@
 //! Where a cutter touches material at an instant: arcs, depth, width, chip thickness, volume.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::cutter::{Cutter, Ring};
+use crate::cutter::{Cutter, Part, Ring};
 use crate::error::{RemovalError, finite, positive};
 use crate::field::Field;
-use crate::ring::{Front, Samples};
+use crate::profile::{Front, Profile, View};
 
 /// Into how many parts the surface of a cutter is cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slicing {
     /// Largest height of a slice of the cylindrical part, mm.
     pub slice_mm: f64,
-    /// Slices of the engaged part of a corner or of a drill's point.
+    /// Fewest slices of the engaged part of a corner or of a drill's point.
     pub nose_slices: u32,
-    /// Rings of the flat end, for a motion that leads down.
+    /// Points of the flat end along its radius, for a motion that leads down: what is narrower may be missed.
     pub end_rings: u32,
 }
 
@@ -123,8 +123,8 @@ pub struct Engagement {
     pub end_area_mm2: f64,
     /// Volume removed per mm of motion, mm²: ∫ n · t dA over the surface in material.
     pub volume_per_mm: f64,
-    samples: Samples,
-    trial: Vec<Arc>,
+    profile: Profile,
+    regions: Vec<[f64; 2]>,
 }
 
 impl Engagement {
@@ -164,12 +164,14 @@ impl Engagement {
 
 impl Field {
     /// Computes into `engagement` where `cutter` touches material with its tip at `tip` while it moves along `direction` (frame of the
-    /// workpiece, mm; a vector of any length). Of a short move: its middle, with all moves before it cut and itself not.
+    /// workpiece, mm; a vector of any length). Of a short move: its middle, with all moves before it cut and itself not. A direction that rises or falls by
+    /// less than 1e-9 of its length is level.
     ///
-    /// Ends of arcs are found within 1e-3°. On the cylinder an arc between arcs of air is found if it is wider than 0.5°, on corner, point and end
-    /// and on uncut stock that stands alone, a pin or a thin wall, if it is wider than 5°; arcs that reach to 90° from the motion, as those of a wall beside it, if they are wider than 0.25°. Fails if a
-    /// number is not finite, the direction has no length, or a number of `slicing` is not
-    /// positive or makes more than 10,000 slices.
+    /// Slices end where the material behind the cutter has steps; where it slopes they are so low that integrals over their arcs are known within about
+    /// 0.2 %. On the cylinder ends of arcs are found within 1e-3° at such steps. An arc between arcs of air is found if it is wider than 0.5°, on
+    /// corner, point and end and on uncut stock that stands alone, a pin or a thin wall, as what is cut deeper than both of its sides, if it is wider than 5°; arcs that
+    /// reach to 90° from the motion, as those of a wall beside it, if they are wider than 0.25°. Fails if a number is not finite, the direction has no
+    /// length, or a number of `slicing` is not positive or makes more than 10,000 slices.
     pub fn engage(
         &self,
         cutter: &Cutter,
@@ -187,124 +189,75 @@ impl Field {
         if tip.z >= high.z {
             return Ok(());
         }
-        let mut samples = std::mem::take(&mut engagement.samples);
+        let view = |part: Part, range: [f64; 2]| View { field: self, cutter, front: &front, part, range };
+        let mut profile = std::mem::take(&mut engagement.profile);
         if front.vertical < 0.0 && cutter.end_radius() > 0.0 {
-            let make = |from: f64, at: f64, to: f64| cutter.end_ring(from, at, to);
-            let rings = Rings { make, from: 0.0, to: 1.0, count: slicing.end_rings };
-            engagement.add_rings(self, &rings, &front, &mut samples);
+            let end = view(Part::End, [0.0, 1.0]);
+            profile.fill_lines(&end, [-PI, PI], slicing.end_rings);
             // The end is no slice: it has no depth, and its chips no angle.
-            engagement.end_area_mm2 = engagement.volume_per_mm / -front.vertical;
-            engagement.slices.clear();
-            engagement.arcs.clear();
-            engagement.width_mm = 0.0;
+            engagement.end_area_mm2 = profile.volume(&end);
+            engagement.volume_per_mm -= front.vertical * engagement.end_area_mm2;
         }
         let nose = cutter.nose_height_mm();
         if nose > 0.0
-            && let Some((from, to)) = self.nose_contact(cutter, &front)
+            && let Some(Contact { shares, angles }) = self.nose_contact(cutter, &front)
         {
-            let make = |from: f64, at: f64, to: f64| cutter.nose_ring(from, at, to);
-            let rings = Rings { make, from, to, count: slicing.nose_slices };
-            engagement.add_rings(self, &rings, &front, &mut samples);
+            let view = view(Part::Nose, shares);
+            profile.fill_lines(&view, angles, slicing.nose_slices);
+            engagement.add(&view, &mut profile, |[low, high], [bottom, top]| {
+                (high - low) / (top - bottom) * f64::from(slicing.nose_slices)
+            });
         }
-        let side_depth = samples.fill_side(self, cutter, &front);
-        if side_depth > nose {
-            // Below the stock there is nothing to slice.
-            let bottom = nose.max(low.z - tip.z);
-            let count = ((side_depth - bottom) / slicing.slice_mm * (1.0 - 1e-9)).ceil().max(1.0);
-            let height = (side_depth - bottom) / count;
-            for slice in 0..count as u32 {
-                let ring = cutter.side_ring(bottom + f64::from(slice) * height, bottom + f64::from(slice + 1) * height);
-                let first = engagement.arcs.len();
-                engagement.arcs.extend(samples.arcs(self, &ring, &front));
-                engagement.add_slice(&ring, &front, first..engagement.arcs.len());
-            }
-            engagement.volume_per_mm += samples.side_volume(cutter.radius, nose, &front);
-            engagement.depth_mm = side_depth;
+        // Below the stock there is nothing to slice.
+        let bottom = nose.max(low.z - tip.z);
+        if bottom < high.z - tip.z {
+            let view = view(Part::Side, [bottom, high.z - tip.z]);
+            profile.fill_side(&view);
+            engagement.add(&view, &mut profile, |[low, high], _| (high - low) / slicing.slice_mm);
         }
-        engagement.samples = samples;
+        engagement.profile = profile;
         Ok(())
     }
 }
 
-/// Rings of a part of the cutter's surface by shares of it.
-struct Rings<Make> {
-    /// Makes the ring between two shares, with the middle at the one between.
-    make: Make,
-    /// The part that may touch material.
-    from: f64,
-    to: f64,
-    count: u32,
-}
-
-/// Neighbouring rings whose arcs differ by more have a step of the material between them, rad.
-const STEP_OF_MATERIAL: f64 = 10.0 * PI / 180.0;
-
 impl Engagement {
-    /// Adds the rings of a part as slices, with their volume. The edge between two of them is put where the material has a step, if there is one:
-    /// so slices end at floors and tops.
-    fn add_rings<Make: Fn(f64, f64, f64) -> Ring>(
-        &mut self,
-        field: &Field,
-        rings: &Rings<Make>,
-        front: &Front,
-        samples: &mut Samples,
-    ) {
-        let width = (rings.to - rings.from) / f64::from(rings.count);
-        let thin = |at: f64| (rings.make)(at - 1e-3 * width, at, at + 1e-3 * width);
-        let measure = |share: f64, samples: &mut Samples, arcs: &mut Vec<Arc>, known: &dyn Fn(f64) -> Option<bool>| {
-            let (ring, first) = (thin(share), arcs.len());
-            samples.fill(field, &ring, front, known);
-            arcs.extend(samples.arcs(field, &ring, front));
-            arcs[first..].iter().map(|arc| arc.to - arc.from).sum::<f64>()
-        };
-        let mut trial = std::mem::take(&mut self.trial);
-        // A ring's share, arcs, and their length: the one before.
-        let mut last = (rings.from, self.arcs.len()..self.arcs.len(), 0.0);
-        let mut edge = rings.from;
-        for number in 0..rings.count {
-            let at = rings.from + (f64::from(number) + 0.5) * width;
-            let first = self.arcs.len();
-            let length = measure(at, samples, &mut self.arcs, &|_| None);
-            let arcs = first..self.arcs.len();
-            let upper = match number {
-                0 => outer_edge((at, length), rings.from, |share| samples.touches(field, &thin(share), front)),
-                _ => edge_between([(last.0, last.2), (at, length)], |share| {
-                    let is_in = |arcs: &Range<usize>, angle: f64| {
-                        self.arcs[arcs.clone()].iter().any(|arc| arc.from <= angle && angle <= arc.to)
-                    };
-                    trial.clear();
-                    // Between two rings it is as on both where they are alike.
-                    measure(share, samples, &mut trial, &|angle| {
-                        let is_below = is_in(&last.1, angle);
-                        (is_below == is_in(&arcs, angle)).then_some(is_below)
-                    })
-                }),
-            };
-            if number > 0 {
-                self.add_ring(&(rings.make)(edge, last.0, upper), front, last.1);
+    /// Adds the volume of a part, and its regions as slices: each as many as `slices` says of it and of all that is in material.
+    fn add(&mut self, view: &View<'_>, profile: &mut Profile, slices: impl Fn([f64; 2], [f64; 2]) -> f64) {
+        let mut regions = std::mem::take(&mut self.regions);
+        profile.regions(&mut regions);
+        if let (Some(first), Some(last)) = (regions.first(), regions.last()) {
+            self.volume_per_mm += profile.volume(view);
+            let all = [first[0], last[1]];
+            for [low, high] in &regions {
+                let count = (slices([*low, *high], all) * (1.0 - 1e-9)).ceil().max(1.0);
+                let at = |slice: f64| low + (high - low) * (slice / count);
+                let mut arcs = self.arcs.len()..self.arcs.len();
+                for slice in 0..count as u32 {
+                    let (from, to) = (at(f64::from(slice)), at(f64::from(slice + 1)));
+                    // Slices of a region of the cylinder have arcs in common.
+                    if slice == 0 || view.part != Part::Side {
+                        let middle = if view.part == Part::Side { 0.5 * (low + high) } else { 0.5 * (from + to) };
+                        let start = self.arcs.len();
+                        profile.arcs(middle, &mut self.arcs);
+                        arcs = start..self.arcs.len();
+                    }
+                    self.add_slice(&view.cutter.ring(view.part, from, to), view.front, arcs.clone());
+                }
             }
-            edge = upper;
-            last = (at, arcs, length);
         }
-        self.trial = trial;
-        let upper = outer_edge((last.0, last.2), rings.to, |share| samples.touches(field, &thin(share), front));
-        self.add_ring(&(rings.make)(edge, last.0, upper), front, last.1);
+        self.regions = regions;
     }
 
-    fn add_ring(&mut self, ring: &Ring, front: &Front, arcs: Range<usize>) {
-        self.volume_per_mm += self.arcs[arcs.clone()].iter().map(|arc| front.volume(ring, arc)).sum::<f64>();
-        self.add_slice(ring, front, arcs);
-    }
-
-    /// Adds a slice if it has arcs, but not its volume.
+    /// Adds a slice if it has arcs and a height, but not its volume.
     fn add_slice(&mut self, ring: &Ring, front: &Front, arcs: Range<usize>) {
-        if arcs.is_empty() {
+        if arcs.is_empty() || ring.top <= ring.bottom {
             return;
         }
+        let radius = ring.side / (ring.top - ring.bottom);
         let across = |angle: f64| libm::sin(angle.clamp(-FRAC_PI_2, FRAC_PI_2));
         let mut width = 0.0;
         for arc in &self.arcs[arcs.clone()] {
-            width += ring.radius * (across(arc.to) - across(arc.from));
+            width += radius * (across(arc.to) - across(arc.from));
             self.chip_ratio = self.chip_ratio.max(front.chip(ring, arc));
         }
         self.width_mm = self.width_mm.max(width);
@@ -312,7 +265,7 @@ impl Engagement {
         self.slices.push(Slice {
             bottom_mm: ring.bottom,
             top_mm: ring.top,
-            radius_mm: ring.side / (ring.top - ring.bottom),
+            radius_mm: radius,
             edge_mm: ring.edge,
             run_mm: ring.run,
             arcs,
@@ -320,69 +273,90 @@ impl Engagement {
     }
 }
 
-/// Returns the share towards `limit` up to which rings touch material, given the length of the arcs of the outermost ring.
-fn outer_edge(ring: (f64, f64), limit: f64, mut touches: impl FnMut(f64) -> bool) -> f64 {
-    let (mut inside, mut outside) = (ring.0, limit);
-    if ring.1 == 0.0 || touches(inside + 0.99 * (outside - inside)) {
-        return limit;
-    }
-    for _ in 0..6 {
-        let middle = 0.5 * (inside + outside);
-        if touches(middle) { inside = middle } else { outside = middle }
-    }
-    0.5 * (inside + outside)
+/// Where corner or point may touch material.
+struct Contact {
+    /// Shares of it.
+    shares: [f64; 2],
+    /// Angles θ, the first at least −π.
+    angles: [f64; 2],
 }
 
-/// Returns the share at which the slices of two rings meet: so that both with the arcs of their rings have the area that is between the rings,
-/// whether the length of arcs steps from one's to the other's or changes smoothly.
-fn edge_between([low, high]: [(f64, f64); 2], mut length_of: impl FnMut(f64) -> f64) -> f64 {
-    let (mut from, mut to) = (low, high);
-    if (high.1 - low.1).abs() <= STEP_OF_MATERIAL {
-        return 0.5 * (low.0 + high.0);
+/// A range of directions in the plan that grows with each, counted by |sin| / (|sin| + |cos|) through the quadrants: from −2 behind the motion to 2, and from 0
+/// ahead of it to 4.
+#[derive(Clone, Copy)]
+struct Directions {
+    ahead: [f64; 2],
+    behind: [f64; 2],
+}
+
+impl Directions {
+    const NONE: Self = Self { ahead: [f64::INFINITY, f64::NEG_INFINITY], behind: [f64::INFINITY, f64::NEG_INFINITY] };
+
+    /// Counts the direction `along` the motion and to its `left` from it.
+    fn count(along: f64, left: f64) -> f64 {
+        let share = left / (along.abs() + left.abs()).max(f64::MIN_POSITIVE);
+        if along >= 0.0 { share } else { 2.0_f64.copysign(left) - share }
     }
-    let area = |a: (f64, f64), b: (f64, f64)| 0.5 * (a.1 + b.1) * (b.0 - a.0);
-    let mut found = 0.0;
-    for _ in 0..5 {
-        let share = 0.5 * (from.0 + to.0);
-        let middle = (share, length_of(share));
-        // On with the half in which more changes.
-        if (middle.1 - from.1).abs() < (to.1 - middle.1).abs() {
-            found += area(from, middle);
-            from = middle;
-        } else {
-            found += area(middle, to);
-            to = middle;
-        }
-        if (to.1 - from.1).abs() <= STEP_OF_MATERIAL {
-            break;
-        }
+
+    fn around(count: f64) -> f64 {
+        if count < 0.0 { count + 4.0 } else { count }
     }
-    found += area(from, to);
-    ((found + low.0 * low.1 - high.0 * high.1) / (low.1 - high.1)).clamp(low.0, high.0)
+
+    fn has(&self, count: f64) -> bool {
+        let is_in = |[low, high]: [f64; 2], own: f64| low <= own && own <= high;
+        is_in(self.ahead, count) && is_in(self.behind, Self::around(count))
+    }
+
+    fn add(&mut self, count: f64) {
+        let grow = |range: &mut [f64; 2], own: f64| *range = [range[0].min(own), range[1].max(own)];
+        grow(&mut self.ahead, count);
+        grow(&mut self.behind, Self::around(count));
+    }
+
+    /// Returns the angles between which they are, counted from behind the motion or, if that is clearly narrower, from ahead of it.
+    fn angles(&self) -> [f64; 2] {
+        let [ahead, behind] = [self.ahead, self.behind].map(|own| own[1] - own[0]);
+        let narrow = if behind + 0.1 < ahead { self.behind } else { self.ahead };
+        narrow.map(|count| {
+            let turned = if count > 2.0 { count - 4.0 } else { count };
+            let (along, left) = if turned.abs() <= 1.0 {
+                (1.0 - turned.abs(), turned)
+            } else {
+                (1.0 - turned.abs(), (2.0 - turned.abs()).copysign(turned))
+            };
+            let angle = libm::atan2(left, along);
+            if count > 2.0 { angle + TAU } else { angle }
+        })
+    }
 }
 
 impl Field {
-    /// Returns the part of corner or point, as shares of it, that may touch material: by the columns below it, each with the cutter as low as over
-    /// any point of its cell.
-    fn nose_contact(&self, cutter: &Cutter, front: &Front) -> Option<(f64, f64)> {
+    /// Returns where corner or point may touch material: by the columns below it, each with the cutter as low as over any point of its cell.
+    fn nose_contact(&self, cutter: &Cutter, front: &Front) -> Option<Contact> {
         let (centre, heading) = front.plan();
-        let half_cell = 0.5 * self.grid.size.norm();
-        let reach = cutter.radius + half_cell;
+        // A wall may be as far from the centres on both sides of it.
+        let (cell, half_cell) = (self.grid.size.norm(), 0.5 * self.grid.size.norm());
+        let reach = cutter.radius + cell;
         let [low, high] = [-reach, reach].map(|reach| self.grid.cell(centre + Vector2::repeat(reach)));
         let top = self.stock.bounds().1.z;
         let (mut nearest, mut farthest) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut directions = Directions::NONE;
         for y in low[1]..=high[1] {
             for x in low[0]..=high[0] {
                 let from_tip = self.grid.centre(x, y) - centre;
                 let squared = from_tip.norm_squared();
-                let is_behind = front.vertical >= 0.0 && from_tip.dot(&heading) < -half_cell;
-                if is_behind || squared > reach * reach || (nearest <= squared && squared <= farthest) {
+                let along = from_tip.dot(&heading);
+                if squared > reach * reach || (front.vertical >= 0.0 && along < -cell) {
+                    continue;
+                }
+                let direction = Directions::count(along, heading.perp(&from_tip));
+                if nearest <= squared && squared <= farthest && directions.has(direction) {
                     continue;
                 }
                 let height = top.min(self.datum + f64::from(self.columns[self.grid.index(x, y)].height()));
                 if height > front.height() + cutter.height_mm((squared.sqrt() - half_cell).max(0.0)) {
-                    nearest = squared.min(nearest);
-                    farthest = squared.max(farthest);
+                    (nearest, farthest) = (nearest.min(squared), farthest.max(squared));
+                    directions.add(direction);
                 }
             }
         }
@@ -391,8 +365,19 @@ impl Field {
         }
         let [nearest, farthest] = [nearest, farthest].map(f64::sqrt);
         let share = |distance: f64| cutter.nose_share(cutter.height_mm(distance));
-        let (from, to) = (share((nearest - half_cell).max(0.0)), share(farthest + half_cell));
+        let (from, to) = (share((nearest - cell).max(0.0)), share(farthest + cell));
         let to = to.min(cutter.nose_share(top - front.height()));
-        (from < to).then_some((from, to))
+        let [mut right, mut left] = directions.angles();
+        let beside = if nearest > cell { libm::asin(cell / nearest) } else { PI };
+        (right, left) = (right - beside, left + beside);
+        if left - right >= TAU {
+            (right, left) = (-PI, PI);
+        }
+        if front.vertical >= 0.0 {
+            (right, left) = (right.max(-FRAC_PI_2), left.min(FRAC_PI_2));
+        } else if right < -PI {
+            (right, left) = (right + TAU, left + TAU);
+        }
+        (from < to && right < left).then_some(Contact { shares: [from, to], angles: [right, left] })
     }
 }

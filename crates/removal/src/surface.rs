@@ -41,7 +41,7 @@ struct Best {
 }
 
 /// Heights that differ by less are one, mm: level moves of one depth.
-const LEVEL: f64 = 1e-9;
+pub(crate) const LEVEL: f64 = 1e-9;
 /// Moves beyond one that is no better at which the walk still looks.
 const LOOK_AHEAD: u32 = 2;
 
@@ -179,6 +179,15 @@ impl Field {
         }
         let sweep = &self.moves[number as usize];
         sweep.clearance(&self.cutters[sweep.cutter as usize], p, z)
+    }
+}
+
+impl Field {
+    /// Returns the same for all that is higher than about `z`: a flat end leaves nothing above it.
+    pub(crate) fn clearance_above(&self, number: u32, p: Vector2<f64>, z: f64) -> f64 {
+        let cutter = |number: u32| &self.cutters[self.moves[number as usize].cutter as usize];
+        let is_flat = number != NONE && cutter(number).end_radius() == cutter(number).radius;
+        self.clearance(number, p, if is_flat { f64::INFINITY } else { z })
     }
 }
 

@@ -41,13 +41,14 @@ impl Sweep {
     pub fn new(from: &Vector3<f64>, to: &Vector3<f64>, cutter: u32, tag: u32) -> Self {
         let along = (to - from).xy();
         let length = along.norm();
-        // Shorter than this, direction and slope are of rounding.
+        // Shorter than this, direction and slope are of rounding, as is a rise of less.
         if length < 1e-9 {
             let low = if to.z < from.z { to } else { from };
             return Self { x: low.x, y: low.y, z: low.z, ux: 1.0, uy: 0.0, length: 0.0, slope: 0.0, cutter, tag };
         }
         let [ux, uy] = (along / length).into();
-        Self { x: from.x, y: from.y, z: from.z, ux, uy, length, slope: (to.z - from.z) / length, cutter, tag }
+        let rise = if (to.z - from.z).abs() < 1e-9 { 0.0 } else { to.z - from.z };
+        Self { x: from.x, y: from.y, z: from.z, ux, uy, length, slope: rise / length, cutter, tag }
     }
 
     /// Lowest height of the tip.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use kinetostat_removal::{Cutter, Engagement, Field, Milling, Slicing, Spindle, Stock};
+use kinetostat_removal::{Cutter, Engagement, Field, Milling, Slice, Slicing, Spindle, Stock};
 use nalgebra::{Vector2, Vector3};
 
 use crate::paths::{Placed, block, circle, cut_only, cut_path};
@@ -22,9 +22,11 @@ fn flat() -> Cutter {
 /// The only arc of each slice, degrees.
 #[track_caller]
 fn only_arc(engagement: &Engagement) -> (f64, f64) {
-    let arcs: Vec<_> = engagement.arcs.iter().map(|arc| (arc.from.to_degrees(), arc.to.to_degrees())).collect();
+    let arcs_of = |slice: &Slice| engagement.arcs[slice.arcs.clone()].to_vec();
+    assert!(engagement.slices.iter().all(|slice| slice.arcs.len() == 1), "{engagement:?}");
+    let arcs = engagement.slices.iter().flat_map(arcs_of).map(|arc| (arc.from.to_degrees(), arc.to.to_degrees()));
+    let arcs: Vec<_> = arcs.collect();
     assert!(!arcs.is_empty());
-    assert_eq!(arcs.len(), engagement.slices.len(), "{arcs:?}");
     for arc in &arcs {
         assert!((arc.0 - arcs[0].0).abs() < 1e-6 && (arc.1 - arcs[0].1).abs() < 1e-6, "{arcs:?}");
     }
