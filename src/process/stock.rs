@@ -138,6 +138,8 @@ const NOSE_SLICES: u32 = 16;
 const MOST_SLICES: f64 = 400.0;
 /// Ways shorter than this are none: what is met by them is within what counts as touched, mm.
 pub(crate) const LEAST_WAY: f64 = 1e-5;
+/// A way that rises or falls by less is level, mm: it does so by rounding.
+const LEVEL_MM: f64 = 1e-9;
 /// A rapid move may come so near into material: programs round, mm.
 const FREE_MM: f64 = 0.02;
 /// Most memory for a field, bytes.
@@ -320,7 +322,10 @@ impl StockRemoval {
                 cutting.begin(tool, &to.position_mm).map_err(|problem| fault(origin, &to, &problem))?;
                 continue;
             }
-            let way = cutting.axes * to.position_mm - cutting.at;
+            let mut way = cutting.axes * to.position_mm - cutting.at;
+            if way.z.abs() < LEVEL_MM {
+                way.z = 0.0;
+            }
             if way.norm() < LEAST_WAY {
                 // It stays in what it met.
                 if to.cutting {
@@ -806,7 +811,9 @@ fn bend(
 fn summary(engagement: &Engagement, spindle: TurnDirection, c: Option<f64>) -> Engaged {
     let turn = if spindle == TurnDirection::Clockwise { Spindle::Clockwise } else { Spindle::CounterClockwise };
     let angles = || engagement.arcs.iter().map(|arc| arc.tooth_angles(turn));
+    let slices = &engagement.slices;
     Engaged {
+        regions: slices.chunk_by(|a, b| a.arcs == b.arcs).count(),
         depth_mm: engagement.depth_mm,
         width_mm: engagement.width_mm,
         entry_rad: angles().map(|(entry, _)| entry).min_by(f64::total_cmp),

@@ -90,7 +90,7 @@ fn compensated_on(machine: &str, process: &str, program: &str) -> (Value, Vec<Ve
 /// Returns the numbers of a column where the tool cuts the shoulder.
 fn column(rows: &[Vec<String>], name: &str) -> Vec<f64> {
     let at = |name: &str| rows[0].iter().position(|own| own == name).unwrap_or_else(|| panic!("{name}: {:?}", rows[0]));
-    let (own, removed) = (at(name), at("engagement_removed_mm2"));
+    let (own, removed) = (at(name), at("engagement_most_removed_mm2"));
     let is_cut = |row: &&Vec<String>| row[removed].parse::<f64>().unwrap() > 1.0;
     rows[1..].iter().filter(is_cut).map(|row| row[own].parse().unwrap()).collect()
 }

@@ -96,6 +96,49 @@ fn a_shoulder_has_the_force_of_its_width_and_depth() {
     }
 }
 
+const COEFFICIENTS: &str = "coefficients = { tangential_cutting_N_per_mm2 = 900.0, radial_cutting_N_per_mm2 = 400.0, axial_cutting_N_per_mm2 = -150.0, \
+                            tangential_edge_N_per_mm = 12.0, radial_edge_N_per_mm = 10.0, axial_edge_N_per_mm = -2.0 }";
+
+/// Passes 3 mm deep over the floor of a pass before, with a wall of 0.1 mm beside: the sum of closed forms over the floor and the wall, computed apart from the program.
+#[test]
+fn a_pass_over_an_earlier_floor_has_the_force_of_floor_and_wall() {
+    for (floor, exact) in [(0.6, [-31.8, 46.4, -12.0]), (0.3, [-19.7, 21.1, -6.6]), (0.4, [-23.7, 29.5, -8.4])] {
+        let program = format!(
+            "G21 G90\nS8000 M3\nG0 X-20 Y0.1 Z-10\nG1 Z{:.1} F2400\nX20\nG0 Z-10\nX-20 Y0\nG1 Z-2\nX20\nG0 Z-10\n",
+            -2.0 - floor
+        );
+        let found = cut([-50.0, 50.0], TOOL, COEFFICIENTS, &program);
+        let points = found.path.points().iter().zip(found.path.engagements());
+        let points: Vec<_> =
+            points.filter(|(own, _)| own.position_mm.z == -2.0 && own.position_mm.x.abs() < 10.0).collect();
+        assert!(points.len() > 15);
+        for (point, own) in points {
+            let force = point.load.unwrap().force_N;
+            let off = Vector3::new(force.x, -force.y, -force.z) - Vector3::from(exact);
+            assert!(off.amax() < 0.06, "{floor}: {force}");
+            assert!(own.regions == 2 && (own.depth_mm - 3.0).abs() < 1e-6 && (own.width_mm - 10.0).abs() < 1e-3);
+            assert_eq!(own.end_mm2, 0.0);
+        }
+    }
+}
+
+/// The force where a tooth passes the wall, over its height: a fine integral, computed apart from the program.
+#[test]
+fn the_force_at_a_wall_is_the_mean_over_its_height() {
+    for (helix, stock_y, exact) in [
+        (30.0, [2.5, 50.0], 54.7),
+        (45.0, [2.5, 50.0], 118.7),
+        (30.0, [-50.0, -2.5], -22.0),
+        (45.0, [-50.0, -2.5], 7.8),
+    ] {
+        let tool = format!("{TOOL}helix_deg = {helix:?}\nstick_out_mm = 40.0\nyoungs_modulus_N_per_mm2 = 6.0e5\n");
+        for (_, own) in middle(&cut(stock_y, &tool, COEFFICIENTS, LINE)) {
+            let across = f64::from(own.bend.unwrap().across_N[1].unwrap());
+            assert!((across - exact).abs() < 0.15, "{helix} {stock_y:?}: {across} instead of {exact}");
+        }
+    }
+}
+
 /// What teeth do in a turn is what the removed volume takes, whatever the shape of the tool, on a level move and on a ramp.
 #[test]
 fn torque_is_that_of_the_removed_volume() {

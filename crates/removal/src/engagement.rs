@@ -141,8 +141,13 @@ impl Engagement {
         const SIDE: f64 = FRAC_PI_2 - 0.5 * PI / 180.0;
         let left = self.arcs.iter().any(|arc| arc.to >= SIDE);
         let right = self.arcs.iter().any(|arc| arc.from <= -SIDE);
-        // Where the chip is, as its moment about the direction of motion: ∫ sin θ cos θ dθ.
-        let moment: f64 = self.arcs.iter().map(|arc| libm::sin(arc.to).powi(2) - libm::sin(arc.from).powi(2)).sum();
+        // Where the chip is, as its mean moment about the direction of motion over the edge: ∫ sin θ cos θ dθ.
+        let of_arc = |arc: &Arc| libm::sin(arc.to).powi(2) - libm::sin(arc.from).powi(2);
+        let (moment, edge) = self.slices.iter().fold((0.0, 0.0), |(moment, edge), slice| {
+            let own: f64 = self.arcs[slice.arcs.clone()].iter().map(of_arc).sum();
+            (moment + own * slice.edge_mm, edge + slice.edge_mm)
+        });
+        let moment = moment / edge;
         let to_left = match (left, right) {
             _ if self.arcs.is_empty() => return Milling::Air,
             (true, true) => return Milling::Both,
@@ -203,7 +208,7 @@ impl Field {
             && let Some(Contact { shares, angles }) = self.nose_contact(cutter, &front)
         {
             let view = view(Part::Nose, shares);
-            profile.fill_lines(&view, angles, slicing.nose_slices);
+            profile.fill_lines(&view, angles, LINE_STEPS);
             engagement.add(&view, &mut profile, |[low, high], [bottom, top]| {
                 (high - low) / (top - bottom) * f64::from(slicing.nose_slices)
             });
@@ -272,6 +277,11 @@ impl Engagement {
         });
     }
 }
+
+/// What is left may rise by so much against the cutter's surface from the centre of a cell, mm for each mm, where that is level.
+const OFF_CENTRE: f64 = 0.15;
+/// Points at which lines down corner or point are looked at before ends of material between them are sought.
+const LINE_STEPS: u32 = 8;
 
 /// Where corner or point may touch material.
 struct Contact {
@@ -354,6 +364,7 @@ impl Field {
                     continue;
                 }
                 let height = top.min(self.datum + f64::from(self.columns[self.grid.index(x, y)].height()));
+                let height = height + OFF_CENTRE * half_cell;
                 if height > front.height() + cutter.height_mm((squared.sqrt() - half_cell).max(0.0)) {
                     (nearest, farthest) = (nearest.min(squared), farthest.max(squared));
                     directions.add(direction);

@@ -138,7 +138,6 @@ pub(crate) struct Profile {
     spans: Vec<[f64; 2]>,
     /// How the bounds go, for [`Profile::regions`].
     pub edges: Vec<Edge>,
-    pub steps: Vec<Edge>,
 }
 
 impl View<'_> {

@@ -9,10 +9,11 @@ use crate::sweep::TOUCH;
 
 /// Neighbouring samples nearer than this have an end of material between them where they differ, rad.
 const JUMP: f64 = 2e-3 * PI / 180.0;
-/// Steps of the material stay inside of a region up to this share of the area in material.
-const STEP_SHARE: f64 = 1e-4;
-/// Arcs that grow or shrink by Δ (rad) over the height h of a region have an error of about h Δ²/24, which is at most a twenty-fourth of this share of the area.
+/// A region is one where its arcs, times its height, differ in sum over sectors by at most this share of the area from what is in material.
+const OFF: f64 = 2e-4;
+/// Within a sector arcs that grow or shrink by Δ (rad) over the height h of a region have an error of about h Δ²/24, which is at most a twenty-fourth of this share.
 const SLIDE: f64 = 2e-3;
+const SECTORS: usize = 24;
 
 /// How a bound of material goes between two samples.
 #[derive(Debug, Clone, Copy)]
@@ -20,8 +21,27 @@ pub(crate) struct Edge {
     /// Places of the part between which it goes.
     low: f64,
     high: f64,
-    /// The angle over which it does, rad.
+    /// The angle over which it does, rad: positive where material is before it, seen from the axis or the tip.
     gap: f64,
+    sector: usize,
+}
+
+impl Edge {
+    /// Returns by how much arcs at the middle of a region, times its height, are less than what is in material there between the two samples; and where in it the bound goes.
+    fn off(&self, [low, high]: [f64; 2]) -> (f64, [f64; 2]) {
+        let (height, middle) = (high - low, 0.5 * (low + high));
+        let (from, to) = (self.low.clamp(low, high), self.high.clamp(low, high));
+        let width = self.high - self.low;
+        let is_step = width <= TOUCH;
+        let inside = if is_step { 1.0 } else { (to - from) / width };
+        let above = if is_step { 0.0 } else { (self.high - to) / width };
+        let right = inside * (0.5 * (from + to) - low) + above * height;
+        let beyond = match is_step {
+            true => f64::from(u8::from(from >= middle)),
+            false => ((self.high - middle) / width).clamp(0.0, 1.0),
+        };
+        (self.gap * (right - beyond * height), [from, to])
+    }
 }
 
 impl Profile {
@@ -35,33 +55,26 @@ impl Profile {
     /// over their arcs is known within about 0.2 %.
     pub fn regions(&mut self, found: &mut Vec<[f64; 2]>) {
         found.clear();
-        let (mut edges, mut steps) = (std::mem::take(&mut self.edges), std::mem::take(&mut self.steps));
+        let mut edges = std::mem::take(&mut self.edges);
         edges.clear();
-        steps.clear();
         let all = || self.samples.iter().flat_map(|sample| self.intervals_of(sample));
         let low = all().fold(f64::INFINITY, |low, own| low.min(own[0]));
         let high = all().fold(f64::NEG_INFINITY, |high, own| high.max(own[1]));
         for pair in self.samples.windows(2).filter(|pair| !self.is_jump(&pair[0], &pair[1])) {
             let gap = pair[1].place.angle - pair[0].place.angle;
+            let turned = (0.5 * (pair[0].place.angle + pair[1].place.angle) + PI) / TAU;
+            let sector = (turned * SECTORS as f64) as usize % SECTORS;
             for (a, b) in self.intervals_of(&pair[0]).iter().zip(self.intervals_of(&pair[1])) {
-                for (a, b) in a.iter().zip(b) {
-                    let edge = Edge { low: a.min(*b), high: a.max(*b), gap };
-                    if edge.high - edge.low > TOUCH {
-                        edges.push(edge);
-                        continue;
-                    }
-                    match steps.iter_mut().find(|step| (step.low - edge.low).abs() <= TOUCH) {
-                        Some(step) => step.gap += gap,
-                        None => steps.push(edge),
-                    }
+                for (side, gap) in [-gap, gap].into_iter().enumerate() {
+                    edges.push(Edge { low: a[side].min(b[side]), high: a[side].max(b[side]), gap, sector });
                 }
             }
         }
         let area = self.area();
         if low < high && area > 0.0 {
-            split([&edges, &steps], [low, high], area, found);
+            split(&edges, [low, high], area, found);
         }
-        (self.edges, self.steps) = (edges, steps);
+        self.edges = edges;
     }
 
     /// Appends the arcs at a place of the part.
@@ -137,19 +150,31 @@ fn add_arc(from: f64, to: f64, arcs: &mut Vec<Arc>) {
     }
 }
 
-/// Splits a region where the material steps, and halves it while its arcs grow or shrink too much.
-fn split([edges, steps]: [&[Edge]; 2], [low, high]: [f64; 2], area: f64, found: &mut Vec<[f64; 2]>) {
-    let doubt = |step: &&Edge| (step.low - low).min(high - step.low) * step.gap;
-    let worst = steps.iter().max_by(|a, b| doubt(a).total_cmp(&doubt(b)));
-    let step = worst.filter(|worst| doubt(worst) > STEP_SHARE * area).map(|worst| worst.low);
-    let shared = |edge: &Edge| (edge.high.min(high) - edge.low.max(low)).max(0.0) / (edge.high - edge.low);
-    let slid = || edges.iter().map(|edge| edge.gap * shared(edge)).sum::<f64>();
-    let at = step.or_else(|| ((high - low) * slid().powi(2) > SLIDE * area).then_some(0.5 * (low + high)));
-    match at {
-        Some(at) => {
-            split([edges, steps], [low, at], area, found);
-            split([edges, steps], [at, high], area, found);
+/// Splits a region where what is in material is off its arcs the most, and halves it while its arcs grow or shrink too much.
+fn split(edges: &[Edge], region: [f64; 2], area: f64, found: &mut Vec<[f64; 2]>) {
+    let [low, high] = region;
+    let (mut sectors, mut slid, mut most) = ([0.0; SECTORS], 0.0, (0.0, 0.0));
+    for edge in edges.iter().filter(|edge| edge.high > low && edge.low < high) {
+        let (off, [from, to]) = edge.off(region);
+        sectors[edge.sector] += off;
+        if edge.high - edge.low > TOUCH {
+            slid += edge.gap.abs() * (to - from) / (edge.high - edge.low);
         }
-        None => found.push([low, high]),
+        if off.abs() > most.0 {
+            most = (off.abs(), 0.5 * (from + to));
+        }
     }
+    let off = sectors.iter().map(|own| own.abs()).sum::<f64>();
+    let is_in = |at: f64| at > low + TOUCH && at < high - TOUCH;
+    let at = match off > OFF * area && is_in(most.1) {
+        true => most.1,
+        false => 0.5 * (low + high),
+    };
+    let is_one = off <= OFF * area && (high - low) * slid * slid <= SLIDE * area;
+    if is_one || !is_in(at) {
+        found.push(region);
+        return;
+    }
+    split(edges, [low, at], area, found);
+    split(edges, [at, high], area, found);
 }

@@ -4,6 +4,7 @@ mod closed_forms;
 mod patches;
 mod paths;
 mod properties;
+mod regions;
 mod stock;
 mod surface;
 mod volumes;

@@ -14,7 +14,7 @@ pub struct EngagementArc {
 }
 
 /// Integrals over the engagement arc of a component F of the edge force per mm of axial depth, N/mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct ArcIntegrals {
     /// ∫ F dψ.
     pub plain: f64,
@@ -28,6 +28,11 @@ impl ArcIntegrals {
     /// Returns the integrals multiplied by `factor`.
     pub(super) fn scaled(self, factor: f64) -> Self {
         Self { plain: factor * self.plain, sine: factor * self.sine, cosine: factor * self.cosine }
+    }
+
+    /// Returns the integrals over both of two arcs.
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self { plain: self.plain + other.plain, sine: self.sine + other.sine, cosine: self.cosine + other.cosine }
     }
 }
 

@@ -75,6 +75,8 @@ const AT_WALL: f64 = 2e-3;
 /// Longest pieces of an edge over which the force is integrated, mm, and where in them, as a share of half their length.
 const PIECE_MM: f64 = 0.5;
 const GAUSS: f64 = 0.577_350_269_189_625_8;
+/// Heights over a wall at each of which a tooth passes it, for the mean over the wall.
+const STRIPS: f64 = 96.0;
 /// Instants over a pitch at which the largest force is looked for.
 const INSTANTS: u32 = 48;
 
@@ -101,30 +103,42 @@ impl EngagedMilling {
         let side = -self.spindle.sign();
         let level = (1.0 - rise * rise).max(0.0).sqrt();
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        // What the arcs of the last slice receive for each mm of edge: slices of a region have them in common.
+        let mut last = None;
         for slice in &engagement.slices {
-            let Slice { bottom_mm, top_mm, radius_mm, edge_mm, .. } = slice;
-            let ([sine, cosine], width) = (directions(slice), *edge_mm);
+            let Slice { bottom_mm, top_mm, radius_mm, edge_mm: width, .. } = slice;
+            let [sine, cosine] = directions(slice);
             let chip = Chip { along: c * sine * level, below: -c * cosine * rise };
+            let of_arcs = || {
+                let mut sums = [ArcIntegrals::default(); 3];
+                for arc in &engagement.arcs[slice.arcs.clone()] {
+                    let own = integrals(&self.edge, arc, chip);
+                    sums.iter_mut().zip(own).for_each(|(sum, own)| *sum = sum.plus(own));
+                }
+                sums
+            };
+            let key = (&slice.arcs, [sine, cosine]);
+            let [tangential, radial, axial] = match last {
+                Some((known, sums)) if known == key => sums,
+                _ => of_arcs(),
+            };
+            last = Some((key, [tangential, radial, axial]));
             let height = 0.5 * (bottom_mm + top_mm);
             let share = if chip.below > chip.along { 1.0 } else { lateral };
-            let across = Vector3::new(share, share, 1.0);
-            for arc in &engagement.arcs[slice.arcs.clone()] {
-                let [tangential, radial, axial] = integrals(&self.edge, arc, chip);
-                let of = |radial_share: f64, axial_share: f64, own: fn(&ArcIntegrals) -> f64| {
-                    radial_share * own(&radial) + axial_share * own(&axial)
-                };
-                let own = Vector3::new(
-                    of(-sine, cosine, |own| own.cosine) - side * tangential.sine,
-                    of(-sine, cosine, |own| own.sine) + side * tangential.cosine,
-                    of(cosine, sine, |own| own.plain),
-                ) * width;
-                // Of what acts up along the flank, at the radius where it does.
-                let [up_left, up_ahead] = [of(cosine, sine, |own| own.sine), of(cosine, sine, |own| own.cosine)]
-                    .map(|own| own * radius_mm * width);
-                force += own.component_mul(&across);
-                let about = Vector3::new(up_left - height * own.y, height * own.x - up_ahead, 0.0);
-                moment += about * share + Vector3::z() * (side * tangential.plain * radius_mm * width);
-            }
+            let of = |radial_share: f64, axial_share: f64, own: fn(&ArcIntegrals) -> f64| {
+                radial_share * own(&radial) + axial_share * own(&axial)
+            };
+            let own = Vector3::new(
+                of(-sine, cosine, |own| own.cosine) - side * tangential.sine,
+                of(-sine, cosine, |own| own.sine) + side * tangential.cosine,
+                of(cosine, sine, |own| own.plain),
+            ) * *width;
+            // Of what acts up along the flank, at the radius where it does.
+            let [up_left, up_ahead] = [of(cosine, sine, |own| own.sine), of(cosine, sine, |own| own.cosine)]
+                .map(|own| own * radius_mm * width);
+            force += own.component_mul(&Vector3::new(share, share, 1.0));
+            let about = Vector3::new(up_left - height * own.y, height * own.x - up_ahead, 0.0);
+            moment += about * share + Vector3::z() * (side * tangential.plain * radius_mm * width);
         }
         let share = f64::from(teeth) / TAU;
         (force * share, moment * share)
@@ -170,54 +184,51 @@ impl EngagedMilling {
                 }
             }
         };
-        let (mut sum, mut count) = (0.0, 0.0);
+        // Force and bend where a tooth passes the wall at a height.
+        let at_wall = |wall: f64, height: f64| {
+            let (mut across, mut mm) = (0.0, 0.0);
+            each_force(wall - lag * height, &mut |force_height, force| {
+                across += force;
+                mm += force * stub.compliance(height, force_height);
+            });
+            [across, mm]
+        };
+        // ∫ over the heights of the walls that are made, and these heights.
+        let (mut integral, mut made_mm) = ([0.0, 0.0], 0.0);
         let walls = [FRAC_PI_2, -FRAC_PI_2].map(|wall| {
             let reaches = |arc: &Arc| arc.from <= wall + AT_WALL && arc.to >= wall - AT_WALL;
             let makes = |slice: &&Slice| engagement.arcs[slice.arcs.clone()].iter().any(reaches);
-            let mut made = engagement.slices.iter().filter(makes);
-            let bottom = made.next()?;
-            let (low, high) = (bottom.bottom_mm, made.next_back().unwrap_or(bottom).top_mm);
+            let made = || engagement.slices.iter().filter(makes);
+            let bottom = made().next()?;
+            let (low, high) = (bottom.bottom_mm, made().next_back().unwrap_or(bottom).top_mm);
+            for slice in made() {
+                let height = slice.top_mm - slice.bottom_mm;
+                let strips = (height / (high - low) * STRIPS).ceil().max(1.0);
+                for strip in 0..strips as u32 {
+                    let at = slice.bottom_mm + height * (f64::from(strip) + 0.5) / strips;
+                    let own = at_wall(wall, at);
+                    integral = [0, 1].map(|k| integral[k] + own[k] * height / strips);
+                }
+                made_mm += height;
+            }
             let mut bends_mm = [0.0; Bend::HEIGHTS];
             for (at, bend) in bends_mm.iter_mut().enumerate() {
                 let height = low + (high - low) * at as f64 / (Bend::HEIGHTS - 1) as f64;
-                let mut mm = 0.0;
-                each_force(wall - lag * height, &mut |force_height, force| {
-                    mm += force * stub.compliance(height, force_height);
-                    sum += force;
-                });
-                count += 1.0;
-                *bend = mm as f32;
+                *bend = at_wall(wall, height)[1] as f32;
             }
             Some(BentWall { heights_mm: [low as f32, high as f32], bends_mm })
         });
         let (force, moment) = self.mean(engagement, teeth, c, rise, 1.0);
-        // Simpson's rule.
-        let mean = |wall: &BentWall| {
-            let sum: f64 = wall
-                .bends_mm
-                .iter()
-                .zip([1.0, 4.0, 2.0, 4.0, 2.0, 4.0, 1.0])
-                .map(|(own, weight)| f64::from(*own) * weight)
-                .sum();
-            sum / 18.0
-        };
-        let made = walls.iter().flatten().count();
-        let aimed_mm = match made {
-            // −M_x / F_y is the height at which the mean force acts.
-            0 if force.y != 0.0 => {
-                let height = (-moment.x / force.y).clamp(0.0, depth);
-                force.y * stub.compliance(0.5 * depth, height)
-            }
-            0 => 0.0,
-            made => walls.iter().flatten().map(mean).sum::<f64>() / made as f64,
-        };
+        let [made_force, made_bend] = integral.map(|own| (made_mm > 0.0).then_some(own / made_mm));
+        // −M_x / F_y is the height at which the mean force acts.
+        let acts_at = || if force.y == 0.0 { 0.0 } else { (-moment.x / force.y).clamp(0.0, depth) };
+        let aimed_mm = made_bend.unwrap_or_else(|| force.y * stub.compliance(0.5 * depth, acts_at()));
         let peak = (0..INSTANTS).fold(0.0, |most: f64, instant| {
             let mut own = 0.0;
             each_force(pitch * f64::from(instant) / f64::from(INSTANTS), &mut |_, force| own += force);
             if own.abs() > most.abs() { own } else { most }
         });
-        let made_force = (count > 0.0).then(|| (sum / count) as f32);
-        let across_N = [Some(force.y as f32), made_force, Some(peak as f32)];
+        let across_N = [Some(force.y as f32), made_force.map(|own| own as f32), Some(peak as f32)];
         Bend { aimed_mm: aimed_mm * left, left, walls, across_N }
     }
 

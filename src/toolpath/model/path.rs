@@ -72,6 +72,8 @@ pub struct Toolpath {
 /// How the tool is in material on the way to a point: all zero in air.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Engaged {
+    /// Number of regions of height with their own arcs: of several, depth, width, angles and chip are extremes.
+    pub regions: usize,
     /// Height above the tip up to which it is in material, mm.
     pub depth_mm: f64,
     /// Radial width, mm.

@@ -92,6 +92,7 @@ pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     columns.extend(numbers(["residual_rotation_deg"]));
     columns.extend(numbers(cutting_force::columns()));
     if !job.path.engagements().is_empty() {
+        columns.extend(counts(["engagement_regions"]));
         columns.extend(numbers(ENGAGEMENT));
         columns.extend(texts(["engagement_milling"]));
     }
@@ -111,7 +112,7 @@ const ENGAGEMENT: [&str; 11] = [
     "engagement_entry_deg",
     "engagement_exit_deg",
     "engagement_chip_mm",
-    "engagement_removed_mm2",
+    "engagement_most_removed_mm2",
     "engagement_end_mm2",
     "engagement_bend_mm",
     "engagement_across_mean_N",
@@ -124,6 +125,7 @@ fn engagement_cells(own: &Engaged) -> Vec<Cell> {
     let bend = own.bend.as_ref();
     let across = |at: usize| Cell::from(bend.and_then(|bend| bend.across_N[at]).map(f64::from));
     vec![
+        own.regions.into(),
         own.depth_mm.into(),
         own.width_mm.into(),
         own.entry_rad.map(f64::to_degrees).into(),
