@@ -18,6 +18,9 @@ mod redundancy;
 pub mod stock;
 pub(crate) mod tilt;
 pub mod uncertainty;
+mod unknown_force;
+#[cfg(not(target_family = "wasm"))]
+mod verdict_force;
 mod workpiece;
 
 pub use cutting_rule::CuttingRule;
@@ -26,4 +29,6 @@ pub use milling::{ForceLaw, MillingForce};
 pub use placement::{PathReference, PlacedWorkpiece, Placement};
 pub use program_file::ProgramFile;
 pub use redundancy::{GammaChoice, RedundancyCost, RedundancyObjective, RedundancySettings};
+#[cfg(not(target_family = "wasm"))]
+pub use verdict_force::{RightForce, VerdictForce};
 pub use workpiece::{Extent, Feature, ForbiddenBox};

@@ -17,10 +17,14 @@ use crate::{
     machine::Machine,
     process::{
         Extent, PathReference, PlacedWorkpiece, Placement,
-        cutting::{CuttingLaw, EngagedMilling, LEAST_HEADING, LoadError, PathLoad, Stub, lateral_share},
+        cutting::{
+            BY_END, CuttingLaw, Drilling, DrillingLaw, EngagedMilling, LEAST_HEADING, LoadError, PathLoad, Stub,
+            is_drilling, lateral_share,
+        },
     },
     toolpath::{
         Bend, Engaged, Load, PathPoint, SAME_TOOL_MM, Sampling, ToolDescription, ToolShape, Toolpath, TurnDirection,
+        UnknownForce,
     },
 };
 
@@ -153,6 +157,13 @@ const PARALLEL: f64 = 1e-5;
 
 /// Point angle of a drill if none is given, degrees.
 const POINT_ANGLE_DEG: f64 = 118.0;
+/// The peak of a force is looked for where its mean is so many times larger than before.
+const LARGER: f64 = 1.02;
+/// Point angles that differ by less are one, degrees.
+const SAME_ANGLE_DEG: f64 = 0.5;
+const LIPS: u32 = 2;
+/// A drill that removes this share of its area is in solid material: a hole of a thirtieth of its diameter takes as much of the rest.
+const SOLID: f64 = 1.0 - 1e-3;
 /// A mesh so small is in metres where a path is so long, mm.
 const METRES_MM: [f64; 2] = [1.0, 50.0];
 
@@ -185,8 +196,8 @@ impl StockRemoval {
         self.tools.get(&number.or_else(only)?)?.tolerance_mm
     }
 
-    /// Returns in words how often teeth pass on `path`, which cuts the stock, and what is near; `None` where the spindle speed is not known. The second is a caution.
-    pub fn tooth_passing(&self, path: &Toolpath) -> Option<(String, Option<String>)> {
+    /// Returns the least and largest frequency at which teeth pass on `path`, which cuts the stock, Hz; `None` where the spindle speed is not known.
+    pub(super) fn teeth_hz(&self, path: &Toolpath) -> Option<[f64; 2]> {
         let tools = self.tools_of(path);
         let at = |(point, engaged): (&PathPoint, &Engaged)| {
             let speed = point.spindle_rev_per_min.filter(|_| engaged.removed_mm2 > 0.0)?;
@@ -194,10 +205,12 @@ impl StockRemoval {
             Some(speed / 60.0 * f64::from(*teeth))
         };
         let all = path.points().iter().zip(path.engagements()).filter_map(at);
-        let ends = all.fold(None, |ends: Option<(f64, f64)>, own| {
-            Some(ends.map_or((own, own), |(low, high)| (low.min(own), high.max(own))))
-        });
-        let (low, high) = ends?;
+        all.fold(None, |ends, own| Some(ends.map_or([own; 2], |[low, high]: [f64; 2]| [low.min(own), high.max(own)])))
+    }
+
+    /// Returns in words how often teeth pass on `path`, which cuts the stock, and what is near; `None` where the spindle speed is not known. The second is a caution.
+    pub fn tooth_passing(&self, path: &Toolpath) -> Option<(String, Option<String>)> {
+        let [low, high] = self.teeth_hz(path)?;
         let range = if low == high { format!("{low:.0} Hz") } else { format!("{low:.0} to {high:.0} Hz") };
         let own = &self.natural_frequencies_Hz;
         let near = own.iter().find(|own| low < NEAR * **own && **own < NEAR * high).map(|own| {
@@ -553,6 +566,8 @@ struct Cutting {
     /// Volume removed for each mm where it was engaged last, mm².
     removed_mm2: f64,
     free_mm: f64,
+    /// Largest mean force whose peak within a turn was looked for, N.
+    largest_mean: f64,
     /// Whether rapid moves and bodies of tools are refused in material.
     is_checked: bool,
 }
@@ -567,7 +582,7 @@ impl Cutting {
         let slice_mm = ((high.z - low.z) / MOST_SLICES).max(Slicing::default().slice_mm);
         let slicing = Slicing { nose_slices: NOSE_SLICES, slice_mm, ..Slicing::default() };
         let (engagement, at) = (Engagement::default(), Vector3::zeros());
-        Self { field, slicing, engagement, axes, at, removed_mm2: 0.0, free_mm, is_checked: true }
+        Self { field, slicing, engagement, axes, at, removed_mm2: 0.0, free_mm, largest_mean: 0.0, is_checked: true }
     }
 
     /// Puts the tip where the path begins, or goes on after a way that is not known. `Err` if the tool is in the stock there.
@@ -697,8 +712,18 @@ impl Cutting {
             CuttingLaw::EngagedMilling(milling) => {
                 let (load, c) = load(milling, (&self.engagement, tool), (&self.axes, way), to)?;
                 let mut engaged = summary(&self.engagement, milling.spindle, Some(c));
+                let (rise, mean) = (way.z / way.norm(), load.force_N.norm());
+                if engaged.end_mm2 * -rise > BY_END * engaged.removed_mm2 {
+                    engaged.unknown = Some(UnknownForce::End);
+                    *heaviest = Some((None, engaged));
+                    return Ok(());
+                }
                 if let Some(stub) = &tool.stub {
                     engaged.bend = bend((milling, stub), (&self.engagement, tool), (&self.axes, way), c)?;
+                }
+                if mean > LARGER * self.largest_mean {
+                    self.largest_mean = mean;
+                    engaged.peak_N = Some(milling.peak(&self.engagement, tool.teeth.clone()?, c, rise) as f32);
                 }
                 (Some(load), engaged)
             }
@@ -711,11 +736,9 @@ impl Cutting {
                     ));
                 }
                 let f = drill.feed_per_rev(to).map_err(|error| error.to_string())?;
-                let rows = [0, 1, 2].map(|axis| self.axes.row(axis).transpose());
-                let tool_axes = Matrix3::from_columns(&[rows[0], -rows[1], -rows[2]]);
-                let tangent = self.axes.transpose() * way.normalize();
-                let load = PathLoad::Drilling(drill.force(f)).on_tool(tangent, &tool_axes);
-                (Some(load), summary(&self.engagement, drill.spindle, Some(0.5 * f)))
+                let load = load_of_drill((drill, f), (&self.engagement, tool), (&self.axes, way))?;
+                let own = summary(&self.engagement, drill.spindle, Some(0.5 * f));
+                (load.ok(), Engaged { unknown: load.err(), ..own })
             }
             _ => (None, summary(&self.engagement, TurnDirection::Clockwise, None)),
         });
@@ -769,12 +792,47 @@ fn load(
     let teeth = tool.teeth.clone()?;
     let c = milling.feed_per_tooth(point, teeth).map_err(|error| error.to_string())?;
     let way = way.normalize();
+    let mean = milling.mean(engagement, teeth, c, way.z, lateral_share(way));
+    Ok((in_workpiece(mean, (axes, &way)), c))
+}
+
+/// Returns force (N) and moment (N·mm) along the heading of a `way` (a unit vector), to its left and to the spindle as a load in W.
+fn in_workpiece((force, moment): (Vector3<f64>, Vector3<f64>), (axes, way): (&Axes, &Vector3<f64>)) -> Load {
     // As the field has it.
     let heading = Vector3::new(way.x, way.y, 0.0).try_normalize(LEAST_HEADING).unwrap_or_else(Vector3::x);
     let up = Vector3::z();
     let frame = axes.transpose() * Matrix3::from_columns(&[heading, up.cross(&heading), up]);
-    let (force, moment) = milling.mean(engagement, teeth, c, way.z, lateral_share(way));
-    Ok((Load { force_N: frame * force, moment_Nmm: frame * moment }, c))
+    Load { force_N: frame * force, moment_Nmm: frame * moment }
+}
+
+/// Returns the load on a drill that engages so on its `way` at the feed `f`, mm/rev, in W; within, why its law does not know it. `Err` if tool and law contradict.
+fn load_of_drill(
+    (drill, f): (&Drilling, f64),
+    (engagement, tool): (&Engagement, &StockTool),
+    (axes, way): (&Axes, &Vector3<f64>),
+) -> std::result::Result<std::result::Result<Load, UnknownForce>, String> {
+    let (way, radius) = (way.normalize(), tool.cutter.radius_mm());
+    if !is_drilling(Vector3::new(way.x, -way.y, -way.z)) {
+        return Ok(Err(UnknownForce::Aside));
+    }
+    if let (Some(lips), DrillingLaw::Kienzle { point_angle, .. }) = (drill.lips(), drill.law) {
+        let own_deg = 2.0 * libm::atan2(radius, tool.cutter.nose_height_mm()).to_degrees();
+        if (own_deg - point_angle.to_degrees()).abs() > SAME_ANGLE_DEG {
+            return Err(format!(
+                "drills with a point of {own_deg:.1}° by its tool and {:.1}° by its force: expected one angle",
+                point_angle.to_degrees()
+            ));
+        }
+        // It is fed along its axis, whatever its motion leans.
+        return Ok(Ok(in_workpiece(lips.mean(engagement, LIPS, f / f64::from(LIPS), -1.0, 0.0), (axes, &way))));
+    }
+    let whole = std::f64::consts::PI * radius * radius;
+    if engagement.volume_per_mm < SOLID * whole {
+        return Ok(Err(UnknownForce::PartlySolid));
+    }
+    let rows = [0, 1, 2].map(|axis| axes.row(axis).transpose());
+    let tool_axes = Matrix3::from_columns(&[rows[0], -rows[1], -rows[2]]);
+    Ok(Ok(PathLoad::Drilling(drill.force(f)).on_tool(axes.transpose() * way, &tool_axes)))
 }
 
 /// Returns how the tool bends in itself; `None` on a way along its axis. `Err` if it cuts with what is in its holder.
@@ -828,5 +886,7 @@ fn summary(engagement: &Engagement, spindle: TurnDirection, c: Option<f64>) -> E
             Milling::Both => "both",
         },
         bend: None,
+        unknown: None,
+        peak_N: None,
     }
 }

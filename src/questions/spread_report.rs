@@ -14,7 +14,7 @@ use crate::{
         table::format_number,
     },
     process::uncertainty::{
-        ASSUMED_RELATIVE_STD, Cause, Draws, ForceSpread, ModelError, P95, Role, UncertainParameter, Uncertainty,
+        Cause, Draws, ForceSpread, ModelError, P95, Role, UNMEASURED_FORCE_STD, UncertainParameter, Uncertainty,
         Z_95_INTERVAL,
     },
     simulation::{
@@ -252,11 +252,18 @@ pub(crate) fn cautions(
         );
     }
     text += &counts.next_step(point, next);
-    let assumed = listed_up_to(MOST_NAMED, uncertainty.assumed().map(String::from));
-    if !assumed.is_empty() {
+    for (grade, std, [low, high], names) in uncertainty.graded() {
         text += &format!(
-            "The spread rests on assumptions: {assumed} are graded as assumed in the machine file and vary by {:.0} %, a default.\n",
-            100.0 * ASSUMED_RELATIVE_STD
+            "The spread rests on a default: {} graded as {} in the machine file without an interval, and vary with a standard deviation of {:.0} %, 95 % of the values between {low:.2} and {high:.2} times it.\n",
+            listed_up_to(MOST_NAMED, names.into_iter().map(String::from)) + " are",
+            grade.label().replace('_', " "),
+            100.0 * std
+        );
+    }
+    if uncertainty.force.is_exact() {
+        text += &format!(
+            "The cutting force is taken as exact; one that nobody measured has a standard deviation of about {:.0} % (force_relative_std in [uncertainty.process]).\n",
+            100.0 * UNMEASURED_FORCE_STD
         );
     }
     if uncertainty.model.is_assumed() {
@@ -267,13 +274,16 @@ pub(crate) fn cautions(
         );
     }
     if uncertainty.finds_no_provenance {
-        text += "machine = \"provenance\" adds nothing: the machine file has no interval and no assumed stiffness that is not named otherwise.\n";
+        text += "machine = \"provenance\" adds nothing: the machine file has no interval and no graded stiffness that is not named otherwise.\n";
     }
     let exact = listed_up_to(MOST_NAMED, uncertainty.exact_stiffnesses());
     if !exact.is_empty() {
-        text += &format!(
-            "Taken as exact, as nobody says how well they are known: {exact}. Entries [[uncertainty.parameter]] let them vary.\n"
-        );
+        text += &match uncertainty.is_exact_by_choice {
+            true => format!("Taken as exact, as machine = \"exact\" says: {exact}.\n"),
+            false => format!(
+                "Taken as exact, as nobody says how well they are known: {exact}. Entries [[uncertainty.parameter]] let them vary.\n"
+            ),
+        };
     }
     if !uncertainty.cut.is_empty() {
         text += &format!(

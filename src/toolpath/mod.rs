@@ -19,7 +19,10 @@ pub use model::{
     generate::{Circle, GenerateError},
     number::{FormatError, NumberFormat},
     orientation::{Orientation, least_turn},
-    path::{Bend, BentWall, Engaged, Load, PathPoint, Plane, PointSource, PositionsError, Toolpath, TurnDirection},
+    path::{
+        Bend, BentWall, Engaged, Load, PathPoint, Plane, PointSource, PositionsError, Toolpath, TurnDirection,
+        UnknownForce,
+    },
     program::{Program, RewriteError, Rewritten},
     sampling::{Sampling, SamplingError},
     tool::{ToolDescription, ToolShape},

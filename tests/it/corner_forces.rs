@@ -67,7 +67,8 @@ fn law(law: &CuttingLaw, t: Vector3<f64>, a: Vector3<f64>, feed: f64) -> Vector6
     let left = forward.cross(&a);
     // Nothing across the tool along its axis, all of it from 5° on.
     let share = ((sine - 1e-6) / (5f64.to_radians().sin() - 1e-6)).clamp(0.0, 1.0);
-    let (force, torque) = match law {
+    // Of the side of a mill all of it: along its axis it cuts nothing.
+    let (force, torque, along) = match law {
         CuttingLaw::PathFrame(frame) => {
             let [r, f] = [frame.force.radial, frame.force.tangential];
             let turned = match frame.force.law {
@@ -82,19 +83,19 @@ fn law(law: &CuttingLaw, t: Vector3<f64>, a: Vector3<f64>, feed: f64) -> Vector6
             };
             return six(turned * share + a * frame.force.axial, Vector3::zeros());
         }
-        CuttingLaw::SlotMilling(cut) => (cut.mean_force(feed / SPEED / 3.0), 0.0),
+        CuttingLaw::SlotMilling(cut) => (cut.mean_force(feed / SPEED / 3.0), 0.0, share),
         CuttingLaw::EndMilling(cut) => {
             let whole = cut.force(feed / SPEED / f64::from(cut.teeth));
-            (whole.force_N, whole.torque_Nmm)
+            (whole.force_N, whole.torque_Nmm, share)
         }
         CuttingLaw::Drilling(_) if t.dot(&a) < 5f64.to_radians().cos() => return Vector6::zeros(),
         CuttingLaw::Drilling(drill) => {
             let (thrust, torque) = drill.thrust_and_torque(feed / SPEED);
-            (Vector3::new(0.0, 0.0, thrust), torque)
+            (Vector3::new(0.0, 0.0, thrust), torque, 1.0)
         }
         other => panic!("{other:?}"),
     };
-    six((forward * force.x + left * force.y) * share - a * force.z, -a * torque)
+    six((forward * force.x + left * force.y) * share - a * force.z * along, -a * torque * along)
 }
 
 fn six(force: Vector3<f64>, moment: Vector3<f64>) -> Vector6<f64> {

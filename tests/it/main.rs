@@ -75,6 +75,7 @@ mod inclined_planes;
 mod inputs;
 mod jacobians;
 mod kinematics;
+mod known_forces;
 mod krl_expanded;
 mod krl_splines;
 mod labels;

@@ -355,7 +355,11 @@ fn a_changed_machine_is_told_every_key_that_no_longer_fits() {
     printed(folder.path(), &["new", "placement", "mine", "--machine", "kr270"]);
     fs::write(
         folder.path().join("mine/process.toml"),
-        fs::read_to_string(folder.path().join("mine/process.toml")).unwrap()
+        fs::read_to_string(folder.path().join("mine/process.toml"))
+            .unwrap()
+            .replace("# [[chain_error]]", "[[chain_error]]")
+            .replace("# chain = ", "chain = ")
+            .replace("# drive_offsets_mm_or_deg = ", "drive_offsets_mm_or_deg = ")
             + "[redundancy]\nspeed_limits_deg_per_s = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]\n",
     )
     .unwrap();

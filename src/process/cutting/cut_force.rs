@@ -18,7 +18,7 @@ pub struct CutForce {
 
 impl CutForce {
     /// Returns force (N) and moment about the tip (N·mm) on a tool that moves along the unit vector `tangent`; all in axes of the tool, whose z
-    /// points away from the spindle. A motion along the tool has only axial force and torque, and one near that a share of the lateral force.
+    /// points away from the spindle. A motion along the tool, as of a drill, has only axial force and torque, and one near that a share of the lateral force.
     pub(super) fn on_tool(&self, tangent: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let spindle = -Vector3::z();
         let axial = spindle * self.force_N.z;

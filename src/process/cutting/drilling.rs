@@ -1,8 +1,10 @@
-//! Thrust and torque of a twist drill that makes a hole of its own diameter.
+//! Thrust and torque of a twist drill.
 
 use nalgebra::Vector3;
 
 use super::{CutForce, Kienzle, LoadError, feed};
+#[cfg(not(target_family = "wasm"))]
+use super::{EdgeLaw, EngagedMilling};
 use crate::toolpath::{PathPoint, TurnDirection};
 
 /// How far a move of a drill may be from its axis, as the cosine of the angle: 5°.
@@ -19,6 +21,9 @@ pub enum DrillingLaw {
     ///
     /// M is that of both lips at a quarter of the diameter from the axis. q, the thrust as a share of the force of the
     /// lips, is 0.5 in the formula of Sandvik Coromant's technical guide (drilling, feed force), which is called approximate there.
+    /// It is a law of the lips, with nothing for the chisel edge, so that it knows a part of them, too: where a hole of the diameter d is
+    /// there already, D in the thrust is D − d and D² in the torque D² − d² (drilling out: H. Tschätsch, Applied Machining Technology,
+    /// Springer 2009).
     Kienzle {
         /// The force of a lip against its motion.
         lip: Kienzle,
@@ -37,10 +42,11 @@ pub enum DrillingLaw {
     MaterialConstant(f64),
 }
 
-/// A twist drill in solid material.
+/// A twist drill, in solid material where no stock says otherwise.
 ///
 /// The part pushes the drill back with the thrust F and turns it back with the torque M. Both act on moves that lead along the tool's axis out of
-/// the spindle, within 5°: a drill that goes back or aside, also through air, has no load. Entry, break-through and chips that clog are not in it.
+/// the spindle, within 5°: a drill that goes back or aside, also through air, has no load. Chips that clog are not in it; without a stock neither
+/// are entry and break-through.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drilling {
     /// The law of thrust and torque.
@@ -79,6 +85,16 @@ impl Drilling {
         CutForce { force_N: Vector3::new(0.0, 0.0, thrust), torque_Nmm: side * torque }
     }
 
+    /// Returns the law of its lips as two teeth with the feed f/2 each, by which the force of a part of them is known; `None` for a law that does
+    /// not tell lips from the chisel edge.
+    #[cfg(not(target_family = "wasm"))]
+    pub(crate) fn lips(&self) -> Option<EngagedMilling> {
+        let DrillingLaw::Kienzle { lip, thrust_ratio, .. } = self.law else { return None };
+        let edge =
+            EdgeLaw::Kienzle { tangential: lip, tangential_share: 1.0, radial_ratio: thrust_ratio, axial_ratio: 0.0 };
+        Some(EngagedMilling { edge, feed_per_tooth_mm: None, spindle: self.spindle })
+    }
+
     /// Returns the feed per revolution f at `point`, mm/rev; fails if it follows from feed and spindle speed and one of them is missing.
     pub fn feed_per_rev(&self, point: &PathPoint) -> Result<f64, LoadError> {
         feed::feed_per_tooth_at(point, self.feed_per_rev_mm, 1, "feed_per_rev_mm")
@@ -86,6 +102,6 @@ impl Drilling {
 }
 
 /// Whether a drill that moves along the unit vector `tangent` (axes of the tool, z out of the spindle) drills.
-pub(super) fn is_drilling(tangent: Vector3<f64>) -> bool {
+pub(crate) fn is_drilling(tangent: Vector3<f64>) -> bool {
     tangent.z >= ALONG_AXIS
 }

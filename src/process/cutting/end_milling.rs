@@ -51,7 +51,7 @@ pub enum MeanOrPeak {
 /// the peak is that of straight teeth, which bounds that of a helix.
 ///
 /// Not in it: run-out, cutting with the end teeth, the depth at which the force acts (it acts at the tip). On a ramp
-/// the feed per tooth counts along the path; a motion without heading (a plunge) is given axial force and torque only.
+/// the feed per tooth counts along the path; a plunge has no force that this law knows, and is given none.
 ///
 /// Source: Y. Altintas, *Manufacturing Automation*, 2nd ed., Cambridge University Press 2012, chapter 2.
 #[derive(Debug, Clone, Copy, PartialEq)]

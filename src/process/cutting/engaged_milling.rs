@@ -144,6 +144,42 @@ impl EngagedMilling {
         (force * share, moment * share)
     }
 
+    /// Returns the largest force within a turn of straight teeth, which bounds that of a helix, N; as for [`EngagedMilling::mean`].
+    #[must_use]
+    pub fn peak(&self, engagement: &Engagement, teeth: u32, c: f64, rise: f64) -> f64 {
+        const INSIDE: f64 = 1e-9;
+        let (side, level) = (-self.spindle.sign(), (1.0 - rise * rise).max(0.0).sqrt());
+        let pitch = TAU / f64::from(teeth);
+        let force_at = |instant: f64| {
+            let mut sum = Vector3::zeros();
+            for slice in &engagement.slices {
+                let [sine, cosine] = directions(slice);
+                for (arc, tooth) in
+                    engagement.arcs[slice.arcs.clone()].iter().flat_map(|arc| (0..teeth).map(move |own| (arc, own)))
+                {
+                    let own = instant + pitch * f64::from(tooth);
+                    let theta = own + TAU * ((0.5 * (arc.from + arc.to) - own) / TAU).round();
+                    if theta < arc.from || theta > arc.to {
+                        continue;
+                    }
+                    let (sin, cos) = libm::sincos(theta);
+                    let on_edge = self.edge.on_edge((c * (sine * cos * level - cosine * rise)).max(0.0));
+                    let outward = on_edge.z * cosine - on_edge.y * sine;
+                    let across = side * on_edge.x;
+                    let up = on_edge.y * cosine + on_edge.z * sine;
+                    sum += Vector3::new(outward * cos - across * sin, outward * sin + across * cos, up) * slice.edge_mm;
+                }
+            }
+            sum.norm()
+        };
+        // A tooth that enters or leaves may end it.
+        let ends = [engagement.slices.first(), engagement.slices.last()].into_iter().flatten();
+        let ends = ends.flat_map(|slice| &engagement.arcs[slice.arcs.clone()]);
+        let ends = ends.flat_map(|arc| [arc.from + INSIDE, arc.to - INSIDE]);
+        let instants = (0..INSTANTS).map(|instant| pitch * f64::from(instant) / f64::from(INSTANTS));
+        instants.chain(ends).map(force_at).fold(0.0, f64::max)
+    }
+
     /// Returns how `stub` bends to the `left` of its heading (a unit vector, W), for a tool as in [`EngagedMilling::mean`]. Where a tooth passes the wall at a height, forces act on all teeth that are in
     /// material then; each height of the wall has its own instant. What bends along the heading does not show.
     #[must_use]

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Seen from the spindle, f × a is to the left. A motion without heading, such as a plunge along the tool's axis, has only
-//! the axial part. With θ the angle between the motion and the tool's axis, what acts along f and f × a is the law's times
+//! the axial part of a path frame, and nothing of the side of an end mill, of whose whole force the share below acts. With θ the angle between the motion and the tool's axis, what acts along f and f × a is the law's times
 //!
 //! ```text
 //! min(1, sin θ / sin 5°)
@@ -41,6 +41,7 @@ mod table;
 pub use arc::EngagementArc;
 pub(crate) use corners::Corners;
 pub use cut_force::CutForce;
+pub(crate) use drilling::is_drilling;
 pub use drilling::{Drilling, DrillingLaw};
 pub use edge::{EdgeForce, EdgeLaw, Kienzle};
 pub use end_milling::{CutDirection, EndMilling, MeanOrPeak};
@@ -211,12 +212,23 @@ impl PathLoad {
         match self {
             PathLoad::Workpiece(load) => *load,
             PathLoad::PathFrame(frame) => Load { force_N: tool_axes * frame.force(tangent_of_tool()), ..NO_LOAD },
-            PathLoad::Milling(cut) => in_workpiece_axes(cut),
+            // Along the axis the side of the tool cuts nothing, and its end is in no law.
+            PathLoad::Milling(cut) => {
+                let share = lateral_share(tangent_of_tool());
+                let axial = Vector3::new(1.0, 1.0, share);
+                in_workpiece_axes(&CutForce {
+                    force_N: cut.force_N.component_mul(&axial),
+                    torque_Nmm: cut.torque_Nmm * share,
+                })
+            }
             PathLoad::Drilling(cut) if drilling::is_drilling(tangent_of_tool()) => in_workpiece_axes(cut),
             PathLoad::Drilling(_) => NO_LOAD,
         }
     }
 }
+
+/// The end of a milling tool counts where it takes more than this share of what is removed, or falls by more: less is of rounding.
+pub(crate) const BY_END: f64 = 0.01;
 
 /// No load.
 const NO_LOAD: Load = Load { force_N: Vector3::new(0.0, 0.0, 0.0), moment_Nmm: Vector3::new(0.0, 0.0, 0.0) };

@@ -25,7 +25,7 @@ use crate::toolpath::{PathPoint, TurnDirection};
 ///
 /// Positive axial coefficients push the tool away from the workpiece; a right-hand helix turning clockwise draws the tool into it, so its axial
 /// coefficients are negative here. Tooth passing, run-out and the torque about the tool's axis are not part of the mean force. On a ramp the feed
-/// per tooth counts along the path. A motion without heading (a plunge) is given the axial force only; cutting with the end teeth is not modelled.
+/// per tooth counts along the path. Cutting with the end teeth is not modelled: a plunge has no force that this law knows, and is given none.
 ///
 /// Source: Y. Altintas, *Manufacturing Automation*, 2nd ed., Cambridge University Press 2012, chapter 2, mean forces of
 /// the slotting tests from which cutting coefficients are identified.

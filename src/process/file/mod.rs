@@ -79,6 +79,8 @@ pub struct Process {
     pub sampling: Sampling,
     /// Limits of corrections and drive forces.
     pub limits: CorrectionLimits,
+    /// Natural frequencies of machine, tool and part, Hz.
+    pub natural_frequencies_hz: Vec<f64>,
     /// What limits the feed of a program; `None`: the feed is as programmed.
     #[cfg(not(target_family = "wasm"))]
     pub feed: Option<crate::process::feed::FeedLimits>,

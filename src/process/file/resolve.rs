@@ -123,6 +123,7 @@ fn process(
         #[cfg(not(target_family = "wasm"))]
         feed,
         limits: limits(&spec.limits, &check.key("limits"))?,
+        natural_frequencies_hz: natural_frequencies(spec, check)?,
         target,
         corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
         #[cfg(not(target_family = "wasm"))]
@@ -139,6 +140,20 @@ fn process(
     #[cfg(not(target_family = "wasm"))]
     let process = super::stock::with_earlier(process, spec.stock.as_ref(), folder, check)?;
     Ok(process)
+}
+
+/// Checks the natural frequencies, Hz; those of the stock are among them.
+fn natural_frequencies(spec: &ProcessSpec, check: &Check) -> Result<Vec<f64>> {
+    let positive = |check: &Check, given: &[f64]| -> Result<Vec<f64>> {
+        let own = given.iter().enumerate();
+        own.map(|(k, own)| check.key(&format!("natural_frequencies_Hz[{k}]")).positive(*own)).collect()
+    };
+    let own = positive(check, &spec.natural_frequencies_hz)?;
+    #[cfg(not(target_family = "wasm"))]
+    let of_stock = positive(&check.key("stock"), spec.stock.as_ref().map_or(&[], |own| &own.natural_frequencies_hz))?;
+    #[cfg(target_family = "wasm")]
+    let of_stock = Vec::new();
+    Ok([own, of_stock].concat())
 }
 
 /// Checks the placement of the workpiece (degrees become rad), and that the machine can follow its tilt.

@@ -48,6 +48,9 @@ pub struct ProcessSpec {
     /// Limits of corrections and drive forces; none if not given.
     #[serde(default)]
     pub limits: LimitsSpec,
+    /// Natural frequencies of machine, tool and part, by which it is said whether the mean force over a turn is right.
+    #[serde(default, rename = "natural_frequencies_Hz")]
+    pub natural_frequencies_hz: Vec<f64>,
     /// What limits the feed of a program; as programmed if not given.
     #[cfg(not(target_family = "wasm"))]
     pub feed: Option<super::feed::FeedSpec>,

@@ -179,11 +179,7 @@ pub(super) fn stock(
         }
     }
     let cell_mm = check_stock.key("cell_mm").optional_positive(spec.cell_mm)?;
-    let frequencies = &spec.natural_frequencies_hz;
-    for (number, own) in frequencies.iter().enumerate() {
-        check_stock.key(&format!("natural_frequencies_Hz[{number}]")).positive(*own)?;
-    }
-    let frequencies = frequencies.clone();
+    let frequencies = spec.natural_frequencies_hz.clone();
     Ok((Some(StockRemoval::new((shape, part, cell_mm), by_number, frequencies, sampling, check_stock)), inputs))
 }
 

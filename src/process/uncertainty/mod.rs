@@ -13,14 +13,14 @@ mod surrogate;
 
 pub use covariance::{COVARIANCE_COLUMNS, DISTRIBUTIONS, MODEL};
 pub use draws::Draws;
-pub use resolve::{ASSUMED_RELATIVE_STD, CutBy, UncertaintyTable, refuse};
+pub use resolve::{CutBy, UNMEASURED_FORCE_STD, UncertaintyTable, refuse};
 pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
 pub use surrogate::{Harmonics, P95, Quantiles, Response, Surrogate, mean_and_error, quantile};
 
 use nalgebra::Vector3;
 
 use crate::{
-    machine::{Machine, Parameter, Unit},
+    machine::{Grade, Machine, Parameter, Unit},
     spatial::Wrench,
 };
 
@@ -112,8 +112,8 @@ pub enum SpreadSource {
     Given,
     /// An interval in the machine file.
     Provenance,
-    /// The default for what the machine file grades as assumed.
-    Assumed,
+    /// The default for what the machine file gives this grade and no interval.
+    Grade(Grade),
     /// The covariance that an identification wrote.
     Identified,
 }
@@ -124,7 +124,7 @@ impl SpreadSource {
         match self {
             SpreadSource::Given => "given",
             SpreadSource::Provenance => "machine file",
-            SpreadSource::Assumed => "assumed",
+            SpreadSource::Grade(grade) => grade.label(),
             SpreadSource::Identified => "identification",
         }
     }
@@ -183,7 +183,7 @@ pub struct ModelError {
 impl ModelError {
     /// Whether it leaves something out, and nobody has said how much.
     pub fn is_assumed(&self) -> bool {
-        self.relative_std > 0.0 && self.source == SpreadSource::Assumed
+        self.relative_std > 0.0 && self.source == SpreadSource::Grade(Grade::Assumed)
     }
 }
 
@@ -294,6 +294,8 @@ pub struct Uncertainty {
     pub cut: Vec<String>,
     /// Whether parameters should vary as the machine file says, and it says it of none that no entry names.
     pub finds_no_provenance: bool,
+    /// Whether the study says that what is not named is taken as exact.
+    pub is_exact_by_choice: bool,
     /// Distribution of the factor of the cutting force.
     pub force: ForceSpread,
     /// Numbers of the tools whose force and wear vary by themselves, in the order in which they cut; empty where one factor is for all.
@@ -429,7 +431,7 @@ impl Uncertainty {
                 own.force.wear = Some(self.force.wear?.measured().0);
                 "kept to half by changing tools earlier"
             }
-            Cause::Model if self.model.source == SpreadSource::Assumed => {
+            Cause::Model if self.model.source == SpreadSource::Grade(Grade::Assumed) => {
                 own.model.relative_std = resolve::FITTED_MODEL_ERROR;
                 "reduced to 19 % by an identification, as by the best one of a measured robot"
             }
@@ -460,7 +462,22 @@ impl Uncertainty {
 
     /// Names of parameters that vary by a default.
     pub fn assumed(&self) -> impl Iterator<Item = &str> {
-        self.parameters.iter().filter(|own| own.source == SpreadSource::Assumed).map(UncertainParameter::name)
+        self.parameters.iter().filter(|own| matches!(own.source, SpreadSource::Grade(_))).map(UncertainParameter::name)
+    }
+
+    /// Names of the parameters that vary by the default of their grade, by grade and standard deviation over their values, with the factors between which 95 % of their values are.
+    pub fn graded(&self) -> Vec<(Grade, f64, [f64; 2], Vec<&str>)> {
+        let mut found: Vec<(Grade, f64, [f64; 2], Vec<&str>)> = Vec::new();
+        for own in &self.parameters {
+            let SpreadSource::Grade(grade) = own.source else { continue };
+            let ends = own.interval_95().map(|end| end / own.nominal());
+            let std = own.spread.relative_std();
+            match found.iter_mut().find(|other| other.0 == grade && (other.1 - std).abs() < 1e-9) {
+                Some(other) => other.3.push(own.name()),
+                None => found.push((grade, std, ends, vec![own.name()])),
+            }
+        }
+        found
     }
 
     /// Names of stiffnesses and elastic constants that do not vary.

@@ -29,8 +29,10 @@ pub struct UncertaintySpec {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MachineUncertaintySpec {
-    /// Intervals of `[[provenance]]`, and a default where it grades a stiffness or mass as assumed.
+    /// Intervals of `[[provenance]]`, and where a stiffness or mass has none, a default by its grade.
     Provenance,
+    /// What is not named is taken as exact.
+    Exact,
 }
 
 /// The distribution of a quantity; exactly one key.

@@ -82,6 +82,13 @@ impl Spread {
         libm::log(w).sqrt()
     }
 
+    /// The standard deviation over the nominal value of what [`Spread::of_relative_std`] makes; 0 of other kinds.
+    pub fn relative_std(&self) -> f64 {
+        let Spread::Logarithm { above, .. } = self else { return 0.0 };
+        let w = libm::exp(above * above);
+        (w * (w - 1.0)).sqrt()
+    }
+
     /// The distribution in words.
     pub fn words(&self) -> &'static str {
         match self {

@@ -9,7 +9,7 @@ use crate::{
     input::error::{Error, Result},
     process::{
         Process,
-        cutting::PathLoad,
+        cutting::{BY_END, PathLoad},
         feed::{FeedLimits, FeedQuantity},
     },
     simulation::{ProgramFile, along_path::PathPointResult},
@@ -28,9 +28,6 @@ const KEPT: f64 = 1.0 + 1e-6;
 const STEP: f64 = 1e-3;
 /// A feed that stays may be slower than it might be by this share, so that few F words are needed.
 const SLACK: f64 = 0.05;
-/// The end of a tool cuts where it takes more than this share of what is removed, or falls by more: less is of rounding.
-const BY_END: f64 = 0.01;
-
 /// A tool that falls steeper cuts with its tip, where it has hardly a speed; a sine.
 const STEEP: f64 = 0.5;
 
@@ -50,7 +47,7 @@ pub struct FoundFeeds {
     pub words: usize,
     /// Largest value of each limited quantity, its limit, and its place, as programmed and as written.
     pub largest: Vec<(FeedQuantity, f64, [Placed; 2])>,
-    /// Number of lines whose feed each limit stops, in order of [`FeedQuantity::ALL`], then the largest change, and that the end of a tool cuts, whose force is in no law:
+    /// Number of lines whose feed each limit stops, in order of [`FeedQuantity::ALL`], then the largest change, and a force that no law knows, as of the end of a tool:
     /// no line of those is fed faster.
     pub stopped_by: [usize; 7],
     /// Limits that are not kept, though the feed is as slow as it may be: line, value and limit.
@@ -64,7 +61,7 @@ pub struct FoundFeeds {
 struct Uses {
     /// Largest value of each quantity, and the point that has it.
     values: [(f64, usize); 5],
-    /// Whether the end of a tool cuts, whose force is in no law; see [`BY_END`].
+    /// Whether no law knows the force, as of the end of a tool; see [`BY_END`].
     by_end: bool,
 }
 
@@ -291,7 +288,7 @@ fn uses(job: &ProgramJob, limits: &FeedLimits, line_of: &[Option<usize>], work: 
                 || is_unknown(k)
                 || fall > STEEP
                 || match (job.path.engagements().get(k), law) {
-                    (Some(engaged), _) => engaged.end_mm2 * fall > BY_END * engaged.removed_mm2,
+                    (Some(engaged), _) => engaged.unknown.is_some(),
                     (None, PathLoad::Milling(_)) => fall > BY_END,
                     _ => false,
                 };

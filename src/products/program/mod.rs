@@ -42,6 +42,7 @@ use crate::{
     machine::{Coordinate, Machine},
     process::{
         PathReference,
+        cutting::LoadError,
         file::Process,
         uncertainty::{ForceSpread, Uncertainty, UncertaintyTable},
     },
@@ -176,7 +177,7 @@ impl ProgramJob {
         let path = process.mark_cutting_and_tell(path, name, &mut || work.tell(Event::Computed(1)))?;
         let process = Process { machine: locked_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
-        process.check_loads(&path).map_err(|fault| Error::argument(name, fault.to_string()))?;
+        process.check_loads(&path).map_err(|fault| Error::argument(name, load_problem(&fault, &program)))?;
         let tasks = part::stored_tasks(&process, &path, name)?;
         let real = Machines::new(&machine, &process.errors)?.real;
         let tools = path.cutting_tools();
@@ -289,6 +290,19 @@ fn commanded_poses(part: &Part<'_>, track: &mut PoseTracker<'_>, sent: &Commande
         track.pose(sent.positions[k], orientation.or(point.orientation.as_ref()), task.external)
     };
     part.range().zip(part.points).zip(part.tasks()).map(pose).collect()
+}
+
+/// Returns why loads of `program` are not known.
+fn load_problem(fault: &LoadError, program: &ProgramFile) -> String {
+    let haas = match program {
+        ProgramFile::Gcode(program) if matches!(fault, LoadError::NoFeed { .. }) => Some(program.notes())
+            .filter(|notes| notes.dialect == Dialect::Haas)
+            .and_then(|own| own.turned_alone_lines.first()),
+        _ => None,
+    };
+    haas.map_or_else(|| fault.to_string(), |line| {
+        format!("{fault}. In line {line} rotary axes move alone: to Haas F is the feed at the diameter of settings 34 and 79 then, which the program does not say; expected G93 there")
+    })
 }
 
 /// Returns whether the orientation of the tool is compensated: the target is the full pose, and the drives control a rotation.

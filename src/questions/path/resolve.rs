@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+#[cfg(not(target_family = "wasm"))]
+use crate::process::VerdictForce;
 use crate::{
     compensation::{Method, TaskPoint},
     input::{Inputs, check::Check, error::Result},
@@ -96,6 +98,12 @@ pub(crate) fn path(
     let toolpath = process.mark_cutting(toolpath, &origin)?;
     let process = &Process { machine: locked_along(&process.machine, &toolpath, &origin)?, ..process.clone() };
     let tasks = tasks(process, &toolpath, &origin)?;
+    let line_name = |segment: usize| program.as_ref()?.line_name(segment);
+    let unknown = process.unknown_force_text(&toolpath, &line_name);
+    let rests_on = verdict_force(process, &toolpath);
+    let of_force =
+        [("force not known", unknown), ("mean or peak", rests_on)].into_iter().filter(|own| !own.1.is_empty());
+    let of_force = of_force.map(|(label, text)| (label, text.trim_end_matches(['.', '\n']).to_string()));
     let study = PathStudy {
         errors: process.errors.clone(),
         stations: stations(process, toolpath.points(), &tasks, program.as_ref()),
@@ -105,7 +113,7 @@ pub(crate) fn path(
         methods: named_methods(spec, &check.key("methods"))?,
         is_closed: spec.file.is_some() && toolpath.is_closed(),
         facts: process.facts(),
-        assumed: process.assumed(),
+        assumed: process.assumed().into_iter().chain(of_force).collect(),
         gamma_search: PathGammaSearch::of(process, &toolpath, &origin),
         called_files: program.as_ref().map_or_else(Vec::new, ProgramFile::called_files),
         machine: process.machine.clone(),
@@ -113,6 +121,18 @@ pub(crate) fn path(
         drawn_forces: Vec::new(),
     };
     Ok((study, toolpath, program_input(spec.file.as_deref(), program.as_ref())))
+}
+
+/// Returns which force within a turn of the spindle the study rests on, in a sentence; empty without a law of milling.
+#[cfg(not(target_family = "wasm"))]
+fn verdict_force(process: &Process, path: &Toolpath) -> String {
+    VerdictForce::of(process, path).map_or_else(String::new, |own| own.sentence())
+}
+
+/// Not said on pages.
+#[cfg(target_family = "wasm")]
+fn verdict_force(_: &Process, _: &Toolpath) -> String {
+    String::new()
 }
 
 /// Returns the program called `file` as an input; no inputs for a circle or line, which stand in the study.

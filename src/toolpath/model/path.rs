@@ -71,6 +71,7 @@ pub struct Toolpath {
 
 /// How the tool is in material on the way to a point: all zero in air.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(non_snake_case, reason = "the unit is N, not n")]
 pub struct Engaged {
     /// Number of regions of height with their own arcs: of several, depth, width, angles and chip are extremes.
     pub regions: usize,
@@ -92,6 +93,21 @@ pub struct Engaged {
     pub milling: &'static str,
     /// What the tool bends in itself; `None` where that is not asked.
     pub bend: Option<Bend>,
+    /// Largest force within a turn of straight teeth, N; only where the mean is larger than at all points before.
+    pub peak_N: Option<f32>,
+    /// Why no law knows the force there: none is computed then.
+    pub unknown: Option<UnknownForce>,
+}
+
+/// A cut whose force no law of the process knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum UnknownForce {
+    /// The end of a milling tool goes down into material: its end teeth are in no law.
+    End,
+    /// A drill that is not in solid material all around, by a law of solid drilling.
+    PartlySolid,
+    /// A drill that does not go along its axis.
+    Aside,
 }
 
 /// How far a tool bends in itself where its teeth make a wall: at the instant at which a tooth passes the wall at that height, not on average.

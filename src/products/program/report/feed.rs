@@ -15,7 +15,7 @@ use crate::{
 /// Name of the figure.
 const FIGURE: &str = "feed";
 /// What stops a feed besides keys of the process.
-const END: &str = "the end of the tool, whose force is not known,";
+const END: &str = "a force that is not known, as of the end of the tool,";
 
 /// Returns a value with its unit.
 fn shown(quantity: FeedQuantity, value: f64) -> String {

@@ -166,6 +166,27 @@ fn gcode_notes(notes: &Notes, calls: &WrittenCalls) -> String {
             shown.collect::<Vec<_>>().join(", ")
         );
     }
+    if !notes.turned_alone_lines.is_empty() {
+        let lines = motion_lines(&notes.turned_alone_lines);
+        text += &match notes.dialect {
+            Dialect::Haas => format!(
+                "How fast rotary axes move alone is not known: {lines}. To Haas F is the feed at the diameter of settings 34 and 79, which the program does not say, and X, Y and Z move as well where they are corrected; G93 is without doubt.\n"
+            ),
+            dialect => format!(
+                "F is taken as degrees a minute where rotary axes move alone: {lines}{}.\n",
+                match dialect {
+                    Dialect::Iso =>
+                        "; so Fanuc and LinuxCNC read it, while Haas takes it as the feed at the diameter of settings 34 and 79. The corrected lines move X, Y and Z as well, and are written in inverse time (G93), which all read alike",
+                    Dialect::LinuxCnc =>
+                        ". The corrected lines move X, Y and Z as well, and are written in inverse time (G93)",
+                    Dialect::Sinumerik => ", unless FGREF or FGROUP says otherwise",
+                    Dialect::Heidenhain =>
+                        ", unless M116 is on. The corrected lines move X, Y and Z as well: see how fast the control drives them",
+                    Dialect::Fanuc | Dialect::Haas => "",
+                }
+            ),
+        };
+    }
     if !notes.unlocated_lines.is_empty() {
         text += &format!(
             "Left as written: {}, where the position of the tool in X, Y and Z is not known; start_mm in [gcode] says where the \

@@ -19,6 +19,7 @@ use crate::{
         table::{correction_columns, force_columns, shown_positions},
     },
     page::Better::{Larger, Smaller},
+    process::VerdictForce,
     products::program::{ForceCheck, Pass, ProgramJob, ProvedPart, ProvedProgram, WrittenCalls, bounded::LimitExcess},
     questions::{
         path::{
@@ -31,7 +32,7 @@ use crate::{
     simulation::{
         ProgramFile, Source, along_path::PathPointResult, spread::DeflectionSpread, spread_along::PointSpread,
     },
-    toolpath::{Engaged, gcode::Notes},
+    toolpath::{Engaged, UnknownForce, gcode::Notes},
 };
 
 /// Columns of [`program_table`] whose largest values are the worst points.
@@ -299,6 +300,18 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath, forces: Option<&ForceCheck
     bounded
 }
 
+/// Returns where the tool cuts and its force is not known, as JSON: each move once.
+fn unknown_json(job: &ProgramJob) -> Value {
+    let mut found: Vec<(usize, UnknownForce)> = Vec::new();
+    for (k, point) in job.path.points().iter().enumerate() {
+        let own = job.process.unknown_force(&job.path, k).map(|why| (point.source.segment, why));
+        found.extend(own.filter(|own| found.last() != Some(own)));
+    }
+    let entry =
+        |(segment, why): &(usize, UnknownForce)| json!({ "line": job.file.line_of(*segment), "why": why.label() });
+    found.iter().map(entry).collect()
+}
+
 /// Version of the report. In 1, what limits cost was per rad for hinges and had no unit in its key.
 const SCHEMA: u32 = 3;
 
@@ -365,6 +378,19 @@ pub fn program_json(report: &Report<'_>) -> Value {
         "cutter_radii_written_out_mm": notes.cutter_radii_mm.iter().map(|(of, radius)| (of.to_string(), json!(radius))).collect::<serde_json::Map<_, _>>(),
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
     });
+    report["verdict_force"] = match VerdictForce::of(&job.process, &job.path) {
+        Some(own) => json!({
+            "rests_on": own.rests_on.label(),
+            "mean_N": own.mean_N,
+            "peak_N": own.peak_N,
+            "tooth_frequency_Hz": own.teeth_Hz,
+            "first_natural_frequency_Hz": own.natural_Hz,
+            "right": own.right().label(),
+        }),
+        None if job.process.has_force() => json!({ "rests_on": "as given" }),
+        None => Value::Null,
+    };
+    report["force_not_known"] = unknown_json(job);
     if let Some(uncertainty) = &job.uncertainty {
         report["uncertainty"] = spread_report::json(uncertainty, &findings.spread);
         report["uncertainty"]["largest"] = json!(proved.spread);

@@ -16,7 +16,7 @@ use crate::{
         SmallTable,
         headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
     },
-    process::file::CorrectionLimits,
+    process::{VerdictForce, file::CorrectionLimits},
     products::program::{ForceCheck, ProgramJob, ProvedProgram, WithoutForce, bounded::LimitExcess},
     questions::{
         path::report::facts_text,
@@ -259,7 +259,12 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let length = report.job.path.length_mm();
     let (points, inputs) =
         (counted(report.job.path.len(), "point"), spread_report::basis(report.job.uncertainty.as_ref()));
+    let verdict_force = VerdictForce::of(&report.job.process, &report.job.path);
     let force = force_words("up to ", report.findings.force.largest);
+    let force = match &verdict_force {
+        Some(own) => format!("{force} ({} over a turn)", own.rests_on.label()),
+        None => force,
+    };
     let basis = format!("{points}, {cutting} of them cutting, {length:.1} mm of path, {force}, {inputs}");
     let verdict = report.findings.outside.verdict(&report.job.machine, report.name);
     let distribution = report.proved.spread.as_ref();
@@ -303,9 +308,11 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_cautions(
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
+        .with_cautions(&unknown_force_text(report.job))
         .with_cautions(&feed::caution(report.job))
         .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.sentences(report.job)))
         .with_cautions(&of_tool)
+        .with_cautions(&verdict_force.map_or_else(String::new, |own| own.sentence()))
         .with_cautions(&spread_report::along_cautions(&along(report), distribution))
         .with_cautions(&deflected_cut_text(report, true))
         .with_cautions(&without_force_text(report))
@@ -358,10 +365,21 @@ fn state(report: &Report<'_>) -> Verdict {
         }
         (None, tolerance) => Verdict::of_share(findings.after.get(), tolerance, "the points"),
     };
-    match findings.machined.as_ref().and_then(|own| own.verdict(job)) {
+    let of_both = match findings.machined.as_ref().and_then(|own| own.verdict(job)) {
         Some(of_surface) if of_surface.state >= of_tool.state => of_surface,
         _ => of_tool,
+    };
+    match of_both.state {
+        State::Good if (0..job.path.len()).any(|k| job.process.unknown_force(&job.path, k).is_some()) => {
+            Verdict::new(State::Partly, "Within tolerance where the force is known")
+        }
+        _ => of_both,
     }
+}
+
+/// Returns where the force is not known, in sentences; empty where it is.
+fn unknown_force_text(job: &ProgramJob) -> String {
+    job.process.unknown_force_text(&job.path, &|segment| job.file.line_name(segment))
 }
 
 /// Returns how sentences about the distribution along the program name it.
@@ -401,7 +419,7 @@ pub fn spread_text(report: &Report<'_>) -> String {
 /// Returns the cautions of the result, a sentence per line.
 fn caution_text(report: &Report<'_>) -> String {
     let machine = &report.job.machine;
-    end_teeth_text(report.job)
+    near_frequency_text(report.job)
         + &cautions::zeroing(machine)
         + &cautions::carrier(machine)
         + &cautions::large_errors(machine, &report.job.process.errors)
@@ -414,16 +432,10 @@ fn caution_text(report: &Report<'_>) -> String {
         + &notes_text(report.job, &report.proved.written.calls)
 }
 
-/// Returns what is not in the force where stock is cut, and a natural frequency that is near, in sentences; empty without stock.
-fn end_teeth_text(job: &ProgramJob) -> String {
-    let Some(stock) = &job.process.stock else { return String::new() };
-    let near = stock.tooth_passing(&job.path).and_then(|(_, near)| near).unwrap_or_default();
-    let ends = job.path.engagements().iter().map(|own| own.end_mm2).enumerate();
-    let most = ends.filter(|own| own.1 > 0.0).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-    near + &most.map_or_else(String::new, |(k, area)| {
-        let place = job.place_words(k);
-        format!("Where the flat end of a tool goes down into material, the force of its end teeth is not known and not in this: up to {area:.1} mm² of it ({place}).\n")
-    })
+/// Returns that a natural frequency is near that of the teeth where stock is cut, in a sentence; empty without.
+fn near_frequency_text(job: &ProgramJob) -> String {
+    let near = job.process.stock.as_ref().and_then(|stock| stock.tooth_passing(&job.path)?.1);
+    near.unwrap_or_default()
 }
 
 /// The deflected cut is told on the first screen where it changes the largest error by this share.

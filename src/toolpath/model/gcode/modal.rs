@@ -55,6 +55,8 @@ pub(crate) struct ModalState {
     pub feed_mode: FeedMode,
     /// How many mm one unit of F is; without meaning for inverse-time feed.
     pub feed_unit_mm: f64,
+    /// Whether F is in degrees where rotary axes move alone; to Haas it is in mm at a diameter that the control knows.
+    pub has_degrees: bool,
     /// Whether S is in rev/min (G97), not a surface speed (G96).
     pub is_rev_per_min: bool,
     /// The number after F, converted from inches to mm unless it is inverse-time feed.
@@ -92,6 +94,7 @@ impl ModalState {
             returns_to_r_plane: false,
             feed_mode: FeedMode::PerMinute,
             feed_unit_mm: unit.mm(),
+            has_degrees: true,
             is_rev_per_min: true,
             feed: None,
             spindle: None,
@@ -106,12 +109,11 @@ impl ModalState {
         self.spindle.filter(|_| self.is_rev_per_min)
     }
 
-    /// Returns the feed of a motion of `length_mm`, mm/min, if F (and for feed per revolution S) gives it.
-    pub fn feed_mm_per_min(&self, length_mm: f64) -> Option<f64> {
+    /// Returns F per minute, in mm, or as it is in inverse time, if F (and for feed per revolution S) gives it.
+    pub fn per_minute(&self) -> Option<f64> {
         match self.feed_mode {
-            FeedMode::PerMinute => self.feed,
+            FeedMode::PerMinute | FeedMode::InverseTime => self.feed,
             FeedMode::PerRevolution => Some(self.feed? * self.spindle_rev_per_min()?),
-            FeedMode::InverseTime => self.feed.map(|per_minute| per_minute * length_mm),
         }
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::toolpath::model::{
     Hole, MotionGeometry, Orientation, PathPoint, PointSource, Sampling, direction, even_parameters,
-    gcode::{Centre, Coordinates, ModalState, MotionCode, Rotary, RotaryMotion, Word, rotary},
+    gcode::{Centre, Coordinates, FeedMode, ModalState, MotionCode, Rotary, RotaryMotion, Word, rotary},
 };
 
 /// A position of which some coordinates may be unknown, mm in the workpiece frame.
@@ -57,6 +57,45 @@ impl Motion {
             _ => names_angles_alone && !self.turning.turns(),
         };
         self.geometry == MotionGeometry::Unlocated && !(stays && self.start == self.end)
+    }
+
+    /// Returns by which angle rotary axes turn while X, Y and Z stand, degrees, of several axes the root of the sum of squares; `None` where X, Y or Z move, and where the
+    /// control keeps the tip in place.
+    pub fn turned_alone_deg(&self) -> Option<f64> {
+        let stands = matches!(self.geometry, MotionGeometry::Line(start, end) if start == end);
+        let is_alone = stands && self.turning.turns() && self.turning.coordinates != Coordinates::Tip;
+        let turned = [0, 1, 2].map(|axis| self.turning.to[axis] - self.turning.from[axis]);
+        is_alone.then(|| turned.iter().map(|own| own * own).sum::<f64>().sqrt())
+    }
+
+    /// Returns the time that a motion of `length_mm` takes by F, min; `None` if F does not say it.
+    ///
+    /// F is in degrees a minute where rotary axes move alone:
+    ///
+    /// ```text
+    /// Fanuc        Power Mate i-D/H Operator's Manual, B-63174EN/03, 4.2
+    /// LinuxCNC     docs, G-code, CNC Machine Overview, Feed Rate: of several axes in their pseudo-Cartesian system
+    /// Sinumerik    ONE Programming Manual, 6FC5398-2EP40-0BA0, 2.7.1: unless FGREF gives another radius
+    /// Heidenhain   TNC 640 User's Manual, 34059x-01, 11.4: unless M116 is on
+    /// ```
+    ///
+    /// To Haas it is in mm or inches a minute at the diameter of settings 34 and 79 (G93 in the Mill Operator's Manual), which no program says.
+    pub fn minutes(&self, length_mm: f64) -> Option<f64> {
+        let feed = self.modal.per_minute().filter(|feed| *feed > 0.0)?;
+        match (self.modal.feed_mode, self.turned_alone_deg()) {
+            (FeedMode::InverseTime, _) => Some(1.0 / feed),
+            (_, Some(_)) if !self.modal.has_degrees => None,
+            (_, Some(turned)) => Some(turned * self.modal.feed_unit_mm / feed),
+            (_, None) => Some(length_mm / feed),
+        }
+    }
+
+    /// Returns the feed of a motion of `length_mm`, mm/min, if F (and for feed per revolution S) gives it; hardly any where the tip stands.
+    pub fn feed_mm_per_min(&self, length_mm: f64) -> Option<f64> {
+        if self.modal.feed_mode != FeedMode::InverseTime && self.turned_alone_deg().is_none() {
+            return self.modal.per_minute();
+        }
+        self.minutes(length_mm).map(|minutes| (length_mm / minutes).max(f64::MIN_POSITIVE))
     }
 
     /// Whether the motion is a flat arc in the program that would rise along its normal from `start` to `end` (mm in W).
@@ -161,7 +200,7 @@ impl Motion {
                 tangent,
                 arc_length_mm: before_mm + length_so_far,
                 cutting,
-                feed_mm_per_min: self.modal.feed_mm_per_min(length).filter(|_| cutting),
+                feed_mm_per_min: self.feed_mm_per_min(length).filter(|_| cutting),
                 spindle_rev_per_min: self.modal.spindle_rev_per_min(),
                 tool: self.modal.tool,
                 feature: self.modal.feature,

@@ -144,6 +144,8 @@ pub struct Notes {
     pub chosen_angles: Vec<(usize, [f64; 3])>,
     /// Radii, mm, with which contours in cutter radius compensation became the path of the tool centre.
     pub cutter_radii_mm: BTreeMap<CutterOf, f64>,
+    /// Lines (from 1) on which rotary axes move alone at F, not in inverse time.
+    pub turned_alone_lines: Vec<usize>,
     /// Whether the program moves A, B or C.
     pub(crate) names_rotary_axes: bool,
 }

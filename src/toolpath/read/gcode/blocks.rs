@@ -48,12 +48,13 @@ impl Program {
 /// Returns the duration of `motion` (s), and its angle (rad) to `arrival`, the direction in which the move before ends (zero if none).
 fn fed_move(motion: &Motion, arrival: &Vector3<f64>) -> Move {
     let length = motion.geometry.length();
-    let feed = motion.modal.feed_mm_per_min(length).filter(|feed| *feed > 0.0 && length > 0.0);
+    let has_way = length > 0.0 || motion.turned_alone_deg().is_some();
+    let minutes = motion.minutes(length).filter(|_| has_way);
     let departure = motion.geometry.at(0.0).map(|(_, tangent)| tangent);
     let turn_rad = departure
         .filter(|departure| arrival.norm() > 0.0 && departure.norm() > 0.0)
         .map(|departure| arrival.angle(&departure));
-    Move { seconds: feed.map(|feed| 60.0 * length / feed), turn_rad }
+    Move { seconds: minutes.map(|minutes| 60.0 * minutes), turn_rad }
 }
 
 /// Whether `motion` is a line or arc at feed rate.

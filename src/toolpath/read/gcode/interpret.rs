@@ -95,7 +95,7 @@ impl Interpreter {
         let centres = if dialect.is_iso() { options.arc_centres.into() } else { Distance::Incremental };
         let start = options.start_mm.map_or([None; 3], |p| [Some(p.x), Some(p.y), Some(p.z)]);
         Interpreter {
-            modal: ModalState::at_start(unit, centres),
+            modal: ModalState { has_degrees: dialect != Dialect::Haas, ..ModalState::at_start(unit, centres) },
             offsets: Offsets::new(options),
             position: start,
             zero_named: [None; 3],
@@ -198,6 +198,14 @@ impl Interpreter {
         }
         for motion in &mut effect.motions {
             motion.words.clone_from(&words);
+        }
+        let turns_alone = |motion: &Motion| {
+            motion.code != MotionCode::Rapid
+                && motion.modal.feed_mode != FeedMode::InverseTime
+                && motion.turned_alone_deg().is_some()
+        };
+        if effect.motions.iter().any(turns_alone) {
+            self.notes.turned_alone_lines.push(number);
         }
         if effect.motions.iter().any(Motion::is_unlocated) {
             self.notes.unlocated_lines.push(number);

@@ -13,7 +13,7 @@ mod turn_words;
 mod write_holes;
 mod writer;
 
-pub(crate) use {check::*, fit::*, fold::*, place::*, turn_words::*, write_holes::*, writer::*};
+pub(crate) use {check::*, fit::*, fold::*, place::*, split::*, turn_words::*, write_holes::*, writer::*};
 
 use crate::toolpath::read::gcode::Program;
 

@@ -8,8 +8,9 @@ use crate::toolpath::{
     expand::edit::{LineEdit, acts_at_end, is_arc_word, takes_parameters},
     model::{
         MotionGeometry, format_shortest,
-        gcode::{Arc, Centre, FeedMode, Motion, MotionCode, PartialPosition, located},
+        gcode::{Arc, Centre, Dialect, FeedMode, Motion, MotionCode, PartialPosition, located},
         longest_piece,
+        number::format_plain,
     },
     read::gcode::{Block, motion_geometry},
     write::gcode::{CoordinateFormat, RotaryWords, Stretch, Writer, angle_tolerance_deg, centre_through, put_axis},
@@ -51,13 +52,16 @@ impl Writer<'_> {
         let style = edit.style();
         let piece = self.longest_piece(splitting, stretch, true);
         let mut left = stretch.after_points(piece.parameters.len());
-        let feed_for = |piece: &Piece| inverse_time_feed(motion, count as f64 / piece.parameters.len() as f64);
+        let is_inverse = self.needs_inverse_time(motion);
+        let share = |piece: &Piece| count as f64 / piece.parameters.len() as f64;
+        let feed_for = |piece: &Piece| inverse_time_feed(motion, share(piece), is_inverse);
         let at_end = remove_end_words(&mut edit, motion, piece.code, !left.points.is_empty());
         if block.motion_word.is_some() || self.motion_word != Some(piece.code) {
             edit.set_motion(piece.code);
         }
-        if let (Some(feed), Some(index)) = (feed_for(&piece), edit.find(|word| word.letter == 'F')) {
-            edit.set_number(index, &feed);
+        set_feed(&mut edit, feed_for(&piece));
+        if is_inverse {
+            self.begin_inverse_time(block);
         }
         piece.axes.iter().for_each(|(axis, number)| put_axis(&mut edit, *axis, number));
         piece.turned.words.iter().for_each(|(letter, number)| edit.set_rotary(*letter, number));
@@ -84,6 +88,37 @@ impl Writer<'_> {
             self.out.extend_from_slice(words.join(style.separator()).as_bytes());
             self.record_piece(block, motion, &piece, left.points.is_empty());
         }
+        if is_inverse {
+            self.end_inverse_time(block, motion);
+        }
+    }
+
+    /// Whether F would mean another thing where `motion`, of rotary axes alone, is corrected, since X, Y and Z then move as well: to some controls F is theirs then.
+    pub(crate) fn needs_inverse_time(&self, motion: &Motion) -> bool {
+        matches!(self.style.dialect, Dialect::Iso | Dialect::LinuxCnc)
+            && !matches!((motion.modal.feed_mode, motion.code), (FeedMode::InverseTime, _) | (_, MotionCode::Rapid))
+            && motion.turned_alone_deg().is_some()
+            && motion.minutes(0.0).is_some()
+    }
+
+    /// Begins inverse time on a line of its own.
+    pub(crate) fn begin_inverse_time(&mut self, block: &Block) {
+        self.add_line(block, &self.style.word('G', "93"));
+    }
+
+    /// Ends inverse time on a line of its own, with the feed that was in force.
+    pub(crate) fn end_inverse_time(&mut self, block: &Block, motion: &Motion) {
+        let mode = if motion.modal.feed_mode == FeedMode::PerRevolution { "95" } else { "94" };
+        let feed = motion.modal.feed.map_or(0.0, |feed| feed / motion.modal.feed_unit_mm);
+        let words = [self.style.word('G', mode), self.style.word('F', &format_plain(feed))];
+        self.add_line(block, &words.join(" "));
+    }
+
+    /// Writes a line of its own beside those of `block`.
+    fn add_line(&mut self, block: &Block, text: &str) {
+        self.out.extend_from_slice(&self.program.content(block.line)[..block.prefix]);
+        self.out.extend_from_slice(text.as_bytes());
+        self.end_line(block, false);
     }
 
     /// Updates the written position, angles and parameters after a piece of a split block, and ends its line.
@@ -209,10 +244,20 @@ impl Writer<'_> {
     }
 }
 
-/// Returns the inverse-time feed (G93) of a piece that takes one `share`th of the block's time; `None` in other feed modes.
-fn inverse_time_feed(motion: &Motion, share: f64) -> Option<String> {
-    let feed = motion.modal.feed.filter(|_| motion.modal.feed_mode == FeedMode::InverseTime);
+/// Returns the inverse-time feed (G93) of a piece that takes one `share`th of the block's time; `None` in other feed modes, unless it `is_inverse` as written.
+pub(crate) fn inverse_time_feed(motion: &Motion, share: f64, is_inverse: bool) -> Option<String> {
+    let own = motion.modal.feed.filter(|_| motion.modal.feed_mode == FeedMode::InverseTime);
+    let feed = if is_inverse { motion.minutes(0.0).map(|minutes| 1.0 / minutes) } else { own };
     feed.map(|feed| format_shortest(feed * share, 1))
+}
+
+/// Sets the number after F on the line, in its word or in a new one.
+pub(crate) fn set_feed(edit: &mut LineEdit, feed: Option<String>) {
+    match (feed, edit.find(|word| word.letter == 'F')) {
+        (Some(feed), Some(index)) => edit.set_number(index, &feed),
+        (Some(feed), None) => edit.add_last('F', &feed),
+        (None, _) => {}
+    }
 }
 
 /// Removes arc words from a line motion (`code`) and, if `others_follow`, the words that act at the end of the block, which are returned.

@@ -11,7 +11,10 @@ use crate::toolpath::{
         gcode::{Angles, Centre, Coordinates, LengthUnit, Motion, MotionCode, PartialPosition, WriteOptions, located},
     },
     read::gcode::{Block, Pole, Program, Style, ZeroSetting, motion_geometry},
-    write::gcode::{AxisWord, CoordinateFormat, CycleState, RotaryWords, Stretch, WriteTolerance, angle_tolerance_deg},
+    write::gcode::{
+        AxisWord, CoordinateFormat, CycleState, RotaryWords, Stretch, WriteTolerance, angle_tolerance_deg,
+        inverse_time_feed, set_feed,
+    },
 };
 
 /// The points of one motion and their corrected positions and angles.
@@ -288,6 +291,13 @@ impl<'p> Writer<'p> {
     fn write_line(&mut self, block: &Block, motion: &Motion, kept: OneBlock) {
         let content = self.program.content(block.line);
         let mut edit = LineEdit::new(content, &motion.words, self.style);
+        let moves =
+            kept.axes.iter().zip(self.tracked).any(|(reached, at)| reached.number.is_some() && reached.at != at);
+        let is_inverse = moves && self.needs_inverse_time(motion);
+        if is_inverse {
+            self.begin_inverse_time(block);
+            set_feed(&mut edit, inverse_time_feed(motion, 1.0, true));
+        }
         for (axis, reached) in kept.axes.iter().enumerate() {
             if let Some(number) = &reached.number {
                 put_axis(&mut edit, axis, number);
@@ -308,7 +318,10 @@ impl<'p> Writer<'p> {
         self.motion_word = Some(motion.code);
         self.record_points(&kept.parameters);
         self.out.extend(edit.render());
-        self.end_line(block, true);
+        self.end_line(block, !is_inverse);
+        if is_inverse {
+            self.end_inverse_time(block, motion);
+        }
     }
 
     /// Ends a line of `block`: the last one with the block's own line ending, the others with the program's.

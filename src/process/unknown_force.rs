@@ -1,0 +1,105 @@
+//! Where a path cuts and no law of its process knows the force.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use super::{
+    Process,
+    cutting::{BY_END, CuttingLaw, is_drilling},
+};
+use crate::toolpath::{PathPoint, Toolpath, UnknownForce};
+
+impl Process {
+    /// Returns why no law knows the force on the way to point number `k` of `path`, which has none there; `None` where it is known, or nothing is cut.
+    #[must_use]
+    pub fn unknown_force(&self, path: &Toolpath, k: usize) -> Option<UnknownForce> {
+        let point = path.points()[k];
+        match path.engagements().get(k) {
+            Some(engaged) => engaged.unknown.filter(|_| point.cutting),
+            None => is_drilling(self.way_of_side(&point)?).then_some(UnknownForce::End),
+        }
+    }
+
+    /// Whether the force on the way to point number `k` of `path` is that of the side of a milling tool alone, while its end may cut, too.
+    #[must_use]
+    pub fn lacks_end_force(&self, path: &Toolpath, k: usize) -> bool {
+        let ramps = |way: Vector3<f64>| way.z > BY_END && !is_drilling(way);
+        path.engagements().is_empty() && self.way_of_side(&path.points()[k]).is_some_and(ramps)
+    }
+
+    /// Returns the direction of motion, in axes of the tool, of a point that cuts by a law of the side of a milling tool; `None` of any other.
+    fn way_of_side(&self, point: &PathPoint) -> Option<Vector3<f64>> {
+        let law = self.own_forces.law_at(point).unwrap_or(&self.cutting);
+        if !point.cutting || !matches!(law, CuttingLaw::SlotMilling(_) | CuttingLaw::EndMilling(_)) {
+            return None;
+        }
+        let placed = self.placement.place(&self.machine);
+        let turned = point.orientation.map_or(placed, |orientation| placed.with_tool_orientation(&orientation));
+        Some(turned.tool_axes().tr_mul(&point.tangent))
+    }
+
+    /// Returns sentences about where `path` cuts and the force is not known, and is therefore not compensated, with the lines that `line_name` gives of its moves; empty where it is known.
+    #[must_use]
+    pub fn unknown_force_text(&self, path: &Toolpath, line_name: &dyn Fn(usize) -> Option<String>) -> String {
+        let mut moves: BTreeMap<Option<UnknownForce>, Vec<usize>> = BTreeMap::new();
+        for (k, point) in path.points().iter().enumerate() {
+            let unknown = self.unknown_force(path, k);
+            if unknown.is_none() && !self.lacks_end_force(path, k) {
+                continue;
+            }
+            let own = moves.entry(unknown).or_default();
+            if own.last() != Some(&point.source.segment) {
+                own.push(point.source.segment);
+            }
+        }
+        let sentence = |(why, moves): (Option<UnknownForce>, Vec<usize>)| {
+            let mut names: Vec<String> =
+                moves.iter().map(|own| line_name(*own).unwrap_or_else(|| format!("move {}", own + 1))).collect();
+            names.dedup();
+            let more = names.len().saturating_sub(NAMED);
+            names.truncate(NAMED);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            let lines = names.join(", ") + &more;
+            match why {
+                Some(why) => format!(
+                    "No force is known and none is compensated, only what else moves the tool, where {} ({lines}).\n",
+                    why.words()
+                ),
+                None => format!(
+                    "On ramps the force is that of the side of the tool alone: what its end teeth receive is in no law ({lines}).\n"
+                ),
+            }
+        };
+        // What is not compensated at all comes first.
+        let last = moves.remove(&None).map(|own| (None, own));
+        moves.into_iter().chain(last).map(sentence).collect()
+    }
+}
+
+/// Most lines that are named.
+const NAMED: usize = 8;
+
+impl UnknownForce {
+    /// Returns in words where that is.
+    fn words(self) -> &'static str {
+        match self {
+            UnknownForce::End => "the end of a milling tool goes down into material: its end teeth are in no law",
+            UnknownForce::PartlySolid => {
+                "a drill is not in solid material all around, as its point enters or leaves, or in a hole that is there: its law is of solid \
+                 drilling, and only one of its lips (kienzle) knows a part of them"
+            }
+            UnknownForce::Aside => "a drill goes through material other than along its axis",
+        }
+    }
+
+    /// Returns its name in files.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            UnknownForce::End => "end_of_milling_tool",
+            UnknownForce::PartlySolid => "drill_partly_in_solid",
+            UnknownForce::Aside => "drill_aside",
+        }
+    }
+}
