@@ -150,7 +150,7 @@ impl<'a, P> GridMap<'a, P> {
             Figure::Volume(VolumeFigure {
                 title,
                 subtitle: self.subtitle(k, &self.volume),
-                axis_labels: ["x [mm]".into(), "y [mm]".into(), "z [mm]".into()],
+                axis_labels: ["x", "y", "z"].map(|axis| self.axis_label(axis)),
                 quantity: self.drawn[k].label.clone(),
                 axes: [0, 1, 2].map(coordinates),
                 values: nodes_of(&self.volume).map(|node| self.value_at(k, node)).collect(),
@@ -160,13 +160,18 @@ impl<'a, P> GridMap<'a, P> {
         })
     }
 
+    /// Returns the label of an axis, which says whose position it is: where named points of the machine are drawn, that of P.
+    fn axis_label(&self, axis: &str) -> String {
+        format!("{axis} of {} [mm]", if self.has_points { "P" } else { "the tool tip" })
+    }
+
     /// Returns a figure of slices of layer `k` without panels.
     fn empty_slices(&self, k: usize) -> SliceFigure {
         SliceFigure {
             title: String::new(),
             subtitle: String::new(),
-            x_label: "x [mm]".into(),
-            y_label: "y [mm]".into(),
+            x_label: self.axis_label("x"),
+            y_label: self.axis_label("y"),
             quantity: self.drawn[k].label.clone(),
             panels: Vec::new(),
             range: None,

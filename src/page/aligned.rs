@@ -130,13 +130,52 @@ impl Aligned {
     /// Returns smallest, mean and largest value of each result; `None` if a result has no number.
     pub fn extremes(&self, quantity: usize, group: usize) -> Option<Vec<Extremes>> {
         let (data, _) = self.extremes_basis();
-        data.iter().map(|dataset| extremes(dataset, quantity, group)).collect()
+        let is_valid = self.valid_nodes(quantity, group);
+        let of =
+            |(data, valid): (&Dataset, &Vec<bool>)| Extremes::new(&data.values[quantity][group], |node| valid[node]);
+        data.iter().zip(&is_valid).map(of).collect()
+    }
+
+    /// Returns for each result which nodes of [`Aligned::extremes_basis`] count: those with a number that is no bound, in all results where these
+    /// have the same nodes.
+    pub fn valid_nodes(&self, quantity: usize, group: usize) -> Vec<Vec<bool>> {
+        let (data, _) = self.extremes_basis();
+        let of = |data: &Dataset| -> Vec<bool> {
+            let flagged: HashSet<usize> = data.flags[group].iter().map(|flag| flag.0).collect();
+            let values = data.values[quantity][group].iter().enumerate();
+            values.map(|(node, value)| value.is_finite() && !flagged.contains(&node)).collect()
+        };
+        let own: Vec<Vec<bool>> = data.iter().map(of).collect();
+        if self.has_own_extremes() {
+            return own;
+        }
+        let all: Vec<bool> =
+            (0..self.node_count()).map(|node| own.iter().all(|own| own.get(node) == Some(&true))).collect();
+        vec![all; data.len()]
+    }
+
+    /// Returns what each node of `data` stands for in shares: on a map the volume of its cell, as a map itself counts; else all the same.
+    pub fn weights(&self, data: &Dataset) -> Vec<f64> {
+        let is_map = self.shared.shape == Shape::Grid && self.node_noun() == "grid point";
+        let cell = |axis: &Vec<f64>, k: usize| match axis.len() {
+            0 | 1 => 1.0,
+            n => 0.5 * (axis[(k + 1).min(n - 1)] - axis[k.saturating_sub(1)]) / (axis[n - 1] - axis[0]),
+        };
+        let volume = |mut node: usize| {
+            data.axes.iter().fold(1.0, |volume, axis| {
+                let k = node % axis.len();
+                node /= axis.len();
+                volume * cell(axis, k)
+            })
+        };
+        (0..data.node_count()).map(|node| if is_map { volume(node) } else { 1.0 }).collect()
     }
 
     /// Returns which result is best at each node, for a quantity in the first group; `None` if neither small nor large values are better.
     pub fn winners(&self, quantity: usize) -> Option<Winners> {
         let parts: Vec<&Dataset> = self.common.iter().collect();
-        Winners::new(&parts, quantity, 0, self.shared.quantities[quantity].better, self.floors[quantity])
+        let winners = Winners::new(&parts, quantity, 0, self.shared.quantities[quantity].better, self.floors[quantity]);
+        winners.map(|winners| winners.weighted(parts.first().map_or_else(Vec::new, |part| self.weights(part))))
     }
 
     /// Returns the number of groups, at least 1.
@@ -148,12 +187,6 @@ impl Aligned {
     pub fn group_name(&self, group: usize) -> &str {
         group_labels(&self.shared).get(group).copied().unwrap_or_default()
     }
-}
-
-/// Returns the extremes of one result without its flagged nodes, whose numbers are bounds; `None` without a number.
-fn extremes(data: &Dataset, quantity: usize, group: usize) -> Option<Extremes> {
-    let flagged: HashSet<usize> = data.flags[group].iter().map(|flag| flag.0).collect();
-    Extremes::new(&data.values[quantity][group], |node| !flagged.contains(&node))
 }
 
 /// Returns `explorer` with the quantities (in the same unit) and groups that `all` views have; remarks say what is left out.

@@ -161,7 +161,8 @@ struct WinsRow {
     wins: Wins,
 }
 
-/// Shares of the `nodes` at which the first or the second of two results is better, among those where both have a valid number.
+/// Shares of the `nodes`, on maps by the volume of their cells, at which the first or the second of two results is better, among those where both
+/// have a valid number.
 #[derive(Debug, Serialize)]
 struct Wins {
     nodes: usize,
@@ -244,11 +245,9 @@ impl Wins {
     fn new(aligned: &Aligned, (q, group): (usize, usize), other: usize) -> Option<Self> {
         let pair = [&aligned.common[0], &aligned.common[other]];
         let Quantity { unit, better, .. } = &aligned.shared.quantities[q];
-        let winners = Winners::new(&pair, q, group, *better, aligned.floors[q])?;
+        let winners = Winners::new(&pair, q, group, *better, aligned.floors[q])?.weighted(aligned.weights(pair[0]));
         let nodes = Some(winners.compared_count()).filter(|nodes| *nodes > 0)?;
-        let [first, second] = [0, 1].map(|who| winners.leads(who).count());
-        let counts = [first, second, nodes - first - second];
-        let share = |count: usize| percent(count as f64 / nodes as f64);
+        let shares = [winners.win_share(0), winners.win_share(1), winners.same_share()];
         let most = |who: usize| {
             let gap = |node: usize| (pair[1].values[q][group][node] - pair[0].values[q][group][node]).abs();
             let ahead = winners.leads(who).map(|(node, _)| (gap(node), node));
@@ -261,10 +260,10 @@ impl Wins {
         };
         Some(Self {
             nodes,
-            first: share(first),
-            second: share(second),
-            neither: share(counts[2]),
-            shares: counts.map(|count| 100.0 * count as f64 / nodes as f64),
+            first: percent(shares[0]),
+            second: percent(shares[1]),
+            neither: percent(shares[2]),
+            shares: shares.map(|share| 100.0 * share),
             first_most: most(0),
             second_most: most(1),
         })

@@ -98,7 +98,7 @@ fn share_smaller(sizes: &[f64], than: &[f64], same: bool) -> f64 {
 }
 
 /// From which ratio on two 95 % quantiles differ: twice what 4096 draws can say of them.
-const P95_APART: f64 = 1.02;
+pub(super) const P95_APART: f64 = 1.02;
 
 /// Whether the 95 % quantile `p95` is surely smaller than `other`, mm; one that does not exist is the larger.
 fn is_safer(p95: Option<f64>, other: Option<f64>) -> bool {

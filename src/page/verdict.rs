@@ -6,13 +6,15 @@ use serde::Serialize;
 
 use super::{
     aligned::Aligned,
+    dataset::Dataset,
     description::{Better, Quantity, Shape},
+    drawn::P95_APART,
     headline::{Headline, KeyNumber, State, Verdict},
     picture::{LEADS, Picture, bar_picture},
     sentences::{three_digits, without_extreme_word},
     winners::{Extremes, percent},
 };
-use crate::files::words::with_unit;
+use crate::{files::words::with_unit, simulation::spread_along::ALIKE};
 
 /// Label of the quantity by which placements are judged.
 const OBJECTIVE: &str = "objective";
@@ -29,6 +31,27 @@ pub(super) struct FirstScreen {
     pub checks: Vec<Check>,
 }
 
+/// Shares that differ by less are the same.
+const SHARE_APART: f64 = 0.005;
+
+/// Whether a quantity is a 95 % quantile of a length, by which results with uncertain inputs are judged.
+fn is_quantile(quantity: &Quantity) -> bool {
+    quantity.label.starts_with("95 % quantile") && quantity.unit == "mm"
+}
+
+/// What a comparison is judged by.
+struct Judged<'a> {
+    quantity: usize,
+    /// The result that is named.
+    best: usize,
+    tolerance: f64,
+    /// Whether the results are compared node by node.
+    by_place: bool,
+    /// Share of each result within the tolerance.
+    shares: Vec<f64>,
+    extremes: &'a [Extremes],
+}
+
 /// Writes the first screen of a comparison from one view of all results.
 pub(super) struct VerdictWriter<'a> {
     pub aligned: &'a Aligned,
@@ -40,9 +63,13 @@ pub(super) struct VerdictWriter<'a> {
 }
 
 impl VerdictWriter<'_> {
-    /// Returns the quantity of the first screen: the first one whose small or large values are better.
+    /// Returns the quantity of the first screen: on maps a 95 % quantile that all results have, as each is judged by it; else the first one whose
+    /// small or large values are better.
     pub fn main_quantity(&self) -> Option<usize> {
-        self.aligned.shared.quantities.iter().position(|q| q.better != Better::Neither)
+        let quantities = &self.aligned.shared.quantities;
+        let is_judged = |q: &Quantity| self.aligned.shared.shape == Shape::Grid && is_quantile(q);
+        let first = || quantities.iter().position(|q| q.better != Better::Neither);
+        quantities.iter().position(is_judged).or_else(first)
     }
 
     /// Returns the first screen; `None` if no number can be compared.
@@ -52,17 +79,35 @@ impl VerdictWriter<'_> {
         let winners = self.aligned.winners(quantity)?;
         let (is_curve, has_same_nodes) = (self.aligned.shared.shape == Shape::Curve, self.aligned.has_same_nodes());
         let by_place = winners.compared_count() > 0 && (has_same_nodes || !is_curve);
-        let best = if by_place { winners.order_by_wins()[0] } else { self.best_worst_case(quantity, &extremes) };
+        let worst_best = self.best_worst_case(quantity, &extremes);
+        let mut best = if by_place { winners.order_by_wins()[0] } else { worst_best };
         let [sentence, by_how_much] = match by_place {
             true if self.aligned.letters.len() == 2 => self.best_of_two(quantity, &winners),
             true => self.best_of_several(quantity, &winners),
             false => self.worst_case(quantity, best, &extremes),
         };
-        let headline = Headline::new(sentence, self.extent_words()).with_cautions(&by_how_much);
+        let shares =
+            self.tolerance_mm.filter(|_| self.unit(quantity) == "mm").map(|own| self.shares_within(quantity, own));
+        let headline = match shares.as_ref().and_then(|shares| self.surest(shares, [best, worst_best])) {
+            // What each result is judged by comes first.
+            Some(surest) => {
+                best = surest;
+                let share = |who: usize| {
+                    format!("in {} {}", self.full_name(who), percent(shares.as_ref().map_or(0.0, |own| own[who])))
+                };
+                let others = (0..extremes.len()).filter(|who| *who != best).map(share).collect::<Vec<_>>().join(", ");
+                let first = format!("More of {} is within tolerance {}; {others}.", self.extent_words(), share(best));
+                Headline::new(first, self.extent_words()).with_cautions(&format!("{sentence}\n{by_how_much}"))
+            }
+            None => Headline::new(sentence, self.extent_words()).with_cautions(&by_how_much),
+        };
         let mut screen = FirstScreen { headline, ..FirstScreen::default() };
         self.add_extremes(quantity, best, &extremes, &mut screen);
-        match self.tolerance_mm.filter(|_| self.unit(quantity) == "mm") {
-            Some(tolerance) => self.add_tolerance_share(quantity, best, tolerance, by_place, &mut screen.headline),
+        match self.tolerance_mm.zip(shares) {
+            Some((tolerance, shares)) => {
+                let judged = Judged { quantity, best, tolerance, by_place, shares, extremes: &extremes };
+                self.add_tolerance_share(&judged, &mut screen.headline);
+            }
             None if by_place => self.add_difference(quantity, best, &mut screen.headline),
             None => {}
         }
@@ -116,66 +161,116 @@ impl VerdictWriter<'_> {
         }
     }
 
-    /// Adds the share of the result `best` within the tolerance, and a sentence on whether the difference matters.
-    fn add_tolerance_share(
-        &self,
-        quantity: usize,
-        best: usize,
-        tolerance: f64,
-        by_place: bool,
-        headline: &mut Headline,
-    ) {
+    /// Returns for each result the share within the tolerance: of the nodes where all are known, where these are the same, weighted as
+    /// [`Aligned::weights`] says.
+    fn shares_within(&self, quantity: usize, tolerance: f64) -> Vec<f64> {
         let (data, _) = self.aligned.extremes_basis();
-        let share = |who: usize| {
-            let values = data[who].values[quantity][0].iter().filter(|value| value.is_finite());
-            values.clone().filter(|value| value.abs() <= tolerance).count() as f64 / values.count().max(1) as f64
+        let share = |(data, valid): (&Dataset, Vec<bool>)| {
+            let (mut within, mut known) = (0.0, 0.0);
+            let values = data.values[quantity][0].iter().zip(self.aligned.weights(data)).zip(valid);
+            for ((value, weight), _) in values.filter(|(_, valid)| *valid) {
+                known += weight;
+                within += if value.abs() <= tolerance { weight } else { 0.0 };
+            }
+            within / known.max(f64::MIN_POSITIVE)
         };
-        let share_in = |who: usize| format!("in {} {}", self.aligned.letters[who], percent(share(who)));
-        let others: Vec<String> = (0..data.len()).filter(|who| *who != best).map(share_in).collect();
+        data.iter().zip(self.aligned.valid_nodes(quantity, 0)).map(share).collect()
+    }
+
+    /// Returns the result with the largest of `shares`, of equal ones the first of `preferred` among them; `None` where all are equal.
+    fn surest(&self, shares: &[f64], preferred: [usize; 2]) -> Option<usize> {
+        let largest = shares.iter().copied().fold(0.0, f64::max);
+        let is_first = |who: &usize| largest - shares[*who] <= SHARE_APART;
+        let others = 0..shares.len();
+        preferred
+            .into_iter()
+            .chain(others.clone())
+            .find(is_first)
+            .filter(|_| !others.into_iter().all(|who| is_first(&who)))
+    }
+
+    /// Returns which result has the best worst value, and by which share of the next one's; `None` where that is less than what is known.
+    fn best_at_worst(&self, quantity: usize, extremes: &[Extremes]) -> Option<(usize, f64)> {
+        let q = &self.aligned.shared.quantities[quantity];
+        let size = |who: usize| extremes[who].worst_and_best(q.better)[0].0;
+        let best = self.best_worst_case(quantity, extremes);
+        let others = (0..extremes.len()).filter(|who| *who != best).map(size);
+        let next = others.min_by(|a, b| (q.better.sign() * a).total_cmp(&(q.better.sign() * b)))?;
+        let lead = (next - size(best)).abs() / next.abs().max(size(best).abs()).max(self.floor(quantity));
+        (lead > if is_quantile(q) { P95_APART - 1.0 } else { ALIKE }).then_some((best, lead))
+    }
+
+    /// Adds the share of the best result within the tolerance, the verdict, and a sentence on whether the difference matters point by point.
+    fn add_tolerance_share(&self, judged: &Judged<'_>, headline: &mut Headline) {
+        let Judged { quantity, best, tolerance, by_place, shares, extremes } = judged;
+        let (quantity, best, tolerance) = (*quantity, *best, *tolerance);
+        let share_in = |who: usize| format!("in {} {}", self.aligned.letters[who], percent(shares[who]));
+        let others: Vec<String> = (0..shares.len()).filter(|who| *who != best).map(share_in).collect();
         let letter = self.aligned.letters[best];
-        let what = format!("of {} within {tolerance} mm in {letter}", self.extent_words());
-        headline.numbers.push(KeyNumber::new(&percent(share(best)), what, others.join("; ")));
-        let differences = self.differences(quantity, best);
-        if differences.is_empty() || !by_place {
-            return;
-        }
-        let matters = differences.iter().filter(|(_, by)| *by > tolerance).count();
+        let sure = if is_quantile(&self.aligned.shared.quantities[quantity]) { " with 95 % probability" } else { "" };
+        let what = format!("of {} within {tolerance} mm{sure} in {letter}", self.extent_words());
+        headline.numbers.push(KeyNumber::new(&percent(shares[best]), what, others.join("; ")));
+        let differences = if *by_place { self.differences(quantity, best) } else { Vec::new() };
+        let weights = self.aligned.common.first().map_or_else(Vec::new, |part| self.aligned.weights(part));
         let leads = self.leads(quantity, best, &differences);
-        let [ahead, behind] = [1.0, -1.0].map(|sign| leads.iter().filter(|lead| sign * **lead > tolerance).count());
-        let best_share = (0..data.len()).map(share).fold(0.0, f64::max);
+        // Shares of what is compared: of the differences, and of the leads beyond the tolerance either way.
+        let total: f64 = differences.iter().map(|(node, _)| weights[*node]).sum();
+        let share_of = |counts: &dyn Fn(usize) -> bool| -> f64 {
+            let counted = (0..differences.len()).filter(|k| counts(*k));
+            let count = counted.clone().count();
+            let sum: f64 = counted.map(|k| weights[differences[k].0]).sum();
+            if count == differences.len() && count > 0 { 1.0 } else { sum / total.max(f64::MIN_POSITIVE) }
+        };
+        let matters = share_of(&|k| differences[k].1 > tolerance);
+        let [ahead, behind] = [1.0, -1.0].map(|sign| share_of(&|k| sign * leads[k] > tolerance));
+        let best_share = shares.iter().copied().fold(0.0, f64::max);
         let others: Vec<String> =
-            (0..data.len()).filter(|who| *who != best).map(|who| self.aligned.letters[who].to_string()).collect();
-        let any = if data.len() > 2 { "any" } else { "either" };
-        let (state, words, next) = match (ahead as f64 / leads.len().max(1) as f64, behind) {
+            (0..shares.len()).filter(|who| *who != best).map(|who| self.aligned.letters[who].to_string()).collect();
+        let any = if shares.len() > 2 { "any" } else { "either" };
+        let take = format!("take {letter}, once its inputs are measured rather than assumed.");
+        let has_more = self.surest(shares, [best, best]).is_some();
+        let at_worst = self.best_at_worst(quantity, extremes);
+        let (state, words, next) = match (ahead, behind, at_worst) {
             _ if best_share == 0.0 => (
                 State::Bad,
                 "All out of tolerance everywhere".into(),
                 "compensate: none is within tolerance as it is.".into(),
             ),
-            _ if matters == 0 => (
+            (1.0, _, _) => (State::Good, format!("{letter} better by more than the tolerance"), take),
+            (_, _, Some((other, _))) if has_more && other != best => {
+                let other = self.aligned.letters[other];
+                let next = format!("take {letter}, or {other} where the largest deviation counts.");
+                (State::Partly, format!("{letter} within tolerance in more, {other} at worst"), next)
+            }
+            _ if has_more => {
+                let next_share =
+                    (0..shares.len()).filter(|who| *who != best).map(|who| shares[who]).fold(0.0, f64::max);
+                let by = if shares.len() > 2 {
+                    String::new()
+                } else {
+                    format!(", {} in {}", others[0], percent(next_share))
+                };
+                let state = if shares[best] == 1.0 { State::Good } else { State::Partly };
+                (state, format!("{letter} within tolerance in {}{by}", percent(shares[best])), take)
+            }
+            (_, _, Some((who, lead))) if matters == 0.0 => {
+                let who = self.aligned.letters[who];
+                let next = format!("take {who}, or what is less trouble: they differ by less than the tolerance.");
+                (State::Partly, format!("{who} better at its worst, by {}", percent(lead)), next)
+            }
+            _ if matters == 0.0 => (
                 State::Open,
                 "No difference that matters".into(),
-                format!("take {any}: they differ by less than the tolerance."),
+                format!("take {any}: as much is within tolerance, and the worst is the same."),
             ),
-            (0.0, 0) => (
+            (0.0, 0.0, _) => (
                 State::Partly,
                 "The best differ by less than the tolerance".into(),
                 format!("take {letter}, or what is as good in the picture."),
             ),
-            (1.0, _) => (
-                State::Good,
-                format!("{letter} better by more than the tolerance"),
-                format!("take {letter}, once its inputs are measured rather than assumed."),
-            ),
-            (_, 0) => (
-                State::Partly,
-                format!(
-                    "Difference matters in {} of {}",
-                    percent(ahead as f64 / leads.len() as f64),
-                    self.extent_words()
-                ),
-                format!("take {letter}, once its inputs are measured rather than assumed."),
-            ),
+            (_, 0.0, _) => {
+                (State::Partly, format!("Difference matters in {} of {}", percent(ahead), self.extent_words()), take)
+            }
             _ => (
                 State::Partly,
                 format!(
@@ -186,14 +281,14 @@ impl VerdictWriter<'_> {
             ),
         };
         (headline.verdict, headline.next) = (Some(Verdict::new(state, words)), Some(next));
+        if differences.is_empty() {
+            return;
+        }
         headline.cautions.push(match matters {
-            0 => format!(
-                "Nowhere do the results differ by more than the tolerance of {tolerance} mm: the difference does not \
-                 matter."
-            ),
-            count => format!(
+            0.0 => format!("Nowhere do the results differ by more than the tolerance of {tolerance} mm."),
+            share => format!(
                 "The results differ by more than the tolerance of {tolerance} mm in {} of {}: there the difference matters.",
-                percent(count as f64 / differences.len() as f64),
+                percent(share),
                 self.extent_words()
             ),
         });
@@ -263,10 +358,15 @@ impl VerdictWriter<'_> {
         let objective = shared.quantities.iter().position(|q| q.label == OBJECTIVE)?;
         let is_cost = |(_, q): &(usize, &Quantity)| q.unit == "mm" && q.better == Better::Smaller;
         let costs: Vec<usize> = shared.quantities.iter().enumerate().filter(is_cost).map(|(index, _)| index).collect();
-        let main = *costs.first().filter(|_| shared.shape == Shape::Names)?;
+        let first = *costs.first().filter(|_| shared.shape == Shape::Names)?;
         let chosen: Vec<usize> =
             (0..self.aligned.letters.len()).map(|who| self.best_row(who, objective)).collect::<Option<_>>()?;
         let value = |who: usize, quantity: usize| self.aligned.data[who].values[quantity][0][chosen[who]];
+        // With uncertain inputs places are judged by what is not exceeded, compensated if that is known.
+        let is_known = |q: &&usize| (0..chosen.len()).all(|who| value(who, **q).is_finite());
+        let quantiles = costs.iter().filter(|q| is_quantile(&shared.quantities[**q])).filter(is_known);
+        let main =
+            quantiles.max_by_key(|q| shared.quantities[**q].label.contains("compensation")).copied().unwrap_or(first);
         let mut order: Vec<usize> = (0..self.aligned.letters.len()).collect();
         order.sort_by(|a, b| value(*a, main).total_cmp(&value(*b, main)));
         let best = order[0];
@@ -282,7 +382,11 @@ impl VerdictWriter<'_> {
         let letter = self.aligned.letters[best];
         // Those without a number are last in the order, and not equal.
         let [apart, farthest] = [1, order.len() - 1].map(|place| value(order[place], main) - value(best, main));
-        let within = shared.quantities.iter().position(|q| q.label == "share of the path within tolerance");
+        let labels =
+            ["probability that all is within tolerance with compensation", "share of the path within tolerance"];
+        let labels = &labels[usize::from(!is_quantile(&shared.quantities[main]))..];
+        let within = labels.iter().find_map(|label| shared.quantities.iter().position(|q| q.label == *label));
+        let is_probability = within.is_some_and(|own| shared.quantities[own].label == labels[0] && labels.len() == 2);
         // A tolerance that is given is not that of the shares.
         let by_share = within.filter(|_| !is_given);
         let share = |who: &usize| by_share.map_or(f64::NAN, |within| value(*who, within));
@@ -294,7 +398,9 @@ impl VerdictWriter<'_> {
         let (state, words, next) = match self.tolerance_mm {
             _ if is_surer => {
                 let state = if surest == best { State::Good } else { State::Partly };
-                (state, format!("More of {surest_letter}'s path within its tolerance"), take)
+                let words =
+                    if is_probability { "surer to be within its tolerance" } else { "has more within its tolerance" };
+                (state, format!("{surest_letter} {words}"), take)
             }
             _ if farthest <= self.floor(main) => {
                 let next = "take either: nothing that was computed tells them apart.";
@@ -303,7 +409,11 @@ impl VerdictWriter<'_> {
             _ if apart <= self.floor(main) => (State::Open, "The best of them are equal".into(), take),
             Some(tolerance) if apart <= tolerance => {
                 let next = format!("take {letter}, or what is less trouble: the difference is below the tolerance.");
-                (State::Open, "No difference that matters".into(), next)
+                let lead = apart / value(order[1], main).abs().max(self.floor(main));
+                match lead > if is_quantile(&shared.quantities[main]) { P95_APART - 1.0 } else { ALIKE } {
+                    true => (State::Partly, format!("{letter} better, by {}", percent(lead)), next),
+                    false => (State::Open, "No difference that matters".into(), next),
+                }
             }
             Some(_) => (State::Good, format!("{letter} better by more than the tolerance"), take),
             None => (State::Open, format!("{letter} better"), take),
@@ -327,7 +437,8 @@ impl VerdictWriter<'_> {
         if let Some(within) = within.filter(|within| value(best, *within).is_finite()) {
             let share_in = |who: &usize| format!("in {} {}", self.aligned.letters[*who], percent(value(*who, within)));
             let others: Vec<String> = order[1..].iter().map(share_in).collect();
-            let what = format!("of the path within the tolerance of its study in {}", self.aligned.letters[best]);
+            let of = if is_probability { "probability that all is" } else { "of the path" };
+            let what = format!("{of} within the tolerance of its study in {}", self.aligned.letters[best]);
             screen.headline.numbers.push(KeyNumber::new(&percent(value(best, within)), what, others.join("; ")));
         }
         for who in order {

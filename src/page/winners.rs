@@ -162,6 +162,8 @@ pub struct Winners {
     /// The winner at each common node.
     pub at: Vec<NodeWinner>,
     results: usize,
+    /// What each node stands for in shares.
+    weights: Vec<f64>,
 }
 
 impl Winners {
@@ -196,7 +198,24 @@ impl Winners {
                 }
             }
         };
-        Some(Self { at: (0..count).map(at).collect(), results: parts.len() })
+        Some(Self { at: (0..count).map(at).collect(), results: parts.len(), weights: vec![1.0; count] })
+    }
+
+    /// Sets what each node stands for in shares, such as the volume of its cell.
+    #[must_use]
+    pub fn weighted(self, weights: Vec<f64>) -> Self {
+        Self { weights, ..self }
+    }
+
+    /// Returns the share of the compared nodes, each as its weight says, whose winner `counts`.
+    fn share(&self, counts: impl Fn(&NodeWinner) -> bool) -> f64 {
+        let sum = |counts: &dyn Fn(&NodeWinner) -> bool| -> f64 {
+            self.at.iter().zip(&self.weights).filter(|(at, _)| counts(at)).map(|(_, weight)| weight).sum()
+        };
+        let compared = |at: &NodeWinner| *at != NodeWinner::Nothing;
+        // Sums in the same order: all of them are exactly the whole.
+        let (own, all) = (sum(&counts), sum(&compared));
+        if own == all && all > 0.0 { 1.0 } else { own / all.max(f64::MIN_POSITIVE) }
     }
 
     /// Returns the number of nodes at which all results are valid.
@@ -206,18 +225,18 @@ impl Winners {
 
     /// Returns the share of the compared nodes at which the result `who` is best.
     pub fn win_share(&self, who: usize) -> f64 {
-        self.leads(who).count() as f64 / self.compared_count().max(1) as f64
+        self.share(|at| matches!(at, NodeWinner::Best { who: own, .. } if *own == who))
     }
 
     /// Returns the share of the compared nodes at which the best two results are equal.
     pub fn same_share(&self) -> f64 {
-        self.at.iter().filter(|at| **at == NodeWinner::Same).count() as f64 / self.compared_count().max(1) as f64
+        self.share(|at| *at == NodeWinner::Same)
     }
 
-    /// Returns the indices of the results, the one that is best at most nodes first; ties in their order.
+    /// Returns the indices of the results, the one that is best in the largest share first; ties in their order.
     pub fn order_by_wins(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.results).collect();
-        order.sort_by_key(|who| std::cmp::Reverse(self.leads(*who).count()));
+        order.sort_by(|a, b| self.win_share(*b).total_cmp(&self.win_share(*a)));
         order
     }
 

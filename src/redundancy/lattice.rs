@@ -126,6 +126,7 @@ impl DeadEnd {
             Some(Infeasible::Unreachable) => "no rotation γ can be reached",
             Some(Infeasible::Limits) => "the travel of the drives allows no γ",
             Some(Infeasible::Singularity) => "all γ are nearer to a singularity than is allowed",
+            Some(Infeasible::Workspace) => "all γ lead P out of the workspace box",
             Some(Infeasible::NotStable) => "no stable equilibrium of the loaded machine was found at any γ",
             None => "no γ continues from the point before within max_step_deg_per_mm and the speeds of the drives",
         };

@@ -116,6 +116,8 @@ pub struct FoundGamma {
     pub refused: Vec<(Branch, String)>,
     /// Whether each point counts: the tool cuts there, or nowhere on the path.
     pub counted: Vec<bool>,
+    /// Whether no γ keeps P within the machine's workspace box all along, so that those outside were admitted.
+    pub leaves_box: bool,
 }
 
 impl FoundGamma {
@@ -130,10 +132,25 @@ impl FoundGamma {
     }
 }
 
-/// Finds the best γ along a path, on the current rayon pool; independent of the number of threads. `Err` if the machine cannot rotate its
-/// tool freely or the lattice is too large, or from `work`.
+/// Finds the best γ along a path, on the current rayon pool; independent of the number of threads: within the machine's workspace box, or if
+/// none keeps the path there, anywhere. `Err` if the machine cannot rotate its tool freely or the lattice is too large, or from `work`.
 pub fn search_gamma(problem: GammaProblem<'_>, work: &Work) -> Result<FoundGamma> {
-    let path = RotatablePath::new(problem)?;
+    let path = |keeps_box| {
+        RotatablePath::new(problem).map(|mut path| {
+            path.keeps_box = keeps_box;
+            path
+        })
+    };
+    let found = search_along(path(true)?, work)?;
+    match found.result_for(problem.settings.gamma) {
+        Some(Err(_)) => Ok(FoundGamma { leaves_box: true, ..search_along(path(false)?, work)? }),
+        _ => Ok(found),
+    }
+}
+
+/// Finds the best γ along `path` as [`search_gamma`] does, within the workspace box only if the path is to keep it.
+fn search_along(path: RotatablePath<'_>, work: &Work) -> Result<FoundGamma> {
+    let problem = path.problem;
     let lattice = Lattice::new(&path)?;
     let programmed: Vec<TaskPoint> = (0..path.points().len()).map(|point| path.task(point, 0.0)).collect();
     let as_programmed = along::path_cost(&path, &Machines::new(problem.machine, problem.errors)?, &programmed);
@@ -151,7 +168,8 @@ pub fn search_gamma(problem: GammaProblem<'_>, work: &Work) -> Result<FoundGamma
         (lattice.solution(&walk, problem.settings.objective).map(|(_, found)| found), best_constant.clone())
     };
     let counted = (0..path.points().len()).map(|k| path.is_counted(k)).collect();
-    Ok(FoundGamma { as_programmed, best_constant, best, on_lattice, refused: path.refused, counted })
+    let leaves_box = false;
+    Ok(FoundGamma { as_programmed, best_constant, best, on_lattice, refused: path.refused, counted, leaves_box })
 }
 
 /// Finds the best γ on the lattice without refinement, for searches over many workpiece placements; fails like [`search_gamma`].
@@ -260,7 +278,9 @@ fn best_gamma(
         RedundancyObjective::Rms => rotated.along.rms_mm,
         RedundancyObjective::Worst => rotated.along.worst_mm,
     };
-    let unsolved = |rotated: &RotatedPath| rotated.along.points - rotated.along.solved;
+    // Between the knots nothing kept γ from leading out of the box.
+    let outside = |rotated: &RotatedPath| path.outside_count(|k| rotated.turns_deg[k].to_radians());
+    let unsolved = |rotated: &RotatedPath| rotated.along.points - rotated.along.solved + outside(rotated);
     // A change of γ on the way must be worth more than a tie.
     let is_as_good = |constant: &&RotatedPath| match unsolved(constant).cmp(&unsolved(&best)) {
         Ordering::Equal => value(constant).zip(value(&best)).is_none_or(|(a, b)| a <= b + TIE_MM),
@@ -302,7 +322,9 @@ impl<'a> Lattice<'a> {
     fn new(path: &'a RotatablePath<'a>) -> Result<Self> {
         let (gammas, settings) = (path.gammas(), path.problem.settings);
         let [low, high] = settings.range_deg.map(f64::to_radians);
-        let step = (high - low) / (gammas.len() - usize::from(!path.is_cyclic())) as f64;
+        // Of a single γ there is no step.
+        let steps = gammas.len() - usize::from(!path.is_cyclic());
+        let step = if steps == 0 { settings.step_deg.to_radians() } else { (high - low) / steps as f64 };
         let knots = find_knots(path.points(), settings.max_step_deg_per_mm.to_radians() / step, |k| path.is_counted(k));
         let of_drives = Shape::with_limits_of(path.problem.machine, settings);
         let least = (0..gammas.len()).min_by(|a, b| gammas[*a].abs().total_cmp(&gammas[*b].abs())).unwrap_or_default();
@@ -344,6 +366,13 @@ impl<'a> Lattice<'a> {
                 walk.step(knot.point, layer);
             }
             work.tell(Event::Computed(knots.len()));
+        }
+        if self.path.keeps_box && self.knots.len() < self.path.points().len() {
+            for (costs, gamma) in walk.costs.chunks_mut(self.shape.branches).zip(&self.gammas) {
+                if self.path.outside_count(|_| *gamma) > 0 {
+                    costs.fill(None);
+                }
+            }
         }
         Ok(walk)
     }

@@ -25,10 +25,13 @@ pub enum Infeasible {
     Singularity,
     /// The loaded machine has no stable equilibrium that was found.
     NotStable,
+    /// P would leave the machine's workspace box.
+    Workspace,
 }
 
 impl Infeasible {
-    pub(super) const ALL: [Self; 4] = [Self::Unreachable, Self::Limits, Self::Singularity, Self::NotStable];
+    pub(super) const ALL: [Self; 5] =
+        [Self::Unreachable, Self::Limits, Self::Singularity, Self::NotStable, Self::Workspace];
 
     /// The value of this reason in tables.
     #[must_use]
@@ -38,6 +41,7 @@ impl Infeasible {
             Self::Limits => "limits",
             Self::Singularity => "singularity",
             Self::NotStable => "not_stable",
+            Self::Workspace => "outside_workspace",
         }
     }
 
@@ -49,6 +53,7 @@ impl Infeasible {
             Self::Limits => "beyond the travel of a drive or joint",
             Self::Singularity => "too near a singularity",
             Self::NotStable => "without a stable equilibrium",
+            Self::Workspace => "outside the workspace box",
         }
     }
 }
@@ -133,8 +138,14 @@ impl<'a> Solver<'a> {
         found: Vec<Result<Configuration, Infeasible>>,
     ) -> Vec<Node> {
         let on_branch = &self.path.on_branches[branch];
-        let check = |at: Configuration| check_margins(self.path.problem.settings, &on_branch.machine, &at).map(|()| at);
-        let found: Vec<_> = found.into_iter().map(|at| at.and_then(check)).collect();
+        let check = |(at, task): (Result<Configuration, Infeasible>, &TaskPoint)| {
+            let at = at?;
+            if self.path.keeps_box && self.path.is_outside(task) {
+                return Err(Infeasible::Workspace);
+            }
+            check_margins(self.path.problem.settings, &on_branch.machine, &at).map(|()| at)
+        };
+        let found: Vec<_> = found.into_iter().zip(tasks).map(check).collect();
         let at: Vec<(&TaskPoint, &Configuration)> =
             tasks.iter().zip(&found).filter_map(|(task, at)| at.as_ref().ok().map(|at| (task, at))).collect();
         let (batch, unloaded) = &mut self.batches[branch];

@@ -9,7 +9,7 @@ use crate::{
         text_table::text_table,
         words::{millimetres_in_table, or_dash, percent},
     },
-    process::{GammaChoice, RedundancySettings},
+    process::{GammaChoice, RedundancyObjective, RedundancySettings},
 };
 
 /// Names of the compared rows.
@@ -115,22 +115,42 @@ pub fn sentence(found: &FoundGamma, settings: &RedundancySettings) -> String {
         Some(Ok(rotated)) => rotated,
     };
     let branch = rotated.branch.map_or_else(String::new, |branch| format!(", branch {branch}"));
-    let gain = |than: &PathCost, name: &str| match (rotated.along.rms_mm, than.rms_mm) {
-        (Some(rms), Some(other)) if other > 0.0 && than.solved == than.points => match 1.0 - rms / other {
+    type Statistic = fn(&PathCost) -> Option<f64>;
+    let gain = |of: Statistic, than: &PathCost, name: &str| match (of(&rotated.along), of(than)) {
+        (Some(own), Some(other)) if other > 0.0 && than.solved == than.points => match 1.0 - own / other {
             share if share >= 0.0 => format!("{} less than {name}", percent(share)),
             share => format!("{} more than {name}", percent(-share)),
         },
         _ => format!("{name} not every point of the path could be solved"),
     };
-    let mut gains = gain(&found.as_programmed, PROGRAMMED);
-    if let (GammaChoice::Best, Ok(constant)) = (settings.gamma, &found.best_constant) {
-        gains += &format!(", {}", gain(&constant.along, "at the best constant γ"));
-    }
+    let gains = |of: Statistic| {
+        let constant = found.best_constant.as_ref().ok().filter(|_| settings.gamma == GammaChoice::Best);
+        let constant = constant.map(|constant| gain(of, &constant.along, "at the best constant γ"));
+        [Some(gain(of, &found.as_programmed, PROGRAMMED)), constant]
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let [rms, worst]: [Statistic; 2] = [|along| along.rms_mm, |along| along.worst_mm];
+    let (minimised, of, other) = match settings.objective {
+        RedundancyObjective::Rms => {
+            ("root mean square", rms, Some(format!("; the largest, which is not: {}", gains(worst))))
+        }
+        RedundancyObjective::Worst => ("largest", worst, None),
+    };
     let [low, high] = rotated.range_deg;
     let by = if high - low < 0.05 { format!("{low:.1}°") } else { format!("{low:.1} to {high:.1}°") };
+    let outside = if found.leaves_box {
+        "No rotation about the tool axis keeps P within the workspace box all along.\n"
+    } else {
+        ""
+    };
     format!(
-        "Rotated about the tool axis by γ = {by}{branch}; root mean square of the {}: {gains}.\n",
-        settings.cost.words()
+        "Rotated about the tool axis by γ = {by}{branch}; minimised is the {minimised} of the {}: {}{}.\n{outside}",
+        settings.cost.words(),
+        gains(of),
+        other.unwrap_or_default()
     )
 }
 
@@ -158,6 +178,7 @@ pub fn json(found: &FoundGamma, settings: &RedundancySettings) -> Value {
     json!({
         "gamma": settings.gamma.label(),
         "cost": settings.cost.label(),
+        "leaves_workspace": found.leaves_box,
         "branch": branch.map(|branch| branch.label()),
         "gammas": entries,
     })

@@ -54,6 +54,8 @@ pub(super) struct RotatablePath<'a> {
     pub on_branches: Vec<BranchMachine>,
     /// Branches left out, and why.
     pub refused: Refused,
+    /// Whether γ at which P leaves the machine's workspace box are infeasible.
+    pub keeps_box: bool,
     /// Full turn of each drive, rad; `None` for a linear drive.
     pub full_turns: Vec<Option<f64>>,
     placed: PlacedWorkpiece,
@@ -137,6 +139,7 @@ impl<'a> RotatablePath<'a> {
             problem,
             on_branches,
             refused,
+            keeps_box: false,
             full_turns: machine.full_turns().collect(),
             axis: Unit::new_normalize(machine.tool_axes.column(2).into_owned()),
             programmed_rotations: path.points().iter().map(programmed_rotations).collect(),
@@ -168,6 +171,16 @@ impl<'a> RotatablePath<'a> {
         TaskPoint::new(rotated.platform_pose(point.position_mm), load, self.problem.target)
     }
 
+    /// Whether P leaves the machine's workspace box at `task`.
+    pub fn is_outside(&self, task: &TaskPoint) -> bool {
+        self.problem.machine.outside_workspace(task.pose.translation).is_some()
+    }
+
+    /// Number of points at which P leaves the workspace box, with γ (rad) at each.
+    pub fn outside_count(&self, gamma: impl Fn(usize) -> f64) -> usize {
+        (0..self.points().len()).filter(|k| self.is_outside(&self.task(*k, gamma(*k)))).count()
+    }
+
     /// The part of `error`, the position error of the tool at point `k` (O axes, mm), that the cost setting measures, mm.
     pub fn cost(&self, k: usize, error: &Vector3<f64>) -> f64 {
         let workpiece = &self.placed.workpiece().rotation;
@@ -197,6 +210,9 @@ impl<'a> RotatablePath<'a> {
     /// Values of γ on the lattice, rad.
     pub fn gammas(&self) -> Vec<f64> {
         let [low, high] = self.problem.settings.range_deg;
+        if low == high {
+            return vec![low.to_radians()];
+        }
         let steps = ((high - low) / self.problem.settings.step_deg - 1e-9).ceil().max(1.0) as usize;
         let step = (high - low) / steps as f64;
         let count = if self.is_cyclic() { steps } else { steps + 1 };

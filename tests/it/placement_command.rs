@@ -17,7 +17,7 @@ fn a_placement_study_leaves_tables_figures_and_a_recommendation() {
     let output = kinetostat(&["run", "--verbose", &study, "--grid", "3,3,2", "--points", "25", "--out", folder]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let said = text(&output.stdout);
-    assert!(said.contains("where to clamp the groove") && said.contains("\nBest place: "), "{said}");
+    assert!(said.contains("origin of the groove") && said.contains("\nBest place: "), "{said}");
     assert!(said.contains("refinements end there"), "{said}");
     assert!(said.contains("Worst deflection at the named places: Q0 "), "{said}");
     assert!(said.contains(": 1 feature, 25 path points; ") && !said.contains("(-"), "{said}");

@@ -369,7 +369,7 @@ fn the_first_screen_of_a_placement_is_its_verdict() {
     let (words, folder) = said(&uncertain(), &[]);
     let verdict =
         "ithin tolerance: the tool of orthoglide, compensated, stays within 0.45 mm all along the groove with ";
-    assert!(words.contains(verdict) && words.contains("Clamp the groove at"), "{words}");
+    assert!(words.contains(verdict) && words.contains("Clamp the groove with "), "{words}");
     assert!(words.contains("best of ") && words.contains("4096 draws"), "{words}");
     let table = walk(folder.path(), "candidates.csv");
     let head = table.lines().next().unwrap().to_string();

@@ -546,8 +546,10 @@ def shows(text, unit, found):
 
 def recomputed(check, folder):
     """What a headline quotes, from the tables."""
-    common = [{place for place, _, _ in rows_of(check, folder / unquote(other))} for other in check.get("common", [])]
     columns = check.get("columns") or [check["column"]]
+    # Over the same points: where all have a number.
+    is_known = lambda row, is_answer: is_answer and all(is_number(row.get(column, "")) for column in columns)
+    common = [{place for place, row, is_answer in rows_of(check, folder / unquote(other)) if is_known(row, is_answer)} for other in check.get("common", [])]
     values = []
     for place, row, is_answer in rows_of(check, folder / unquote(check["file"])):
         cells = [row[column] for column in columns]

@@ -46,9 +46,9 @@ pub(super) fn settings(spec: &RedundancySpec, machine: &Machine, check: &Check) 
         return check.key("step_deg").fail(format!("must be from {FINEST_DEG} to 90, got {step_deg}"));
     }
     let range_deg = spec.range_deg.unwrap_or(default.range_deg);
-    if !(-360.0 <= range_deg[0] && range_deg[0] < range_deg[1] && range_deg[1] - range_deg[0] <= 360.0) {
+    if !(-360.0 <= range_deg[0] && range_deg[0] <= range_deg[1] && range_deg[1] - range_deg[0] <= 360.0) {
         let problem = format!(
-            "must be the least turn and a larger one, at most a full turn apart, got {} and {}",
+            "must be the least turn and the largest, at most a full turn apart, got {} and {}",
             range_deg[0], range_deg[1]
         );
         return check.key("range_deg").fail(problem);

@@ -195,7 +195,7 @@ pub(super) fn traces(
     shown.dedup_by(|a, b| a.name == b.name);
     let features = 0..study.features.len();
     let pairs = features.flat_map(|index| shown.iter().map(move |entry| (index, *entry)));
-    pairs.map(|(index, entry)| feature_trace(evaluators.of(entry.found), study, entry, index)).collect()
+    pairs.map(|(index, entry)| feature_trace(evaluators.of(&entry.name, entry.found), study, entry, index)).collect()
 }
 
 /// Returns the path of the feature with this `index` at the place of `entry`, with its errors before and after correction.

@@ -462,6 +462,16 @@ impl Evaluator {
         Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(&partial)? })
     }
 
+    /// Returns the place nearest to `site` as it is printed at which the workpiece can be cut, with what [`Evaluator::examine`] says of it; `site`
+    /// itself where there is none.
+    pub(super) fn examine_printed(&self, work: &Work, site: &Site) -> (Site, Result<Evaluation, Failure>) {
+        let examined = |site: Site| (site, self.examine_in_work(work, &site));
+        let can_be_cut =
+            |outcome: &Result<Evaluation, Failure>| outcome.as_ref().is_ok_and(|own| own.outside_workspace.is_none());
+        let mut printed = self.study.bounds.printed(site).into_iter().map(examined);
+        printed.find(|(_, outcome)| can_be_cut(outcome)).unwrap_or_else(|| examined(*site))
+    }
+
     /// Computes the correction within limits of each feature; writes its metrics, or the first reason why there is none, into `evaluation`.
     fn correct_within_limits(&self, partial: &PartialEvaluation, evaluation: &mut Evaluation) {
         let mut total = ResidualTally::default();

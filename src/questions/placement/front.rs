@@ -74,7 +74,14 @@ pub(super) fn pareto_front(
     known.extend(polished.into_iter().flatten());
     let front = undominated(&known, metrics);
     let shown = ends.iter().map(|end| *front.iter().find(|other| dominates(&other.1, &end.1, metrics)).unwrap_or(end));
-    Ok(undominated(&shown.collect::<Vec<_>>(), metrics))
+    let printed = |(number, end): (usize, &(Site, Metrics))| {
+        let (site, outcome) = evaluator.examine_printed(&work.part("printed").shard(number), &end.0);
+        outcome.map_or(*end, |evaluation| (site, evaluation.metrics))
+    };
+    let printed =
+        undominated(&shown.collect::<Vec<_>>(), metrics).par_iter().enumerate().map(printed).collect::<Vec<_>>();
+    work.barrier()?;
+    Ok(undominated(&printed, metrics))
 }
 
 /// Refines the best known place for one metric alone; `None` if no place is known.

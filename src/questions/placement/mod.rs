@@ -124,6 +124,8 @@ pub struct Candidate {
     pub name: String,
     /// Pose of W there.
     pub site: Site,
+    /// Whether it is judged at its best γ, if one is sought, as found places are; else as programmed.
+    pub at_best_gamma: bool,
 }
 
 /// Settings of the search for the best place.
@@ -243,7 +245,7 @@ fn refinement_starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize], 
 /// Evaluates only the named places of `study`, with all metrics, each at its best γ if one is sought, best first.
 pub fn compare(study: &PlacementStudy) -> Vec<Entry> {
     let places = outcome::entry_places(study, (&[], &[], &[]));
-    let evaluators = EntryEvaluators { found: Evaluator::new(study, &Metric::ALL), named: None };
+    let evaluators = EntryEvaluators { found: Evaluator::new(study, &Metric::ALL), programmed: None };
     outcome::evaluate_entries(&evaluators, study, &Work::default(), places)
 }
 
@@ -270,11 +272,11 @@ impl PlacementStudy {
         Self { features: self.features.iter().map(FeatureJob::as_programmed).collect(), ..self.clone() }
     }
 
-    /// Returns the evaluators of named places, which stay as programmed, and of found places, with all metrics.
+    /// Returns the evaluators of named places, most of which stay as programmed, and of found places, with all metrics.
     fn entry_evaluators(&self) -> EntryEvaluators {
         EntryEvaluators {
             found: Evaluator::new(self, &Metric::ALL),
-            named: self.seeks_gamma().then(|| Evaluator::new(&self.as_programmed(), &Metric::ALL)),
+            programmed: self.seeks_gamma().then(|| Evaluator::new(&self.as_programmed(), &Metric::ALL)),
         }
     }
 

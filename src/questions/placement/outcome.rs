@@ -189,18 +189,20 @@ pub(super) fn entry_places(
 /// Evaluators of named and of found places, with all metrics.
 pub(super) struct EntryEvaluators {
     pub found: Evaluator,
-    /// Of named places, if they are evaluated otherwise.
-    pub named: Option<Evaluator>,
+    /// Of named places that stay as programmed, if they are evaluated otherwise.
+    pub programmed: Option<Evaluator>,
 }
 
 impl EntryEvaluators {
-    /// Returns the evaluator of a place of this origin.
-    pub fn of(&self, origin: Origin) -> &Evaluator {
-        self.named.as_ref().filter(|_| origin == Origin::Named).unwrap_or(&self.found)
+    /// Returns the evaluator of the place of this name and origin.
+    pub fn of(&self, name: &str, origin: Origin) -> &Evaluator {
+        let is_at_best = |named: &super::Candidate| named.at_best_gamma && named.name == name;
+        let is_programmed = origin == Origin::Named && !self.found.study.candidates.iter().any(is_at_best);
+        self.programmed.as_ref().filter(|_| is_programmed).unwrap_or(&self.found)
     }
 }
 
-/// Evaluates `places` (name, origin, coordinates) with all metrics, and returns them as entries, feasible ones first, then by objective.
+/// Evaluates `places` (name, origin, coordinates) with all metrics, found ones as they are printed, and returns them as entries, feasible ones first, then by objective.
 pub(super) fn evaluate_entries(
     evaluators: &EntryEvaluators,
     study: &PlacementStudy,
@@ -208,8 +210,14 @@ pub(super) fn evaluate_entries(
     places: Vec<(String, Origin, Site)>,
 ) -> Vec<Entry> {
     let entry = |(number, (name, found, site)): (usize, (String, Origin, Site))| {
-        let (evaluator, part) = (evaluators.of(found), if found == Origin::Named { "named" } else { "found" });
-        let outcome = evaluator.examine_in_work(&work.shard(number).part(part), &site);
+        let evaluator = evaluators.of(&name, found);
+        let is_found = std::ptr::eq(evaluator, &evaluators.found);
+        let work = work.shard(number).part(if is_found { "found" } else { "named" });
+        // A named place is as its author wrote it.
+        let (site, outcome) = match found {
+            Origin::Named => (site, evaluator.examine_in_work(&work, &site)),
+            _ => evaluator.examine_printed(&work, &site),
+        };
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
         let gammas = evaluator.gammas_at(&site);
         Entry { name, found, site, gammas, outcome, value, spread: None }

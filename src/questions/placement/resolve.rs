@@ -20,7 +20,7 @@ use crate::{
     },
     machine::{Machine, ToolAxisSource},
     process::{
-        Extent, Feature, ForbiddenBox, PathReference, Process,
+        Extent, Feature, ForbiddenBox, GammaChoice, PathReference, Process,
         cutting::LoadError,
         tilt::TiltAngles,
         uncertainty::{CutBy, Uncertainty},
@@ -87,7 +87,7 @@ impl Question for PlacementStudy {
             Some(_) => extent.corners().to_vec(),
             None => features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm).collect(),
         };
-        let study = PlacementStudy {
+        let mut study = PlacementStudy {
             table: spec
                 .table
                 .map(|spec| resolve_table(&spec, footprint(), tool_points_up(&features), &check.key("table")))
@@ -97,12 +97,14 @@ impl Question for PlacementStudy {
             grid: resolve_grid(&spec.search, &bounds, overrides, &check.key("search"))?,
             search: resolve_search(&spec.search, &check.key("search"))?,
             objective: resolve_objective(&spec.objective, machine, &features, &check.key("objective"))?,
-            candidates: resolve_candidates(&spec.candidate, today, machine, reference, check)?,
+            candidates: Vec::new(),
             bounds,
             extent,
             machine: machine.clone(),
             features,
         };
+        let (machine, named_by) = (&study.machine, (reference, study.seeks_gamma()));
+        study.candidates = resolve_candidates(&spec.candidate, today, machine, named_by, check)?;
         let inputs = inputs.and(grid_input(study.grid.counts()));
         Ok(Resolved { study, shown: (), inputs })
     }
@@ -547,12 +549,13 @@ fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check:
     Ok(metric)
 }
 
-/// Returns the named places, checked; that of the process files, `today`, comes first. `reference` is the point whose positions paths give.
+/// Returns the named places, checked; that of the process files, `today`, comes first. `reference` is the point whose positions paths give;
+/// `seeks_gamma` says whether γ of a feature is sought.
 fn resolve_candidates(
     specs: &[CandidateSpec],
     today: Option<Candidate>,
     machine: &Machine,
-    reference: PathReference,
+    (reference, seeks_gamma): (PathReference, bool),
     check: &Check,
 ) -> Result<Vec<Candidate>> {
     let mut candidates: Vec<Candidate> = today.into_iter().collect();
@@ -580,7 +583,16 @@ fn resolve_candidates(
             site.0[3 + i] = check.key(key).finite_scalar(degrees)?.to_radians();
         }
         rotated_axes(&site).check(machine, |name| check.key(name))?;
-        candidates.push(Candidate { name, site });
+        let at_best_gamma = match (spec.gamma, seeks_gamma) {
+            (GammaChoice::AsProgrammed, _) => false,
+            (GammaChoice::BestConstant, true) => true,
+            _ => {
+                let problem =
+                    "must be as_programmed, or best_constant where redundancy.gamma of a process is best_constant";
+                return check.key("gamma").fail(problem.into());
+            }
+        };
+        candidates.push(Candidate { name, site, at_best_gamma });
     }
     Ok(candidates)
 }
@@ -605,7 +617,7 @@ impl Candidate {
         let placement = &process.placement;
         let mut site = Site::new(placement.origin_mm, placement.roll_pitch_yaw.z);
         [site.0[4], site.0[5]] = [placement.roll_pitch_yaw.y, placement.roll_pitch_yaw.x];
-        process.is_placed.then(|| Self { name: "as in the process file".into(), site })
+        process.is_placed.then(|| Self { name: "as in the process file".into(), site, at_best_gamma: false })
     }
 }
 
@@ -642,5 +654,5 @@ pub fn parse_place(text: &str, origin: &str, machine: &Machine, reference: PathR
             }
         },
     };
-    Ok(Candidate { name: text.into(), site })
+    Ok(Candidate { name: text.into(), site, at_best_gamma: false })
 }

@@ -63,6 +63,18 @@ pub(super) fn in_unit(coordinate: usize, distance: f64) -> f64 {
     if is_angle(coordinate) { distance.to_degrees() } else { distance }
 }
 
+/// Steps per mm and per degree to which found places are rounded before they are judged, so that a place is what is printed.
+const PRINTED_STEPS: [f64; 2] = [100.0, 10.0];
+
+/// Returns `value`, mm or degrees, in one decimal, in two if it has two, or in all its digits: what is read is the place itself.
+#[cfg(feature = "report")]
+pub(super) fn printed_words(value: f64) -> String {
+    let rounded = [1, 2].map(|decimals| format!("{value:.decimals$}"));
+    let is_all = |words: &String| words.parse::<f64>().is_ok_and(|rounded| (rounded - value).abs() < 1e-8);
+    let words = rounded.into_iter().find(is_all).unwrap_or_else(|| value.to_string());
+    if words.parse() == Ok(0.0) { words.replace('-', "") } else { words }
+}
+
 /// Differences below this share of a coordinate's range, or of 1 mm or rad, are rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -112,6 +124,33 @@ impl Bounds {
             *value = value.clamp(low, high);
         }
         Some(inside)
+    }
+
+    /// Returns the places around `site` as they are printed, to 0.01 mm and 0.1°, within the bounds, nearest first, and at last `site`.
+    pub fn printed(&self, site: &Site) -> Vec<Site> {
+        let mut around = vec![(0.0, *site)];
+        for i in self.free() {
+            let scale = PRINTED_STEPS[usize::from(is_angle(i))];
+            let shown = scale * if is_angle(i) { site.0[i].to_degrees() } else { site.0[i] };
+            // Degrees that were whole steps may be off by rounding.
+            let ends = if (shown - shown.round()).abs() < 1e-7 {
+                vec![shown.round()]
+            } else {
+                vec![shown.floor(), shown.ceil()]
+            };
+            let rounded = |(off, site): &(f64, Site)| {
+                let (off, site) = (*off, *site);
+                let to = ends.iter().map(move |end| {
+                    let (mut site, value) = (site, end / scale + 0.0);
+                    site.0[i] = if is_angle(i) { value.to_radians() } else { value };
+                    (off + (end - shown).powi(2), site)
+                });
+                to.filter(|(_, site)| (self.low[i]..=self.high[i]).contains(&site.0[i])).collect::<Vec<_>>()
+            };
+            around = around.iter().flat_map(rounded).collect();
+        }
+        around.sort_by(|a, b| a.0.total_cmp(&b.0));
+        around.into_iter().map(|(_, site)| site).chain([*site]).collect()
     }
 
     /// Returns `site` moved along one coordinate by `by`, mm or rad, clamped to the bounds, or wrapped where it may make a full turn.

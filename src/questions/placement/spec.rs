@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use crate::{machine::spec::BoxSpec, questions::spec::CircleSpec};
+use crate::{machine::spec::BoxSpec, process::GammaChoice, questions::spec::CircleSpec};
 
 /// A placement study as the study file gives it.
 #[derive(Debug, Clone, Deserialize)]
@@ -170,4 +170,7 @@ pub struct CandidateSpec {
     /// See `pitch_deg`.
     #[serde(default)]
     pub roll_deg: f64,
+    /// At which γ it is judged: as programmed if not given, or at the best constant one as found places are.
+    #[serde(default)]
+    pub gamma: GammaChoice,
 }

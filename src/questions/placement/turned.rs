@@ -77,7 +77,15 @@ impl FeatureJob {
         let placement = site.placement(feature.reference);
         let problem = GammaProblem { path: &path, loads: &loads, ..self.gamma_problem(settings, &placement) };
         match gammas_by_cost(problem, &Work::default()) {
-            Ok(Ok(gammas)) => Ok(gammas),
+            // As γ is printed.
+            Ok(Ok(gammas)) => Ok(gammas
+                .into_iter()
+                .map(|gamma| {
+                    let rounded = (10.0 * gamma.to_degrees()).round() / 10.0;
+                    let [low, high] = settings.range_deg;
+                    if (low..=high).contains(&rounded) { rounded.to_radians() } else { gamma }
+                })
+                .collect()),
             Ok(Err(dead_end)) => {
                 let infeasible = dead_end.infeasible.map_or("no γ before leads to one there", |h| h.words());
                 let [x, y, z]: [f64; 3] = path.points()[dead_end.point].position_mm.into();

@@ -58,8 +58,8 @@ pub(super) fn add_spread(
     work.tell(Event::Stage(Stage { of: "points of uncertain places", items: can_be_cut.len() * points }));
     let found = can_be_cut.par_iter().enumerate().filter_map(|(number, own)| {
         let work = work.shard(number).part("uncertain").part(&number.to_string());
-        let site = &entries[*own].site;
-        if_this_shard(spread_at(evaluators.of(entries[*own].found), &drawn, site, &work)).transpose()
+        let Entry { name, found, site, .. } = &entries[*own];
+        if_this_shard(spread_at(evaluators.of(name, *found), &drawn, site, &work)).transpose()
     });
     let found: Vec<Option<(PathSpread, LargestBoth)>> = found.collect::<Result<_>>()?;
     work.barrier()?;

@@ -16,9 +16,10 @@ use crate::{
     answer::{Output, ReportText, Run, Streams, layers, size_words, source_group},
     files::{
         exchange::{Image, Layer},
-        words::{counted, typographic},
+        words::{counted, position, typographic},
     },
     input::error::Result,
+    machine::Machine,
     page::{Description, Fact, Section, TableNote},
     process::ForceLaw,
     questions::{
@@ -93,7 +94,16 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
                 .text(&text.remedy)
                 .figures(&["slices_delta_rho"]),
         ],
-        ..scene.description("workspace_map", "the platform point P")
+        ..scene.description("workspace_map", &positions_words(&scene.machine))
+    }
+}
+
+/// Describes whose positions those of the map are, and where the tool tip is then.
+fn positions_words(machine: &Machine) -> String {
+    let tip = machine.home.pose.rotation * machine.tool_tip;
+    match tip.norm() > 0.0 {
+        true => format!("the platform point P, from which the tool tip is at {}", position(tip.x, tip.y, tip.z)),
+        false => "the platform point P, which is the tool tip".into(),
     }
 }
 

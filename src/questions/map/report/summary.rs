@@ -1,5 +1,6 @@
 //! Extremes over a map, collected point by point, and the summary as JSON.
 
+use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -8,7 +9,7 @@ use super::quantities::{
 };
 use crate::{
     answer::{DriveQuantities, Quantity, QuantityExtremes, ShareWithin, ValueAt},
-    files::StatusCount,
+    files::{StatusCount, words::position},
     questions::{
         map::{MapPoint, SourceEffect, WorkspaceMapStudy},
         spread_report::{self, SpreadCounts, WithSpread},
@@ -19,11 +20,21 @@ use crate::{
     },
 };
 
-/// The tool angle φ at which a value was found.
+/// Where and at which tool angle φ a value was found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct AtAngle {
+    /// Position of the tool tip of the unloaded machine, O, mm, where P is at the grid point.
+    pub tool_tip_mm: [f64; 3],
     /// φ in degrees; `None` without cutting force.
     pub phi_deg: Option<f64>,
+}
+
+impl ValueAt<AtAngle> {
+    /// Returns the position of the tool tip at which the value was found as text.
+    pub(super) fn tip(&self) -> String {
+        let [x, y, z] = self.at.tool_tip_mm;
+        format!("tool tip at {}", position(x, y, z))
+    }
 }
 
 /// Extremes and counts of one source of error over the map.
@@ -108,10 +119,14 @@ impl<'a> Summary<'a> {
             self.spread.add(spread);
         }
         self.points += 1;
+        let machine = &self.study.scene.machine;
+        let tip = Vector3::from(point.position_mm) + machine.home.pose.rotation * machine.tool_tip;
+        // The way through a rotation must not show.
+        let tool_tip_mm = tip.map(|own| (own * 1e9).round() / 1e9).into();
         for (source, sums) in self.sources.iter_mut() {
             StatusCount::add(&mut self.statuses, point.status(source));
             let Some(effect) = point.effect(source) else { continue };
-            let at = AtAngle { phi_deg: effect.phi_deg };
+            let at = AtAngle { tool_tip_mm, phi_deg: effect.phi_deg };
             sums.known += 1;
             sums.uncorrected += usize::from(effect.delta_rho.is_err());
             sums.in_json.add(effect, point.position_mm, &at);

@@ -68,8 +68,8 @@ fn deflection_text(summary: &Summary<'_>, source: Source) -> String {
         true => format!("{cause} by {high} everywhere.\n"),
         false => format!(
             "{cause} by {low} at the best place, {}, and by {high} at the worst, {}{phi}.\n",
-            least.place(),
-            most.place()
+            least.tip(),
+            most.tip()
         ),
     }
 }
@@ -83,9 +83,9 @@ fn spread_text(summary: &Summary<'_>) -> String {
          below {} at the worst, {}.\n",
         spread_report::counted_inputs(uncertainty),
         millimetres(least.value, 3),
-        least.place(),
+        least.tip(),
         millimetres(most.value, 3),
-        most.place()
+        most.tip()
     );
     if let Some((_, within)) = probably_within(summary) {
         text += &format!("The tool is {within}.\n");
@@ -136,12 +136,12 @@ fn superposition_error_text(summary: &Summary<'_>) -> String {
         return format!("{meaning}: none.\n");
     }
     format!(
-        "{meaning}: up to {}, at {}, and up to {:.1} % of the deflection, at {}; each taken at the tool angle of the \
+        "{meaning}: up to {}, {}, and up to {:.1} % of the deflection, {}; each taken at the tool angle of the \
          largest deflection.\n",
         millimetres(absolute.value, 4),
-        absolute.place(),
+        absolute.tip(),
         100.0 * relative.value,
-        relative.place()
+        relative.tip()
     )
 }
 
@@ -169,15 +169,15 @@ fn drives_text(
     let drives = kind_word(machine, kind);
     let of_kind = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
     Some(format!(
-        "To keep the tool on its path, correct the {drives} by up to {}, at {}; where least is needed, at {}, by up to {}. \
-         Drive {}s{of_kind} reach {}, at {}.\n",
+        "To keep the tool on its path, correct the {drives} by up to {}, {}; where least is needed, {}, by up to {}. \
+         Drive {}s{of_kind} reach {}, {}.\n",
         kind.position_words(most.value),
-        most.place(),
-        least.place(),
+        most.tip(),
+        least.tip(),
         kind.position_words(least.value),
         kind.force_word(),
         kind.force_words(force.value),
-        force.place()
+        force.tip()
     ))
 }
 
@@ -187,7 +187,7 @@ fn residual_error_text(extremes: &SourceExtremes, machine: &Machine) -> String {
         return String::new();
     };
     let residual = millimetres(most.value, 3);
-    format!("The residual error is up to {residual}, at {}: the drives do not control {axes}.\n", most.place())
+    format!("The residual error is up to {residual}, {}: the drives do not control {axes}.\n", most.tip())
 }
 
 /// Returns the first screen: one sentence, key numbers and cautions.
@@ -218,7 +218,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
             "{acting}, the tool of {name} moves with 95 % probability, at each place by itself, by at most {} at the best place, {}, and by at most {} at \
              the worst{} (nominally {low} and {high}).",
             millimetres(least.value, 3),
-            least.place(),
+            least.tip(),
             millimetres(most.value, 3),
             if summary.spread.unknown > 0 { " of those where that can be said" } else { "" }
         )
@@ -231,10 +231,10 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         None if low == high => format!("Tool deflection: {high} everywhere."),
         None => format!("Tool deflection: {low} at best, {high} at worst."),
     };
-    let clamp = spread.as_ref().map_or(least, |ends| &ends[0]).place();
+    let clamp = spread.as_ref().map_or(least, |ends| &ends[0]).tip();
     let best = || {
         let against = scene.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(least.value)).unwrap_or_default();
-        let what = format!("smallest, at {}", least.place());
+        let what = format!("smallest, {}", least.tip());
         KeyNumber::new(&low, what, against).held_to(scene.tolerance_mm, least.value).found(in_map_table(
             &DEFLECTION,
             Extreme::Smallest,
@@ -245,7 +245,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         true => "see in map.csv why points fail, and make the box smaller.".into(),
         false => {
             let tolerance = if scene.tolerance_mm.is_none() { "give tolerance_mm in the process, " } else { "" };
-            format!("{tolerance}place the part near {clamp}, and compute its path there.")
+            format!("{tolerance}place the part near the {clamp}, and compute its path there.")
         }
     };
     Headline::new(sentence, basis)
@@ -296,7 +296,7 @@ fn probably_within(summary: &Summary<'_>) -> Option<(f64, String)> {
 
 /// Returns the key number of the largest 95 % quantile.
 fn p95_number([least, most]: &[ValueAt<AtAngle>; 2]) -> KeyNumber {
-    let what = format!("largest deflection not exceeded with 95 % probability, at {}", most.place());
+    let what = format!("largest deflection not exceeded with 95 % probability, {}", most.tip());
     let against = format!("{} where it is the smallest", millimetres(least.value, 3));
     KeyNumber::new(&millimetres(most.value, 3), what, against).found(in_map_table(
         &P95_DEFLECTION,
@@ -320,7 +320,7 @@ fn worst_number(summary: &Summary<'_>, [least, most]: [&ValueAt<AtAngle>; 2], hi
     let nominal = if summary.study.uncertainty.is_some() { "nominal " } else { "" };
     let scene = &summary.study.scene;
     let acting = acting_words(&scene.machine, &scene.errors, !scene.force.is_zero()).to_lowercase();
-    let what = format!("largest {nominal}tool deflection {acting}, at {}", most.place());
+    let what = format!("largest {nominal}tool deflection {acting}, {}", most.tip());
     let found = in_map_table(&DEFLECTION, Extreme::Largest, most.value);
     KeyNumber::new(high, what, against).held_to(summary.study.scene.tolerance_mm, most.value).found(found)
 }

@@ -1,5 +1,7 @@
 //! The first screen of a placement study: the best place of the workpiece, the gain, and the margin around it.
 
+use nalgebra::Vector3;
+
 use super::{
     largest_force_n,
     quantities::{entry_metric, spread_counts, verdict_counts},
@@ -7,14 +9,14 @@ use super::{
 };
 use crate::{
     answer::{ShareWithin, cautions},
-    files::words::{counted, percent, typographic, with_minus_signs},
+    files::words::{counted, millimetres, percent, position, typographic, with_minus_signs},
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
-    process::file::NOT_CONTROLLED,
+    process::{PathReference, file::NOT_CONTROLLED},
     questions::{
         path::report::facts_text,
         placement::{
-            End, Entry, Evaluation, FeatureJob, Margin, Metric, Origin, PlacementResults, PlacementStudy, evaluate,
-            is_angle,
+            Candidate, End, Entry, Evaluation, FeatureJob, Margin, Metric, Origin, PlacementResults, PlacementStudy,
+            evaluate, is_angle, site::printed_words,
         },
         spread_report::{self, Along},
     },
@@ -84,15 +86,21 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
                 spread_report::next_along(Some(&spread.largest)).as_deref(),
             )
     });
-    let bounds: Vec<String> = results.flatness.iter().filter(|own| is_at_bound(own)).map(direction_words).collect();
-    let next = match bounds.as_slice() {
-        [] => "put this placement into the process file, and write the compensated program with it.".into(),
-        bounds => format!("widen the bounds towards {} if the machine allows, and search again.", bounds.join(", ")),
+    let towards = |is_meant: fn(&Margin) -> bool| -> Vec<String> {
+        results.flatness.iter().filter(|own| is_meant(own)).map(direction_words).collect()
     };
-    let (position, angles) = position_and_angles(&entry.site);
+    let next = match (towards(|own| own.is_better_beyond && is_none(own)).as_slice(), towards(is_blocked).as_slice()) {
+        ([], []) => "put this placement into the process file, and write the compensated program with it.".into(),
+        ([], blocked) => {
+            format!("make room towards {}, and search again: nobody clamps so exactly.", blocked.join(", "))
+        }
+        (bounds, _) => {
+            format!("widen the bounds towards {} if the machine allows, and search again.", bounds.join(", "))
+        }
+    };
+    let (place, angles) = position_and_angles(&entry.site);
     let at = if angles.is_empty() { angles } else { format!(" at {angles}") };
-    let place =
-        KeyNumber::new(&position, format!("where to clamp the {}{at}{}", part(study), gamma_words(study, entry)), "");
+    let place = KeyNumber::new(&place, format!("{}{at}{}", origin_words(study), gamma_words(study, entry)), "");
     let mut numbers: Vec<KeyNumber> = [place].into_iter().chain(numbers).chain(margin_number(results)).collect();
     let more: String = numbers.drain(MOST_NUMBERS.min(numbers.len())..).map(|own| number_sentence(&own)).collect();
     Headline::new(sentence, basis)
@@ -143,13 +151,38 @@ fn state(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> 
         State::Good | State::Partly if results.flatness.iter().any(is_at_bound) => {
             Verdict::new(State::Partly, "Best place lies at the search bound")
         }
+        State::Good => match results.flatness.iter().find(|own| is_blocked(own)) {
+            Some(blocked) => Verdict::new(
+                State::Partly,
+                format!("Within tolerance, but no room towards {}", direction_words(blocked)),
+            ),
+            None => judged,
+        },
         _ => judged,
     }
 }
 
-/// Whether the best place is at the end of what was searched, and a better one behind it.
+/// Whether the best place is at the end of what was searched.
 fn is_at_bound(margin: &Margin) -> bool {
-    margin.is_better_beyond && is_none(margin)
+    margin.end == End::Bound && is_none(margin)
+}
+
+/// Whether the workpiece cannot be cut right beyond the best place: at a travel, a box, the edge of the table.
+fn is_blocked(margin: &Margin) -> bool {
+    matches!(margin.end, End::Infeasible(_)) && is_none(margin)
+}
+
+/// Returns the number that first sentence, key numbers and figure tell of a place: the largest distance from the path, with uncertain inputs what it is
+/// within with 95 % probability; `None` where there is none.
+pub(super) fn distance_words(study: &PlacementStudy, entry: &Entry) -> Option<String> {
+    match &entry.spread {
+        Some(spread) => {
+            let judged = spread.largest.compensated.as_ref().filter(|_| !study.has_limits());
+            let p95 = judged.unwrap_or(&spread.largest.plain).spread.p95_mm?;
+            Some(format!("with 95 % within {}", millimetres(p95, 3)))
+        }
+        None => Some(value_of(study, entry.feasible()?, Metric::WorstDeflection)? + " off at most"),
+    }
 }
 
 /// Returns the cautions for any placement: the workpiece carrier, an assumed workspace box, and axes that the drives do not control.
@@ -208,13 +241,17 @@ fn value_of(study: &PlacementStudy, evaluation: &Evaluation, metric: Metric) -> 
 /// Returns the sentence of the first screen: where to clamp, and unless a verdict by the distribution says it, how far the tool leaves its path.
 fn clamp_sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> String {
     let study = &results.study;
-    let mut text = format!("Clamp the {} at {}{}", part(study), site_words(&entry.site), gamma_words(study, entry));
+    let how = if platform_offset(study).is_some() { "with P at" } else { "with its origin at" };
+    let (site, gamma) = (site_words(&entry.site), gamma_words(study, entry));
+    let mut text = format!("Clamp the {} {how} {site}{gamma}", part(study));
     if entry.spread.is_some() {
         return text + ".";
     }
     if let Some(worst) = value_of(study, evaluation, Metric::WorstDeflection) {
         let gain = gain_words(results, entry, evaluation);
-        let note = if study.seeks_gamma() && !gain.is_empty() { " (as programmed)" } else { "" };
+        let is_programmed = |named: &Candidate| !named.at_best_gamma && gain.ends_with(&named.name);
+        let has_note = study.seeks_gamma() && study.candidates.iter().any(is_programmed);
+        let note = if has_note { " (as programmed)" } else { "" };
         text += &format!(": the tool leaves its path by at most {worst}{gain}{note}");
     }
     match (value_of(study, evaluation, Metric::WorstResidual), value_of(study, evaluation, Metric::WorstCorrection)) {
@@ -225,11 +262,28 @@ fn clamp_sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evalua
     text + "."
 }
 
+/// Returns the tool tip from P at home, O axes, mm, where paths give positions of P and not of the tip.
+pub(super) fn platform_offset(study: &PlacementStudy) -> Option<Vector3<f64>> {
+    let is_of_platform = study.features[0].feature.reference == PathReference::PlatformPoint;
+    Some(study.machine.home.pose.rotation * study.machine.tool_tip).filter(|tip| is_of_platform && tip.norm() > 0.0)
+}
+
+/// Describes whose position a place is: that of the part's origin, or of P there.
+fn origin_words(study: &PlacementStudy) -> String {
+    match platform_offset(study) {
+        None => format!("where to clamp the origin of the {}", part(study)),
+        Some(tip) => {
+            let tip = position(tip.x, tip.y, tip.z);
+            format!("where P is at the origin of the {}, which is at the tool tip: {tip} from P", part(study))
+        }
+    }
+}
+
 /// Describes the γ of each feature at a place; empty where none is sought.
 fn gamma_words(study: &PlacementStudy, entry: &Entry) -> String {
     let gamma = |(job, gamma): (&FeatureJob, &Option<f64>)| {
-        let degrees = gamma.as_ref()?.to_degrees();
-        Some((job.feature.name.clone(), typographic(&format!("{degrees:.0}°"))))
+        let degrees = printed_words((1e9 * gamma.as_ref()?.to_degrees()).round() / 1e9);
+        Some((job.feature.name.clone(), typographic(&format!("{}°", degrees.trim_end_matches(".0")))))
     };
     let gammas: Vec<(String, String)> = study.features.iter().zip(&entry.gammas).filter_map(gamma).collect();
     match gammas.as_slice() {
@@ -327,8 +381,8 @@ fn compensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evalua
 
 /// Margins below this are shown as none, mm.
 const NO_ROOM_MM: f64 = 0.1;
-/// Margins of angles below this are shown as none, degrees.
-const NO_ROOM_DEG: f64 = 0.05;
+/// Margins of angles below this are shown as none, degrees: no less than what places are rounded to.
+const NO_ROOM_DEG: f64 = 0.1;
 
 /// Whether a margin is shown as none.
 fn is_none(margin: &Margin) -> bool {

@@ -25,7 +25,6 @@ use crate::{
         words::{counted, typographic},
     },
     input::error::Result,
-    machine::Machine,
     page::{Column, Description, Explorer, Fact, MachineDescription, Mark, Section, Shape, TableNote, error_facts},
     process::{Placement, file::NOT_CONTROLLED},
     questions::{
@@ -99,7 +98,7 @@ fn page(results: &PlacementResults) -> Description {
     }
     Description {
         setting: setting(study),
-        terms: vec![Fact::new("Positions", positions_words(&study.machine))],
+        terms: vec![Fact::new("Positions", positions_words(study))],
         sections: sections(results),
         explorers: vec![sweep_view(results), places_view(study)],
         tables,
@@ -125,7 +124,7 @@ fn sections(results: &PlacementResults) -> Vec<Section> {
         let heading = "How to use this place?";
         let section = Section::new(heading, "set this place in the process file, compensate the program, check it")
             .text("This place, for the process file of `kinetostat compensate` and of path studies:");
-        sections.push(section.to_copy(placement_table(&best.site)));
+        sections.push(section.to_copy(placement_table(&best.site) + &gamma_table(&results.entries[best.entry].gammas)));
     }
     sections
 }
@@ -138,6 +137,15 @@ fn placement_table(site: &Site) -> String {
     format!("[placement]\norigin_mm = [{x:?}, {y:?}, {z:?}]\n{nonzero}")
 }
 
+/// Returns γ of a place as keys of the table `[redundancy]` of a process file; empty where none was sought, or features have different ones.
+fn gamma_table(gammas: &[Option<f64>]) -> String {
+    let [Some(gamma), others @ ..] = gammas else { return String::new() };
+    let shown = (1e9 * gamma.to_degrees()).round() / 1e9;
+    let is_one = others.iter().all(|other| *other == Some(*gamma));
+    let keys = || format!("\n[redundancy]\ngamma = \"best_constant\"\nrange_deg = [{shown:?}, {shown:?}]\n");
+    if is_one { keys() } else { String::new() }
+}
+
 /// Titles of the views.
 const SWEEP: &str = "Places of the sweep";
 const PLACES: &str = "Named and found places";
@@ -148,9 +156,10 @@ fn point_words(p: Vector3<f64>) -> String {
 }
 
 /// Returns which point and frame the positions on the first screen refer to.
-fn positions_words(machine: &Machine) -> String {
-    let carrier = machine.carrier.as_ref().map_or("the machine's base", |carrier| carrier.name.as_str());
-    format!("of the part's origin, from the origin of {carrier}")
+fn positions_words(study: &PlacementStudy) -> String {
+    let carrier = study.machine.carrier.as_ref().map_or("the machine's base", |carrier| carrier.name.as_str());
+    let of = if headline::platform_offset(study).is_some() { "P at the part's origin" } else { "the part's origin" };
+    format!("of {of}, from the origin of {carrier}")
 }
 
 /// Returns the facts about machine, objective, bounds, features and obstacles that head the page.

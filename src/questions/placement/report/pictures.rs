@@ -81,6 +81,15 @@ pub(super) fn best_grid_position(results: &PlacementResults) -> [usize; 6] {
     })
 }
 
+/// Returns the metrics that are drawn in a cell of the sweep: of that around the best place the metrics there, as its grid point may be impossible.
+pub(super) fn metrics_at(results: &PlacementResults, position: [usize; 6]) -> Option<&Metrics> {
+    let best = results.best.as_ref().filter(|_| position == best_grid_position(results));
+    match best.and_then(|best| results.entries[best.entry].feasible()) {
+        Some(evaluation) => Some(&evaluation.metrics),
+        None => results.cells[results.study.grid.index(position)].metrics(),
+    }
+}
+
 /// Returns the coordinate in which the planes drawn differ: the first besides x and y that the sweep varies.
 fn panel_coordinate(results: &PlacementResults) -> usize {
     (2..COORDINATES.len()).find(|&i| results.study.grid.axes[i].len() > 1).unwrap_or(2)
@@ -124,7 +133,7 @@ fn map(
         let node = |x, y| {
             let [_, _, rest @ ..] = *plane;
             let [z, yaw, pitch, roll] = rest;
-            value(results.cells[study.grid.index([x, y, z, yaw, pitch, roll])].metrics()?)
+            value(metrics_at(results, [x, y, z, yaw, pitch, roll])?)
         };
         SlicePanel {
             title: plane_title(results, plane),

@@ -12,7 +12,11 @@ use crate::{
     process::Extent,
     questions::placement::{
         COORDINATES, End, Entry, Metric, Origin, PlacementResults, Site, Trace, is_angle,
-        report::pictures::{self, PathVersion, cutting_pieces},
+        report::{
+            headline::distance_words,
+            pictures::{self, PathVersion, cutting_pieces},
+        },
+        site::{printed_words, unit_suffix},
     },
     spatial::Pose,
 };
@@ -24,7 +28,6 @@ const OTHERS: usize = 4;
 pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
     let study = &results.study;
     let metric = drawn_metric(results);
-    let number = |value: f64| typographic(&metric.value_words(&study.machine, value));
     let best = results.best.as_ref();
     let mut shapes = Vec::new();
     shapes.extend(study.table.iter().map(|table| PlanShape {
@@ -51,8 +54,7 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
         marks.push((best.site.0[0], best.site.0[1], String::new()));
     }
     let places = nearby_named_places(results).into_iter().map(|entry| {
-        let value = entry.feasible().and_then(|evaluation| evaluation.metrics.get(metric));
-        let words = value.map_or_else(|| "not possible".into(), number);
+        let words = distance_words(study, entry).map_or_else(|| "not possible".into(), |words| typographic(&words));
         let at = (entry.site.0[0], entry.site.0[1]);
         PlanShape { look: Look::Place, points: vec![at], label: format!("{}: {words}", entry.name) }
     });
@@ -67,15 +69,17 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
             || "No place for the part: plan of the machine".into(),
             |best| {
                 let drawn = deviation_note(results).map_or_else(String::new, |note| format!(", {note}"));
-                let value = results.entries[best.entry].outcome.as_ref().ok().and_then(|e| e.metrics.get(metric));
-                let value = value.map_or_else(String::new, |value| format!(" ({})", number(value)));
+                let value = distance_words(study, &results.entries[best.entry]);
+                let value = value.map_or_else(String::new, |value| format!(" ({value})"));
                 typographic(&format!("The part at its best place{value}, {}{drawn}", height_and_angles(&best.site)))
             },
         ),
         subtitle: match &field {
-            Some(_) => {
-                format!("{}, seen along −z; grey: if the part's origin stood there", study.machine.name)
-            }
+            Some(_) => format!(
+                "{}, seen along −z; grey: if the part's origin stood there{}",
+                study.machine.name,
+                plane_words(results)
+            ),
             None => format!("{}, seen along −z", study.machine.name),
         },
         x_label: "x of the machine [mm]".into(),
@@ -103,8 +107,8 @@ fn drawn_metric(results: &PlacementResults) -> Metric {
 fn height_and_angles(site: &Site) -> String {
     let shown = site.shown();
     let angles = (3..COORDINATES.len()).filter(|&i| shown[i] != 0.0);
-    let angles: Vec<String> = angles.map(|i| format!(", {} {:.0}°", COORDINATES[i], shown[i])).collect();
-    format!("z = {:.1} mm{}", shown[2], angles.concat())
+    let angles: Vec<String> = angles.map(|i| format!(", {} {}°", COORDINATES[i], printed_words(shown[i]))).collect();
+    format!("z = {} mm{}", printed_words(shown[2]), angles.concat())
 }
 
 /// Returns the named places near the bounds, other than the best.
@@ -223,6 +227,15 @@ fn margin_note(results: &PlacementResults) -> Option<String> {
     (!parts.is_empty()).then(|| format!("may move until {until} (orange): {}", parts.join(", ")))
 }
 
+/// Describes the plane of the sweep that is drawn, where it is not that of the best place.
+fn plane_words(results: &PlacementResults) -> String {
+    let Some(best) = &results.best else { return String::new() };
+    let drawn =
+        Site(std::array::from_fn(|i| results.study.grid.axes[i][pictures::best_grid_position(results)[i]])).shown();
+    let others = (2..COORDINATES.len()).filter(|&i| (drawn[i] - best.site.shown()[i]).abs() > 1e-6);
+    others.map(|i| format!(", {} {}{}", COORDINATES[i], printed_words(drawn[i]), unit_suffix(i))).collect()
+}
+
 /// Returns the slice of the sweep nearest to the best place.
 fn sweep_slice(results: &PlacementResults, metric: Metric) -> Option<PlanField> {
     let study = &results.study;
@@ -234,7 +247,7 @@ fn sweep_slice(results: &PlacementResults, metric: Metric) -> Option<PlanField> 
     let value = |x: usize, y: usize| {
         let mut node = base;
         (node[0], node[1]) = (x, y);
-        results.cells[study.grid.index(node)].metrics()?.get(metric)
+        pictures::metrics_at(results, node)?.get(metric)
     };
     let nodes = (0..ys.len()).flat_map(|y| (0..xs.len()).map(move |x| (x, y)));
     Some(PlanField {

@@ -7,14 +7,14 @@ use super::{
 use crate::{
     files::{
         text_table::text_table,
-        words::{counted, join_words, millimetres, position, typographic, with_minus_signs},
+        words::{counted, join_words, millimetres, typographic, with_minus_signs},
     },
     page::SmallTable,
     questions::{
         placement::{
             Agreement, Best, COORDINATES, End, Entry, Evaluation, Margin, Metric, Metrics, Origin, PlaceSpread,
-            PlacementResults, PlacementStudy, Refinement, Site, Start, Verdict, is_angle,
-            site::{in_unit, unit_suffix},
+            PlacementResults, PlacementStudy, Refinement, Site, Start, Verdict,
+            site::{in_unit, printed_words, unit_suffix},
         },
         spread_report,
     },
@@ -31,8 +31,9 @@ pub(super) fn site_words(site: &Site) -> String {
 pub(super) fn position_and_angles(site: &Site) -> (String, String) {
     let [x, y, z, angles @ ..] = site.shown();
     let nonzero = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
-    let nonzero: Vec<String> = nonzero.map(|(name, angle)| typographic(&format!("{name} {angle:.1}°"))).collect();
-    (position(x, y, z), nonzero.join(", "))
+    let nonzero = nonzero.map(|(name, angle)| typographic(&format!("{name} {}°", printed_words(angle))));
+    let position = [x, y, z].map(printed_words).join(", ");
+    (typographic(&format!("({position}) mm")), nonzero.collect::<Vec<_>>().join(", "))
 }
 
 /// Metrics that the table of entries shows.
@@ -60,8 +61,8 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
     for entry in entries {
         let shown_site = entry.site.shown();
         let [x, y, z, ..] = shown_site;
-        let mut row = vec![entry.name.clone(), format!("{x:.2}, {y:.2}, {z:.2}")];
-        row.extend(shown_site[angles.clone()].iter().map(|angle| format!("{angle:.1}")));
+        let mut row = vec![entry.name.clone(), [x, y, z].map(printed_words).join(", ")];
+        row.extend(shown_site[angles.clone()].iter().copied().map(printed_words));
         match &entry.outcome {
             Ok(evaluation) => row.extend(shown.iter().map(|metric| {
                 evaluation.metrics.get(*metric).map_or_else(|| "–".into(), |value| metric.value_words(machine, value))
@@ -459,10 +460,7 @@ pub(super) fn compromises_table(results: &PlacementResults) -> Option<SmallTable
     if shown.len() < 2 {
         return None;
     }
-    let text = |site: &Site, i: usize| {
-        let value = site.shown()[i];
-        typographic(&if is_angle(i) { format!("{value:.0}°") } else { format!("{value:.1} mm") })
-    };
+    let text = |site: &Site, i: usize| typographic(&format!("{}{}", printed_words(site.shown()[i]), unit_suffix(i)));
     let varies = |i: &usize| shown.iter().any(|(site, _)| text(site, *i) != text(&shown[0].0, *i));
     let free: Vec<usize> = (0..COORDINATES.len()).filter(varies).collect();
     let header = free.iter().map(|&i| COORDINATES[i].to_string());

@@ -120,7 +120,7 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
     };
     let verdict = match report.smallest_at_best() {
         None => Verdict::new(State::Bad, "No rotation about the tool is possible"),
-        Some(_) => Verdict::of_share(report.share_within().get(), scene.tolerance_mm, "the places"),
+        Some(_) => Verdict::of_share(report.share_within().get(), scene.tolerance_mm, "the box"),
     };
     let sentence = match (report.smallest_at_best(), report.largest_at_best()) {
         (Some(least), Some(most)) => {
@@ -147,8 +147,8 @@ fn answer_sentence(report: &Report<'_>) -> String {
         return format!("No γ is possible for {name} at any grid point and direction; redundancy_map.csv says why.");
     };
     let (share_template, extent) = match report.study.axes.len() {
-        1 => ("at … of the grid points", ""),
-        _ => ("at … of the grid points and directions", " over all grid points and directions"),
+        1 => ("in … of the box", ""),
+        _ => ("in … of the box over all directions", " over all grid points and directions"),
     };
     let within = report.share_within().words(report.study.scene.tolerance_mm, share_template);
     let tolerance_words = within.map_or_else(String::new, |share| format!(" So rotated, the tool is {share}."));

@@ -164,12 +164,14 @@ impl<'a> Report<'a> {
         largest_value(values.collect::<Option<Vec<_>>>()?)
     }
 
-    /// Returns the share of grid points and directions at which the best γ is within tolerance; an empty share without a tolerance.
+    /// Returns the share of the box, over all directions, in which the best γ is within tolerance; an empty share without a tolerance.
     pub fn share_within(&self) -> ShareWithin {
         let mut share = ShareWithin::default();
         if let Some(tolerance) = self.study.scene.tolerance_mm {
-            for point in &self.map.points {
-                share.add(1.0, FoundValue::of(&BEST, point).is_some_and(|found| found.value <= tolerance));
+            for (index, point) in self.map.points.iter().enumerate() {
+                // Each grid point stands for the cell around it.
+                let cell = self.study.grid.cell_share(index % self.study.grid.len());
+                share.add(cell, FoundValue::of(&BEST, point).is_some_and(|found| found.value <= tolerance));
             }
         }
         share

@@ -49,8 +49,8 @@ pub(super) fn superposition_error_words(summary: &Summary<'_>) -> String {
             continue;
         };
         text += &format!(
-            "Superposition error at {name}: up to {}, at {} (tool angle φ = {:.0}°), and up to {:.1} % of the largest displacement at the \
-             same place, at {}; each the largest over all tool angles",
+            "Superposition error at {name}: up to {}, with P at {} (tool angle φ = {:.0}°), and up to {:.1} % of the largest displacement at the \
+             same place, with P at {}; each the largest over all tool angles",
             millimetre_words(largest.value),
             largest.place(),
             largest.at.phi_deg,
@@ -59,7 +59,7 @@ pub(super) fn superposition_error_words(summary: &Summary<'_>) -> String {
         );
         text += &match aggregated {
             Some(largest) => format!(
-                ". With linearly aggregated errors, eqs. (14) and (15): up to {}, at {}.\n",
+                ". With linearly aggregated errors, eqs. (14) and (15): up to {}, with P at {}.\n",
                 millimetre_words(largest.value),
                 largest.place()
             ),
@@ -68,7 +68,7 @@ pub(super) fn superposition_error_words(summary: &Summary<'_>) -> String {
     }
     if let Some(largest) = summary.largest(Sum::Superposition, Followed::Tool, &RATIO) {
         text += &format!(
-            "Where the effects nearly cancel at one φ, the superposition error is up to {:.1} % of what remains, at {} (tool angle φ = \
+            "Where the effects nearly cancel at one φ, the superposition error is up to {:.1} % of what remains, with P at {} (tool angle φ = \
              {:.0}°).\n",
             100.0 * largest.value,
             largest.place(),
@@ -94,7 +94,7 @@ pub(super) fn safety_words(summary: &Summary<'_>) -> String {
     text += &match &least.at {
         LargestFactor::BelowToLimit(factor) => format!("at least {factor:.2} times that load.\n"),
         _ => format!(
-            "{:.2} times that load, as limited by {}, and up to {} times at {}.\n",
+            "{:.2} times that load, as limited with P at {}, and up to {} times with P at {}.\n",
             least.value,
             least.place(),
             largest_words(&most.at),
@@ -354,7 +354,7 @@ fn p95_key_number(locations: &[LocationResult]) -> Option<KeyNumber> {
 
 /// Returns the largest superposition error, written as `wrong`, as a key number, compared with the tolerance.
 fn error_key_number(tolerance: Tolerance, largest: &ValueAt<Worst>, wrong: &str, nominally: &str) -> KeyNumber {
-    let what = format!("largest {nominally}superposition error, at the tool tip, at {}", largest.place());
+    let what = format!("largest {nominally}superposition error, at the tool tip, with P at {}", largest.place());
     let rows = [["sum", Sum::Superposition.label()], ["followed", Followed::Tool.label()]];
     let reference = SUPERPOSITION_ERROR.found_in("map.csv", &rows, Extreme::Largest, largest.value);
     KeyNumber::new(wrong, what, tolerance.against(largest.value))
@@ -367,7 +367,7 @@ fn load_key_number(summary: &Summary<'_>, locations: &[LocationResult], nominall
     let [least, most] = summary.load_factor_extremes()?;
     let end = match least.at {
         LargestFactor::BelowToLimit(_) => "; at least so much".to_string(),
-        _ => format!("; the limit is at {}", least.place()),
+        _ => format!("; the limit is with P at {}", least.place()),
     };
     let fails = |(name, spread): &&(&str, &DeflectionSpread)| {
         (spread.within_tolerance.unwrap_or_default() < P95)
