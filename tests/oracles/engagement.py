@@ -45,6 +45,9 @@ class Move:
         self.flat_length = float(np.hypot(*(self.b - self.a)[:2])) if centre is None else self.rho * abs(sweep)
         self.rise = float(self.b[2] - self.a[2])
         self.length = math.hypot(self.flat_length, self.rise)
+        # What a plunge sweeps is what it does where it ends.
+        self.level = not self.rise or not self.flat_length
+        self.floor = float(min(self.a[2], self.b[2]))
 
     def at(self, t):
         """Plan of the tip at shares t of the move."""
@@ -89,19 +92,17 @@ class Move:
     def part(self, z):
         """Shares between which the tool is at the heights z with its full radius of there: (first, last), NaN where never.
         A flat end is where its tip is below; of other tools a level move has them all or none, and of a slope only what is above its corner."""
-        tip = z - (self.tool.corner if self.tool.corner and self.rise else 0.0)
-        if abs(self.rise) < 1e-12:
-            there = self.a[2] <= tip
+        if self.level:
+            there = self.floor <= z
             return np.where(there, 0.0, np.nan), np.where(there, 1.0, np.nan)
-        t = (tip - self.a[2]) / self.rise
+        t = (z - self.tool.corner - self.a[2]) / self.rise
         if self.rise < 0: first, last = np.clip(t, 0, None), np.ones_like(t)
         else: first, last = np.zeros_like(t), np.clip(t, None, 1)
         bad = first > last
         return np.where(bad, np.nan, first), np.where(bad, np.nan, last)
 
     def swept_radius(self, z):
-        if self.tool.corner and self.rise: return np.full_like(z, self.tool.radius)
-        return self.tool.at(z - self.a[2]) if not self.rise else np.full_like(z, self.tool.radius)
+        return self.tool.at(z - self.floor) if self.level else np.full_like(z, self.tool.radius)
 
     def inside(self, q, z):
         """Whether points q (rows of heights, points, 2) at the heights z are swept."""
@@ -123,7 +124,7 @@ class Move:
             ends = np.minimum(np.linalg.norm(q - a, axis=-1), np.linalg.norm(q - b, axis=-1))
             gap = np.where(within, np.abs(np.linalg.norm(v, axis=-1) - self.rho), ends)
         out = there[:, None] & (gap < r[:, None] - EPS)
-        if self.tool.corner and self.rise:
+        if self.tool.corner and not self.level:
             out |= self.in_capsule(q, z)
         return out
 
@@ -192,7 +193,7 @@ class Stock:
 class Cut:
     """What a move meets at the share t of it: `force` on the tool in (feed, left of the feed, towards the spindle), the sum of the `sizes` of the forces
     of its heights, and as extremes over them `entry`, `exit` and `depth`. With `slices` it has a fault: one arc at the middle of each so many mm."""
-    def __init__(self, stock, move, t, law, chip, steps=96, slices=None):
+    def __init__(self, stock, move, t, law, chip, steps=96, slices=None, narrow=None):
         tool = move.tool
         p, tip = move.at(t), move.z(t)
         chip_across, chip_up = chip * move.flat_length / move.length, chip * move.rise / move.length
@@ -208,13 +209,16 @@ class Cut:
             for z in (m.a[2], m.b[2]):
                 levels |= {z, z + m.tool.corner}
         if tool.corner: levels.add(tip + tool.corner)
-        levels = sorted(z for z in levels if tip <= z <= top and z >= stock.low[2])
+        if narrow:
+            tip_level, top = max(tip, narrow[0]), min(top, narrow[1])
+            levels |= {tip_level, top}
+        levels = sorted(z for z in levels if (tip_level if narrow else tip) <= z <= top and z >= stock.low[2])
         if slices: levels = list(np.linspace(tip, top, math.ceil((top - tip) / slices) + 1))
         rows = []       # z, height of the row along the edge, kappa
         for lo, hi in zip(levels, levels[1:]):
             if hi - lo < 1e-9: continue
             corner = tool.corner and hi <= tip + tool.corner + 1e-12
-            changes = any(m.rise and min(m.a[2], m.b[2]) < hi and max(m.a[2], m.b[2]) + m.tool.corner > lo for m in moves) or \
+            changes = any(not m.level and min(m.a[2], m.b[2]) < hi and max(m.a[2], m.b[2]) + m.tool.corner > lo for m in moves) or \
                 any(m.tool.corner and m.a[2] < hi and m.a[2] + m.tool.corner > lo for m in moves)
             if corner:
                 k0, k1 = (math.acos(max(-1.0, min(1.0, 1 - (z - tip) / tool.corner))) for z in (lo, hi))
@@ -226,6 +230,13 @@ class Cut:
                 n = steps if changes and not slices else 1
                 for i in range(n): rows.append((lo + (hi - lo) * (i + 0.5) / n, (hi - lo) / n, math.pi / 2))
         if not rows: return
+        slopes = [m for m in moves if m.tool.corner and not m.level]
+        if slopes and not narrow:      # once coarsely; then where something was cut
+            cut = Cut(stock, move, t, law, chip, 48, narrow=(tip, top))
+            if not cut.sizes: return
+            cut = Cut(stock, move, t, law, chip, max(48, steps // 2), narrow=cut.between)
+            self.__dict__.update(cut.__dict__)
+            return
         z, length, kappa = (np.array(c) for c in zip(*rows))
         r = tool.at(z - tip)
         heading = move.heading(t)
@@ -236,7 +247,6 @@ class Cut:
         with np.errstate(all="ignore"):
             w = np.arcsin(np.clip(-beta / np.where(alpha > 0, alpha, 1.0), -1, 1))
         marks = [edges, (w % TURN)[:, None], ((math.pi - w) % TURN)[:, None], np.zeros((len(z), 1)), np.full((len(z), 1), TURN)]
-        slopes = [m for m in moves if m.tool.corner and m.rise]
         if slopes: marks.append(self.found(stock, moves, p, r, z, heading))
         marks = np.sort(np.where(np.isfinite(np.concatenate(marks, 1)), np.concatenate(marks, 1), 0.0), 1)
         a, b = marks[:, :-1], marks[:, 1:]
@@ -265,10 +275,12 @@ class Cut:
         if some.any():
             self.entry, self.exit = float(a[cuts].min()), float(b[cuts].max())
             self.depth = float((z - tip)[some].max())
+            i = np.flatnonzero(some)
+            self.between = float(z[max(0, i[0] - 2)]) if i[0] > 1 else tip, float(z[min(len(z) - 1, i[-1] + 2)]) if i[-1] < len(z) - 2 else top
 
     @staticmethod
-    def found(stock, moves, p, r, z, heading, n=720):
-        """Edges that no formula gives, looked for in steps of half a degree and halved."""
+    def found(stock, moves, p, r, z, heading, n=360):
+        """Edges that no formula gives, looked for in steps of a degree and halved."""
         grid = np.linspace(0, TURN, n + 1)
         def is_in(psi):
             angle = heading + math.pi / 2 - psi
