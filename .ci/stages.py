@@ -178,7 +178,7 @@ FULL = [
         node web/check.mjs "$OUT/calls" "$OUT/native" src/page/assets/engine.wasm.br "$OUT/engine/engine.wasm.br"
         "$TARGET/ci/venv/bin/python" tests/page/explore.py "$OUT/explored" "$PROGRAM"
     """, ("pages",)),
-    Stage("oracles", "Random programs of each dialect, judged by interpreters of other hands: the program runs twice for each.", """
+    Stage("oracles", "Random programs of each dialect, judged by interpreters of other hands, and random cuts by a geometry of another hand: the program runs twice for each.", """
         for dialect in sinumerik heidenhain fanuc apt; do
             python3 tests/oracles/check.py "$PROGRAM" --dialect $dialect --from 1 --count 40
         done
@@ -191,6 +191,13 @@ FULL = [
         python3 tests/oracles/five_axis.py --poses "$OUT/poses"
         diff -r tests/five_axis_poses "$OUT/poses"
         python3 tests/oracles/check_five.py "$PROGRAM" --from 1 --count 60
+        # About 60 judged cuts of flat ends, and some of balls and corners.
+        python3 -m venv "$OUT/geometry"
+        "$OUT/geometry/bin/pip" install --quiet --requirement tests/oracles/requirements.txt
+        "$OUT/geometry/bin/python" tests/oracles/engagement.py
+        "$OUT/geometry/bin/python" tests/oracles/check_engagement.py "$PROGRAM" --from 1 --count 8
+        "$OUT/geometry/bin/python" tests/oracles/check_engagement.py "$PROGRAM" --from 1 --count 2 --shape bull_nose
+        "$OUT/geometry/bin/python" tests/oracles/check_engagement.py "$PROGRAM" --from 1 --count 1 --shape ball
     """, ("program",)),
     Stage("exchange", "Parquet and VTK files, read by other programs: these are large to install.", """
         python3 -m venv "$OUT/readers"
