@@ -18,7 +18,7 @@ use kinetostat::{
         report::{holes_text, limits_text, outside_workspace, passes_table, residual_text},
     },
     questions::path::report::{facts_text, failures_text},
-    simulation::CommandedPath,
+    simulation::{CommandedPath, ProgramFile},
     toolpath::{gcode::Expand, polyline::Polyline},
     work::Work,
 };
@@ -129,6 +129,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         gamma,
         blocks,
         used,
+        cuts_nowhere,
         spread,
         feed,
         rows,
@@ -158,7 +159,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
     reporting.print_styled(&headline::sentences(&used))?;
     let does_harm = proved.worse_as_written().is_some() || proved.is_probably_worse();
-    Ok(Ending::of(headline.unsolved.is_none() && !does_harm && !exceeds_feed_limits))
+    Ok(Ending::of(headline.unsolved.is_none() && !does_harm && !exceeds_feed_limits && !cuts_nowhere))
 }
 
 /// Opens the program to compensate, with progress where γ is sought or stock is cut.
@@ -168,8 +169,11 @@ fn open_job(process: Process, path: &Path, reporting: &Reporting) -> Result<Prog
         (false, true) => "moves cut",
         (false, false) => return ProgramJob::open(process, path, &Work::default()),
     };
-    let progress = reporting.progress(&path.display().to_string(), 0, of);
-    let job = ProgramJob::open(process, path, &progress.work());
+    // Before Ctrl-C waits for the next point.
+    let program = ProgramFile::read(path, &process)?;
+    let name = path.display().to_string();
+    let progress = reporting.progress(&name, 0, of);
+    let job = ProgramJob::new(process, program, &name, &progress.work());
     progress.end();
     job
 }

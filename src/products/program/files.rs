@@ -58,6 +58,8 @@ pub struct WrittenProgram {
     pub blocks: String,
     /// How to use it, in sentences.
     pub used: String,
+    /// Whether no motion of the program counts as cutting.
+    pub cuts_nowhere: bool,
     /// How sure the errors are, in sentences; empty where inputs are taken as exact.
     pub spread: String,
     /// How its feeds were chosen, in sentences; empty where they are as programmed.
@@ -125,7 +127,7 @@ pub fn compensate_into(
     }
     let feed = report::feed_text(&report);
     let exceeds_feed_limits = job.feed.as_ref().is_some_and(|feed| !feed.exceeded.is_empty());
-    let (machine, process) = (job.machine.clone(), job.process.clone());
+    let (machine, process, cuts_nowhere) = (job.machine.clone(), job.process.clone(), job.cuts_nowhere());
     // A page takes memory; nothing more is asked of the points.
     proved.written.sent = CommandedPath { positions: Vec::new(), orientations: None };
     drop((job, findings));
@@ -140,6 +142,7 @@ pub fn compensate_into(
         gamma,
         blocks,
         used,
+        cuts_nowhere,
         spread,
         feed,
         rows,

@@ -216,6 +216,11 @@ impl ProgramJob {
         (self.path.points()[k].cutting || self.cuts_nowhere) && (k > 0 || !self.is_closed)
     }
 
+    /// Returns whether no motion of the program counts as cutting.
+    pub fn cuts_nowhere(&self) -> bool {
+        self.cuts_nowhere
+    }
+
     /// Returns whether the tool's orientation is compensated as well as its position.
     pub(super) fn is_full_pose(&self) -> bool {
         is_full_pose(&self.process)

@@ -33,6 +33,11 @@ impl Call {
     pub fn is_section(&self) -> bool {
         self.arguments.is_none()
     }
+
+    /// Returns the number of runs that are still to be done.
+    pub fn runs_left(&self) -> u32 {
+        self.runs_left
+    }
 }
 
 /// What a call names.

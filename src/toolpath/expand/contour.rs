@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 
 use crate::toolpath::{
     expand::{
+        check_length,
         edit::acts_at_end,
         geometry::{Element, circle_through, round_corner, sweep},
         line::long_number,
@@ -131,6 +132,8 @@ pub(crate) fn follow(source: &[u8], dialect: Dialect, skips: BlockDelete) -> Res
     for line in 0..contour.lines.len() {
         let located = |refusal| (line, refusal);
         let content = contour.content(line);
+        check_length(contour.written.0.len(), String::new)
+            .map_err(|fault| (line, Refusal::new(0..content.len(), fault)))?;
         if skips == BlockDelete::Skip && lines::is_deletable(content) {
             contour.hold(content.to_vec(), line, (None, None));
             continue;
@@ -603,7 +606,7 @@ impl<'a> Contour<'a> {
                 let angle = words.iter().find(|word| word.letter == 'l').map_or(value(normal), |word| word.value);
                 (self.angle, self.shift) = if verb.value == 0.0 { (angle, [0.0; 3]) } else { (old + angle, shift) };
             }
-            (None, 2 | 3) if verb.value == 3.0 || axes.iter().flatten().all(|word| word.value == 1.0) => {
+            (None, 2 | 3) if axes.iter().flatten().all(|word| word.value == 1.0) => {
                 if verb.value == 2.0 {
                     (self.angle, self.shift) = (0.0, [0.0; 3]);
                 }

@@ -4,10 +4,14 @@
 //! unknown position, or with inverse time feed (G93) or pecks by I, J and K.
 
 use crate::toolpath::{
-    expand::edit::{LineEdit, acts_at_end},
+    expand::{
+        check_length,
+        edit::{LineEdit, acts_at_end},
+        run::MOST_STEPS,
+    },
     model::{
         Hole, MotionGeometry, NumberFormat, format_shortest,
-        gcode::{Distance, Fault, FeedMode, GcodeError, Motion, MotionCode, Refusal, Word},
+        gcode::{Distance, Fault, FeedMode, GcodeError, MacroFault, Motion, MotionCode, Refusal, Word},
     },
     read::gcode::{Block, Program},
 };
@@ -70,6 +74,8 @@ impl Program {
                 bytes.extend_from_slice(ending);
                 origins.push(index);
             }
+            check_length(bytes.len(), String::new)
+                .map_err(|fault| Refusal::new(0..0, fault).locate(&self.name, index + 1, self.content(index)))?;
         }
         Ok(Some((bytes, origins)))
     }
@@ -104,6 +110,12 @@ impl Program {
         let mut lines = Vec::new();
         for motion in &block.motions {
             let MotionGeometry::Hole(hole) = &motion.geometry else { continue };
+            if lines.len() > MOST_STEPS {
+                return Err(Refusal::new(
+                    0..content.len(),
+                    Fault::Macro(MacroFault::TooManySteps { most: MOST_STEPS }),
+                ));
+            }
             let mut height = hole.start.z;
             for step in parameters.moves(motion, hole, !over.is_empty())? {
                 let mut words = match &step {

@@ -171,6 +171,40 @@ pub(crate) fn is_arc_word(word: &Word) -> bool {
     matches!(word.letter, 'I' | 'J' | 'K' | 'R' | Word::SENSE)
 }
 
+/// What becomes of a word where its line becomes several.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Share {
+    /// Each line has its own: what moves with the tool, by the length, and the words of arcs.
+    Each,
+    /// On the first line: what holds from there on, and what is done before the motion.
+    First,
+    /// On the last line: what is done behind the motion.
+    Last,
+    /// Refused: it may be an axis that moves with the tool, and is not followed.
+    Axis,
+}
+
+/// Returns what becomes of `word` where its line, which has `words`, becomes several.
+pub(crate) fn share_of(word: &Word, words: &[Word]) -> Share {
+    let owns_e = |word: &Word| word.letter == 'M' && matches!(word.whole_number(), Ok(67 | 68));
+    let parameters = || match words.iter().filter(|word| takes_parameters(word)).all(acts_at_end) {
+        true => Share::Last,
+        false => Share::First,
+    };
+    match word.letter {
+        'A' | 'B' | 'C' | 'X' | 'Y' | 'Z' => Share::Each,
+        _ if is_arc_word(word) => Share::Each,
+        // Exact stop, of this motion alone.
+        'G' if word.meaning.is_none() && word.tenths() == Some(90) => Share::Last,
+        'M' if acts_at_end(word) => Share::Last,
+        // LinuxCNC's M67 and M68 have it for an output.
+        'E' if words.iter().any(owns_e) => parameters(),
+        'P' | 'Q' => parameters(),
+        'D' | 'F' | 'G' | 'H' | 'L' | 'M' | 'N' | 'O' | 'S' | 'T' => Share::First,
+        _ => Share::Axis,
+    }
+}
+
 /// Whether P and Q on the line may belong to `word`.
 pub(crate) fn takes_parameters(word: &Word) -> bool {
     word.letter == 'M' || (word.letter == 'G' && matches!(word.tenths(), Some(40 | 610 | 611 | 640)))

@@ -6,6 +6,7 @@
 use crate::toolpath::{
     expand::variables::Variables,
     model::gcode::{Dialect, Fault, MacroFault},
+    read::scan::{DEEPEST, bracket_depth},
 };
 
 /// Values that differ by less are equal, as in LinuxCNC.
@@ -16,8 +17,6 @@ const RELATIVELY_EQUAL: f64 = 1e-12;
 const NEARLY_EQUAL: f64 = 1e-9;
 /// Half of the last decimal of coordinates, in inches.
 const LAST_PLACE: f64 = 5e-5;
-/// Most nested brackets and signs.
-const DEEPEST: usize = 64;
 
 /// A value; `None` is Fanuc's null.
 type MacroValue = Result<Option<f64>, Fault>;
@@ -213,7 +212,8 @@ impl<'t> Reader<'t> {
     fn nested(&mut self, read: impl FnOnce(&mut Self) -> MacroValue) -> MacroValue {
         self.depth += 1;
         if self.depth > DEEPEST {
-            return Err(Fault::Macro(MacroFault::Expression { expected: "fewer brackets and signs" }));
+            let depth = bracket_depth(self.text).max(self.depth);
+            return Err(Fault::Macro(MacroFault::TooNested { depth, most: DEEPEST }));
         }
         let found = read(self);
         self.depth -= 1;

@@ -9,7 +9,7 @@ use nalgebra::{Rotation2, Vector2};
 
 use crate::toolpath::{
     expand::{
-        edit::LineEdit,
+        edit::{LineEdit, Share, share_of},
         geometry::Element,
         line::{SourceLine, word_number},
     },
@@ -150,6 +150,17 @@ impl Frames {
             }
             self.write(&edit.render(), ending, line);
             return Ok(());
+        }
+        // What moves along, or acts at the end, would do so on one of the lines alone.
+        let is_whole = |word: &Word| {
+            matches!(share_of(word, &words), Share::Last | Share::Axis) || matches!(word.letter, 'A' | 'B' | 'C')
+        };
+        if let Some(word) = words
+            .iter()
+            .find(|word| is_whole(word))
+            .filter(|_| corner.or(self.corner.as_ref().map(|own| (own.is_round, own.size))).is_some())
+        {
+            return Err(word.refuse(CORNER));
         }
         self.move_to(&words, axes)?;
         let after = self.actual();

@@ -2,6 +2,7 @@
 
 use crate::toolpath::{
     expand::{
+        check_length,
         cycles::WithoutCycles,
         heidenhain::MOTIONS,
         heidenhain_holes::{Cycle, Expected, is_known},
@@ -32,6 +33,7 @@ pub(crate) fn expand_cycles(source: &[u8], skips: BlockDelete) -> Result<Option<
     let mut line = 0;
     while line < lines.len() {
         let content = &source[lines.content(line)];
+        check_length(out.len(), String::new).map_err(|fault| (line, Refusal::new(0..content.len(), fault)))?;
         let ending = lines.ending_or_newline(source, line);
         let (prefix, code) = code_of(content);
         let text = code.upper_text(code.at..code.line.len()).trim().to_owned();

@@ -7,7 +7,10 @@ use crate::toolpath::{
         cycles::WithoutCycles,
         switches::{Switches, take_switches},
     },
-    model::gcode::{Dialect, Fault, GcodeError, GcodeOptions, RadiusFault, Refusal, Unsupported},
+    model::{
+        MOST_MIB,
+        gcode::{Dialect, Fault, GcodeError, GcodeOptions, MacroFault, RadiusFault, Refusal, Unsupported},
+    },
     read::gcode::{Expansion, Program, dialect, lines::Lines},
 };
 
@@ -35,6 +38,14 @@ mod sinumerik_cycles;
 mod sinumerik_holes;
 mod switches;
 pub(crate) mod variables;
+
+/// Refuses lines of more than [`MOST_MIB`] in all, those run or written out; `asked` says of what was asked for is still to be done.
+pub(crate) fn check_length(bytes: usize, asked: impl FnOnce() -> String) -> Result<(), Fault> {
+    match bytes > MOST_MIB << 20 {
+        true => Err(Fault::Macro(MacroFault::TooManyBytes { asked: asked() })),
+        false => Ok(()),
+    }
+}
 
 /// Bytes of a file beside the program by its name, if there is one.
 pub type SiblingFiles<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;

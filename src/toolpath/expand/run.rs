@@ -6,6 +6,7 @@ use crate::toolpath::{
     expand::{
         SiblingFiles,
         calls::Call,
+        check_length,
         jumps::SourceFile,
         line::{SourceLine, evaluate_line},
         modes::{CallFrame, Modes},
@@ -19,7 +20,10 @@ use crate::toolpath::{
 };
 
 /// Most lines that are run.
-const MOST_STEPS: usize = 1_000_000;
+pub(crate) const MOST_STEPS: usize = 1_000_000;
+
+/// Lines that are looked through for the aim of a jump in the time of a byte that is run.
+const LINES_PER_BYTE: usize = 4;
 
 /// State of a program that is being expanded.
 pub(crate) struct Run<'a> {
@@ -110,7 +114,7 @@ impl<'a> Run<'a> {
 
     /// Runs the program to its end; returns the bytes of the expanded program, and where its lines come from. `Err` for what cannot be run.
     pub fn run_to_end(mut self) -> Result<(Vec<u8>, Expansion), GcodeError> {
-        let mut steps = 0;
+        let (mut steps, mut bytes) = (0, 0);
         loop {
             self.end_sections();
             let Some(line) = self.sources[self.here.file].lines.get(self.here.line).cloned() else {
@@ -120,6 +124,7 @@ impl<'a> Run<'a> {
                 }
             };
             steps += 1;
+            bytes += line.bytes.len();
             let at = self.here;
             let refused = |(byte, fault): (usize, Fault)| {
                 let span =
@@ -129,13 +134,18 @@ impl<'a> Run<'a> {
             let next = if steps > MOST_STEPS {
                 Err((line.begin, Fault::Macro(MacroFault::TooManySteps { most: MOST_STEPS })))
             } else {
-                self.follow_line(&line)
+                let checked = check_length(bytes, || self.runs_asked()).map_err(|fault| (line.begin, fault));
+                checked.and_then(|()| self.follow_line(&line))
             };
             let locate = |refusal: Refusal| refusal.locate(&self.files[at.file].name, at.line + 1, &line.bytes);
             let next = next.map_err(|fault| locate(refused(fault)).with_dialect(self.dialect))?;
             match next {
                 Next::Line => self.here.line += 1,
-                Next::At(line) => self.here.line = line,
+                Next::At(line) => {
+                    self.here.line = line;
+                    // Where it leads was sought line by line.
+                    bytes += self.source().lines.len() / LINES_PER_BYTE;
+                }
                 Next::End => break,
             }
         }
@@ -155,6 +165,14 @@ impl<'a> Run<'a> {
                 decimals: self.decimals,
             },
         ))
+    }
+
+    /// Returns in words how many runs of the section around this line, or of the subprogram, are still to be done.
+    fn runs_asked(&self) -> String {
+        let of_repeat = self.repeats.last().map(|(_, left)| *left);
+        let left = self.sections.last().map(|section| section.runs_left).or(of_repeat);
+        let left = left.or(self.calls.last().map(Call::runs_left));
+        left.map_or_else(String::new, |left| format!(", with {left} more runs of this section to do"))
     }
 
     /// Returns the error that a subprogram has run to the end of its file without a return.

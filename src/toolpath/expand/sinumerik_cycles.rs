@@ -2,6 +2,7 @@
 
 use crate::toolpath::{
     expand::{
+        check_length,
         cycles::WithoutCycles,
         line::long_number,
         sinumerik_holes::{Expected, Hole, InForce, pattern},
@@ -51,6 +52,7 @@ pub(crate) fn expand_cycles(source: &[u8], options: &GcodeOptions) -> Result<Opt
     state.in_force.is_in_inches = options.unit == Some(LengthUnit::Inch);
     for line in 0..lines.len() {
         let content = &source[lines.content(line)];
+        check_length(out.len(), String::new).map_err(|fault| (line, Refusal::new(0..content.len(), fault)))?;
         let ending = lines.ending_or_newline(source, line);
         let mut write_line = |text: &[u8]| {
             out.extend_from_slice(text);

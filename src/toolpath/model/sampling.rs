@@ -22,6 +22,9 @@ pub struct SamplingError {
     pub value: f64,
 }
 
+/// Most MiB of lines or statements that an expansion runs through in all.
+pub(crate) const MOST_MIB: usize = 256;
+
 impl Sampling {
     /// The most points one path may have. A path that needs more is refused instead of filling the memory.
     pub const MAX_POINTS: usize = 2_000_000;

@@ -52,6 +52,7 @@ impl<'a> Scan<'a> {
     pub fn rest(&self) -> &'a [u8] {
         &self.line[self.at..]
     }
+
     /// Returns the name that ends `text`, but for blanks; empty if none does.
     pub(crate) fn name_before(text: &[u8]) -> &str {
         let text = text.trim_ascii_end();
@@ -59,4 +60,21 @@ impl<'a> Scan<'a> {
         let start = text.iter().rposition(|byte| !is_of_name(byte)).map_or(0, |at| at + 1);
         std::str::from_utf8(&text[start..]).unwrap_or_default()
     }
+}
+
+/// Most levels of brackets, signs, branches and data in one another that are followed.
+pub(crate) const DEEPEST: usize = 64;
+
+/// Returns how many levels of brackets stand in one another in `text`.
+pub(crate) fn bracket_depth(text: &[u8]) -> usize {
+    let (mut depth, mut most) = (0usize, 0);
+    for byte in text {
+        match byte {
+            b'(' | b'[' | b'{' => depth += 1,
+            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        most = most.max(depth);
+    }
+    most
 }

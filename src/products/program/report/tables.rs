@@ -362,6 +362,7 @@ pub fn program_json(report: &Report<'_>) -> Value {
         "blocks": written.blocks,
         "workpiece": job.process.placement_words(),
         "counts_as_cutting": job.process.cutting_words(),
+        "cuts_nowhere": job.cuts_nowhere(),
         "dialect": dialect,
         "unit_taken": notes.assumed_unit.map(|(unit, _)| unit.name()),
         "written_out": notes.written_out.map(|[lines, grown]| match &written.calls {

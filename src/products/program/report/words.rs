@@ -27,6 +27,7 @@ use crate::{
         blocks::{Blocks, BlocksBeforeAfter, Spread},
         spread_along::PathSpread,
     },
+    toolpath::gcode::Dialect,
 };
 
 /// Returns in sentences how limits change the path of `proved`, if it was corrected within them, or that limits were not regarded; empty without limits.
@@ -285,10 +286,12 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let forces = report.proved.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
     let of_tool = feed::verdict(report.job) + &verdict + &sure + &forces;
     // What is cut is what will be measured; how the tool goes is behind it.
-    let short = report.findings.outside.sentence(&report.job.machine).unwrap_or_else(|| match distribution {
-        Some(distribution) => spread_report::along_sentence(&along(report), distribution),
-        None => first_sentence(report),
-    });
+    let uncut = uncut_sentence(report);
+    let short =
+        uncut.or_else(|| report.findings.outside.sentence(&report.job.machine)).unwrap_or_else(|| match distribution {
+            Some(distribution) => spread_report::along_sentence(&along(report), distribution),
+            None => first_sentence(report),
+        });
     let (sentence, of_tool, numbers) = match &report.findings.machined {
         Some(own) if own.sides[1].area > 0.0 => (
             own.first_sentence(),
@@ -344,6 +347,11 @@ fn state(report: &Report<'_>) -> Verdict {
     if proved.worse_as_written().is_some() {
         return Verdict::new(State::Bad, format!("{NOT_TO_BE_RUN}: worse than its commands"));
     }
+    if job.cuts_nowhere() {
+        let corrected =
+            if is_corrected(report) { "Corrected without a cutting force" } else { "Nothing was corrected" };
+        return Verdict::new(State::Bad, format!("{corrected}: only {} cut", cutting_motions(job)));
+    }
     if findings.machined.as_ref().is_some_and(|own| !own.gouge_text(job).is_empty()) {
         return Verdict::new(State::Bad, format!("{NOT_TO_BE_RUN}: cuts into the part"));
     }
@@ -380,6 +388,41 @@ fn state(report: &Report<'_>) -> Verdict {
 /// Returns where the force is not known, in sentences; empty where it is.
 fn unknown_force_text(job: &ProgramJob) -> String {
     job.process.unknown_force_text(&job.path, &|segment| job.file.line_name(segment))
+}
+
+/// Returns in words which motions of a program of this kind may cut.
+fn cutting_motions(job: &ProgramJob) -> &'static str {
+    match &job.file {
+        #[cfg(not(target_family = "wasm"))]
+        _ if job.process.stock.is_some() => "motions that meet the stock",
+        ProgramFile::Polyline(_) => "points marked as cutting",
+        ProgramFile::Gcode(program) if program.notes().dialect == Dialect::Heidenhain => "L, C and CR at feed",
+        ProgramFile::Gcode(_) => "G1, G2, G3 and cycles",
+        #[cfg(not(target_family = "wasm"))]
+        ProgramFile::Robot(program) => program.language().cutting_motions(),
+    }
+}
+
+/// Returns whether the program as written leads the drives elsewhere than as programmed.
+fn is_corrected(report: &Report<'_>) -> bool {
+    report.findings.corrections.iter().flatten().any(|most| *most > EXACT_MM)
+}
+
+/// Returns the first sentence of a program that cuts nowhere.
+fn uncut_sentence(report: &Report<'_>) -> Option<String> {
+    let job = report.job;
+    let corrected = match is_corrected(report) {
+        true => "it was corrected for what acts without a cutting force alone",
+        false => "nothing was corrected",
+    };
+    job.cuts_nowhere().then(|| {
+        format!(
+            "No motion of {} counts as cutting, so {corrected}. What counts is {} ({}).",
+            report.name,
+            job.process.cutting_words(),
+            cutting_motions(job)
+        )
+    })
 }
 
 /// Returns how sentences about the distribution along the program name it.
@@ -518,6 +561,12 @@ fn next_step(report: &Report<'_>, verdict: &Verdict) -> String {
                 || report.proved.exceeded.as_ref().is_some_and(|own| !own.is_empty()) =>
         {
             "do not run the written program: the first sentence below says why.".into()
+        }
+        State::Bad if report.job.cuts_nowhere() => {
+            format!(
+                "make the motions that cut such that count, and compute again: the force was not regarded anywhere in {}.",
+                report.name
+            )
         }
         State::Bad => "find a place where less is needed, or allow larger corrections, and compute again.".into(),
         _ => {

@@ -124,6 +124,10 @@ impl Names for Run<'_> {
         self.language
     }
 
+    fn depth(&mut self) -> &mut usize {
+        &mut self.depth
+    }
+
     /// Returns the value of a datum of the routine or the module.
     fn value(&mut self, name: &str) -> Result<Value, RobotFault> {
         if self.is_krl() && matches!(name, "$NULLFRAME" | "$WORLD") {
@@ -136,8 +140,9 @@ impl Names for Run<'_> {
         let (depth, name) = &self.place(name);
         let (depth, name) = (*depth, name.as_str());
         let slot = self.frames[depth].slots.get_mut(name).ok_or_else(unknown)?;
-        if let Some(value) = &slot.value {
-            return Ok(value.clone());
+        if let Some(value) = slot.value.clone() {
+            self.count_bytes(value.size());
+            return Ok(value);
         }
         let written = slot.written.clone().filter(|_| !slot.is_open).ok_or_else(unknown)?;
         slot.is_open = true;

@@ -6,13 +6,18 @@
 use crate::toolpath::{
     expand::robot::{syntax::is_of_name, value::Value},
     model::robot::{Language, RobotFault},
-    read::{robot::krl::brace_span, scan::Scan},
+    read::{
+        robot::{krl::brace_span, scan::check_depth},
+        scan::Scan,
+    },
 };
 
 /// What expressions ask for: values of data and functions.
 pub(crate) trait Names {
     /// Language of the expressions.
     fn language(&self) -> Language;
+    /// Returns the number of levels of brackets, signs, branches and data that are open.
+    fn depth(&mut self) -> &mut usize;
     /// Returns the value of the datum `name` (in capitals).
     fn value(&mut self, name: &str) -> Result<Value, RobotFault>;
     /// Returns the value of the function `name` (in capitals).
@@ -27,9 +32,6 @@ pub(crate) struct Argument {
     /// Its expression.
     pub text: String,
 }
-
-/// Most nested brackets and signs.
-const DEEPEST: usize = 24;
 
 /// Operators by how close they bind, the loosest first.
 const OPERATORS: [&[&str]; 5] =
@@ -72,13 +74,24 @@ impl<'t, 'n> Reader<'t, 'n> {
 
     /// Reads an expression up to where none goes on.
     pub fn expression(&mut self) -> Result<Value, RobotFault> {
-        self.depth += 1;
-        if self.depth > DEEPEST {
-            return Err(RobotFault::Form { expected: "fewer brackets and signs" });
-        }
-        let value = self.binary(0);
-        self.depth -= 1;
+        self.nested(|reader| reader.binary(0))
+    }
+
+    /// Reads one level deeper; `Err` beyond [`DEEPEST`](crate::toolpath::read::scan::DEEPEST) levels.
+    fn nested(&mut self, read: impl FnOnce(&mut Self) -> Result<Value, RobotFault>) -> Result<Value, RobotFault> {
+        *self.level() += 1;
+        let depth = *self.level();
+        let value = check_depth(self.scan.line, depth).and_then(|()| read(self));
+        *self.level() -= 1;
         value
+    }
+
+    /// Returns the number of levels that are open.
+    fn level(&mut self) -> &mut usize {
+        match &mut self.names {
+            Some(names) => names.depth(),
+            None => &mut self.depth,
+        }
     }
 
     /// Reads operands and the operators that bind at `level` or closer.
@@ -111,16 +124,7 @@ impl<'t, 'n> Reader<'t, 'n> {
 
     /// Reads a value with its sign, NOT, parts and indices.
     fn operand(&mut self) -> Result<Value, RobotFault> {
-        let nested = |reader: &mut Self| {
-            reader.depth += 1;
-            let value = if reader.depth > DEEPEST {
-                Err(RobotFault::Form { expected: "fewer signs" })
-            } else {
-                reader.operand()
-            };
-            reader.depth -= 1;
-            value
-        };
+        let nested = |reader: &mut Self| reader.nested(Self::operand);
         if self.scan.takes(b'-') {
             let value = nested(self)?;
             return match value {

@@ -12,6 +12,7 @@ use crate::toolpath::{
     read::robot::{
         Refusal,
         rapid::{CODE_BEHIND, CodeUnit, MOTION_IN_FUNCTION, has_code_behind, one_line_statement, uncalled},
+        scan::check_depth,
     },
 };
 
@@ -86,9 +87,6 @@ pub(crate) struct Module {
     /// Names of procedures of RAPID that nothing calls.
     pub uncalled: BTreeSet<String>,
 }
-
-/// Most branches and loops in one another.
-const DEEPEST: usize = 24;
 
 impl Module {
     /// Reads the module `source`; `Err` for what is not closed. All beyond `length` bytes are data, which are its own from `own_data` on.
@@ -226,12 +224,7 @@ fn read_routine(
             }
             "TEST" if has_code_behind(&source[unit.at.clone()], word) => return Err(refuse(&unit, CODE_BEHIND)),
             "IF" | "FOR" | "WHILE" | "TEST" | "LOOP" | "REPEAT" | "SWITCH" => {
-                if open.len() == DEEPEST {
-                    return Err(refuse(
-                        &unit,
-                        RobotFault::Form { expected: "fewer branches and loops in one another" },
-                    ));
-                }
+                check_depth(&source[unit.at.clone()], open.len() + 1).map_err(|fault| refuse(&unit, fault))?;
                 open.push(Block { at: unit.at.clone(), arms: vec![(unit, Vec::new())] });
             }
             "ELSEIF" | "ELSE" | "CASE" | "DEFAULT" => match open.last_mut() {
@@ -307,24 +300,24 @@ fn moving(
 ) -> BTreeSet<String> {
     let names =
         |routine: &Routine| -> BTreeSet<String> { names_of(&source[routine.inside.clone()], language).collect() };
-    let names: Vec<_> = routines.iter().map(names).collect();
-    let own: BTreeSet<String> = routines.iter().map(|routine| routine.name.clone()).collect();
-    let mut moving: BTreeSet<String> = BTreeSet::new();
-    loop {
-        let before = moving.len();
-        for (routine, names) in routines.iter().zip(&names) {
-            let is_moving = names.iter().any(|name| match own.contains(name) {
-                true => moving.contains(name) && *name != routine.name,
-                false => moves(name, language),
-            });
-            if is_moving {
-                moving.insert(routine.name.clone());
+    let own: BTreeSet<&String> = routines.iter().map(|routine| &routine.name).collect();
+    // By name, the routines that call it.
+    let (mut callers, mut next) = (BTreeMap::<String, Vec<&String>>::new(), Vec::new());
+    for routine in routines {
+        for name in names(routine) {
+            match own.contains(&name) {
+                true => callers.entry(name).or_default().push(&routine.name),
+                false => next.extend(moves(&name, language).then_some(&routine.name)),
             }
         }
-        if moving.len() == before {
-            return moving;
+    }
+    let mut moving = BTreeSet::new();
+    while let Some(name) = next.pop() {
+        if moving.insert(name.clone()) {
+            next.extend(callers.get(name).into_iter().flatten());
         }
     }
+    moving
 }
 
 /// Returns where the line of byte `at` ends.

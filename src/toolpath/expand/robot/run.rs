@@ -12,9 +12,12 @@ use crate::toolpath::{
         syntax::{Units, comment_mark, is_declaration, is_motion, matters_to_motions, names_of},
         value::Value,
     },
-    model::robot::{Language, RobotFault},
+    model::{
+        MOST_MIB,
+        robot::{Language, RobotFault},
+    },
     read::{
-        robot::{Chunk, Refusal, indent, line_ending, rapid::CodeUnit},
+        robot::{Chunk, Refusal, indent, line_ending, rapid::CodeUnit, scan::check_depth},
         scan::Scan,
     },
 };
@@ -80,6 +83,10 @@ pub(crate) struct Run<'a> {
     pub out: Vec<u8>,
     pub chunks: Vec<Chunk>,
     steps: usize,
+    /// Bytes of the statements that were run.
+    bytes: usize,
+    /// Levels of brackets, signs, branches and data that are open.
+    pub depth: usize,
     /// Whether statements are only followed, not written.
     pub is_silent: bool,
     /// Number of statements that were followed silently and do more than compute.
@@ -103,6 +110,8 @@ impl<'a> Run<'a> {
             out: Vec::new(),
             chunks: Vec::new(),
             steps: 0,
+            bytes: 0,
+            depth: 0,
             is_silent: false,
             effects: 0,
             assigned: BTreeSet::new(),
@@ -162,7 +171,7 @@ impl<'a> Run<'a> {
         while let Some(node) = nodes.get(at) {
             let signal = match node {
                 Node::Statement(unit) => self.run_statement(unit)?,
-                Node::Block(block) => self.run_block(block)?,
+                Node::Block(block) => self.nested(block.head(), |run| run.run_block(block))?,
             };
             at = match signal {
                 Signal::Next => at + 1,
@@ -176,17 +185,34 @@ impl<'a> Run<'a> {
         Ok(Signal::Next)
     }
 
-    /// Counts a step; `Err` beyond [`MOST_STEPS`].
+    /// Counts a step; `Err` beyond [`MOST_STEPS`], and where statements are too long in all.
     pub fn step(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
         self.steps += 1;
-        match self.steps > MOST_STEPS {
-            true => Err(refuse(unit, RobotFault::TooManySteps { most: MOST_STEPS })),
-            false => Ok(()),
+        self.count_bytes(unit.at.len());
+        match self.steps {
+            steps if steps > MOST_STEPS => Err(refuse(unit, RobotFault::TooManySteps { most: MOST_STEPS })),
+            _ if self.bytes > MOST_MIB << 20 => Err(refuse(unit, RobotFault::TooManyBytes)),
+            _ => Ok(()),
         }
+    }
+
+    /// Counts bytes that a step has looked at.
+    pub fn count_bytes(&mut self, bytes: usize) {
+        self.bytes = self.bytes.saturating_add(bytes);
+    }
+
+    /// Runs what stands in `unit` one level deeper.
+    fn nested(&mut self, unit: &CodeUnit, run: impl FnOnce(&mut Self) -> Flow) -> Flow {
+        self.depth += 1;
+        let flow = check_depth(&self.source[unit.at.clone()], self.depth).map_err(|fault| refuse(unit, fault));
+        let flow = flow.and_then(|()| run(self));
+        self.depth -= 1;
+        flow
     }
 
     /// Runs a branch or loop: what moves nothing stays as it stands.
     fn run_block(&mut self, block: &Block) -> Flow {
+        self.count_bytes(block.at.len());
         let stays =
             !self.is_silent && !self.moves(&block.at) && !self.leaves(&block.at) && !self.uses_own_data(&block.at);
         if !stays {
@@ -209,7 +235,7 @@ impl<'a> Run<'a> {
         self.is_silent = was_silent;
         self.frames.truncate(depth);
         match followed {
-            Err(refusal) if matches!(refusal.fault, RobotFault::TooManySteps { .. }) => Err(refusal),
+            Err(refusal) if refusal.fault.is_limit() => Err(refusal),
             Err(_) => {
                 self.forget(at.clone());
                 Ok(())
@@ -236,7 +262,7 @@ impl<'a> Run<'a> {
                 }
                 Ok(Signal::Next)
             }
-            "IF" => self.run_one_line_if(unit),
+            "IF" => self.nested(unit, |run| run.run_one_line_if(unit)),
             "GOTO" => {
                 let label = Scan::new(&source[unit.at.start + 4..unit.at.end]).name().0.to_ascii_uppercase();
                 Ok(Signal::Jump(label))
@@ -370,6 +396,7 @@ impl<'a> Run<'a> {
             self.out.extend_from_slice(self.line_ending);
         }
         self.out.extend_from_slice(indent(source, unit.at.start).0);
+        self.count_bytes(gap.len());
         let start = self.out.len();
         self.out.extend(text);
         self.chunks.push(Chunk { at: start..self.out.len(), origin: unit.at.clone(), is_run: true });

@@ -62,7 +62,15 @@ impl Run<'_> {
     /// Adds the names (in capitals) of data that the text `at` may change to `found`: those that it assigns, or passes on to what may, and
     /// those of the routines that it names.
     pub fn assigned_names(&self, at: Range<usize>, found: &mut BTreeSet<String>) {
-        let text = &self.source[at];
+        // A chain of calls may be long.
+        let mut open = vec![at];
+        while let Some(at) = open.pop() {
+            self.assigned_in(&self.source[at], found, &mut open);
+        }
+    }
+
+    /// Adds the names that the statements `text` may change to `found`, and what of the routines that they name is not looked at yet to `open`.
+    fn assigned_in(&self, text: &[u8], found: &mut BTreeSet<String>, open: &mut Vec<Range<usize>>) {
         let mut units = Units::new(text, self.language);
         while let Ok(Some(unit)) = units.next() {
             let unit = match unit.word.as_str() {
@@ -74,7 +82,7 @@ impl Run<'_> {
             for routine in names.iter().filter_map(|name| self.module.routines.get(name)) {
                 // Once: routines may call themselves.
                 if found.insert(format!("{}()", routine.name)) {
-                    self.assigned_names(routine.inside.clone(), found);
+                    open.push(routine.inside.clone());
                 }
             }
             let passes_on = |name: &String| {

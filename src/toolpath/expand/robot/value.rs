@@ -74,6 +74,15 @@ impl Value {
         part.ok_or(RobotFault::Form { expected: "an index or part that the value has" })
     }
 
+    /// Returns about how many bytes the value takes.
+    pub fn size(&self) -> usize {
+        match self {
+            Value::List(parts) => parts.iter().map(Value::size).sum(),
+            Value::Text(text) => text.len(),
+            _ => size_of::<Value>(),
+        }
+    }
+
     /// Returns a list of numbers.
     pub fn list(numbers: impl IntoIterator<Item = f64>) -> Value {
         Value::List(numbers.into_iter().map(Value::Number).collect())

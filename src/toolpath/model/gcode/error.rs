@@ -326,6 +326,25 @@ pub enum Fault {
         /// The line with M2, M30 or the second %.
         end: usize,
     },
+    /// An axis on a line that becomes several.
+    #[error(
+        "an axis that moves with the tool, or an extruder: its line becomes several, and how {letter} is shared among them is not followed; \
+         expected A, B or C, {letter} on a line of its own, or a write_tolerance_mm in [gcode] with which the line stays one"
+    )]
+    MovesWithTool {
+        /// Letter of the word.
+        letter: char,
+    },
+    /// More lines or motions than a program may have.
+    #[error("a program of {count} {what}; expected at most {most}")]
+    TooMany {
+        /// Lines or motions.
+        what: &'static str,
+        /// Their number, as far as they were counted.
+        count: usize,
+        /// Largest number of them.
+        most: usize,
+    },
     /// More points than a path may have.
     #[error("path of more than {most} points; expected a coarser sampling or a shorter program")]
     TooManyPoints {

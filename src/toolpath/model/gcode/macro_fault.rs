@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::toolpath::model::MOST_MIB;
+
 /// The reason why a macro, a jump or a call is refused.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum MacroFault {
@@ -43,6 +45,25 @@ pub enum MacroFault {
         name: String,
         /// What it is called in the file, or the name of its file.
         expected: String,
+    },
+    /// Brackets and their kin too deep in one another.
+    #[error(
+        "{depth} levels of brackets and signs in one another; expected at most {most}, and variables for what stands within"
+    )]
+    TooNested {
+        /// Number of levels.
+        depth: usize,
+        /// Largest number of levels.
+        most: usize,
+    },
+    /// A program whose lines are too long in all.
+    #[error(
+        "up to here, the lines that the program runs or is written out as have more than {MOST_MIB} MiB in all{asked}; expected a program \
+         that is shorter written out"
+    )]
+    TooManyBytes {
+        /// How many runs of the section around it are still to be done, in words.
+        asked: String,
     },
     /// A program that goes on and on.
     #[error("the program has run {most} lines and has not ended; expected one that ends")]

@@ -192,6 +192,9 @@ pub struct Refusal {
     pub fault: Fault,
 }
 
+/// Most characters of a line in a message.
+const SHOWN: usize = 80;
+
 impl Refusal {
     /// Creates the refusal of the bytes `span` of a line because of `fault`.
     pub fn new(span: Range<usize>, fault: Fault) -> Refusal {
@@ -201,12 +204,14 @@ impl Refusal {
     /// Converts the refusal to an error with the file's name, the line number from 1, and the refused text quoted from `content`, the line.
     pub fn locate(self, file: &str, line: usize, content: &[u8]) -> GcodeError {
         let before = content.get(..self.span.start).unwrap_or_default();
-        let found = content.get(self.span).unwrap_or_default();
+        let found = String::from_utf8_lossy(content.get(self.span).unwrap_or_default());
+        let is_long = found.chars().count() > SHOWN;
+        let shown: String = found.chars().take(if is_long { SHOWN - 1 } else { SHOWN }).collect();
         GcodeError {
             file: file.to_owned(),
             line,
             column: String::from_utf8_lossy(before).chars().count() + 1,
-            found: String::from_utf8_lossy(found).into_owned(),
+            found: if is_long { shown + "…" } else { shown },
             fault: self.fault,
             dialect: Dialect::Iso,
         }

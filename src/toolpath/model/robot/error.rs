@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::toolpath::model::{MAX_COORDINATE_MM, gcode::ArcFault};
+use crate::toolpath::model::{MAX_COORDINATE_MM, MOST_MIB, gcode::ArcFault};
 
 /// The error of a robot or APT program that cannot be followed: file, line, statement, reason and what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -96,6 +96,29 @@ pub enum RobotFault {
     NoValue {
         /// Name of the datum or function.
         name: String,
+    },
+    /// Brackets and their kin too deep in one another.
+    #[error(
+        "{depth} levels of brackets, signs, branches and data in one another; expected at most {most}, and names for what stands within"
+    )]
+    TooDeep {
+        /// Number of levels.
+        depth: usize,
+        /// Largest number of levels.
+        most: usize,
+    },
+    /// A program whose statements are too long in all.
+    #[error(
+        "up to here, the statements that the program runs have more than {MOST_MIB} MiB in all; expected a program that is shorter written out"
+    )]
+    TooManyBytes,
+    /// More motions than a program may have.
+    #[error("a program of {count} motions; expected at most {most}")]
+    TooManyMotions {
+        /// Number of motions.
+        count: usize,
+        /// Largest number of motions.
+        most: usize,
     },
     /// A program that goes on and on.
     #[error("the program has run {most} statements and has not ended; expected one that ends")]
@@ -197,6 +220,11 @@ impl RobotFault {
                 | Self::NotFollowed { .. }
                 | Self::Form { .. }
         )
+    }
+
+    /// Whether it is a limit that the program has met, whatever is done with what it computes.
+    pub(crate) fn is_limit(&self) -> bool {
+        matches!(self, Self::TooManySteps { .. } | Self::TooManyBytes | Self::TooDeep { .. })
     }
 
     /// Refuses `what`, with its verb, where `expected` is followed instead.

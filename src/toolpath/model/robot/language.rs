@@ -67,6 +67,17 @@ impl Language {
         }
     }
 
+    /// Returns in words which motions may cut: those along a path.
+    pub(crate) fn cutting_motions(self) -> &'static str {
+        match self {
+            Language::Krl => "LIN, CIRC and splines",
+            Language::Rapid => "MoveL and MoveC",
+            Language::Ls => "L and C",
+            Language::UrScript => "movel, movep and movec",
+            Language::Apt => "motions without RAPID",
+        }
+    }
+
     /// Returns the value of the key `language` in reports.
     #[must_use]
     pub fn label(self) -> &'static str {

@@ -72,6 +72,10 @@ impl Program {
             Err(refused) => return Err(Box::new((refused, source))),
         };
         let lines = Lines::split(&source);
+        if lines.len() > Program::MAX_POINTS {
+            let fault = Fault::TooMany { what: "lines", count: lines.len(), most: Program::MAX_POINTS };
+            return Err(Box::new((Refusal::new(0..0, fault).locate(name, 1, b"").with_dialect(dialect), source)));
+        }
         let mut program = Program {
             name: name.to_owned(),
             options: GcodeOptions { dialect: Some(dialect), ..options.clone() },
@@ -171,7 +175,7 @@ impl Program {
 
     /// Returns the path as [`Program::toolpath`] does, with at most `most` points (up to [`Program::MAX_POINTS`]); `Err` if it has more.
     pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, GcodeError> {
-        let mut points = Vec::with_capacity(self.motions.len());
+        let mut points = Vec::with_capacity(self.motions.len().min(most));
         // Of moves in mm and in inches, whether there are any.
         let mut units = [false; 2];
         let parameters = |_, motion: &Motion| {
@@ -250,8 +254,12 @@ impl Program {
 
     /// Returns the error that `fault` is at `motion`, in the file that its line comes from.
     pub(crate) fn error_at(&self, motion: &Motion, fault: Fault) -> GcodeError {
-        let (line, span) = (motion.line, motion.span.clone());
-        let refused = Refusal::new(span, fault).locate(&self.name, line, self.content(line - 1));
+        self.refused(motion.line, Refusal::new(motion.span.clone(), fault))
+    }
+
+    /// Returns the error that `refusal` is on line `line` (from 1), in the file that it comes from.
+    pub(crate) fn refused(&self, line: usize, refusal: Refusal) -> GcodeError {
+        let refused = refusal.locate(&self.name, line, self.content(line - 1));
         let refused = refused.with_dialect(self.dialect);
         self.expansion.as_ref().map_or(refused.clone(), |expansion| expansion.relocate(refused))
     }

@@ -3,7 +3,7 @@
 use crate::toolpath::{
     model::{
         MotionGeometry, NumberFormat,
-        gcode::{BlockDelete, Centre, GcodeError, LengthUnit, Motion, MotionCode, Notes, Refusal, Word},
+        gcode::{BlockDelete, Centre, Fault, GcodeError, LengthUnit, Motion, MotionCode, Notes, Refusal, Word},
         number,
     },
     read::gcode::{
@@ -37,6 +37,9 @@ pub(crate) struct MotionLocation {
     pub line: usize,
     pub is_hole: bool,
 }
+
+/// Most motions that are held at once.
+const MOST_HELD: usize = 1_000_000;
 
 /// Most decimals of the coordinates so far, in mm and in inch.
 #[derive(Default)]
@@ -81,7 +84,12 @@ impl Program {
     /// Returns all blocks of the program at once. `Err` for a line that cannot be followed.
     pub(crate) fn all_blocks(&self) -> Result<Vec<Block>, GcodeError> {
         let mut blocks = Vec::new();
+        let mut motions = 0;
         self.walk(|block| {
+            motions += block.motions.len();
+            if let Some(last) = block.motions.last().filter(|_| motions > MOST_HELD) {
+                return Err(self.error_at(last, Fault::TooMany { what: "motions", count: motions, most: MOST_HELD }));
+            }
             blocks.push(block.clone());
             Ok::<(), GcodeError>(())
         })?;
@@ -151,7 +159,13 @@ impl Program {
                 is_hole: matches!(motion.geometry, MotionGeometry::Hole(_)),
             };
             motions.extend(block.motions.iter().map(at));
-            Ok::<(), GcodeError>(())
+            match block.motions.last() {
+                Some(last) if motions.len() > Program::MAX_POINTS => {
+                    let (count, most) = (motions.len(), Program::MAX_POINTS);
+                    Err(self.error_at(last, Fault::TooMany { what: "motions", count, most }))
+                }
+                _ => Ok(()),
+            }
         })?;
         let [mm, inch] = decimals.0;
         (self.motions, self.notes) = (motions, notes);

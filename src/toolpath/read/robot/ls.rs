@@ -13,7 +13,7 @@ use crate::toolpath::{
         Component, Frames, MotionKind, Number, RobotFault, RobotOptions, Statement, Target, rotation_of_abc,
     },
     read::{
-        robot::{Base, Bases, LineCursor, Refusal, Tool, Tools},
+        robot::{Base, Bases, LineCursor, Refusal, Tool, Tools, scan::check_depth},
         scan::Scan,
     },
 };
@@ -160,6 +160,7 @@ impl<'a> Reader<'a> {
                 let text = code.trim_ascii_end();
                 let opens = text.len() >= 4 && text[text.len() - 4..].eq_ignore_ascii_case(b"THEN");
                 if let Some(start) = statement_behind_condition(code) {
+                    check_depth(code, 1 + self.enclosing.iter().filter(|(_, own)| *own == line).count())?;
                     self.enclosing.push((word, line));
                     let followed = self.follow_instruction(at, line, &code[start..]);
                     self.enclosing.pop();
@@ -192,6 +193,14 @@ impl<'a> Reader<'a> {
             }
             "UFRAME" | "UTOOL" if self.has_moved || !self.enclosing.is_empty() => {
                 return RobotFault::not_followed("frames that are set between motions are", "UFRAME_NUM and UTOOL_NUM");
+            }
+            // What it has from here on, the backup does not say.
+            "UFRAME" | "UTOOL" => {
+                let kind = usize::from(word == "UTOOL");
+                let number =
+                    if scan.takes(b'[') { scan.number().ok().and_then(|(number, _)| index(number)) } else { None };
+                self.system_frames
+                    .retain(|(other, own), _| *other != kind || number.is_some_and(|number| number != *own));
             }
             "P" if !scan.takes(b'[') || scan.number().is_err() => {
                 return RobotFault::not_followed("assignments to positions without a plain number are", "P[n]");
@@ -329,7 +338,7 @@ const IGNORED_VARIABLES: [&str; 1] = ["$WAITTMOUT"];
 
 /// Instructions that are ignored: they neither move the tool nor change what motions mean.
 const IGNORED: &str = "DO RO GO AO SO UO WO DI RI GI AI F M R SR AR TIMER PR WAIT PAUSE MESSAGE OVERRIDE PAYLOAD \
-    LINEAR_MAX_SPEED JOINT_MAX_SPEED LBL UALM RSR LOCK UNLOCK COL END ABORT UFRAME UTOOL P ERROR_PROG OFFSET TOOL_OFFSET SKIP";
+    LINEAR_MAX_SPEED JOINT_MAX_SPEED LBL UALM RSR LOCK UNLOCK COL END ABORT P ERROR_PROG OFFSET TOOL_OFFSET SKIP";
 
 const SPEED: &str = "a speed in mm/sec, cm/min, inch/min, deg/sec or %";
 

@@ -149,7 +149,7 @@ impl RobotProgram {
 
     /// Returns the path as [`RobotProgram::toolpath`] does, with at most `most` points (up to [`RobotProgram::MAX_POINTS`]), else `Err`.
     pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, RobotError> {
-        let mut points = Vec::with_capacity(self.motions.len());
+        let mut points = Vec::with_capacity(self.motions.len().min(most));
         let parameters = |_, motion: &Motion| Some(motion.parameters(motion.piece_count(sampling)?));
         self.sample(most, parameters, |point| points.push(*point))?;
         Ok(Toolpath::assemble(points).with_external_axes(&self.options.external_axes))

@@ -2,7 +2,18 @@
 
 use std::ops::Range;
 
-use crate::toolpath::{model::robot::RobotFault, read::scan::Scan};
+use crate::toolpath::{
+    model::robot::RobotFault,
+    read::scan::{DEEPEST, Scan, bracket_depth},
+};
+
+/// Refuses a level `depth` of the statement `text` beyond [`DEEPEST`].
+pub(crate) fn check_depth(text: &[u8], depth: usize) -> Result<(), RobotFault> {
+    match depth > DEEPEST {
+        true => Err(RobotFault::TooDeep { depth: bracket_depth(text).max(depth), most: DEEPEST }),
+        false => Ok(()),
+    }
+}
 
 /// Most digits of a number behind leading zeros: more than any control writes, of which 17 identify an `f64`.
 const MOST_DIGITS: usize = 24;

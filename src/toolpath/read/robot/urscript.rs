@@ -13,13 +13,16 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use crate::toolpath::{
     model::robot::{Component, Frames, METRE_MM, MotionKind, Number, RobotFault, RobotOptions, Statement, Target},
     read::{
-        robot::{Base, Bases, LineCursor, Refusal, Tool, Tools, trimmed},
+        robot::{Base, Bases, LineCursor, Refusal, Tool, Tools, scan::check_depth, trimmed},
         scan::Scan,
     },
 };
 
 /// Default speed of motions along a path, m/s.
 const SPEED_M_PER_S: f64 = 0.25;
+
+/// A base, the pose in it of the frame in which a target stands, mm, and the number of brackets around the target.
+type Place = (Base, Isometry3<f64>, usize);
 
 /// Value of a variable.
 #[derive(Clone, Debug)]
@@ -253,23 +256,33 @@ impl<'a> Reader<'a> {
         if self.motion_routine.is_some() && !self.is_plain() {
             return RobotFault::not_followed("set_tcp behind motions of an endless loop is", "set_tcp before it");
         }
-        let (arguments, _) = arguments(text, scan.at)?;
+        let (arguments, end) = arguments(text, scan.at)?;
         let first = trimmed(text, arguments[0].clone());
-        let frame = self.pose(&text[first.clone()])?;
+        let mut pose = Scan::new(&text[first.clone()]);
+        let frame = self.take_pose(&mut pose, 1)?;
+        if !pose.is_done() || end != text.len() {
+            return RobotFault::not_followed("computed tools are", POSE);
+        }
         let name = format!("set_tcp({})", String::from_utf8_lossy(&text[first]));
         self.tool = Some(Tool { name, in_flange: Some(frame) });
         Ok(())
     }
 
-    /// Returns the text of the pose that `text` gives or names.
-    fn pose_text<'t>(&'t self, text: &'t [u8]) -> Result<&'t [u8], RobotFault> {
-        let (name, at) = Scan::new(text).name();
-        if name == "p" && text[at.end..].trim_ascii_start().starts_with(b"[") {
-            return Ok(text);
+    /// Takes a pose, `p[…]` or the name of one; returns its range and the text that gives its numbers.
+    fn take_pose_text<'t>(&self, scan: &mut Scan<'t>) -> Result<(Range<usize>, &'t [u8]), RobotFault>
+    where
+        'a: 't,
+    {
+        let (name, at) = scan.name();
+        if name == "p" && scan.next() == Some(b'[') {
+            let length =
+                scan.rest().iter().position(|byte| *byte == b']').ok_or(RobotFault::Form { expected: POSE })?;
+            scan.at += length + 1;
+            return Ok((at.start..scan.at, &scan.line[at.start..scan.at]));
         }
-        let is_whole = at.end == text.len() && !name.is_empty();
+        let is_whole = !name.is_empty() && scan.next().is_none_or(|next| matches!(next, b',' | b')'));
         match self.value(name).filter(|_| is_whole) {
-            Some(Value::Pose(at)) => Ok(&self.source[at]),
+            Some(Value::Pose(text)) => Ok((at, &self.source[text])),
             Some(Value::Computed(line)) => Err(RobotFault::Computed { name: name.to_owned(), line }),
             Some(Value::Number(_)) | None if is_whole => {
                 Err(RobotFault::NoPoint { name: name.to_owned(), beside: String::new() })
@@ -278,12 +291,31 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Returns the pose that `text` gives or names, mm.
-    fn pose(&self, text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
-        let numbers = pose_numbers(self.pose_text(text)?)?;
-        let [x, y, z, rx, ry, rz] = std::array::from_fn(|k| numbers[k].value);
-        let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(rx, ry, rz));
-        Ok(Isometry3::from_parts(Translation3::from(Vector3::new(x, y, z) * METRE_MM), rotation))
+    /// Takes a pose that is not written back, mm: `p[…]`, the name of one, or `pose_trans` and `pose_inv` of such, behind `depth` open brackets.
+    fn take_pose<'t>(&self, scan: &mut Scan<'t>, depth: usize) -> Result<Isometry3<f64>, RobotFault>
+    where
+        'a: 't,
+    {
+        check_depth(scan.line, depth)?;
+        let mut ahead = *scan;
+        let name = ahead.name().0;
+        if !matches!(name, "pose_trans" | "pose_inv") {
+            let numbers = pose_numbers(self.take_pose_text(scan)?.1)?;
+            let [x, y, z, rx, ry, rz] = std::array::from_fn(|k| numbers[k].value);
+            let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(rx, ry, rz));
+            return Ok(Isometry3::from_parts(Translation3::from(Vector3::new(x, y, z) * METRE_MM), rotation));
+        }
+        *scan = ahead;
+        scan.expect(b'(', "( and poses")?;
+        let mut pose = self.take_pose(scan, depth + 1)?;
+        if name == "pose_inv" {
+            pose = pose.inverse();
+        } else {
+            scan.expect(b',', ", and the second pose of pose_trans")?;
+            pose *= self.take_pose(scan, depth + 1)?;
+        }
+        scan.expect(b')', ") behind the poses")?;
+        Ok(pose)
     }
 
     /// Returns the number that `text` gives or names; `None` if it is not known.
@@ -294,35 +326,54 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Returns the target of the argument in the bytes `at` of the source, and its base: a pose, its name, or `pose_trans(feature, pose)`.
-    fn target(&self, at: Range<usize>) -> Result<(Target, Base), RobotFault> {
-        let at = trimmed(self.source, at);
-        let text = &self.source[at.clone()];
-        let mut scan = Scan::new(text);
-        let name = scan.name().0;
+    /// Returns the target of the argument in the bytes `at` of the source, and where it stands: a pose, its name, or `pose_trans(feature, …)` of it,
+    /// in which all around the pose stays as it is.
+    fn target(&self, at: Range<usize>) -> Result<(Target, Place), RobotFault> {
+        let mut at = trimmed(self.source, at);
+        let mut scan = Scan::new(&self.source[at.clone()]);
         // The joints of a pose, by which PolyScope moves to it.
-        if name == "get_inverse_kin" {
-            let (parts, _) = arguments(text, scan.at)?;
-            return match parts.len() {
-                1 | 2 => self.target(at.start + parts[0].start..at.start + parts[0].end),
-                _ => Err(RobotFault::Form { expected: "get_inverse_kin(pose, qnear)" }),
-            };
+        let asks_joints = scan.name().0 == "get_inverse_kin";
+        if asks_joints {
+            let (parts, end) = arguments(scan.line, scan.at)?;
+            if !matches!(parts.len(), 1 | 2) || end != scan.line.len() {
+                return Err(RobotFault::Form { expected: "get_inverse_kin(pose, qnear)" });
+            }
+            at = trimmed(self.source, at.start + parts[0].start..at.start + parts[0].end);
         }
-        if name == "pose_trans" {
-            let (parts, _) = arguments(text, scan.at)?;
-            let [feature, pose] = &parts[..] else {
-                return Err(RobotFault::Form { expected: "pose_trans(feature, pose)" });
-            };
-            let feature = &text[trimmed(text, feature.clone())];
-            let base = Base {
-                name: String::from_utf8_lossy(feature).to_ascii_lowercase(),
-                in_world: Some(self.pose(feature)?),
-            };
-            return Ok((self.target(at.start + pose.start..at.start + pose.end)?.0, base));
+        let text = &self.source[at.clone()];
+        scan = Scan::new(text);
+        let mut features = Vec::new();
+        loop {
+            let mut ahead = scan;
+            if ahead.name().0 != "pose_trans" {
+                break;
+            }
+            scan = ahead;
+            scan.expect(b'(', "pose_trans(feature, pose)")?;
+            let start = scan.skip_blanks().at;
+            let pose = self.take_pose(&mut scan, features.len() + 1)?;
+            features.push((String::from_utf8_lossy(text[start..scan.at].trim_ascii()).to_ascii_lowercase(), pose));
+            scan.expect(b',', "pose_trans(feature, pose)")?;
         }
-        let written = self.pose_text(text)?;
-        let base = Base { name: "base".into(), in_world: Some(Isometry3::identity()) };
-        Ok((Target { at, text: written.to_vec(), numbers: pose_numbers(written)? }, base))
+        let (own, written) = self.take_pose_text(&mut scan)?;
+        for _ in &features {
+            scan.expect(b')', ") behind the pose")?;
+        }
+        if !scan.is_done() {
+            return RobotFault::not_followed("computed targets and positions of joints are", POSE);
+        }
+        let own = at.start + own.start..at.start + own.end;
+        let target = Target { at: own, text: written.to_vec(), numbers: pose_numbers(written)? };
+        let product = |features: &[(String, Isometry3<f64>)]| {
+            features.iter().fold(Isometry3::identity(), |all, (_, pose)| all * pose)
+        };
+        // Where the options say how the outermost feature stands, the others stand in it.
+        let given = features.first().is_some_and(|(name, _)| self.options.bases.contains_key(name));
+        let count = if given { 1 } else { features.len() };
+        let names: Vec<&str> = features[..count].iter().map(|(name, _)| name.as_str()).collect();
+        let name = if names.is_empty() { "base".to_owned() } else { names.join(" and in it ") };
+        let base = Base { name, in_world: Some(product(&features[..count])) };
+        Ok((target, (base, product(&features[count..]), features.len() + usize::from(asks_joints))))
     }
 
     /// Returns the statement of the motion in the bytes `code`, whose name is at `keyword` in them.
@@ -391,8 +442,8 @@ impl<'a> Reader<'a> {
             return RobotFault::not_followed("circles with points in two features are", "one feature");
         }
         let frames = match &end {
-            Some((_, base)) => Frames {
-                base: self.bases.pose(Some(base))?,
+            Some((_, (base, inner, _))) => Frames {
+                base: self.bases.pose(Some(base))? * inner,
                 tool: self.tools.rotation(self.tool.as_ref())?,
                 unit_mm: METRE_MM,
             },

@@ -116,7 +116,11 @@ impl RobotProgram {
                 start: statement.at.start,
                 is_hole: statement.apt.drilling.is_some(),
             });
-            Ok::<(), RobotError>(())
+            let (count, most) = (motions.len(), RobotProgram::MAX_POINTS);
+            match count > most {
+                true => Err(self.error_at(statement, RobotFault::TooManyMotions { count, most })),
+                false => Ok(()),
+            }
         })?;
         let most = |kind: usize| decimals[0][kind].max(decimals[1][kind]);
         (self.motions, self.notes) = (motions, notes);

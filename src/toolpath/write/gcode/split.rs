@@ -5,10 +5,10 @@ use std::convert::Infallible;
 use nalgebra::Vector3;
 
 use crate::toolpath::{
-    expand::edit::{LineEdit, acts_at_end, is_arc_word, takes_parameters},
+    expand::edit::{LineEdit, Share, is_arc_word, share_of},
     model::{
         MotionGeometry, format_shortest,
-        gcode::{Arc, Centre, Dialect, FeedMode, Motion, MotionCode, PartialPosition, located},
+        gcode::{Arc, Centre, Dialect, Fault, FeedMode, Motion, MotionCode, PartialPosition, located},
         longest_piece,
         number::format_plain,
     },
@@ -46,6 +46,10 @@ impl Writer<'_> {
     /// Writes the block as a sequence of arcs and lines that pass the points of `stretch`.
     pub(crate) fn write_split(&mut self, block: &Block, motion: &Motion, format: CoordinateFormat, stretch: Stretch) {
         let content = self.program.content(block.line);
+        if let Some(word) = motion.words.iter().find(|word| share_of(word, &motion.words) == Share::Axis) {
+            let refusal = word.refuse(Fault::MovesWithTool { letter: word.letter });
+            self.refused.get_or_insert((motion.line, refusal));
+        }
         let splitting = Split { motion, content, format };
         let count = stretch.points.len();
         let mut edit = LineEdit::new(content, &motion.words, self.style);
@@ -263,12 +267,10 @@ pub(crate) fn set_feed(edit: &mut LineEdit, feed: Option<String>) {
 /// Removes arc words from a line motion (`code`) and, if `others_follow`, the words that act at the end of the block, which are returned.
 fn remove_end_words(edit: &mut LineEdit, motion: &Motion, code: MotionCode, others_follow: bool) -> Vec<String> {
     let mut at_end = Vec::new();
-    let parameters_at_end = motion.words.iter().filter(|word| takes_parameters(word)).all(acts_at_end);
     for (index, word) in motion.words.iter().enumerate() {
-        let moves = acts_at_end(word) || (parameters_at_end && matches!(word.letter, 'E' | 'P' | 'Q'));
         if is_arc_word(word) && code == MotionCode::Line {
             edit.remove(index);
-        } else if others_follow && moves {
+        } else if others_follow && share_of(word, &motion.words) == Share::Last {
             at_end.extend(edit.remove(index));
         }
     }

@@ -8,7 +8,10 @@ use crate::toolpath::{
     expand::edit::LineEdit,
     model::{
         NumberFormat, PathPoint, format_shortest,
-        gcode::{Angles, Centre, Coordinates, LengthUnit, Motion, MotionCode, PartialPosition, WriteOptions, located},
+        gcode::{
+            Angles, Centre, Coordinates, LengthUnit, Motion, MotionCode, PartialPosition, Refusal, WriteOptions,
+            located,
+        },
     },
     read::gcode::{Block, Pole, Program, Style, ZeroSetting, motion_geometry},
     write::gcode::{
@@ -49,6 +52,8 @@ pub(crate) struct Writer<'p> {
     pub(crate) style: Style,
     newline: &'p [u8],
     pub out: Vec<u8>,
+    /// Line, from 1, and refusal of the first word that could not be shared out.
+    pub refused: Option<(usize, Refusal)>,
     /// How many path points lie on each written motion.
     pub pieces: Vec<usize>,
     /// Where on its motion each path point lies, from 0 to 1.
@@ -95,6 +100,7 @@ impl<'p> Writer<'p> {
             pole: None,
             cycle: CycleState::default(),
             unit_before_mm: 0.0,
+            refused: None,
             motion_word: None,
             motion_before_cycle: None,
         }

@@ -160,7 +160,13 @@ impl Block<'_> {
     fn read_numbered_address(&mut self, letter: char, is_master: bool, start: usize) -> Result<(), Refusal> {
         match letter {
             'S' if is_master => return self.read_value('S', start),
-            'S' | 'M' | 'T' | 'D' | 'H' => return self.skip_value(),
+            // Of a spindle that is none of the program's end: M1=5.
+            'M' => {
+                self.read_value('M', start)?;
+                self.words.last_mut().into_iter().for_each(|word| word.meaning = Some(&sinumerik_words::OTHER));
+                return Ok(());
+            }
+            'S' | 'T' | 'D' | 'H' => return self.skip_value(),
             'X' | 'Y' | 'Z' => {
                 self.machine_axis = Some(self.scan.refuse(start, Foreign::MachineAxis));
                 return self.skip_value();

@@ -84,7 +84,7 @@ pub(crate) fn swivel(mode: f64) -> Option<&'static ForeignWord> {
 
 static RET: ForeignWord = ForeignWord { name: "RET", meaning: GWord::End };
 static END: ForeignWord = ForeignWord { name: "M", meaning: GWord::End };
-static OTHER: ForeignWord = ForeignWord { name: "M", meaning: GWord::Auxiliary };
+pub(crate) static OTHER: ForeignWord = ForeignWord { name: "M", meaning: GWord::Auxiliary };
 
 /// The transformation that keeps the tip in place (TCP); its number may stand in brackets.
 pub(crate) const TRANSFORMED: &str = "TRAORI";

@@ -67,6 +67,9 @@ impl Reader<'_> {
             }
             "$VEL" => self.set_speed(None),
             "$IPO_MODE" if !is("#BASE") => return Err(FIXED_TOOL),
+            _ if ["$ROBROOT", "$WORLD", "$ERSYSROOT", "$NULLFRAME"].iter().any(|frame| name.starts_with(frame)) => {
+                return RobotFault::not_followed("places of the robot that are set are", "$BASE and $TOOL");
+            }
             "$ORI_TYPE" if !is("#VAR") => return Err(TURNING_UNEVENLY),
             _ if name.starts_with("$SPL_") => {
                 return RobotFault::not_followed("data that change splines ($SPL_…) are", "none");

@@ -91,7 +91,9 @@ impl ModuleData {
         }
         let text = &source[unit.at.clone()];
         if word == "IF" {
-            match one_line_statement(text) {
+            // IF in IF is left to what reads the statement.
+            let is_alone = |start: &usize| !Scan::new(&text[*start..]).name().0.eq_ignore_ascii_case("IF");
+            match one_line_statement(text).filter(is_alone) {
                 Some(start) => self.add(source, &CodeUnit { at: unit.at.start + start..unit.at.end, ..unit.clone() }),
                 None => {
                     self.values.extend(calls::names(text).into_iter().map(|name| (name, Value::Computed(unit.line))))

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use crate::toolpath::{
     model::robot::{RobotFault, RobotOptions, Statement},
     read::{
-        robot::{Bases, Refusal, Tools, rapid::data::ModuleData},
+        robot::{Bases, Refusal, Tools, rapid::data::ModuleData, scan::check_depth},
         scan::Scan,
     },
 };
@@ -198,7 +198,9 @@ impl<'a> Reader<'a> {
 
     /// Follows the statement of `IF condition statement;` as one within a branch.
     fn follow_one_line_if(&mut self, unit: &CodeUnit) -> Result<Option<Statement>, RobotFault> {
-        let start = lex::one_line_statement(&self.source[unit.at.clone()]);
+        let text = &self.source[unit.at.clone()];
+        check_depth(text, 1 + self.enclosing.iter().filter(|(_, line)| *line == unit.line).count())?;
+        let start = lex::one_line_statement(text);
         let start = start.ok_or(RobotFault::Form { expected: "IF condition statement" })?;
         let at = unit.at.start + start..unit.at.end;
         self.check_functions(&CodeUnit { at: unit.at.start..at.start, ..unit.clone() })?;
