@@ -119,6 +119,7 @@ mod redundancy_map;
 mod redundant;
 mod reference_states;
 mod report_page;
+mod resting_drives;
 mod resume;
 mod robot_compensated;
 mod robot_expanded;

@@ -1,5 +1,7 @@
 //! Tables and JSON of a compensated program: its points, and its passes.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Map, Value, json};
 
 use super::{
@@ -363,6 +365,10 @@ pub fn program_json(report: &Report<'_>) -> Value {
         "cutter_radii_written_out_mm": notes.cutter_radii_mm.iter().map(|(of, radius)| (of.to_string(), json!(radius))).collect::<serde_json::Map<_, _>>(),
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
     });
+    let resting: BTreeMap<_, _> = job.machine.resting_drives().collect();
+    if !resting.is_empty() {
+        report["drives_left_at_home"] = json!(resting);
+    }
     if let Some(uncertainty) = &job.uncertainty {
         report["uncertainty"] = spread_report::json(uncertainty, &findings.spread);
         report["uncertainty"]["largest"] = json!(proved.spread);
