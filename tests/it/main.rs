@@ -140,6 +140,7 @@ mod stock;
 mod superposition;
 mod superposition_command;
 mod tool_comments;
+mod tool_direction;
 mod tool_frame;
 mod tool_of_process;
 mod toolpaths;
