@@ -8,7 +8,7 @@ use clap::{
 };
 use comfy_table::{CellAlignment, ContentArrangement};
 use kinetostat::{
-    files::{OutputFile, prepare_beside, text_table::text_table, write_beside},
+    files::{OutputFile, OutputLock, prepare_beside, text_table::text_table, write_beside},
     input::error::{Error, Result},
     machine::{Geometry, Grade, Machine, Parameter, catalogue, file_schema},
     urdf::{DriveStiffness, ImportOptions, import_file},
@@ -126,7 +126,7 @@ fn list_machines() -> Result<()> {
 
 /// Makes a machine file from a URDF, and prints or writes it.
 fn import_urdf(urdf: &Path, arguments: &MachinesArguments) -> Result<()> {
-    arguments.out.as_deref().map(new_file).transpose()?;
+    arguments.out.as_deref().map(new_file).transpose().map(drop)?;
     let stiffness = match (&arguments.like, &arguments.stiffness) {
         (Some(name), _) => DriveStiffness::Like(Machine::named_or_file(name)?),
         (None, Some(values)) => DriveStiffness::Given(values.clone()),
@@ -143,14 +143,14 @@ fn import_urdf(urdf: &Path, arguments: &MachinesArguments) -> Result<()> {
 /// Prints a machine file, or writes it to `out`, where nothing may be yet.
 fn print_or_write(toml: &str, out: Option<&Path>) -> Result<()> {
     let Some(file) = out else { return print(toml) };
-    let name = new_file(file)?;
+    let (name, _lock) = new_file(file)?;
     write_beside(file, vec![OutputFile::new(name, toml)])?;
     let shown = file.display();
     print(&format!("Written to {shown}. Next:\n  kinetostat check {shown}\n"))
 }
 
-/// Returns the name of `file` if it does not exist yet and can be written.
-pub(super) fn new_file(file: &Path) -> Result<&str> {
+/// Returns the name of `file` and its lock if it does not exist yet and can be written.
+pub(super) fn new_file(file: &Path) -> Result<(&str, OutputLock)> {
     if file.symlink_metadata().is_ok() {
         let problem =
             format!("{} exists already and was left as it is: expected the name of a new file", file.display());

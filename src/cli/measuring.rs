@@ -94,7 +94,7 @@ pub fn identify(arguments: &IdentifyArguments) -> Result<Ending> {
 
 /// Runs `kinetostat predict`: prints or writes the predicted readings of an identified machine.
 pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
-    arguments.out.as_deref().map(new_file).transpose()?;
+    arguments.out.as_deref().map(new_file).transpose().map(drop)?;
     let opened = Study::open(&arguments.study, &Overrides::default()).map_err(as_option_error)?;
     let StudyKind::Identification(study, ()) = &opened.kind else {
         return Err(wrong_kind(&arguments.study, "[identification]"));
@@ -106,7 +106,7 @@ pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
     match &arguments.out {
         None => print(&String::from_utf8_lossy(&rows))?,
         Some(out) => {
-            let name = new_file(out)?;
+            let (name, _lock) = new_file(out)?;
             write_beside(out, vec![OutputFile::new(name, rows)])?;
         }
     }

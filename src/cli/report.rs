@@ -60,7 +60,7 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
 
 /// Writes the page that `make` returns as `out`, in place of a page of this program, or of anything with `--force`.
 pub(super) fn write_page(out: &Path, force: bool, make: impl FnOnce() -> Result<String>) -> Result<Ending> {
-    let name = prepare_beside(out)?;
+    let (name, _lock) = prepare_beside(out)?;
     let is_page = || begin_of(out, 1024).is_ok_and(|begin| begin.contains(GENERATOR));
     check_may_replace(out, Foreign::forced(force), is_page)?;
     write_beside(out, vec![OutputFile::new(name, make()?)])?;

@@ -13,7 +13,7 @@ use std::{
 use clap::Args;
 use env_logger::{Builder, Target};
 use kinetostat::{
-    files::{Foreign, check_may_replace, visible},
+    files::{Foreign, check_may_replace, remove_unfinished, visible},
     input::error::{Error, Result},
     page::PAGE,
 };
@@ -118,37 +118,39 @@ pub(super) fn begin_of(file: &Path, most: u64) -> std::io::Result<String> {
     Ok(String::from_utf8_lossy(&begin).into_owned())
 }
 
-/// Flags that Ctrl-C sets, and whether it ends the program at once.
-struct Signals {
-    stop: Arc<AtomicBool>,
-    at_once: Arc<AtomicBool>,
-}
-
-/// Returns the flags of Ctrl-C and SIGTERM, which are registered at the first call.
-fn signals() -> Result<&'static Signals> {
-    static SIGNALS: OnceLock<Signals> = OnceLock::new();
-    if let Some(signals) = SIGNALS.get() {
-        return Ok(signals);
+/// Returns the flag that Ctrl-C or SIGTERM sets, registered at the first call; a second signal ends the program at once. SIGHUP is not handled:
+/// `nohup` keeps a run going.
+pub fn stop_flag() -> Result<Arc<AtomicBool>> {
+    static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+    if let Some(stop) = STOP.get() {
+        return Ok(Arc::clone(stop));
     }
-    let signals = Signals { stop: Arc::default(), at_once: Arc::default() };
+    let stop = Arc::<AtomicBool>::default();
     for signal in [SIGINT, SIGTERM] {
-        // In this order: a signal ends the program only if it is to, or if one before has set the flag.
-        register_conditional_shutdown(signal, super::STOPPED.into(), Arc::clone(&signals.at_once))
-            .and_then(|_| register_conditional_shutdown(signal, super::STOPPED.into(), Arc::clone(&signals.stop)))
-            .and_then(|_| register(signal, Arc::clone(&signals.stop)))
+        // In this order: a signal ends the program only if one before has set the flag.
+        register_conditional_shutdown(signal, super::STOPPED.into(), Arc::clone(&stop))
+            .and_then(|_| register(signal, Arc::clone(&stop)))
             .map_err(|error| Error::argument("Ctrl-C", error.to_string()))?;
     }
-    Ok(SIGNALS.get_or_init(|| signals))
+    Ok(Arc::clone(STOP.get_or_init(|| stop)))
 }
 
-/// Returns the flag that Ctrl-C or SIGTERM sets; a second signal ends the program at once. SIGHUP is not handled: `nohup` keeps a run going.
-pub fn stop_flag() -> Result<Arc<AtomicBool>> {
-    Ok(Arc::clone(&signals()?.stop))
-}
-
-/// Makes the first signal end the program, in a command that cannot be resumed.
+/// Makes the first signal end the program, in a command that cannot be resumed. What it has not finished is removed.
 pub fn stop_at_once() -> Result<()> {
-    let signals = signals()?;
-    signals.at_once.store(true, Ordering::SeqCst);
-    if signals.stop.load(Ordering::SeqCst) { Err(Error::Stopped) } else { Ok(()) }
+    let stop = stop_flag()?;
+    if stop.load(Ordering::SeqCst) {
+        return Err(Error::Stopped);
+    }
+    // A handler of signals may do next to nothing itself.
+    std::thread::spawn(move || {
+        while !stop.load(Ordering::SeqCst) {
+            std::thread::sleep(HEEDED);
+        }
+        remove_unfinished();
+        std::process::exit(super::STOPPED.into())
+    });
+    Ok(())
 }
+
+/// How often is looked for a signal.
+const HEEDED: std::time::Duration = std::time::Duration::from_millis(10);

@@ -6,6 +6,7 @@ mod recorded;
 mod replace;
 pub(crate) mod table;
 pub mod text_table;
+mod unfinished;
 pub(crate) mod visible;
 pub(crate) mod words;
 pub(crate) mod write;
@@ -14,11 +15,12 @@ pub(crate) use manifest::read_record;
 pub use manifest::{Manifest, StatusCount};
 pub use recorded::Recorded;
 pub use replace::{Foreign, check_may_replace};
+pub use unfinished::{OutputLock, PartialFile, Staging, remove_unfinished};
 pub use visible::{display_json, visible, visible_json};
 pub use words::{counted, millimetres, millimetres_in_table, or_dash, per_second, position, with_minus_signs};
 pub(crate) use write::temporary_beside;
 pub use write::{
-    OutputFile, PreparedFolder, Step, Transaction, prepare, prepare_beside, remove, remove_temporary, staging,
+    OutputFile, PreparedFolder, Step, Transaction, lock_folder, prepare, prepare_beside, remove, staging,
     staging_beside, temporary_file, write_all, write_beside,
 };
 

@@ -6,8 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use tempfile::{NamedTempFile, TempDir, TempPath};
-
+use super::unfinished::{OutputLock, PartialFile, Staging, Unfinished, committing};
 use crate::input::error::{Error, Result};
 
 /// A file to be written into a result folder.
@@ -23,7 +22,7 @@ pub struct OutputFile {
 enum Content {
     Bytes(Vec<u8>),
     /// A temporary file in the result folder, which is removed unless it gets its name.
-    File(NamedTempFile),
+    File(PartialFile),
 }
 
 impl OutputFile {
@@ -33,7 +32,7 @@ impl OutputFile {
     }
 
     /// Returns a file to be called `name` whose content is already in a temporary file of the folder; see [`temporary_file`].
-    pub fn from_temporary(name: impl Into<String>, file: NamedTempFile) -> Self {
+    pub fn from_temporary(name: impl Into<String>, file: PartialFile) -> Self {
         Self { name: name.into(), content: Content::File(file) }
     }
 }
@@ -54,13 +53,19 @@ const TEMPORARY: &str = ".partial-";
 /// Creates `folder` and checks, before anything is computed, that files can be written there; `Err` when they cannot.
 pub fn prepare(folder: &Path) -> Result<()> {
     let fault = |source| Error::Write { file: folder.to_path_buf(), source };
-    if folder.is_file() {
-        return Err(fault(std::io::Error::other("is a file, expected a folder or the name of a new one")));
-    }
-    std::fs::create_dir_all(folder).map_err(fault)?;
-    temporary_file(folder).map(drop).map_err(fault)?;
+    create(folder)?;
+    tempfile::NamedTempFile::new_in(folder).map(drop).map_err(fault)?;
     // Files in a folder in it: some systems have an end to the length of a path.
     check_name_fits(folder, &"x".repeat(LONGEST_NAME))
+}
+
+/// Creates `folder`, unless it is there.
+fn create(folder: &Path) -> Result<()> {
+    let fault = |source| Error::Write { file: folder.to_path_buf(), source };
+    if folder.is_file() {
+        return Err(fault(IoError::other("is a file, expected a folder or the name of a new one")));
+    }
+    std::fs::create_dir_all(folder).map_err(fault)
 }
 
 /// Most bytes of a name in a result folder, including that of a temporary folder.
@@ -74,9 +79,9 @@ fn check_name_fits(folder: &Path, name: &str) -> Result<()> {
     }
 }
 
-/// Checks, before anything is computed, that [`write_beside`] can write `file`, whose folder need not exist, and returns its name; `Err`
-/// when it cannot. Removes temporary files that a killed command left of it.
-pub fn prepare_beside(file: &Path) -> Result<&str> {
+/// Checks, before anything is computed, that [`write_beside`] can write `file`, whose folder need not exist, and returns its name and its lock; `Err`
+/// when it cannot, or another command is writing it. Removes temporary files that a killed command left of it.
+pub fn prepare_beside(file: &Path) -> Result<(&str, OutputLock)> {
     let fault = |source| Error::Write { file: file.to_path_buf(), source };
     let Some(name) = file.file_name().and_then(OsStr::to_str) else {
         return Err(fault(IoError::other("expected the name of a file, of letters that can be read")));
@@ -91,11 +96,8 @@ pub fn prepare_beside(file: &Path) -> Result<&str> {
     }
     let prefix = temporary_prefix(name);
     check_name_fits(folder, &format!("{prefix}000000"))?;
-    create_temporary(folder, &prefix).map(drop).map_err(fault)?;
-    if file.parent().is_some_and(|parent| parent == folder || parent.as_os_str().is_empty()) {
-        remove_with_prefix(folder, &prefix)?;
-    }
-    Ok(name)
+    let lock = OutputLock::new(folder_of(file), &prefix, file)?;
+    Ok((name, lock))
 }
 
 /// Returns the beginning of the names of temporary files for a file called `name`, which other commands in its folder leave alone.
@@ -104,32 +106,14 @@ fn temporary_prefix(name: &str) -> String {
 }
 
 /// Creates a temporary folder in `folder`, in which files are made before they are moved into place; `Err` when it cannot.
-pub fn staging(folder: &Path) -> Result<TempDir> {
-    let made = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(folder);
-    made.map_err(|source| Error::Write { file: folder.to_path_buf(), source })
+pub fn staging(folder: &Path) -> Result<Staging> {
+    Staging::new(folder, TEMPORARY).map_err(|source| Error::Write { file: folder.to_path_buf(), source })
 }
 
-/// Removes temporary files that a killed run left in `folder`, which no other run may be using; `Err` when one cannot be removed.
-pub fn remove_temporary(folder: &Path) -> Result<()> {
-    remove_with_prefix(folder, TEMPORARY)
-}
-
-/// Removes files and folders in `folder` whose names begin with `prefix`.
-fn remove_with_prefix(folder: &Path, prefix: &str) -> Result<()> {
-    let fault = |source| Error::Read { file: folder.to_path_buf(), source };
-    for entry in std::fs::read_dir(folder).map_err(fault)? {
-        let entry = entry.map_err(fault)?;
-        if !entry.file_name().to_string_lossy().starts_with(prefix) {
-            continue;
-        }
-        if entry.file_type().map_err(fault)?.is_dir() {
-            let path = entry.path();
-            std::fs::remove_dir_all(&path).map_err(|source| Error::Write { file: path, source })?;
-        } else {
-            remove(&entry.path())?;
-        }
-    }
-    Ok(())
+/// Locks the results in `folder` against other commands, and removes temporary files that a killed one left there; `Err` when one cannot be
+/// removed, or another command is writing there.
+pub fn lock_folder(folder: &Path) -> Result<OutputLock> {
+    OutputLock::new(folder, TEMPORARY, folder)
 }
 
 /// Writes `files` into `folder`: all of them are complete before the first is moved into place. `Err` when one cannot be written; no
@@ -158,7 +142,7 @@ pub struct Transaction {
 #[derive(Debug)]
 pub enum Step {
     /// Gives a temporary file its final path.
-    Name(TempPath, PathBuf),
+    Name(Staging, PathBuf),
     /// Moves a finished file to its final path.
     Move(PathBuf, PathBuf),
     /// Removes a file, if it exists.
@@ -188,11 +172,11 @@ impl Transaction {
         let made = match file.content {
             Content::File(made) => Ok(made),
             Content::Bytes(bytes) => {
-                create_temporary(&self.folder, &self.prefix).and_then(|mut made| made.write_all(&bytes).map(|()| made))
+                PartialFile::new(&self.folder, &self.prefix).and_then(|mut made| made.write_all(&bytes).map(|()| made))
             }
         };
         let made = made.map_err(|source| Error::Write { file: path.clone(), source })?;
-        self.steps.push(Step::Name(made.into_temp_path(), path));
+        self.steps.push(Step::Name(made.folder, path));
         Ok(())
     }
 
@@ -213,6 +197,7 @@ impl Transaction {
 
     /// Makes all changes in order; `Err` when one cannot be made, with those before it made.
     pub fn commit(self) -> Result<()> {
+        let _committing = committing();
         self.steps.into_iter().try_for_each(Step::apply)
     }
 }
@@ -221,7 +206,9 @@ impl Step {
     /// Makes the change; `Err` when it cannot be made.
     pub fn apply(self) -> Result<()> {
         match self {
-            Self::Name(made, path) => made.persist(&path).map_err(|e| Error::Write { file: path, source: e.error }),
+            Self::Name(made, path) => {
+                PartialFile::name(&made, &path).map_err(|source| Error::Write { file: path, source })
+            }
             Self::Move(made, path) => {
                 std::fs::rename(made, &path).map_err(|source| Error::Write { file: path, source })
             }
@@ -231,11 +218,11 @@ impl Step {
 }
 
 /// Creates a temporary folder as [`staging`] does, in the folder of `file`, which is created if need be.
-pub fn staging_beside(file: &Path) -> Result<TempDir> {
+pub fn staging_beside(file: &Path) -> Result<Staging> {
     let fault = |source| Error::Write { file: file.to_path_buf(), source };
     let folder = folder_of(file);
     std::fs::create_dir_all(folder).map_err(fault)?;
-    tempfile::Builder::new().prefix(&prefix_beside(file)).tempdir_in(folder).map_err(fault)
+    Staging::new(folder, &prefix_beside(file)).map_err(fault)
 }
 
 /// Returns the folder of a file; `.` for a bare name.
@@ -258,23 +245,14 @@ pub fn remove(file: &Path) -> Result<()> {
     }
 }
 
-/// Creates a file in `folder` that is removed unless it gets its name. Unlike other temporary files, all users may read it.
-pub fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
-    create_temporary(folder, TEMPORARY)
+/// Creates a file in `folder` that is removed unless it gets its name.
+pub fn temporary_file(folder: &Path) -> std::io::Result<PartialFile> {
+    PartialFile::new(folder, TEMPORARY)
 }
 
 /// Creates a temporary file as [`temporary_file`] does, in the folder of `file`.
-pub(crate) fn temporary_beside(file: &Path) -> std::io::Result<NamedTempFile> {
-    create_temporary(folder_of(file), &prefix_beside(file))
-}
-
-/// Creates a temporary file in `folder` whose name begins with `prefix`, readable by all users.
-fn create_temporary(folder: &Path, prefix: &str) -> std::io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(prefix);
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
-    builder.tempfile_in(folder)
+pub(crate) fn temporary_beside(file: &Path) -> std::io::Result<PartialFile> {
+    PartialFile::new(folder_of(file), &prefix_beside(file))
 }
 
 /// Folders created for results. When it is dropped, those that are still empty are removed.
@@ -282,14 +260,24 @@ fn create_temporary(folder: &Path, prefix: &str) -> std::io::Result<NamedTempFil
 pub struct PreparedFolder {
     /// Folders created, the innermost first.
     made: Vec<PathBuf>,
+    _unfinished: Vec<Unfinished>,
 }
 
 impl PreparedFolder {
     /// Creates and checks `folder` as [`prepare`] does, with the same errors.
     pub fn new(folder: &Path) -> Result<Self> {
-        let missing = folder.ancestors().take_while(|part| !part.as_os_str().is_empty() && !part.exists());
-        let prepared = Self { made: missing.map(Path::to_path_buf).collect() };
+        let prepared = Self::missing(folder)?;
         prepare(folder)?;
+        Ok(prepared)
+    }
+
+    /// Creates `folder`, and checks nothing.
+    pub(super) fn missing(folder: &Path) -> Result<Self> {
+        let missing = folder.ancestors().take_while(|part| !part.as_os_str().is_empty() && !part.exists());
+        let made: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
+        let unfinished = made.iter().rev().map(|folder| Unfinished::new(folder)).collect();
+        let prepared = Self { made, _unfinished: unfinished };
+        create(folder)?;
         Ok(prepared)
     }
 }

@@ -17,6 +17,7 @@ mod redundancy;
 #[cfg(not(target_family = "wasm"))]
 pub mod stock;
 pub(crate) mod tilt;
+mod tool_direction;
 pub mod uncertainty;
 mod unknown_force;
 #[cfg(not(target_family = "wasm"))]

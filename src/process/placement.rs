@@ -145,6 +145,12 @@ impl PlacedWorkpiece {
         Self { orientation: *rotation, tool_axes: frame_about(axis.normalize()), ..*self }
     }
 
+    /// Returns the placement in which a tool axis alone rotates the platform least from `rotation` (`R_OP`), not from its orientation at home.
+    #[must_use]
+    pub fn turned_from(&self, rotation: &Matrix3<f64>) -> Self {
+        Self { home: *rotation, ..*self }
+    }
+
     /// Returns the placement with the tool orientation that the path gives (W axes). For a tool axis alone, the platform is rotated
     /// least from its orientation at home.
     #[must_use]

@@ -117,7 +117,9 @@ impl ProgramFile {
                 Program::parse_with_calls(bytes, &name, options, beside)
             }),
         };
-        Ok(ProgramFile::Gcode(Box::new(program?)))
+        let program = program?;
+        super::tool_direction::check(&program, process, &name)?;
+        Ok(ProgramFile::Gcode(Box::new(program)))
     }
 
     /// Returns whether pages, which cannot follow the program, get its points instead; these contain all that matters.

@@ -20,9 +20,9 @@ use crate::{
     explore::Scene,
     figures::Colours,
     files::{
-        Manifest, StatusCount,
+        Manifest, OutputLock, StatusCount,
         exchange::{Format, WrittenRows},
-        prepare, remove, remove_temporary,
+        lock_folder, prepare, remove,
     },
     input::error::{Error, Remedy, Result},
     page::{PAGE, ToTry, headline::Headline},
@@ -106,6 +106,7 @@ pub struct BegunRun<'a> {
     run: &'a FolderRun<'a>,
     checkpoint: Checkpoint,
     parts: Option<Parts>,
+    lock: OutputLock,
 }
 
 impl BegunRun<'_> {
@@ -115,7 +116,7 @@ impl BegunRun<'_> {
     /// [`Error::Stopped`], and whatever cannot be read, drawn or written; what was computed is then kept in the folder, see
     /// [`FolderRun::is_unfinished`].
     pub fn run(self, stop: Arc<AtomicBool>, watch: impl Fn(Event) + Send + Sync + 'static) -> Result<FinishedRun> {
-        let Self { run, checkpoint, parts } = self;
+        let Self { run, checkpoint, parts, lock: _lock } = self;
         let resumed = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged_count() };
         let work = Work::with_parts((Some(checkpoint), parts, None), stop, Box::new(watch));
         work.tell(resumed);
@@ -251,8 +252,8 @@ impl FolderRun<'_> {
     /// An unfinished run that cannot be resumed, or a file that cannot be written.
     pub fn begin(&self) -> Result<BegunRun<'_>> {
         let checkpoint = open_checkpoint(&self.out.join(STATE), &self.origin, self.options.begin)?;
-        remove_temporary(&self.out)?;
-        Ok(BegunRun { run: self, checkpoint, parts: None })
+        let lock = lock_folder(&self.out)?;
+        Ok(BegunRun { run: self, checkpoint, parts: None, lock })
     }
 
     /// Opens the checkpoint as [`FolderRun::begin`], with the pieces that `parts` have computed.

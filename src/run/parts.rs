@@ -7,11 +7,10 @@ use std::{
 };
 
 use serde::{Deserialize, Serialize};
-use tempfile::NamedTempFile;
 
 use super::{FinishedRun, RunOptions, Start, open_checkpoint, protect_unfinished_run};
 use crate::{
-    files::{OutputFile, prepare, prepare_beside, remove, remove_temporary, temporary_beside, write_beside},
+    files::{OutputFile, PartialFile, lock_folder, prepare, prepare_beside, remove, temporary_beside, write_beside},
     input::error::{Error, Result},
     questions::{Overrides, Study},
     work::{
@@ -107,7 +106,7 @@ pub fn read_parts(folder: &Path) -> Result<Vec<Part>> {
 /// It cannot be read, or a part cannot be removed.
 pub fn remove_parts(folder: &Path) -> Result<()> {
     part_files_in(folder)?.iter().try_for_each(|file| remove(file))?;
-    remove_temporary(folder)?;
+    lock_folder(folder).map(drop)?;
     match std::fs::remove_dir(folder) {
         Err(source) if source.kind() != ErrorKind::DirectoryNotEmpty => {
             Err(Error::Write { file: folder.to_path_buf(), source })
@@ -201,7 +200,7 @@ impl Study {
             return Ok(PartInFolder { file, was_there: true, is_complete: part.head().is_complete });
         }
         let before = parts_before(out, options.round, share, &origin)?;
-        prepare_beside(&file)?;
+        prepare_beside(&file).map(drop)?;
         protect_unfinished_run(&state, &origin, options.begin)?;
         let checkpoint = open_checkpoint(&state, &origin, options.begin)?;
         let resumed = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged_count() };
@@ -309,12 +308,12 @@ fn check_same_division(before: &Parts, share: Share) -> Result<()> {
 }
 
 /// Writes `file` with the function `write`, whole or not at all, in place of what was there.
-fn write_file(file: &Path, write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> Result<()>) -> Result<()> {
+fn write_file(file: &Path, write: impl FnOnce(&mut BufWriter<PartialFile>) -> Result<()>) -> Result<()> {
     let fault = |source| Error::Write { file: file.to_path_buf(), source };
-    let name = prepare_beside(file)?;
+    let (name, _lock) = prepare_beside(file)?;
     let mut writer = BufWriter::new(temporary_beside(file).map_err(fault)?);
     write(&mut writer)?;
     let finished = writer.into_inner().map_err(|e| fault(e.into_error()))?;
-    finished.as_file().sync_all().map_err(fault)?;
+    finished.file.sync_all().map_err(fault)?;
     write_beside(file, vec![OutputFile::from_temporary(name, finished)])
 }

@@ -1,19 +1,69 @@
 //! External axes that a path commands, on the machine.
 
+#[cfg(not(target_family = "wasm"))]
+use crate::toolpath::robot::RobotProgram;
 use crate::{
+    compensation::Target,
     input::error::{Error, Result},
     machine::{ExternalAxes, Machine},
+    process::file::Process,
+    simulation::ProgramFile,
     toolpath::{PathPoint, Toolpath},
 };
 
 /// How far rounding may put a position beyond its travel, as a share of it, and the resolution of the travel in messages.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns `machine` with the drives locked that `path`, called `origin` in errors, commands beside the tool, at the positions of its first point.
+/// Positions of an axis nearer to each other are the same, mm or degrees.
+#[cfg(not(target_family = "wasm"))]
+const SAME_POSITION: f64 = 1e-3;
+
+/// Returns the machine of `process` with the drives locked that `path` of `program`, called `origin` in errors, commands beside the tool, at the
+/// positions of its first point, and at home those that nothing commands, see [`Machine::with_resting_drives`].
 ///
 /// # Errors
-/// A column that names no drive, has another unit, names a drive that the study locks or the task needs, or has positions beyond the travel.
-pub(crate) fn locked_along(machine: &Machine, path: &Toolpath, origin: &str) -> Result<Machine> {
+/// A column that names no drive, has another unit, names a drive that the study locks or the task needs, or has positions beyond the travel; drives
+/// of which nothing says which the path moves; an axis of a robot that has no name and stands elsewhere than the drive that would be it.
+pub(crate) fn locked_along(
+    process: &Process,
+    path: &Toolpath,
+    program: Option<&ProgramFile>,
+    origin: &str,
+) -> Result<Machine> {
+    let commanded = commanded_along(&process.machine, path, origin)?;
+    let is_oriented = path.is_oriented() || process.target == Target::FullPose;
+    let machine = commanded.with_resting_drives(is_oriented).map_err(|why| Error::argument(origin, why.to_string()))?;
+    #[cfg(not(target_family = "wasm"))]
+    if let Some(ProgramFile::Robot(program)) = program {
+        check_unnamed_axes(&machine, program, origin)?;
+    }
+    Ok(machine)
+}
+
+/// Checks that axes of a robot program without a name stand where the drives do that nothing commands. An axis at 0 may be none.
+#[cfg(not(target_family = "wasm"))]
+fn check_unnamed_axes(machine: &Machine, program: &RobotProgram, origin: &str) -> Result<()> {
+    let resting: Vec<(String, f64)> = machine.resting_drives().collect();
+    let is_told = |value: f64| resting.iter().any(|(_, position)| (position - value).abs() <= SAME_POSITION);
+    let other = program.notes().unnamed_axes.iter().find(|(_, value)| *value != 0.0 && !is_told(*value));
+    match other.filter(|_| !resting.is_empty()) {
+        None => Ok(()),
+        Some((axis, value)) => {
+            let drives: Vec<String> =
+                resting.iter().map(|(label, position)| format!("{label} at {position}")).collect();
+            let problem = format!(
+                "external axis {axis} stands at {value}, and nothing says which drive of machine {} it is, which has {} as at home: expected \
+                 its name in robot_program.external_axes",
+                machine.name,
+                drives.join(", ")
+            );
+            Err(Error::argument(origin, problem))
+        }
+    }
+}
+
+/// Returns `machine` with the drives locked that `path` commands beside the tool, as [`locked_along`] does.
+fn commanded_along(machine: &Machine, path: &Toolpath, origin: &str) -> Result<Machine> {
     let Some(first) = path.points().first().filter(|_| !path.external_axes().is_empty()) else {
         return Ok(machine.clone());
     };
@@ -80,12 +130,9 @@ pub(crate) fn locked_along(machine: &Machine, path: &Toolpath, origin: &str) -> 
     Ok(locked)
 }
 
-/// Returns a function from a point of `path` to the positions of the machine's external axes; `None` if the path commands none.
-pub(crate) fn axes_along<'a>(
-    machine: &Machine,
-    path: &'a Toolpath,
-) -> impl Fn(&PathPoint) -> Option<ExternalAxes> + use<'a> {
-    let names = path.external_axes();
+/// Returns a function from a point of a path to the positions of the machine's external axes, of which the path has the columns `names`; `None` if
+/// it has none.
+pub(crate) fn axes_along(machine: &Machine, names: &[String]) -> impl Fn(&PathPoint) -> Option<ExternalAxes> + use<> {
     let axis = |column: &String| {
         let label = machine.drive_label(drive_label_in(column)).ok()?;
         machine.external_axis(&label).map(|(index, drive)| (index, drive.motion))

@@ -136,7 +136,10 @@ fn solve_group(
 impl<'a> OpenStretch<'a> {
     /// Gives the session the tracked configuration at `point` as its command for `task`.
     fn seed_command(&mut self, point: usize, task: &TaskPoint) {
-        if let (Some(at), None) = (&self.track[point].at, task.external) {
+        if let (Some(at), true) = (&self.track[point].at, task.led.is_some()) {
+            // Near a pole of the head another posture is as near as the one that the program names.
+            self.session.set_rigid(at);
+        } else if let (Some(at), None) = (&self.track[point].at, task.external) {
             self.session.seed(self.near, &task.pose, at);
             self.near = at;
         }

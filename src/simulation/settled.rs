@@ -22,7 +22,12 @@ pub(crate) struct LoadedLines {
 /// Solves the equilibrium of the machine under `source` at the nominal command of `task`; a failure if it has none or cannot go there.
 pub(crate) fn equilibrium_under(machines: &Machines, source: Source, task: &TaskPoint) -> Result<LoadedLines, Failure> {
     let (nominal, actual) = (machines.nominal(source), machines.actual(source));
-    let at = nominal.inverse_kinematics(&task.pose)?;
+    let head = task.led.and_then(|led| nominal.with_commanded_head()?.with_external_axes(&led).ok());
+    let near = head.map(|head| head.inverse_kinematics(&task.pose)).transpose()?;
+    let at = match near {
+        Some(near) => nominal.inverse_kinematics_from(&near, &task.pose)?,
+        None => nominal.inverse_kinematics(&task.pose)?,
+    };
     let mut session = machines.session(source);
     session.set_rigid(&at);
     let answer = compensate(&mut session, &source.task(task), Method::None);

@@ -1,6 +1,6 @@
 //! Task points of a path: the wanted pose of P at each point, and the load there.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::{
     compensation::{Target, TaskPoint},
@@ -49,14 +49,17 @@ impl<'a> PoseTracker<'a> {
     }
 
     /// Returns the pose `X_OP` with the path's point at `position_mm` (W) and the tool at `orientation`, in the coordinates that the drives
-    /// control. With parasitic rotation this is the pose of the machine there; one out of reach keeps the orientation of home.
+    /// control; a tool axis turns the platform least from the orientation `near` (`R_OP`), or from that of home. With parasitic rotation this
+    /// is the pose of the machine there; one out of reach keeps the orientation of home.
     pub fn pose(
         &mut self,
         position_mm: Vector3<f64>,
         orientation: Option<&Orientation>,
         external: Option<ExternalAxes>,
+        near: Option<&Matrix3<f64>>,
     ) -> Pose {
-        let placed = self.placed(external);
+        let placed = *self.placed(external);
+        let placed = near.map_or(placed, |rotation| placed.turned_from(rotation));
         let asked = match orientation {
             Some(orientation) => placed.with_tool_orientation(orientation).platform_pose(position_mm),
             None => placed.platform_pose(position_mm),
@@ -141,11 +144,15 @@ pub(crate) fn unloaded_tasks<'a>(
     path: &'a Toolpath,
 ) -> impl FnMut(&PathPoint) -> (TaskPoint, PlacedWorkpiece) + use<'a> {
     let mut track = PoseTracker::new(machine, placement);
-    let external = axes_along(machine, path);
+    let external = axes_along(machine, path.external_axes());
+    let head = Some(machine).filter(|_| !path.led_axes().is_empty()).and_then(Machine::with_commanded_head);
+    let led = head.as_ref().map(|head| axes_along(head, &[path.external_axes(), path.led_axes()].concat()));
     move |point| {
-        let external = external(point);
-        let pose = track.pose(point.position_mm, point.orientation.as_ref(), external);
+        let (external, led) = (external(point), led.as_ref().and_then(|led| led(point)));
+        let as_led = led.zip(head.as_ref()).and_then(|(led, head)| head.with_external_axes(&led).ok());
+        let near = as_led.as_ref().map(|head| &head.home.pose.rotation);
+        let pose = track.pose(point.position_mm, point.orientation.as_ref(), external, near);
         let there = track.placed(external).with_platform_rotation(&pose.rotation);
-        (TaskPoint { external, ..TaskPoint::new(pose, Wrench::zero(), target) }, there)
+        (TaskPoint { external, led, ..TaskPoint::new(pose, Wrench::zero(), target) }, there)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     compensation::{CompensationStatus, TaskPoint},
-    machine::{BatchKinematics, Configuration, Machine, PositionedMachine},
+    machine::{BatchKinematics, Configuration, ExternalAxes, Machine, PositionedMachine, Unreachable},
 };
 
 /// Configuration of the nominal machine at a point of a path, if reached, and whether it can be tracked there.
@@ -69,7 +69,11 @@ fn step_by_step(
             break;
         }
         // With external axes each stands on a machine of its own.
-        let plain: Vec<usize> = going.iter().copied().filter(|&k| tasks[k][point].external.is_none()).collect();
+        let plain: Vec<usize> = going
+            .iter()
+            .copied()
+            .filter(|&k| tasks[k][point].external.is_none() && tasks[k][point].led.is_none())
+            .collect();
         let starts: Vec<_> = plain.iter().map(|&k| (&track[k].near, tasks[k][point].pose)).collect();
         let mut found = plain.iter().zip(storage.inverse_kinematics(&starts)).peekable();
         going.retain(|&k| {
@@ -83,6 +87,8 @@ fn step_by_step(
 /// A machine being tracked along a path.
 struct MachineOnPath {
     nominal: PositionedMachine,
+    /// The machine with its head commanded, once a program leads that.
+    head: Option<PositionedMachine>,
     /// Configuration from which the next point is sought.
     near: Configuration,
     /// Configuration at the previous point; `None` at the beginning, and for machines with only one posture.
@@ -92,13 +98,15 @@ struct MachineOnPath {
 impl MachineOnPath {
     /// Starts at home.
     fn new(nominal: &Machine) -> Self {
-        Self { nominal: PositionedMachine::new(nominal), near: nominal.home.clone(), before: None }
+        Self { nominal: PositionedMachine::new(nominal), head: None, near: nominal.home.clone(), before: None }
     }
 
     /// Makes `points` of `tasks`, tracked from home, continue from the point before, which then is the last of them.
     fn continue_with(&mut self, tasks: &[TaskPoint], points: &mut Vec<TrackPoint>) {
-        if let (Some(before), Some(first)) =
-            (self.before.clone(), points.iter().position(|point| point.configuration().is_some()))
+        // A head that is led stands as the program says wherever a stretch begins.
+        let is_led = tasks.iter().any(|task| task.led.is_some());
+        if let (false, Some(before), Some(first)) =
+            (is_led, self.before.clone(), points.iter().position(|point| point.configuration().is_some()))
         {
             self.continue_behind(&before, tasks, points, first);
         }
@@ -150,6 +158,16 @@ impl MachineOnPath {
         if let Err(unreachable) = self.nominal.move_to(task.external) {
             return (None, Err(CompensationStatus::Unreachable(unreachable)));
         }
+        if let Some(led) = task.led {
+            return match self.led_configuration(led, task) {
+                Ok(at) => {
+                    let tracked = self.nominal.check_tracked(&task.pose, &at).map_err(CompensationStatus::Unreachable);
+                    (self.near, self.before) = (at.clone(), Some(at.clone()));
+                    (Some(at), tracked)
+                }
+                Err(unreachable) => (None, Err(CompensationStatus::Unreachable(unreachable))),
+            };
+        }
         let is_from_before = self.before.as_ref() == Some(&self.near);
         let straight = match straight {
             Some(at) => Ok(at),
@@ -167,6 +185,17 @@ impl MachineOnPath {
             Err(unreachable) => Err(CompensationStatus::Unreachable(unreachable)),
         };
         (Some(at), kept)
+    }
+
+    /// Returns the configuration that meets `task` with the head where the program leads it.
+    fn led_configuration(&mut self, led: ExternalAxes, task: &TaskPoint) -> Result<Configuration, Unreachable> {
+        if self.head.is_none() {
+            self.head = self.nominal.original().with_commanded_head().map(|head| PositionedMachine::new(&head));
+        }
+        let Some(head) = &mut self.head else { return self.nominal.inverse_kinematics(&task.pose) };
+        head.move_to(Some(led))?;
+        let near = head.inverse_kinematics(&task.pose)?;
+        self.nominal.inverse_kinematics_from(&near, &task.pose)
     }
 
     /// Checks that the machine at `at`, which meets `task`, keeps its posture. `is_tracked`: the straight line is known to lead there.

@@ -98,6 +98,7 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
     let reach_mm = (1000.0 * reach).max(1.0);
     let home = home::choose_home(&elements, reach_mm);
     let (tool_axis, tool_axis_from) = tool_axis(options);
+    notes.add_first(tool_at_home(&(home.pose.rotation * tool_axis)));
     let file = MachineFile {
         title: format!(
             "{name}, {} drives to {}, imported from a URDF",
@@ -165,6 +166,20 @@ fn tool_axis(options: &ImportOptions) -> (Vector3<f64>, &'static str) {
             )
         }
     }
+}
+
+/// Says how the tool points at home, where it has the direction `axis` of O.
+fn tool_at_home(axis: &Vector3<f64>) -> String {
+    let [x, y, z]: [f64; 3] = axis.map(|v| (v * 1e3).round() / 1e3 + 0.0).into();
+    let from_down = (-axis.z).clamp(-1.0, 1.0).acos().to_degrees();
+    let words = match from_down < 0.5 {
+        true => "down".to_owned(),
+        false => format!(
+            "{from_down:.0} degrees from straight down: programs that do not say how the tool stands, as three-axis G-code, are cut with the \
+             tool as it points at home, so set [home] and home_deg of the drives to how yours points where it cuts"
+        ),
+    };
+    format!("tool: at home it points along ({x}, {y}, {z}) of O from the spindle to the tip, {words}")
 }
 
 /// A smaller component of a direction is rounding.

@@ -12,6 +12,11 @@ impl ImportNotes {
         self.0.push(note);
     }
 
+    /// Adds a note before all others.
+    pub fn add_first(&mut self, note: String) {
+        self.0.insert(0, note);
+    }
+
     /// Adds a note that says `what` about the things called `names`, if there are any.
     pub fn add_names<'a>(&mut self, what: &str, names: impl IntoIterator<Item = &'a str>) {
         let names = quoted_list(names);

@@ -6,7 +6,7 @@ use kinetostat::{
     files::{
         Foreign, Manifest, OutputFile, PreparedFolder, Recorded, StatusCount, check_may_replace, counted, display_json,
         exchange::{self, Cell, Table, counts, description, numbers, texts, unescape_formula},
-        millimetres, position, prepare, remove_temporary, temporary_file, visible, visible_json, with_minus_signs,
+        lock_folder, millimetres, position, prepare, temporary_file, visible, visible_json, with_minus_signs,
         write_all,
     },
     input::{Inputs, file},
@@ -258,8 +258,15 @@ fn writing_replaces_and_leaves_nothing_else() {
     for content in ["1", "2"] {
         write_all(folder.path(), vec![OutputFile::new("a.csv", content)]).unwrap();
     }
-    temporary_file(folder.path()).unwrap().keep().unwrap();
-    remove_temporary(folder.path()).unwrap();
+    // What a running command makes stays, what a killed one has made goes.
+    let made = temporary_file(folder.path()).unwrap();
+    let refused = lock_folder(folder.path()).unwrap_err().to_string();
+    assert!(refused.contains("is being written by another command") && made.folder.path().exists(), "{refused}");
+    let left = folder.path().join(".partial-left");
+    std::fs::create_dir(&left).unwrap();
+    std::fs::copy(made.folder.path().join("kinetostat_unfinished"), left.join("kinetostat_unfinished")).unwrap();
+    drop(made);
+    drop(lock_folder(folder.path()).unwrap());
     assert_eq!(std::fs::read_to_string(folder.path().join("a.csv")).unwrap(), "2");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }

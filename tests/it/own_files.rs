@@ -50,6 +50,72 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
+/// Makes a folder of unfinished files, as a killed command leaves it.
+fn left(folder: &Path) {
+    fs::create_dir_all(folder).unwrap();
+    fs::write(folder.join("map.csv"), "half").unwrap();
+    fs::write(
+        folder.join("kinetostat_unfinished"),
+        "Files that kinetostat has not finished: they go with its next run.\n",
+    )
+    .unwrap();
+}
+
+/// A program whose compensation takes long, and the arguments that write it as `out`.
+fn long_compensation(folder: &Path, out: &Path) -> Vec<String> {
+    let moves: String = (0..4000).map(|k| format!("G1 X{} Y{} Z0\n", k % 50, (k * 7) % 50)).collect();
+    let program = folder.join("long.nc");
+    fs::write(&program, format!("G21 G90 G17\nG0 X0 Y0 Z-5\nG1 Z0 F500\n{moves}M30\n")).unwrap();
+    let process = repository("tests/programs/process.toml");
+    let words = ["compensate", path(&program), "-m", "orthoglide", "-p", path(&process), "-o", path(out), "-q"];
+    words.map(String::from).into()
+}
+
+/// Waits until something in `folder` is unfinished.
+fn wait_for_unfinished(folder: &Path, child: &mut std::process::Child) {
+    let begun = std::time::Instant::now();
+    while !names(folder).iter().any(|name| name.starts_with(".out.nc.partial-")) {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before anything was begun");
+        assert!(begun.elapsed().as_secs() < 120, "nothing was begun");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn an_output_is_of_one_command_and_one_that_is_stopped_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out/out.nc");
+    let arguments = long_compensation(folder.path(), &out);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let before = names(folder.path());
+    for signal in ["-INT", "-TERM"] {
+        let mut child = command(&arguments).stderr(std::process::Stdio::null()).spawn().unwrap();
+        while !out.parent().unwrap().exists() {
+            assert!(child.try_wait().unwrap().is_none(), "it ended before anything was begun");
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        wait_for_unfinished(out.parent().unwrap(), &mut child);
+        // Another is refused, and the first goes on.
+        refused(&arguments, "out.nc: cannot be written: is being written by another command");
+        assert!(child.try_wait().unwrap().is_none());
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(130));
+        assert_eq!(names(folder.path()), before, "{signal}");
+    }
+    // One that is killed leaves what the next one takes away.
+    let mut child = command(&arguments).spawn().unwrap();
+    while !out.parent().unwrap().exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    wait_for_unfinished(out.parent().unwrap(), &mut child);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let short = repository("tests/programs/groove.nc");
+    succeeds(&[&["compensate", path(&short)], &arguments[2..]].concat());
+    assert_eq!(names(out.parent().unwrap()), ["out.nc", "out.nc.html", "out.nc.points.csv", "out.nc.report.json"]);
+}
+
 const MAP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/01_workspace_map");
 
 /// A study of a path whose polyline has the name of a table that runs write.
@@ -143,15 +209,20 @@ fn a_compensated_program_is_replaced_only_as_it_was_left() {
     fs::remove_file(&out).unwrap();
     // What a killed command left of this file, and what another one is just writing.
     for name in [".out.nc.partial-abc", ".other.nc.partial-abc", ".partial-abc"] {
-        fs::write(folder.path().join(name), "").unwrap();
+        left(&folder.path().join(name));
     }
+    // What only has such a name.
+    fs::create_dir(folder.path().join(".out.nc.partial-backup")).unwrap();
+    fs::write(folder.path().join(".out.nc.partial-backup/thesis.txt"), "mine").unwrap();
+    fs::write(folder.path().join(".out.nc.partial-letter"), "mine").unwrap();
     succeeds(&arguments);
-    let all =
-        [".other.nc.partial-abc", ".partial-abc", "out.nc", "out.nc.html", "out.nc.points.csv", "out.nc.report.json"];
-    assert_eq!(names(folder.path()), all);
-    let first: Vec<_> = all.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();
+    let written = ["out.nc", "out.nc.html", "out.nc.points.csv", "out.nc.report.json"];
+    let others = [".other.nc.partial-abc", ".out.nc.partial-backup", ".out.nc.partial-letter", ".partial-abc"];
+    assert_eq!(names(folder.path()), [&others[..], &written].concat());
+    assert_eq!(names(&folder.path().join(".out.nc.partial-backup")), ["thesis.txt"]);
+    let first: Vec<_> = written.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();
     succeeds(&arguments);
-    let second: Vec<_> = all.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();
+    let second: Vec<_> = written.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();
     assert!(first == second, "same input, same bytes");
     for name in ["out.nc", "out.nc.html", "out.nc.points.csv"] {
         let file = folder.path().join(name);
@@ -164,7 +235,7 @@ fn a_compensated_program_is_replaced_only_as_it_was_left() {
     fs::write(folder.path().join("out.nc.report.json"), "{}").unwrap();
     refused(&arguments, "out.nc.report.json: cannot be written: was not written by kinetostat");
     succeeds(&[&arguments[..], &["--force"]].concat());
-    let forced: Vec<_> = all.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();
+    let forced: Vec<_> = written.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();
     assert!(first == forced, "--force replaces what is not its own");
 }
 

@@ -357,7 +357,9 @@ fn the_command_writes_a_folder_and_replaces_what_it_wrote() {
     }
     // What an export that was killed left.
     let left = out.join(".partial-left");
-    std::fs::write(&left, "half").unwrap();
+    std::fs::create_dir(&left).unwrap();
+    let mark = "Files that kinetostat has not finished: they go with its next run.\n";
+    std::fs::write(left.join("kinetostat_unfinished"), mark).unwrap();
     assert_eq!(export(&[]).0, Some(0));
     assert!(!left.exists());
     std::fs::write(out.join("README.md"), "mine").unwrap();

@@ -376,9 +376,10 @@ fn what_a_killed_run_left_is_swept_away() {
     let study = study(folder.path(), MAP);
     let (out, whole) = (folder.path().join("out"), folder.path().join("whole"));
     fs::create_dir_all(&out).unwrap();
-    fs::write(out.join(".partial-abc"), "half").unwrap();
     fs::create_dir_all(out.join(".partial-def")).unwrap();
     fs::write(out.join(".partial-def/map.csv"), "half").unwrap();
+    let mark = "Files that kinetostat has not finished: they go with its next run.\n";
+    fs::write(out.join(".partial-def/kinetostat_unfinished"), mark).unwrap();
     fs::write(out.join(STATE), "no state").unwrap();
     let run = ["run", path(&study), "--grid", "3", "--no-figures", "--out"];
     for options in [&["--resume"][..], &[]] {

@@ -6,15 +6,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use tempfile::NamedTempFile;
-
 use super::{Column, CsvFile, Format, KeptRows, ParquetFile, Table};
 use crate::{
-    files::{OutputFile, temporary_file},
+    files::{OutputFile, PartialFile, temporary_file},
     input::error::{Error, Result},
 };
 
-type Out = BufWriter<NamedTempFile>;
+type Out = BufWriter<PartialFile>;
 
 /// Files of one table in several formats, filled part by part. They are temporary, and removed unless they are written as results.
 pub struct StreamedTable {

@@ -257,6 +257,7 @@ fn gcode_options(
         features: Vec::new(),
         rotary,
         rotary_columns,
+        tool_axis: tool_axis(spec, &check.key("tool_axis"))?,
         expand: match spec.expand {
             None => Expand::WhereNeeded,
             Some(true) => Expand::Always,
@@ -266,6 +267,15 @@ fn gcode_options(
         cutter_radii_mm: cutter_radii(spec, check)?,
         tool_comments: false,
     })
+}
+
+/// Checks how the tool stands in programs that do not say it; returns a unit vector.
+fn tool_axis(spec: &GcodeSpec, check: &Check) -> Result<Option<Vector3<f64>>> {
+    let Some(given) = spec.tool_axis else { return Ok(None) };
+    match check.finite(given)?.try_normalize(1e-9) {
+        None => check.fail("has no length: expected a direction".into()),
+        axis => Ok(axis),
+    }
 }
 
 /// Returns the radii of cutters whose compensation is written out; `None` if none is.

@@ -6,7 +6,7 @@ use super::spec::{GcodeSpec, RotaryTip};
 use crate::{
     compensation::Target,
     input::{check::Check, error::Result},
-    machine::{Machine, RotaryDrive},
+    machine::{Coordinate, Machine, RotaryDrive},
     process::{PathReference, Placement},
     toolpath::gcode::{Rotary, RotaryAxis, RotaryColumn, RotarySide},
 };
@@ -24,15 +24,19 @@ pub(super) fn rotary(
     check: &Check,
 ) -> Result<(Rotary, Vec<RotaryColumn>)> {
     let mut given = given_axes(spec, check)?;
-    let (mut axes, mut columns) = (Vec::new(), Vec::new());
+    let (mut axes, mut columns, mut led) = (Vec::new(), Vec::new(), Vec::new());
+    let is_turned =
+        target == Target::FullPose && machine.controls.iter().any(|own| matches!(own, Coordinate::Rotation(_)));
     let drives = machine_axes(machine, placement);
     check_order(&given, &drives, machine, check)?;
     check_letters(&given, &drives, machine, check)?;
     for (drive, axis) in drives {
-        // Where the orientation is corrected as well, the drives of a head serve the task, and are no columns of the path.
-        if target == Target::FullPose && !drive.carries {
-            if let Some((index, given)) = given.iter().find(|(_, given)| given.letter == axis.letter) {
+        let (letter, column) = (axis.letter, format!("external_{}_deg", drive.label));
+        // Where the orientation is corrected as well, the drives of a head serve the task near where the program leads them.
+        if is_turned && !drive.carries {
+            if let Some((index, given)) = given.iter().find(|(_, given)| given.letter == letter) {
                 check_matches_drive(given, &axis, &drive, machine, &check.key("rotary").item(*index))?;
+                led.push(RotaryColumn { letter, column, is_given: true, is_led: true });
             }
             continue;
         }
@@ -44,10 +48,11 @@ pub(super) fn rotary(
             }
             None => false,
         };
-        columns.push(RotaryColumn { letter: axis.letter, column: format!("external_{}_deg", drive.label), is_given });
+        columns.push(RotaryColumn { letter, column, is_given, is_led: false });
         axes.push(axis);
     }
     axes.extend(given.into_iter().map(|(_, axis)| axis));
+    columns.append(&mut led);
     Ok((Rotary { axes, always_of_tip: spec.rotary_tip == RotaryTip::Always }, columns))
 }
 

@@ -274,6 +274,8 @@ pub struct GcodeSpec {
     /// The rotary axes A, B and C, from the base of the machine outwards; none if not given.
     #[serde(default)]
     pub rotary: RotaryList,
+    /// How the tool stands in programs without A, B and C, from its tip to the spindle, W; along the normal of their plane if not given.
+    pub tool_axis: Option<[f64; 3]>,
     /// When X, Y and Z are coordinates of the tip while A, B and C turn.
     #[serde(default)]
     pub rotary_tip: RotaryTip,

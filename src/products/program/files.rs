@@ -9,7 +9,6 @@ use std::{
 
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use tempfile::TempDir;
 
 use super::{
     Asked, Compensated, ProgramJob, ProvedPart, ProvedProgram, Receiver, Refusal,
@@ -22,7 +21,7 @@ use crate::{
     compensation::BoundedPath,
     figures::Figure,
     files::{
-        Foreign, OutputFile, Transaction, check_may_replace,
+        Foreign, OutputFile, OutputLock, Staging, Transaction, check_may_replace,
         exchange::{Format, KeptRows, StreamedTable, WrittenRows},
         prepare_beside, read_record, staging_beside, write_all,
     },
@@ -162,7 +161,7 @@ struct FileReceiver<'a> {
 /// Files being made in a temporary folder, and the findings for the report.
 struct UnfinishedFiles {
     /// The temporary folder, beside the program.
-    made: TempDir,
+    made: Staging,
     points: StreamedTable,
     findings: Findings,
 }
@@ -206,6 +205,7 @@ pub struct ProgramFiles {
     foreign: Foreign,
     /// Which points its table has.
     rows: WrittenRows,
+    _lock: OutputLock,
 }
 
 impl ProgramFiles {
@@ -214,9 +214,15 @@ impl ProgramFiles {
     /// # Errors
     /// A file cannot be written, would replace an input, or would replace what is no earlier result, unless `foreign` allows that.
     pub fn prepare(out: &Path, foreign: Foreign) -> Result<Self> {
-        let name = prepare_beside(out)?.to_string();
-        let mut files =
-            Self { out: out.to_path_buf(), name, former: Vec::new(), foreign, rows: WrittenRows::default() };
+        let (name, lock) = prepare_beside(out)?;
+        let mut files = Self {
+            out: out.to_path_buf(),
+            name: name.into(),
+            former: Vec::new(),
+            foreign,
+            rows: WrittenRows::default(),
+            _lock: lock,
+        };
         let report = out.with_file_name(files.file_named(REPORT));
         let found = read_record(&report);
         check_may_replace(&report, foreign, || found.is_some())?;

@@ -175,7 +175,7 @@ impl ProgramJob {
             work.tell(Event::Stage(crate::work::Stage { of: "moves cut", items: path.len() }));
         }
         let path = process.mark_cutting_and_tell(path, name, &mut || work.tell(Event::Computed(1)))?;
-        let process = Process { machine: locked_along(&process.machine, &path, name)?, ..process };
+        let process = Process { machine: locked_along(&process, &path, Some(&program), name)?, ..process };
         let machine = process.machine.clone();
         process.check_loads(&path).map_err(|fault| Error::argument(name, load_problem(&fault, &program)))?;
         let tasks = part::stored_tasks(&process, &path, name)?;
@@ -292,7 +292,8 @@ impl ProgramJob {
 fn commanded_poses(part: &Part<'_>, track: &mut PoseTracker<'_>, sent: &CommandedPath) -> Vec<Pose> {
     let pose = |((k, point), task): ((usize, &PathPoint), &TaskPoint)| {
         let orientation = sent.orientations.as_ref().map(|orientations| &orientations[k]);
-        track.pose(sent.positions[k], orientation.or(point.orientation.as_ref()), task.external)
+        let near = task.led.map(|_| &task.pose.rotation);
+        track.pose(sent.positions[k], orientation.or(point.orientation.as_ref()), task.external, near)
     };
     part.range().zip(part.points).zip(part.tasks()).map(pose).collect()
 }

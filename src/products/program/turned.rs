@@ -33,7 +33,7 @@ pub(super) fn with_best_gamma(
         return Err(fault(problem.into()));
     }
     let path = process.mark_cutting(program.toolpath(process.sampling)?, name)?;
-    let machine = locked_along(&process.machine, &path, name)?;
+    let machine = locked_along(process, &path, Some(program), name)?;
     let loads = process.loads(&path).map_err(|source| fault(source.to_string()))?;
     let problem = GammaProblem {
         machine: &machine,

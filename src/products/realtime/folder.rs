@@ -4,7 +4,7 @@ use std::{fmt::Write, path::Path};
 
 use super::{FunctionCode, Realtime, domain::Domain, emit};
 use crate::{
-    files::{Foreign, OutputFile, Transaction, check_may_replace, prepare, remove_temporary},
+    files::{Foreign, OutputFile, Transaction, check_may_replace, lock_folder, prepare},
     input::error::Result,
     lanes::Operation,
     machine::Motion,
@@ -27,10 +27,10 @@ pub fn write(realtime: &Realtime, folder: &Path, foreign: Foreign) -> Result<()>
         let is_ours = || std::fs::read_to_string(&path).is_ok_and(|text| text.contains(MARK));
         check_may_replace(&path, foreign, is_ours)?;
     }
+    let _lock = lock_folder(folder)?;
     for name in ["src", "include", "example"] {
         prepare(&folder.join(name))?;
     }
-    remove_temporary(folder)?;
     let mut changes = Transaction::within(folder)?;
     // Cut short, what is there belongs to two exports: it must not build.
     changes.remove(MANIFEST);

@@ -96,7 +96,7 @@ pub(crate) fn path(
     let origin =
         spec.file.as_ref().map_or_else(|| check.location(), |file| context.folder.path(file).display().to_string());
     let toolpath = process.mark_cutting(toolpath, &origin)?;
-    let process = &Process { machine: locked_along(&process.machine, &toolpath, &origin)?, ..process.clone() };
+    let process = &Process { machine: locked_along(process, &toolpath, program.as_ref(), &origin)?, ..process.clone() };
     let tasks = tasks(process, &toolpath, &origin)?;
     let line_name = |segment: usize| program.as_ref()?.line_name(segment);
     let unknown = process.unknown_force_text(&toolpath, &line_name);

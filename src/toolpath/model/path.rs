@@ -54,7 +54,8 @@ pub struct PathPoint {
     pub feature: Option<u16>,
     /// Cutting load here, if the path brings it along.
     pub load: Option<Load>,
-    /// Positions of the external axes that the path commands, in the order of [`Toolpath::external_axes`], mm or degrees as their names say.
+    /// Positions of the external axes that the path commands, in the order of [`Toolpath::external_axes`], mm or degrees as their names say, and
+    /// behind them those of the drives that it leads.
     pub external: [f64; ExternalAxes::MOST],
     /// The move that the point comes from.
     pub source: PointSource,
@@ -65,6 +66,7 @@ pub struct PathPoint {
 pub struct Toolpath {
     points: Vec<PathPoint>,
     external_axes: Vec<String>,
+    led_axes: Vec<String>,
     engagements: Vec<Engaged>,
     tools: Vec<ToolDescription>,
 }
@@ -176,6 +178,18 @@ impl Toolpath {
     #[must_use]
     pub fn external_axes(&self) -> &[String] {
         &self.external_axes
+    }
+
+    /// Returns the same path with these names for the drives that serve the task near where it leads them.
+    pub(crate) fn with_led_axes(mut self, names: Vec<String>) -> Toolpath {
+        self.led_axes = names;
+        self
+    }
+
+    /// Returns the names of the drives that serve the task near where the path leads them, as [`Toolpath::external_axes`] would have them.
+    #[must_use]
+    pub fn led_axes(&self) -> &[String] {
+        &self.led_axes
     }
 
     /// Returns the same path with what is known of its engagement at each point.

@@ -48,6 +48,9 @@ pub struct TaskPoint {
     pub aside: Vector3<f64>,
     /// Positions of the external axes; `None`: those of the machine.
     pub external: Option<ExternalAxes>,
+    /// External axes of [`Machine::with_commanded_head`] where the program leads the hinges of a head that serves the task: the configurations
+    /// of the task are those near them. `None`: those that are reached from home and from point to point.
+    pub led: Option<ExternalAxes>,
 }
 
 impl TaskPoint {
@@ -59,7 +62,7 @@ impl TaskPoint {
     /// Creates the task to hold `pose` under `load`, as the machine is calibrated for it.
     #[must_use]
     pub fn new(pose: Pose, load: Wrench, target: Target) -> Self {
-        Self { pose, load, target, wanted: None, aside: Vector3::zeros(), external: None }
+        Self { pose, load, target, wanted: None, aside: Vector3::zeros(), external: None, led: None }
     }
 
     /// The task without the cutting force and what it does to the tool.

@@ -1,6 +1,6 @@
 //! Locked drives, which stay where they are set whatever the task: a rail before an arm, the drives under a workpiece.
 
-use super::{Coordinate, Drive, Machine, refusal};
+use super::{Coordinate, Drive, Machine, Motion, refusal};
 use crate::{
     input::error::Result,
     spatial::{Pose, rotation_exp},
@@ -8,6 +8,9 @@ use crate::{
 
 /// How far the machine is moved to see whether the other drives meet its task, as a share of its characteristic length.
 const TRIAL: f64 = 1e-4;
+
+/// Positions nearer to each other are the same, as a share of them.
+const SAME_POSITION: f64 = 1e-14;
 
 /// A drive that can be locked.
 struct LockableDrive {
@@ -85,6 +88,81 @@ impl Machine {
         locked.chain(carried).map(|(label, value, drive)| (label, shown(drive, value), drive)).collect()
     }
 
+    /// Label and position (mm or degrees, as shown) of the drives that [`Machine::with_resting_drives`] left at home.
+    pub fn resting_drives(&self) -> impl Iterator<Item = (String, f64)> {
+        let locked = self.locked_drives().into_iter().map(|(label, value, _)| (label, value));
+        locked.filter(|(label, _)| self.definition.resting.contains(label))
+    }
+
+    /// This machine along a path that commands the locked drives: those that its task does not need and nothing commands stay at home, where they
+    /// are taken to stand as the program begins. These are hinges A, B and C of a head unless the path says how the tool stands
+    /// (`is_oriented`), what carries the six hinges of an arm, and drives with other names than X, Y and Z beside such drives.
+    ///
+    /// # Errors
+    /// Several drives could serve the task in place of each other, and nothing says which of them does.
+    pub fn with_resting_drives(&self, is_oriented: bool) -> Result<Machine> {
+        let head = (!is_oriented && !self.has_locked_head()).then(|| self.with_commanded_head()).flatten();
+        let mut machine = head.unwrap_or_else(|| self.clone());
+        match machine.redundancy.saturating_sub(machine.locked.len()) {
+            0 => {}
+            spare => machine = machine.with_spare_at_home(spare)?,
+        }
+        let told: Vec<&str> = self.locked_drive_labels().collect();
+        let labels = machine.locked_drives().into_iter().map(|(label, ..)| label);
+        machine.definition.resting = labels.filter(|label| !told.contains(&&**label)).collect();
+        Ok(machine)
+    }
+
+    /// This machine with those `spare` drives locked at home that its task does not need; `Err` where others might be.
+    fn with_spare_at_home(&self, spare: usize) -> Result<Machine> {
+        let is_free = |drive: &usize| self.locked.iter().all(|(locked, _)| locked != drive);
+        let free: Vec<usize> = (0..self.drive_count()).filter(is_free).collect();
+        let at_home = |drives: &[usize]| self.with_locked_drives(&self.shown_at_home(drives)).ok();
+        let mut named = self.groups_by_name(&free).into_iter().filter(|group| group.len() == spare);
+        if let Some(machine) = named.find_map(|group| at_home(&group)) {
+            return Ok(machine);
+        }
+        let could: Vec<usize> = free.into_iter().filter(|drive| at_home(&[*drive]).is_some()).collect();
+        let only = (could.len() == spare).then(|| at_home(&could)).flatten();
+        only.ok_or_else(|| {
+            let labels: Vec<String> = self.shown_at_home(&could).into_iter().map(|(label, _)| label).collect();
+            let problem = format!(
+                "machine {} has {spare} more than its task needs, and nothing says which of these the path moves: expected {spare} of them in \
+                 [locked] or --lock, also where they stand as at home, or in columns of the path",
+                self.name
+            );
+            refusal(&labels.join(", "), problem)
+        })
+    }
+
+    /// Groups of the `free` drives of which one may be what nothing commands, the likeliest first.
+    fn groups_by_name(&self, free: &[usize]) -> Vec<Vec<usize>> {
+        let (labels, count) = (self.drive_labels(), self.drive_count());
+        let drives: Vec<&Drive> = self.drives().map(|(_, drive)| drive).collect();
+        let is_hinge = |drive: usize| drives[drive].motion == Motion::Revolute;
+        let arm = count.saturating_sub(6);
+        // A hinge before six others is one of the arm's seven, unless the six are known to be an arm.
+        let carries_arm =
+            self.chains.len() == 1 && (arm..count).all(is_hinge) && (self.arm.is_some() || !(0..arm).any(is_hinge));
+        let called = |drive: usize, letters: &[&str]| {
+            letters.contains(&&*labels[drive]) || letters.contains(&&*drives[drive].name)
+        };
+        let beside = |letters: &[&str]| -> Vec<usize> {
+            let has_word = free.iter().any(|drive| called(*drive, letters));
+            free.iter().copied().filter(|drive| has_word && !called(*drive, letters)).collect()
+        };
+        let below: Vec<usize> = free.iter().copied().filter(|drive| carries_arm && *drive < arm).collect();
+        vec![below, beside(&["X", "Y", "Z", "A", "B", "C"]), beside(&["X", "Y", "Z"])]
+    }
+
+    /// Label of each of the drives with these indices, and its position at home, mm or degrees.
+    pub(super) fn shown_at_home(&self, drives: &[usize]) -> Vec<(String, f64)> {
+        let labels = self.drive_labels();
+        let all: Vec<&Drive> = self.drives().map(|(_, drive)| drive).collect();
+        let shown = |&index: &usize| (labels[index].clone(), all[index].motion.to_shown(self.home.drives[index]));
+        drives.iter().map(shown).collect()
+    }
+
     /// Describes [`Machine::locked_drives`]; `None` if there are none.
     pub fn locked_words(&self) -> Option<String> {
         let locked = self.locked_drives().into_iter();
@@ -96,7 +174,11 @@ impl Machine {
             }
         });
         let words = locked.collect::<Vec<_>>().join(", ");
-        (!words.is_empty()).then_some(words)
+        let resting = match self.definition.resting.as_slice() {
+            [] => String::new(),
+            labels => format!(" (as at home, since nothing in the path commands them: {})", labels.join(", ")),
+        };
+        (!words.is_empty()).then(|| words + &resting)
     }
 
     /// All drives that can be locked: those of the machine, then those of its workpiece carrier.
@@ -182,6 +264,11 @@ fn checked_position(drive: &Drive, name: &str, value: f64) -> Result<f64> {
     let position = drive.motion.from_shown(value);
     match drive.travel {
         Some((low, high)) if !(low..=high).contains(&position) => {
+            // At the end of the travel, but for the way through degrees.
+            let inside = position.clamp(low, high);
+            if (position - inside).abs() <= SAME_POSITION * inside.abs() {
+                return Ok(inside);
+            }
             let (low, high) = (drive.motion.to_shown(low), drive.motion.to_shown(high));
             Err(refusal(name, format!("must be within its travel of {low} to {high} {unit}, got {value}")))
         }

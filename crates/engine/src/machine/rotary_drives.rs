@@ -45,7 +45,7 @@ const STILL_RAD: f64 = 1e-9;
 impl Machine {
     /// Rotary drives of the workpiece carrier and, on a machine of one chain, of a head commanded while the other drives control the translations.
     pub fn rotary_drives(&self) -> RotaryDrives {
-        let head = if self.has_commandable_head() { hinges(self) } else { Vec::new() };
+        let head = if self.with_commanded_head().is_some() { hinges(self) } else { Vec::new() };
         let placed = |drives: &[f64]| self.forward_kinematics(drives).ok().map(|at| at.pose);
         let (mut drives, platform) = axes(self, &head, false, placed).unwrap_or_else(|| (Vec::new(), self.home.pose));
         let Some(carrier) = &self.carrier else { return RotaryDrives { drives, platform, carrier: Pose::identity() } };
@@ -55,14 +55,17 @@ impl Machine {
         RotaryDrives { drives, platform, carrier: at }
     }
 
-    /// Whether the machine has one chain whose hinges called A, B and C can be commanded, see [`Machine::with_commanded_drives`].
-    fn has_commandable_head(&self) -> bool {
-        let home = |(index, _): (usize, char)| {
-            let (_, drive) = self.drives().nth(index)?;
-            Some((self.drive_labels().swap_remove(index), drive.motion.to_shown(self.home.drives[index])))
-        };
-        let named: Option<Vec<(String, f64)>> = hinges(self).into_iter().map(home).collect();
-        self.chains.len() == 1 && named.is_some_and(|all| !all.is_empty() && self.with_commanded_drives(&all).is_ok())
+    /// This machine with the hinges called A, B and C of its one chain commanded to home, see [`Machine::with_commanded_drives`]; `None` if there
+    /// are none, or they cannot be.
+    pub fn with_commanded_head(&self) -> Option<Machine> {
+        let head: Vec<usize> = hinges(self).into_iter().map(|(index, _)| index).collect();
+        let is_head = self.chains.len() == 1 && !head.is_empty();
+        is_head.then(|| self.with_commanded_drives(&self.shown_at_home(&head)).ok()).flatten()
+    }
+
+    /// Whether a hinge called A, B or C is locked.
+    pub(super) fn has_locked_head(&self) -> bool {
+        hinges(self).iter().any(|(hinge, _)| self.locked.iter().any(|(index, _)| index == hinge))
     }
 
     /// Locks drives that turn the platform, see [`Machine::with_locked_drives`]: they decide its rotations, the other drives its translations.
@@ -85,6 +88,7 @@ impl Machine {
             return Err(refusal(&names, problem));
         }
         machine.has_parasitic_rotation = false;
+        machine.definition.is_commanded = true;
         Ok(machine)
     }
 

@@ -19,7 +19,7 @@ use crate::{
     files::{
         Manifest, OutputFile, PreparedFolder,
         exchange::{Format, WrittenRows},
-        remove_temporary,
+        lock_folder,
     },
     input::{Inputs, error::Result},
     page::{Description, PAGE, headline::Headline},
@@ -132,7 +132,7 @@ pub fn export(question: &CorrectionQuestion, export: &CorrectionExport, out: &Pa
     let _prepared = PreparedFolder::new(out)?;
     let main = ["correction.csv", "correction.json", "residual.csv", "summary.json", "report.json", PAGE];
     Manifest::check_may_write(out, main.into_iter())?;
-    remove_temporary(out)?;
+    let _lock = lock_folder(out)?;
     let answer = answer(question, work)?;
     let formats = formats(export, &answer)?;
     let grid = residual_grid(question, &answer.table.grid);

@@ -1,5 +1,7 @@
 //! Tables and JSON of a compensated program: its points, and its passes.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Map, Value, json};
 
 use super::{
@@ -392,6 +394,10 @@ pub fn program_json(report: &Report<'_>) -> Value {
         None => Value::Null,
     };
     report["force_not_known"] = unknown_json(job);
+    let resting: BTreeMap<_, _> = job.machine.resting_drives().collect();
+    if !resting.is_empty() {
+        report["drives_left_at_home"] = json!(resting);
+    }
     if let Some(uncertainty) = &job.uncertainty {
         report["uncertainty"] = spread_report::json(uncertainty, &findings.spread);
         report["uncertainty"]["largest"] = json!(proved.spread);

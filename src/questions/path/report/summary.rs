@@ -1,5 +1,7 @@
 //! Largest values along a path, collected point by point, and the summary as JSON.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Map, Value, json};
 
 use super::quantities::{DISPLACEMENT, P95_RESIDUAL, RESIDUAL_ERROR, WITHOUT_FORCE, drives, plain_spread};
@@ -177,6 +179,10 @@ impl<'a> Summary<'a> {
             "sources": sources,
             "methods": methods,
         });
+        let resting: BTreeMap<_, _> = self.study.machine.resting_drives().collect();
+        if !resting.is_empty() {
+            summary["drives_left_at_home"] = json!(resting);
+        }
         if let Some(uncertainty) = &self.study.uncertainty {
             summary["uncertainty"] = spread_report::json(uncertainty, self.spread_counts());
             summary["uncertainty"]["largest"] = json!(self.whole);

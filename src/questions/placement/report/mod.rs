@@ -218,7 +218,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
 /// Returns the largest cutting force on the tool along a feature, N.
 fn largest_force_n(job: &FeatureJob) -> f64 {
     let (machine, feature) = (job.machine(), &job.feature);
-    let (unplaced, external) = (Placement::default(), axes_along(machine, &feature.path));
+    let (unplaced, external) = (Placement::default(), axes_along(machine, feature.path.external_axes()));
     let mut track = PoseTracker::new(machine, &unplaced);
     let forces = feature.path.points().iter().zip(&feature.loads).map(|(point, load)| {
         let placed = track.placed(external(point));

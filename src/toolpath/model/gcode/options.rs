@@ -35,6 +35,8 @@ pub struct GcodeOptions {
     pub rotary: Rotary,
     /// The axes of `rotary` that are drives of the machine, which paths command.
     pub rotary_columns: Vec<RotaryColumn>,
+    /// How the tool stands in programs that do not say it, from its tip to the spindle, a unit vector in W; the normal of their plane if not given.
+    pub tool_axis: Option<Vector3<f64>>,
     /// Whether to expand the program first, by [`Program::parse_expanded`](crate::toolpath::gcode::Program::parse_expanded).
     pub expand: Expand,
     /// Numbers of programs whose calls (M98, M198, G65) move nothing: these lines stay as they are and are not followed.
@@ -148,6 +150,8 @@ pub struct Notes {
     pub turned_alone_lines: Vec<usize>,
     /// Whether the program moves A, B or C.
     pub(crate) names_rotary_axes: bool,
+    /// Whether it feeds in a plane whose normal is x (G19), y (G18) or z (G17).
+    pub(crate) feed_normals: [bool; 3],
 }
 
 /// Options for writing a program: decimals, tolerance of the written path, and whether arcs may become helical.

@@ -49,6 +49,9 @@ pub struct RotaryColumn {
     /// Whether the process file lists the axis too: then it is at 0 in programs that do not name it; otherwise it is at home in programs
     /// that name no rotary axis.
     pub is_given: bool,
+    /// Whether the drive serves the task near where the program leads it, as the orientation is corrected: it is no external axis then. Those
+    /// are the last of all.
+    pub is_led: bool,
 }
 
 /// The rotary axes of a machine tool, from its base outwards.

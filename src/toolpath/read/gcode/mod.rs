@@ -183,7 +183,9 @@ impl Program {
             Some(motion.parameters(motion.pieces(sampling, &self.options.rotary)?))
         };
         self.sample(most, parameters, |point| points.push(*point))?;
-        let path = Toolpath::assemble(points).with_external_axes(&program::Program::external_axes(self));
+        let led = self.rotary_columns(true).iter().map(|axis| axis.column.clone()).collect();
+        let path =
+            Toolpath::assemble(points).with_external_axes(&program::Program::external_axes(self)).with_led_axes(led);
         if cfg!(target_family = "wasm") || !self.options.tool_comments {
             return Ok(path);
         }
@@ -198,20 +200,26 @@ impl Program {
 
     /// Returns the rotary drives whose positions the path commands; none if the program names no rotary axis.
     pub(crate) fn commanded_rotary(&self) -> &[RotaryColumn] {
-        let columns = &self.options.rotary_columns;
+        let columns = self.rotary_columns(false);
         let is_given = self.notes.names_rotary_axes || columns.iter().any(|column| column.is_given);
         if is_given { columns } else { &[] }
     }
 
+    /// Returns the rotary drives that the path leads, or else those that it commands where it commands any.
+    fn rotary_columns(&self, is_led: bool) -> &[RotaryColumn] {
+        let columns = &self.options.rotary_columns;
+        let (commanded, led) = columns.split_at(columns.partition_point(|column| !column.is_led));
+        if is_led { led } else { commanded }
+    }
+
     /// Whether the path commands rotary drives or orientations of the tool.
-    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn has_orientations(&self) -> bool {
         !self.commanded_rotary().is_empty() || !self.has_only_drive_axes()
     }
 
     /// Whether all rotary axes, if any, are drives of the machine, so that points need no orientation.
     fn has_only_drive_axes(&self) -> bool {
-        self.options.rotary.axes.len() == self.options.rotary_columns.len()
+        self.options.rotary.axes.len() == self.rotary_columns(false).len()
     }
 
     /// Passes the points of each motion at its `parameters` (0 to 1) to `take`, at most `most` in all; an unknown tangent is zero.
@@ -243,9 +251,10 @@ impl Program {
     /// Sets the positions of rotary drives (degrees) in the `points` of `motion`, and drops orientations if all axes are drives.
     fn set_external_axes(&self, motion: &Motion, points: &mut [PathPoint]) {
         let (axes, has_only_drive_axes) = (self.commanded_rotary(), self.has_only_drive_axes());
+        let led = self.rotary_columns(true);
         for point in points {
             let angles = motion.turning.at(point.source.parameter);
-            for (axis, position) in axes.iter().zip(&mut point.external) {
+            for (axis, position) in axes.iter().chain(led).zip(&mut point.external) {
                 *position = angles[rotary::axis_index(axis.letter)];
             }
             point.orientation = point.orientation.filter(|_| !has_only_drive_axes);

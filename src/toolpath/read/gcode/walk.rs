@@ -146,7 +146,7 @@ impl Program {
     /// Walks through the program for the first time: sets its motions, centres, decimals, style and notes.
     pub(crate) fn survey(&mut self) -> Result<(), GcodeError> {
         let (mut motions, mut decimals, mut style) = (Vec::new(), MostDecimals::default(), ObservedStyle::default());
-        let mut poles = PoleArcs::default();
+        let (mut poles, mut feed_normals) = (PoleArcs::default(), [false; 3]);
         let notes = self.walk(|block| {
             if let Some(motion) = block.motions.first() {
                 let content = self.content(block.line);
@@ -154,6 +154,9 @@ impl Program {
                 style = style.observe_line(content, &motion.words);
             }
             poles.add(block, motions.len());
+            for motion in block.motions.iter().filter(|motion| motion.code != MotionCode::Rapid) {
+                feed_normals[motion.modal.plane.axes()[2]] = true;
+            }
             let at = |motion: &Motion| MotionLocation {
                 line: motion.line,
                 is_hole: matches!(motion.geometry, MotionGeometry::Hole(_)),
@@ -168,7 +171,7 @@ impl Program {
             }
         })?;
         let [mm, inch] = decimals.0;
-        (self.motions, self.notes) = (motions, notes);
+        (self.motions, self.notes) = (motions, Notes { feed_normals, ..notes });
         (self.own_format, self.style) = (NumberFormat::of_source(mm, inch), style.or(Style::plain(self.dialect)));
         self.pole_arcs = poles.arcs;
         Ok(())

@@ -127,6 +127,12 @@ impl Follower {
         Ok(MotionGeometry::Circle(arc.ok_or(RobotFault::NoCircle)?))
     }
 
+    /// Returns number, from 1, and position of each external axis that stands somewhere and has no name.
+    pub fn unnamed_axes(&self) -> impl Iterator<Item = (usize, f64)> {
+        let axes = self.external.into_iter().enumerate().skip(self.named_axes);
+        axes.filter_map(|(axis, position)| Some((axis + 1, position?)))
+    }
+
     /// Checks external axes: those with names must be known, the others must stand still.
     fn check_external(&mut self, end: &ToolState) -> Result<(), RobotFault> {
         for (axis, now) in end.external.into_iter().enumerate() {

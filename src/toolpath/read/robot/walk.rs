@@ -32,6 +32,8 @@ pub struct RobotNotes {
     pub tool_tip_mm: Option<(String, Vector3<f64>)>,
     /// Name of the tool, where neither the program nor the options give its rotation: that of the flange is taken.
     pub assumed_tool: Option<String>,
+    /// Numbers, from 1, of external axes that stand somewhere and have no name, and where, mm or degrees.
+    pub unnamed_axes: Vec<(usize, f64)>,
     /// Procedures with motions that nothing calls: they stay as they are.
     pub uncalled: Vec<String>,
     /// Whether some motion leads to a point declared elsewhere; corrected, it has its numbers in the motion.
@@ -83,6 +85,7 @@ impl RobotProgram {
         }
         notes.tool_tip_mm = reader.tools().and_then(Tools::tip_mm);
         notes.uncalled = reader.left_out().to_vec();
+        notes.unnamed_axes = follower.unnamed_axes().collect();
         notes.assumed_tool = reader.tools().and_then(Tools::assumed_rotation).map(str::to_owned);
         Ok(notes)
     }

@@ -65,6 +65,10 @@ pub(super) struct Definition {
     pub locked: Vec<(String, f64)>,
     /// Those of them that a path moves, and between which positions.
     pub path_axes: Vec<(String, [f64; 2])>,
+    /// Drives that a path leaves at home, since nothing commands them, by label.
+    pub resting: Vec<String>,
+    /// Whether the locked drives decide how the platform is turned, and no task does: see [`Machine::with_commanded_drives`].
+    pub is_commanded: bool,
 }
 
 impl Definition {
@@ -78,6 +82,8 @@ impl Definition {
             built_in: Vec::new(),
             locked: Vec::new(),
             path_axes: Vec::new(),
+            resting: Vec::new(),
+            is_commanded: false,
         }
     }
 
@@ -216,7 +222,11 @@ impl Machine {
     /// Resolves `spec` as the file of this machine, on the same branch and with the same drives locked; `Err` where it makes no machine.
     fn resolve_again(&self, spec: MachineSpec) -> Result<Machine> {
         let machine = resolve::resolve_machine(spec, &self.definition.origin, Arc::clone(&self.definition.text))?;
-        machine.on_branch_if_any(self.branch)?.with_locked_drives(&self.definition.locked)
+        let (machine, locked) = (machine.on_branch_if_any(self.branch)?, &self.definition.locked);
+        match self.definition.is_commanded {
+            true => machine.with_commanded_drives(locked),
+            false => machine.with_locked_drives(locked),
+        }
     }
 
     /// This machine with `errors` as parameters, set by `settings`, and those `built_in` otherwise; `Err` where they turn a chain too far.
