@@ -31,6 +31,7 @@ fn main() {
                 wanted: None,
                 aside: nalgebra::Vector3::zeros(),
                 external: None,
+                asked: None,
             }
         })
         .collect();

@@ -146,6 +146,7 @@ pub(crate) fn unloaded_tasks<'a>(
         let external = external(point);
         let pose = track.pose(point.position_mm, point.orientation.as_ref(), external);
         let there = track.placed(external).with_platform_rotation(&pose.rotation);
-        (TaskPoint { external, ..TaskPoint::new(pose, Wrench::zero(), target) }, there)
+        let asked = point.arm.map(|arm| arm.asked());
+        (TaskPoint { external, asked, ..TaskPoint::new(pose, Wrench::zero(), target) }, there)
     }
 }

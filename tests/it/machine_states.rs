@@ -134,6 +134,7 @@ fn compensated_drives_are_met() {
                     wanted: Some(case.at.pose),
                     aside: nalgebra::Vector3::zeros(),
                     external: None,
+                    asked: None,
                 },
                 method,
             );

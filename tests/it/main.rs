@@ -121,6 +121,7 @@ mod reference_states;
 mod report_page;
 mod resume;
 mod robot_compensated;
+mod robot_configuration;
 mod robot_expanded;
 mod robot_programs;
 mod rotary_axes;

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    machine::{Coordinate, ExternalAxes, Machine},
+    machine::{AskedPosture, Coordinate, ExternalAxes, Machine},
     spatial::{Pose, Twist, Wrench, matrix_product, matrix_vector, rotation_exp, rotation_log, skew},
     statics::TaskError,
 };
@@ -48,6 +48,8 @@ pub struct TaskPoint {
     pub aside: Vector3<f64>,
     /// Positions of the external axes; `None`: those of the machine.
     pub external: Option<ExternalAxes>,
+    /// What a program says of the posture of the arm.
+    pub asked: Option<AskedPosture>,
 }
 
 impl TaskPoint {
@@ -59,7 +61,7 @@ impl TaskPoint {
     /// Creates the task to hold `pose` under `load`, as the machine is calibrated for it.
     #[must_use]
     pub fn new(pose: Pose, load: Wrench, target: Target) -> Self {
-        Self { pose, load, target, wanted: None, aside: Vector3::zeros(), external: None }
+        Self { pose, load, target, wanted: None, aside: Vector3::zeros(), external: None, asked: None }
     }
 
     /// The task without the cutting force and what it does to the tool.

@@ -168,6 +168,7 @@ impl Motion {
                 load: None,
                 external: Default::default(),
                 source: PointSource { segment, parameter },
+                arm: None,
             });
         }
     }
