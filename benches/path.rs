@@ -32,6 +32,7 @@ fn main() {
                 aside: nalgebra::Vector3::zeros(),
                 external: None,
                 led: None,
+                asked: None,
             }
         })
         .collect();

@@ -102,6 +102,7 @@ impl ProgramFile {
             let found = sought.into_iter().filter_map(find).map(|(bytes, name)| (name, bytes));
             let program = robot_program(bytes, &name, language, found.collect(), process)?;
             check_tool(&program, process)?;
+            check_arm(&program, process)?;
             return Ok(ProgramFile::Robot(Box::new(program)));
         }
         // What pages have was written out before.
@@ -242,6 +243,15 @@ impl ProgramFile {
         }
     }
 
+    /// Returns whether it says how the arm stands at its points, and that is followed.
+    pub fn says_postures(&self) -> bool {
+        match self {
+            #[cfg(not(target_family = "wasm"))]
+            ProgramFile::Robot(program) => program.says_postures(),
+            _ => false,
+        }
+    }
+
     /// Returns the text of the line of a move; bytes that are not UTF-8 are replaced.
     pub fn line_text(&self, segment: usize) -> Option<String> {
         let bytes = match self {
@@ -335,6 +345,25 @@ fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
         process.machine.name
     );
     refuse(problem)
+}
+
+/// Checks that what `program` says of the posture of the arm is known for that of the machine.
+#[cfg(not(target_family = "wasm"))]
+fn check_arm(program: &RobotProgram, process: &Process) -> Result<()> {
+    let (machine, notes) = (&process.machine, program.notes());
+    let is_other = machine.arm_angles(&machine.home).is_some() && machine.branch_of(&machine.home).is_none();
+    let Some(line) = notes.configured_line.filter(|_| is_other && program.says_postures()) else {
+        return Ok(());
+    };
+    if program.language() == Language::UrScript {
+        return Ok(());
+    }
+    let problem = format!(
+        "line {line} says how the arm stands, and what that means is known of arms whose axes 4 to 6 meet in a point, not of {}: expected \
+         such a machine, or ignore_configuration = true in [robot_program] of the process",
+        machine.name
+    );
+    Err(Error::argument(program.name(), problem))
 }
 
 /// Returns the points of a program's path as a polyline file.

@@ -72,7 +72,7 @@ fn solve_points(
 ) -> Vec<Compensation> {
     let asked: Vec<TaskPoint> = blocks.iter().map(|block| case.tasks[block.first + point]).collect();
     for (block, task) in blocks.iter_mut().zip(&asked) {
-        block.seed_command(point, task);
+        block.seed_command(case.nominal, point, task);
     }
     // With external axes each stands on a machine of its own.
     let together = if asked.iter().any(|task| task.external.is_some()) { 1 } else { blocks.len() };
@@ -135,11 +135,15 @@ fn solve_group(
 
 impl<'a> OpenStretch<'a> {
     /// Gives the session the tracked configuration at `point` as its command for `task`.
-    fn seed_command(&mut self, point: usize, task: &TaskPoint) {
+    fn seed_command(&mut self, nominal: &Machine, point: usize, task: &TaskPoint) {
         if let (Some(at), true) = (&self.track[point].at, task.led.is_some()) {
             // Near a pole of the head another posture is as near as the one that the program names.
             self.session.set_rigid(at);
         } else if let (Some(at), None) = (&self.track[point].at, task.external) {
+            // A motion from point to point may end in another posture, to which no straight line leads.
+            if task.asked.is_some() && nominal.posture_change(self.near, at, false).is_some() {
+                self.session.set_rigid(at);
+            }
             self.session.seed(self.near, &task.pose, at);
             self.near = at;
         }

@@ -153,6 +153,7 @@ pub(crate) fn unloaded_tasks<'a>(
         let near = as_led.as_ref().map(|head| &head.home.pose.rotation);
         let pose = track.pose(point.position_mm, point.orientation.as_ref(), external, near);
         let there = track.placed(external).with_platform_rotation(&pose.rotation);
-        (TaskPoint { external, led, ..TaskPoint::new(pose, Wrench::zero(), target) }, there)
+        let asked = point.arm.map(|arm| arm.asked());
+        (TaskPoint { external, led, asked, ..TaskPoint::new(pose, Wrench::zero(), target) }, there)
     }
 }

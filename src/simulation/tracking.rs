@@ -2,7 +2,9 @@
 
 use crate::{
     compensation::{CompensationStatus, TaskPoint},
-    machine::{BatchKinematics, Configuration, ExternalAxes, Machine, PositionedMachine, Unreachable},
+    machine::{
+        AskedPosture, BatchKinematics, Configuration, ExternalAxes, Machine, PositionedMachine, PostureChange, Unreachable,
+    },
 };
 
 /// Configuration of the nominal machine at a point of a path, if reached, and whether it can be tracked there.
@@ -130,7 +132,9 @@ impl MachineOnPath {
         };
         let Some(from_home) = points[first].at.as_ref() else { return };
         let turns = self.nominal.full_turns_towards(&from_home.drives, &there.as_ref().unwrap_or(before).drives);
-        let is_turned = turns.iter().all(|turn| *turn == 0.0) || add_turns(&self.nominal, points, &turns);
+        // A program that says postures says turns as well.
+        let is_asked = tasks.iter().any(|task| task.asked.is_some());
+        let is_turned = turns.iter().all(|turn| *turn == 0.0) || !is_asked && add_turns(&self.nominal, points, &turns);
         if let (true, Some(at)) = (is_turned, points[first].at.clone())
             && there.as_ref().is_none_or(|there| self.nominal.has_same_drives(there, &at))
         {
@@ -168,10 +172,18 @@ impl MachineOnPath {
                 Err(unreachable) => (None, Err(CompensationStatus::Unreachable(unreachable))),
             };
         }
+        let asked = task.asked.filter(|_| self.nominal.may_change_posture());
+        let from = asked.and_then(|asked| self.nominal.at_angles(asked.from?.map(f64::from)));
+        let begins_anew = from.is_some();
+        if let Some(from) = from {
+            self.near.clone_from(&from);
+            self.before = Some(from);
+        }
+        let taken = asked.and_then(|asked| self.take_posture(&asked, task));
         let is_from_before = self.before.as_ref() == Some(&self.near);
-        let straight = match straight {
-            Some(at) => Ok(at),
-            None => self.nominal.inverse_kinematics_from(&self.near, &task.pose),
+        let straight = match (taken, straight.filter(|_| !begins_anew)) {
+            (Some(at), _) | (None, Some(at)) => Ok(at),
+            _ => self.nominal.inverse_kinematics_from(&self.near, &task.pose),
         };
         let is_tracked = straight.is_ok();
         let at = match straight.or_else(|_| self.nominal.inverse_kinematics(&task.pose)) {
@@ -198,6 +210,13 @@ impl MachineOnPath {
         self.nominal.inverse_kinematics_from(&near, &task.pose)
     }
 
+    /// Returns the configuration at `task` in the posture that `asked` says, where the arm takes it: behind a motion from point to point, or
+    /// where nothing says how it stood before. `None` where it does not, or there is none.
+    fn take_posture(&self, asked: &AskedPosture, task: &TaskPoint) -> Option<Configuration> {
+        let is_taken = asked.is_chosen() || self.before.is_none() && asked.says_something();
+        is_taken.then(|| self.nominal.posture_asked(&task.pose, asked, &self.near)).flatten()
+    }
+
     /// Checks that the machine at `at`, which meets `task`, keeps its posture. `is_tracked`: the straight line is known to lead there.
     fn check_posture(
         &mut self,
@@ -205,7 +224,18 @@ impl MachineOnPath {
         is_tracked: bool,
         task: &TaskPoint,
     ) -> Result<(), CompensationStatus> {
-        let Some(before) = self.before.replace(at.clone()) else { return Ok(()) };
+        let before = self.before.replace(at.clone());
+        if let Some(asked) = &task.asked {
+            if !self.nominal.has_posture(at, asked) {
+                let (change, here_mm) = (PostureChange::Contradicts, at.pose.translation);
+                let before_mm = before.map_or(here_mm, |before| before.pose.translation);
+                return Err(CompensationStatus::ChangesPosture { change, before_mm, here_mm });
+            }
+            if asked.is_chosen() {
+                return Ok(());
+            }
+        }
+        let Some(before) = before else { return Ok(()) };
         let is_tracked = is_tracked || self.nominal.inverse_kinematics_from(&before, &task.pose).is_ok();
         match self.nominal.posture_change(&before, at, is_tracked) {
             None => Ok(()),

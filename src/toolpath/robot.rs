@@ -16,6 +16,7 @@
 
 pub use super::{
     model::robot::{
+        arm::{ArmData, ArmPosture},
         error::{RobotError, RobotFault},
         language::{CutcomPoints, Language, RobotOptions},
         rotation::{abc_of_rotation, rotation_of_abc},

@@ -2,7 +2,10 @@
 //! what is said when none leads there.
 
 use crate::support::engine::*;
-use kinetostat::machine::{Machine, Unreachable};
+use kinetostat::{
+    machine::{Machine, Unreachable},
+    spatial::Pose,
+};
 use nalgebra::Vector3;
 
 const KR270: &str = include_str!("../machines/kr270.toml");
@@ -71,19 +74,45 @@ fn a_hinge_beyond_its_travel_is_taken_a_full_turn_back() {
 #[test]
 fn what_was_tried_is_named_where_no_way_leads_to_the_target() {
     let machine = machine_from(KR270);
-    // Within the span of the arm, but not with the tool down: the wrist would have to be inside the base.
-    let refused = machine.inverse_kinematics(&machine.pose_at(Vector3::new(0.0, 0.0, 200.0))).unwrap_err();
+    // Within the length of all links, but beyond upper arm and forearm.
+    let beyond = machine.pose_at(Vector3::new(3000.0, 0.0, 200.0));
+    let refused = machine.inverse_kinematics(&beyond).unwrap_err();
     assert!(matches!(refused, Unreachable::NoWay { .. }), "{refused:?}");
     let said = refused.to_string();
     assert!(
         said.contains("alternative solution branches tried: the first hinge turned towards the position"),
         "{said}"
     );
-    let again = machine.inverse_kinematics(&machine.pose_at(Vector3::new(0.0, 0.0, 200.0))).unwrap_err();
+    let again = machine.inverse_kinematics(&beyond).unwrap_err();
     assert_eq!(again, refused);
     // Beyond the span nothing is tried, and that is said.
     let far = machine.inverse_kinematics(&machine.pose_at(Vector3::new(9000.0, 0.0, 0.0))).unwrap_err().to_string();
     assert!(far.starts_with("chain robot would have to span") && far.contains("and is at most"), "{far}");
+}
+
+/// With the tool up before the arm no posture is within travel: which limit stands against which, from the triangle of upper arm and forearm.
+#[test]
+fn limits_of_all_postures_are_named_where_an_arm_has_none_within_travel() {
+    let machine = Machine::named("kr270").unwrap();
+    let pose = Pose { rotation: nalgebra::Matrix3::identity(), translation: Vector3::new(1700.0, 0.0, 600.0) };
+    let refused = machine.inverse_kinematics(&pose).unwrap_err().to_string();
+    // From axis 2 to the wrist centre, mm; angles down from the horizontal, as A2, A3 and A5 count.
+    let (ahead, down) = (1700.0 - 350.0, 675.0 - (600.0 - 240.0));
+    let (upper, fore, reach) = (1150.0, f64::hypot(1200.0, 41.0), f64::hypot(ahead, down));
+    let at_shoulder = ((upper * upper + reach * reach - fore * fore) / (2.0 * upper * reach)).acos();
+    let a2 = [-at_shoulder, at_shoulder].map(|bend| f64::atan2(down, ahead) + bend);
+    let forearm = f64::atan2(down - upper * a2[0].sin(), ahead - upper * a2[0].cos()) - f64::atan2(41.0, 1200.0);
+    let a5 = -90.0 - forearm.to_degrees();
+    for words in [
+        format!("drive A5 of chain arm at {a5:.3} deg, travel -120.000 to 120.000 deg (front-up-flip)"),
+        format!(
+            "drive A2 of chain arm at {:.3} deg, travel -195.000 to 40.000 deg (front-down-noflip, front-down-flip)",
+            a2[1].to_degrees()
+        ),
+    ] {
+        assert!(refused.contains(&words), "{words}: {refused}");
+    }
+    assert!(!refused.contains("another assembly mode"), "{refused}");
 }
 
 /// Signs of the turns from crank to coupler of both chains of the five-bar, and from coupler to coupler. They change only at

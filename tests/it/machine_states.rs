@@ -135,6 +135,7 @@ fn compensated_drives_are_met() {
                     aside: nalgebra::Vector3::zeros(),
                     external: None,
                     led: None,
+                    asked: None,
                 },
                 method,
             );

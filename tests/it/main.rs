@@ -128,6 +128,7 @@ mod report_page;
 mod resting_drives;
 mod resume;
 mod robot_compensated;
+mod robot_configuration;
 mod robot_expanded;
 mod robot_programs;
 mod rotary_axes;

@@ -98,6 +98,7 @@ fn the_tool_of_a_tilted_workpiece_and_its_force_tilt_with_it() {
             aside: nalgebra::Vector3::zeros(),
             external: None,
             led: None,
+            asked: None,
         };
         compensate(&mut session, &task, Method::None).position_error.norm()
     });

@@ -55,11 +55,11 @@ pub fn compensated(process: Process, files: &[(&str, &str)]) -> (ProgramJob, Pro
 }
 
 const KRL: &str = "DEF part()\nPTP HOME\n$VEL.CP=0.02\nLIN XSTART\nLIN {X 30.000,Y 0.000,Z 0.000,A -90,B 3,C -90,E1 0} C_DIS\nLIN_REL {Z 20}\nEND\n";
-const DATA: &str = "DEFDAT part\nDECL E6POS XSTART={X 0.0,Y 0.0,Z 0.0,A -90.0,B 0.0,C -90.0,S 2,T 3,E1 0.0}\nENDDAT\n";
+const DATA: &str = "DEFDAT part\nDECL E6POS XSTART={X 0.0,Y 0.0,Z 0.0,A -90.0,B 0.0,C -90.0,E1 0.0}\nENDDAT\n";
 
 #[test]
 fn programs_of_robots_are_compensated_on_a_loaded_arm() {
-    let rapid = "MODULE part\nPROC main()\n  MoveJ [[0,0,30],[0.5,-0.5,0.5,-0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,spindle;\n  \
+    let rapid = "MODULE part\nPROC main()\n  ConfJ\\Off;\n  ConfL\\Off;\n  MoveJ [[0,0,30],[0.5,-0.5,0.5,-0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,spindle;\n  \
                  MoveL [[0,0,0],[0.5,-0.5,0.5,-0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v20,z1,spindle;\n  \
                  MoveC [[10,10,0],[0.5,-0.5,0.5,-0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],\n    \
                  [[20,0,0],[0.5,-0.5,0.5,-0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v20,z1,spindle;\nENDPROC\nENDMODULE\n";
@@ -166,7 +166,7 @@ fn a_robot_stands_as_its_program_says() {
     // The named point has its numbers where it is used; nothing else but the motions has changed.
     let text = String::from_utf8(written.bytes).unwrap();
     assert!(text.starts_with("DEF part()\nPTP HOME\n$VEL.CP=0.02\nLIN {X ") && text.ends_with("\nEND\n"), "{text}");
-    assert!(text.lines().nth(3).unwrap().ends_with(",A -90.0,B 0.0,C -90.0,S 2,T 3,E1 0.0}"), "{text}");
+    assert!(text.lines().nth(3).unwrap().ends_with(",A -90.0,B 0.0,C -90.0,E1 0.0}"), "{text}");
 }
 
 #[test]

@@ -76,6 +76,7 @@ const RAPID: &str = "MODULE M\n\
     TASK PERS tooldata drill := [FALSE, [[1650,200,700], [0.9950041652780258,0.09983341664682815,0,0]], [1,[0,0,0.001],[1,0,0,0],0,0,0]];\n\
     TASK PERS wobjdata block := [TRUE, TRUE, \"\", [[0,0,150], [1,0,0,0]], [[20,-10,0], [0.9238795325112867,0,0,0.3826834323650898]]];\n\
     PROC main()\n\
+    ConfJ\\Off; ConfL\\Off;\n\
     MoveAbsJ [[0,0,0,0,50,0],[9E9,9E9,9E9,9E9,9E9,9E9]], v100, z5, tool0;\n\
     MoveJ [[0,0,40],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]], v100, fine, drill\\WObj:=block;\n\
     MoveL [[0,0,-5],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]], v20, fine, drill\\WObj:=block;\n\

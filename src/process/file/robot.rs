@@ -28,6 +28,9 @@ pub struct RobotSpec {
     pub calls_kept: Vec<String>,
     /// What points of APT under CUTCOM are.
     pub cutcom_points: Option<CutcomSpec>,
+    /// Whether what the program says of the posture of the arm is ignored, and stays as it is.
+    #[serde(default)]
+    pub ignore_configuration: bool,
 }
 
 /// What points of APT under CUTCOM are, as written.
@@ -92,5 +95,6 @@ pub(super) fn options(spec: &RobotSpec, tool_stands: bool, check: &Check) -> Res
             CutcomSpec::ToolCentre => CutcomPoints::ToolCentre,
             CutcomSpec::Contour => CutcomPoints::Contour,
         }),
+        ignores_configuration: spec.ignore_configuration,
     })
 }

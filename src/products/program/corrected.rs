@@ -1,5 +1,7 @@
 //! Corrects the commanded path, writes the program that follows it, and reads it back.
 
+use std::borrow::Cow;
+
 use nalgebra::Vector3;
 
 use super::{Part, ProgramJob};
@@ -17,6 +19,7 @@ use crate::{
     toolpath::{
         PathPoint,
         gcode::{CalledFile, Calls},
+        robot::ArmPosture,
     },
 };
 
@@ -29,12 +32,15 @@ pub struct CorrectedPath {
     pub failures: Vec<(usize, String)>,
     /// Number of non-cutting points (rapid moves) that have no correction and keep their position.
     pub uncorrected: usize,
+    /// How the arm stands at each point; nothing where the program does not say it.
+    postures: Vec<Option<ArmPosture>>,
 }
 
 impl CorrectedPath {
     /// Creates an empty corrected path for `job`.
     pub fn new(job: &ProgramJob) -> Self {
-        Self { sent: CommandedPath::new(job.path.len(), job.is_full_pose()), failures: Vec::new(), uncorrected: 0 }
+        let sent = CommandedPath::new(job.path.len(), job.is_full_pose());
+        Self { sent, failures: Vec::new(), uncorrected: 0, postures: Vec::new() }
     }
 
     /// Returns the number of points added so far.
@@ -55,6 +61,9 @@ impl CorrectedPath {
                 None => self.uncorrected += 1,
             }
             self.sent.add(&commanded.unwrap_or(*point));
+            if job.file.says_postures() {
+                self.postures.push(commanded.and_then(|_| ArmPosture::of(&job.machine, &result.drives)));
+            }
         }
     }
 }
@@ -136,8 +145,12 @@ impl ProgramJob {
     /// The program cannot be rewritten.
     pub fn write(&self, corrected: &CorrectedPath) -> Result<ProgramAsWritten> {
         let wanted = &corrected.sent;
+        let path = match corrected.postures.is_empty() {
+            true => Cow::Borrowed(&self.path),
+            false => Cow::Owned(self.path.clone().with_postures(corrected.postures.clone())),
+        };
         let Rewritten { bytes, back, blocks, calls } =
-            self.file.rewrite(&self.path, &wanted.positions, wanted.orientations.as_deref(), &self.process)?;
+            self.file.rewrite(&path, &wanted.positions, wanted.orientations.as_deref(), &self.process)?;
         let (mut rounded_mm, mut in_holes_mm) = (0.0, None);
         let positions = wanted.positions.iter().zip(&back.positions);
         for (point, (wanted, written)) in self.path.points().iter().zip(positions) {

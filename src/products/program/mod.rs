@@ -191,7 +191,7 @@ impl ProgramJob {
         let is_closed = path.is_closed();
         let (name, part_tracks) = (name.to_string(), part::empty_tracks(&path));
         let file = program;
-        Ok(Self {
+        let job = Self {
             real,
             machine,
             process,
@@ -207,7 +207,9 @@ impl ProgramJob {
             part_tracks,
             cuts_nowhere,
             is_closed,
-        })
+        };
+        job.check_postures()?;
+        Ok(job)
     }
 
     /// Returns whether point `k` counts in the residual error: the tool cuts there, or the program cuts nowhere; the first point of a closed

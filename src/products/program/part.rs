@@ -4,9 +4,9 @@ use std::{borrow::Cow, ops::Range, sync::OnceLock};
 
 use super::ProgramJob;
 use crate::{
-    compensation::TaskPoint,
+    compensation::{CompensationStatus, TaskPoint},
     input::error::{Error, Result},
-    machine::{Configuration, Machine},
+    machine::{Configuration, Machine, PostureChange},
     process::{
         cutting::{Corners, LoadError},
         file::Process,
@@ -19,7 +19,10 @@ use crate::{
         tracking::TrackPoint,
     },
     spatial::Pose,
-    toolpath::{PathPoint, Toolpath},
+    toolpath::{
+        PathPoint, Toolpath,
+        robot::{ArmData, ArmPosture},
+    },
 };
 
 /// A range of consecutive points of a program with their task points.
@@ -119,6 +122,59 @@ impl ProgramJob {
         if let Some(track) = self.part_tracks.get(part.first / PART) {
             track.get_or_init(|| track_part);
         }
+    }
+
+    /// Checks that the arm stands at each point as the program says, if it does.
+    ///
+    /// # Errors
+    /// It does not: with the line, what the program says there, and how the arm stands.
+    pub(super) fn check_postures(&self) -> Result<()> {
+        if !self.machine.may_change_posture() || self.path.points().iter().all(|point| point.arm.is_none()) {
+            return Ok(());
+        }
+        let contradicts = |point: &TrackPoint| {
+            matches!(point.tracked, Err(CompensationStatus::ChangesPosture { change: PostureChange::Contradicts, .. }))
+        };
+        let mut before = None;
+        for part in self.parts() {
+            let part = part?;
+            let track = self.track(&part, &mut before);
+            for (start, points) in (0..).step_by(BLOCK).zip(track.iter()) {
+                if let Some(k) = points.iter().position(contradicts) {
+                    return Err(self.contradiction(part.first + start + k, &part.tasks()[start + k], &points[k]));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the error that the arm does not stand at point `k` of the path, the task `task`, as the program says, but as in `found`.
+    fn contradiction(&self, k: usize, task: &TaskPoint, found: &TrackPoint) -> Error {
+        let point = &self.path.points()[k];
+        let line = self.file.line_name(point.source.segment).unwrap_or_default();
+        let Some(said) = point.arm else { return Error::argument(&self.name, line) };
+        let with_data = |drives: &[f64]| {
+            let posture = ArmPosture::of(&self.machine, drives)?;
+            let data = ArmData::of_posture(said.language, &posture)?.words();
+            Some(format!("{data} ({})", posture.words()))
+        };
+        let how = match &found.at {
+            Some(at) if !said.is_taken => {
+                format!("the arm comes there with {}", with_data(&at.drives).unwrap_or_default())
+            }
+            _ => {
+                let postures = self.machine.postures_at(&task.pose);
+                let within = postures.iter().filter(|posture| posture.limits.is_ok());
+                let known: Vec<String> = within.filter_map(|posture| with_data(&posture.at.drives)).collect();
+                format!("within its travel the arm meets this pose with {}", known.join("; "))
+            }
+        };
+        let problem = format!(
+            "{line}: {}, but {how}: expected what is so on the robot, or ignore_configuration = true in [robot_program] of the process \
+             where its drives count otherwise than those of the machine",
+            said.words()
+        );
+        Error::argument(&self.name, problem)
     }
 
     /// Returns the parts of the program, in order.

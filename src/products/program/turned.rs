@@ -2,12 +2,15 @@
 
 use crate::{
     input::error::{Error, Result},
-    process::file::Process,
-    redundancy::{FoundGamma, GammaProblem, search_gamma},
-    simulation::{ProgramFile, external_axes::locked_along},
+    process::{cutting::PathLoad, file::Process},
+    redundancy::{FoundGamma, GammaProblem, RotatedPath, search_gamma},
+    simulation::{
+        ProgramFile, along_path::track_blocks, external_axes::locked_along, tasks::tasks_under, tracking::TrackPoint,
+    },
     toolpath::{
         NumberFormat, Toolpath,
         polyline::{self, Polyline},
+        robot::ArmPosture,
     },
     work::Work,
 };
@@ -58,6 +61,7 @@ pub(super) fn with_best_gamma(
         ProgramFile::Robot(robot_program) => {
             let orientations: Vec<_> = turned.path.points().iter().filter_map(|point| point.orientation).collect();
             let writing = process.write_options(robot_program.own_format())?;
+            let path = with_postures_of(path, turned, &process, &loads, program);
             let rewritten = robot_program.rewrite(&path, &path.positions_mm(), Some(&orientations), writing)?;
             ProgramFile::Robot(Box::new(rewritten.read()?))
         }
@@ -67,6 +71,24 @@ pub(super) fn with_best_gamma(
         }
     };
     Ok((process, file, Some(found)))
+}
+
+/// Returns `path` with how the arm stands along it at the γ of `turned`, under `loads`, where `program` says how it stands.
+#[cfg(not(target_family = "wasm"))]
+fn with_postures_of(
+    path: Toolpath,
+    turned: &RotatedPath,
+    process: &Process,
+    loads: &[PathLoad],
+    program: &ProgramFile,
+) -> Toolpath {
+    if !program.says_postures() {
+        return path;
+    }
+    let tasks = tasks_under(&turned.machine, &process.placement, process.target, &turned.path, loads);
+    let track = track_blocks(&turned.machine, None, &tasks, |_, _| true);
+    let posture = |point: &TrackPoint| ArmPosture::of(&turned.machine, &point.at.as_ref()?.drives);
+    path.with_postures(track.iter().flatten().map(posture).collect())
 }
 
 /// Returns a polyline with one row for each point of `path`, including the orientation of the tool.

@@ -46,7 +46,7 @@ pub(super) fn excess(unreachable: &Unreachable) -> f64 {
         }
         Unreachable::TooFar { short_mm, .. } => UNMEASURED + short_mm,
         Unreachable::BeyondSpan { away_mm, span_mm, .. } => 2.0 * UNMEASURED + away_mm - span_mm,
-        Unreachable::NoWay { straight, .. } => excess(straight),
+        Unreachable::NoWay { straight, .. } | Unreachable::NoPosture { straight, .. } => excess(straight),
         _ => 2.0 * UNMEASURED,
     }
 }

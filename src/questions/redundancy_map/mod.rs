@@ -157,6 +157,7 @@ fn block_path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>
         PathPoint {
             orientation: Some(Orientation::ToolAxis(axis)),
             source: PointSource { segment, parameter: 1.0 },
+            arm: None,
             ..cutting_point(*position, tangent, 0.0, 1.0)
         }
     };

@@ -148,5 +148,6 @@ pub(crate) fn cutting_point(
         load: None,
         external: Default::default(),
         source: PointSource { segment: 0, parameter },
+        arm: None,
     }
 }

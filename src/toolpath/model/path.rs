@@ -5,7 +5,11 @@ use thiserror::Error;
 
 use crate::{
     machine::ExternalAxes,
-    toolpath::model::{Orientation, tool::ToolDescription},
+    toolpath::model::{
+        Orientation,
+        robot::{ArmData, ArmPosture},
+        tool::ToolDescription,
+    },
 };
 
 /// The largest coordinate of a path, mm: beyond any machine.
@@ -59,6 +63,8 @@ pub struct PathPoint {
     pub external: [f64; ExternalAxes::MOST],
     /// The move that the point comes from.
     pub source: PointSource,
+    /// What the program of a robot says of the posture of the arm here.
+    pub arm: Option<ArmData>,
 }
 
 /// An ordered list of points the tool should pass, in the workpiece frame.
@@ -69,6 +75,7 @@ pub struct Toolpath {
     led_axes: Vec<String>,
     engagements: Vec<Engaged>,
     tools: Vec<ToolDescription>,
+    postures: Vec<Option<ArmPosture>>,
 }
 
 /// How the tool is in material on the way to a point: all zero in air.
@@ -214,6 +221,16 @@ impl Toolpath {
         &self.tools
     }
 
+    /// Returns the same path with how the arm stands at each point, so far as it is known.
+    pub(crate) fn with_postures(self, postures: Vec<Option<ArmPosture>>) -> Toolpath {
+        Toolpath { postures, ..self }
+    }
+
+    /// Returns how the arm stands at each point, where a written program is to say it; else nothing.
+    pub(crate) fn postures(&self) -> &[Option<ArmPosture>] {
+        &self.postures
+    }
+
     /// Returns the points, in order.
     #[must_use]
     pub fn points(&self) -> &[PathPoint] {
@@ -275,6 +292,8 @@ impl Toolpath {
     pub fn with_platforms(mut self, platforms: &[UnitQuaternion<f64>]) -> Toolpath {
         for (point, platform) in self.points.iter_mut().zip(platforms) {
             point.orientation = Some(Orientation::Platform(*platform));
+            // The program says it of the orientations that it has.
+            point.arm = None;
         }
         self
     }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    machine::{Coordinate, ExternalAxes, Machine},
+    machine::{AskedPosture, Coordinate, ExternalAxes, Machine},
     spatial::{Pose, Twist, Wrench, matrix_product, matrix_vector, rotation_exp, rotation_log, skew},
     statics::TaskError,
 };
@@ -51,6 +51,8 @@ pub struct TaskPoint {
     /// External axes of [`Machine::with_commanded_head`] where the program leads the hinges of a head that serves the task: the configurations
     /// of the task are those near them. `None`: those that are reached from home and from point to point.
     pub led: Option<ExternalAxes>,
+    /// What a program says of the posture of the arm.
+    pub asked: Option<AskedPosture>,
 }
 
 impl TaskPoint {
@@ -62,7 +64,7 @@ impl TaskPoint {
     /// Creates the task to hold `pose` under `load`, as the machine is calibrated for it.
     #[must_use]
     pub fn new(pose: Pose, load: Wrench, target: Target) -> Self {
-        Self { pose, load, target, wanted: None, aside: Vector3::zeros(), external: None, led: None }
+        Self { pose, load, target, wanted: None, aside: Vector3::zeros(), external: None, led: None, asked: None }
     }
 
     /// The task without the cutting force and what it does to the tool.

@@ -41,7 +41,37 @@ impl Machine {
             (_, Unreachable::OtherMode) => (self.solve_by_detour(target), DETOURS_TRIED),
             _ => return Err(straight),
         };
+        let posture = match posture {
+            None if self.redundancy == 0 => self.known_posture(target, &straight)?,
+            posture => posture,
+        };
         posture.ok_or_else(|| Unreachable::NoWay { straight: Box::new(straight), tried: tried.into() })
+    }
+
+    /// The posture of an arm that meets `target` within travel, nearest to home; `None` where the machine is no arm or is out of reach, `Err` where
+    /// all that meet it are beyond travel, with the limits.
+    fn known_posture(&self, target: &Pose, straight: &Unreachable) -> Result<Option<Configuration>, Unreachable> {
+        let mut limits: Vec<(String, Vec<&str>)> = Vec::new();
+        let mut within: Vec<Configuration> = Vec::new();
+        for posture in self.postures_at(target) {
+            match posture.limits {
+                Ok(()) => within.push(posture.at),
+                Err(limit) => {
+                    let (limit, branch) = (limit.to_string(), posture.branch.label());
+                    match limits.iter_mut().find(|(known, _)| *known == limit) {
+                        Some((_, branches)) => branches.push(branch),
+                        None => limits.push((limit, vec![branch])),
+                    }
+                }
+            }
+        }
+        if within.is_empty() && !limits.is_empty() {
+            let words = |(limit, branches): (String, Vec<&str>)| format!("{limit} ({})", branches.join(", "));
+            let limits = limits.into_iter().map(words).collect::<Vec<_>>().join("; ");
+            return Err(Unreachable::NoPosture { straight: Box::new(straight.clone()), limits });
+        }
+        let distance = |at: &Configuration| self.distance_from_home(at);
+        Ok(within.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b))))
     }
 
     /// The posture of a serial machine that meets `target` within travel, nearest to home of those found; and words for what was tried.

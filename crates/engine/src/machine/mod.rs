@@ -39,7 +39,7 @@ use std::{
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-pub use branch::{Branch, Clearance, Elbow, Posture, PostureChange, Shoulder, Wrist};
+pub use branch::{AskedPosture, Branch, Clearance, Elbow, Posture, PostureChange, Shoulder, Wrist};
 pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
 pub use errors::ChainError;
 pub use external_axes::{ExternalAxes, PositionedMachine};

@@ -4,6 +4,7 @@
 use super::Report;
 use crate::{
     files::words::{counted, join_words, millimetres},
+    machine::Machine,
     process::PathReference,
     products::program::{ProgramJob, WrittenCalls},
     simulation::{ProgramFile, ROUNDING_MM, Source},
@@ -124,7 +125,7 @@ const NAMED: usize = 8;
 pub fn notes_text(job: &ProgramJob, calls: &WrittenCalls) -> String {
     match &job.file {
         ProgramFile::Gcode(program) => gcode_notes(program.notes(), calls),
-        ProgramFile::Robot(program) => robot_notes(program, calls),
+        ProgramFile::Robot(program) => robot_notes(program, calls) + &posture_notes(program, &job.machine),
         ProgramFile::Polyline(_) => String::new(),
     }
 }
@@ -256,6 +257,28 @@ fn robot_notes(program: &RobotProgram, calls: &WrittenCalls) -> String {
     }
     if notes.named_points && program.language() != Language::Ls {
         text += "Points stay as they are declared; a motion to one of them that is corrected has numbers in place of its name.\n";
+    }
+    text
+}
+
+/// Returns what is said of the posture of the arm, and where it is left open.
+fn posture_notes(program: &RobotProgram, machine: &Machine) -> String {
+    let (notes, mut text) = (program.notes(), String::new());
+    if machine.arm_angles(&machine.home).is_none() {
+        return text;
+    }
+    if notes.configured_line.is_some() && !program.says_postures() {
+        return "How the arm stands is not taken from the program (ignore_configuration of [robot_program]): its data stay as they are.\n".into();
+    }
+    if !notes.open_posture_lines.is_empty() {
+        text += &format!(
+            "Which posture the arm takes is left open by the program at {}: it is simulated as it goes on from the point before, the first from \
+             home. See that the robot does the same.\n",
+            motion_lines(&notes.open_posture_lines)
+        );
+    }
+    if notes.leaves_paths_open {
+        text += "On paths, the data of the posture do not act (ConfL\\Off, Wjnt, qnear of movel): the arm goes on as it comes.\n";
     }
     text
 }

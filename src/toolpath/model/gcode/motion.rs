@@ -207,6 +207,7 @@ impl Motion {
                 load: None,
                 external: Default::default(),
                 source: PointSource { segment, parameter },
+                arm: None,
             });
         }
     }

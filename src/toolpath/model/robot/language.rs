@@ -131,6 +131,8 @@ pub struct RobotOptions {
     pub calls_kept: Vec<String>,
     /// Which points an APT program has under CUTCOM, where it does not say so itself.
     pub cutcom_points: Option<CutcomPoints>,
+    /// Whether what the program says of the posture of the arm is ignored: how its drives count is not how the robot counts them.
+    pub ignores_configuration: bool,
 }
 
 /// What the points of an APT program under CUTCOM are.

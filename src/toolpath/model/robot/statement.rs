@@ -28,6 +28,8 @@ pub(crate) enum Component {
     External(usize),
     /// Radius of a circle of APT, in the unit of positions.
     Radius,
+    /// What is said of the posture of the arm, in the order of its language.
+    Arm(usize),
 }
 
 /// A number in the text of a pose: component, bytes and value.
@@ -112,6 +114,10 @@ pub(crate) struct Statement {
     pub apt: AptParts,
     /// Of a spline motion of KRL (SLIN, SCIRC, SPTP, SPL).
     pub spline: Option<SplineMotion>,
+    /// Whether the control leaves open which posture the arm takes, whatever the target says.
+    pub is_posture_open: bool,
+    /// Angles of the joints to which it leads, rad, where it gives no pose.
+    pub joints: Option<[f32; 6]>,
 }
 
 /// What KRL says of a spline motion beyond what other motions have.
@@ -183,6 +189,8 @@ impl Statement {
             tool: None,
             apt: AptParts::default(),
             spline: None,
+            is_posture_open: false,
+            joints: None,
         }
     }
 }

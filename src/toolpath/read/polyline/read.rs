@@ -167,6 +167,7 @@ fn row_point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
         load,
         external: std::array::from_fn(|axis| value(Column::External(axis)).unwrap_or(0.0)),
         source: PointSource { segment, parameter: 1.0 },
+        arm: None,
     }
 }
 

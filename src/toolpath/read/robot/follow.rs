@@ -9,8 +9,8 @@ use crate::{
             Hole, MAX_COORDINATE_MM, MotionGeometry, Orientation, PathPoint, PointSource, Sampling, direction,
             even_parameters,
             robot::{
-                AptCircle, Arc, CircleTurn, Component, Drilling, Language, MotionKind, RobotFault, Statement, Target,
-                rotation,
+                AptCircle, Arc, ArmData, CircleTurn, Component, Drilling, Language, MotionKind, RobotFault,
+                RobotOptions, Statement, Target, rotation,
             },
         },
         read::robot::krl::check_turn,
@@ -35,6 +35,8 @@ pub(crate) struct Motion {
     pub start: Option<ToolState>,
     pub end: Option<ToolState>,
     pub geometry: MotionGeometry,
+    /// What the program says of the posture of the arm at its end.
+    pub arm: Option<ArmData>,
 }
 
 /// Feeds above this are ignored.
@@ -48,17 +50,29 @@ pub(crate) struct Follower {
     language: Language,
     /// Number of external axes with names; they come first.
     named_axes: usize,
+    ignores_configuration: bool,
     here: Option<ToolState>,
     /// First position of each external axis.
     external: [Option<f64>; ExternalAxes::MOST],
     /// The arc of APT that the last motion was.
     arc: Option<Arc>,
+    /// Angles of the joints to which the motion before has led, rad, if it gave no pose.
+    joints: Option<[f32; 6]>,
 }
 
 impl Follower {
     /// Starts before the first statement.
-    pub fn new(language: Language, named_axes: usize) -> Self {
-        Self { language, named_axes, here: None, external: [None; ExternalAxes::MOST], arc: None }
+    pub fn new(language: Language, options: &RobotOptions) -> Self {
+        let (named_axes, ignores_configuration) = (options.external_axes.len(), options.ignores_configuration);
+        Self {
+            language,
+            named_axes,
+            ignores_configuration,
+            here: None,
+            external: [None; ExternalAxes::MOST],
+            arc: None,
+            joints: None,
+        }
     }
 
     /// Returns the motion of the next `statement`, and updates the state. `Err` for what cannot be followed.
@@ -104,7 +118,21 @@ impl Follower {
             return Err(RobotFault::TooFar);
         }
         self.here = end;
-        Ok(Motion { statement, start, end, geometry })
+        let from = std::mem::replace(&mut self.joints, statement.joints).filter(|_| end.is_some());
+        let arm = self.arm_data(&statement, from);
+        Ok(Motion { statement, start, end, geometry, arm })
+    }
+
+    /// Returns what `statement` says of the posture of the arm at its end, `from` the angles of the joints to which the motion before led, rad.
+    fn arm_data(&self, statement: &Statement, from: Option<[f32; 6]>) -> Option<ArmData> {
+        if self.ignores_configuration {
+            return None;
+        }
+        let said = statement.end.as_ref().filter(|_| !statement.is_posture_open);
+        let said = said.and_then(|target| ArmData::of_target(self.language, target));
+        let numbers = said.map_or([None; 6], |said| said.numbers);
+        let is_taken = statement.kind == MotionKind::PointToPoint;
+        (said.is_some() || from.is_some()).then_some(ArmData { language: self.language, numbers, is_taken, from })
     }
 
     /// Returns the arc of a circle statement from `start` to `end`; `Err` if its points are on no circle.
@@ -322,6 +350,7 @@ impl Motion {
                 load: None,
                 external: self.external_at(parameter).map(Option::unwrap_or_default),
                 source: PointSource { segment, parameter },
+                arm: self.arm.filter(|_| parameter == 1.0),
             });
         }
     }

@@ -249,9 +249,9 @@ impl<'a> Reader<'a> {
             MotionKind::Circle => Some(self.target(&mut scan, at.start, kind)?),
             _ => None,
         };
-        let (end, frames) = self.target(&mut scan, at.start, kind)?;
+        let (end, frames, joints) = self.target(&mut scan, at.start, kind)?;
         let suffix = at.start + scan.at..at.end;
-        if via.as_ref().is_some_and(|(_, other)| *other != frames) {
+        if via.as_ref().is_some_and(|(_, other, _)| *other != frames) {
             return Err(OTHER_FRAME);
         }
         let feed_mm_per_min = speed_mm_per_min(&mut scan, kind)?;
@@ -261,22 +261,25 @@ impl<'a> Reader<'a> {
             None => Frames::default(),
         };
         let via = match via {
-            Some((None, _)) => return Err(JOINTS),
-            Some((via, _)) => via,
+            Some((None, ..)) => return Err(JOINTS),
+            Some((via, ..)) => via,
             None => None,
         };
         let keyword = at.start + keyword.start..at.start + keyword.end;
-        Ok(Statement { suffix, via, end, frames, feed_mm_per_min, ..Statement::new(at, line, keyword, kind) })
+        // Wjnt turns the wrist as it comes, whatever its configuration.
+        let is_posture_open = words_in(code).iter().any(|word| word == "WJNT");
+        let statement = Statement::new(at, line, keyword, kind);
+        Ok(Statement { suffix, via, end, frames, feed_mm_per_min, is_posture_open, joints, ..statement })
     }
 
     /// Takes the next position of a motion, `P[2]` or `P[2:name]`, whose text begins at byte `start` of the source: its pose, `None` for joint
-    /// positions, and its numbers of UFRAME and UTOOL.
+    /// positions, its numbers of UFRAME and UTOOL, and the angles of joint positions, rad.
     fn target(
         &self,
         scan: &mut Scan<'_>,
         start: usize,
         kind: MotionKind,
-    ) -> Result<(Option<Target>, [Option<u32>; 2]), RobotFault> {
+    ) -> Result<(Option<Target>, [Option<u32>; 2], Option<[f32; 6]>), RobotFault> {
         let (name, at) = scan.name();
         if !name.eq_ignore_ascii_case("P") {
             return RobotFault::not_followed("motions to registers (PR) and other places are", "P[n] of /POS");
@@ -298,9 +301,12 @@ impl<'a> Reader<'a> {
         let text = &self.source[body.clone()];
         let position = parse_position(text)?;
         if position.numbers.is_empty() {
-            return if kind == MotionKind::PointToPoint { Ok((None, position.frames)) } else { Err(JOINTS) };
+            return match kind {
+                MotionKind::PointToPoint => Ok((None, position.frames, Some(position.joints))),
+                _ => Err(JOINTS),
+            };
         }
-        Ok((Some(Target { at, text: text.to_vec(), numbers: position.numbers }), position.frames))
+        Ok((Some(Target { at, text: text.to_vec(), numbers: position.numbers }), position.frames, None))
     }
 
     /// Returns the frames of a position that was taught in the numbers `of_position`.
@@ -513,6 +519,8 @@ pub(crate) fn section(source: &[u8], name: &[u8]) -> Option<usize> {
 struct Position {
     frames: [Option<u32>; 2],
     numbers: Vec<Number>,
+    /// Angles of the joints, rad, of a position that has these.
+    joints: [f32; 6],
 }
 
 /// Parses the text between the braces of a position; other groups than the first have joints, which count as external axes behind E1 ….
@@ -521,7 +529,7 @@ fn parse_position(text: &[u8]) -> Result<Position, RobotFault> {
         expected: "GP1: UF, UT, CONFIG and X, Y, Z in mm, W, P, R in deg, or J1 …, in plain numbers",
     };
     let (mut scan, mut group, mut joints, mut extended) = (Scan::new(text), 0u32, false, 0);
-    let mut position = Position { frames: [None; 2], numbers: Vec::new() };
+    let mut position = Position { frames: [None; 2], numbers: Vec::new(), joints: [0.0; 6] };
     while !scan.is_done() {
         let (name, _) = scan.name();
         let name = name.to_ascii_uppercase();
@@ -533,8 +541,11 @@ fn parse_position(text: &[u8]) -> Result<Position, RobotFault> {
         if name == "CONFIG" {
             scan.expect(b':', ":")?;
             scan.expect(b'\'', "'")?;
-            scan.take_while(|byte| byte != b'\'');
+            let at = scan.take_while(|byte| byte != b'\'');
             scan.expect(b'\'', "'")?;
+            if group == 1 {
+                position.numbers.extend(configuration(text, at).unwrap_or_default());
+            }
         } else if let Some(which) = ["UF", "UT"].iter().position(|frame| *frame == name) {
             scan.expect(b':', ":")?;
             // F is the frame in force.
@@ -555,8 +566,11 @@ fn parse_position(text: &[u8]) -> Result<Position, RobotFault> {
                     extended = extended.max(axis + 1);
                     Component::External(axis)
                 }
-                (None, None, Some(_)) if group == 1 => {
+                (None, None, Some(axis)) if group == 1 => {
                     joints = true;
+                    if let Some(own) = position.joints.get_mut(axis) {
+                        *own = value.to_radians() as f32;
+                    }
                     scan.takes(b',');
                     continue;
                 }
@@ -578,6 +592,27 @@ fn parse_position(text: &[u8]) -> Result<Position, RobotFault> {
         _ => return Err(expected),
     }
     Ok(position)
+}
+
+/// Parses `N U T, 0, 0, 0` in the bytes `at` of `text`, with L or R before U or D of arms that have it; `None` for other forms.
+fn configuration(text: &[u8], at: Range<usize>) -> Option<Vec<Number>> {
+    let (mut scan, mut numbers) = (Scan::new(&text[at.clone()]), Vec::with_capacity(6));
+    let shift = |own: Range<usize>| at.start + own.start..at.start + own.end;
+    for (index, [zero, one]) in [*b"NF", *b"UD", *b"TB"].into_iter().enumerate() {
+        if index == 1 && !scan.takes(b'L') {
+            scan.takes(b'R');
+        }
+        let letter = scan.next().filter(|letter| [zero, one].contains(letter))?;
+        scan.takes(letter);
+        let value = f64::from(u8::from(letter == one));
+        numbers.push(Number { component: Component::Arm(index), at: shift(scan.at - 1..scan.at), value });
+    }
+    for index in 3..6 {
+        scan.expect(b',', ",").ok()?;
+        let (value, own) = scan.number().ok()?;
+        numbers.push(Number { component: Component::Arm(index), at: shift(own), value });
+    }
+    scan.is_done().then_some(numbers)
 }
 
 /// Frames of a controller by kind (0 UFRAME in the world, 1 UTOOL in the flange) and number, mm.

@@ -109,6 +109,12 @@ impl RobotProgram {
         &self.notes
     }
 
+    /// Whether the program says how the arm stands, and that is followed.
+    #[must_use]
+    pub fn says_postures(&self) -> bool {
+        self.notes.configured_line.is_some() && !self.options.ignores_configuration
+    }
+
     /// Number of motions; [`PointSource::segment`](crate::toolpath::PointSource) is an index into them.
     #[must_use]
     pub fn motion_count(&self) -> usize {

@@ -332,12 +332,14 @@ impl<'a> Reader<'a> {
         let mut at = trimmed(self.source, at);
         let mut scan = Scan::new(&self.source[at.clone()]);
         // The joints of a pose, by which PolyScope moves to it.
+        let mut near = None;
         let asks_joints = scan.name().0 == "get_inverse_kin";
         if asks_joints {
             let (parts, end) = arguments(scan.line, scan.at)?;
             if !matches!(parts.len(), 1 | 2) || end != scan.line.len() {
                 return Err(RobotFault::Form { expected: "get_inverse_kin(pose, qnear)" });
             }
+            near = parts.get(1).map(|near| at.start + near.start..at.start + near.end);
             at = trimmed(self.source, at.start + parts[0].start..at.start + parts[0].end);
         }
         let text = &self.source[at.clone()];
@@ -363,7 +365,10 @@ impl<'a> Reader<'a> {
             return RobotFault::not_followed("computed targets and positions of joints are", POSE);
         }
         let own = at.start + own.start..at.start + own.end;
-        let target = Target { at: own, text: written.to_vec(), numbers: pose_numbers(written)? };
+        let mut target = Target { at: own, text: written.to_vec(), numbers: pose_numbers(written)? };
+        if let Some(near) = near {
+            target = with_near(self.source, target, near);
+        }
         let product = |features: &[(String, Isometry3<f64>)]| {
             features.iter().fold(Isometry3::identity(), |all, (_, pose)| all * pose)
         };
@@ -449,6 +454,9 @@ impl<'a> Reader<'a> {
             },
             None => Frames::default(),
         };
+        let joints =
+            at(0).filter(|_| end.is_none()).and_then(|at| joint_numbers(&self.source[trimmed(self.source, at)]));
+        let joints = joints.map(|numbers| std::array::from_fn(|joint| numbers[joint].value as f32));
         let keyword = code.start + keyword.start..code.start + keyword.end;
         Ok(Statement {
             suffix: end.as_ref().map_or(code.end, |(end, _)| end.at.end)..code.end,
@@ -457,6 +465,9 @@ impl<'a> Reader<'a> {
             frames,
             blend_mm,
             feed_mm_per_min,
+            // A path goes on as it comes, whatever its end is near to.
+            is_posture_open: is_cut,
+            joints,
             ..Statement::new(code, self.lines.line, keyword, kind)
         })
     }
@@ -625,6 +636,33 @@ fn is_motion(name: &str) -> bool {
         "direct_torque",
     ];
     MOTIONS.iter().any(|begin| name.starts_with(begin))
+}
+
+/// Returns `target` with the list of joint positions in the bytes `near`, if they are plain numbers: qnear of get_inverse_kin.
+fn with_near(source: &[u8], mut target: Target, near: Range<usize>) -> Target {
+    let near = trimmed(source, near);
+    if let Some(numbers) = joint_numbers(&source[near.clone()]) {
+        let shift = target.text.len() + near.start - target.at.end;
+        target.text.extend_from_slice(&source[target.at.end..near.end]);
+        target.at.end = near.end;
+        let shifted = |number: Number| Number { at: number.at.start + shift..number.at.end + shift, ..number };
+        target.numbers.extend(numbers.into_iter().map(shifted));
+    }
+    target
+}
+
+/// Parses `[q1,q2,q3,q4,q5,q6]`, rad; `None` if `text` is anything else.
+fn joint_numbers(text: &[u8]) -> Option<Vec<Number>> {
+    let (mut scan, mut numbers) = (Scan::new(text), Vec::with_capacity(6));
+    scan.expect(b'[', "[").ok()?;
+    for joint in 0..6 {
+        if joint > 0 {
+            scan.expect(b',', ",").ok()?;
+        }
+        let (value, at) = scan.number().ok()?;
+        numbers.push(Number { component: Component::Arm(joint), at, value });
+    }
+    (scan.takes(b']') && scan.is_done()).then_some(numbers)
 }
 
 /// Parses a plain number; `None` if `text` is anything else.

@@ -6,8 +6,8 @@ use crate::toolpath::{
     model::{
         MotionGeometry, NumberFormat, decimals_in,
         robot::{
-            Component, Decimals, INCH_MM, Language, METRE_DECIMALS, METRE_MM, MotionKind, RobotError, RobotFault,
-            Statement, Target,
+            ArmData, Component, Decimals, INCH_MM, Language, METRE_DECIMALS, METRE_MM, MotionKind, RobotError,
+            RobotFault, Statement, Target,
         },
     },
     read::robot::{Follower, Motion, Refusal, RobotProgram, Tools, apt, krl, ls, rapid, urscript},
@@ -40,6 +40,12 @@ pub struct RobotNotes {
     pub named_points: bool,
     /// Lines, from 1, of segments of splines (SPL): they lead through their points, on a path between them that is not known.
     pub spline_lines: Vec<usize>,
+    /// The first line, from 1, that says something of the posture of the arm which acts.
+    pub configured_line: Option<usize>,
+    /// Lines, from 1, of motions from point to point, and of the first motion, at which nothing says which posture the arm takes.
+    pub open_posture_lines: Vec<usize>,
+    /// Whether data of the posture do not act on paths: `ConfL\\Off`, Wjnt, or qnear of a movel.
+    pub leaves_paths_open: bool,
     /// Whether SLIN or SCIRC stand in blocks of SPLINE.
     pub lines_in_splines: bool,
     /// Numbers of lines of the program and of its expansion, if it was expanded.
@@ -53,7 +59,7 @@ impl RobotProgram {
         mut visit: impl FnMut(&Motion) -> Result<(), E>,
     ) -> Result<RobotNotes, E> {
         let mut reader = Reader::new(self);
-        let mut follower = Follower::new(self.language, self.options.external_axes.len());
+        let mut follower = Follower::new(self.language, &self.options);
         let mut notes = RobotNotes::default();
         let located = |refusal: Refusal| self.locate(refusal);
         // A spline waits for the motion behind it.
@@ -69,6 +75,7 @@ impl RobotProgram {
             }
             notes.lines_in_splines |=
                 !is_spline && motion.statement.spline.is_some_and(|spline| spline.block.is_some());
+            self.note_posture(&motion, &mut notes);
             notes.named_points |= self.targets(&motion.statement).any(|(_, is_named)| is_named);
             if let Some(mut spline) = waiting.take() {
                 spline.set_spline_tangent(Some(&motion));
@@ -90,6 +97,23 @@ impl RobotProgram {
         Ok(notes)
     }
 
+    /// Adds to `notes` what `motion` says of the posture of the arm, or that it says nothing.
+    fn note_posture(&self, motion: &Motion, notes: &mut RobotNotes) {
+        let statement = &motion.statement;
+        let Some(target) = statement.end.as_ref().filter(|_| self.language != Language::Apt && motion.end.is_some())
+        else {
+            return;
+        };
+        let line = self.expansion.as_ref().map_or(statement.line, |expansion| expansion.line_of(statement.at.start));
+        let is_said = ArmData::of_target(self.language, target).is_some();
+        notes.configured_line = notes.configured_line.or((is_said && !statement.is_posture_open).then_some(line));
+        let is_free = statement.kind == MotionKind::PointToPoint || motion.start.is_none();
+        if is_free && motion.arm.is_none() {
+            notes.open_posture_lines.push(line);
+        }
+        notes.leaves_paths_open |= !is_free && is_said && statement.is_posture_open;
+    }
+
     /// Walks through the program for the first time: sets its motions, decimals and notes.
     pub(crate) fn survey(&mut self) -> Result<(), RobotError> {
         let (mut motions, mut decimals) = (Vec::new(), [[0usize; 3]; 2]);
@@ -101,12 +125,15 @@ impl RobotProgram {
             let decimals = &mut decimals[usize::from(unit_mm == INCH_MM)];
             for (target, _) in self.targets(statement) {
                 for number in &target.numbers {
+                    if let Component::Arm(_) = number.component {
+                        continue;
+                    }
                     let text = String::from_utf8_lossy(&target.text[number.at.clone()]);
                     let mantissa = text.split(['e', 'E']).next().unwrap_or_default();
                     let kind = match number.component {
                         Component::Position(_) | Component::Radius => 0,
                         Component::Rotation(_) => 1,
-                        Component::External(_) => 2,
+                        Component::External(_) | Component::Arm(_) => 2,
                     };
                     let shift = if kind == 0 { shift } else { 0 };
                     decimals[kind] = decimals_in(mantissa).saturating_sub(shift).max(decimals[kind]);

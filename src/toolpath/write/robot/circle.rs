@@ -48,15 +48,22 @@ impl Writer<'_> {
                 (before.1.lerp(&points.correction(k), share), points.correction(last))
             }
         };
-        let goal = |state: &ToolState, by: Vector3<f64>, orientation| Goal {
+        let postures = |k: usize| points.postures.get(k).copied().flatten();
+        let via_k = (0..last).find(|k| points.points[*k].source.parameter >= arc.via).unwrap_or(last);
+        let goal = |state: &ToolState, by: Vector3<f64>, orientation, k: usize| Goal {
             position: state.position + by,
             orientation,
             external: state.external,
+            arm: postures(k),
         };
         let via_pose =
-            self.format.write_pose(statement, via, &goal(&via_at, via_by, via_at.orientation), Some(&from))?;
-        let end_pose =
-            self.format.write_pose(statement, target, &goal(&end_at, end_by, points.orientation(last)), Some(&from))?;
+            self.format.write_pose(statement, via, &goal(&via_at, via_by, via_at.orientation, via_k), Some(&from))?;
+        let end_pose = self.format.write_pose(
+            statement,
+            target,
+            &goal(&end_at, end_by, points.orientation(last), last),
+            Some(&from),
+        )?;
         let (Some(via_pose), Some(mut end_pose)) = (via_pose, end_pose) else { return Ok(false) };
         // Which way a circle of splines turns the tool depends on the orientation of its point between.
         if statement.spline.is_some()

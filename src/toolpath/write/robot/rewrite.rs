@@ -41,6 +41,7 @@ impl RobotProgram {
                 points: &path.points()[range.clone()],
                 corrected: &corrected_mm[range.clone()],
                 orientations: orientations.map(|orientations| &orientations[range.clone()]),
+                postures: path.postures().get(range.clone()).unwrap_or_default(),
             };
             writer.write_motion(motion, points).map_err(|fault| self.error_at(&motion.statement, fault))?;
             (segment, next) = (segment + 1, range.end);

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     model::{
         MotionGeometry, Orientation, PathPoint, WRITTEN_RAD, longest_piece,
-        robot::{CircleTurn, Language, MotionKind, RobotFault, Target},
+        robot::{ArmPosture, CircleTurn, Language, MotionKind, RobotFault, Target},
     },
     read::robot::{Motion, ToolState, indent, line_ending, tool_axis},
     write::robot::{Goal, LastBlend, Listing, PoseFormat, WrittenPose, suffix_between},
@@ -21,6 +21,8 @@ pub(crate) struct Points<'a> {
     /// Corrected positions in the workpiece frame, mm.
     pub corrected: &'a [Vector3<f64>],
     pub orientations: Option<&'a [Orientation]>,
+    /// How the arm stands at each point, where that is to be written; else empty.
+    pub postures: &'a [Option<ArmPosture>],
 }
 
 impl Points<'_> {
@@ -40,6 +42,7 @@ impl Points<'_> {
             position: self.corrected[k],
             orientation: self.orientation(k),
             external: motion.external_at(self.points[k].source.parameter),
+            arm: self.postures.get(k).copied().flatten(),
         }
     }
 

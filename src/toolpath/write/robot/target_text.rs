@@ -8,8 +8,8 @@ use crate::{
         model::{
             NumberFormat, Orientation, format_fixed, last_place,
             robot::{
-                Component, Decimals, INCH_MM, Language, METRE_DECIMALS, METRE_MM, Number, RobotFault, Statement,
-                Target, rotation,
+                ArmData, ArmPosture, Component, Decimals, INCH_MM, Language, METRE_DECIMALS, METRE_MM, Number,
+                RobotFault, Statement, Target, rotation,
             },
         },
         read::robot::{ToolState, target_state},
@@ -23,6 +23,8 @@ pub(crate) struct Goal {
     pub position: Vector3<f64>,
     pub orientation: Option<Orientation>,
     pub external: [Option<f64>; ExternalAxes::MOST],
+    /// How the arm stands there, if it is to be written.
+    pub arm: Option<ArmPosture>,
 }
 
 /// A pose as it is written: its text, and where it leads.
@@ -130,6 +132,9 @@ impl PoseFormat {
                 changes.push((Component::External(axis), format_fixed(corrected, self.decimals.external)));
             }
         }
+        if let (Some(data), Some(posture)) = (ArmData::of_target(self.language, target), &goal.arm) {
+            changes.extend(data.changes(posture));
+        }
         Ok(changes)
     }
 
@@ -209,6 +214,6 @@ fn krl_name(component: Component) -> String {
         Component::Position(axis) => ["X", "Y", "Z"][axis].into(),
         Component::Rotation(angle) => ["A", "B", "C", ""][angle].into(),
         Component::External(axis) => format!("E{}", axis + 1),
-        Component::Radius => String::new(),
+        Component::Radius | Component::Arm(_) => String::new(),
     }
 }

@@ -33,6 +33,8 @@ pub enum PostureChange {
         /// What it shows, degrees.
         to_deg: f64,
     },
+    /// The arm does not have the posture that a program says; or it is none within its travel at this pose.
+    Contradicts,
 }
 
 impl fmt::Display for PostureChange {
@@ -42,6 +44,7 @@ impl fmt::Display for PostureChange {
             PostureChange::Jump { drive, from_deg, to_deg } => {
                 write!(f, "drive {drive} jumps from {from_deg:.1}° to {to_deg:.1}°")
             }
+            PostureChange::Contradicts => f.write_str("has not the posture that the program says"),
         }
     }
 }

@@ -4,6 +4,7 @@
 //! pose, `postures` what drives and limits make of them, `change` what becomes of a path that would change branch.
 
 mod arm;
+mod asked;
 mod change;
 mod closed_form;
 mod postures;
@@ -14,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 pub(super) use arm::Arm;
 pub use arm::Clearance;
+pub use asked::AskedPosture;
 pub use change::PostureChange;
 pub use postures::Posture;
 

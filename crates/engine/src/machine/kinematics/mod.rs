@@ -100,6 +100,14 @@ pub enum Unreachable {
         /// What else was tried.
         tried: Cow<'static, str>,
     },
+    /// An arm meets the target in postures that are all beyond its travel.
+    #[error("no posture of the arm is within its travel there: {limits}")]
+    NoPosture {
+        /// What the straight line from home ends with.
+        straight: Box<Unreachable>,
+        /// The first limit of each posture, with its branches.
+        limits: String,
+    },
     /// A coordinate is asked for that the drives do not control, and the machine is elsewhere in it.
     #[error(
         "{axis}: asked {asked} mm, the machine stays at {stands} mm: difference {} mm; the machine controls {controls}",

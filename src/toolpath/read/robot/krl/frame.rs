@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 
 use crate::toolpath::{
     model::robot::{Component, Number, RobotFault, Target, rotation_of_abc},
-    read::scan::Scan,
+    read::{robot::trimmed, scan::Scan},
 };
 
 /// Takes the next braces with all within them, and returns their range in `bytes`.
@@ -31,17 +31,23 @@ pub(crate) fn brace_span(scan: &mut Scan<'_>, bytes: &[u8]) -> Result<Range<usiz
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value {
     Pose(Vec<Number>),
-    Joints,
+    Joints([f32; 6]),
 }
 
 /// Parses a point in braces; numbers have their ranges in `text`.
 pub(crate) fn parse_point(text: &[u8]) -> Result<Value, RobotFault> {
-    let (mut numbers, mut joints) = (Vec::new(), false);
+    let (mut numbers, mut joints) = (Vec::new(), None::<[f32; 6]>);
     for_all(text, |name, scan| {
         let name = name.to_ascii_uppercase();
         if matches!(name.as_str(), "S" | "T") {
-            // Status and turn may be binary: 'B110'.
-            return skip_value(scan);
+            let start = scan.skip_blanks().at;
+            skip_value(scan)?;
+            let at = trimmed(text, start..scan.at);
+            // What is computed says nothing here.
+            let number = status_number(&text[at.clone()]).map(f64::from);
+            let component = Component::Arm(usize::from(name == "T"));
+            numbers.extend(number.map(|value| Number { component, at, value }));
+            return Ok(());
         }
         let (value, at) = scan.number()?;
         let index = |letter: char, most: usize| {
@@ -55,8 +61,8 @@ pub(crate) fn parse_point(text: &[u8]) -> Result<Value, RobotFault> {
             Component::Rotation(angle)
         } else if let Some(axis) = index('E', 6) {
             Component::External(axis)
-        } else if index('A', 6).is_some() {
-            joints = true;
+        } else if let Some(axis) = index('A', 6) {
+            joints.get_or_insert([0.0; 6])[axis] = value.to_radians() as f32;
             return Ok(());
         } else {
             return Err(RobotFault::Form { expected: "X Y Z A B C S T E1 … E6, or A1 … A6" });
@@ -67,11 +73,20 @@ pub(crate) fn parse_point(text: &[u8]) -> Result<Value, RobotFault> {
         numbers.push(Number { component, at, value });
         Ok(())
     })?;
-    let is_pose = numbers.iter().any(|number| !matches!(number.component, Component::External(_)));
-    match (joints, is_pose) {
-        (true, true) => Err(RobotFault::Form { expected: "a pose or positions of joints, not both" }),
-        (true, false) => Ok(Value::Joints),
-        (false, _) => Ok(Value::Pose(numbers)),
+    let is_of_pose = |number: &Number| matches!(number.component, Component::Position(_) | Component::Rotation(_));
+    match (joints, numbers.iter().any(is_of_pose)) {
+        (Some(_), true) => Err(RobotFault::Form { expected: "a pose or positions of joints, not both" }),
+        (Some(joints), false) => Ok(Value::Joints(joints)),
+        (None, _) => Ok(Value::Pose(numbers)),
+    }
+}
+
+/// Parses a status or a turn, which may be binary: `'B110'`.
+fn status_number(text: &[u8]) -> Option<u8> {
+    let text = std::str::from_utf8(text).ok()?;
+    match text.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\'')) {
+        Some(digits) => u8::from_str_radix(digits.strip_prefix(['B', 'b'])?, 2).ok(),
+        None => text.parse().ok(),
     }
 }
 

@@ -21,8 +21,8 @@ use crate::toolpath::{
 enum Waypoint {
     /// A pose.
     To(Target),
-    /// Joint positions, or a point that the program does not give.
-    Unknown,
+    /// Joint positions (rad), or a point that the program does not give.
+    Unknown(Option<[f32; 6]>),
     /// The present position.
     Here,
 }
@@ -60,9 +60,13 @@ impl Reader<'_> {
             }
             _ => None,
         };
+        let mut joints = None;
         let end = match self.waypoint(kind, &mut scan, text, code.start)? {
             Waypoint::To(target) => Some(target),
-            Waypoint::Unknown => None,
+            Waypoint::Unknown(angles) => {
+                joints = angles;
+                None
+            }
             Waypoint::Here => {
                 while takes_approximation(&mut scan) {}
                 let stays = matches!(kind, MotionKind::Line | MotionKind::PointToPoint) && !is_step;
@@ -124,6 +128,7 @@ impl Reader<'_> {
             frames,
             feed_mm_per_min: settings.feed_mm_per_min.unwrap_or(self.feed_mm_per_min),
             spline: is_spline.then(|| self.spline_motion(&settings)),
+            joints,
             ..Statement::new(code, self.lines.line, keyword, kind)
         }))
     }
@@ -148,7 +153,7 @@ impl Reader<'_> {
                     Some(written) => written,
                     None if matches!(name.as_str(), "$AXIS_ACT" | "$POS_ACT") => return Ok(Waypoint::Here),
                     None if kind == MotionKind::PointToPoint => {
-                        return if has_operator(*scan) { Err(OPERATOR) } else { Ok(Waypoint::Unknown) };
+                        return if has_operator(*scan) { Err(OPERATOR) } else { Ok(Waypoint::Unknown(None)) };
                     }
                     None => return Err(self.points.missing_point(&name)),
                 }
@@ -162,8 +167,8 @@ impl Reader<'_> {
                 let at = trimmed(self.source, start + from..start + scan.at);
                 Ok(Waypoint::To(Target { at, text: written.to_vec(), numbers }))
             }
-            (frame::Value::Joints, MotionKind::PointToPoint) => Ok(Waypoint::Unknown),
-            (frame::Value::Joints, _) => Err(RobotFault::Form { expected: "a pose, not positions of joints" }),
+            (frame::Value::Joints(angles), MotionKind::PointToPoint) => Ok(Waypoint::Unknown(Some(angles))),
+            (frame::Value::Joints(_), _) => Err(RobotFault::Form { expected: "a pose, not positions of joints" }),
         }
     }
 }

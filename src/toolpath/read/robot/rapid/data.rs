@@ -41,6 +41,7 @@ pub(crate) enum DataType {
     Tool,
     WorkObject,
     Speed,
+    Joints,
 }
 
 /// Declarations of a module.
@@ -121,6 +122,7 @@ impl ModuleData {
             "TOOLDATA" => Some(DataType::Tool),
             "WOBJDATA" => Some(DataType::WorkObject),
             "SPEEDDATA" => Some(DataType::Speed),
+            "JOINTTARGET" => Some(DataType::Joints),
             _ => None,
         };
         let is_whole = scan.takes(b':') && scan.takes(b'=');
@@ -195,7 +197,7 @@ pub(crate) fn parse_target(text: &[u8]) -> Result<Vec<Number>, RobotFault> {
     scan.expect(b',', ", and [q1,q2,q3,q4]")?;
     let rotation = parse_numbers::<4>(&mut scan)?;
     scan.expect(b',', ", and [cf1,cf4,cf6,cfx]")?;
-    parse_numbers::<4>(&mut scan)?;
+    let arm = parse_numbers::<4>(&mut scan)?;
     scan.expect(b',', ", and [six external axes]")?;
     let external = parse_numbers::<6>(&mut scan)?;
     scan.expect(b']', "]")?;
@@ -208,7 +210,8 @@ pub(crate) fn parse_target(text: &[u8]) -> Result<Vec<Number>, RobotFault> {
     let used = external.into_iter().enumerate().filter(|(_, (value, _))| value.abs() < NOT_USED);
     let position = position.into_iter().enumerate().map(named(Component::Position));
     let rotation = rotation.into_iter().enumerate().map(named(Component::Rotation));
-    Ok(position.chain(rotation).chain(used.map(named(Component::External))).collect())
+    let arm = arm.into_iter().enumerate().map(named(Component::Arm));
+    Ok(position.chain(rotation).chain(arm).chain(used.map(named(Component::External))).collect())
 }
 
 /// Takes `[[x,y,z],[q1,q2,q3,q4]]`, mm and a quaternion, which must have unit length; returns the pose.
@@ -281,6 +284,13 @@ pub(crate) fn work_object_frame(text: &[u8], is_to_be_held: bool) -> Result<Isom
     let user = parse_pose(&mut scan)?;
     scan.expect(b',', ", and the object frame")?;
     Ok(user * parse_pose(&mut scan)?)
+}
+
+/// Parses a joint target `[[a1,…,a6],[six external axes]]`: the angles, rad.
+pub(crate) fn parse_joints(text: &[u8]) -> Result<[f32; 6], RobotFault> {
+    let mut scan = Scan::new(text);
+    scan.expect(b'[', "[[six axes],[six external axes]]")?;
+    Ok(parse_numbers::<6>(&mut scan)?.map(|(degrees, _)| degrees.to_radians() as f32))
 }
 
 /// Parses speed data `[v_tcp,v_ori,v_leax,v_reax]`: velocity of the tip, mm/s.

@@ -51,6 +51,8 @@ pub(crate) struct Reader<'a> {
     end_line: Option<usize>,
     /// Whether VelSet leaves velocities as programmed.
     is_speed_unscaled: bool,
+    /// Whether the control leaves the posture open on paths and from point to point (ConfL\\Off, ConfJ\\Off).
+    is_posture_open: [bool; 2],
 }
 
 impl<'a> Reader<'a> {
@@ -71,6 +73,7 @@ impl<'a> Reader<'a> {
             motion_routine: None,
             end_line: None,
             is_speed_unscaled: true,
+            is_posture_open: [false; 2],
         }
     }
 
@@ -173,6 +176,10 @@ impl<'a> Reader<'a> {
             "VELSET" => {
                 let first = Scan::new(&self.text(unit).as_bytes()[unit.word.len()..]).number();
                 self.is_speed_unscaled = first.is_ok_and(|(share, _)| share == 100.0);
+            }
+            "CONFL" | "CONFJ" => {
+                self.is_posture_open[usize::from(unit.word == "CONFJ")] =
+                    self.text(unit).to_ascii_uppercase().contains("\\OFF");
             }
             "CONST" | "PERS" | "VAR" | "LOCAL" | "TASK" | "ALIAS" => {}
             word if is_ignored(word) => {}

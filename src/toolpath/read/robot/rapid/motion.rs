@@ -52,7 +52,9 @@ impl Reader<'_> {
             _ => MotionKind::PointToPoint,
         };
         let mut statement = Statement::new(unit.at.clone(), unit.line, keyword, kind);
+        statement.is_posture_open = self.is_posture_open[usize::from(kind == MotionKind::PointToPoint)];
         if unit.word == "MOVEABSJ" {
+            statement.joints = self.joints(arguments[0].clone());
             return Ok(statement);
         }
         let targets = if kind == MotionKind::Circle { 2 } else { 1 };
@@ -161,6 +163,15 @@ impl Reader<'_> {
         }
         scan.expect(b')', ") behind three plain numbers in Offs")?;
         Ok((written, numbers))
+    }
+
+    /// Returns the angles of a joint target, rad, in brackets or by name; `None` if the module does not give them.
+    fn joints(&self, argument: Range<usize>) -> Option<[f32; 6]> {
+        let (at, _) = self.expression_and_options(argument);
+        let text = &self.source[at];
+        let name = String::from_utf8_lossy(text).to_ascii_uppercase();
+        let text = if text.starts_with(b"[") { Some(text) } else { self.datum(DataType::Joints, &name).ok()? };
+        data::parse_joints(text?).ok()
     }
 
     /// Returns the velocity of the tip that an argument gives, mm/s; `None` if it is unknown.
