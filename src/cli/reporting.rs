@@ -146,9 +146,15 @@ pub fn stop_flag() -> Result<Arc<AtomicBool>> {
     Ok(Arc::clone(&signals()?.stop))
 }
 
-/// Makes the first signal end the program, in a command that cannot be resumed.
+/// Makes the first signal end the program: in a command that cannot be resumed, and while inputs are read.
 pub fn stop_at_once() -> Result<()> {
     let signals = signals()?;
     signals.at_once.store(true, Ordering::SeqCst);
     if signals.stop.load(Ordering::SeqCst) { Err(Error::Stopped) } else { Ok(()) }
+}
+
+/// Makes the first signal ask to stop, as what follows heeds it, and would leave files.
+pub fn heed_stops() -> Result<()> {
+    signals()?.at_once.store(false, Ordering::SeqCst);
+    Ok(())
 }
