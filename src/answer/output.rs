@@ -145,11 +145,12 @@ impl Output {
             }
         }
         files.extend(exchange::files(out, &self.tables, &streamed_tables, formats)?);
+        run.work.check()?;
         if has_page {
             files.push(OutputFile::new("report.json", self.page.clone().with_figures(&self.figures).to_json()));
         }
         files.push(OutputFile::new("summary.json", format!("{:#}\n", self.summary)));
-        files.extend(figure_files(std::mem::take(&mut self.figures), colours)?);
+        files.extend(figure_files(std::mem::take(&mut self.figures), colours, run.work)?);
         let names = files.iter().map(|file| file.name.clone()).chain(has_page.then(|| PAGE.into()));
         let (settings, statuses) = (self.settings.clone(), self.statuses.clone());
         let manifest = Manifest::new(&self.page.name, inputs, (settings, statuses), names.collect());
@@ -158,11 +159,13 @@ impl Output {
         let temporary = staging(out)?;
         files.push(OutputFile::new(Manifest::FILE, manifest.to_json()));
         write_all(temporary.path(), files)?;
+        run.work.check()?;
         // The page is made from what has been written, as `kinetostat report` makes it again.
         if has_page {
             let page = page::page(&ResultFolder::open(temporary.path())?, &temporary.path().join(PAGE))?;
             write_all(temporary.path(), vec![OutputFile::new(PAGE, page)])?;
         }
+        run.work.check()?;
         publish(&manifest, temporary.path(), out)
     }
 
@@ -195,9 +198,10 @@ fn publish(manifest: &Manifest, temporary: &Path, out: &Path) -> Result<Vec<Path
     Ok(files.iter().map(String::as_str).chain([Manifest::FILE]).map(|name| out.join(name)).collect())
 }
 
-/// Returns each figure as SVG and PNG file, and that of the answer for the width of a telephone, too; `Err` if one cannot be drawn.
-fn figure_files(figures: Vec<(String, Figure)>, colours: Colours) -> Result<Vec<OutputFile>> {
+/// Returns each figure as SVG and PNG file, and that of the answer for the width of a telephone, too; `Err` if one cannot be drawn, or the work was stopped.
+fn figure_files(figures: Vec<(String, Figure)>, colours: Colours, work: &Work) -> Result<Vec<OutputFile>> {
     let drawn = figures.par_iter().map(|(name, figure)| {
+        work.check()?;
         let fault = |e: FigureError| Error::Figure { name: name.clone(), problem: e.to_string() };
         let mut files = vec![
             OutputFile::new(format!("{name}.svg"), figure.svg(colours).map_err(fault)?),

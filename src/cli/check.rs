@@ -9,11 +9,12 @@ use kinetostat::{
     },
     machine::Branch,
 };
+use serde_json::json;
 
 use super::{
     Ending, choice,
     on_machine::{self, Setting},
-    print,
+    print, print_json,
 };
 
 /// Validate a machine file and show mobility, characteristic length, branches, round-trip error, stiffness and warnings.
@@ -24,6 +25,7 @@ Of a machine with drives of unknown stiffness, geometry and workspace are shown,
 Examples:
   kinetostat check orthoglide
   kinetostat check my_machine.toml
+  kinetostat check my_machine.toml --json
   kinetostat check my_machine.toml --set arm.A2.stiffness=3e9
   kinetostat check kr270 --branch front-up-flip")]
 pub struct CheckArguments {
@@ -35,6 +37,9 @@ pub struct CheckArguments {
     /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]
     #[arg(long, value_parser = choice::branch())]
     branch: Option<Branch>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
 }
 
 /// Runs `kinetostat check`: prints the findings about a machine; an error if stiffnesses of its drives are unknown.
@@ -44,8 +49,19 @@ pub fn check(arguments: &CheckArguments) -> Result<Ending> {
         let problem = "check looks at the machine without errors of its chains: set numbers of its file";
         return Err(Error::argument("--set", problem));
     }
-    if !geometry.unknown().is_empty() {
-        print(&geometry_text(&geometry, &check_geometry(&geometry)))?;
+    let only_geometry = (!geometry.unknown().is_empty()).then(|| check_geometry(&geometry));
+    if arguments.json {
+        let kinematics = geometry.kinematics().clone();
+        let machine = geometry.machine();
+        let findings = only_geometry.unwrap_or_else(|| check_machine(&kinematics));
+        let error = machine.as_ref().err().map(ToString::to_string);
+        print_json(
+            &json!({ "machine": kinematics.name, "title": kinematics.title, "findings": findings, "error": error }),
+        )?;
+        return machine.map(|_| Ending::Complete);
+    }
+    if let Some(findings) = only_geometry {
+        print(&geometry_text(&geometry, &findings))?;
     }
     let machine = geometry.machine()?;
     print(&machine_text(&machine, &check_machine(&machine)))?;

@@ -13,6 +13,7 @@ use kinetostat::{
 
 use super::{
     Ending,
+    reporting::heed_stops,
     results::{Computing, Writing, as_option_error, result_folder, run_study},
 };
 
@@ -61,6 +62,7 @@ pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
     let study = study_of_parts(arguments, &parts)?;
     let options = writing.options(computing, arguments.points.unwrap_or_default());
     study.check_formats(&options).map_err(as_option_error)?;
+    heed_stops();
     let run = study.prepare_run(&result_folder(arguments.out.as_ref(), &study), &options).map_err(as_option_error)?;
     if study.kind.goes_in_rounds() && !parts.iter().any(|part| part.head().is_complete) {
         let rounds = counted(parts.iter().map(|part| part.head().round).max().unwrap_or_default() as usize, "round");

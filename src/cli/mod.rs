@@ -20,7 +20,10 @@ mod reporting;
 mod results;
 mod run;
 
-use std::io::{ErrorKind, Write};
+use std::{
+    io::{ErrorKind, Write},
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::{Shell, generate};
@@ -82,20 +85,53 @@ enum Command {
     Completions(CompletionsArguments),
 }
 
+/// Whether the command is to answer in JSON (`--json`), and to write lines of JSON on standard error (`--progress json`), as its words say
+/// before they are parsed: also of wrong ones.
+fn asks_for_json() -> [bool; 2] {
+    let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+    let words: Vec<String> = words.take_while(|word| word != "--").collect();
+    let has_lines = words.windows(2).any(|pair| pair == ["--progress", "json"] || pair[1] == "--progress=json");
+    [words.iter().any(|word| word == "--json"), has_lines]
+}
+
+/// Whether standard output has an answer in JSON.
+static HAS_JSON: AtomicBool = AtomicBool::new(false);
+
+/// Parses the words of the command line. Help ends the program, as do wrong words unless they are told in JSON.
+pub fn parse() -> Result<Arguments> {
+    Arguments::try_parse().or_else(|fault| match fault.use_stderr() && asks_for_json().contains(&true) {
+        true => {
+            let words = fault.to_string();
+            Err(Error::argument("command line", words.trim().trim_start_matches("error: ")))
+        }
+        false => fault.exit(),
+    })
+}
+
+/// Tells why a command ended without an answer: for readers, or as the JSON that was asked for.
+pub fn fail(text: &str) {
+    let ([is_json, has_lines], message) = (asks_for_json(), text.trim_start_matches("error: "));
+    if is_json && !HAS_JSON.load(Ordering::Relaxed) {
+        // The exit code reports what cannot be printed.
+        let _ = print_json(&serde_json::json!({ "error": message }));
+    }
+    match has_lines {
+        true => say_as("error", message),
+        false => say(text),
+    }
+}
+
 /// Begins to listen for Ctrl-C.
 pub fn listen() -> Result<()> {
+    if asks_for_json()[1] {
+        std::panic::set_hook(Box::new(|panic| say_as("panic", &panic.to_string())));
+    }
     reporting::stop_flag().map(drop)
 }
 
 /// Runs the command of the arguments, and returns how it ended.
 pub fn dispatch(arguments: Arguments) -> Result<Ending> {
-    let heeds_stops = matches!(
-        arguments.command,
-        Command::Run(_) | Command::Merge(_) | Command::Identify(_) | Command::DesignMeasurements(_)
-    );
-    if !heeds_stops {
-        reporting::stop_at_once()?;
-    }
+    reporting::stop_at_once()?;
     match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
@@ -146,12 +182,22 @@ fn print(text: &str) -> Result<()> {
 
 /// Prints a JSON object, with control characters in strings escaped.
 fn print_json(value: &serde_json::Value) -> Result<()> {
+    HAS_JSON.store(true, Ordering::Relaxed);
     send(&visible_json(&format!("{value:#}\n")))
 }
 
 /// Prints `text` on standard error; if that fails, only the exit code reports the problem.
 pub fn say(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{}", visible(text));
+    match asks_for_json() {
+        [_, true] => say_as("message", text),
+        _ => _ = writeln!(std::io::stderr(), "{}", visible(text)),
+    }
+}
+
+/// Prints an event with a message as a line of JSON on standard error.
+fn say_as(event: &str, message: &str) {
+    let line = serde_json::json!({ "event": event, "message": message }).to_string();
+    let _ = writeln!(std::io::stderr(), "{}", visible_json(&line));
 }
 
 /// Prints `text`, already visible; keeps its styles on a terminal unless NO_COLOR is set.

@@ -3,7 +3,10 @@
 use clap::{ArgGroup, Args};
 use kinetostat::{
     compensation::Target,
-    input::error::{Error, Result},
+    input::{
+        error::{Error, Result},
+        names::listed,
+    },
     inspect::point::{
         NominalCommand, PointLoad, PointQuestion,
         report::{point_json, point_text, unreachable_json},
@@ -233,7 +236,7 @@ fn commanded_place(arguments: &PointArguments, machine: &Machine) -> Result<Nomi
         return Ok(NominalCommand::Position(position.into()));
     }
     let name = arguments.at.as_deref().unwrap_or_default();
-    let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+    let known = listed(machine.points.iter().map(|point| &point.name));
     let problem = format!("machine {} has no point \"{name}\"; there are: {known}", machine.name);
     let point = machine.point(name).ok_or_else(|| Error::argument("--at", problem))?;
     Ok(NominalCommand::Position(point.position))

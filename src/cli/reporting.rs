@@ -5,7 +5,7 @@ use std::{
     io::{Read, Write},
     path::{Path, PathBuf},
     sync::{
-        Arc, OnceLock,
+        Arc, Once, OnceLock,
         atomic::{AtomicBool, Ordering},
     },
 };
@@ -135,22 +135,34 @@ pub fn stop_flag() -> Result<Arc<AtomicBool>> {
     Ok(Arc::clone(STOP.get_or_init(|| stop)))
 }
 
-/// Makes the first signal end the program, in a command that cannot be resumed. What it has not finished is removed.
+/// Whether the first signal ends the program.
+static ENDS_AT_ONCE: AtomicBool = AtomicBool::new(false);
+
+/// How often is looked for a signal.
+const HEEDED: std::time::Duration = std::time::Duration::from_millis(10);
+
+/// Makes the first signal end the program: in a command that cannot be resumed, and while inputs are read. What it has not finished is removed.
 pub fn stop_at_once() -> Result<()> {
+    static WATCH: Once = Once::new();
     let stop = stop_flag()?;
     if stop.load(Ordering::SeqCst) {
         return Err(Error::Stopped);
     }
+    ENDS_AT_ONCE.store(true, Ordering::SeqCst);
     // A handler of signals may do next to nothing itself.
-    std::thread::spawn(move || {
-        while !stop.load(Ordering::SeqCst) {
-            std::thread::sleep(HEEDED);
-        }
-        remove_unfinished();
-        std::process::exit(super::STOPPED.into())
+    WATCH.call_once(|| {
+        std::thread::spawn(move || {
+            while !(stop.load(Ordering::SeqCst) && ENDS_AT_ONCE.load(Ordering::SeqCst)) {
+                std::thread::sleep(HEEDED);
+            }
+            remove_unfinished();
+            std::process::exit(super::STOPPED.into())
+        });
     });
     Ok(())
 }
 
-/// How often is looked for a signal.
-const HEEDED: std::time::Duration = std::time::Duration::from_millis(10);
+/// Makes the first signal ask to stop, as what follows heeds it, and would leave files.
+pub fn heed_stops() {
+    ENDS_AT_ONCE.store(false, Ordering::SeqCst);
+}

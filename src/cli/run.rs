@@ -27,7 +27,7 @@ use serde_json::json;
 
 use super::{
     Ending, choice,
-    reporting::stop_flag,
+    reporting::{heed_stops, stop_flag},
     results::{Computing, Writing, as_option_error, result_folder, run_study},
 };
 
@@ -145,6 +145,7 @@ pub fn compute(
     rows: WrittenRows,
 ) -> Result<Ending> {
     let options = writing.options(computing, rows);
+    heed_stops();
     studies.iter().try_for_each(|study| study.check_formats(&options)).map_err(as_option_error)?;
     let runs = studies.iter().map(|study| study.prepare_run(&result_folder(out, study), &options));
     let runs: Vec<FolderRun<'_>> = runs.collect::<Result<_>>().map_err(as_option_error)?;
@@ -183,6 +184,7 @@ fn compute_part(asked: &PartRequest<'_>, computing: &Computing) -> Result<Ending
         return Err(Error::argument("--round", problem));
     }
     let out = asked.out.map_or_else(|| PathBuf::from("parts").join(&study.name), Path::to_path_buf);
+    heed_stops();
     if computing.reporting.is_stopped()? {
         return Ok(Ending::Stopped);
     }

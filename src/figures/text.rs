@@ -61,6 +61,11 @@ pub(super) struct Letter {
 
 /// Returns the letters of one line that starts at x = 0, and the width of the line in pixels.
 pub(super) fn layout(content: &str, size: f64, weight: Weight) -> (Vec<Letter>, f64) {
+    layout_within(content, size, weight, f64::INFINITY)
+}
+
+/// Returns the letters of a line that are within `limit` pixels, at least the first, and their width in pixels.
+fn layout_within(content: &str, size: f64, weight: Weight, limit: f64) -> (Vec<Letter>, f64) {
     let font = weight.font();
     let font = font.as_scaled(PxScale::from(font_height(font, size) as f32));
     let mut x = 0.0;
@@ -68,9 +73,12 @@ pub(super) fn layout(content: &str, size: f64, weight: Weight) -> (Vec<Letter>, 
     let mut letters = Vec::new();
     for letter in content.chars() {
         let id = font.glyph_id(letter);
-        x += previous.map_or(0.0, |previous| font.kern(previous, id));
-        letters.push(Letter { letter, pen: f64::from(x), ink: f64::from(x + font.h_side_bearing(id).floor()) });
-        x += font.h_advance(id);
+        let pen = x + previous.map_or(0.0, |previous| font.kern(previous, id));
+        if !letters.is_empty() && f64::from(pen + font.h_advance(id)) > limit {
+            break;
+        }
+        letters.push(Letter { letter, pen: f64::from(pen), ink: f64::from(pen + font.h_side_bearing(id).floor()) });
+        x = pen + font.h_advance(id);
         previous = Some(id);
     }
     (letters, f64::from(x))
@@ -125,12 +133,12 @@ pub fn wrap(content: &str, size: f64, weight: Weight, limit: f64) -> Vec<String>
             }
             _ if fits(word) => lines.push(word.to_owned()),
             _ => {
-                lines.push(String::new());
-                for letter in word.chars() {
-                    match lines.last_mut() {
-                        Some(line) if line.is_empty() || fits(&format!("{line}{letter}")) => line.push(letter),
-                        _ => lines.push(letter.to_string()),
-                    }
+                let mut rest = word;
+                while !rest.is_empty() {
+                    let (letters, _) = layout_within(rest, size, weight, limit);
+                    let (line, behind) = rest.split_at(letters.iter().map(|own| own.letter.len_utf8()).sum());
+                    lines.push(line.to_owned());
+                    rest = behind;
                 }
             }
         }

@@ -111,15 +111,7 @@ pub fn join_words(words: &[&str]) -> String {
     }
 }
 
-/// Returns the first `most` of `all`, joined with commas, and how many more there are: "a, b and 3 more".
-pub fn listed_up_to(most: usize, all: impl Iterator<Item = String>) -> String {
-    let all: Vec<String> = all.collect();
-    let more = match all.len().saturating_sub(most) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    format!("{}{more}", all[..all.len().min(most)].join(", "))
-}
+pub use crate::input::names::listed_up_to;
 
 /// Returns `number` formatted with `words`, or a dash where there is none.
 pub fn or_dash<T>(number: Option<T>, words: impl FnOnce(T) -> String) -> String {

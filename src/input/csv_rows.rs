@@ -10,6 +10,8 @@ pub(crate) struct Row {
     pub fields: ByteRecord,
     /// The row's bytes in the file, without line ending.
     pub span: Range<usize>,
+    /// Number of its first line, from 1.
+    pub line: usize,
 }
 
 /// Reads all rows of `source`, the header included; `Err` has the byte where it cannot be parsed, and the reason.
@@ -24,8 +26,10 @@ pub(crate) fn read(source: &[u8]) -> Result<Vec<Row>, (usize, String)> {
         records.push(record);
     }
     starts.push(source.len());
-    let spans = starts.windows(2).map(|pair| trim_endings(source, pair[0]..pair[1]));
-    Ok(records.into_iter().zip(spans).map(|(fields, span)| Row { fields, span }).collect())
+    let spans: Vec<Range<usize>> = starts.windows(2).map(|pair| trim_endings(source, pair[0]..pair[1])).collect();
+    let lines = line_numbers(source, spans.iter().map(|span| span.start));
+    let rows = records.into_iter().zip(spans).zip(lines);
+    Ok(rows.map(|((fields, span), line)| Row { fields, span, line }).collect())
 }
 
 /// Returns `span` without line endings at either end: the CSV reader counts a row's `\n` to the next row.
@@ -50,7 +54,7 @@ pub(crate) fn line_number(source: &[u8], at: usize) -> usize {
 }
 
 /// Returns the line numbers, from 1, of bytes in ascending order, each the first of its line.
-pub(crate) fn line_numbers(source: &[u8], starts: impl Iterator<Item = usize>) -> Vec<usize> {
+fn line_numbers(source: &[u8], starts: impl Iterator<Item = usize>) -> Vec<usize> {
     let (mut before, mut line) = (0, 1);
     let number = |start: usize| {
         line += line_number(&source[before..start], start - before) - 1;

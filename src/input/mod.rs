@@ -9,4 +9,4 @@ pub use folder::Folder;
 pub use inputs::Inputs;
 #[cfg(feature = "report")]
 pub(crate) use inputs::to_hex;
-pub use kinetostat_input::{check, error, file, toml_file};
+pub use kinetostat_input::{check, error, file, names, toml_file};

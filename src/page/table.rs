@@ -29,6 +29,27 @@ pub struct Table {
     pub header: Vec<String>,
 }
 
+/// Most bytes of a row: more than any table of results has.
+const LONGEST_ROW: usize = 16 << 20;
+
+/// A file of which so many bytes may be read before the next row ends.
+struct ByRows {
+    file: std::fs::File,
+    left: usize,
+}
+
+impl std::io::Read for ByRows {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        if self.left == 0 {
+            return Err(std::io::Error::other(format!("has a row longer than {} MiB", LONGEST_ROW >> 20)));
+        }
+        let most = buffer.len().min(self.left);
+        let read = self.file.read(&mut buffer[..most])?;
+        self.left -= read;
+        Ok(read)
+    }
+}
+
 impl Table {
     /// Opens the table in `file` and reads its header; `Err` when it cannot be read.
     pub fn open(file: &Path) -> Result<Self> {
@@ -39,9 +60,9 @@ impl Table {
         Ok(table)
     }
 
-    /// Opens the file for reading.
-    fn reader(&self) -> Result<csv::Reader<std::fs::File>> {
-        Ok(csv::Reader::from_reader(file::open(&self.file)?))
+    /// Opens the file for reading, by rows of at most [`LONGEST_ROW`] bytes.
+    fn reader(&self) -> Result<csv::Reader<ByRows>> {
+        Ok(csv::Reader::from_reader(ByRows { file: file::open(&self.file)?, left: LONGEST_ROW }))
     }
 
     /// Returns the error that the file has a `problem` in the line of `position`, in the column `key`.
@@ -67,6 +88,7 @@ impl Table {
                 row.set_position(at);
             }
             visit(&row);
+            reader.get_mut().left = LONGEST_ROW;
         }
         Ok(())
     }

@@ -33,14 +33,8 @@ impl FinishedPart {
         Self { name, mesh, surface }
     }
 
-    /// Fails unless the triangles face outwards and the part is within its stock.
+    /// Fails unless the part is within its stock.
     pub fn check(&self, stock: &StockShape) -> Result<(), String> {
-        let volume_mm3 = volume_mm3(&self.mesh);
-        if volume_mm3 <= 0.0 {
-            return Err(format!(
-                "its triangles enclose {volume_mm3:.3} mm³: expected their corners counter-clockwise seen from outside"
-            ));
-        }
         let outside = stock.outside();
         let farthest =
             self.mesh.vertices.iter().map(|vertex| (outside(vertex), vertex)).max_by(|a, b| a.0.total_cmp(&b.0));
@@ -67,19 +61,11 @@ impl StockShape {
                 (from.xy().norm() - 0.5 * diameter_mm).max(-from.z).max(from.z - height_mm)
             }),
             StockShape::Mesh(mesh) => {
-                // Which way the triangles of a stock face does not matter.
-                let (surface, sense) = (PartSurface::new(mesh), volume_mm3(mesh).signum());
-                Box::new(move |at| sense * surface.distance_mm(at))
+                let surface = PartSurface::new(mesh);
+                Box::new(move |at| surface.distance_mm(at))
             }
         }
     }
-}
-
-/// Returns the volume within a closed surface, negative if its triangles face inwards, mm³.
-fn volume_mm3(mesh: &StockMesh) -> f64 {
-    let from_first = |corner: u32| mesh.vertices[corner as usize] - mesh.vertices[0];
-    let volume = |[a, b, c]: [Vector3<f64>; 3]| a.dot(&b.cross(&c)) / 6.0;
-    mesh.triangles.iter().map(|own| volume(own.map(from_first))).sum()
 }
 
 /// A closed surface of triangles, ordered so that what is nearest to a place is found at once.

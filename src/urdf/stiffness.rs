@@ -2,7 +2,10 @@
 
 use super::chain::Drive;
 use crate::{
-    input::error::{Error, Result},
+    input::{
+        error::{Error, Result},
+        names::listed,
+    },
     machine::{Machine, Motion},
 };
 
@@ -42,7 +45,7 @@ impl DriveStiffness {
 fn given_stiffness(values: &[f64], drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
     let fail = |problem: String| Err(Error::Argument { argument: "--stiffness".into(), problem });
     if values.len() != drives.len() {
-        let names = drives.iter().map(|drive| drive.name.as_str()).collect::<Vec<_>>().join(", ");
+        let names = listed(drives.iter().map(|drive| &drive.name));
         return fail(format!("expected {}, one for each of {names}, got {}", drives.len(), values.len()));
     }
     if let Some(wrong) = values.iter().find(|value| !(SOFTEST..=STIFFEST).contains(*value)) {

@@ -855,3 +855,65 @@ fn rates_have_two_digits() {
     let expected = ["0.0", "0.1", "9.9", "13", "11,000", "1,200,000"].map(|rate| format!("{rate} per second"));
     assert_eq!(shown, expected);
 }
+
+/// What is asked for in JSON is JSON, also where the words, the file or the machine are wrong.
+#[test]
+fn json_is_json_at_every_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let unknown = folder.path().join("unknown.toml");
+    let text = catalogue::find("ur10e").unwrap().toml;
+    let line = text.lines().find(|line| line.contains("stiffness_Nmm_per_rad = ")).unwrap();
+    let (before, after) = line.split_once("stiffness_Nmm_per_rad = ").unwrap();
+    let number = after.split([',', ' ', '}']).next().unwrap();
+    let open = format!("{before}stiffness_Nmm_per_rad = \"unknown\"{}", &after[number.len()..]);
+    fs::write(&unknown, text.replacen(line, &open, 1)).unwrap();
+    let home = ["--machine", "orthoglide", "--position", "0,0,0", "--wrench", "1,0,0,0,0,0", "--json"];
+    let far = ["--machine", "orthoglide", "--position", "900,0,0", "--wrench", "1,0,0,0,0,0", "--json"];
+    for (code, arguments, key) in [
+        (0, [&["point"][..], &home].concat(), "wrench_N_Nmm"),
+        (1, [&["point"][..], &far].concat(), "error"),
+        (2, vec!["point", "--machine", "nothing", "--at", "Q0", "--json"], "error"),
+        (2, vec!["point", "--json"], "error"),
+        (2, vec!["point", "--machine", "orthoglide", "--at", "nowhere", "--json"], "error"),
+        (0, vec!["check", "orthoglide", "--json"], "findings"),
+        (2, vec!["check", path(&unknown), "--json"], "error"),
+        (2, vec!["check", "nothing", "--json"], "error"),
+        (0, vec!["machines", "orthoglide", "--parameters", "--json"], "parameters"),
+        (2, vec!["machines", "nothing", "--parameters", "--json"], "error"),
+    ] {
+        let output = kinetostat(&arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", stderr(&output));
+        let answer: Value = serde_json::from_str(&stdout(&output)).unwrap_or_else(|e| panic!("{arguments:?}: {e}"));
+        assert!(!answer[key].is_null() || code == 1, "{arguments:?}: {answer}");
+        assert!(code != 0 || answer["error"].is_null(), "{arguments:?}: {answer}");
+    }
+    // Of a machine that does not yield its geometry is told beside the error.
+    let known: Value = serde_json::from_str(&stdout(&kinetostat(&["check", path(&unknown), "--json"]))).unwrap();
+    assert!(
+        known["findings"]["reached"].as_array().unwrap().len() > 8 && known["findings"]["tool_stiffness"].is_null(),
+        "{known}"
+    );
+}
+
+/// With `--progress json` each line on standard error is a JSON object, also of an error or of wrong words.
+#[test]
+fn every_line_of_progress_is_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    for (code, arguments) in [
+        (0, vec!["run", STUDY, "--out", path(&out), "--progress", "json"]),
+        (2, vec!["run", "/no/study", "--out", path(&out), "--progress", "json"]),
+        (2, vec!["run", "--progress=json"]),
+        (2, vec!["run", STUDY, "--threads", "none", "--progress", "json"]),
+        (2, vec!["compensate", "none.nc", "-m", "orthoglide", "-p", "none.toml", "-o", "x.nc", "--progress", "json"]),
+    ] {
+        let output = kinetostat(&arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", stderr(&output));
+        let lines: Vec<Value> = stderr(&output)
+            .lines()
+            .map(|line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{arguments:?}: {line}: {e}")))
+            .collect();
+        assert!(!lines.is_empty() && lines.iter().all(|line| line["event"].is_string()), "{lines:?}");
+        assert!(code == 0 || lines.iter().any(|line| line["event"] == "error" && line["message"].is_string()));
+    }
+}

@@ -17,8 +17,8 @@ use kinetostat::{
     questions::{
         Overrides, Study, StudyKind,
         identification::{
-            Estimate, IdentificationStudy, Identified, LoadedModel, Predicted, Prediction, RowUse, half_width,
-            mean_square_limit, predict, rank_correlation, ranks, read, run,
+            CauseKind, Estimate, IdentificationStudy, Identified, LoadedModel, Predicted, Prediction, RowUse,
+            half_width, mean_square_limit, predict, rank_correlation, ranks, read, run,
         },
     },
     simulation::Machines,
@@ -1185,6 +1185,155 @@ fn half_widths_are_those_of_tables() {
     }
     assert!((half_width(None) - 1.96).abs() < 1e-4);
     assert_eq!(half_width(Some(0)), f64::INFINITY);
+}
+
+/// Five copies of a sheet say what one says, whatever the rows are called and though files round: the intervals hold what was put in, and are
+/// those of the sheet itself as far as eight poses say.
+#[test]
+fn rows_that_stand_alike_are_one_pose() {
+    let machine = catalogue_machine("fanuc_r2000ic");
+    let sought = [("arm.J1.stiffness", 1.3), ("arm.J2.stiffness", 0.7), ("arm.J3.stiffness", 1.2)];
+    let real = machine.with_parameters(&changed(&machine, &sought)).unwrap();
+    let keys = unknowns(&["arm.J1.stiffness", "arm.J2.stiffness", "arm.J3.stiffness"]) + "profile = false\n";
+    let (mut widths, mut held) = (Vec::new(), 0);
+    for seed in 0..10 {
+        let places = places(&machine, 8, 500.0, &mut Random::seed_from_u64(70 + seed));
+        let sheet = csv(&machine, &places, &read_with_noise(&real, &places, 0.03, 90 + seed));
+        let (head, rows) = sheet.trim_end().split_once('\n').unwrap();
+        let copies = |name: &dyn Fn(usize, usize) -> String, shift: f64| {
+            let copy = |copy: usize| {
+                rows.lines().enumerate().fold(String::new(), |text, (row, line)| {
+                    let (first, rest) = line.split_once(',').unwrap();
+                    let first = first.parse::<f64>().unwrap() + shift * copy as f64;
+                    format!("{text}{},{first:?},{rest}\n", name(row, copy))
+                })
+            };
+            format!("pose,{head}\n{}", (0..5).map(copy).collect::<String>())
+        };
+        let own = identified("fanuc_r2000ic", &keys, &sheet);
+        let named = identified("fanuc_r2000ic", &keys, &copies(&|row, _| format!("p{row}"), 0.0));
+        for (copied, same) in [
+            (copies(&|_, _| String::new(), 0.0), true),
+            (copies(&|row, copy| format!("day {copy} pose {row}"), 0.0), true),
+            (copies(&|_, _| String::new(), 1e-5), false),
+        ] {
+            let found = identified("fanuc_r2000ic", &keys, &copied);
+            for (a, b) in found.estimates.iter().zip(&named.estimates) {
+                let near = if same { 1e-12 } else { 1e-2 };
+                assert!((a.half_width / b.half_width - 1.0).abs() < near, "{} {}", a.half_width, b.half_width);
+            }
+            let predicted = |of: &Identified| of.models[0].predicted_mm.clone().unwrap().unwrap();
+            assert!((predicted(&found) / predicted(&named) - 1.0).abs() < 1e-2);
+        }
+        for ((found, own), (name, factor)) in named.estimates.iter().zip(&own.estimates).zip(sought) {
+            let truth = machine.parameter(name).unwrap().value.unwrap() * factor;
+            held += usize::from((found.interval[0]..found.interval[1]).contains(&truth));
+            widths.push(found.half_width / own.half_width);
+        }
+    }
+    widths.sort_by(f64::total_cmp);
+    let typical = widths[widths.len() / 2];
+    println!("{held} of 30 held, {widths:?}");
+    assert!((0.8..1.4).contains(&typical) && held >= 26, "{typical} {held}");
+    // Sheets that were told apart by the numbers of their rows would say √5 times as much.
+    assert!(widths[0] > 0.6, "{widths:?}");
+}
+
+/// A zero that is off, and readings along other axes, leave what no noise explains: nothing is identified, and what was put in is named.
+#[test]
+fn a_wrong_zero_and_turned_readings_identify_nothing_and_are_named() {
+    let machine = catalogue_machine("fanuc_r2000ic");
+    let places = places(&machine, 30, 700.0, &mut Random::seed_from_u64(5));
+    let read = read_with_noise(&machine, &places, 0.005, 6);
+    let keys = unknowns(&["arm.J1.stiffness", "arm.J2.stiffness", "arm.J3.stiffness"]) + "profile = false\n";
+    // Joint 2 is written 20° from where it stood.
+    let moved: Vec<Place> = places
+        .iter()
+        .map(|place| {
+            let mut drives = place.at.drives.clone();
+            drives[1] += 20_f64.to_radians();
+            Place { at: machine.forward_kinematics(&drives).unwrap(), force: place.force }
+        })
+        .collect();
+    let turn = nalgebra::Rotation3::from_scaled_axis(Vector3::new(0.2, -0.3, 0.6));
+    let turned: Vec<Vector3<f64>> = read.iter().map(|own| turn * own).collect();
+    let plain = identified("fanuc_r2000ic", &keys, &csv(&machine, &places, &read));
+    assert!(plain.misfit.is_none() && plain.cause.is_none());
+    let zero = identified("fanuc_r2000ic", &keys, &csv(&machine, &moved, &read));
+    let axes = identified("fanuc_r2000ic", &keys, &csv(&machine, &places, &turned));
+    for found in [&zero, &axes] {
+        assert!(found.misfit.unwrap() > 1.0 / 3.0);
+        assert!(found.estimates.iter().all(|own| own.open.is_some()) && found.partial.is_none());
+        assert!(found.cause.as_ref().unwrap().share.unwrap() < 0.03, "{:?}", found.cause);
+    }
+    let CauseKind::Zero { unknown, value, .. } = &zero.cause.as_ref().unwrap().kind else { panic!("{:?}", zero.cause) };
+    assert!(unknown.name == "robot.J2.offset" && (value + 20.0).abs() < 0.5, "{:?}", zero.cause);
+    let CauseKind::Turned(found) = axes.cause.as_ref().unwrap().kind else { panic!("{:?}", axes.cause) };
+    assert!((found - Vector3::new(0.2, -0.3, 0.6)).norm() < 0.02, "{found}");
+    // With noise that is said to be so large, it is identified.
+    let keys = format!("{keys}std_mm = {}\n", 1.0);
+    assert!(identified("fanuc_r2000ic", &keys, &csv(&machine, &moved, &read)).misfit.is_none());
+}
+
+/// Places of base and tool are wide each by itself and known together: the machine file has all of them, and leaves what the fit leaves.
+#[test]
+fn lengths_that_are_known_together_are_written_together() {
+    let machine = catalogue_machine("ur10e");
+    let names = ["platform.tool_tip.x", "platform.tool_tip.y", "platform.tool_tip.z"];
+    let names = [&names[..], &["robot.base.translation.x", "robot.base.turn.y"]].concat();
+    let put_in = [("platform.tool_tip.x", -30.0), ("platform.tool_tip.y", -120.0), ("robot.base.translation.x", 18.0)];
+    let real = machine.with_parameters(&put_in).unwrap();
+    let mut random = Random::seed_from_u64(8);
+    let noise = Normal::new(0.0, 2.5).unwrap();
+    let mut text: String = machine.drive_labels().iter().map(|label| format!("{label}_rad,")).collect();
+    text += "position_x_mm,position_y_mm,position_z_mm\n";
+    for place in places(&machine, 14, 0.0, &mut Random::seed_from_u64(9)) {
+        let stood = real.forward_kinematics(&place.at.drives).unwrap();
+        let tip = stood.pose.transform(real.tool_tip).map(|own| own + noise.sample(&mut random));
+        place.at.drives.iter().for_each(|drive| write!(text, "{drive:?},").unwrap());
+        writeln!(text, "{:?},{:?},{:?}", tip.x, tip.y, tip.z).unwrap();
+    }
+    let found = identified("ur10e", &(unknowns(&names) + "profile = false\n"), &text);
+    for own in &found.estimates {
+        println!("{} {} {} {:?}", own.unknown.name, own.value, own.half_width, own.open);
+    }
+    let wide = |own: &&Estimate| own.half_width > 1.0 && own.open.is_none();
+    assert!(found.estimates.iter().filter(wide).count() >= 2);
+    for (name, value) in put_in {
+        let own = found.estimates.iter().find(|own| own.unknown.name == name).unwrap();
+        assert!(own.open.is_none() && (own.value - value).abs() < 1.5 * own.half_width, "{name} {}", own.value);
+    }
+}
+
+/// Matches as the words have it: letter by letter, a star taking no letter or one more.
+fn matches_by_letters(pattern: &[u8], name: &[u8]) -> bool {
+    match (pattern.split_first(), name.split_first()) {
+        (None, left) => left.is_none(),
+        (Some((b'*', rest)), left) => {
+            let taken = left.filter(|(letter, _)| **letter != b'.');
+            matches_by_letters(rest, name) || taken.is_some_and(|(_, tail)| matches_by_letters(pattern, tail))
+        }
+        (Some((own, rest)), Some((letter, tail))) => own == letter && matches_by_letters(rest, tail),
+        (Some(_), None) => false,
+    }
+}
+
+#[test]
+fn stars_match_as_letter_by_letter_and_in_no_time() {
+    let mut random = Random::seed_from_u64(3);
+    let mut word = |letters: &[u8], most: usize| -> Vec<u8> {
+        (0..random.random_range(0..most)).map(|_| letters[random.random_range(0..letters.len())]).collect()
+    };
+    let mut matched = 0;
+    for _ in 0..20_000 {
+        let (pattern, name) = (word(b"ab*.", 7), word(b"ab.", 8));
+        let expected = matches_by_letters(&pattern, &name);
+        let [text, called] = [&pattern, &name].map(|own| std::str::from_utf8(own).unwrap());
+        assert_eq!(is_pattern_of(text, called), expected, "{text} {called}");
+        matched += usize::from(expected);
+    }
+    assert!(matched > 500, "{matched}");
+    assert!(!is_pattern_of(&format!("{}x", "*a".repeat(10_000)), &"a".repeat(20_000)));
 }
 
 #[test]

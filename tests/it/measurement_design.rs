@@ -206,7 +206,8 @@ fn bad_plans_are_refused_by_key() {
 fn left_of_others(study: &IdentificationStudy, kept: &[usize]) -> f64 {
     let (unknowns, priors) = (&study.unknowns, &study.priors);
     let noise = Noise { length: None, rotation: None, is_estimated: true };
-    let search = Search { machine: &study.machine, unknowns, priors, noise, loss: LossSpec::Squares };
+    let work = Work::default();
+    let search = Search { machine: &study.machine, unknowns, priors, noise, loss: LossSpec::Squares, work: &work };
     let own: Vec<&Measurement> = kept.iter().map(|&i| &study.measurements[i]).collect();
     let fit = search.fit(&own, &DVector::zeros(unknowns.len())).unwrap_or_else(|e| panic!("{e:?}"));
     let others: Vec<&Measurement> =

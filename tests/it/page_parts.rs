@@ -350,3 +350,34 @@ fn addresses_are_relative_to_the_page() {
     assert_eq!(relative_display(Path::new("/x/page.html"), Path::new("/x/a b")), "a b");
     assert_eq!(relative_display(Path::new("/x/page.html"), Path::new("/x")), ".");
 }
+
+/// A table whose row has no end is refused when the row is longer than any is, before the memory is full.
+#[test]
+fn a_row_without_end_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, begin) in [("header.csv", "x"), ("row.csv", "x,v\n1,2\n3"), ("quoted.csv", "x,v\n1,\"\n\n")] {
+        let file = folder.path().join(name);
+        std::fs::write(&file, begin).unwrap();
+        // A file with a hole of 5 GB.
+        std::fs::OpenOptions::new().append(true).open(&file).unwrap().set_len(5 << 30).unwrap();
+        let view = |table: &Table| TableView::new(table, &TableNote::new(name, ""), String::new()).map(|_| ());
+        let error = Table::open(&file).and_then(|table| view(&table)).unwrap_err().to_string();
+        assert!(error.contains(name) && error.contains("has a row longer than 16 MiB"), "{error}");
+    }
+}
+
+/// A word of any length is broken where the next letter does not fit.
+#[test]
+fn a_long_word_is_broken_at_once() {
+    use kinetostat::figures::text::{Weight, width, wrap};
+    let word: String = (0..20_000).map(|k| ['A', 'V', 'i', 'W', 'o'][k * k % 5]).collect();
+    let begun = std::time::Instant::now();
+    let lines = wrap(&word, 12.0, Weight::Regular, 300.0);
+    assert!(begun.elapsed().as_secs() < 5);
+    assert_eq!(lines.concat(), word);
+    for pair in lines.windows(2) {
+        let longer = format!("{}{}", pair[0], pair[1].chars().next().unwrap());
+        let [own, longer] = [&pair[0], &longer].map(|line| width(line, 12.0, Weight::Regular));
+        assert!(own <= 300.0 && longer > 300.0, "{own} {longer}");
+    }
+}

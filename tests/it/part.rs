@@ -308,7 +308,7 @@ fn what_is_no_part_is_refused() {
             binary_stl(&part[1..]),
             "stock.part: part.stl: mesh: it is open at the edge between vertices",
         ),
-        (PROCESS.to_string(), binary_stl(&inside_out), "stock.part: part.stl: its triangles enclose -"),
+        (PROCESS.to_string(), binary_stl(&inside_out), "stock.part: part.stl: mesh: it faces inwards at ("),
         (PROCESS.to_string(), b"no mesh".to_vec(), "stock.part: part.stl: is no STL file"),
         (
             PROCESS.to_string(),

@@ -250,3 +250,15 @@ fn an_identification_writes_what_a_map_reads() {
     assert!((model.relative_std - share).abs() < 1e-12 && model.source == source, "{model:?}, {share}");
     assert!(count >= 3 && uncertainty.draws.correlated.len() == count, "{count}: {:?}", uncertainty.draws.correlated);
 }
+
+/// All pairs of 300 names are read at once, and of what does not fit ten are told.
+#[test]
+fn many_names_are_read_at_once_and_ten_are_told() {
+    let pairs = (0..300).flat_map(|a| (a..300).map(move |b| (a, b)));
+    let rows: String = pairs.map(|(a, b)| format!("p{a},p{b},normal,1,{}\n", u8::from(a == b))).collect();
+    let begun = std::time::Instant::now();
+    let error = read(&format!("{HEADER}{rows}"), "").unwrap_err();
+    assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
+    assert!(error.starts_with("300 values do not fit") && error.ends_with("\n  and 290 more"), "{error}");
+    assert_eq!(error.lines().count(), 12, "{error}");
+}

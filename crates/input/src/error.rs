@@ -66,7 +66,7 @@ pub enum Error {
         problem: String,
     },
     /// Several errors of one cause.
-    #[error("{problem}:{}", errors.iter().map(|error| format!("\n  {error}")).collect::<String>())]
+    #[error("{problem}:{}", error_lines(errors))]
     Several {
         /// The cause.
         problem: String,
@@ -145,6 +145,18 @@ impl Error {
 
 /// The result of whatever fails with an [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// Most errors of one cause that are told.
+const MOST_TOLD: usize = 10;
+
+/// Returns a line for each of the first errors, and how many more there are.
+fn error_lines(errors: &[Error]) -> String {
+    let lines: String = errors.iter().take(MOST_TOLD).map(|error| format!("\n  {error}")).collect();
+    match errors.len().saturating_sub(MOST_TOLD) {
+        0 => lines,
+        more => format!("{lines}\n  and {more} more"),
+    }
+}
 
 /// Returns a colon and the line for a message, or nothing where the line is not known.
 fn line_suffix(line: Option<usize>) -> String {

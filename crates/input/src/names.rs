@@ -1,5 +1,23 @@
 //! Suggestions for misspelt names in errors.
 
+/// Most names that an error lists.
+const MOST_LISTED: usize = 10;
+
+/// Returns the first ten of `all` names, joined with commas, and how many more there are.
+pub fn listed(all: impl IntoIterator<Item = impl ToString>) -> String {
+    listed_up_to(MOST_LISTED, all.into_iter().map(|name| name.to_string()))
+}
+
+/// Returns the first `most` of `all`, joined with commas, and how many more there are: "a, b and 3 more".
+pub fn listed_up_to(most: usize, all: impl Iterator<Item = String>) -> String {
+    let all: Vec<String> = all.collect();
+    let more = match all.len().saturating_sub(most) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("{}{more}", all[..all.len().min(most)].join(", "))
+}
+
 /// Most names that are suggested.
 const MOST_SUGGESTED: usize = 4;
 

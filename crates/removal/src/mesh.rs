@@ -21,6 +21,11 @@ pub(crate) struct Mesh {
     listed: Vec<u32>,
 }
 
+/// About how many triangles are looked at to see whether the surface faces outwards.
+const MOST_LOOKED_AT: usize = 50_000;
+/// Surfaces that touch may be the wrong way round by so much, mm: files round.
+const HAIR_MM: f64 = 1e-3;
+
 impl Mesh {
     pub fn new(vertices: Vec<Vector3<f64>>, triangles: Vec<[u32; 3]>) -> Result<Self, RemovalError> {
         for vertex in &vertices {
@@ -46,6 +51,7 @@ impl Mesh {
             listed: Vec::new(),
         };
         mesh.sort_into_tiles();
+        mesh.check_sense()?;
         Ok(mesh)
     }
 
@@ -95,19 +101,48 @@ impl Mesh {
         triangle.map(|vertex| self.vertices[vertex as usize])
     }
 
+    /// Fails where the surface winds backwards around a place: where that of a body faces inwards, or a cavity is in no body.
+    fn check_sense(&self) -> Result<(), RemovalError> {
+        let mut crossings = Vec::new();
+        for triangle in self.triangles.iter().step_by(self.triangles.len() / MOST_LOOKED_AT + 1) {
+            let [a, b, c] = self.corners(triangle);
+            let centre = (a + b + c) / 3.0;
+            crossings.clear();
+            self.add_crossings(centre.xy(), &mut crossings);
+            let mut winding = 0.0;
+            for pair in crossings.windows(2) {
+                let ([z, turn], [next, _]) = (pair[0], pair[1]);
+                winding += turn;
+                if winding < 0.0 && next - z > HAIR_MM {
+                    let [x, y]: [f64; 2] = centre.xy().into();
+                    let fault = format!(
+                        "it faces inwards at ({x:.3}, {y:.3}, {z:.3}) mm: expected the corners of triangles counter-clockwise seen from outside"
+                    );
+                    return Err(RemovalError::Mesh { fault });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Appends the heights at which the vertical through `p` crosses the surface, rising, and whether it comes in there (1) or leaves (−1).
+    fn add_crossings(&self, p: Vector2<f64>, crossings: &mut Vec<[f64; 2]>) {
+        let [x, y] = self.tile_of(p);
+        let (tile, first) = (y * self.tiles[0] + x, crossings.len());
+        for &number in &self.listed[self.starts[tile] as usize..self.starts[tile + 1] as usize] {
+            crossings.extend(crossing(&self.corners(&self.triangles[number as usize]), p));
+        }
+        crossings[first..].sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(b[1].total_cmp(&a[1])));
+    }
+
     /// Appends the intervals of z that are inside over `p`.
     pub fn spans(&self, p: Vector2<f64>, spans: &mut Vec<[f64; 2]>) {
         if (0..2).any(|axis| !(p[axis] > self.low[axis] && p[axis] < self.high[axis])) {
             return;
         }
-        let [x, y] = self.tile_of(p);
-        let tile = y * self.tiles[0] + x;
         let first = spans.len();
-        for &number in &self.listed[self.starts[tile] as usize..self.starts[tile + 1] as usize] {
-            spans.extend(crossing(&self.corners(&self.triangles[number as usize]), p));
-        }
-        // Inside is what the surface winds around, so that where two bodies overlap there is material; it is closed, and each edge of the plan belongs to one side.
-        spans[first..].sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(b[1].total_cmp(&a[1])));
+        self.add_crossings(p, spans);
+        // Inside is what the surface winds around, so that where two bodies overlap there is material, and none in a cavity; it is closed, and each edge of the plan belongs to one side.
         let (mut winding, mut entry, mut end) = (0.0, 0.0, first);
         for k in first..spans.len() {
             let [height, turn] = spans[k];

@@ -108,6 +108,59 @@ fn a_prism_of_many_sides_has_its_volume() {
     assert!((field.volumes().removed_mm3 / (5.0 * area) - 1.0).abs() < 1e-4);
 }
 
+/// Volume within closed surfaces by the divergence theorem: a third of the sum of place · area vector over their triangles.
+fn enclosed_mm3(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> f64 {
+    let [a, b, c] = [0, 1, 2].map(|corner| move |own: &[u32; 3]| vertices[own[corner] as usize]);
+    let part = |own| (a(own) + b(own) + c(own)).dot(&(b(own) - a(own)).cross(&(c(own) - a(own)))) / 18.0;
+    triangles.iter().map(part).sum()
+}
+
+/// Joins meshes; of each whether its triangles are turned.
+fn joined(parts: &[((Vec<Vector3<f64>>, Vec<[u32; 3]>), bool)]) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for ((own, faces), is_turned) in parts {
+        let shift = vertices.len() as u32;
+        let order = if *is_turned { [0, 2, 1] } else { [0, 1, 2] };
+        triangles.extend(faces.iter().map(|face| order.map(|corner| face[corner] + shift)));
+        vertices.extend(own);
+    }
+    (vertices, triangles)
+}
+
+/// A surface within a body that faces it is a cavity: nothing is cut there, and the volume is that of the divergence theorem.
+#[test]
+fn a_cavity_is_a_void() {
+    let tilted: Vec<_> = (0..7).map(|k| TAU * f64::from(k) / 7.0).map(|a| [8.0 * a.cos(), 8.0 * a.sin()]).collect();
+    let island = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]];
+    // A body in the cavity of a body.
+    let parts =
+        [(prism(&SQUARE, -10.0, 0.0), false), (prism(&tilted, -9.0, -1.0), true), (prism(&island, -7.0, -3.0), false)];
+    let (vertices, triangles) = joined(&parts);
+    let volume = enclosed_mm3(&vertices, &triangles);
+    let closed = 12000.0 - 8.0 * 3.5 * 64.0 * (TAU / 7.0).sin() + 64.0;
+    assert!((volume - closed).abs() < 1e-9 * closed, "{volume} {closed}");
+    let mut field = Field::new(Stock::mesh(vertices, triangles).unwrap(), 0.25).unwrap();
+    assert!((field.volumes().stock_mm3 / volume - 1.0).abs() < 1e-4, "{} {volume}", field.volumes().stock_mm3);
+    let path = [Vector3::new(-60.0, 0.0, -20.0), Vector3::new(60.0, 0.0, -20.0)];
+    cut_path(&mut field, &Cutter::flat(80.0).unwrap(), &path, 1.0, &Slicing::default(), |_, _| ());
+    assert!((field.volumes().removed_mm3 / volume - 1.0).abs() < 1e-4, "{} {volume}", field.volumes().removed_mm3);
+}
+
+#[test]
+fn a_surface_that_faces_the_wrong_way_is_refused() {
+    let body = || prism(&SQUARE, -10.0, 0.0);
+    let inner = [[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]];
+    let beside = prism(&inner.map(|[x, y]| [x + 50.0, y]), -8.0, -2.0);
+    for (parts, expected) in [
+        (vec![(body(), true)], ", -10.000) mm: expected the corners of triangles counter-clockwise seen from outside"),
+        (vec![(body(), false), (beside, true)], "it faces inwards at (4"),
+    ] {
+        let (vertices, triangles) = joined(&parts);
+        let found = Stock::mesh(vertices, triangles).unwrap_err().to_string();
+        assert!(found.contains(expected), "{found}\ninstead of {expected}");
+    }
+}
+
 #[test]
 fn faults_are_named() {
     let (vertices, mut triangles) = prism(&SQUARE, 0.0, 1.0);

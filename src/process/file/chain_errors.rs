@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    input::{check::Check, error::Result},
+    input::{check::Check, error::Result, names::listed},
     machine::{ChainError, Machine},
     spatial::Twist,
 };
@@ -57,7 +57,7 @@ pub(crate) fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &
 
 /// Returns the message that no chain of `machine` is called `name`, with the names that there are.
 pub(crate) fn unknown_chain(machine: &Machine, name: &str) -> String {
-    let known = machine.chains.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", ");
+    let known = listed(machine.chains.iter().map(|chain| &chain.name));
     format!("no chain is called \"{name}\"; there are: {known}")
 }
 

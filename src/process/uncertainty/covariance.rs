@@ -1,5 +1,7 @@
 //! The covariance of identified parameters, as an identification writes it: a row for each pair.
 
+use std::collections::BTreeMap;
+
 use nalgebra::DMatrix;
 
 use super::{Spread, resolve::LARGEST_RELATIVE_STD};
@@ -67,9 +69,11 @@ impl Covariance {
         let [parameter, other, distribution, value, covariance] = COVARIANCE_COLUMNS.map(place);
         let columns = [parameter?, other?, distribution?, value?, covariance?];
         let (mut parameters, mut open, mut pairs) = (Vec::<CovarianceParameter>::new(), Vec::new(), Vec::new());
+        // Of each name its index, or none where the measurements left it open.
+        let mut known = BTreeMap::<String, Option<usize>>::new();
         let mut model = None;
         for row in rows {
-            let line = Some(line_number(source, row.span.start));
+            let line = Some(row.line);
             let cells =
                 columns.map(|column| String::from_utf8_lossy(row.fields.get(column).unwrap_or_default()).into_owned());
             let [name, other, distribution, value, covariance] = cells;
@@ -87,10 +91,11 @@ impl Covariance {
                 model = Some(share);
                 continue;
             }
-            if name == other && (parameters.iter().any(|own| own.name == name) || open.contains(&name)) {
+            if name == other && known.contains_key(&name) {
                 return Err(at(line, "parameter", format!("{name} is given twice")));
             }
             if name == other && covariance.is_empty() {
+                known.insert(name.clone(), None);
                 open.push(name);
                 continue;
             }
@@ -100,6 +105,7 @@ impl Covariance {
                     return Err(at(line, "distribution", format!("expected {expected}, got \"{distribution}\"")));
                 };
                 let value = number(&value, "value")?;
+                known.insert(name.clone(), Some(parameters.len()));
                 parameters.push(CovarianceParameter { name: name.clone(), value, is_lognormal: kind == 0 });
             }
             pairs.push((line, name, other, number(&covariance, "covariance")?));
@@ -108,7 +114,7 @@ impl Covariance {
         let mut matrix = DMatrix::from_element(count, count, f64::NAN);
         for (line, name, other, covariance) in pairs {
             let index = |name: &str, key: &str| {
-                let found = parameters.iter().position(|own| own.name == name);
+                let found = known.get(name).copied().flatten();
                 found.ok_or_else(|| at(line, key, format!("{name} has no row with itself")))
             };
             let (a, b) = (index(&name, "parameter")?, index(&other, "other")?);

@@ -11,7 +11,7 @@ use super::{
     spec::LossSpec,
     unknown::Unknown,
 };
-use crate::{machine::Machine, simulation::Failure};
+use crate::{machine::Machine, simulation::Failure, work::Work};
 
 /// Most steps of a fit, and most trials of damping for one step.
 const STEPS: usize = 60;
@@ -28,7 +28,7 @@ pub(super) const LEAST_SCATTER_MM: f64 = 1e-8;
 const RANK: f64 = 1e-13;
 
 /// A fitting problem: a machine, its unknowns with priors, noise and loss. Measurements are given to each fit.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Search<'a> {
     /// Machine whose parameters are the start of the fit.
     pub machine: &'a Machine,
@@ -40,6 +40,8 @@ pub struct Search<'a> {
     pub noise: Noise,
     /// Loss function, which says how much outliers count.
     pub loss: LossSpec,
+    /// The work of which it is a part: where that is stopped, a search ends without an answer.
+    pub work: &'a Work,
 }
 
 /// Standard deviations of readings that have none of their own.
@@ -123,7 +125,7 @@ impl Search<'_> {
         let mut predicted = predict(self.machine, self.unknowns, &x, measurements, self.unknowns)?;
         let mut scale = self.noise_scale(&((&values - &predicted.values).component_div(&noise_stds)));
         let (mut steps, mut is_converged, mut damping) = (0, false, 1e-6);
-        while steps < STEPS {
+        while steps < STEPS && self.work.check().is_ok() {
             let r = (&values - &predicted.values).component_div(&noise_stds) / scale;
             let (mut information, mut gradient) = self.normal_equations(&predicted, &r, &noise_stds, scale, &x);
             // At the end of where it is sought, an unknown that would go farther stays.
@@ -318,7 +320,7 @@ impl Fit {
         for row in measurements {
             let slopes = self.weighted_slopes(first, row.readings.len());
             let none = || (DVector::zeros(count), DMatrix::zeros(count, count));
-            let (gradient, information) = sums.entry(&row.name).or_insert_with(none);
+            let (gradient, information) = sums.entry(row.pose).or_insert_with(none);
             *gradient += slopes.transpose() * residuals.rows(first, row.readings.len());
             *information += slopes.transpose() * slopes;
             first += row.readings.len();

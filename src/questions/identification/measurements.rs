@@ -9,6 +9,7 @@ use crate::{
         check::Check,
         csv_rows::{self, line_number},
         error::Result,
+        names::listed,
     },
     machine::{Configuration, Machine, Motion},
 };
@@ -16,8 +17,10 @@ use crate::{
 /// One measurement: commanded configuration, load, and readings.
 #[derive(Debug, Clone)]
 pub struct Measurement {
-    /// Name of the pose: the column `pose`, or the number of the row from 1. Rows of one name share what the model lacks there.
+    /// Name of the pose: the column `pose`, or the number of the row from 1.
     pub name: String,
+    /// Number of the pose, from 0 by first appearance. Rows of one name, or whose drives stand alike, share what the model lacks there.
+    pub pose: usize,
     /// Line in the file, from 1; 0 if it is from none.
     pub line: usize,
     /// Configuration of the unloaded machine of the study at the commanded drive positions or position of P.
@@ -32,14 +35,30 @@ pub struct Measurement {
     pub readings: Vec<Reading>,
 }
 
-/// Returns the number of the pose of each row, from 0 by first appearance: rows of one name are one pose.
-pub(super) fn pose_numbers<'a>(rows: impl IntoIterator<Item = &'a Measurement>) -> Vec<usize> {
-    let mut numbers = BTreeMap::new();
-    let number = |row: &'a Measurement| {
-        let next = numbers.len();
-        *numbers.entry(row.name.as_str()).or_insert(next)
-    };
-    rows.into_iter().map(number).collect()
+/// Drives that stand nearer to those of another row are at its pose, mm and degrees: files round positions, and what a model lacks changes little
+/// on such a way.
+const SAME_POSE: f64 = 0.05;
+
+/// Sets the number of the pose of each row: that of the rows of its name, or of the first pose whose drives stand as its own do, whatever it
+/// is called, as on another day.
+fn number_poses(rows: &mut [Measurement], machine: &Machine) {
+    let nearness: Vec<f64> = machine.drives().map(|(_, drive)| drive.motion.from_shown(SAME_POSE)).collect();
+    let is_near = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(&nearness).all(|((a, b), near)| (a - b).abs() <= *near);
+    let (mut by_name, mut count) = (BTreeMap::new(), 0);
+    // The pose and the drives of its first row, by the place of its first drive.
+    let mut standing = BTreeMap::<i64, Vec<(usize, Vec<f64>)>>::new();
+    for row in rows {
+        let drives = &row.at.drives;
+        let place = drives.first().zip(nearness.first()).map_or(0, |(at, near)| (at / near).floor() as i64);
+        let beside = (place - 1..=place + 1).filter_map(|place| standing.get(&place)).flatten();
+        let found = by_name.get(&row.name).or(beside.into_iter().find(|own| is_near(&own.1, drives)).map(|own| &own.0));
+        row.pose = found.copied().unwrap_or(count);
+        if row.pose == count {
+            count += 1;
+            standing.entry(place).or_default().push((row.pose, drives.clone()));
+        }
+        by_name.insert(row.name.clone(), row.pose);
+    }
 }
 
 /// A load on the tool tip, in the axes of O.
@@ -79,8 +98,8 @@ impl Measurement {
     /// Returns a planned measurement in the same configuration under `load`, from no load, with these readings of the tool tip.
     pub fn planned_under(&self, load: AppliedLoad, readings: &[Reading]) -> Self {
         let no_load = AppliedLoad { force: Vector3::zeros(), moment: Vector3::zeros() };
-        let (name, at) = (self.name.clone(), self.at.clone());
-        Self { name, line: self.line, at, load, reference: no_load, marker: None, readings: readings.to_vec() }
+        let (name, pose, at) = (self.name.clone(), self.pose, self.at.clone());
+        Self { name, pose, line: self.line, at, load, reference: no_load, marker: None, readings: readings.to_vec() }
     }
 }
 
@@ -121,6 +140,8 @@ impl Quantity {
 const DISPLACEMENT: [&str; 3] = ["displacement_x_mm", "displacement_y_mm", "displacement_z_mm"];
 const POSITION: [&str; 3] = ["position_x_mm", "position_y_mm", "position_z_mm"];
 const ROTATION: [&str; 3] = ["rotation_x_deg", "rotation_y_deg", "rotation_z_deg"];
+/// Columns of readings that are vectors of O.
+pub(super) const READ_VECTORS: [[&str; 3]; 3] = [DISPLACEMENT, POSITION, ROTATION];
 const GAUGE: &str = "gauge_mm";
 const GAUGE_ALONG: [&str; 3] = ["gauge_along_x", "gauge_along_y", "gauge_along_z"];
 pub(super) const FORCE: [&str; 3] = ["force_x_N", "force_y_N", "force_z_N"];
@@ -259,7 +280,7 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Re
             return check.key("header").fail(problem);
         }
         let what = if unknown.len() == 1 { "unknown column" } else { "unknown columns" };
-        return check.key(&unknown.join(", ")).fail(format!("{what}; expected any of {expected}"));
+        return check.key(&listed(unknown)).fail(format!("{what}; expected any of {expected}"));
     }
     for (i, name) in names.iter().enumerate() {
         if names[..i].contains(name) {
@@ -276,7 +297,7 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Re
     }
     let mut measurements = Vec::with_capacity(rows.len());
     for (number, row) in rows.iter().enumerate() {
-        let check = at_line(row.span.start);
+        let check = Check::new(&format!("{file}:{}", row.line));
         if row.fields.len() != names.len() {
             let problem = format!("has {} values; expected {}, as many as columns", row.fields.len(), names.len());
             return check.key("row").fail(problem);
@@ -295,10 +316,10 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Re
                 },
             }
         }
-        let line = line_number(source, row.span.start);
-        let cells = RowCells { columns: &names, numbers, check, line };
+        let cells = RowCells { columns: &names, numbers, check, line: row.line };
         measurements.push(row_measurement(pose_name, &cells, &drives, machine, purpose)?);
     }
+    number_poses(&mut measurements, machine);
     match measurements.is_empty() {
         true => at_line(source.len()).key("row").fail("missing: expected a row for each measurement".into()),
         false => Ok(measurements),
@@ -315,6 +336,7 @@ fn row_measurement(
 ) -> Result<Measurement> {
     Ok(Measurement {
         name,
+        pose: 0,
         line: cells.line,
         at: configuration(cells, drives, machine, purpose)?,
         load: cells.load(FORCE, MOMENT)?,

@@ -2,6 +2,7 @@
 //! the parameters that are not identifiable, and how well the fitted machine predicts.
 
 mod advice;
+mod cause;
 mod fit;
 mod measurements;
 mod model;
@@ -22,6 +23,7 @@ mod written_files;
 use nalgebra::DVector;
 
 pub use advice::{Advice, OpenCombination};
+pub use cause::{Cause, CauseKind};
 use fit::measured_values;
 pub use fit::{Fit, Noise, Search};
 pub use measurements::{AppliedLoad, Measurement, Quantity, Reading, RowUse, read};
@@ -134,6 +136,10 @@ pub struct Identified {
     pub outliers: Vec<Outlier>,
     /// The machine with the identified parameters alone; `None` where all or none are identified.
     pub partial: Option<PartialMachine>,
+    /// Residual over what was measured, without outliers, where it is too large and no noise is given that would explain it: nothing is identified.
+    pub misfit: Option<f64>,
+    /// What would explain most of a large residual, if something that is tried does.
+    pub cause: Option<Cause>,
     /// Common factor of all stiffnesses, if it looks like a mistaken unit.
     pub unit_factor: Option<UnitFactor>,
     /// Scores of sets of unknowns, that of the study first.
@@ -142,6 +148,22 @@ pub struct Identified {
 
 /// Half width of an interval, in coordinates, above which an unknown is not identified: a factor of e either way, a millimetre, a degree.
 const WIDE: f64 = 1.0;
+/// The same of a length or angle that is sure to be another than in the machine file: as a share of its change, and at most.
+const WIDE_CHANGED: [f64; 2] = [0.5, 10.0];
+/// Share of what was measured above which a residual is noise only if noise is given that explains it.
+const MOST_LEFT: f64 = 1.0 / 3.0;
+/// Share of what was measured from which the model lacks something, or the readings scatter.
+const NOTEWORTHY: f64 = 0.1;
+
+/// Returns the half width of an interval about coordinate `x` above which `unknown` is not identified. Numbers that are wide each by itself, such
+/// as a tool's length beside the place of the base, may be known together: with the old value of one of them the others are wrong.
+fn widest(unknown: &Unknown, x: f64) -> f64 {
+    let [share, most] = WIDE_CHANGED;
+    match unknown.coordinate {
+        Coordinate::Logarithm => WIDE,
+        Coordinate::Linear(_) => (share * x.abs()).clamp(WIDE, most),
+    }
+}
 
 impl IdentificationStudy {
     /// Returns "pose NAME (FILE:LINE)" for the measurement with this index, for messages.
@@ -156,8 +178,13 @@ impl IdentificationStudy {
     }
 
     /// Returns the fitting problem for these unknowns and priors.
-    fn fitting_problem<'a>(&'a self, unknowns: &'a [Unknown], priors: &'a [(usize, f64, f64)]) -> Search<'a> {
-        Search { machine: &self.machine, unknowns, priors, noise: self.noise, loss: self.loss }
+    fn fitting_problem<'a>(
+        &'a self,
+        unknowns: &'a [Unknown],
+        priors: &'a [(usize, f64, f64)],
+        work: &'a Work,
+    ) -> Search<'a> {
+        Search { machine: &self.machine, unknowns, priors, noise: self.noise, loss: self.loss, work }
     }
 }
 
@@ -165,14 +192,20 @@ impl IdentificationStudy {
 /// `Err` if the work was stopped; the inner `Err` says at which measurement the machine has no equilibrium, and why.
 pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Result<Identified, Failure>> {
     work.check()?;
-    let search = study.fitting_problem(&study.unknowns, &study.priors);
+    let search = study.fitting_problem(&study.unknowns, &study.priors, work);
     let measurements: Vec<&Measurement> = study.measurements.iter().collect();
     let start = DVector::zeros(study.unknowns.len());
     let fit = match search.fit(&measurements, &start) {
         Ok(fit) => fit,
         Err((at, failure)) => return Ok(Err(failure_at(study, at, failure))),
     };
+    work.check()?;
     work.tell(Event::Computed(study.measurements.len()));
+    let outliers = validate::outliers(&fit, &study.measurements);
+    let share = validate::residual_share(fit.residuals.as_slice(), &study.measurements, &outliers);
+    let misfit = share.filter(|share| study.noise.is_estimated && *share > MOST_LEFT);
+    let is_large = fit.is_beyond_noise || share.is_some_and(|share| share > NOTEWORTHY);
+    let cause = if is_large { cause::find(study, &fit, work)? } else { None };
     let open = advice::open_combinations(&fit);
     let advice = match open.is_empty() {
         true => None,
@@ -180,17 +213,31 @@ pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Resu
     };
     let mut models = vec![score_model(study, "the study", (&search, Some(&fit)), work)?];
     for (name, unknowns) in &study.alternatives {
-        models.push(score_model(study, name, (&study.fitting_problem(unknowns, &[]), None), work)?);
+        models.push(score_model(study, name, (&study.fitting_problem(unknowns, &[], work), None), work)?);
     }
-    let mut estimates: Vec<Estimate> = (0..study.unknowns.len()).map(|k| estimate(study, &fit, k)).collect();
+    let mut estimates: Vec<Estimate> = (0..study.unknowns.len()).map(|k| estimate(study, (&fit, misfit), k)).collect();
     work.check()?;
     add_profile_intervals(study, &search, (&fit, &measurements), &mut estimates, work)?;
     let partial = partial_machine(study, &search, (&fit, &measurements), &estimates);
     let unit_factor = unit_factor::unit_factor(study, &fit);
     let leave_one_out = validate::leave_one_out(&fit, &study.measurements);
     let patterns = patterns::patterns(&study.machine, &fit, &study.measurements);
-    let outliers = validate::outliers(&fit, &study.measurements);
-    Ok(Ok(Identified { estimates, open, advice, leave_one_out, patterns, outliers, models, partial, unit_factor, fit }))
+    work.check()?;
+    let found = Identified {
+        estimates,
+        open,
+        advice,
+        leave_one_out,
+        patterns,
+        outliers,
+        models,
+        partial,
+        misfit,
+        cause,
+        unit_factor,
+        fit,
+    };
+    Ok(Ok(found))
 }
 
 /// Returns the residual of the machine in which only the identified parameters have fitted values; `None` where all or none are identified.
@@ -239,7 +286,7 @@ fn add_profile_intervals(
             IntervalEnd::Unbounded => f64::INFINITY,
             IntervalEnd::NotFound => 0.0,
         });
-        if farthest.fold(0.0, f64::max) > WIDE {
+        if farthest.fold(0.0, f64::max) > widest(unknown, fit.x[k]) {
             let [low, high] = values;
             estimates[k].open = Some(match (low.is_finite(), high.is_finite()) {
                 (true, true) => format!("the value may be from {low:.3e} to {high:.3e} {}", unknown.unit),
@@ -284,6 +331,7 @@ fn score_model(
         0 | 1 => Ok(None),
         folds => {
             let parts = validate::k_fold_residuals(search, &start, &study.measurements, folds, work)?;
+            work.check()?;
             parts.map(|errors| rms(&errors))
         }
     };
@@ -296,7 +344,7 @@ fn score_model(
 }
 
 /// Estimates unknown `k` from the fit: value, linear 95 % interval, strongest correlation.
-fn estimate(study: &IdentificationStudy, fit: &Fit, k: usize) -> Estimate {
+fn estimate(study: &IdentificationStudy, (fit, misfit): (&Fit, Option<f64>), k: usize) -> Estimate {
     let (unknown, x) = (&study.unknowns[k], fit.x[k]);
     let half_width = scatter::half_width(degrees_of_freedom(study, fit)) * fit.std(k);
     let ends = [x - half_width, x + half_width].map(|x| unknown.value(x));
@@ -309,13 +357,18 @@ fn estimate(study: &IdentificationStudy, fit: &Fit, k: usize) -> Estimate {
         profile: None,
         has_no_profile: false,
         half_width,
-        open: why_not_identified(study, fit, k, half_width),
+        open: why_not_identified(study, (fit, misfit), k, half_width),
         correlated: correlated.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())),
     }
 }
 
 /// Returns why unknown `k` is not identified; `None` if it is.
-fn why_not_identified(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -> Option<String> {
+fn why_not_identified(
+    study: &IdentificationStudy,
+    (fit, misfit): (&Fit, Option<f64>),
+    k: usize,
+    half_width: f64,
+) -> Option<String> {
     let (unknown, x) = (&study.unknowns[k], fit.x[k]);
     if unknown.is_at_limit(x) {
         return Some(match unknown.coordinate {
@@ -339,13 +392,19 @@ fn why_not_identified(study: &IdentificationStudy, fit: &Fit, k: usize, half_wid
             fit.scale
         ));
     }
+    if let Some(share) = misfit {
+        let percent = 100.0 * share;
+        return Some(format!(
+            "the residual is {percent:.0} % of what was measured, and no noise is given that explains it"
+        ));
+    }
     // One that is identifiable, and would go farther, holds the others where they do not fit best.
     let quantile = scatter::half_width(degrees_of_freedom(study, fit));
     let is_stuck = |j: &usize| study.unknowns[*j].is_at_limit(fit.x[*j]) && quantile * fit.std(*j) <= WIDE;
     if let Some(stuck) = (0..fit.x.len()).find(is_stuck) {
         return Some(format!("the fit would be better with {} outside its search range", study.unknowns[stuck].name));
     }
-    if half_width <= WIDE {
+    if half_width <= widest(unknown, x) {
         return None;
     }
     let effect = fit.predicted.slopes.column(k).amax();

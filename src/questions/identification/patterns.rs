@@ -160,10 +160,11 @@ pub fn ranks(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let mut ranks = vec![0.0; values.len()];
+    let mut first = 0;
     for group in order.chunk_by(|&a, &b| values[a] == values[b]) {
-        let first = order.iter().position(|own| *own == group[0]).unwrap_or(0);
         let rank = first as f64 + (group.len() - 1) as f64 / 2.0;
         group.iter().for_each(|&i| ranks[i] = rank);
+        first += group.len();
     }
     ranks
 }

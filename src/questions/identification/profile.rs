@@ -65,8 +65,9 @@ impl<'a> Profile<'a> {
     /// the work was stopped.
     pub fn interval_ends(&self, unknowns: &[usize], work: &Work) -> Result<Vec<[IntervalEnd; 2]>> {
         let ends_of = |&k: &usize| {
+            let ends = [-1.0, 1.0].map(|side| self.find_end(k, side));
             work.check()?;
-            Ok([-1.0, 1.0].map(|side| self.find_end(k, side)))
+            Ok(ends)
         };
         unknowns.par_iter().map(ends_of).collect()
     }

@@ -50,7 +50,7 @@ impl Question for IdentificationStudy {
         }
         let noise = noise(spec, &measured, check)?;
         let readings: usize = measured.iter().map(|measurement| measurement.readings.len()).sum();
-        let poses = measurements::pose_numbers(&measured).into_iter().max().map_or(0, |last| last + 1);
+        let poses = measured.iter().map(|row| row.pose + 1).max().unwrap_or(0);
         let folds = spec.folds.unwrap_or(FOLDS.min(poses));
         if spec.folds.is_some() && !(2..=poses).contains(&folds) {
             let problem = match poses {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{
     fit::{Fit, Search},
-    measurements::{Measurement, Quantity, Reading, pose_numbers},
+    measurements::{Measurement, Quantity, Reading},
     model::predict_values,
     scatter::PER_MEDIAN,
 };
@@ -46,11 +46,10 @@ pub fn k_fold_residuals(
     work: &Work,
 ) -> Result<std::result::Result<Vec<f64>, Failure>> {
     let mut residuals: Vec<Vec<f64>> = vec![Vec::new(); measurements.len()];
-    let poses = pose_numbers(measurements);
     for fold in 0..folds {
         work.check()?;
         let (inside, outside): (Vec<usize>, Vec<usize>) =
-            (0..measurements.len()).partition(|i| poses[*i] % folds == fold);
+            (0..measurements.len()).partition(|i| measurements[*i].pose % folds == fold);
         let [tested, training] =
             [&inside, &outside].map(|own| own.iter().map(|&i| &measurements[i]).collect::<Vec<_>>());
         let refit = search.fit(&training, start);
@@ -76,6 +75,19 @@ pub fn rms_mm(residuals: &[f64], measurements: &[Measurement]) -> Option<f64> {
     let of_lengths = quantities.zip(residuals).filter(|(quantity, _)| !Quantity::is_rotation(*quantity));
     let (sum, count) = of_lengths.fold((0.0, 0usize), |(sum, count), (_, r)| (sum + r * r, count + 1));
     (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
+/// Returns the RMS of `residuals` over that of the values, of lengths that the load changes, without `outliers`; `None` without any.
+pub fn residual_share(residuals: &[f64], measurements: &[Measurement], outliers: &[Outlier]) -> Option<f64> {
+    let readings = measurements.iter().enumerate().flat_map(|(m, own)| own.readings.iter().map(move |r| (m, r)));
+    let is_far =
+        |m: usize, reading: &Reading| outliers.iter().any(|far| (far.measurement, far.column) == (m, reading.column));
+    let lengths = readings
+        .zip(residuals)
+        .filter(|((m, reading), _)| reading.is_change() && !reading.quantity.is_rotation() && !is_far(*m, reading));
+    let (left, all) =
+        lengths.fold((0.0, 0.0), |(left, all), ((_, reading), r)| (left + r * r, all + reading.value * reading.value));
+    (all > 0.0).then(|| (left / all).sqrt())
 }
 
 /// A reading whose residual is far larger than those of the others.

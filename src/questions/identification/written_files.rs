@@ -4,7 +4,10 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value, value};
 
-use super::{Estimate, IdentificationStudy, Identified, report::residual_share, validate::rms_mm};
+use super::{
+    Estimate, IdentificationStudy, Identified,
+    validate::{residual_share, rms_mm},
+};
 use crate::{
     files::words::{counted, join_words, millimetres, percent},
     input::{Folder, error::Result},
@@ -154,7 +157,7 @@ fn misfit_words(study: &IdentificationStudy, results: &Identified) -> String {
     }
     let residual = rms_mm(fit.residuals.as_slice(), &study.measurements);
     let residual = residual.map_or_else(|| "nothing".into(), |residual| format!("{} RMS", millimetres(residual, 4)));
-    let share = residual_share(&fit.residuals, &study.measurements, &[]);
+    let share = residual_share(fit.residuals.as_slice(), &study.measurements, &[]);
     let share = share.map_or_else(String::new, |share| format!(", {} of what was measured", percent(share)));
     format!("the residual is {residual}{share}, and is in the interval")
 }

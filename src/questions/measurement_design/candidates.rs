@@ -89,8 +89,16 @@ pub fn plan_measurements(poses: &[Configuration], forces: &[Vector3<f64>], readi
     let under_each_force = |(number, at): (usize, &Configuration)| {
         let name = (number + 1).to_string();
         let readings = readings.to_vec();
-        let place =
-            Measurement { name, line: 0, at: at.clone(), load: no_load, reference: no_load, marker: None, readings };
+        let place = Measurement {
+            name,
+            pose: number,
+            line: 0,
+            at: at.clone(),
+            load: no_load,
+            reference: no_load,
+            marker: None,
+            readings,
+        };
         let loaded =
             move |force: &Vector3<f64>| Measurement { load: AppliedLoad { force: *force, ..no_load }, ..place.clone() };
         forces.iter().map(loaded).collect::<Vec<_>>()

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use crate::process::VerdictForce;
 use crate::{
     compensation::{Method, TaskPoint},
-    input::{Inputs, check::Check, error::Result},
+    input::{Inputs, check::Check, error::Result, names::listed},
     machine::Machine,
     process::Process,
     questions::{
@@ -212,7 +212,7 @@ pub(crate) fn named_point(machine: &Machine, name: &str, check: &Check) -> Resul
         Some(point) if machine.carrier.is_some() => check.misfit(on_carrier_problem(machine, name), point.position),
         Some(point) => Ok(point.position),
         None => {
-            let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+            let known = listed(machine.points.iter().map(|point| &point.name));
             let known =
                 if known.is_empty() { "no points are named in its file" } else { &format!("there are: {known}") };
             check.misfit(format!("the machine has no point \"{name}\"; {known}"), machine.home.pose.translation)

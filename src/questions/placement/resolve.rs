@@ -16,6 +16,7 @@ use crate::{
         Inputs,
         check::Check,
         error::{Error, Result},
+        names::listed,
         toml_file::renamed_hint,
     },
     machine::{Machine, ToolAxisSource},
@@ -649,7 +650,7 @@ pub fn parse_place(text: &str, origin: &str, machine: &Machine, reference: PathR
             Some(_) if machine.carrier.is_some() => return fault(on_carrier_problem(machine, text)),
             Some(point) => Site::new(reference_position(machine, reference, point.position), 0.0),
             None => {
-                let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+                let known = listed(machine.points.iter().map(|point| &point.name));
                 return fault(format!("machine {} has no point \"{text}\"; there are: {known}", machine.name));
             }
         },

@@ -5,7 +5,7 @@ use super::{
     spec::{FigureSpec, QuotedSpec, ValidationSpec},
 };
 use crate::{
-    input::{Inputs, check::Check, error::Result},
+    input::{Inputs, check::Check, error::Result, names::listed},
     machine::Machine,
     questions::{
         Question, Resolved, StudyContext, Template,
@@ -106,7 +106,7 @@ fn check_names<'a>(names: impl Iterator<Item = &'a str>, check: &Check) -> Resul
 fn case_index(name: &str, cases: &[String], check: &Check) -> Result<usize> {
     match cases.iter().position(|case| case == name) {
         Some(index) => Ok(index),
-        None => check.fail(format!("no case is called \"{name}\"; there are: {}", cases.join(", "))),
+        None => check.fail(format!("no case is called \"{name}\"; there are: {}", listed(cases))),
     }
 }
 

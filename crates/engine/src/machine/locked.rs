@@ -2,7 +2,7 @@
 
 use super::{Coordinate, Drive, Machine, Motion, refusal};
 use crate::{
-    input::error::Result,
+    input::{error::Result, names::listed},
     spatial::{Pose, rotation_exp},
 };
 
@@ -249,7 +249,7 @@ fn find_lockable<'a>(all: &'a [LockableDrive], name: &str) -> Result<&'a Lockabl
             format!("several drives are called so: expected {}, {} or another label", first.label, second.label),
         )),
         (None, _) => {
-            let known = all.iter().map(|drive| drive.label.as_str()).collect::<Vec<_>>().join(", ");
+            let known = listed(all.iter().map(|drive| &drive.label));
             Err(refusal(name, format!("no drive is called so; there are: {known}")))
         }
     }

@@ -12,7 +12,10 @@ use super::{
     spec::{ChainSpec, ElementSpec, MachineSpec},
 };
 use super::{catalogue, unknown_machine};
-use crate::input::error::{Error, Result};
+use crate::input::{
+    error::{Error, Result},
+    names::listed,
+};
 
 /// The word for a stiffness that is not known.
 const UNKNOWN: &str = "unknown";
@@ -156,9 +159,9 @@ impl Geometry {
         if self.unknown.is_empty() {
             return Ok(self.machine);
         }
-        let keys: Vec<String> = self.unknown.iter().map(|u| format!("{} of drive {}", u.key, u.drive)).collect();
+        let key = listed(self.unknown.iter().map(|u| format!("{} of drive {}", u.key, u.drive)));
         let problem = "unknown, expected a number; a URDF can be imported again with --stiffness or --like".into();
-        Err(Error::Value { file: self.origin, line: None, key: keys.join(", "), problem })
+        Err(Error::Value { file: self.origin, line: None, key, problem })
     }
 }
 

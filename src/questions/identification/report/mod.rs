@@ -6,7 +6,6 @@ mod summary;
 mod tables;
 mod text;
 
-pub(super) use summary::residual_share;
 pub(crate) use text::{ANYTHING, width_words};
 
 use serde_json::json;
@@ -90,7 +89,7 @@ fn page(report: &Report<'_>) -> Description {
             Fact::new("95 % interval", "linear, from the scatter of the readings or the noise that was given"),
             Fact::new(
                 "Not identified",
-                "the interval is wider than a factor of e, a millimetre or a degree either way: other values fit as well",
+                "the interval is wider than a factor of e, a millimetre or a degree, or half the change of a length or angle, either way: other values fit as well",
             ),
             Fact::new(
                 "Profile",

@@ -1,11 +1,10 @@
 //! JSON summary of an identification, and numbers that several of its reports share.
 
-use nalgebra::DVector;
 use serde_json::{Value, json};
 
 use crate::questions::identification::{
-    Estimate, IdentificationStudy, Identified, Measurement, Outlier, Reading, SetScore,
-    validate::rms_mm,
+    CauseKind, Estimate, IdentificationStudy, Identified, SetScore,
+    validate::{residual_share, rms_mm},
     written_files::{self, MachineFile},
 };
 
@@ -26,12 +25,12 @@ impl Report<'_> {
 
     /// Returns the RMS residual over the RMS measured value, of lengths that the load changes; `None` without any.
     pub fn residual_share(&self) -> Option<f64> {
-        residual_share(&self.results.fit.residuals, &self.study.measurements, &[])
+        residual_share(self.results.fit.residuals.as_slice(), &self.study.measurements, &[])
     }
 
     /// Returns [`residual_share`](Self::residual_share) without the outliers.
     pub fn inlier_residual_share(&self) -> Option<f64> {
-        residual_share(&self.results.fit.residuals, &self.study.measurements, &self.results.outliers)
+        residual_share(self.results.fit.residuals.as_slice(), &self.study.measurements, &self.results.outliers)
     }
 
     /// Describes in a sentence the residual of the machine file if only some parameters were identified; `None` if no file is written.
@@ -76,23 +75,6 @@ impl Report<'_> {
     }
 }
 
-/// Returns the RMS of `residuals` over that of the values, of lengths that the load changes, without `outliers`; `None` without any.
-pub(in super::super) fn residual_share(
-    residuals: &DVector<f64>,
-    measurements: &[Measurement],
-    outliers: &[Outlier],
-) -> Option<f64> {
-    let readings = measurements.iter().enumerate().flat_map(|(m, own)| own.readings.iter().map(move |r| (m, r)));
-    let is_far =
-        |m: usize, reading: &Reading| outliers.iter().any(|far| (far.measurement, far.column) == (m, reading.column));
-    let lengths = readings
-        .zip(residuals)
-        .filter(|((m, reading), _)| reading.is_change() && !reading.quantity.is_rotation() && !is_far(*m, reading));
-    let (left, all) =
-        lengths.fold((0.0, 0.0), |(left, all), ((_, reading), r)| (left + r * r, all + reading.value * reading.value));
-    (all > 0.0).then(|| (left / all).sqrt())
-}
-
 /// Returns the results as JSON; an infinite end of an interval is null.
 pub(super) fn json(report: &Report<'_>) -> Value {
     let Report { study, results, file, .. } = report;
@@ -130,6 +112,17 @@ pub(super) fn json(report: &Report<'_>) -> Value {
         "scatter": results.fit.scale,
         "beyond_noise": results.fit.is_beyond_noise,
         "residual_share": report.residual_share(),
+        "misfit": results.misfit.is_some(),
+        "explained_by": results.cause.as_ref().map(|cause| {
+            let (parameter, value, turn) = match &cause.kind {
+                CauseKind::Zero { unknown, value, .. } => (Some(&unknown.name), Some(value), None),
+                CauseKind::Turned(turn) => (None, None, Some(turn.map(f64::to_degrees).as_slice().to_vec())),
+            };
+            json!({
+                "parameter": parameter, "value": value, "readings_turned_deg": turn, "residual_mm": cause.residual_mm,
+                "residual_share": cause.share,
+            })
+        }),
         "unit_factor": results.unit_factor.as_ref().map(|common| json!({
             "factor": common.factor, "low": common.interval[0], "high": common.interval[1], "found_is_lower": common.is_lower,
             "unit": common.looks_like.0, "looks_like": common.looks_like.1,

@@ -6,7 +6,8 @@ use crate::{
     machine::Machine,
     page::headline::{Headline, KeyNumber, State, Verdict},
     questions::identification::{
-        Coordinate, Estimate, IdentificationStudy, LossSpec, Measurement, Outlier, Pattern, SetScore, Unknown,
+        CauseKind, Coordinate, Estimate, IdentificationStudy, LossSpec, Measurement, NOTEWORTHY, Outlier, Pattern,
+        SetScore, Unknown,
     },
     simulation::Failure,
 };
@@ -33,6 +34,9 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
         _ if report.results.fit.is_beyond_noise => {
             "Nothing is identified: the residual is larger than the noise that was given explains".into()
         }
+        _ if report.results.misfit.is_some() => {
+            "Nothing is identified: the residual is a large share of what was measured, and no noise is given that explains it".into()
+        }
         (0, 1) => format!("The parameter is identified: {}", first_identified(report)),
         (0, _) => format!("All {total} parameters are identified: {}", first_identified(report)),
         (1, 0) => format!("Parameter {name} is not identified: the measurements do not determine its value"),
@@ -56,7 +60,8 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
             .measured_mm()
             .map_or_else(String::new, |measured| format!("{} of what was measured", percent(value / measured)))
     };
-    let is_fitted = report.results.fit.is_converged && !report.results.fit.is_beyond_noise;
+    let results = report.results;
+    let is_fitted = results.fit.is_converged && !results.fit.is_beyond_noise && results.misfit.is_none();
     let verdict = match if is_fitted { identified } else { 0 } {
         0 => Verdict::new(State::Bad, "Nothing identified"),
         all if all == total => Verdict::new(State::Good, format!("All {total} parameters identified")),
@@ -64,6 +69,7 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
     };
     let next = match is_fitted && identified == total {
         true => "compute with the identified machine, machine.toml.",
+        false if !is_fitted => "find what the first of these cautions names, and identify again.",
         false => "plan measurements that determine the others: a measurement design does.",
     };
     Headline::new(sentence, basis(report.study))
@@ -244,8 +250,6 @@ pub(super) fn model_words(report: &Report<'_>) -> String {
 
 /// Largest share of the measured lengths that the residual of a model which follows them may have.
 const FOLLOWED: f64 = 0.7;
-/// Share of the residual from which the model lacks something, or the readings scatter.
-const NOTEWORTHY: f64 = 0.1;
 /// Share of the given noise below which residuals of [`MANY`] more readings than unknowns are too small: chance has it once in a thousand.
 const TOO_QUIET: f64 = 0.25;
 const MANY: usize = 8;
@@ -295,11 +299,48 @@ pub(super) fn beyond_travel(
     Some(format!("{} beyond the travel in the machine file: {}: {fault}.", counted(all.len(), "pose"), place(*first)))
 }
 
+/// Says what would explain a large residual; `None` where nothing that is tried does.
+fn cause_words(report: &Report<'_>) -> Option<String> {
+    let cause = report.results.cause.as_ref()?;
+    let left = match (cause.share, cause.residual_mm) {
+        (Some(share), _) => format!("{} of what was measured", percent(share)),
+        (None, Some(residual)) => format!("{} RMS", millimetres(residual, 4)),
+        (None, None) => "far less".into(),
+    };
+    Some(match &cause.kind {
+        CauseKind::Zero { unknown, value, is_at_limit } => {
+            let (name, value, unit) = (&unknown.name, rounded(*value), unknown.unit);
+            let more = if *is_at_limit { " or beyond" } else { "" };
+            format!(
+                "A zero of a drive that is off explains it: with {name} at {value} {unit}{more}, {left} would be left. Is the drive's \
+                 column as a pendant shows it? Else take {name} as an unknown."
+            )
+        }
+        CauseKind::Turned(turn) => {
+            let [x, y, z]: [f64; 3] = turn.try_normalize(0.0).unwrap_or_default().into();
+            let angle = turn.norm().to_degrees();
+            format!(
+                "Other axes explain it: with all readings turned back by {angle:.2}° about ({x:.3}, {y:.3}, {z:.3}) of O, {left} would be \
+                 left. Are readings along the axes of O, and not of the tracker's frame?"
+            )
+        }
+    })
+}
+
 /// Describes the most important problem with the residual, and what may cause it; `None` if it is small enough.
 pub(super) fn misfit_caution(report: &Report<'_>) -> Option<String> {
-    const TRY: &str = "Try as unknowns: play of the drives, bearings that tilt across the joints' axes (an arm's elbow first), elastic links.";
+    let cause = cause_words(report);
+    let words = misfit_words(report, cause.is_some())?;
+    Some([Some(words), cause].into_iter().flatten().collect::<Vec<_>>().join(" "))
+}
+
+/// Describes the most important problem with the residual, and what to try unless something explains it; `None` if it is small enough.
+fn misfit_words(report: &Report<'_>, is_explained: bool) -> Option<String> {
+    const TRY: &str = " Try as unknowns: play of the drives, bearings that tilt across the joints' axes (an arm's elbow first), elastic links.";
     let (fit, share) = (&report.results.fit, report.residual_share().unwrap_or(0.0));
     let words = percent(share);
+    let tries = if is_explained { "" } else { TRY };
+    const NOTHING: &str = "no noise is given that explains so much, so that nothing is identified; where readings do scatter so, say it by std_mm";
     let inliers = report.inlier_residual_share().unwrap_or(share);
     let far = if share > NOTEWORTHY && inliers < 0.5 * share { outlier_words(report) } else { None };
     if let Some(far) = far {
@@ -311,27 +352,33 @@ pub(super) fn misfit_caution(report: &Report<'_>) -> Option<String> {
             ));
         }
         return Some(match report.study.noise.is_estimated {
+            _ if report.results.misfit.is_some() => format!("{far} Of the rest, {NOTHING}.{tries}"),
             true => format!("{far} Intervals are as wide as if all readings scattered so."),
             false => far,
         });
     }
     if share > FOLLOWED {
+        let nothing =
+            if report.results.misfit.is_some() || fit.is_beyond_noise { " Nothing is identified." } else { "" };
         return Some(format!(
             "The residual is nearly as large as what was measured ({words}): are the units, signs and axes of loads and readings those of \
-             their columns?"
+             their columns?{nothing}"
         ));
     }
     if fit.is_beyond_noise {
         return Some(format!(
             "The residual is {:.1} times the noise that was given, which chance makes less than once in a hundred times: the model lacks \
-             something, and nothing is identified. {TRY}",
+             something, and nothing is identified.{tries}",
             fit.scale
         ));
+    }
+    if report.results.misfit.is_some() {
+        return Some(format!("The residual is {words} of what was measured: {NOTHING}.{tries}"));
     }
     if report.study.noise.is_estimated && share > NOTEWORTHY {
         return Some(format!(
             "The residual is {words} of what was measured: the model lacks something, or readings scatter so; intervals are as wide as if \
-             they did. {TRY}"
+             they did.{tries}"
         ));
     }
     if !report.study.noise.is_estimated && fit.scale < TOO_QUIET && report.study.reading_count() >= fit.x.len() + MANY {

@@ -62,7 +62,7 @@ fn refuse_to_lose_readings(sheet: &Path) -> Result<()> {
         |row: &csv_rows::Row| row.fields.iter().enumerate().any(|(i, cell)| is_reading(i) && !cell.is_empty());
     match rows.iter().find(|row| is_filled(row)) {
         None => Ok(()),
-        Some(row) => refuse(format!("has readings from line {} on", csv_rows::line_number(&bytes, row.span.start))),
+        Some(row) => refuse(format!("has readings from line {} on", row.line)),
     }
 }
 

@@ -24,10 +24,9 @@ impl Polyline {
             line: line_number(&source, at),
             fault,
         })?;
-        let Parsed { columns, external, rows, points, decimals } = parsed;
+        let Parsed { columns, external, rows, lines, points, decimals } = parsed;
         let path = Toolpath::assemble(points).with_external_axes(&external);
         let own_format = NumberFormat::of_source(decimals, 0);
-        let lines = csv_rows::line_numbers(&source, rows.iter().map(|row| row.start));
         Ok(Polyline { name: name.to_owned(), source, columns, rows, lines, path, own_format })
     }
 }
@@ -38,6 +37,7 @@ struct Parsed {
     /// Names of the external axes.
     external: Vec<String>,
     rows: Vec<Range<usize>>,
+    lines: Vec<usize>,
     points: Vec<PathPoint>,
     /// The most decimals of a coordinate.
     decimals: usize,
@@ -58,14 +58,15 @@ fn parse(source: &[u8]) -> Result<Parsed, (usize, PolylineFault)> {
     }
     let mut points = Vec::with_capacity(rows.len());
     let mut decimals = 0;
-    for Row { fields, span } in rows {
+    for Row { fields, span, .. } in rows {
         let values = row_values(&columns, &external, fields).map_err(|fault| (span.start, fault))?;
         let orientation = row_orientation(&columns, &values).map_err(|fault| (span.start, fault))?;
         points.push(PathPoint { orientation, ..row_point(&columns, &values, points.len()) });
         decimals = decimals.max(most_decimals(&columns, fields));
     }
     set_lengths_and_tangents(&mut points);
-    Ok(Parsed { columns, external, rows: rows.iter().map(|row| row.span.clone()).collect(), points, decimals })
+    let (rows, lines) = rows.iter().map(|row| (row.span.clone(), row.line)).unzip();
+    Ok(Parsed { columns, external, rows, lines, points, decimals })
 }
 
 /// Returns the columns of the header and the names of external axes; `Err` for unknown, repeated, missing or contradictory columns.

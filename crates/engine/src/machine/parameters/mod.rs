@@ -288,13 +288,26 @@ impl Machine {
 
 /// Whether `name` matches `pattern`, in which `*` stands for any letters but a dot.
 pub fn is_pattern_of(pattern: &str, name: &str) -> bool {
-    match pattern.split_once('*') {
-        None => pattern == name,
-        Some((before, rest)) => name.strip_prefix(before).is_some_and(|tail| {
-            let ends = tail.char_indices().map(|(at, _)| at).chain([tail.len()]);
-            ends.take_while(|&end| !tail[..end].contains('.')).any(|end| is_pattern_of(rest, &tail[end..]))
-        }),
+    // No star reaches over a dot, so that what is between the dots is matched by itself.
+    let (mut patterns, mut parts) = (pattern.split('.'), name.split('.'));
+    loop {
+        match (patterns.next(), parts.next()) {
+            (Some(pattern), Some(part)) if is_pattern_of_part(pattern, part) => {}
+            (pattern, part) => return pattern.is_none() && part.is_none(),
+        }
     }
+}
+
+/// Whether `part`, which has no dot, matches `pattern`; in a time that grows with the length of both, however many stars there are.
+fn is_pattern_of_part(pattern: &str, part: &str) -> bool {
+    let Some((before, rest)) = pattern.split_once('*') else { return pattern == part };
+    let (between, after) = rest.rsplit_once('*').unwrap_or(("", rest));
+    let middle = part.strip_prefix(before).and_then(|tail| tail.strip_suffix(after));
+    // The first place of each word leaves most to those behind it.
+    middle.is_some_and(|middle| {
+        let behind = between.split('*').try_fold(middle, |tail, word| Some(&tail[tail.find(word)? + word.len()..]));
+        behind.is_some()
+    })
 }
 
 /// Names of all parameters of the machine file `spec`.

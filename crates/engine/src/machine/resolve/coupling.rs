@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::TO_RAD;
 use crate::{
-    input::{check::Check, error::Result},
+    input::{check::Check, error::Result, names::listed},
     machine::{Chain, Coupling, Motion, spec::ShownSpec},
 };
 
@@ -34,8 +34,8 @@ pub(super) fn resolve_coupling(chain: &Chain, shown: &[ShownCoordinate]) -> Resu
             let check = check.key(&format!("of.{name}"));
             let of_name = |name: &str| chain.drives.iter().position(|other| other.name == name);
             let Some(joint) = of_name(&format!("{prefix}{name}")).or_else(|| of_name(name)) else {
-                let known: Vec<&str> = chain.drives.iter().map(|drive| drive.name.as_str()).collect();
-                return check.fail(format!("no drive of this chain has this name; there are: {}", known.join(", ")));
+                let known = listed(chain.drives.iter().map(|drive| &drive.name));
+                return check.fail(format!("no drive of this chain has this name; there are: {known}"));
             };
             if chain.drives[joint].motion != motion {
                 let word = |motion| if motion == Motion::Prismatic { "slide" } else { "hinge" };

@@ -24,7 +24,7 @@ use super::{
     },
 };
 use crate::{
-    input::{check::Check, error::Result},
+    input::{check::Check, error::Result, names::listed},
     spatial::{Pose, frame_about},
 };
 
@@ -174,7 +174,7 @@ fn elastic_constants(name: &str, spec: &MaterialSpec, check: &Check) -> Result<M
 /// Elastic constants of the material called `name`; `Err` names those that there are.
 fn find_material(spec: &MachineSpec, name: &str, check: &Check) -> Result<Material> {
     let Some(material) = spec.material.get(name) else {
-        let known = spec.material.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        let known = listed(spec.material.keys());
         let known = if known.is_empty() { "none".into() } else { known };
         return check.fail(format!("no material is called \"{name}\"; there are: {known}"));
     };
@@ -186,7 +186,7 @@ fn design_index(spec: &MachineSpec, name: &str, check: &Check) -> Result<usize> 
     match spec.chain.iter().position(|chain| chain.name == name) {
         Some(index) => Ok(index),
         None => {
-            let known = spec.chain.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", ");
+            let known = listed(spec.chain.iter().map(|chain| &chain.name));
             check.fail(format!("no chain is called \"{name}\"; there are: {known}"))
         }
     }
