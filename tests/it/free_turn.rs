@@ -333,7 +333,7 @@ fn keys_of_the_table_are_checked() {
     for (table, message) in [
         ("gamma = \"some\"", "redundancy.gamma"),
         ("step_deg = 0.1", "redundancy.step_deg: must be from 0.25 to 90, got 0.1"),
-        ("range_deg = [10.0, -10.0]", "redundancy.range_deg: must be the least turn and a larger one"),
+        ("range_deg = [10.0, -10.0]", "redundancy.range_deg: must be the least turn and the largest"),
         ("max_step_deg_per_mm = 0.0", "redundancy.max_step_deg_per_mm"),
         (
             "min_singularity_distance = 1.0",
