@@ -191,6 +191,10 @@ FULL = [
         python3 tests/oracles/five_axis.py --poses "$OUT/poses"
         diff -r tests/five_axis_poses "$OUT/poses"
         python3 tests/oracles/check_five.py "$PROGRAM" --from 1 --count 60
+        for dialect in urscript rapid krl sinumerik; do
+            python3 tests/oracles/compositions.py "$PROGRAM" --dialect $dialect --from 1 --count 15
+        done
+        python3 tests/oracles/compositions.py "$PROGRAM" --deep
         # About 60 judged cuts of flat ends, and some of balls and corners.
         python3 -m venv "$OUT/geometry"
         "$OUT/geometry/bin/pip" install --quiet --requirement tests/oracles/requirements.txt
