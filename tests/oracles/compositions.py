@@ -51,7 +51,9 @@ def urscript(seed):
         if x < 0.45 and (feature and not plain or wide): return f"pose_inv({of(finv(f), depth - 1, True)})"
         if x < 0.5 and wide: return f"pose_add({of((NULL[0], (1.0, 2.0, 3.0)), depth - 1, True)}, {of((f[0], tuple(a - b for a, b in zip(f[1], (1.0, 2.0, 3.0)))), depth - 1, False)})"
         a = frame(r)
-        return f"pose_trans({of(a, depth - 1, True)}, {of(fmul(finv(a), f), depth - 1, feature)})"
+        return f"pose_trans({of(a, 0 if right else depth - 1, True)}, {of(fmul(finv(a), f), depth - 1, feature)})"
+    right = r.random() < 0.4        # nested in the second place alone
+    if right: wide, plain = False, True
     body = []
     for i in range(r.randint(5, 9)):
         depth = r.randint(1, 6)
