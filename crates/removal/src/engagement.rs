@@ -281,7 +281,7 @@ impl Engagement {
 /// What is left may rise by so much against the cutter's surface from the centre of a cell, mm for each mm, where that is level.
 const OFF_CENTRE: f64 = 0.15;
 /// Points at which lines down corner or point are looked at before ends of material between them are sought.
-const LINE_STEPS: u32 = 8;
+const LINE_STEPS: u32 = 6;
 
 /// Where corner or point may touch material.
 struct Contact {

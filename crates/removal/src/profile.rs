@@ -27,6 +27,8 @@ const BENT: f64 = 1e-4;
 const ENDED: f64 = 5e-4;
 /// Ends on a line are known within this share of the step along it.
 const ON_LINE: f64 = 2e-3;
+/// Times that the surface is sought to come out of material between places on a line: what is narrower than a sixteenth of their distance may be missed.
+const CREST_ROUNDS: u32 = 4;
 /// What stands between two samples, and rises less above both than this share of the depth, may be missed where no more of it can be excluded.
 const LEAST_RISE: f64 = 0.1;
 
@@ -136,6 +138,8 @@ pub(crate) struct Profile {
     /// Where there are samples of the cylinder before any are added.
     places: Vec<Place>,
     spans: Vec<[f64; 2]>,
+    /// How far places of the line that was looked at last are at least inside what was cut, mm.
+    clear: f64,
     /// How the bounds go, for [`Profile::regions`].
     pub edges: Vec<Edge>,
 }
@@ -203,17 +207,41 @@ impl Profile {
         self.refine(view);
     }
 
-    /// Samples corner, point or end between two angles along so many steps.
-    pub fn fill_lines(&mut self, view: &View<'_>, [low, high]: [f64; 2], steps: u32) {
+    /// Samples corner, point or end between two angles along so many steps, and once more over less of its range where that is enough.
+    pub fn fill_lines(&mut self, view: &View<'_>, angles: [f64; 2], steps: u32) {
+        self.lay_lines(view, angles, steps);
+        let [from, to] = view.range;
+        let step = (to - from) / f64::from(steps);
+        let low = self.intervals.iter().fold(to, |low, own| low.min(own[0]));
+        let high = self.intervals.iter().fold(from, |high, own| high.max(own[1]));
+        let near = View { range: [(low - step).max(from), (high + step).min(to)], ..*view };
+        if low < high && 2.0 * (near.range[1] - near.range[0]) < to - from {
+            self.lay_lines(&near, angles, steps);
+            self.refine_lines(&near, steps);
+        } else {
+            self.refine_lines(view, steps);
+        }
+    }
+
+    fn lay_lines(&mut self, view: &View<'_>, [low, high]: [f64; 2], steps: u32) {
         self.clear();
         let count = ((high - low) / STEP).ceil().max(LEAST_LINES);
+        let mut clear_to = f64::NEG_INFINITY;
         for number in 0..=count as u32 {
-            let place = Place::new(low + (high - low) * f64::from(number) / count);
+            let angle = low + (high - low) * f64::from(number) / count;
+            if angle <= clear_to {
+                continue;
+            }
+            let place = Place::new(angle);
+            self.clear = f64::INFINITY;
             let guess = self.samples.last().map_or(NONE, |sample| sample.number);
             let sample = self.sample_line(view, &place, guess, steps);
             self.samples.push(sample);
+            // As on the cylinder, where all of the line was cut and its range is the same at all angles.
+            if sample.first == sample.end && view.front.vertical == 0.0 && self.clear.is_finite() {
+                clear_to = angle + self.clear / view.cutter.radius;
+            }
         }
-        self.refine_lines(view, steps);
     }
 
     /// Samples the cylinder at a place, at which the move `guess` may have cut.
@@ -255,26 +283,17 @@ impl Profile {
             let steps = (f64::from(steps) * share).ceil().max(2.0);
             let tolerance = ON_LINE * (to - from) / steps;
             let mut last = (from, self.depth(view, place, from, &mut number));
-            let mut before = f64::INFINITY;
+            let mut before = (from, f64::NEG_INFINITY);
             let mut open = (last.1 > 0.0).then_some(from);
             for step in 1..=steps as u32 {
                 let at = from + (to - from) * f64::from(step) / steps;
                 let next = (at, self.depth(view, place, at, &mut number));
-                // A crest between samples in air.
-                let is_crest = last.1 <= 0.0 && last.1 > before && last.1 >= next.1 && next.1.is_finite();
-                if is_crest && before.is_finite() {
-                    let bend = before - 2.0 * last.1 + next.1;
-                    let off = 0.5 * (before - next.1) / bend;
-                    let top = last.0 + off * (at - last.0);
-                    let crest = (top, self.depth(view, place, top, &mut number));
-                    if crest.1 > 0.0 {
-                        let before = (2.0 * last.0 - at, before);
-                        let low = if off > 0.0 { last } else { before };
-                        let high = if off > 0.0 { next } else { last };
-                        let low = self.line_end(view, place, [low, crest], tolerance, &mut number);
-                        let high = self.line_end(view, place, [crest, high], tolerance, &mut number);
-                        self.intervals.push([low, high]);
-                    }
+                // It may come out next to the ends of the line, too.
+                if step == 1 {
+                    before = (from, next.1);
+                }
+                if let Some(own) = self.crest(view, place, [before, last, next], tolerance, &mut number) {
+                    self.intervals.push(own);
                 }
                 if (last.1 > 0.0) != (next.1 > 0.0) {
                     let end = self.line_end(view, place, [last, next], tolerance, &mut number);
@@ -283,7 +302,10 @@ impl Profile {
                         None => open = Some(end),
                     }
                 }
-                (before, last) = (last.1, next);
+                (before, last) = (last, next);
+            }
+            if let Some(own) = self.crest(view, place, [before, last, (to, before.1)], tolerance, &mut number) {
+                self.intervals.push(own);
             }
             if let Some(start) = open {
                 self.intervals.push([start, to]);
@@ -293,6 +315,37 @@ impl Profile {
         Sample { place: *place, number, first, end, is_beside: false, is_straight: false }
     }
 
+    /// Returns what is in material about the highest of three places on a line in air, where the surface may come out of it between them.
+    fn crest(
+        &mut self,
+        view: &View<'_>,
+        place: &Place,
+        mut near: [(f64, f64); 3],
+        tolerance: f64,
+        number: &mut u32,
+    ) -> Option<[f64; 2]> {
+        let [low, top, high] = near.map(|own| own.1);
+        let may_come = low < top && high <= top && top <= 0.0 && 2.0 * top > low.min(high);
+        let rounds = if may_come { CREST_ROUNDS } else { 0 };
+        for _ in 0..rounds {
+            let mut halfway = |a: (f64, f64), b: (f64, f64)| {
+                let at = 0.5 * (a.0 + b.0);
+                (at, self.depth(view, place, at, number))
+            };
+            let [low, top, high] = near;
+            let all = [low, halfway(low, top), top, halfway(top, high), high];
+            if let Some(first) = all.iter().position(|own| own.1 > 0.0) {
+                let last = if all[3].1 > 0.0 { 3 } else { first };
+                let start = self.line_end(view, place, [all[first - 1], all[first]], tolerance, number);
+                let end = self.line_end(view, place, [all[last], all[last + 1]], tolerance, number);
+                return Some([start, end]);
+            }
+            let best = (1..4).fold(2, |best, k| if all[k].1 > all[best].1 { k } else { best });
+            near = [all[best - 1], all[best], all[best + 1]];
+        }
+        None
+    }
+
     /// Returns how far a place of the surface is below what is left there, or above what is below it, mm; and puts the number of the move that left it.
     fn depth(&mut self, view: &View<'_>, place: &Place, at: f64, number: &mut u32) -> f64 {
         let (radius, height) = view.cutter.place(view.part, at);
@@ -300,12 +353,17 @@ impl Profile {
         self.spans.clear();
         view.field.stock.spans(p, &mut self.spans);
         if self.spans.is_empty() {
+            self.clear = f64::NEG_INFINITY;
             return f64::NEG_INFINITY;
         }
         let floor = view.field.floor_from(p, *number, z);
         *number = floor.number;
         let inside = self.spans.iter().map(|span| (span[1].min(floor.height) - z).min(z - span[0]));
-        inside.fold(f64::NEG_INFINITY, f64::max) - TOUCH
+        let depth = inside.fold(f64::NEG_INFINITY, f64::max) - TOUCH;
+        let is_cut = depth <= 0.0 && floor.number != NONE;
+        let clear = if is_cut { view.field.clearance(floor.number, p, z) } else { f64::NEG_INFINITY };
+        self.clear = self.clear.min(clear);
+        depth
     }
 
     /// Returns where on a line material ends between two places of it, given how deep they are in it.
