@@ -160,7 +160,7 @@ fn an_axis_of_another_name_is_refused_by_it() {
     let path = program.toolpath(Sampling::default()).unwrap();
     let goals: Vec<_> = path.positions_mm().iter().map(|p| p + Vector3::y()).collect();
     let written = program.rewrite(&path, &goals, NumberFormat::new(3, 4).unwrap()).unwrap();
-    assert!(String::from_utf8_lossy(written.bytes()).contains("G1 X10 Y1.000 E30 F100"));
+    assert!(String::from_utf8_lossy(written.bytes()).contains("G0 X0 Y1.000 Z0\nG1 X10 E30 F100\n"));
     // Nor does it wait behind a corner that the control cuts.
     for words in ["E30", "A30", "M5"] {
         let source = format!("G90 G21\nG0 X0 Y0 Z0\nG1 X10 {words} F100 ,R1\nY10\nM30\n");

@@ -393,8 +393,6 @@ fn unknown_force_text(job: &ProgramJob) -> String {
 /// Returns in words which motions of a program of this kind may cut.
 fn cutting_motions(job: &ProgramJob) -> &'static str {
     match &job.file {
-        #[cfg(not(target_family = "wasm"))]
-        _ if job.process.stock.is_some() => "motions that meet the stock",
         ProgramFile::Polyline(_) => "points marked as cutting",
         ProgramFile::Gcode(program) if program.notes().dialect == Dialect::Heidenhain => "L, C and CR at feed",
         ProgramFile::Gcode(_) => "G1, G2, G3 and cycles",

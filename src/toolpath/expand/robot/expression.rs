@@ -299,7 +299,7 @@ impl<'t, 'n> Reader<'t, 'n> {
                     self.scan = end;
                     value
                 }
-                (true, false) => self.expression(),
+                (true, false) => Ok(self.expression()?),
             };
             let text = String::from_utf8_lossy(&self.scan.line[from..self.scan.at]).trim().to_owned();
             arguments.push(Argument { name, value, text });
