@@ -198,7 +198,7 @@ fn compare(name: &str, urdf: &str, imported: &ImportedMachine) {
     let geometry = Geometry::from_toml(&imported.toml, name).unwrap_or_else(|error| panic!("{error}"));
     let file: toml::Table = imported.toml.parse().unwrap();
     let elements = file["chain"][0]["elements"].as_array().unwrap();
-    let end = imported.notes[0].rsplit_once(" to link \"").unwrap().1.trim_end_matches('"').to_string();
+    let end = imported.notes[1].rsplit_once(" to link \"").unwrap().1.trim_end_matches('"').to_string();
     let machine = geometry.kinematics();
     for seed in 1..6 {
         let values = numbers(machine.drive_count(), seed);
