@@ -366,7 +366,7 @@ fn tips_are_named() {
     let (urdf, _) = imported("several_tips");
     let at = |tip: Option<&str>| {
         let options = ImportOptions { tip: tip.map(String::from), ..ImportOptions::default() };
-        import(&urdf, "six.urdf", &options).map(|imported| imported.notes[0].clone()).map_err(|error| error.to_string())
+        import(&urdf, "six.urdf", &options).map(|imported| imported.notes[1].clone()).map_err(|error| error.to_string())
     };
     assert_eq!(at(Some("link3")).unwrap(), "chain: from link \"base\", whose frame is O, to link \"link3\"");
     let tips = "\"tool0\" (6 movable joints before it), \"camera\" (6 movable joints before it)";
