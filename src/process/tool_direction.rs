@@ -31,7 +31,7 @@ pub(super) fn check(program: &Program, process: &Process, name: &str) -> Result<
         return if apart <= GIVEN_DEG { Ok(()) } else { Err(Error::argument(name, problem)) };
     }
     let normals = normals(program.notes().feed_normals);
-    let lean = |normal: &usize| axis[*normal].abs().min(1.0).acos().to_degrees();
+    let lean = |normal: &usize| libm::acos(axis[*normal].abs().min(1.0)).to_degrees();
     let least = normals.iter().map(lean).fold(f64::INFINITY, f64::min);
     if least <= MOST_DEG {
         return Ok(());

@@ -171,7 +171,7 @@ fn tool_axis(options: &ImportOptions) -> (Vector3<f64>, &'static str) {
 /// Says how the tool points at home, where it has the direction `axis` of O.
 fn tool_at_home(axis: &Vector3<f64>) -> String {
     let [x, y, z]: [f64; 3] = axis.map(|v| (v * 1e3).round() / 1e3 + 0.0).into();
-    let from_down = (-axis.z).clamp(-1.0, 1.0).acos().to_degrees();
+    let from_down = libm::acos((-axis.z).clamp(-1.0, 1.0)).to_degrees();
     let words = match from_down < 0.5 {
         true => "down".to_owned(),
         false => format!(

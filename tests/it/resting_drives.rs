@@ -33,7 +33,14 @@ const RAIL: &str =
 fn spring(axis: usize, compliance: f64) -> String {
     let entry = |row: usize, column: usize| match (row == column, row == axis) {
         (true, true) => compliance,
-        (true, false) => 1e-18,
+        // As good as rigid: in translation, mm/N, and in rotation, rad/(N mm).
+        (true, false) => {
+            if row < 3 {
+                1e-15
+            } else {
+                1e-18
+            }
+        }
         _ => 0.0,
     };
     let rows: Vec<String> =
@@ -89,10 +96,10 @@ fn is_as(job_of: &ProgramJob, slides: [usize; 3], other: &ProgramJob) {
         let (own, others) = (pass(job_of, method), pass(other, method));
         assert!(own.len() == others.len() && own.len() > 20);
         for ((_, own), (_, other)) in own.iter().zip(&others) {
-            assert!((own.position_error - other.position_error).norm() < 1e-7, "{method:?}: {own:?} {other:?}");
+            assert!((own.position_error - other.position_error).norm() < 1e-6, "{method:?}: {own:?} {other:?}");
             for (slide, expected) in slides.iter().zip(&other.drives) {
                 assert!(
-                    (own.drives[*slide] - expected).abs() < 1e-7,
+                    (own.drives[*slide] - expected).abs() < 1e-6,
                     "{method:?}: {:?} {:?}",
                     own.drives,
                     other.drives
@@ -198,8 +205,12 @@ fn with_full_pose_a_head_follows_the_angles_that_the_program_names() {
             assert!((Vector3::new(drives[0], drives[1], drives[2]) - slides).norm() < 1e-6, "{drives:?} {slides:?}");
         }
         for (_, answer) in pass(&job, Method::Direct) {
-            assert!(answer.position_error.norm() < 1e-8 && answer.residual_rotation.xy().norm() < 1e-9, "{answer:?}");
-            assert!((answer.drives[3] - answer.nominal_drives[3]).abs() < 1e-3, "{answer:?}");
+            let [c, b] = [answer.nominal_drives[3], answer.nominal_drives[4]];
+            let axis = Vector3::new(b.sin() * c.cos(), b.sin() * c.sin(), b.cos());
+            // A turn about the tool is left.
+            let across = answer.residual_rotation - axis * axis.dot(&answer.residual_rotation);
+            assert!(answer.position_error.norm() < 1e-8 && across.norm() < 1e-9, "{across:?} {answer:?}");
+            assert!((answer.drives[3] - c).abs() < 1e-3, "{answer:?}");
         }
     }
 }

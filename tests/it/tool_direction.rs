@@ -56,7 +56,7 @@ fn a_tool_that_lies_is_refused_with_both_directions_and_the_key() {
         let refused = read(&gantry(axis), "", "", program).unwrap_err();
         let [x, y, z] = axis.map(|part: f64| (-part * 1e4).round() / 1e4 + 0.0);
         for words in [
-            format!("part.nc is for a tool along {meant} of W, and the tool of machine gantry"),
+            format!("part.nc: is for a tool along {meant} of W, and the tool of machine gantry"),
             format!("stands along ({x}, {y}, {z}) there, {angle} degrees from it"),
             format!("tool_axis = [{x:?}, {y:?}, {z:?}] in [gcode]"),
         ] {

@@ -198,7 +198,7 @@ fn compare(name: &str, urdf: &str, imported: &ImportedMachine) {
     let geometry = Geometry::from_toml(&imported.toml, name).unwrap_or_else(|error| panic!("{error}"));
     let file: toml::Table = imported.toml.parse().unwrap();
     let elements = file["chain"][0]["elements"].as_array().unwrap();
-    let end = imported.notes[0].rsplit_once(" to link \"").unwrap().1.trim_end_matches('"').to_string();
+    let end = imported.notes[1].rsplit_once(" to link \"").unwrap().1.trim_end_matches('"').to_string();
     let machine = geometry.kinematics();
     for seed in 1..6 {
         let values = numbers(machine.drive_count(), seed);
@@ -366,7 +366,7 @@ fn tips_are_named() {
     let (urdf, _) = imported("several_tips");
     let at = |tip: Option<&str>| {
         let options = ImportOptions { tip: tip.map(String::from), ..ImportOptions::default() };
-        import(&urdf, "six.urdf", &options).map(|imported| imported.notes[0].clone()).map_err(|error| error.to_string())
+        import(&urdf, "six.urdf", &options).map(|imported| imported.notes[1].clone()).map_err(|error| error.to_string())
     };
     assert_eq!(at(Some("link3")).unwrap(), "chain: from link \"base\", whose frame is O, to link \"link3\"");
     let tips = "\"tool0\" (6 movable joints before it), \"camera\" (6 movable joints before it)";
