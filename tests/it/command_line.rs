@@ -901,7 +901,7 @@ fn every_line_of_progress_is_json() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     for (code, arguments) in [
-        (0, vec!["run", STUDY, "--out", path(&out), "--progress", "json"]),
+        (0, vec!["run", STUDY, "--grid", "3", "--no-figures", "--out", path(&out), "--progress", "json"]),
         (2, vec!["run", "/no/study", "--out", path(&out), "--progress", "json"]),
         (2, vec!["run", "--progress=json"]),
         (2, vec!["run", STUDY, "--threads", "none", "--progress", "json"]),

@@ -136,7 +136,7 @@ pub struct Identified {
     pub outliers: Vec<Outlier>,
     /// The machine with the identified parameters alone; `None` where all or none are identified.
     pub partial: Option<PartialMachine>,
-    /// Residual over what was measured, without outliers, where it is too large and no noise is given that would explain it: nothing is identified.
+    /// Residual over what was measured, without outliers, where it is too large or has a cause, and no noise is given that would explain it: nothing is identified.
     pub misfit: Option<f64>,
     /// What would explain most of a large residual, if something that is tried does.
     pub cause: Option<Cause>,
@@ -203,9 +203,10 @@ pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Resu
     work.tell(Event::Computed(study.measurements.len()));
     let outliers = validate::outliers(&fit, &study.measurements);
     let share = validate::residual_share(fit.residuals.as_slice(), &study.measurements, &outliers);
-    let misfit = share.filter(|share| study.noise.is_estimated && *share > MOST_LEFT);
     let is_large = fit.is_beyond_noise || share.is_some_and(|share| share > NOTEWORTHY);
     let cause = if is_large { cause::find(study, &fit, work)? } else { None };
+    // What has a cause is no noise.
+    let misfit = share.filter(|share| study.noise.is_estimated && (*share > MOST_LEFT || cause.is_some()));
     let open = advice::open_combinations(&fit);
     let advice = match open.is_empty() {
         true => None,
