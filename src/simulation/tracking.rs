@@ -3,7 +3,8 @@
 use crate::{
     compensation::{CompensationStatus, TaskPoint},
     machine::{
-        AskedPosture, BatchKinematics, Configuration, ExternalAxes, Machine, PositionedMachine, PostureChange, Unreachable,
+        AskedPosture, BatchKinematics, Configuration, ExternalAxes, Machine, PositionedMachine, PostureChange,
+        Unreachable,
     },
 };
 

@@ -220,17 +220,17 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// Most lines of folders, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 11] = [
-    (&["crates/engine/src"], 21_595),
-    (&["crates/removal/src"], 2_625),
-    (&["src/toolpath"], 29_345),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 12_350),
-    (&["src/simulation", "src/redundancy"], 5_340),
-    (&["src/answer", "src/files", "src/work", "src/run"], 5_840),
-    (&["src/figures", "src/page"], 10_445),
-    (&["src/questions"], 24_900),
-    (&["src/products", "src/inspect", "src/explore"], 12_645),
-    (&["src/cli"], 3_055),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 128_335),
+    (&["crates/engine/src"], 21_945),
+    (&["crates/removal/src"], 3_085),
+    (&["src/toolpath"], 30_345),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 13_065),
+    (&["src/simulation", "src/redundancy"], 5_570),
+    (&["src/answer", "src/files", "src/work", "src/run"], 6_025),
+    (&["src/figures", "src/page"], 10_660),
+    (&["src/questions"], 25_490),
+    (&["src/products", "src/inspect", "src/explore"], 12_935),
+    (&["src/cli"], 3_165),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 132_285),
 ];
 
 #[test]
