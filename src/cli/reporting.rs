@@ -156,6 +156,7 @@ pub fn stop_at_once() -> Result<()> {
                 std::thread::sleep(HEEDED);
             }
             remove_unfinished();
+            super::fail("stopped");
             std::process::exit(super::STOPPED.into())
         });
     });

@@ -461,7 +461,7 @@ fn hinges_are_summed_up_in_their_own_units() {
     fs::write(study.join("gantry.toml"), gantry(SPINDLE_HINGE)).unwrap();
     let (_, text) = run(path(&study), folder.path(), "1", 0);
     assert!(!text.contains(" or "), "one unit for one number\n{text}");
-    for kind in ["correct the slides by up to ", "correct the hinges by up to 0.0000°, at "] {
+    for kind in ["correct the slides by up to ", "correct the hinges by up to 0.0000°, tool tip at "] {
         assert!(text.contains(kind), "{text}");
     }
     assert!(text.contains("Drive forces of slides reach") && text.contains("Drive torques of hinges reach"), "{text}");

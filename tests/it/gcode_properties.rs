@@ -71,7 +71,12 @@ fn meets_within(
     tolerance_mm: f64,
 ) -> Result<(), TestCaseError> {
     let writing = WriteOptions::with_tolerance(tolerance_mm, NumberFormat::default());
-    let written = program.rewrite(path, goals, writing).unwrap();
+    let written = match program.rewrite(path, goals, writing) {
+        Ok(written) => written,
+        // Words that move with the tool are refused where their line is split, by name.
+        Err(refused) if refused.to_string().contains("an axis that moves with the tool") => return Ok(()),
+        Err(refused) => return Err(TestCaseError::fail(refused.to_string())),
+    };
     let text = String::from_utf8_lossy(written.bytes());
     let back = written.read_back().map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
     prop_assert_eq!(back.len(), path.len());

@@ -33,6 +33,11 @@ fn options() -> GcodeOptions {
     options
 }
 
+/// Those whose lines may become several: of the pen's E nobody says how it is shared out (`split_words`).
+fn divisible_programs() -> impl Iterator<Item = (String, Vec<u8>)> {
+    programs().into_iter().filter(|(name, _)| name != "pen_plotter.gcode")
+}
+
 fn sampling() -> Sampling {
     Sampling::new(0.005, 2.0).unwrap()
 }
@@ -116,7 +121,7 @@ fn a_constant_shift_splits_no_block() {
 fn a_varying_correction_is_met_at_every_point_to_the_last_decimal() {
     let bend =
         |p: Vector3<f64>| Vector3::new((0.11 * p.y).sin(), (0.07 * p.x + 0.3).cos(), (0.05 * (p.x + p.y)).sin()) * 0.3;
-    for (name, source) in programs() {
+    for (name, source) in divisible_programs() {
         let (program, path) = parse(&name, &source);
         for (format, last_place) in [
             (NumberFormat::default(), LAST_PLACE_MM),
@@ -132,7 +137,7 @@ fn a_varying_correction_is_met_at_every_point_to_the_last_decimal() {
 #[test]
 fn comments_and_lines_without_motion_survive() {
     let bend = |p: Vector3<f64>| Vector3::new(0.0, (0.2 * p.x).sin(), (0.3 * p.y).cos()) * 0.4;
-    for (name, source) in programs() {
+    for (name, source) in divisible_programs() {
         let (program, path) = parse(&name, &source);
         let (written, _) = moved(&program, &path, NumberFormat::default(), bend);
         let mut rest = written.bytes();

@@ -1263,6 +1263,7 @@ fn a_wrong_zero_and_turned_readings_identify_nothing_and_are_named() {
     let zero = identified("fanuc_r2000ic", &keys, &csv(&machine, &moved, &read));
     let axes = identified("fanuc_r2000ic", &keys, &csv(&machine, &places, &turned));
     for found in [&zero, &axes] {
+        println!("{:?} {:?} {:?}", found.misfit, found.cause, found.fit.is_beyond_noise);
         assert!(found.misfit.is_some());
         assert!(found.estimates.iter().all(|own| own.open.is_some()) && found.partial.is_none());
         assert!(found.cause.as_ref().unwrap().share.unwrap() < 0.03, "{:?}", found.cause);
@@ -1288,10 +1289,11 @@ fn lengths_that_are_known_together_are_written_together() {
     let noise = Normal::new(0.0, 2.5).unwrap();
     let mut text: String = machine.drive_labels().iter().map(|label| format!("{label}_rad,")).collect();
     text += "position_x_mm,position_y_mm,position_z_mm\n";
-    for place in places(&machine, 14, 0.0, &mut Random::seed_from_u64(9)) {
-        let stood = real.forward_kinematics(&place.at.drives).unwrap();
+    for _ in 0..14 {
+        let drives: Vec<f64> = machine.home.drives.iter().map(|home| home + random.random_range(-0.7..0.7)).collect();
+        let stood = real.forward_kinematics(&drives).unwrap();
         let tip = stood.pose.transform(real.tool_tip).map(|own| own + noise.sample(&mut random));
-        place.at.drives.iter().for_each(|drive| write!(text, "{drive:?},").unwrap());
+        drives.iter().for_each(|drive| write!(text, "{drive:?},").unwrap());
         writeln!(text, "{:?},{:?},{:?}", tip.x, tip.y, tip.z).unwrap();
     }
     let found = identified("ur10e", &(unknowns(&names) + "profile = false\n"), &text);

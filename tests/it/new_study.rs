@@ -284,7 +284,7 @@ fn what_a_new_study_says_is_of_its_machine() {
     };
     let map = written("map", "hexapod", "study.toml");
     for part in [
-        "chain = \"leg1\"\ndrive_offsets_mm_or_deg = [0.5]\n",
+        "# chain = \"leg1\"\n# drive_offsets_mm_or_deg = [0.5]\n",
         "chain = \"leg3\"",
         "slices_z_mm = [720.0, 800.0, 880.0]",
         "# min_mm = [-50.0, -50.0, 750.0]",

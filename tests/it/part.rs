@@ -329,10 +329,12 @@ fn what_is_no_part_is_refused() {
         let found = job_beside(&process, &machine, LINE, &files).map(|_| ()).unwrap_err().to_string();
         assert!(found.contains(expected), "{found}\ninstead of {expected}");
     }
-    // By rounding a part may be a little larger than its stock; what it is read from is an input.
+    // As a part's, a stock's surface faces outwards.
     let turned: Triangles = blank.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
     let files = [("blank.stl", binary_stl(&turned)), ("part.stl", binary_stl(&part))];
-    assert!(job_beside(PROCESS, &machine, LINE, &files).is_ok());
+    let found = job_beside(PROCESS, &machine, LINE, &files).map(|_| ()).unwrap_err().to_string();
+    assert!(found.contains("it faces inwards at ("), "{found}");
+    // By rounding a part may be a little larger than its stock; what it is read from is an input.
     let files = |part: &Triangles| [("blank.stl", binary_stl(&blank)), ("part.stl", binary_stl(part))];
     let inputs =
         |process: &str, part: &Triangles| job_beside(process, &machine, LINE, &files(part)).unwrap().process.inputs;

@@ -38,13 +38,23 @@ fn run(folder: &Path, arguments: &[&str]) -> String {
     text
 }
 
+/// The table that holds the last drives, which the task of a machine does not need, at home.
+fn spare_drives(machine: &str) -> String {
+    let machine = machine_from(machine);
+    let spare = machine.drives().count().saturating_sub(machine.controls.len());
+    let held = machine.drive_labels().into_iter().zip(&machine.home.drives).rev().take(spare);
+    let lines: String = held.map(|(label, home)| format!("{label} = {:?}\n", home.to_degrees())).collect();
+    if spare == 0 { lines } else { format!("[locked]\n{lines}") }
+}
+
 fn files(machine: &str, origin: &Vector3<f64>, force: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
     write("machine.toml", machine);
     write("part.nc", PROGRAM);
     let [x, y, z]: [f64; 3] = (*origin).into();
-    write("process.toml", &format!("schema = 1\n[placement]\norigin_mm = [{x:.1}, {y:.1}, {z:.1}]\n{force}"));
+    let locked = spare_drives(machine);
+    write("process.toml", &format!("schema = 1\n[placement]\norigin_mm = [{x:.1}, {y:.1}, {z:.1}]\n{force}{locked}"));
     folder
 }
 

@@ -540,7 +540,7 @@ fn corrections_within_limits_do_not_move_what_is_held() {
         kinetostat::products::program::ProgramJob::new(process, file, "path.csv", &Work::default()).unwrap()
     };
     let machine = slides_on_a_rail();
-    assert!(process(&machine).bounded_pass(&Work::default(), |_, _| Ok(())).is_ok());
+    assert!(process(&machine_from(&slides(5e3))).bounded_pass(&Work::default(), |_, _| Ok(())).is_ok());
     let held = machine.with_locked_drives(&[("rail", 20.0)]).unwrap();
     let refused = process(&held).bounded_pass(&Work::default(), |_, _| Ok(())).map(|_| ()).unwrap_err().to_string();
     assert_eq!(refused, "limits: cannot be kept with locked drives: corrections within limits move all drives");

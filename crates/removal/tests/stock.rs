@@ -115,8 +115,11 @@ fn enclosed_mm3(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> f64 {
     triangles.iter().map(part).sum()
 }
 
+/// Corners, and the numbers of those of each triangle.
+type Surface = (Vec<Vector3<f64>>, Vec<[u32; 3]>);
+
 /// Joins meshes; of each whether its triangles are turned.
-fn joined(parts: &[((Vec<Vector3<f64>>, Vec<[u32; 3]>), bool)]) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+fn joined(parts: &[(Surface, bool)]) -> Surface {
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
     for ((own, faces), is_turned) in parts {
         let shift = vertices.len() as u32;

@@ -68,6 +68,7 @@ impl Language {
     }
 
     /// Returns in words which motions may cut: those along a path.
+    #[cfg(feature = "report")]
     pub(crate) fn cutting_motions(self) -> &'static str {
         match self {
             Language::Krl => "LIN, CIRC and splines",

@@ -18,6 +18,9 @@ use crate::toolpath::{
     },
 };
 
+/// The pose of a position, its numbers of UFRAME and UTOOL, and its angles of joints, rad.
+type TakenPosition = (Option<Target>, [Option<u32>; 2], Option<[f32; 6]>);
+
 /// mm/min of the units of speeds along a path.
 const SPEEDS: [(&str, f64); 3] = [("mm/sec", 60.0), ("cm/min", 10.0), ("inch/min", 25.4)];
 
@@ -274,12 +277,7 @@ impl<'a> Reader<'a> {
 
     /// Takes the next position of a motion, `P[2]` or `P[2:name]`, whose text begins at byte `start` of the source: its pose, `None` for joint
     /// positions, its numbers of UFRAME and UTOOL, and the angles of joint positions, rad.
-    fn target(
-        &self,
-        scan: &mut Scan<'_>,
-        start: usize,
-        kind: MotionKind,
-    ) -> Result<(Option<Target>, [Option<u32>; 2], Option<[f32; 6]>), RobotFault> {
+    fn target(&self, scan: &mut Scan<'_>, start: usize, kind: MotionKind) -> Result<TakenPosition, RobotFault> {
         let (name, at) = scan.name();
         if !name.eq_ignore_ascii_case("P") {
             return RobotFault::not_followed("motions to registers (PR) and other places are", "P[n] of /POS");
