@@ -356,8 +356,11 @@ fn data_that_contradict_the_posture_are_refused_by_line() {
     }
 }
 
+/// A row of the numbers of a controller: as the constant that holds them says.
+type MeasuredRow = ([f64; 6], &'static str, [f64; 3], &'static str, [f64; 6]);
+
 /// Joints and what RobotStudio (CalcRobT, IRB 6700) and ROBOGUIDE (M-20iD/25) computed of them: LeroyDu56/robconv, tests/fixtures/probes/results.
-const MEASURED: [([f64; 6], &str, [f64; 3], &str, [f64; 6]); 16] = [
+const MEASURED: [MeasuredRow; 16] = [
     (
         [0.0, 0.0, 0.0, 0.0, -90.0, 0.0],
         "[0,0,0,1]",

@@ -724,7 +724,7 @@ fn earlier_programs_are_cut_first() {
         .zip(one.path.points()[second..].iter().zip(&one.path.engagements()[second..]))
     {
         // A peak is looked for where the force is the largest so far.
-        let [own, other] = [own, other].map(|own| Engaged { peak_N: None, ..own.clone() });
+        let [own, other] = [own, other].map(|own| Engaged { peak_N: None, ..*own });
         assert_eq!((a.position_mm, a.load, own), (b.position_mm, b.load, other));
         cut += usize::from(a.load.is_some());
     }
