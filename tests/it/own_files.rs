@@ -353,7 +353,7 @@ fn a_signal_before_anything_is_computed_and_a_folder_that_goes_are_told_in_words
     assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", text_of(&output));
-    assert!(text_of(&output).to_lowercase().contains("stopped "), "{}", text_of(&output));
+    assert!(text_of(&output).to_lowercase().contains("stopped"), "{}", text_of(&output));
 
     let _ = fs::remove_dir_all(&out);
     let map = ["run", MAP, "--grid", "9", "--no-figures", "--out", path(&out)];

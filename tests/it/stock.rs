@@ -405,6 +405,7 @@ fn a_tool_that_points_sideways_cuts_as_one_that_stands() {
         "box = { min_mm = [-60.0, -50.0, -5.0], max_mm = [60.0, 50.0, 20.0] }",
         "cylinder = { base_mm = [0.0, 0.0, 0.0], diameter_mm = 50.0, height_mm = 20.0 }",
     );
+    let cylinder = format!("[gcode]\ntool_axis = [-1.0, 0.0, 0.0]\n{cylinder}");
     let found = problem(&cylinder, &machine, "G21 G90\nS8000 M3\nG0 X0 Y0 Z0\nG1 X0.5 F600\n");
     assert!(found.contains("stock.cylinder: stands along z of the workpiece, and the tool is not along it"), "{found}");
     let text = format!("schema = 1\n[gcode]\ntool_axis = [-1.0, 0.0, 0.0]\n{}", process([-50.0, 50.0], TOOL, MATERIAL));

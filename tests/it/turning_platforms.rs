@@ -32,19 +32,20 @@ fn machines() -> [(&'static str, String, Vector3<f64>); 3] {
 }
 
 fn run(folder: &Path, arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_kinetostat")).current_dir(folder).args(arguments).output().unwrap();
+    let held = spare_drives(&fs::read_to_string(folder.join("machine.toml")).unwrap());
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_kinetostat")).current_dir(folder).args(arguments).args(held).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{text}");
     text
 }
 
-/// The table that holds the last drives, which the task of a machine does not need, at home.
-fn spare_drives(machine: &str) -> String {
+/// The options that hold the last drives, which the task of a machine does not need, at home.
+fn spare_drives(machine: &str) -> Vec<String> {
     let machine = machine_from(machine);
     let spare = machine.drives().count().saturating_sub(machine.controls.len());
     let held = machine.drive_labels().into_iter().zip(&machine.home.drives).rev().take(spare);
-    let lines: String = held.map(|(label, home)| format!("{label} = {:?}\n", home.to_degrees())).collect();
-    if spare == 0 { lines } else { format!("[locked]\n{lines}") }
+    held.flat_map(|(label, home)| ["--lock".to_owned(), format!("{label}={:?}", home.to_degrees())]).collect()
 }
 
 fn files(machine: &str, origin: &Vector3<f64>, force: &str) -> tempfile::TempDir {
@@ -53,8 +54,7 @@ fn files(machine: &str, origin: &Vector3<f64>, force: &str) -> tempfile::TempDir
     write("machine.toml", machine);
     write("part.nc", PROGRAM);
     let [x, y, z]: [f64; 3] = (*origin).into();
-    let locked = spare_drives(machine);
-    write("process.toml", &format!("schema = 1\n[placement]\norigin_mm = [{x:.1}, {y:.1}, {z:.1}]\n{force}{locked}"));
+    write("process.toml", &format!("schema = 1\n[placement]\norigin_mm = [{x:.1}, {y:.1}, {z:.1}]\n{force}"));
     folder
 }
 
@@ -78,12 +78,17 @@ impl Rows {
 
     fn drives(&self, machine: &Machine, row: &csv::StringRecord, which: &str) -> Vec<f64> {
         let labels = machine.drive_labels();
-        let values = labels.iter().zip(machine.drives()).map(|(label, (_, drive))| {
-            let revolute = drive.motion == kinetostat::machine::Motion::Revolute;
-            let column = format!("{which}_{label}_{}", if revolute { "deg" } else { "mm" });
-            let value = self.numbers(row, &[&column])[0];
-            if revolute { value.to_radians() } else { value }
-        });
+        let values =
+            labels.iter().zip(machine.drives()).zip(&machine.home.drives).map(|((label, (_, drive)), home)| {
+                let revolute = drive.motion == kinetostat::machine::Motion::Revolute;
+                let column = format!("{which}_{label}_{}", if revolute { "deg" } else { "mm" });
+                // Those that are held have no column.
+                if !self.names.contains(&column) {
+                    return *home;
+                }
+                let value = self.numbers(row, &[&column])[0];
+                if revolute { value.to_radians() } else { value }
+            });
         values.collect()
     }
 }

@@ -197,6 +197,8 @@ pub(crate) fn share_of(word: &Word, words: &[Word]) -> Share {
         // Exact stop, of this motion alone.
         'G' if word.meaning.is_none() && word.tenths() == Some(90) => Share::Last,
         'M' if acts_at_end(word) => Share::Last,
+        // Others are refused: what stands at 0 does not move.
+        'U' | 'V' | 'W' if word.value == 0.0 => Share::First,
         // LinuxCNC's M67 and M68 have it for an output.
         'E' if words.iter().any(owns_e) => parameters(),
         'P' | 'Q' => parameters(),
