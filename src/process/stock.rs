@@ -152,6 +152,8 @@ const MOST_BYTES: usize = 4 << 30;
 const MOST_BEND: f64 = 0.1;
 /// A tooth passing frequency is near a natural one within this ratio.
 const NEAR: f64 = 1.2;
+/// The direction in a point belongs to the way there if it is within 45° of it, as the cosine: an arc turns by less in a step.
+const ALONG: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// A tool that leans by less is parallel to the one before, as the sine of the angle: programs give angles with so many digits.
 const PARALLEL: f64 = 1e-5;
 
@@ -673,14 +675,19 @@ impl Cutting {
     ) -> std::result::Result<Option<(Option<Load>, Engaged)>, String> {
         let pieces = (way.norm() / (0.5 * tool.cutter.radius_mm())).ceil().max(1.0);
         let (step, mut heaviest) = (way / pieces, None::<(Option<Load>, Engaged)>);
-        for _ in 0..pieces as usize {
+        let chord = way.normalize();
+        let turn = Some(self.axes * to.tangent).filter(|own| own.dot(&chord) > ALONG).unwrap_or(chord) - chord;
+        // The direction of an arc at a share of this way: it has turned as far behind the chord at its begin as beyond it at its end.
+        let direction = |share: f64| (chord + turn * (2.0 * share - 1.0)).normalize();
+        for piece in 0..pieces as usize {
             let (from, end) = (self.at, self.at + step);
+            let share = |part: f64| (piece as f64 + part) / pieces;
             // What moves into material at the end of a piece has not been where it is; where less is met there than before, the most may lie on the way.
             let before = std::mem::take(&mut self.removed_mm2);
-            self.meet(tool, &end, way, (to, law), &mut heaviest)?;
+            self.meet(tool, &end, &direction(share(1.0)), (to, law), &mut heaviest)?;
             if self.removed_mm2 < before {
                 let at_end = self.removed_mm2;
-                self.meet(tool, &(from + 0.5 * step), way, (to, law), &mut heaviest)?;
+                self.meet(tool, &(from + 0.5 * step), &direction(share(0.5)), (to, law), &mut heaviest)?;
                 self.removed_mm2 = at_end;
             }
             self.field.cut(&tool.cutter, &from, &end, to.source.segment as u32).map_err(|error| error.to_string())?;
@@ -690,7 +697,7 @@ impl Cutting {
         Ok(heaviest)
     }
 
-    /// Finds what the tool meets with its tip at `at`, and takes it for `heaviest` if that is less.
+    /// Finds what the tool meets with its tip at `at` on its `way`, and takes it for `heaviest` if that is less.
     fn meet(
         &mut self,
         tool: &StockTool,
@@ -713,7 +720,8 @@ impl Cutting {
                 let (load, c) = load(milling, (&self.engagement, tool), (&self.axes, way), to)?;
                 let mut engaged = summary(&self.engagement, milling.spindle, Some(c));
                 let (rise, mean) = (way.z / way.norm(), load.force_N.norm());
-                if engaged.end_mm2 * -rise > BY_END * engaged.removed_mm2 {
+                let leaves_out_end = milling.neglects_end && !is_drilling(in_tool_axes(&way.normalize()));
+                if engaged.end_mm2 * -rise > BY_END * engaged.removed_mm2 && !leaves_out_end {
                     engaged.unknown = Some(UnknownForce::End);
                     *heaviest = Some((None, engaged));
                     return Ok(());
@@ -805,6 +813,11 @@ fn in_workpiece((force, moment): (Vector3<f64>, Vector3<f64>), (axes, way): (&Ax
     Load { force_N: frame * force, moment_Nmm: frame * moment }
 }
 
+/// Returns a direction of the field in axes of the tool.
+fn in_tool_axes(way: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(way.x, -way.y, -way.z)
+}
+
 /// Returns the load on a drill that engages so on its `way` at the feed `f`, mm/rev, in W; within, why its law does not know it. `Err` if tool and law contradict.
 fn load_of_drill(
     (drill, f): (&Drilling, f64),
@@ -812,7 +825,7 @@ fn load_of_drill(
     (axes, way): (&Axes, &Vector3<f64>),
 ) -> std::result::Result<std::result::Result<Load, UnknownForce>, String> {
     let (way, radius) = (way.normalize(), tool.cutter.radius_mm());
-    if !is_drilling(Vector3::new(way.x, -way.y, -way.z)) {
+    if !is_drilling(in_tool_axes(&way)) {
         return Ok(Err(UnknownForce::Aside));
     }
     if let (Some(lips), DrillingLaw::Kienzle { point_angle, .. }) = (drill.lips(), drill.law) {

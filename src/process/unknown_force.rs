@@ -24,14 +24,23 @@ impl Process {
     /// Whether the force on the way to point number `k` of `path` is that of the side of a milling tool alone, while its end may cut, too.
     #[must_use]
     pub fn lacks_end_force(&self, path: &Toolpath, k: usize) -> bool {
-        let ramps = |way: Vector3<f64>| way.z > BY_END && !is_drilling(way);
-        path.engagements().is_empty() && self.way_of_side(&path.points()[k]).is_some_and(ramps)
+        let Some(way) = self.way_of_side(&path.points()[k]) else { return false };
+        match path.engagements().get(k) {
+            Some(own) => own.unknown.is_none() && own.end_mm2 * way.z > BY_END * own.removed_mm2,
+            None => way.z > BY_END && !is_drilling(way),
+        }
     }
 
     /// Returns the direction of motion, in axes of the tool, of a point that cuts by a law of the side of a milling tool; `None` of any other.
     fn way_of_side(&self, point: &PathPoint) -> Option<Vector3<f64>> {
         let law = self.own_forces.law_at(point).unwrap_or(&self.cutting);
-        if !point.cutting || !matches!(law, CuttingLaw::SlotMilling(_) | CuttingLaw::EndMilling(_)) {
+        let is_milling = match law {
+            CuttingLaw::SlotMilling(_) | CuttingLaw::EndMilling(_) => true,
+            #[cfg(not(target_family = "wasm"))]
+            CuttingLaw::EngagedMilling(_) => true,
+            _ => false,
+        };
+        if !point.cutting || !is_milling {
             return None;
         }
         let placed = self.placement.place(&self.machine);

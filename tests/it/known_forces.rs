@@ -136,12 +136,14 @@ const MILL: &str = "[sampling]\nmax_segment_mm = 1.0\n[force.end_milling]\nmater
 fn the_end_of_a_tool_has_no_known_force() {
     let program =
         |down: &str| format!("G21 G90\nS8000 M3\nG0 X-40 Y0 Z-10\nG1 Z-3 F600\nX-20 F2400\nX20 {down}\nG0 Z-10\n");
-    let of_line = |down: &str| {
-        let found = job("orthoglide", MILL, ("part.nc", &program(down)));
+    let line_of = |process: &str, down: &str| {
+        let found = job("orthoglide", process, ("part.nc", &program(down)));
+        let text = found.process.unknown_force_text(&found.path, &|segment| found.file.line_name(segment));
         let points: Vec<_> =
             found.path.points().iter().zip(found.path.engagements()).map(|own| (*own.0, *own.1)).collect();
-        points.into_iter().filter(|own| own.0.source.segment == 3).collect::<Vec<_>>()
+        (points.into_iter().filter(|own| own.0.source.segment == 3).collect::<Vec<_>>(), text)
     };
+    let of_line = |down: &str| line_of(MILL, down).0;
     for own in of_line("Z0") {
         assert!(own.0.load.is_none() && own.1.unknown == Some(UnknownForce::End), "{own:?}");
     }
@@ -149,6 +151,19 @@ fn the_end_of_a_tool_has_no_known_force() {
     for (level, falling) in level.iter().zip(of_line("Z-2.9999999999")) {
         let (own, other) = (level.0.load.unwrap().force_N, falling.0.load.unwrap().force_N);
         assert!(falling.1.unknown.is_none() && (own - other).norm() < 1e-3 * own.norm(), "{own} {other}");
+    }
+    // Neglected, a ramp has about the force of the level slot, and a plunge none.
+    let neglected = MILL.replace("[stock]", "end_teeth = \"neglected\"\n[stock]");
+    let (ramp, text) = line_of(&neglected, "Z-2.5");
+    assert!(
+        text.contains("On ramps the force is that of the side of the tool alone") && text.contains("(line 6)"),
+        "{text}"
+    );
+    assert!(text.contains("its end teeth are in no law (line 4)"), "{text}");
+    for (level, down) in level.iter().zip(&ramp).skip(1) {
+        let deeper = 1.0 + (down.0.position_mm.z + 3.0) / 2.0;
+        let (own, other) = (level.0.load.unwrap().force_N * deeper, down.0.load.unwrap().force_N);
+        assert!(down.1.unknown.is_none() && (own - other).norm() < 0.03 * own.norm(), "{own} {other}");
     }
     // Without a stock: of the side of an end mill.
     let law = "[force.end_milling]\ndiameter_mm = 10.0\nteeth = 4\naxial_depth_mm = 2.0\nradial_width_mm = 10.0\nmaterial = \"Al 7075-T6\"\n";

@@ -6,7 +6,7 @@ over what they leave. `compensate` runs once a program; at points of every move 
 0.5 % of the sum of the sizes of the forces of all heights or 0.5 N, whichever is more (balls and corners, at allowances from 0.02 mm on: 5 % or 0.02 N).
 
 A row says what the tool meets on the way to its point: a force between those of the places of that step counts as right. Where an edge is within 1e-4 mm, so
-does one between those of places so far apart ("at a hair"). Forces are compared in the frame of the feed, whose direction is judged apart, or in that of the workpiece.
+does one between those of places so far apart ("at a hair"). Depth, entry and exit of flat ends, as extremes over all heights, are held within 0.02 mm and 1.5 degrees (6 where something slopes, as regions of height have one arc there) of those places. Forces are compared in the frame of the feed, whose direction is judged apart, or in that of the workpiece.
 """
 import argparse, collections, csv, math, os, random, shutil, subprocess, sys, tempfile, time
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
@@ -193,6 +193,7 @@ def generate(seed, shape):
 origin_mm = [0.0, 0.0, -100.0]
 yaw_deg = 0.0
 [force.end_milling]
+end_teeth = "neglected"
 coefficients = {{ {", ".join(f"{n} = {v}" for n, v in zip(names, k))} }}
 [stock]
 box = {{ min_mm = {list(low)}, max_mm = {list(high)} }}
@@ -277,6 +278,28 @@ def judge(stock, move, before, row, law, speed, share):
     return "wrong", said, away / tol
 
 
+def judge_extremes(stock, move, before, row, law, speed):
+    """What is wrong with depth, entry and exit of a row of a flat end; nothing if they lie between those of the places of its step, or of places a hair aside."""
+    t1, t0 = move.share(row.p), move.share(before.p)
+    own = [number(row.raw[f"engagement_{k}"]) for k in ("depth_mm", "entry_deg", "exit_deg")]
+    if t1 <= t0 or not math.isfinite(own[1]): return ""
+    chip, hair = move.feed / (speed * move.tool.teeth), HAIR / move.length
+    shares = np.linspace(t0 + min(hair, (t1 - t0) / 4), max(t1 - hair, (t0 + t1) / 2), 9)
+    all_of = []
+    for a, u in ((0, 0), (0, HAIR), (0, -HAIR), (HAIR, 0), (-HAIR, 0)):
+        shifted = moved(move, a, u, move.heading(t1))
+        cuts = [Cut(stock, shifted, t, law, chip) for t in shares]
+        all_of += [(c.depth, math.degrees(c.entry), math.degrees(c.exit)) for c in cuts if math.isfinite(c.entry)]
+        if not all_of: continue
+        low, high = np.min(all_of, 0), np.max(all_of, 0)
+        angle = 6.0 if move.rise or any(not m.level for m in stock.moves) else 1.5
+        slack = np.array([0.02, angle, angle])
+        off = np.maximum(low - slack - own, own - high - slack)
+        if (off <= 0).all(): return ""
+    if not all_of: return f"has depth, entry, exit {show(own)}, but meets nothing"
+    return f"has depth, entry, exit {show(own)}, right {show(low)} to {show(high)}"
+
+
 def turned_by(v, angle):
     """From (feed, left, up) into axes of the workpiece, where the feed has this angle; of its negative, back."""
     c, s = math.cos(angle), math.sin(angle)
@@ -355,6 +378,10 @@ def main():
                     for row in picked:
                         verdict, said, off = judge(stock, m, row.before, row, law, program.speed, share_of(a.shape, m))
                         count[verdict] += 1
+                        if verdict.startswith("agree") and a.shape == "flat":
+                            extremes = judge_extremes(stock, m, row.before, row, law, program.speed)
+                            count["extremes"] += 1
+                            if extremes: verdict, said, off = "wrong", extremes, 2.0
                         what = f"seed {seed} line {m.line} {m.scene} point {row.raw['point']} at {show(row.p)}: {said}"
                         if verdict == "wrong":
                             bad.append(what); wrong_moves.add((seed, m.line)); by_kind[m.scene, m.kind] += 1
@@ -378,7 +405,8 @@ def main():
         shutil.rmtree(folder)
     os.rmdir(root)
     worst.sort(key=lambda w: -w[0])
-    print(f"{a.count} programs, {judged} judged moves, {sum(count.values())} points: " + ", ".join(f"{v} {k}" for k, v in sorted(count.items())))
+    points = sum(count.values()) - count["extremes"]
+    print(f"{a.count} programs, {judged} judged moves, {points} points: " + ", ".join(f"{v} {k}" for k, v in sorted(count.items())))
     if by_kind: print(f"wrong in {len(wrong_moves)} moves:", ", ".join(f"{k[0]} ({k[1]}) {v}" for k, v in by_kind.most_common()))
     print("worst:", *(f"  {o:.2f} of what is allowed: {w}" for o, w in worst[:3]), sep="\n")
     print(f"{time.process_time() - began:.0f} s of processor time for the judge")

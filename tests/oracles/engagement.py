@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 EPS = 1e-7      # mm: nearer than this a point is on an edge and not inside
+SLIVER = 2e-3   # rad: a narrower arc is of rounding, and no extreme
 TURN = 2 * math.pi
 
 
@@ -271,10 +272,11 @@ class Cut:
         up = k * r1 + s * a1
         each = np.stack([f.sum(1), n.sum(1), up.sum(1)], 1) * (length * tool.teeth / TURN)[:, None]
         self.force, self.sizes = each.sum(0), float(np.linalg.norm(each, axis=1).sum())
-        some = cuts.any(1)
+        wide = cuts & (b - a > SLIVER)
+        some = wide.any(1)
         if some.any():
-            self.entry, self.exit = float(a[cuts].min()), float(b[cuts].max())
-            self.depth = float((z - tip)[some].max())
+            self.entry, self.exit = float(a[wide].min()), float(b[wide].max())
+            self.depth = float((z + np.where(kappa == math.pi / 2, length / 2, 0) - tip)[some].max())
             i = np.flatnonzero(some)
             self.between = float(z[max(0, i[0] - 2)]) if i[0] > 1 else tip, float(z[min(len(z) - 1, i[-1] + 2)]) if i[-1] < len(z) - 2 else top
 

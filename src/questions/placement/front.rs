@@ -42,6 +42,25 @@ pub(super) fn pareto_front(
     work: &Work,
 ) -> Result<Vec<(Site, Metrics)>> {
     let metrics = &study.objective.pareto;
+    let found = work.summary("compromises", || compromises(evaluator, study, cells, refinements, work))?;
+    let printed = |(number, end): (usize, &(Site, Metrics))| {
+        let (site, outcome) = evaluator.examine_printed(&work.part("printed").shard(number), &end.0);
+        outcome.map_or(*end, |evaluation| (site, evaluation.metrics))
+    };
+    let printed = found.par_iter().enumerate().map(printed).collect::<Vec<_>>();
+    work.barrier()?;
+    Ok(undominated(&printed, metrics))
+}
+
+/// Returns the polished places that no known one beats, as they were found. `Err` only from `work`.
+fn compromises(
+    evaluator: &Evaluator,
+    study: &PlacementStudy,
+    cells: &[Cell],
+    refinements: &[Refinement],
+    work: &Work,
+) -> Result<Vec<(Site, Metrics)>> {
+    let metrics = &study.objective.pareto;
     let mut known: Vec<(Site, Metrics)> =
         cells.iter().filter_map(|cell| Some((cell.site, *cell.complete()?))).collect();
     known.extend(refinements.iter().flat_map(|refinement| &refinement.visited));
@@ -74,14 +93,7 @@ pub(super) fn pareto_front(
     known.extend(polished.into_iter().flatten());
     let front = undominated(&known, metrics);
     let shown = ends.iter().map(|end| *front.iter().find(|other| dominates(&other.1, &end.1, metrics)).unwrap_or(end));
-    let printed = |(number, end): (usize, &(Site, Metrics))| {
-        let (site, outcome) = evaluator.examine_printed(&work.part("printed").shard(number), &end.0);
-        outcome.map_or(*end, |evaluation| (site, evaluation.metrics))
-    };
-    let printed =
-        undominated(&shown.collect::<Vec<_>>(), metrics).par_iter().enumerate().map(printed).collect::<Vec<_>>();
-    work.barrier()?;
-    Ok(undominated(&printed, metrics))
+    Ok(undominated(&shown.collect::<Vec<_>>(), metrics))
 }
 
 /// Refines the best known place for one metric alone; `None` if no place is known.
