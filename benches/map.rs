@@ -16,8 +16,9 @@ use kinetostat::{
 
 /// The study of `machine` with the tables `uncertainty` and `question`.
 fn study_of(machine: &str, uncertainty: &str, question: &str) -> StudyKind {
+    let exact = if uncertainty.is_empty() { "" } else { "[uncertainty]\nmachine = \"exact\"\n" };
     let text = format!(
-        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{uncertainty}\n[process.force.path_frame]\nradial_force_N = 800.0\n\
+        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{exact}{uncertainty}\n[process.force.path_frame]\nradial_force_N = 800.0\n\
          tangential_force_N = 300.0\naxial_force_N = -200.0\n{question}\n"
     );
     Study::from_toml(&text, "study.toml", Folder::in_memory([]), &Overrides::default()).expect("a valid study").kind

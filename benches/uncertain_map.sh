@@ -12,6 +12,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
 force='[process.force.path_frame]\nradial_force_N = 800.0\ntangential_force_N = 300.0\naxial_force_N = -200.0\n'
+exact() { printf '[uncertainty]\nmachine = "exact"\n'; }
 vary() { printf '[[uncertainty.parameter]]\nname = "%s"\n%s\n' "$1" "$2"; }
 forces() { printf '[uncertainty.process]\nforce_relative_std = 0.15\n'; }
 # The slice of pictures, which are not drawn, must be within the workspace.
@@ -23,8 +24,9 @@ study() {
 six_arm() { vary 'arm.*.stiffness' 'relative_std = 0.2'; }
 six_legs() { vary leg.screw.stiffness 'relative_std = 0.2'; }
 study kr270 0 < /dev/null
-{ six_arm; forces; } | study kr270 6
+{ exact; six_arm; forces; } | study kr270 6
 {
+    exact
     six_arm
     vary 'arm.fixed_2.translation.*' 'std = 0.1'
     vary 'arm.fixed_3.translation.*' 'std = 0.1'
@@ -33,8 +35,9 @@ study kr270 0 < /dev/null
     forces
 } | study kr270 30
 study hexapod 0 < /dev/null
-{ six_legs; forces; } | study hexapod 6
+{ exact; six_legs; forces; } | study hexapod 6
 {
+    exact
     six_legs
     printf '[[uncertainty.chain_error]]\nchain = "*"\nbase_translation_mm = { std = 0.05 }\ndrive_offsets_mm_or_deg = { std = 0.02 }\n'
     forces

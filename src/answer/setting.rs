@@ -20,7 +20,9 @@ impl Scene {
         noun: &str,
         positions: impl Iterator<Item = Vector3<f64>>,
     ) -> String {
-        cautions::unused_tables(not_used) + &cautions::machine_cautions(&self.machine, &self.errors, noun, positions)
+        self.force_of_turn.clone()
+            + &cautions::unused_tables(not_used)
+            + &cautions::machine_cautions(&self.machine, &self.errors, noun, positions)
     }
 
     /// Returns the facts about machine and force, those of the question (`own`), and those about chain errors, in the order of the page.

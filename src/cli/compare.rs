@@ -8,12 +8,12 @@ use kinetostat::{
     input::error::{Error, Result},
     machine::Machine,
     process::{
-        Extent, Feature,
+        Extent, Feature, ForceWords,
         file::{Process, TOLERANCE_MM},
     },
     questions::placement::{
         Candidate, FeatureJob, PlacementStudy, compare as evaluate, parse_place,
-        report::{candidates_table, cautions_text, entries_table},
+        report::{candidates_table, cautions_text, entries_table, force_text},
     },
     simulation::{Machines, ProgramFile},
     toolpath::Toolpath,
@@ -84,6 +84,8 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     } else {
         print(&entries_table(&study, &entries))?;
         print(&format!("Counts as cutting: {}.\n", study.features[0].cuts.words()))?;
+        print(&force_text(&study, |own| &own.unknown))?;
+        print(&force_text(&study, |own| &own.of_turn))?;
         print(&cautions_text(&study))?;
     }
     Ok(Ending::of(entries.iter().all(|entry| entry.feasible().is_some())))
@@ -112,7 +114,8 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
         .as_programmed("a comparison of places")?;
     let tolerance_mm = arguments.tolerance.or(process.tolerance_mm).unwrap_or(TOLERANCE_MM);
     super::check_tolerance(Some(tolerance_mm))?;
-    let path = ProgramFile::read(file, &process)?.toolpath(process.sampling)?;
+    let program = ProgramFile::read(file, &process)?;
+    let path = program.toolpath(process.sampling)?;
     let path = process.mark_cutting(path, &file.display().to_string())?;
     if !arguments.at.is_empty() {
         process.stock.iter().try_for_each(|stock| stock.check_movable(&process.machine, &process.placement))?;
@@ -131,6 +134,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
     }
     let name = file.display().to_string();
     let loads = process.loads(&path).map_err(|source| Error::argument(&name, source.to_string()))?;
+    let force_words = ForceWords::of(&process, &path, &|segment| program.line_name(segment));
     let job = FeatureJob {
         feature: Feature { name, loads, path, reference, tolerance_mm },
         machines: Machines::new(&machine, &process.errors)?,
@@ -138,6 +142,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
         limits: process.limits,
         target: process.target,
         cuts: process.cutting_rule,
+        force_words,
         uncertainty: None,
         components: None,
         gamma_search: None,

@@ -86,6 +86,42 @@ impl Process {
     }
 }
 
+/// What must be known of the force on a path before anything computed with it, in sentences; empty where there is nothing.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ForceWords {
+    /// [`Process::unknown_force_text`].
+    pub unknown: String,
+    /// Whether no law knows the force at a point.
+    pub is_unknown_somewhere: bool,
+    /// Which force within a turn of the spindle counts, and whether that is right; not said on pages.
+    pub of_turn: String,
+}
+
+impl ForceWords {
+    /// Returns those of `path` by the laws of `process`, with the lines that `line_name` gives of its moves.
+    #[must_use]
+    pub fn of(process: &Process, path: &Toolpath, line_name: &dyn Fn(usize) -> Option<String>) -> Self {
+        #[cfg(not(target_family = "wasm"))]
+        let of_turn = super::VerdictForce::of(process, path).map_or_else(String::new, |own| own.sentence());
+        #[cfg(target_family = "wasm")]
+        let of_turn = String::new();
+        let is_unknown_somewhere = (0..path.len()).any(|k| process.unknown_force(path, k).is_some());
+        Self { unknown: process.unknown_force_text(path, line_name), is_unknown_somewhere, of_turn }
+    }
+
+    /// Returns which force within a turn counts where `process` has one cut and no path, in a sentence; empty without one, and on pages.
+    #[must_use]
+    pub fn of_cut(process: &Process) -> String {
+        #[cfg(not(target_family = "wasm"))]
+        return super::VerdictForce::of_cut(process).map_or_else(String::new, |own| own.sentence());
+        #[cfg(target_family = "wasm")]
+        return String::new();
+    }
+}
+
+/// Verdict in place of a good one where [`ForceWords::unknown`] says that a force is not known.
+pub const WHERE_KNOWN: &str = "Within tolerance where the force is known";
+
 /// Most lines that are named.
 const NAMED: usize = 8;
 

@@ -86,6 +86,16 @@ impl VerdictForce {
         found.map(|own| Self { teeth_Hz: teeth_hz, ..own })
     }
 
+    /// Returns that of the cut of an end mill at its own feed per tooth, without a spindle speed; `None` of another law.
+    #[must_use]
+    pub fn of_cut(process: &Process) -> Option<Self> {
+        let CuttingLaw::EndMilling(own) = &process.cutting else { return None };
+        let c = own.feed_per_tooth_mm?;
+        let natural_hz = process.natural_frequencies_hz.iter().copied().reduce(f64::min);
+        let [mean, peak] = [own.mean(c), own.peak(c)].map(|cut| cut.force_N.norm());
+        Some(Self { rests_on: own.over_turn, mean_N: mean, peak_N: peak, teeth_Hz: None, natural_Hz: natural_hz })
+    }
+
     /// Returns which force would be right.
     #[must_use]
     pub fn right(&self) -> RightForce {

@@ -7,6 +7,7 @@ use crate::{
     compensation::Target,
     input::{Inputs, check::Check, error::Result},
     process::{
+        ForceWords,
         cutting::CuttingLaw,
         uncertainty::{CutBy, Uncertainty},
     },
@@ -50,6 +51,7 @@ pub(super) fn scene(context: &StudyContext<'_>, keys: SceneKeys) -> Result<(Scen
         CuttingLaw::EndMilling(own) => own.feed_per_tooth_mm.map(|c| own.force(c).into()),
         _ => None,
     };
+    let force_of_turn = ForceWords::of_cut(&process);
     let Some(force) = force else {
         let problem = format!(
             "{} has no path: expected a force that is constant in the frame of the tool, [force.path_frame], or [force.end_milling] with \
@@ -72,6 +74,7 @@ pub(super) fn scene(context: &StudyContext<'_>, keys: SceneKeys) -> Result<(Scen
     }
     let scene = Scene {
         force,
+        force_of_turn,
         phis: tool_angles(keys.phi_step_deg.unwrap_or(PHI_STEP_DEG), &context.check.key("phi_step_deg"))?,
         errors: process.errors,
         machine: process.machine,

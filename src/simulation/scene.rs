@@ -18,6 +18,8 @@ pub struct Scene {
     pub errors: Vec<ChainError>,
     /// The cutting force.
     pub force: MillingForce,
+    /// Which force within a turn of the spindle that is, in a sentence; empty where no law of milling gives it.
+    pub force_of_turn: String,
     /// Tool angles φ of one turn, rad.
     pub phis: Vec<f64>,
     /// What is compensated: P, tool tip or full pose.

@@ -61,7 +61,8 @@ fn tips_of_a_cloud_are_those_of_whole_machines() {
         let middle = 0.5 * (machine.workspace.min + machine.workspace.max);
         let map = explorer(name, None, &text);
         let found = cloud(&map, middle.into(), wrench);
-        let inner = text.replace("[uncertainty.", "[").replace("[[uncertainty.", "[[");
+        let inner =
+            String::from("machine = \"exact\"\n") + &text.replace("[uncertainty.", "[").replace("[[uncertainty.", "[[");
         let uncertainty = Uncertainty::from_toml(&inner, "table", Folder::in_memory([]), &machine).unwrap();
         let at = machine.command(middle).unwrap();
         let (mut whole, mut squares) = (Vec::new(), 0.0);

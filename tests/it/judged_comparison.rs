@@ -99,7 +99,8 @@ fn what_differs_in_nothing_makes_no_difference() {
 #[test]
 fn maps_with_uncertain_inputs_are_compared_by_their_quantiles() {
     let folder = tempfile::tempdir().unwrap();
-    let uncertain = |std: f64| format!("[uncertainty.process]\nforce_relative_std = {std:?}\n");
+    let uncertain =
+        |std: f64| format!("[uncertainty]\nmachine = \"exact\"\n[uncertainty.process]\nforce_relative_std = {std:?}\n");
     let a = map(folder.path(), "sure", 200.0, &uncertain(0.01));
     let b = map(folder.path(), "unsure", 195.0, &uncertain(0.3));
     let [nominal_a, nominal_b] = [&a, &b].map(|out| rows(out, "deflection_mm"));

@@ -26,7 +26,7 @@ use serde_json::Value;
 use crate::support::{
     command::told,
     results::assert_same,
-    uncertain::{Drawn, EXACT_MODEL, LEVER, TOLERANCES, draws},
+    uncertain::{Drawn, EXACT_MODEL, LEVER, TOLERANCES, draws, exact_machine},
 };
 
 const FORCE: &str = "[force.path_frame]\nradial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n";
@@ -36,7 +36,13 @@ fn varied(pattern: &str, std: f64) -> String {
 }
 
 fn process(machine: &Machine, tables: &str) -> Process {
-    Process::from_toml(&format!("schema = 1\n{tables}"), "process.toml", Folder::in_memory([]), machine).unwrap()
+    Process::from_toml(
+        &format!("schema = 1\n{}", exact_machine(tables)),
+        "process.toml",
+        Folder::in_memory([]),
+        machine,
+    )
+    .unwrap()
 }
 
 /// A table that is exact with nominal numbers leaves the compliance times the force less the nominal one, each lognormal: all in closed form.

@@ -18,7 +18,7 @@ use crate::support::{
 /// The map of a point of `machine` with these entries of the study beside the covariance.
 fn map_text(machine: &str, entries: &str) -> String {
     format!(
-        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{}\n[uncertainty]\ncovariance = \"covariance.csv\"\n{entries}\n{EXACT_MODEL}[workspace_map]\n\
+        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{}\n[uncertainty]\nmachine = \"exact\"\ncovariance = \"covariance.csv\"\n{entries}\n{EXACT_MODEL}[workspace_map]\n\
          grid = [1, 1, 1]\nslices_z_mm = [600.0]\nphi_step_deg = 90.0\n",
         force(800.0, 300.0, -200.0)
     )

@@ -20,7 +20,7 @@ const POLYLINE: &str = "x_mm,y_mm,z_mm,platform_qw,platform_qx,platform_qy,platf
 
 fn uncertain(pattern: &str) -> String {
     format!(
-        "[uncertainty]\n[[uncertainty.parameter]]\nname = \"{pattern}\"\nrelative_std = 0.3\n{TOLERANCES}{EXACT_MODEL}"
+        "[uncertainty]\nmachine = \"exact\"\n[[uncertainty.parameter]]\nname = \"{pattern}\"\nrelative_std = 0.3\n{TOLERANCES}{EXACT_MODEL}"
     )
 }
 

@@ -241,7 +241,8 @@ fn resolve(
             .map(|own| covariance.parameters[own].name.clone())
             .collect();
     }
-    if spec.machine == Some(MachineUncertaintySpec::Provenance) {
+    let is_exact_by_choice = spec.machine == Some(MachineUncertaintySpec::Exact);
+    if !is_exact_by_choice {
         found.add_from_provenance(&check.key("machine"))?;
     }
     for open in covariance.iter().flat_map(|own| &own.open) {
@@ -276,8 +277,8 @@ fn resolve(
     }
     let parameters = found.parameters;
     let is_of_file = |own: &UncertainParameter| matches!(own.source, SpreadSource::Provenance | SpreadSource::Grade(_));
-    let is_exact_by_choice = spec.machine == Some(MachineUncertaintySpec::Exact);
-    let finds_no_provenance = spec.machine.is_some() && !is_exact_by_choice && !parameters.iter().any(is_of_file);
+    let finds_no_provenance =
+        spec.machine == Some(MachineUncertaintySpec::Provenance) && !parameters.iter().any(is_of_file);
     if parameters.len() > MOST_PARAMETERS {
         return check
             .fail(format!("at most {MOST_PARAMETERS} parameters may vary by themselves, got {}", parameters.len()));
@@ -344,7 +345,7 @@ fn resolve(
                 "varies nothing: the machine file has neither intervals nor graded stiffnesses in [[provenance]]"
             }
             None => {
-                "varies nothing: expected machine = \"provenance\", covariance, parameter, chain_error, model or process"
+                "varies nothing: the machine file has neither intervals nor graded stiffnesses, expected covariance, parameter, chain_error, model or process"
             }
         };
         return check.fail(nothing.into());

@@ -6,7 +6,7 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UncertaintySpec {
-    /// Whether parameters of the machine vary as its file says; only those that are named here if not given.
+    /// Whether parameters of the machine that are not named here vary as its file says, as they do if nothing is given.
     pub machine: Option<MachineUncertaintySpec>,
     /// File with the covariance of identified parameters, relative to the study's folder.
     pub covariance: Option<String>,

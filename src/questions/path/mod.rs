@@ -84,6 +84,9 @@ pub struct PathStudy {
     pub uncertainty: Option<Uncertainty>,
 }
 
+/// Label of what is assumed where no law knows the force at a point.
+pub(crate) const FORCE_NOT_KNOWN: &str = "force not known";
+
 /// Display settings of a path report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shown {

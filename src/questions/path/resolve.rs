@@ -2,17 +2,15 @@
 
 use nalgebra::Vector3;
 
-#[cfg(not(target_family = "wasm"))]
-use crate::process::VerdictForce;
 use crate::{
     compensation::{Method, TaskPoint},
     input::{Inputs, check::Check, error::Result, names::listed},
     machine::Machine,
-    process::Process,
+    process::{ForceWords, Process},
     questions::{
         Overrides, Question, Resolved, StudyContext, Template,
         path::{
-            PathGammaSearch, PathStudy, Shown, Station,
+            FORCE_NOT_KNOWN, PathGammaSearch, PathStudy, Shown, Station,
             spec::{LineSpec, PathSpec},
         },
         spec::CircleSpec,
@@ -99,10 +97,9 @@ pub(crate) fn path(
     let process = &Process { machine: locked_along(process, &toolpath, program.as_ref(), &origin)?, ..process.clone() };
     let tasks = tasks(process, &toolpath, &origin)?;
     let line_name = |segment: usize| program.as_ref()?.line_name(segment);
-    let unknown = process.unknown_force_text(&toolpath, &line_name);
-    let rests_on = verdict_force(process, &toolpath);
-    let of_force =
-        [("force not known", unknown), ("mean or peak", rests_on)].into_iter().filter(|own| !own.1.is_empty());
+    let ForceWords { unknown, is_unknown_somewhere, of_turn } = ForceWords::of(process, &toolpath, &line_name);
+    let label = if is_unknown_somewhere { FORCE_NOT_KNOWN } else { "force of the side" };
+    let of_force = [(label, unknown), ("mean or peak", of_turn)].into_iter().filter(|own| !own.1.is_empty());
     let of_force = of_force.map(|(label, text)| (label, text.trim_end_matches(['.', '\n']).to_string()));
     let study = PathStudy {
         errors: process.errors.clone(),
@@ -121,18 +118,6 @@ pub(crate) fn path(
         drawn_forces: Vec::new(),
     };
     Ok((study, toolpath, program_input(spec.file.as_deref(), program.as_ref())))
-}
-
-/// Returns which force within a turn of the spindle the study rests on, in a sentence; empty without a law of milling.
-#[cfg(not(target_family = "wasm"))]
-fn verdict_force(process: &Process, path: &Toolpath) -> String {
-    VerdictForce::of(process, path).map_or_else(String::new, |own| own.sentence())
-}
-
-/// Not said on pages.
-#[cfg(target_family = "wasm")]
-fn verdict_force(_: &Process, _: &Toolpath) -> String {
-    String::new()
 }
 
 /// Returns the program called `file` as an input; no inputs for a circle or line, which stand in the study.

@@ -21,7 +21,7 @@ use crate::{
     },
     machine::{Machine, ToolAxisSource},
     process::{
-        Extent, Feature, ForbiddenBox, GammaChoice, PathReference, Process,
+        Extent, Feature, ForbiddenBox, ForceWords, GammaChoice, PathReference, Process,
         cutting::LoadError,
         tilt::TiltAngles,
         uncertainty::{CutBy, Uncertainty},
@@ -226,6 +226,7 @@ fn resolve_feature(
     let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
     let loads = process.loads(&path).map_err(fault)?;
     let points = Inputs::of(format!("points of {}", spec.name), path.len().to_string());
+    let force_words = ForceWords::of(&process, &path, &|segment| program.as_ref()?.line_name(segment));
     let inputs = process.inputs.clone().and(program_input(spec.file.as_deref(), program.as_ref())).and(points);
     let feature = Feature {
         name: spec.name.clone(),
@@ -253,6 +254,7 @@ fn resolve_feature(
         limits: process.limits,
         target: process.target,
         cuts,
+        force_words,
         uncertainty: None,
         components: None,
         #[cfg(not(target_family = "wasm"))]

@@ -46,7 +46,22 @@ pub const EXACT_MODEL: &str = "[uncertainty.model]\nrelative_std = 0.0\n";
 pub fn study_text(machine: &str, process: &str, uncertainty: &str, question: &str) -> String {
     let is_said = uncertainty.is_empty() || uncertainty.contains("uncertainty.model");
     let uncertainty = format!("{uncertainty}\n{}", if is_said { "" } else { EXACT_MODEL });
+    let uncertainty = if is_said && uncertainty.trim().is_empty() { uncertainty } else { exact_machine(&uncertainty) };
     format!("schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{process}\n{uncertainty}\n{question}\n")
+}
+
+/// The tables of a study or a process with what `[uncertainty]` does not name taken as exact, unless it says otherwise.
+pub fn exact_machine(tables: &str) -> String {
+    let header = "[uncertainty]\n";
+    let first = ["[uncertainty", "[[uncertainty"].iter().filter_map(|own| tables.find(own)).min();
+    match first {
+        Some(_) if ["machine = \"provenance\"", "machine = \"exact\""].iter().any(|own| tables.contains(own)) => {
+            tables.to_owned()
+        }
+        Some(_) if tables.contains(header) => tables.replacen(header, "[uncertainty]\nmachine = \"exact\"\n", 1),
+        Some(at) => format!("{}[uncertainty]\nmachine = \"exact\"\n{}", &tables[..at], &tables[at..]),
+        None => tables.to_owned(),
+    }
 }
 
 pub fn force(radial: f64, tangential: f64, axial: f64) -> String {
@@ -61,7 +76,7 @@ pub fn job(machine: &str, process: &str, (name, program): (&str, &str)) -> Progr
         "lever" => Machine::from_toml(LEVER, "lever.toml").unwrap(),
         name => Machine::named_or_file(name).unwrap(),
     };
-    let text = format!("schema = 1\n{process}");
+    let text = format!("schema = 1\n{}", exact_machine(process));
     let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), &machine).unwrap();
     let folder = Folder::in_memory([(name.to_owned(), program.as_bytes().to_vec())]);
     let program = ProgramFile::in_folder(&folder, name, &process).unwrap();

@@ -16,7 +16,7 @@ use crate::{
         SmallTable,
         headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
     },
-    process::{VerdictForce, file::CorrectionLimits},
+    process::{VerdictForce, WHERE_KNOWN, file::CorrectionLimits},
     products::program::{ForceCheck, ProgramJob, ProvedProgram, WithoutForce, bounded::LimitExcess},
     questions::{
         path::report::facts_text,
@@ -379,7 +379,7 @@ fn state(report: &Report<'_>) -> Verdict {
     };
     match of_both.state {
         State::Good if (0..job.path.len()).any(|k| job.process.unknown_force(&job.path, k).is_some()) => {
-            Verdict::new(State::Partly, "Within tolerance where the force is known")
+            Verdict::new(State::Partly, WHERE_KNOWN)
         }
         _ => of_both,
     }

@@ -18,9 +18,9 @@ use crate::{
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
-    process::program_file::line_in_words,
+    process::{WHERE_KNOWN, program_file::line_in_words},
     questions::{
-        path::{MethodAlongPath, PathStudy, PointEffect},
+        path::{FORCE_NOT_KNOWN, MethodAlongPath, PathStudy, PointEffect},
         spread_report::{self, Along},
     },
     redundancy,
@@ -307,7 +307,7 @@ fn state(positions: &OutsidePositions, summary: &Summary<'_>) -> Verdict {
     if positions.outside() > 0 {
         return positions.state(&study.machine);
     }
-    match (&summary.whole, summary.failed_count(), study.tolerance_mm, left) {
+    let judged = match (&summary.whole, summary.failed_count(), study.tolerance_mm, left) {
         (Some(whole), ..) => spread_report::along_state(&along(summary), whole),
         (None, failed @ 1.., ..) => Verdict::new(State::Bad, format!("{failed} of {points} points not compensated")),
         (None, 0, None, _) => Verdict::new(State::Open, "No tolerance given"),
@@ -318,6 +318,12 @@ fn state(positions: &OutsidePositions, summary: &Summary<'_>) -> Verdict {
             Verdict::new(State::Good, "Within tolerance once compensated")
         }
         (None, 0, Some(_), _) => Verdict::new(State::Bad, "Out of tolerance, also compensated"),
+    };
+    match judged.state {
+        State::Good if study.assumed.iter().any(|own| own.0 == FORCE_NOT_KNOWN) => {
+            Verdict::new(State::Partly, WHERE_KNOWN)
+        }
+        _ => judged,
     }
 }
 

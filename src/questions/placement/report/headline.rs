@@ -11,7 +11,7 @@ use crate::{
     answer::{ShareWithin, cautions},
     files::words::{counted, millimetres, percent, position, typographic, with_minus_signs},
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
-    process::{PathReference, file::NOT_CONTROLLED},
+    process::{ForceWords, PathReference, WHERE_KNOWN, file::NOT_CONTROLLED},
     questions::{
         path::report::facts_text,
         placement::{
@@ -107,10 +107,12 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
         .judged(state(results, entry, evaluation), entry.spread.is_none())
         .marked("simulated")
         .next(next)
+        .with_cautions(&force_text(study, |own| &own.unknown))
         .with_cautions(&details)
         .with_cautions(&more)
         .with_cautions(&robust_text(results))
         .with_cautions(&spread_cautions)
+        .with_cautions(&force_text(study, |own| &own.of_turn))
         .with_cautions(&cautions_text(study))
         .with_cautions(&not_corrected(evaluation))
         .with_numbers(numbers)
@@ -151,6 +153,9 @@ fn state(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> 
         State::Good | State::Partly if results.flatness.iter().any(is_at_bound) => {
             Verdict::new(State::Partly, "Best place lies at the search bound")
         }
+        State::Good if study.features.iter().any(|job| job.force_words.is_unknown_somewhere) => {
+            Verdict::new(State::Partly, WHERE_KNOWN)
+        }
         State::Good => match results.flatness.iter().find(|own| is_blocked(own)) {
             Some(blocked) => Verdict::new(
                 State::Partly,
@@ -189,6 +194,16 @@ pub(super) fn distance_words(study: &PlacementStudy, entry: &Entry) -> Option<St
 pub fn cautions_text(study: &PlacementStudy) -> String {
     let words = study.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words));
     cautions::carrier(&study.machine) + &cautions::assumed_workspace(&study.machine) + &facts_text(words.as_slice())
+}
+
+/// Returns what is to be known of the force on each feature, with its name if there are several.
+pub fn force_text(study: &PlacementStudy, of: impl Fn(&ForceWords) -> &String) -> String {
+    let several = study.features.len() > 1;
+    let named = |job: &FeatureJob| match of(&job.force_words) {
+        words if several && !words.is_empty() => format!("{}: {words}", job.feature.name),
+        words => words.clone(),
+    };
+    study.features.iter().map(named).collect()
 }
 
 /// Returns the caution that there is no correction within the limits, and why; empty if there is one or none was sought.
