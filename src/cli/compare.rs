@@ -15,7 +15,7 @@ use kinetostat::{
         Candidate, FeatureJob, PlacementStudy, compare as evaluate, parse_place,
         report::{candidates_table, cautions_text, entries_table, force_text},
     },
-    simulation::{Machines, ProgramFile},
+    simulation::{Machines, ProgramFile, with_drives_left},
     toolpath::Toolpath,
 };
 
@@ -122,6 +122,9 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
         check_placeable(file, &process, &path)?;
     }
     let Some(extent) = Extent::around(path.positions_mm().into_iter()) else { return Err(no_motion_error(file)) };
+    let name = file.display().to_string();
+    let process = with_drives_left(process, &path, Some(&program), &name)?;
+    let machine = process.machine.clone();
     if process.redundancy.is_sought() {
         let problem = "is sought by the process: here the tool stands as programmed; a placement study seeks the rotation at each place";
         return Err(Error::argument("redundancy", problem));
@@ -132,7 +135,6 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
     if candidates.is_empty() {
         return Err(Error::argument("--at", "expected a place, as the process file gives no placement.origin_mm"));
     }
-    let name = file.display().to_string();
     let loads = process.loads(&path).map_err(|source| Error::argument(&name, source.to_string()))?;
     let force_words = ForceWords::of(&process, &path, &|segment| program.line_name(segment));
     let job = FeatureJob {

@@ -139,24 +139,33 @@ impl Aligned {
     /// Returns for each result which nodes of [`Aligned::extremes_basis`] count: those with a number that is no bound, in all results where these
     /// have the same nodes.
     pub fn valid_nodes(&self, quantity: usize, group: usize) -> Vec<Vec<bool>> {
-        let (data, _) = self.extremes_basis();
-        let of = |data: &Dataset| -> Vec<bool> {
-            let flagged: HashSet<usize> = data.flags[group].iter().map(|flag| flag.0).collect();
-            let values = data.values[quantity][group].iter().enumerate();
-            values.map(|(node, value)| value.is_finite() && !flagged.contains(&node)).collect()
-        };
-        let own: Vec<Vec<bool>> = data.iter().map(of).collect();
+        let own = self.known_nodes(quantity, group);
         if self.has_own_extremes() {
             return own;
         }
         let all: Vec<bool> =
             (0..self.node_count()).map(|node| own.iter().all(|own| own.get(node) == Some(&true))).collect();
-        vec![all; data.len()]
+        vec![all; own.len()]
+    }
+
+    /// Returns for each result which nodes of [`Aligned::extremes_basis`] have a number in it that is no bound.
+    pub fn known_nodes(&self, quantity: usize, group: usize) -> Vec<Vec<bool>> {
+        let of = |data: &Dataset| -> Vec<bool> {
+            let flagged: HashSet<usize> = data.flags[group].iter().map(|flag| flag.0).collect();
+            let values = data.values[quantity][group].iter().enumerate();
+            values.map(|(node, value)| value.is_finite() && !flagged.contains(&node)).collect()
+        };
+        self.extremes_basis().0.iter().map(of).collect()
+    }
+
+    /// Whether nodes are points of a map, which stand for the volume around them.
+    pub fn is_map(&self) -> bool {
+        self.shared.shape == Shape::Grid && self.node_noun() == "grid point"
     }
 
     /// Returns what each node of `data` stands for in shares: on a map the volume of its cell, as a map itself counts; else all the same.
     pub fn weights(&self, data: &Dataset) -> Vec<f64> {
-        let is_map = self.shared.shape == Shape::Grid && self.node_noun() == "grid point";
+        let is_map = self.is_map();
         let cell = |axis: &Vec<f64>, k: usize| match axis.len() {
             0 | 1 => 1.0,
             n => 0.5 * (axis[(k + 1).min(n - 1)] - axis[k.saturating_sub(1)]) / (axis[n - 1] - axis[0]),

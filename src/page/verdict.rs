@@ -97,7 +97,8 @@ impl VerdictWriter<'_> {
                 };
                 let others = (0..extremes.len()).filter(|who| *who != best).map(share).collect::<Vec<_>>().join(", ");
                 let first = format!("More of {} is within tolerance {}; {others}.", self.extent_words(), share(best));
-                Headline::new(first, self.extent_words()).with_cautions(&format!("{sentence}\n{by_how_much}"))
+                Headline::new(first, self.extent_words())
+                    .with_cautions(&format!("{}{sentence}\n{by_how_much}", self.unsolved_words(quantity)))
             }
             None => Headline::new(sentence, self.extent_words()).with_cautions(&by_how_much),
         };
@@ -161,20 +162,40 @@ impl VerdictWriter<'_> {
         }
     }
 
-    /// Returns for each result the share within the tolerance: of the nodes where all are known, where these are the same, weighted as
-    /// [`Aligned::weights`] says.
+    /// Returns for each result the share within the tolerance, weighted as [`Aligned::weights`] says: on a map of all of it, as where nothing could be solved the
+    /// tool is not within; else of the nodes where all are known, where these are the same.
     fn shares_within(&self, quantity: usize, tolerance: f64) -> Vec<f64> {
         let (data, _) = self.aligned.extremes_basis();
+        let is_map = self.aligned.is_map();
         let share = |(data, valid): (&Dataset, Vec<bool>)| {
-            let (mut within, mut known) = (0.0, 0.0);
-            let values = data.values[quantity][0].iter().zip(self.aligned.weights(data)).zip(valid);
-            for ((value, weight), _) in values.filter(|(_, valid)| *valid) {
-                known += weight;
-                within += if value.abs() <= tolerance { weight } else { 0.0 };
+            let (mut within, mut all) = (0.0, 0.0);
+            for ((value, weight), valid) in data.values[quantity][0].iter().zip(self.aligned.weights(data)).zip(valid) {
+                all += if valid || is_map { weight } else { 0.0 };
+                within += if valid && value.abs() <= tolerance { weight } else { 0.0 };
             }
-            within / known.max(f64::MIN_POSITIVE)
+            within / all.max(f64::MIN_POSITIVE)
         };
-        data.iter().zip(self.aligned.valid_nodes(quantity, 0)).map(share).collect()
+        let valid = if is_map { self.aligned.known_nodes(quantity, 0) } else { self.aligned.valid_nodes(quantity, 0) };
+        data.iter().zip(valid).map(share).collect()
+    }
+
+    /// Returns how many points of each map have no number, and that they count as out of tolerance; empty where all have one.
+    fn unsolved_words(&self, quantity: usize) -> String {
+        let unknown: Vec<usize> = self
+            .aligned
+            .known_nodes(quantity, 0)
+            .iter()
+            .map(|own| own.iter().filter(|known| !**known).count())
+            .collect();
+        if !self.aligned.is_map() || unknown.iter().all(|own| *own == 0) {
+            return String::new();
+        }
+        let each = unknown
+            .iter()
+            .zip(&self.aligned.letters)
+            .map(|(own, letter)| format!("{letter} at {own}"))
+            .collect::<Vec<_>>();
+        format!("Without a number, and counted as out of tolerance: {}.\n", each.join(", "))
     }
 
     /// Returns the result with the largest of `shares`, of equal ones the first of `preferred` among them; `None` where all are equal.

@@ -720,11 +720,13 @@ impl Cutting {
                 let (load, c) = load(milling, (&self.engagement, tool), (&self.axes, way), to)?;
                 let mut engaged = summary(&self.engagement, milling.spindle, Some(c));
                 let (rise, mean) = (way.z / way.norm(), load.force_N.norm());
-                let leaves_out_end = milling.neglects_end && !is_drilling(in_tool_axes(&way.normalize()));
-                if engaged.end_mm2 * -rise > BY_END * engaged.removed_mm2 && !leaves_out_end {
-                    engaged.unknown = Some(UnknownForce::End);
-                    *heaviest = Some((None, engaged));
-                    return Ok(());
+                if engaged.end_mm2 * -rise > BY_END * engaged.removed_mm2 {
+                    let is_plunge = is_drilling(in_tool_axes(&way.normalize()));
+                    engaged.unknown = Some(if is_plunge { UnknownForce::End } else { UnknownForce::EndOnRamp });
+                    if is_plunge {
+                        *heaviest = Some((None, engaged));
+                        return Ok(());
+                    }
                 }
                 if let Some(stub) = &tool.stub {
                     engaged.bend = bend((milling, stub), (&self.engagement, tool), (&self.axes, way), c)?;

@@ -11,7 +11,7 @@ use super::{
 use crate::toolpath::{PathPoint, Toolpath, UnknownForce};
 
 impl Process {
-    /// Returns why no law knows the force on the way to point number `k` of `path`, which has none there; `None` where it is known, or nothing is cut.
+    /// Returns why no law knows the force, or all of it, on the way to point number `k` of `path`; `None` where it is known, or nothing is cut.
     #[must_use]
     pub fn unknown_force(&self, path: &Toolpath, k: usize) -> Option<UnknownForce> {
         let point = path.points()[k];
@@ -24,23 +24,14 @@ impl Process {
     /// Whether the force on the way to point number `k` of `path` is that of the side of a milling tool alone, while its end may cut, too.
     #[must_use]
     pub fn lacks_end_force(&self, path: &Toolpath, k: usize) -> bool {
-        let Some(way) = self.way_of_side(&path.points()[k]) else { return false };
-        match path.engagements().get(k) {
-            Some(own) => own.unknown.is_none() && own.end_mm2 * way.z > BY_END * own.removed_mm2,
-            None => way.z > BY_END && !is_drilling(way),
-        }
+        let ramps = |way: Vector3<f64>| way.z > BY_END && !is_drilling(way);
+        path.engagements().is_empty() && self.way_of_side(&path.points()[k]).is_some_and(ramps)
     }
 
     /// Returns the direction of motion, in axes of the tool, of a point that cuts by a law of the side of a milling tool; `None` of any other.
     fn way_of_side(&self, point: &PathPoint) -> Option<Vector3<f64>> {
         let law = self.own_forces.law_at(point).unwrap_or(&self.cutting);
-        let is_milling = match law {
-            CuttingLaw::SlotMilling(_) | CuttingLaw::EndMilling(_) => true,
-            #[cfg(not(target_family = "wasm"))]
-            CuttingLaw::EngagedMilling(_) => true,
-            _ => false,
-        };
-        if !point.cutting || !is_milling {
+        if !point.cutting || !matches!(law, CuttingLaw::SlotMilling(_) | CuttingLaw::EndMilling(_)) {
             return None;
         }
         let placed = self.placement.place(&self.machine);
@@ -71,12 +62,12 @@ impl Process {
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
             let lines = names.join(", ") + &more;
             match why {
+                Some(UnknownForce::EndOnRamp) | None => format!(
+                    "On ramps only the force of the side of the tool is known and compensated: what its end teeth receive is in no law ({lines}).\n"
+                ),
                 Some(why) => format!(
                     "No force is known and none is compensated, only what else moves the tool, where {} ({lines}).\n",
                     why.words()
-                ),
-                None => format!(
-                    "On ramps the force is that of the side of the tool alone: what its end teeth receive is in no law ({lines}).\n"
                 ),
             }
         };
@@ -129,7 +120,9 @@ impl UnknownForce {
     /// Returns in words where that is.
     fn words(self) -> &'static str {
         match self {
-            UnknownForce::End => "the end of a milling tool goes down into material: its end teeth are in no law",
+            UnknownForce::End | UnknownForce::EndOnRamp => {
+                "the end of a milling tool goes down into material: its end teeth are in no law"
+            }
             UnknownForce::PartlySolid => {
                 "a drill is not in solid material all around, as its point enters or leaves, or in a hole that is there: its law is of solid \
                  drilling, and only one of its lips (kienzle) knows a part of them"
@@ -143,6 +136,7 @@ impl UnknownForce {
     pub fn label(self) -> &'static str {
         match self {
             UnknownForce::End => "end_of_milling_tool",
+            UnknownForce::EndOnRamp => "end_of_milling_tool_on_ramp",
             UnknownForce::PartlySolid => "drill_partly_in_solid",
             UnknownForce::Aside => "drill_aside",
         }

@@ -40,6 +40,19 @@ pub(crate) fn locked_along(
     Ok(machine)
 }
 
+/// Returns `process` on the machine of [`locked_along`].
+///
+/// # Errors
+/// As there.
+pub fn with_drives_left(
+    process: Process,
+    path: &Toolpath,
+    program: Option<&ProgramFile>,
+    origin: &str,
+) -> Result<Process> {
+    Ok(Process { machine: locked_along(&process, path, program, origin)?, ..process })
+}
+
 /// Checks that axes of a robot program without a name stand where the drives do that nothing commands. An axis at 0 may be none.
 #[cfg(not(target_family = "wasm"))]
 fn check_unnamed_axes(machine: &Machine, program: &RobotProgram, origin: &str) -> Result<()> {

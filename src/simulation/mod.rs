@@ -20,6 +20,7 @@ pub(crate) mod tracking;
 pub(crate) mod within_limits;
 
 pub use crate::process::ProgramFile;
+pub use external_axes::with_drives_left;
 pub use rewritten::CommandedPath;
 pub use scene::Scene;
 pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};

@@ -145,25 +145,25 @@ fn the_end_of_a_tool_has_no_known_force() {
     };
     let of_line = |down: &str| line_of(MILL, down).0;
     for own in of_line("Z0") {
-        assert!(own.0.load.is_none() && own.1.unknown == Some(UnknownForce::End), "{own:?}");
+        assert!(own.0.load.is_some() && own.1.unknown == Some(UnknownForce::EndOnRamp), "{own:?}");
     }
     let level = of_line("Z-3.0");
     for (level, falling) in level.iter().zip(of_line("Z-2.9999999999")) {
         let (own, other) = (level.0.load.unwrap().force_N, falling.0.load.unwrap().force_N);
         assert!(falling.1.unknown.is_none() && (own - other).norm() < 1e-3 * own.norm(), "{own} {other}");
     }
-    // Neglected, a ramp has about the force of the level slot, and a plunge none.
-    let neglected = MILL.replace("[stock]", "end_teeth = \"neglected\"\n[stock]");
-    let (ramp, text) = line_of(&neglected, "Z-2.5");
+    // A ramp has about the force of the level slot, and its lines come first; a plunge has none.
+    let (ramp, text) = line_of(MILL, "Z-2.5");
     assert!(
-        text.contains("On ramps the force is that of the side of the tool alone") && text.contains("(line 6)"),
+        text.contains("On ramps only the force of the side of the tool is known") && text.contains("(line 6)"),
         "{text}"
     );
     assert!(text.contains("its end teeth are in no law (line 4)"), "{text}");
     for (level, down) in level.iter().zip(&ramp).skip(1) {
         let deeper = 1.0 + (down.0.position_mm.z + 3.0) / 2.0;
         let (own, other) = (level.0.load.unwrap().force_N * deeper, down.0.load.unwrap().force_N);
-        assert!(down.1.unknown.is_none() && (own - other).norm() < 0.03 * own.norm(), "{own} {other}");
+        assert!(down.1.unknown == Some(UnknownForce::EndOnRamp), "{:?}", down.1);
+        assert!((own - other).norm() < 0.03 * own.norm(), "{own} {other}");
     }
     // Without a stock: of the side of an end mill.
     let law = "[force.end_milling]\ndiameter_mm = 10.0\nteeth = 4\naxial_depth_mm = 2.0\nradial_width_mm = 10.0\nmaterial = \"Al 7075-T6\"\n";
@@ -174,7 +174,7 @@ fn the_end_of_a_tool_has_no_known_force() {
         "{text}"
     );
     assert!(
-        text.contains("On ramps the force is that of the side of the tool alone") && text.contains("(line 6)"),
+        text.contains("On ramps only the force of the side of the tool is known") && text.contains("(line 6)"),
         "{text}"
     );
 }
@@ -268,7 +268,13 @@ fn rotary_axes_alone_take_the_time_that_inverse_time_says() {
 /// What is written of a rotary axis alone takes its time on a control that takes F for X, Y and Z as soon as one of them moves.
 #[test]
 fn corrected_rotary_moves_take_the_time_of_the_program() {
-    let job = on_trunnion(SIDE, &turned("G1 C90 F200\nG1 C0")).unwrap();
+    takes_nine_tenths_of_a_minute("G1 C90 F200\nG1 C0");
+    // What F means on the line itself does not end the inverse time that is put before it.
+    takes_nine_tenths_of_a_minute("G94 G1 C90 F200\nG94 G1 C0");
+}
+
+fn takes_nine_tenths_of_a_minute(lines: &str) {
+    let job = on_trunnion(SIDE, &turned(lines)).unwrap();
     let asked = kinetostat::products::program::Asked::by(kinetostat::compensation::Method::Direct);
     let mut receiver = kinetostat::products::program::InMemory;
     let kinetostat::products::program::Compensated::Proved(proved) =

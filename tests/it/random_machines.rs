@@ -293,6 +293,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
 fn check_map(machine: &Machine, trial: &Trial) {
     let (min, max) = (machine.workspace.min, machine.workspace.max);
     let scene = Scene {
+        force_of_turn: String::new(),
         machine: machine.clone(),
         errors: trial.chain_errors(machine),
         force: MillingForce::PAPER,

@@ -193,7 +193,6 @@ def generate(seed, shape):
 origin_mm = [0.0, 0.0, -100.0]
 yaw_deg = 0.0
 [force.end_milling]
-end_teeth = "neglected"
 coefficients = {{ {", ".join(f"{n} = {v}" for n, v in zip(names, k))} }}
 [stock]
 box = {{ min_mm = {list(low)}, max_mm = {list(high)} }}

@@ -92,7 +92,7 @@ impl Drilling {
         let DrillingLaw::Kienzle { lip, thrust_ratio, .. } = self.law else { return None };
         let edge =
             EdgeLaw::Kienzle { tangential: lip, tangential_share: 1.0, radial_ratio: thrust_ratio, axial_ratio: 0.0 };
-        Some(EngagedMilling { edge, feed_per_tooth_mm: None, spindle: self.spindle, neglects_end: false })
+        Some(EngagedMilling { edge, feed_per_tooth_mm: None, spindle: self.spindle })
     }
 
     /// Returns the feed per revolution f at `point`, mm/rev; fails if it follows from feed and spindle speed and one of them is missing.

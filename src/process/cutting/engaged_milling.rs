@@ -41,8 +41,6 @@ pub struct EngagedMilling {
     pub feed_per_tooth_mm: Option<f64>,
     /// The spindle's direction of rotation, seen from the spindle towards the workpiece.
     pub spindle: TurnDirection,
-    /// Whether the force on a ramp is that of the side alone, as the user has it; otherwise none is known there.
-    pub neglects_end: bool,
 }
 
 /// A tool as a cantilever from its holder, with teeth on a helix.

@@ -118,8 +118,6 @@ pub struct EndMillingSpec {
     /// Whether the load is the mean or the peak of a revolution.
     #[serde(default)]
     pub load: MeanOrPeakSpec,
-    /// What is taken of the end teeth of a tool that goes down, with a stock; nothing is computed there if not given.
-    pub end_teeth: Option<EndTeethSpec>,
     /// Coefficients: these, Kienzle's law or a material.
     pub coefficients: Option<CoefficientsSpec>,
     /// Kienzle's law.
@@ -130,14 +128,6 @@ pub struct EndMillingSpec {
     pub radial_ratio: Option<f64>,
     /// Axial force as a share of the tangential one, with Kienzle's law; 0 if not given.
     pub axial_ratio: Option<f64>,
-}
-
-/// What is taken of end teeth, as written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum EndTeethSpec {
-    /// They receive nothing.
-    Neglected,
 }
 
 /// Average cutting coefficients as written: K_c in N/mm², K_e in N/mm.

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::{
     force::{coefficients, teeth},
-    force_spec::{CutSpec, DrillingSpec, EndMillingSpec, EndTeethSpec, KienzleSpec, MeanOrPeakSpec},
+    force_spec::{CutSpec, DrillingSpec, EndMillingSpec, KienzleSpec, MeanOrPeakSpec},
 };
 #[cfg(not(target_family = "wasm"))]
 use crate::process::cutting::EngagedMilling;
@@ -39,16 +39,11 @@ pub(super) fn engaged_milling(spec: &EndMillingSpec, check: &Check) -> Result<Cu
         edge: edge_law(spec, check)?,
         feed_per_tooth_mm: check.key("feed_per_tooth_mm").optional_positive(spec.feed_per_tooth_mm)?,
         spindle: spec.spindle.turn(),
-        neglects_end: spec.end_teeth == Some(EndTeethSpec::Neglected),
     }))
 }
 
 /// Checks the parameters of milling with the side of an end mill and returns its law.
 pub(super) fn end_milling(spec: &EndMillingSpec, check: &Check) -> Result<CuttingLaw> {
-    if spec.end_teeth.is_some() {
-        let problem = "is known only where the engagement is found from a [stock]: expected no such key";
-        return check.key("end_teeth").fail(problem.into());
-    }
     let required = |key: &str, given: Option<f64>| match given {
         Some(given) => check.key(key).positive(given),
         None => check.key(key).fail("missing: expected mm, or a [stock] from which the engagement follows".into()),

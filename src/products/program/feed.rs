@@ -288,7 +288,7 @@ fn uses(job: &ProgramJob, limits: &FeedLimits, line_of: &[Option<usize>], work: 
                 || is_unknown(k)
                 || fall > STEEP
                 || match (job.path.engagements().get(k), law) {
-                    (Some(engaged), _) => engaged.unknown.is_some() || job.process.lacks_end_force(&job.path, k),
+                    (Some(engaged), _) => engaged.unknown.is_some(),
                     (None, PathLoad::Milling(_)) => fall > BY_END,
                     _ => false,
                 };

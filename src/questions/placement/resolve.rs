@@ -36,7 +36,7 @@ use crate::{
         },
         spec::RENAMED,
     },
-    simulation::{Machines, within_limits},
+    simulation::{Machines, with_drives_left, within_limits},
     toolpath::{Orientation, PathPoint},
     work::Work,
 };
@@ -223,6 +223,7 @@ fn resolve_feature(
         stock.check_movable(&process.machine, &process.placement)?;
     }
     let path = process.mark_cutting(path, &origin)?;
+    let process = with_drives_left(process, &path, program.as_ref(), &origin)?;
     let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
     let loads = process.loads(&path).map_err(fault)?;
     let points = Inputs::of(format!("points of {}", spec.name), path.len().to_string());

@@ -214,5 +214,5 @@ pub(crate) fn takes_parameters(word: &Word) -> bool {
 
 /// Whether `word` is an M word that controllers run after the motion of its block.
 pub(crate) fn acts_at_end(word: &Word) -> bool {
-    word.letter == 'M' && matches!(word.whole_number(), Ok(0 | 1 | 2 | 5 | 9 | 30 | 60))
+    word.letter == 'M' && matches!(word.whole_number(), Ok(0 | 1 | 2 | 5 | 9 | 17 | 30 | 60 | 99))
 }

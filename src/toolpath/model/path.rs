@@ -104,7 +104,7 @@ pub struct Engaged {
     pub bend: Option<Bend>,
     /// Largest force within a turn of straight teeth, N; only where the mean is larger than at all points before.
     pub peak_N: Option<f32>,
-    /// Why no law knows the force there: none is computed then.
+    /// Why no law knows the force there, or all of it: none is computed then, or what is known.
     pub unknown: Option<UnknownForce>,
 }
 
@@ -113,6 +113,8 @@ pub struct Engaged {
 pub enum UnknownForce {
     /// The end of a milling tool goes down into material: its end teeth are in no law.
     End,
+    /// The same on a ramp, where the force of its side is known.
+    EndOnRamp,
     /// A drill that is not in solid material all around, by a law of solid drilling.
     PartlySolid,
     /// A drill that does not go along its axis.

@@ -394,8 +394,9 @@ impl Machined {
             end_mm: self.end_mm(job),
             places: tags.iter().map(|tag| job.place_words(*tag as usize)).collect(),
             columns: vec![
-                column("depth", "mm", &|k| Some(engaged(k)?.depth_mm)),
-                column("width", "mm", &|k| Some(engaged(k)?.width_mm)),
+                column("largest depth", "mm", &|k| Some(engaged(k)?.depth_mm)),
+                column("largest width", "mm", &|k| Some(engaged(k)?.width_mm)),
+                column("regions of height", "", &|k| Some(engaged(k)?.regions as f64)),
                 column("cutting force", "N", &|k| Some(job.path.points()[k].load?.force_N.norm())),
                 column("tool off without compensation", "mm", &error(0)),
                 column("tool off as written", "mm", &error(1)),

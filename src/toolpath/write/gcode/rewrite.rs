@@ -55,7 +55,7 @@ impl Program {
     /// A hole of a cycle stays one: its X, Y and Z are those of its corrected bottom and R that of its corrected beginning.
     ///
     /// Of a block that is split, the first line keeps the line number, comments, feed and all other words; M words that act at the end of a
-    /// block (M0, M1, M2, M5, M9, M30, M60) and G9 go to its last line, and rotary axes are shared out. A word that may be another axis (E, U, V,
+    /// block (M0, M1, M2, M5, M9, M17, M30, M60, M99) and G9 go to its last line, and rotary axes are shared out. A word that may be another axis (E, U, V,
     /// W) is refused there. An axis word keeps its text on the first line or the last where it leads
     /// there as it is. Later lines that rely on a motion in force get the word back. Incremental coordinates lead from where the rounded
     /// words before them have led, so that rounding does not add up.

@@ -8,7 +8,7 @@ use crate::toolpath::{
     expand::edit::{LineEdit, Share, is_arc_word, share_of},
     model::{
         MotionGeometry, format_shortest,
-        gcode::{Arc, Centre, Dialect, Fault, FeedMode, Motion, MotionCode, PartialPosition, located},
+        gcode::{Arc, Centre, Dialect, Fault, FeedMode, Motion, MotionCode, PartialPosition, Word, located},
         longest_piece,
         number::format_plain,
     },
@@ -65,6 +65,7 @@ impl Writer<'_> {
         }
         set_feed(&mut edit, feed_for(&piece));
         if is_inverse {
+            remove_feed_modes(&mut edit, motion);
             self.begin_inverse_time(block);
         }
         piece.axes.iter().for_each(|(axis, number)| put_axis(&mut edit, *axis, number));
@@ -261,6 +262,14 @@ pub(crate) fn set_feed(edit: &mut LineEdit, feed: Option<String>) {
         (Some(feed), Some(index)) => edit.set_number(index, &feed),
         (Some(feed), None) => edit.add_last('F', &feed),
         (None, _) => {}
+    }
+}
+
+/// Removes words that say what F means: they would end the inverse time of the line before.
+pub(crate) fn remove_feed_modes(edit: &mut LineEdit, motion: &Motion) {
+    let is_mode = |word: &Word| word.letter == 'G' && matches!(word.tenths(), Some(930 | 940 | 950));
+    for (index, _) in motion.words.iter().enumerate().filter(|(_, word)| is_mode(word)) {
+        edit.remove(index);
     }
 }
 
