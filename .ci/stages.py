@@ -194,6 +194,9 @@ FULL = [
         for dialect in urscript rapid krl sinumerik; do
             python3 tests/oracles/compositions.py "$PROGRAM" --dialect $dialect --from 1 --count 15
         done
+        for dialect in heidenhain sinumerik_frames iso planes fanuc_ls apt rapid_frames krl_frames; do
+            python3 tests/oracles/compositions.py "$PROGRAM" --dialect $dialect --from 1 --count 4
+        done
         python3 tests/oracles/compositions.py "$PROGRAM" --deep
         # About 60 judged cuts of flat ends, and some of balls and corners.
         python3 -m venv "$OUT/geometry"

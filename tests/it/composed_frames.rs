@@ -268,6 +268,19 @@ fn nested_frames_of_krl_lead_where_matrices_say() {
     }
 }
 
+#[test]
+fn a_base_that_begins_with_a_bracket_is_computed() {
+    let frame = "{X 10,Y 0,Z 0,A 90,B 0,C 0}";
+    let source = format!(
+        "DEF p()\n$TOOL={{X 0,Y 0,Z 0,A 0,B 0,C 0}}\n$BASE=$NULLFRAME\nPTP {{X 0,Y 0,Z 0,A 0,B 0,C 0}}\n$BASE=({frame}:{frame})\n\
+         LIN {{X 1,Y 2,Z 3,A 0,B 0,C 0}}\nEND\n"
+    );
+    let refused = RobotProgram::parse(source.clone(), "p.src", Language::Krl, None, &in_world()).unwrap_err();
+    assert!(refused.fault.is_solved_by_expansion(), "{refused}");
+    let program = RobotProgram::parse_expanded(source.clone(), "p.src", Language::Krl, [], &in_world(), true).unwrap();
+    is_same(&ends(&program)[1], &times(&at([9.0, 8.0, 3.0]), &about(2, PI)), 1e-9, &source);
+}
+
 /// Frames of Sinumerik: afresh (TRANS, ROT) or within the one in force (ATRANS, AROT), with moves in each; where these lead.
 fn sinumerik_frames(random: &mut Random, count: usize) -> (String, Vec<Matrix>) {
     let (mut text, mut frame, mut places) = (String::new(), ONE, Vec::new());

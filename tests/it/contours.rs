@@ -214,6 +214,7 @@ fn what_is_no_line_or_arc_is_refused() {
         ("AP=IC(10) RP=5", Dialect::Sinumerik, "expected radius and angle that are known"),
         ("AP=10", Dialect::Sinumerik, "expected radius and angle that are known"),
         ("ROT X30", Dialect::Sinumerik, "expected a rotation in the plane"),
+        ("AROT Z1 RPL=2", Dialect::Sinumerik, "expected RPL alone, or axes without it"),
         ("SCALE X2", Dialect::Sinumerik, "neither scale nor mirror"),
         ("MIRROR X0", Dialect::Sinumerik, "rotated, scaled, mirrored"),
         ("ROT Z30\nG18", Dialect::Sinumerik, "expected one plane while coordinates are rotated"),

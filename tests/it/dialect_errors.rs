@@ -177,6 +177,16 @@ fn what_heidenhain_has_and_is_not_followed_is_named() {
         ),
         ("CYCL DEF 7.1 #5", "1: `CYCL DEF 7.1 #5`", "datum tables are not read; expected CYCL DEF 7 with X, Y or Z"),
         (
+            "CYCL DEF 7.0 DATUM SHIFT ~",
+            "1: `CYCL DEF 7.0 DATUM SHIFT ~`",
+            "a datum shift whose axes stand behind ~ is not read; expected CYCL DEF 7.1 and further blocks with X, Y or Z",
+        ),
+        (
+            "CYCL DEF 247 DATUM SETTING",
+            "1: `CYCL DEF 247 DATUM SETTING`",
+            "which preset the cycle sets is not said; expected Q339 with its number in the block",
+        ),
+        (
             "L X+5 RL F100",
             "7: `RL`",
             "cutter radius compensation is not followed as the control makes it; expected the path of the tool centre with R0, or cutter_compensation = \"off\" in [gcode] of the process file, which writes it",

@@ -1144,6 +1144,7 @@ fn apt_programs_mean_what_they_say() {
 #[test]
 fn apt_that_is_not_followed_is_refused_by_line_and_record() {
     let computed = ": turned tables, splines and computed motions are not followed; expected GOTO/x,y,z,i,j,k";
+    let functions = ": G functions that give coordinates another meaning are not followed; expected none of them, or PREFUN in robot_program.calls_kept if they do not";
     let circle = ": expected x,y,z,i,j,k (SolidWorks CAM), x,y,z,i,j,k,r behind a header of Pro/CLfile (Creo), or x,y,z,i,j,k,r,t,f,d,e (NX)";
     let cycle = ": expected DRILL, DEEP, BRKCHP, FACE, REAM, BORE or TAP with FEDTO or DEPTH, RAPTO or CLEAR, and RTRCTO, each before its number";
     let block = ": blocks of a control that INSERT puts into the program are not followed; expected a comment, or INSERT in \
@@ -1188,6 +1189,8 @@ fn apt_that_is_not_followed_is_refused_by_line_and_record() {
         ("INSERT/#500=3", block),
         ("TLDATA/TURN,1,2", ": programs of lathes are not followed; expected a program of a mill"),
         ("TOOLNO/1,TURN,2", ": programs of lathes are not followed; expected a program of a mill"),
+        ("PREFUN/68", functions),
+        ("PREFUN/54,90\nPREFUN/54\nPREFUN/55", functions),
         ("TRNTYP/LOCAL,0,0,0", ": other kinds of coordinates are not followed; expected TRNTYP/WORLD,0,0,0"),
         (
             "$$-> CSYS / 1,0,0,0, $\n0,1,0,0,0,0,1,0\n$$-> CSYS / 1,0,0,5, $\n0,1,0,0,0,0,1,0",

@@ -580,7 +580,10 @@ impl<'a> Contour<'a> {
         let axes = ['X', 'Y', 'Z'].map(|letter| words.iter().find(|word| word.letter == letter));
         let value = |axis: usize| axes[axis].map_or(0.0, |word: &Word| word.value);
         let [first, second, normal] = self.plane.axes();
-        let is_bare = axes == [None; 3] && words.iter().all(|word| word.letter != 'l');
+        // RPL stands alone: beside an axis it would leave open which of them counts.
+        let in_plane = words.iter().find(|word| word.letter == 'l');
+        let is_bare = axes == [None; 3] && in_plane.is_none();
+        let is_open = axes != [None; 3] && in_plane.is_some();
         let (old, shift) = (self.angle, self.shift);
         let turned = turn([value(first), value(second)], old);
         match (afresh, verb.value as u32) {
@@ -601,9 +604,10 @@ impl<'a> Contour<'a> {
                 };
                 (0..3).for_each(|axis| self.shift[axis] += steps[axis]);
             }
+            (None, _) if is_open => return Err(refuse(verb, "RPL alone, or axes without it")),
             (None, 0 | 2) if is_bare => (self.angle, self.shift) = (0.0, [0.0; 3]),
             (None, 0 | 1) if value(first) == 0.0 && value(second) == 0.0 => {
-                let angle = words.iter().find(|word| word.letter == 'l').map_or(value(normal), |word| word.value);
+                let angle = in_plane.map_or(value(normal), |word| word.value);
                 (self.angle, self.shift) = if verb.value == 0.0 { (angle, [0.0; 3]) } else { (old + angle, shift) };
             }
             (None, 2 | 3) if axes.iter().flatten().all(|word| word.value == 1.0) => {

@@ -58,6 +58,14 @@ pub enum Foreign {
     /// CYCL DEF 7.1 #5.
     #[error("datum tables are not read; expected CYCL DEF 7 with X, Y or Z")]
     DatumTable,
+    /// CYCL DEF 7.0 whose axes stand behind `~`.
+    #[error(
+        "a datum shift whose axes stand behind ~ is not read; expected CYCL DEF 7.1 and further blocks with X, Y or Z"
+    )]
+    ContinuedShift,
+    /// CYCL DEF 247 without Q339.
+    #[error("which preset the cycle sets is not said; expected Q339 with its number in the block")]
+    NoPreset,
     /// X without a number.
     #[error("expected a number after it")]
     NoNumber,

@@ -46,6 +46,8 @@ pub(crate) struct Reader<'a> {
     pub(crate) is_rapid: bool,
     /// Words of the first record that says in which frame coordinates are.
     system: Option<Vec<String>>,
+    /// The first work offset that PREFUN has set, 54 to 59.
+    work_offset: Option<u32>,
     /// Whether coordinates stay in one frame whatever CSYS says (`TRNTYP/WORLD,0,0,0`).
     is_in_world: bool,
     /// Lines of `$$*CATIA0` that are still to come.
@@ -83,6 +85,7 @@ impl<'a> Reader<'a> {
             tool: None,
             is_rapid: false,
             system: None,
+            work_offset: None,
             is_in_world: false,
             catia_lines: 0,
             catia_words: Vec::new(),
@@ -162,6 +165,22 @@ impl<'a> Reader<'a> {
             true => Ok(()),
             false => RobotFault::not_followed("second systems of coordinates are", "one for all points"),
         }
+    }
+
+    /// Follows PREFUN, whose G functions the post-processor writes as they are: `Err` for those that move or turn coordinates or make steps of them on
+    /// some control, and for a second work offset.
+    fn follow_functions(&mut self, words: &[String]) -> Result<(), RobotFault> {
+        for number in words.iter().filter_map(|word| word.parse::<f64>().ok()) {
+            let number = number.trunc() as u32;
+            let is_second = (54..=59).contains(&number) && *self.work_offset.get_or_insert(number) != number;
+            if is_second || matches!(number, 10 | 16 | 51..=53 | 68 | 91 | 92) {
+                return RobotFault::not_followed(
+                    "G functions that give coordinates another meaning are",
+                    "none of them, or PREFUN in robot_program.calls_kept if they do not",
+                );
+            }
+        }
+        Ok(())
     }
 
     /// Returns the next record: its bytes, its first line, and its text with blanks for comments and line breaks; `None` at the end.
@@ -288,6 +307,7 @@ impl<'a> Reader<'a> {
             "MSYS" | "MCSYS" => self.same_system(words)?,
             "FINI" => self.end_line = Some(line),
             "TLAXIS" => self.set_axis(direction_vector(&words)?),
+            "PREFUN" if !is_kept() => self.follow_functions(&words)?,
             "TRACUT" | "ROTABL" | "ROTHED" if words[0] == "OFF" || words[0] == "NOMORE" => {}
             _ if is_in_list(word, REFUSED) => {
                 return RobotFault::not_followed("turned tables, splines and computed motions are", "GOTO/x,y,z,i,j,k");

@@ -69,6 +69,13 @@ impl Reader {
         if let Some(block) = self.continued {
             self.continued = self.continued.filter(|_| is_continued);
             let words = if block == Continued::Preset { preset_words(Scan::of_line(line, 0))? } else { Vec::new() };
+            if block == Continued::Preset && words.is_empty() && !is_continued {
+                return Err(Scan::of_line(line, 0).refuse_all(lines::prefix_len(line), Foreign::NoPreset));
+            }
+            // What goes on behind it sets nothing more.
+            if !words.is_empty() {
+                self.continued = self.continued.map(|_| Continued::Passive);
+            }
             return Ok(Statement::Words { words, prefix: 0 });
         }
         let has_number = number.is_some();
@@ -201,7 +208,9 @@ impl Reader {
         let refuse = |foreign: Foreign| Err(scan.refuse_all(start, foreign));
         let mut rest = scan;
         let Some((number, range)) = rest.take_decimal()? else { return refuse(Foreign::Cycle) };
+        let is_continued = scan.line.trim_ascii_end().ends_with(b"~");
         match number.trunc() as u32 {
+            7 if is_continued => refuse(Foreign::ContinuedShift),
             7 if scan.upper_text(range.clone()).ends_with(".0") => Ok(Vec::new()),
             7 => {
                 if rest.next() == Some(b'#') {
@@ -212,11 +221,13 @@ impl Reader {
                 Ok(words)
             }
             247 => {
-                self.continued = Some(Continued::Preset);
                 let words = preset_words(rest)?;
-                if !scan.line.trim_ascii_end().ends_with(b"~") && !words.is_empty() {
-                    self.continued = None;
-                }
+                self.continued = match (is_continued, words.is_empty()) {
+                    (true, true) => Some(Continued::Preset),
+                    (true, false) => Some(Continued::Passive),
+                    (false, true) => return refuse(Foreign::NoPreset),
+                    (false, false) => None,
+                };
                 Ok(words)
             }
             9 | 13 | 32 => Ok(Vec::new()),

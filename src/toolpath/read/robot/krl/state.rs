@@ -140,8 +140,12 @@ impl Reader<'_> {
                 Err(FRAME_VALUE)
             };
         }
+        // In brackets: one frame in another.
+        if scan.next() == Some(b'(') {
+            return Err(FRAME_VALUE);
+        }
         let name = variable_name(&mut scan)?;
-        if scan.takes(b'(') {
+        if matches!(name.as_str(), "EK" | "EB") && scan.takes(b'(') {
             return RobotFault::not_followed(
                 "bases that move with external axes (EK, EB) are",
                 "a base that stands still",
