@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::files::words::{percent, with_unit};
+use crate::{
+    files::words::{percent, with_unit},
+    process::KnownForce,
+};
 
 /// The result at a glance, for the first screen of a page and the end of the terminal output.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -84,6 +87,20 @@ impl Verdict {
             (_, Some(share)) => {
                 Verdict::new(State::Partly, format!("Within tolerance in {} of {whole}", percent(share)))
             }
+        }
+    }
+
+    /// Returns this verdict as that on a path on which so much of the force is known.
+    #[must_use]
+    pub fn where_force_is(self, known: KnownForce) -> Verdict {
+        match (known, self.state) {
+            (KnownForce::Nowhere, State::Good | State::Partly | State::Open) => {
+                Verdict::new(State::Bad, "No force is known where the tool cuts")
+            }
+            (KnownForce::Partly, State::Good) => {
+                Verdict::new(State::Partly, "Within tolerance where the force is known")
+            }
+            _ => self,
         }
     }
 

@@ -30,8 +30,7 @@ pub use milling::{ForceLaw, MillingForce};
 pub use placement::{PathReference, PlacedWorkpiece, Placement};
 pub use program_file::ProgramFile;
 pub use redundancy::{GammaChoice, RedundancyCost, RedundancyObjective, RedundancySettings};
-pub use unknown_force::ForceWords;
-pub(crate) use unknown_force::WHERE_KNOWN;
+pub use unknown_force::{ForceWords, KnownForce};
 #[cfg(not(target_family = "wasm"))]
 pub use verdict_force::{RightForce, VerdictForce};
 pub use workpiece::{Extent, Feature, ForbiddenBox};

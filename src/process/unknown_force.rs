@@ -21,6 +21,22 @@ impl Process {
         }
     }
 
+    /// Returns how much of the force on `path` is known.
+    #[must_use]
+    pub fn known_force(&self, path: &Toolpath) -> KnownForce {
+        let is_cut = |k: &usize| match path.engagements().get(*k) {
+            Some(own) => path.points()[*k].cutting && own.removed_mm2 > 0.0,
+            None => path.points()[*k].cutting,
+        };
+        let mut cut = (0..path.len()).filter(is_cut).map(|k| self.unknown_force(path, k)).peekable();
+        let is_partly = |own: Option<UnknownForce>| matches!(own, None | Some(UnknownForce::EndOnRamp));
+        match (cut.peek().is_some(), cut.clone().any(is_partly), cut.any(|own| own.is_some())) {
+            (true, false, _) => KnownForce::Nowhere,
+            (_, _, true) => KnownForce::Partly,
+            _ => KnownForce::Everywhere,
+        }
+    }
+
     /// Whether the force on the way to point number `k` of `path` is that of the side of a milling tool alone, while its end may cut, too.
     #[must_use]
     pub fn lacks_end_force(&self, path: &Toolpath, k: usize) -> bool {
@@ -82,8 +98,8 @@ impl Process {
 pub struct ForceWords {
     /// [`Process::unknown_force_text`].
     pub unknown: String,
-    /// Whether no law knows the force at a point.
-    pub is_unknown_somewhere: bool,
+    /// How much of it is known.
+    pub known: KnownForce,
     /// Which force within a turn of the spindle counts, and whether that is right; not said on pages.
     pub of_turn: String,
 }
@@ -96,8 +112,7 @@ impl ForceWords {
         let of_turn = super::VerdictForce::of(process, path).map_or_else(String::new, |own| own.sentence());
         #[cfg(target_family = "wasm")]
         let of_turn = String::new();
-        let is_unknown_somewhere = (0..path.len()).any(|k| process.unknown_force(path, k).is_some());
-        Self { unknown: process.unknown_force_text(path, line_name), is_unknown_somewhere, of_turn }
+        Self { unknown: process.unknown_force_text(path, line_name), known: process.known_force(path), of_turn }
     }
 
     /// Returns which force within a turn counts where `process` has one cut and no path, in a sentence; empty without one, and on pages.
@@ -110,8 +125,17 @@ impl ForceWords {
     }
 }
 
-/// Verdict in place of a good one where [`ForceWords::unknown`] says that a force is not known.
-pub const WHERE_KNOWN: &str = "Within tolerance where the force is known";
+/// How much of the force on a path its laws know.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum KnownForce {
+    /// All of it, or nothing is cut.
+    #[default]
+    Everywhere,
+    /// Not at all points, or not all of it.
+    Partly,
+    /// Nothing at no point that cuts.
+    Nowhere,
+}
 
 /// Most lines that are named.
 const NAMED: usize = 8;

@@ -222,15 +222,15 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 const MOST_LINES: [(&[&str], usize); 11] = [
     (&["crates/engine/src"], 21_945),
     (&["crates/removal/src"], 3_085),
-    (&["src/toolpath"], 30_345),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 13_065),
+    (&["src/toolpath"], 30_385),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 13_105),
     (&["src/simulation", "src/redundancy"], 5_570),
     (&["src/answer", "src/files", "src/work", "src/run"], 6_025),
-    (&["src/figures", "src/page"], 10_660),
+    (&["src/figures", "src/page"], 10_675),
     (&["src/questions"], 25_490),
     (&["src/products", "src/inspect", "src/explore"], 12_935),
     (&["src/cli"], 3_165),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 132_285),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 132_500),
 ];
 
 #[test]

@@ -135,8 +135,7 @@ fn where_no_cloud_can_be_drawn_it_says_why() {
 fn the_process_may_say_what_is_uncertain() {
     let text =
         study_text("kr270", &force(1.0, 0.0, 0.0), "", "[workspace_map]\nslices_z_mm = [1000.0]\ngrid = [1, 1, 1]");
-    let of_process =
-        "[process.uncertainty.process]\nforce_relative_std = 0.15\n[process.uncertainty.model]\nrelative_std = 0.0\n";
+    let of_process = "[process.uncertainty]\nmachine = \"exact\"\n[process.uncertainty.process]\nforce_relative_std = 0.15\n[process.uncertainty.model]\nrelative_std = 0.0\n";
     let text = text.replace("[workspace_map]", &format!("{of_process}[workspace_map]"));
     let study = Study::from_toml(&text, "study.toml", Folder::in_memory([]), &Overrides::default()).unwrap();
     let explorer = Explorer::open(Scene::from_study(&study).unwrap().unwrap()).unwrap();

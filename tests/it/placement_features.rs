@@ -138,11 +138,13 @@ fn a_tilt_that_the_machine_cannot_follow_is_refused() {
     let folder = tilted_folder();
     let only_roll = ARM.replace("\"rotation_x\", \"rotation_y\", \"rotation_z\"", "\"rotation_x\", \"rotation_z\"");
     write(folder.path(), "arm.toml", &only_roll);
-    let level = TILTED.replace("yaw_deg = 30.0\n", "");
+    // Of three hinges about y its paths need two.
+    let tilted = TILTED.replace("[[placement.feature]]", "[locked]\narm_j5 = -40.0\n[[placement.feature]]");
+    let level = tilted.replace("yaw_deg = 30.0\n", "");
     let error = study_in(folder.path(), &level).unwrap_err().to_string();
     assert!(error.contains("bounds.pitch_deg") && error.contains("does not control rotation about y"), "{error}");
     // With yaw, roll turns about both axes of the machine.
-    let no_pitch = TILTED.replace("pitch_deg = [-10.0, 10.0]\n", "").replace(", pitch = 3", "");
+    let no_pitch = tilted.replace("pitch_deg = [-10.0, 10.0]\n", "").replace(", pitch = 3", "");
     let error = study_in(folder.path(), &no_pitch).unwrap_err().to_string();
     assert!(error.contains("bounds.roll_deg") && error.contains("does not control rotation about y"), "{error}");
     assert!(study_in(folder.path(), &no_pitch.replace("yaw_deg = 30.0\n", "")).is_ok());

@@ -18,7 +18,7 @@ use crate::{
     input::error::Result,
     machine::{ChainError, Configuration, Machine},
     process::{
-        Placement,
+        KnownForce, Placement,
         uncertainty::{DrawnForceAt, Uncertainty},
     },
     simulation::{
@@ -76,6 +76,8 @@ pub struct PathStudy {
     pub facts: Vec<(&'static str, String)>,
     /// Those facts that are defaults nobody may have meant: [`Process::assumed`](crate::process::Process::assumed).
     pub assumed: Vec<(&'static str, String)>,
+    /// How much of the cutting force its laws know.
+    pub known_force: KnownForce,
     /// The search for γ, the rotation about the tool axis, if there is one; see [`PathStudy::with_gamma`].
     pub gamma_search: Option<PathGammaSearch>,
     /// Names of the files that its program calls.
@@ -83,9 +85,6 @@ pub struct PathStudy {
     /// What is not known exactly; `None` where all inputs are taken as exact.
     pub uncertainty: Option<Uncertainty>,
 }
-
-/// Label of what is assumed where no law knows the force at a point.
-pub(crate) const FORCE_NOT_KNOWN: &str = "force not known";
 
 /// Display settings of a path report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use crate::{
     questions::{
         Overrides, Question, Resolved, StudyContext, Template,
         path::{
-            FORCE_NOT_KNOWN, PathGammaSearch, PathStudy, Shown, Station,
+            PathGammaSearch, PathStudy, Shown, Station,
             spec::{LineSpec, PathSpec},
         },
         spec::CircleSpec,
@@ -97,9 +97,9 @@ pub(crate) fn path(
     let process = &Process { machine: locked_along(process, &toolpath, program.as_ref(), &origin)?, ..process.clone() };
     let tasks = tasks(process, &toolpath, &origin)?;
     let line_name = |segment: usize| program.as_ref()?.line_name(segment);
-    let ForceWords { unknown, is_unknown_somewhere, of_turn } = ForceWords::of(process, &toolpath, &line_name);
-    let label = if is_unknown_somewhere { FORCE_NOT_KNOWN } else { "force of the side" };
-    let of_force = [(label, unknown), ("mean or peak", of_turn)].into_iter().filter(|own| !own.1.is_empty());
+    let ForceWords { unknown, known, of_turn } = ForceWords::of(process, &toolpath, &line_name);
+    let of_force =
+        [("force not known", unknown), ("mean or peak", of_turn)].into_iter().filter(|own| !own.1.is_empty());
     let of_force = of_force.map(|(label, text)| (label, text.trim_end_matches(['.', '\n']).to_string()));
     let study = PathStudy {
         errors: process.errors.clone(),
@@ -114,6 +114,7 @@ pub(crate) fn path(
         gamma_search: PathGammaSearch::of(process, &toolpath, &origin),
         called_files: program.as_ref().map_or_else(Vec::new, ProgramFile::called_files),
         machine: process.machine.clone(),
+        known_force: known,
         uncertainty: None,
         drawn_forces: Vec::new(),
     };

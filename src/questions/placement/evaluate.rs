@@ -15,6 +15,7 @@ use super::{
     walk::{ExactMode, PathWalk, Refusal, UNMEASURED, excess},
 };
 use crate::{
+    answer::length_of_point,
     compensation::TaskPoint,
     input::error::Error,
     machine::{Configuration, Machine},
@@ -564,18 +565,8 @@ pub(super) fn at_path_point(job: &FeatureJob, point: usize, failure: Failure) ->
 fn point_lengths(job: &FeatureJob) -> Vec<f64> {
     let points = job.feature.path.points();
     let is_counted = counted_flags(job);
-    let counts = |k: usize| is_counted[k];
-    let at = |k: usize| points[k].arc_length_mm;
-    let length = |k: usize| {
-        let before = if k > 0 && counts(k) { at(k) - at(k - 1) } else { 0.0 };
-        let after = if k + 1 < points.len() && counts(k + 1) { at(k + 1) - at(k) } else { 0.0 };
-        if counts(k) { 0.5 * (before + after) } else { 0.0 }
-    };
-    let lengths: Vec<f64> = (0..points.len()).map(length).collect();
-    if lengths.iter().sum::<f64>() > 0.0 {
-        return lengths;
-    }
-    (0..points.len()).map(|k| if counts(k) { 1.0 } else { 0.0 }).collect()
+    let length = |k: usize| length_of_point(k, points.len(), |k| points[k].arc_length_mm, |k| is_counted[k]);
+    (0..points.len()).map(|k| if is_counted[k] { length(k) } else { 0.0 }).collect()
 }
 
 /// Computes what of a feature does not depend on its place; `lengths` are those that its points stand for, `total` that of all paths, mm.

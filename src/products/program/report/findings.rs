@@ -7,7 +7,7 @@ use super::{
     tables::{P95_AFTER, P95_BEFORE},
 };
 use crate::{
-    answer::{ShareWithin, cautions::OutsidePositions, play::PlayCounts},
+    answer::{ShareWithin, cautions::OutsidePositions, length_of_point, play::PlayCounts},
     compensation::TaskPoint,
     files::{exchange::Surface, table::largest_position},
     input::error::Result,
@@ -163,8 +163,10 @@ impl Findings {
             spread.and_then(|at| at.compensated.as_ref()).iter().for_each(|distribution| self.spread.add(distribution));
             self.play.add(k, proved.written[i].play.as_ref(), None);
             let tolerance_mm = job.process.tolerance_mm.unwrap_or(f64::INFINITY);
-            self.after.add(1.0, after.map(|error| error.norm() <= tolerance_mm));
-            self.before.add(1.0, before.map(|error| error.norm() <= tolerance_mm));
+            let points = job.path.points();
+            let length = length_of_point(k, points.len(), |k| points[k].arc_length_mm, |k| job.is_counted(k));
+            self.after.add(length, after.map(|error| error.norm() <= tolerance_mm));
+            self.before.add(length, before.map(|error| error.norm() <= tolerance_mm));
             let by_cutting = proved.before[Source::Cutting][i].map_or(0.0, |error| error.norm());
             self.most_by_cutting_mm = self.most_by_cutting_mm.max(by_cutting);
             let Some(error) = before else { continue };

@@ -16,7 +16,7 @@ use crate::{
         SmallTable,
         headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
     },
-    process::{VerdictForce, WHERE_KNOWN, file::CorrectionLimits},
+    process::{VerdictForce, file::CorrectionLimits},
     products::program::{ForceCheck, ProgramJob, ProvedProgram, WithoutForce, bounded::LimitExcess},
     questions::{
         path::report::facts_text,
@@ -371,18 +371,13 @@ fn state(report: &Report<'_>) -> Verdict {
         {
             Verdict::new(State::Partly, spread_report::ONLY_UNDER_FORCE)
         }
-        (None, tolerance) => Verdict::of_share(findings.after.get(), tolerance, "the points"),
+        (None, tolerance) => Verdict::of_share(findings.after.get(), tolerance, "the path"),
     };
     let of_both = match findings.machined.as_ref().and_then(|own| own.verdict(job)) {
         Some(of_surface) if of_surface.state >= of_tool.state => of_surface,
         _ => of_tool,
     };
-    match of_both.state {
-        State::Good if (0..job.path.len()).any(|k| job.process.unknown_force(&job.path, k).is_some()) => {
-            Verdict::new(State::Partly, WHERE_KNOWN)
-        }
-        _ => of_both,
-    }
+    of_both.where_force_is(job.process.known_force(&job.path))
 }
 
 /// Returns where the force is not known, in sentences; empty where it is.
@@ -600,7 +595,7 @@ fn main_sentence(report: &Report<'_>) -> String {
 
 /// Returns the share of points within tolerance in words; empty without a tolerance.
 fn tolerance_text(job: &ProgramJob, within: ShareWithin) -> String {
-    within.words(job.process.tolerance_mm, "at … of the points").unwrap_or_default()
+    within.words(job.process.tolerance_mm, "on … of the path").unwrap_or_default()
 }
 
 /// Returns the largest error without compensation and as written, as key numbers.

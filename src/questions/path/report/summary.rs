@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::quantities::{DISPLACEMENT, P95_RESIDUAL, RESIDUAL_ERROR, WITHOUT_FORCE, drives, plain_spread};
 use crate::{
-    answer::{DriveQuantities, Quantity, ShareWithin, play::PlayCounts},
+    answer::{DriveQuantities, Quantity, ShareWithin, length_of_point, play::PlayCounts},
     files::StatusCount,
     questions::{
         path::{MethodAlongPath, PathPart, PathSpread, PathStudy, PointEffect, Shown},
@@ -32,7 +32,7 @@ pub struct Summary<'a> {
     /// Quantities whose largest values are collected.
     quantities: Vec<Quantity<PointEffect>>,
     sources: BySource<SourceExtremes>,
-    /// Share of the points with a known displacement at which that by all sources is within tolerance.
+    /// Share of the path with a known displacement where it cuts on which that by all sources is within tolerance.
     pub(super) within: ShareWithin,
     /// Displacements by the single sources, mm, at the point at which all together move the tool farthest.
     pub(super) single_sources: Vec<(Source, f64)>,
@@ -93,7 +93,13 @@ impl<'a> Summary<'a> {
         let size = |source: Source| DISPLACEMENT.value(part.at(source, k));
         let all = size(Source::All);
         if let Some(tolerance) = self.study.tolerance_mm {
-            self.within.add(1.0, all.map(|all| all <= tolerance));
+            let stations = &self.study.stations;
+            let is_cutting = stations.iter().any(|own| own.cutting);
+            let counts = |k: usize| stations[k].cutting || !is_cutting;
+            if counts(k) {
+                let length = length_of_point(k, stations.len(), |k| stations[k].arc_length_mm, counts);
+                self.within.add(length, all.map(|all| all <= tolerance));
+            }
         }
         let Some(all) = all else { return };
         if self.largest_displacement().is_none_or(|(largest, _)| all > largest) {

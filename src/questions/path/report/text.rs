@@ -18,9 +18,9 @@ use crate::{
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
-    process::{WHERE_KNOWN, program_file::line_in_words},
+    process::program_file::line_in_words,
     questions::{
-        path::{FORCE_NOT_KNOWN, MethodAlongPath, PathStudy, PointEffect},
+        path::{MethodAlongPath, PathStudy, PointEffect},
         spread_report::{self, Along},
     },
     redundancy,
@@ -33,7 +33,7 @@ pub fn text(summary: &Summary<'_>) -> ReportText {
     ReportText {
         cautions: cautions_text(summary),
         place: displacement_text(summary, Source::All)
-            + &summary.within.sentence(summary.study.tolerance_mm, POINTS)
+            + &summary.within.sentence(summary.study.tolerance_mm, OF_PATH)
             + &spread_text(summary),
         cause: cause_text(summary),
         remedy: remedy_text(summary),
@@ -141,8 +141,8 @@ fn displacement_text(summary: &Summary<'_>, source: Source) -> String {
     }
 }
 
-/// Words for the share of the points at which the tolerance is met.
-pub(super) const POINTS: &str = "at … of the points";
+/// Words for the share of the path on which the tolerance is met.
+pub(super) const OF_PATH: &str = "on … of the path";
 
 /// Returns the sentences about the single sources: their largest displacements, and what each does where all together are worst.
 fn cause_text(summary: &Summary<'_>) -> String {
@@ -269,7 +269,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     };
     let is_barred = cannot_be_run.is_some();
     let sentence = cannot_be_run.unwrap_or_else(|| format!("Tool off by up to {off}; {then}."));
-    let against = summary.within.against(study.tolerance_mm, worst, POINTS).unwrap_or_default();
+    let against = summary.within.against(study.tolerance_mm, worst, OF_PATH).unwrap_or_default();
     let what = format!("largest distance from the path {acting}, without compensation, {}", point_words(summary, k));
     let number = KeyNumber::new(&off, what, against);
     Headline::new(sentence, basis)
@@ -309,6 +309,7 @@ fn state(positions: &OutsidePositions, summary: &Summary<'_>) -> Verdict {
     }
     let judged = match (&summary.whole, summary.failed_count(), study.tolerance_mm, left) {
         (Some(whole), ..) => spread_report::along_state(&along(summary), whole),
+        _ if study.stations.iter().all(|own| !own.cutting) => Verdict::new(State::Bad, "No motion counts as cutting"),
         (None, failed @ 1.., ..) => Verdict::new(State::Bad, format!("{failed} of {points} points not compensated")),
         (None, 0, None, _) => Verdict::new(State::Open, "No tolerance given"),
         (None, 0, Some(_), _) if summary.within.get() == Some(1.0) => {
@@ -319,12 +320,7 @@ fn state(positions: &OutsidePositions, summary: &Summary<'_>) -> Verdict {
         }
         (None, 0, Some(_), _) => Verdict::new(State::Bad, "Out of tolerance, also compensated"),
     };
-    match judged.state {
-        State::Good if study.assumed.iter().any(|own| own.0 == FORCE_NOT_KNOWN) => {
-            Verdict::new(State::Partly, WHERE_KNOWN)
-        }
-        _ => judged,
-    }
+    judged.where_force_is(study.known_force)
 }
 
 /// Returns the first sentence and the verdict by the distribution of the largest distance after compensation, and its key numbers; `None` where inputs are taken as exact.

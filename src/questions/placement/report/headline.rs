@@ -11,7 +11,7 @@ use crate::{
     answer::{ShareWithin, cautions},
     files::words::{counted, millimetres, percent, position, typographic, with_minus_signs},
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
-    process::{ForceWords, PathReference, WHERE_KNOWN, file::NOT_CONTROLLED},
+    process::{ForceWords, PathReference, file::NOT_CONTROLLED},
     questions::{
         path::report::facts_text,
         placement::{
@@ -149,12 +149,10 @@ fn state(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> 
             None => Verdict::new(State::Good, "Within tolerance once compensated"),
         },
     };
+    let judged = study.features.iter().fold(judged, |judged, job| judged.where_force_is(job.force_words.known));
     match judged.state {
         State::Good | State::Partly if results.flatness.iter().any(is_at_bound) => {
             Verdict::new(State::Partly, "Best place lies at the search bound")
-        }
-        State::Good if study.features.iter().any(|job| job.force_words.is_unknown_somewhere) => {
-            Verdict::new(State::Partly, WHERE_KNOWN)
         }
         State::Good => match results.flatness.iter().find(|own| is_blocked(own)) {
             Some(blocked) => Verdict::new(
