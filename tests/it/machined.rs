@@ -87,6 +87,20 @@ fn compensated_on(machine: &str, process: &str, program: &str) -> (Value, Vec<Ve
     (report, rows, read("out.nc.part.ply"))
 }
 
+/// What a program without stock is written over has a surface of its own, which is not that of the new one.
+#[test]
+fn a_surface_of_the_program_before_does_not_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.nc");
+    let without_stock = "[force.path_frame]\nradial_force_N = 100.0\ntangential_force_N = 0.0\naxial_force_N = 0.0\n";
+    for (process, has_surface) in [(process(""), true), (without_stock.into(), false), (without_stock.into(), false)] {
+        let files = ProgramFiles::prepare(&out, Foreign::Kept).unwrap();
+        let job = job("orthoglide", &process, ("part.nc", LINE));
+        compensate_into(job, &Asked::by(Method::Direct), &files, "part.nc", &Work::default()).unwrap();
+        assert_eq!(folder.path().join("out.nc.part.ply").exists(), has_surface);
+    }
+}
+
 /// Returns the numbers of a column where the tool cuts the shoulder.
 fn column(rows: &[Vec<String>], name: &str) -> Vec<f64> {
     let at = |name: &str| rows[0].iter().position(|own| own == name).unwrap_or_else(|| panic!("{name}: {:?}", rows[0]));

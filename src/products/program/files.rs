@@ -331,6 +331,9 @@ impl ProgramFiles {
         changes.place(report_with(&both, true))?;
         changes.place(OutputFile::new(self.file_named(PAGE), UNFINISHED))?;
         changes.remove(&self.file_named(""));
+        // A surface of the program before is not of this one.
+        let left = [PART, PART_VTK].map(|suffix| self.file_named(suffix)).into_iter();
+        left.filter(|name| !names.contains(name) && self.is_former(name)).for_each(|name| changes.remove(&name));
         // The program behind what it calls and what tells of it.
         names.iter().for_each(|name| changes.place_made(made, name));
         changes.place(report_with(&entries, false))?;

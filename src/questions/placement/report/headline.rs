@@ -149,8 +149,7 @@ fn state(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> 
             None => Verdict::new(State::Good, "Within tolerance once compensated"),
         },
     };
-    let judged = study.features.iter().fold(judged, |judged, job| judged.where_force_is(job.force_words.known));
-    match judged.state {
+    let judged = match judged.state {
         State::Good | State::Partly if results.flatness.iter().any(is_at_bound) => {
             Verdict::new(State::Partly, "Best place lies at the search bound")
         }
@@ -162,7 +161,8 @@ fn state(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> 
             None => judged,
         },
         _ => judged,
-    }
+    };
+    study.features.iter().fold(judged, |judged, job| judged.where_force_is(job.force_words.known))
 }
 
 /// Whether the best place is at the end of what was searched.
