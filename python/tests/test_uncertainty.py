@@ -137,7 +137,11 @@ def test_a_machine_samples_itself(uncertainty: Uncertainty) -> None:
 
 
 def test_a_length_that_is_wrong_moves_the_tool_without_load() -> None:
-    table = {"machine": "exact", "parameter": [{"name": "leg.q2.length", "std": 0.1}], "process": {"force_relative_std": 0.1}}
+    table = {
+        "machine": "exact",
+        "parameter": [{"name": "leg.q2.length", "std": 0.1}],
+        "process": {"force_relative_std": 0.1},
+    }
     rod = Uncertainty(Machine("orthoglide"), table)
     sample = rod.sample(2, seed=4)
     assert (rod.deflection(sample, PLACES) > 1e-3).all()
