@@ -29,4 +29,4 @@ pub(crate) use quantity::{FoundOr, Quantity, layers};
 pub use report_text::ReportText;
 pub(crate) use setting::{direction, facts_of, grid_view, locked_fact, size_words, tool_axis_words};
 pub(crate) use table_of::{QuantityTable, Streams, status_cells};
-pub(crate) use tolerance::{ShareWithin, Tolerance, length_of_point};
+pub(crate) use tolerance::{ShareWithin, Tolerance};

@@ -299,3 +299,16 @@ pub(crate) fn block_pieces<T: Serialize + DeserializeOwned + Send>(
     });
     blocks.collect()
 }
+
+/// Returns the length of path, mm, that point `k` of `count` stands for in shares, with the lengths `along` up to each and which of them count: half the way
+/// to its neighbours that do. It is above 0, so that points without a way between them count alike.
+pub(crate) fn length_of_point(
+    k: usize,
+    count: usize,
+    along: impl Fn(usize) -> f64,
+    counts: impl Fn(usize) -> bool,
+) -> f64 {
+    let before = if k > 0 { along(k) - along(k - 1) } else { 0.0 };
+    let after = if k + 1 < count && counts(k + 1) { along(k + 1) - along(k) } else { 0.0 };
+    (0.5 * (before + after)).max(f64::MIN_POSITIVE)
+}

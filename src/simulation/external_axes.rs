@@ -40,10 +40,10 @@ pub(crate) fn locked_along(
     Ok(machine)
 }
 
-/// Returns `process` on the machine of [`locked_along`].
+/// Returns `process` with drives locked that `path` of `program`, called `origin` in errors, commands beside the tool, and those that nothing commands at home.
 ///
 /// # Errors
-/// As there.
+/// A column that names no drive that may be locked so; drives of which nothing says which the path moves.
 pub fn with_drives_left(
     process: Process,
     path: &Toolpath,

@@ -15,13 +15,14 @@ use super::{
     walk::{ExactMode, PathWalk, Refusal, UNMEASURED, excess},
 };
 use crate::{
-    answer::length_of_point,
     compensation::TaskPoint,
     input::error::Error,
     machine::{Configuration, Machine},
     process::RedundancyCost,
     questions::placement::FeatureJob,
-    simulation::{Failure, Machines, spread::DrawnMachines, tasks::tasks_under, within_limits},
+    simulation::{
+        Failure, Machines, along_path::length_of_point, spread::DrawnMachines, tasks::tasks_under, within_limits,
+    },
     work::Work,
 };
 

@@ -7,7 +7,7 @@ use super::{
     tables::{P95_AFTER, P95_BEFORE},
 };
 use crate::{
-    answer::{ShareWithin, cautions::OutsidePositions, length_of_point, play::PlayCounts},
+    answer::{ShareWithin, cautions::OutsidePositions, play::PlayCounts},
     compensation::TaskPoint,
     files::{exchange::Surface, table::largest_position},
     input::error::Result,
@@ -17,7 +17,10 @@ use crate::{
         path::report::{Curve, cutting_force::ForceCurves, drawn_indices},
         spread_report::SpreadCounts,
     },
-    simulation::{BySource, Source, along_path::PathPointResult},
+    simulation::{
+        BySource, Source,
+        along_path::{PathPointResult, length_of_point},
+    },
     work::Work,
 };
 

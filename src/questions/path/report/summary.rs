@@ -6,13 +6,13 @@ use serde_json::{Map, Value, json};
 
 use super::quantities::{DISPLACEMENT, P95_RESIDUAL, RESIDUAL_ERROR, WITHOUT_FORCE, drives, plain_spread};
 use crate::{
-    answer::{DriveQuantities, Quantity, ShareWithin, length_of_point, play::PlayCounts},
+    answer::{DriveQuantities, Quantity, ShareWithin, play::PlayCounts},
     files::StatusCount,
     questions::{
         path::{MethodAlongPath, PathPart, PathSpread, PathStudy, PointEffect, Shown},
         spread_report::{self, SpreadCounts, WithSpread},
     },
-    simulation::{BySource, Source},
+    simulation::{BySource, Source, along_path::length_of_point},
 };
 
 /// Extremes and counts of one source of error along the path.
