@@ -13,10 +13,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let machine = Machine::named("orthoglide")?;
     let grid = Grid::new(machine.workspace.min, machine.workspace.max, [9, 9, 9]);
     let scene = Scene {
-        force_of_turn: String::new(),
         // Each chain turned by so many degrees about the axis of its drive.
         errors: machine.assembly_errors(&[1.0, -1.0, 1.0]),
         force: MillingForce::PAPER,
+        force_of_turn: String::new(),
         // Tool angles, rad: the worst of them counts.
         phis: (0..36).map(|i| f64::from(10 * i).to_radians()).collect(),
         target: Target::ToolTip,

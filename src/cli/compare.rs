@@ -116,13 +116,13 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
     super::check_tolerance(Some(tolerance_mm))?;
     let program = ProgramFile::read(file, &process)?;
     let path = program.toolpath(process.sampling)?;
-    let path = process.mark_cutting(path, &file.display().to_string())?;
+    let name = file.display().to_string();
+    let path = process.mark_cutting(path, &name)?;
     if !arguments.at.is_empty() {
         process.stock.iter().try_for_each(|stock| stock.check_movable(&process.machine, &process.placement))?;
         check_placeable(file, &process, &path)?;
     }
     let Some(extent) = Extent::around(path.positions_mm().into_iter()) else { return Err(no_motion_error(file)) };
-    let name = file.display().to_string();
     let process = with_drives_left(process, &path, Some(&program), &name)?;
     let machine = process.machine.clone();
     if process.redundancy.is_sought() {

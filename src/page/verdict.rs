@@ -181,13 +181,12 @@ impl VerdictWriter<'_> {
 
     /// Returns how many points of each map have no number, and that they count as out of tolerance; empty where all have one.
     fn unsolved_words(&self, quantity: usize) -> String {
-        let unknown: Vec<usize> = self
-            .aligned
-            .known_nodes(quantity, 0)
-            .iter()
-            .map(|own| own.iter().filter(|known| !**known).count())
-            .collect();
-        if !self.aligned.is_map() || unknown.iter().all(|own| *own == 0) {
+        let unknown = |known: &Vec<bool>| known.iter().filter(|known| !**known).count();
+        let unknown: Vec<usize> = match self.aligned.is_map() {
+            true => self.aligned.known_nodes(quantity, 0).iter().map(unknown).collect(),
+            false => Vec::new(),
+        };
+        if unknown.iter().all(|own| *own == 0) {
             return String::new();
         }
         let each = unknown

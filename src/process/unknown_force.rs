@@ -24,16 +24,18 @@ impl Process {
     /// Returns how much of the force on `path` is known.
     #[must_use]
     pub fn known_force(&self, path: &Toolpath) -> KnownForce {
-        let is_cut = |k: &usize| match path.engagements().get(*k) {
-            Some(own) => path.points()[*k].cutting && own.removed_mm2 > 0.0,
-            None => path.points()[*k].cutting,
-        };
-        let mut cut = (0..path.len()).filter(is_cut).map(|k| self.unknown_force(path, k)).peekable();
-        let is_partly = |own: Option<UnknownForce>| matches!(own, None | Some(UnknownForce::EndOnRamp));
-        match (cut.peek().is_some(), cut.clone().any(is_partly), cut.any(|own| own.is_some())) {
-            (true, false, _) => KnownForce::Nowhere,
-            (_, _, true) => KnownForce::Partly,
-            _ => KnownForce::Everywhere,
+        let is_cut =
+            |k: usize| path.points()[k].cutting && path.engagements().get(k).is_none_or(|own| own.removed_mm2 > 0.0);
+        let (mut knows, mut lacks) = (false, false);
+        for k in (0..path.len()).filter(|k| is_cut(*k)) {
+            let why = self.unknown_force(path, k);
+            knows |= matches!(why, None | Some(UnknownForce::EndOnRamp));
+            lacks |= why.is_some();
+        }
+        match (knows, lacks) {
+            (false, true) => KnownForce::Nowhere,
+            (true, true) => KnownForce::Partly,
+            (_, false) => KnownForce::Everywhere,
         }
     }
 
@@ -133,7 +135,7 @@ pub enum KnownForce {
     Everywhere,
     /// Not at all points, or not all of it.
     Partly,
-    /// Nothing at no point that cuts.
+    /// Nothing, wherever it cuts.
     Nowhere,
 }
 

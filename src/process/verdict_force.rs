@@ -68,7 +68,7 @@ impl VerdictForce {
     #[must_use]
     pub fn of(process: &Process, path: &Toolpath) -> Option<Self> {
         let (mut found, mut teeth_hz) = (None::<Self>, None::<[f64; 2]>);
-        let natural = process.natural_frequencies_hz.iter().copied().reduce(f64::min);
+        let natural = lowest_natural_hz(process);
         for (k, point) in path.points().iter().enumerate().filter(|own| own.1.cutting) {
             let law = process.own_forces.law_at(point).unwrap_or(&process.cutting);
             let least = found.as_ref().map_or(0.0, |own| own.mean_N * (1.0 + LARGER));
@@ -91,9 +91,9 @@ impl VerdictForce {
     pub fn of_cut(process: &Process) -> Option<Self> {
         let CuttingLaw::EndMilling(own) = &process.cutting else { return None };
         let c = own.feed_per_tooth_mm?;
-        let natural_hz = process.natural_frequencies_hz.iter().copied().reduce(f64::min);
         let [mean, peak] = [own.mean(c), own.peak(c)].map(|cut| cut.force_N.norm());
-        Some(Self { rests_on: own.over_turn, mean_N: mean, peak_N: peak, teeth_Hz: None, natural_Hz: natural_hz })
+        let natural = lowest_natural_hz(process);
+        Some(Self { rests_on: own.over_turn, mean_N: mean, peak_N: peak, teeth_Hz: None, natural_Hz: natural })
     }
 
     /// Returns which force would be right.
@@ -135,6 +135,10 @@ impl VerdictForce {
             rests_on.label()
         )
     }
+}
+
+fn lowest_natural_hz(process: &Process) -> Option<f64> {
+    process.natural_frequencies_hz.iter().copied().reduce(f64::min)
 }
 
 /// A mean force that is larger than those before by less, as a share, is the same.

@@ -50,8 +50,8 @@ use crate::{
     simulation::{
         CommandedPath, Machines, ProgramFile,
         along_path::{Commands, PathPointResult, PathSummary, PathSums, PointResidual, run_tracked},
-        external_axes::locked_along,
         tasks::PoseTracker,
+        with_drives_left,
     },
     spatial::Pose,
     toolpath::{PathPoint, Toolpath, gcode::Dialect},
@@ -175,7 +175,7 @@ impl ProgramJob {
             work.tell(Event::Stage(crate::work::Stage { of: "moves cut", items: path.len() }));
         }
         let path = process.mark_cutting_and_tell(path, name, &mut || work.tell(Event::Computed(1)))?;
-        let process = Process { machine: locked_along(&process, &path, Some(&program), name)?, ..process };
+        let process = with_drives_left(process, &path, Some(&program), name)?;
         let machine = process.machine.clone();
         process.check_loads(&path).map_err(|fault| Error::argument(name, load_problem(&fault, &program)))?;
         let tasks = part::stored_tasks(&process, &path, name)?;

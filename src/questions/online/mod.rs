@@ -236,7 +236,7 @@ impl CutSimulation<'_> {
     /// Returns the residual distance over the points at which the tool cuts; over all points where it cuts nowhere.
     fn residual(&self, results: &[PathPointResult]) -> Residual {
         let stations = &self.study.path.stations;
-        let cuts_nowhere = !stations.iter().any(|station| station.cutting);
+        let cuts_nowhere = self.study.path.cuts_nowhere();
         let counted = results.iter().zip(stations).filter(|(_, station)| station.cutting || cuts_nowhere);
         let mut sums = PathSums::default();
         counted.for_each(|(result, _)| sums.add(&PointResidual::of(result, &self.study.path.machine)));

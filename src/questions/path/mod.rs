@@ -94,6 +94,11 @@ pub struct Shown {
 }
 
 impl PathStudy {
+    /// Returns whether the tool cuts at no point of the path.
+    pub(crate) fn cuts_nowhere(&self) -> bool {
+        self.stations.iter().all(|station| !station.cutting)
+    }
+
     /// Returns the length of the path, mm; 0 without points.
     pub fn length_mm(&self) -> f64 {
         self.stations.last().map_or(0.0, |station| station.arc_length_mm)

@@ -17,8 +17,8 @@ use crate::{
     },
     simulation::{
         ProgramFile,
-        external_axes::locked_along,
         tasks::{PoseTracker, drawn_forces_at, tasks},
+        with_drives_left,
     },
     toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, TurnDirection},
     work::Work,
@@ -94,7 +94,7 @@ pub(crate) fn path(
     let origin =
         spec.file.as_ref().map_or_else(|| check.location(), |file| context.folder.path(file).display().to_string());
     let toolpath = process.mark_cutting(toolpath, &origin)?;
-    let process = &Process { machine: locked_along(process, &toolpath, program.as_ref(), &origin)?, ..process.clone() };
+    let process = &with_drives_left(process.clone(), &toolpath, program.as_ref(), &origin)?;
     let tasks = tasks(process, &toolpath, &origin)?;
     let line_name = |segment: usize| program.as_ref()?.line_name(segment);
     let ForceWords { unknown, known, of_turn } = ForceWords::of(process, &toolpath, &line_name);

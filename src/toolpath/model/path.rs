@@ -113,12 +113,12 @@ pub struct Engaged {
 pub enum UnknownForce {
     /// The end of a milling tool goes down into material: its end teeth are in no law.
     End,
-    /// The same on a ramp, where the force of its side is known.
-    EndOnRamp,
     /// A drill that is not in solid material all around, by a law of solid drilling.
     PartlySolid,
     /// A drill that does not go along its axis.
     Aside,
+    /// As of [`UnknownForce::End`] on a ramp, where the force of its side is known: the last, as not all is unknown.
+    EndOnRamp,
 }
 
 /// How far a tool bends in itself where its teeth make a wall: at the instant at which a tooth passes the wall at that height, not on average.

@@ -46,7 +46,7 @@ pub const EXACT_MODEL: &str = "[uncertainty.model]\nrelative_std = 0.0\n";
 pub fn study_text(machine: &str, process: &str, uncertainty: &str, question: &str) -> String {
     let is_said = uncertainty.is_empty() || uncertainty.contains("uncertainty.model");
     let uncertainty = format!("{uncertainty}\n{}", if is_said { "" } else { EXACT_MODEL });
-    let uncertainty = if is_said && uncertainty.trim().is_empty() { uncertainty } else { exact_machine(&uncertainty) };
+    let uncertainty = exact_machine(&uncertainty);
     format!("schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{process}\n{uncertainty}\n{question}\n")
 }
 

@@ -32,6 +32,7 @@ pub struct Summary<'a> {
     /// Quantities whose largest values are collected.
     quantities: Vec<Quantity<PointEffect>>,
     sources: BySource<SourceExtremes>,
+    cuts_nowhere: bool,
     /// Share of the path with a known displacement where it cuts on which that by all sources is within tolerance.
     pub(super) within: ShareWithin,
     /// Displacements by the single sources, mm, at the point at which all together move the tool farthest.
@@ -58,6 +59,7 @@ impl<'a> Summary<'a> {
             drives,
             quantities,
             sources,
+            cuts_nowhere: study.cuts_nowhere(),
             within: ShareWithin::default(),
             single_sources: Vec::new(),
             spread: Default::default(),
@@ -93,9 +95,8 @@ impl<'a> Summary<'a> {
         let size = |source: Source| DISPLACEMENT.value(part.at(source, k));
         let all = size(Source::All);
         if let Some(tolerance) = self.study.tolerance_mm {
-            let stations = &self.study.stations;
-            let is_cutting = stations.iter().any(|own| own.cutting);
-            let counts = |k: usize| stations[k].cutting || !is_cutting;
+            let (stations, cuts_nowhere) = (&self.study.stations, self.cuts_nowhere);
+            let counts = |k: usize| stations[k].cutting || cuts_nowhere;
             if counts(k) {
                 let length = length_of_point(k, stations.len(), |k| stations[k].arc_length_mm, counts);
                 self.within.add(length, all.map(|all| all <= tolerance));

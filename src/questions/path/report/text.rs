@@ -105,7 +105,7 @@ fn along<'a>(summary: &'a Summary<'_>) -> Along<'a> {
         uncertainty: summary.study.uncertainty.as_ref(),
         tolerance_mm: summary.study.tolerance_mm,
         unjudged: match (has_force(summary.study), outside_positions(summary.study).outside() == 0) {
-            _ if summary.study.stations.iter().all(|station| !station.cutting) => Some(spread_report::NOTHING_CUT),
+            _ if summary.study.cuts_nowhere() => Some(spread_report::NOTHING_CUT),
             (false, _) => Some(spread_report::NO_FORCE),
             (true, false) => Some(spread_report::OUTSIDE),
             (true, true) => None,
@@ -309,7 +309,7 @@ fn state(positions: &OutsidePositions, summary: &Summary<'_>) -> Verdict {
     }
     let judged = match (&summary.whole, summary.failed_count(), study.tolerance_mm, left) {
         (Some(whole), ..) => spread_report::along_state(&along(summary), whole),
-        _ if study.stations.iter().all(|own| !own.cutting) => Verdict::new(State::Bad, "No motion counts as cutting"),
+        _ if study.cuts_nowhere() => Verdict::new(State::Bad, "No motion counts as cutting"),
         (None, failed @ 1.., ..) => Verdict::new(State::Bad, format!("{failed} of {points} points not compensated")),
         (None, 0, None, _) => Verdict::new(State::Open, "No tolerance given"),
         (None, 0, Some(_), _) if summary.within.get() == Some(1.0) => {

@@ -65,8 +65,7 @@ impl Writer<'_> {
         }
         set_feed(&mut edit, feed_for(&piece));
         if is_inverse {
-            remove_feed_modes(&mut edit, motion);
-            self.begin_inverse_time(block);
+            self.begin_inverse_time(block, motion, &mut edit);
         }
         piece.axes.iter().for_each(|(axis, number)| put_axis(&mut edit, *axis, number));
         piece.turned.words.iter().for_each(|(letter, number)| edit.set_rotary(*letter, number));
@@ -106,8 +105,12 @@ impl Writer<'_> {
             && motion.minutes(0.0).is_some()
     }
 
-    /// Begins inverse time on a line of its own.
-    pub(crate) fn begin_inverse_time(&mut self, block: &Block) {
+    /// Begins inverse time on a line of its own, and removes the words of the block (`edit`) that would end it at once.
+    pub(crate) fn begin_inverse_time(&mut self, block: &Block, motion: &Motion, edit: &mut LineEdit) {
+        let is_mode = |word: &Word| word.letter == 'G' && matches!(word.tenths(), Some(930 | 940 | 950));
+        for (index, _) in motion.words.iter().enumerate().filter(|(_, word)| is_mode(word)) {
+            edit.remove(index);
+        }
         self.add_line(block, &self.style.word('G', "93"));
     }
 
@@ -262,14 +265,6 @@ pub(crate) fn set_feed(edit: &mut LineEdit, feed: Option<String>) {
         (Some(feed), Some(index)) => edit.set_number(index, &feed),
         (Some(feed), None) => edit.add_last('F', &feed),
         (None, _) => {}
-    }
-}
-
-/// Removes words that say what F means: they would end the inverse time of the line before.
-pub(crate) fn remove_feed_modes(edit: &mut LineEdit, motion: &Motion) {
-    let is_mode = |word: &Word| word.letter == 'G' && matches!(word.tenths(), Some(930 | 940 | 950));
-    for (index, _) in motion.words.iter().enumerate().filter(|(_, word)| is_mode(word)) {
-        edit.remove(index);
     }
 }
 

@@ -16,7 +16,7 @@ use crate::toolpath::{
     read::gcode::{Block, Pole, Program, Style, ZeroSetting, motion_geometry},
     write::gcode::{
         AxisWord, CoordinateFormat, CycleState, RotaryWords, Stretch, WriteTolerance, angle_tolerance_deg,
-        inverse_time_feed, remove_feed_modes, set_feed,
+        inverse_time_feed, set_feed,
     },
 };
 
@@ -301,8 +301,7 @@ impl<'p> Writer<'p> {
             kept.axes.iter().zip(self.tracked).any(|(reached, at)| reached.number.is_some() && reached.at != at);
         let is_inverse = moves && self.needs_inverse_time(motion);
         if is_inverse {
-            self.begin_inverse_time(block);
-            remove_feed_modes(&mut edit, motion);
+            self.begin_inverse_time(block, motion, &mut edit);
             set_feed(&mut edit, inverse_time_feed(motion, 1.0, true));
         }
         for (axis, reached) in kept.axes.iter().enumerate() {
