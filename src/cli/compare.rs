@@ -8,7 +8,7 @@ use kinetostat::{
     input::error::{Error, Result},
     machine::Machine,
     process::{
-        Extent, Feature, ForceWords,
+        Extent, Feature, ForceWords, KnownForce,
         file::{Process, TOLERANCE_MM},
     },
     questions::placement::{
@@ -82,13 +82,15 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
             .map_err(|e| Error::Write { file: "standard output".into(), source: std::io::Error::other(e) })?;
         print(&String::from_utf8_lossy(&bytes))?;
     } else {
+        // Before numbers that lack it.
+        print(&force_text(&study, |own| &own.unknown))?;
         print(&entries_table(&study, &entries))?;
         print(&format!("Counts as cutting: {}.\n", study.features[0].cuts.words()))?;
-        print(&force_text(&study, |own| &own.unknown))?;
         print(&force_text(&study, |own| &own.of_turn))?;
         print(&cautions_text(&study))?;
     }
-    Ok(Ending::of(entries.iter().all(|entry| entry.feasible().is_some())))
+    let knows_no_force = study.features.iter().all(|job| job.force_words.known == KnownForce::Nowhere);
+    Ok(Ending::of(!knows_no_force && entries.iter().all(|entry| entry.feasible().is_some())))
 }
 
 /// Returns an error that names `file` if its program commands rotary drives: it can only stand where its process places it.

@@ -129,7 +129,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         gamma,
         blocks,
         used,
-        cuts_nowhere,
+        knows_no_force,
         spread,
         feed,
         rows,
@@ -159,7 +159,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
     reporting.print_styled(&headline::sentences(&used))?;
     let does_harm = proved.worse_as_written().is_some() || proved.is_probably_worse();
-    Ok(Ending::of(headline.unsolved.is_none() && !does_harm && !exceeds_feed_limits && !cuts_nowhere))
+    Ok(Ending::of(headline.unsolved.is_none() && !does_harm && !exceeds_feed_limits && !knows_no_force))
 }
 
 /// Opens the program to compensate, with progress where γ is sought or stock is cut.

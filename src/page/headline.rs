@@ -90,20 +90,6 @@ impl Verdict {
         }
     }
 
-    /// Returns this verdict as that on a path on which so much of the force is known.
-    #[must_use]
-    pub fn where_force_is(self, known: KnownForce) -> Verdict {
-        match (known, self.state) {
-            (KnownForce::Nowhere, State::Good | State::Partly | State::Open) => {
-                Verdict::new(State::Bad, "No force is known where the tool cuts")
-            }
-            (KnownForce::Partly, State::Good) => {
-                Verdict::new(State::Partly, "Within tolerance where the force is known")
-            }
-            _ => self,
-        }
-    }
-
     /// Returns this verdict as that on a result of which the share `unsolved` is missing.
     pub fn with_unsolved(self, unsolved: f64) -> Verdict {
         let words = format!("{} could not be solved", percent(unsolved));
@@ -173,6 +159,28 @@ impl Headline {
         self.verdict = Some(verdict);
         self.marks.extend(is_nominal.then(|| "nominal inputs".into()));
         self
+    }
+
+    /// Returns this as the result on a path on which so much of the force is known: where none is, nothing is judged.
+    #[must_use]
+    pub fn where_force_is(mut self, known: KnownForce) -> Self {
+        let state = self.verdict.as_ref().map_or(State::Open, |own| own.state);
+        match (known, state) {
+            (KnownForce::Everywhere, _) => self,
+            (KnownForce::Nowhere, State::Good | State::Partly | State::Open) => {
+                self.verdict = Some(Verdict::new(State::Bad, "No force is known where the tool cuts"));
+                self.sentence = "No force of this cut is known, so none is compensated.".into();
+                for number in &mut self.numbers {
+                    (number.state, number.against) = (None, "without the cutting force".into());
+                }
+                self.next("give a law or a force for this cut in [process], and compute again.")
+            }
+            (KnownForce::Partly, State::Good) => {
+                self.verdict = Some(Verdict::new(State::Partly, "Within tolerance where the force is known"));
+                self
+            }
+            _ => self.marked("force partly unknown"),
+        }
     }
 
     /// Adds a mark, such as "simulated".

@@ -88,6 +88,7 @@ impl VerdictWriter<'_> {
         };
         let shares =
             self.tolerance_mm.filter(|_| self.unit(quantity) == "mm").map(|own| self.shares_within(quantity, own));
+        let unsolved = shares.as_ref().map_or_else(String::new, |_| self.unsolved_words(quantity));
         let headline = match shares.as_ref().and_then(|shares| self.surest(shares, [best, worst_best])) {
             // What each result is judged by comes first.
             Some(surest) => {
@@ -97,10 +98,9 @@ impl VerdictWriter<'_> {
                 };
                 let others = (0..extremes.len()).filter(|who| *who != best).map(share).collect::<Vec<_>>().join(", ");
                 let first = format!("More of {} is within tolerance {}; {others}.", self.extent_words(), share(best));
-                Headline::new(first, self.extent_words())
-                    .with_cautions(&format!("{}{sentence}\n{by_how_much}", self.unsolved_words(quantity)))
+                Headline::new(first, self.extent_words()).with_cautions(&format!("{unsolved}{sentence}\n{by_how_much}"))
             }
-            None => Headline::new(sentence, self.extent_words()).with_cautions(&by_how_much),
+            None => Headline::new(sentence, self.extent_words()).with_cautions(&(unsolved + &by_how_much)),
         };
         let mut screen = FirstScreen { headline, ..FirstScreen::default() };
         self.add_extremes(quantity, best, &extremes, &mut screen);

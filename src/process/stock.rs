@@ -719,9 +719,9 @@ impl Cutting {
             CuttingLaw::EngagedMilling(milling) => {
                 let (load, c) = load(milling, (&self.engagement, tool), (&self.axes, way), to)?;
                 let mut engaged = summary(&self.engagement, milling.spindle, Some(c));
-                let (rise, mean) = (way.z / way.norm(), load.force_N.norm());
+                let (rise, mean) = (way.z, load.force_N.norm());
                 if engaged.end_mm2 * -rise > BY_END * engaged.removed_mm2 {
-                    let is_plunge = is_drilling(in_tool_axes(&way.normalize()));
+                    let is_plunge = is_drilling(in_tool_axes(way));
                     engaged.unknown = Some(if is_plunge { UnknownForce::End } else { UnknownForce::EndOnRamp });
                     if is_plunge {
                         *heaviest = Some((None, engaged));
@@ -801,9 +801,8 @@ fn load(
 ) -> std::result::Result<(Load, f64), String> {
     let teeth = tool.teeth.clone()?;
     let c = milling.feed_per_tooth(point, teeth).map_err(|error| error.to_string())?;
-    let way = way.normalize();
-    let mean = milling.mean(engagement, teeth, c, way.z, lateral_share(way));
-    Ok((in_workpiece(mean, (axes, &way)), c))
+    let mean = milling.mean(engagement, teeth, c, way.z, lateral_share(*way));
+    Ok((in_workpiece(mean, (axes, way)), c))
 }
 
 /// Returns force (N) and moment (N·mm) along the heading of a `way` (a unit vector), to its left and to the spindle as a load in W.
@@ -826,8 +825,8 @@ fn load_of_drill(
     (engagement, tool): (&Engagement, &StockTool),
     (axes, way): (&Axes, &Vector3<f64>),
 ) -> std::result::Result<std::result::Result<Load, UnknownForce>, String> {
-    let (way, radius) = (way.normalize(), tool.cutter.radius_mm());
-    if !is_drilling(in_tool_axes(&way)) {
+    let radius = tool.cutter.radius_mm();
+    if !is_drilling(in_tool_axes(way)) {
         return Ok(Err(UnknownForce::Aside));
     }
     if let (Some(lips), DrillingLaw::Kienzle { point_angle, .. }) = (drill.lips(), drill.law) {
@@ -839,7 +838,7 @@ fn load_of_drill(
             ));
         }
         // It is fed along its axis, whatever its motion leans.
-        return Ok(Ok(in_workpiece(lips.mean(engagement, LIPS, f / f64::from(LIPS), -1.0, 0.0), (axes, &way))));
+        return Ok(Ok(in_workpiece(lips.mean(engagement, LIPS, f / f64::from(LIPS), -1.0, 0.0), (axes, way))));
     }
     let whole = std::f64::consts::PI * radius * radius;
     if engagement.volume_per_mm < SOLID * whole {
@@ -863,8 +862,7 @@ fn bend(
             engagement.depth_mm, stub.stick_out_mm
         ));
     }
-    let way = way.normalize();
-    let share = lateral_share(way);
+    let share = lateral_share(*way);
     let Some(heading) = Vector3::new(way.x, way.y, 0.0).try_normalize(LEAST_HEADING).filter(|_| share == 1.0) else {
         return Ok(None);
     };

@@ -30,7 +30,7 @@ impl Process {
         for k in (0..path.len()).filter(|k| is_cut(*k)) {
             let why = self.unknown_force(path, k);
             knows |= matches!(why, None | Some(UnknownForce::EndOnRamp));
-            lacks |= why.is_some();
+            lacks |= why.is_some() || self.lacks_end_force(path, k);
         }
         match (knows, lacks) {
             (false, true) => KnownForce::Nowhere,
@@ -128,7 +128,7 @@ impl ForceWords {
 }
 
 /// How much of the force on a path its laws know.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum KnownForce {
     /// All of it, or nothing is cut.
     #[default]

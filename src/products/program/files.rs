@@ -31,7 +31,7 @@ use crate::{
     },
     machine::Machine,
     page::{Description, ResultFolder, headline::Headline, page_with},
-    process::Process,
+    process::{KnownForce, Process},
     redundancy,
     simulation::CommandedPath,
     toolpath::gcode::CalledFile,
@@ -57,8 +57,8 @@ pub struct WrittenProgram {
     pub blocks: String,
     /// How to use it, in sentences.
     pub used: String,
-    /// Whether no motion of the program counts as cutting.
-    pub cuts_nowhere: bool,
+    /// Whether no motion of the program counts as cutting, or the force of none is known.
+    pub knows_no_force: bool,
     /// How sure the errors are, in sentences; empty where inputs are taken as exact.
     pub spread: String,
     /// How its feeds were chosen, in sentences; empty where they are as programmed.
@@ -126,7 +126,8 @@ pub fn compensate_into(
     }
     let feed = report::feed_text(&report);
     let exceeds_feed_limits = job.feed.as_ref().is_some_and(|feed| !feed.exceeded.is_empty());
-    let (machine, process, cuts_nowhere) = (job.machine.clone(), job.process.clone(), job.cuts_nowhere());
+    let knows_no_force = job.cuts_nowhere() || job.process.known_force(&job.path) == KnownForce::Nowhere;
+    let (machine, process) = (job.machine.clone(), job.process.clone());
     // A page takes memory; nothing more is asked of the points.
     proved.written.sent = CommandedPath { positions: Vec::new(), orientations: None };
     drop((job, findings));
@@ -141,7 +142,7 @@ pub fn compensate_into(
         gamma,
         blocks,
         used,
-        cuts_nowhere,
+        knows_no_force,
         spread,
         feed,
         rows,

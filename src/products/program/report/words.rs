@@ -327,7 +327,8 @@ pub fn headline(report: &Report<'_>) -> Headline {
             spread_report::next_along(distribution).as_deref(),
         ))
         .with_cautions(&caution_text(report))
-        .with_numbers(numbers);
+        .with_numbers(numbers)
+        .where_force_is(report.job.process.known_force(&report.job.path));
     headline.unsolved = report.proved.unsolved_as_written();
     headline
 }
@@ -373,11 +374,10 @@ fn state(report: &Report<'_>) -> Verdict {
         }
         (None, tolerance) => Verdict::of_share(findings.after.get(), tolerance, "the path"),
     };
-    let of_both = match findings.machined.as_ref().and_then(|own| own.verdict(job)) {
+    match findings.machined.as_ref().and_then(|own| own.verdict(job)) {
         Some(of_surface) if of_surface.state >= of_tool.state => of_surface,
         _ => of_tool,
-    };
-    of_both.where_force_is(job.process.known_force(&job.path))
+    }
 }
 
 /// Returns where the force is not known, in sentences; empty where it is.

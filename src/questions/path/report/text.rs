@@ -257,7 +257,8 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
             .next(next)
             .with_cautions(&(verdict + &sure))
             .with_cautions(&text.cautions)
-            .with_numbers(numbers);
+            .with_numbers(numbers)
+            .where_force_is(study.known_force);
     }
     let acting = acting_words(&study.machine, &study.errors, has_force(study)).to_lowercase();
     let off = millimetres(worst, 3);
@@ -285,6 +286,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
             if is_barred { KeyNumber { state: None, ..number } } else { number }
         }))
         .with_numbers(correction_number(summary))
+        .where_force_is(study.known_force)
 }
 
 /// What to do next where positions are outside the workspace box.
@@ -307,7 +309,7 @@ fn state(positions: &OutsidePositions, summary: &Summary<'_>) -> Verdict {
     if positions.outside() > 0 {
         return positions.state(&study.machine);
     }
-    let judged = match (&summary.whole, summary.failed_count(), study.tolerance_mm, left) {
+    match (&summary.whole, summary.failed_count(), study.tolerance_mm, left) {
         (Some(whole), ..) => spread_report::along_state(&along(summary), whole),
         _ if study.cuts_nowhere() => Verdict::new(State::Bad, "No motion counts as cutting"),
         (None, failed @ 1.., ..) => Verdict::new(State::Bad, format!("{failed} of {points} points not compensated")),
@@ -319,8 +321,7 @@ fn state(positions: &OutsidePositions, summary: &Summary<'_>) -> Verdict {
             Verdict::new(State::Good, "Within tolerance once compensated")
         }
         (None, 0, Some(_), _) => Verdict::new(State::Bad, "Out of tolerance, also compensated"),
-    };
-    judged.where_force_is(study.known_force)
+    }
 }
 
 /// Returns the first sentence and the verdict by the distribution of the largest distance after compensation, and its key numbers; `None` where inputs are taken as exact.

@@ -11,7 +11,7 @@ use crate::{
     answer::{ShareWithin, cautions},
     files::words::{counted, millimetres, percent, position, typographic, with_minus_signs},
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
-    process::{ForceWords, PathReference, file::NOT_CONTROLLED},
+    process::{ForceWords, KnownForce, PathReference, file::NOT_CONTROLLED},
     questions::{
         path::report::facts_text,
         placement::{
@@ -116,6 +116,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
         .with_cautions(&cautions_text(study))
         .with_cautions(&not_corrected(evaluation))
         .with_numbers(numbers)
+        .where_force_is(known_force(study))
 }
 
 /// Words of the first sentence, units by themselves.
@@ -149,7 +150,7 @@ fn state(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> 
             None => Verdict::new(State::Good, "Within tolerance once compensated"),
         },
     };
-    let judged = match judged.state {
+    match judged.state {
         State::Good | State::Partly if results.flatness.iter().any(is_at_bound) => {
             Verdict::new(State::Partly, "Best place lies at the search bound")
         }
@@ -161,8 +162,7 @@ fn state(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> 
             None => judged,
         },
         _ => judged,
-    };
-    study.features.iter().fold(judged, |judged, job| judged.where_force_is(job.force_words.known))
+    }
 }
 
 /// Whether the best place is at the end of what was searched.
@@ -192,6 +192,11 @@ pub(super) fn distance_words(study: &PlacementStudy, entry: &Entry) -> Option<St
 pub fn cautions_text(study: &PlacementStudy) -> String {
     let words = study.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words));
     cautions::carrier(&study.machine) + &cautions::assumed_workspace(&study.machine) + &facts_text(words.as_slice())
+}
+
+/// Returns how much of the force is known on the feature of which least is.
+pub fn known_force(study: &PlacementStudy) -> KnownForce {
+    study.features.iter().map(|job| job.force_words.known).max().unwrap_or_default()
 }
 
 /// Returns what is to be known of the force on each feature, with its name if there are several.
