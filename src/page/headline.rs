@@ -165,15 +165,18 @@ impl Headline {
     #[must_use]
     pub fn where_force_is(mut self, known: KnownForce) -> Self {
         let state = self.verdict.as_ref().map_or(State::Open, |own| own.state);
+        if known == KnownForce::Nowhere {
+            for number in &mut self.numbers {
+                (number.state, number.against) = (None, "without the cutting force".into());
+            }
+        }
         match (known, state) {
             (KnownForce::Everywhere, _) => self,
-            (KnownForce::Nowhere, State::Good | State::Partly | State::Open) => {
+            (KnownForce::Nowhere, State::Bad) => self.marked("force unknown"),
+            (KnownForce::Nowhere, _) => {
                 self.verdict = Some(Verdict::new(State::Bad, "No force is known where the tool cuts"));
                 self.sentence = "No force of this cut is known, so none is compensated.".into();
-                for number in &mut self.numbers {
-                    (number.state, number.against) = (None, "without the cutting force".into());
-                }
-                self.next("give a law or a force for this cut in [process], and compute again.")
+                self.next("give a law or a force of this cut in the process file, and compute again.")
             }
             (KnownForce::Partly, State::Good) => {
                 self.verdict = Some(Verdict::new(State::Partly, "Within tolerance where the force is known"));

@@ -16,7 +16,7 @@ use kinetostat::{
 };
 use nalgebra::Vector3;
 
-use crate::support::uncertain::job;
+use crate::support::{command::told, uncertain::job};
 
 /// A box that begins at z = −5, cut by tools that come from below along +z, as on the Orthoglide.
 fn drills(law: &str, y_from: f64) -> String {
@@ -33,6 +33,7 @@ fn drills(law: &str, y_from: f64) -> String {
     )
 }
 
+const PLACED: &str = "tolerance_mm = 0.05\n[placement]\norigin_mm = [0.0, 0.0, 100.0]\n";
 const KIENZLE: &str = "kienzle = { specific_force_N_per_mm2 = 2500.0, exponent = 0.26 }\nthrust_ratio = 0.6";
 const CONSTANT: &str = "material_constant = 2.41";
 const ENLARGED: &str =
@@ -118,6 +119,24 @@ fn a_drill_half_in_air_has_half_the_thrust_and_a_force_aside() {
     assert!((load.moment_Nmm.z.abs() - 0.5 * torque).abs() < 5e-3 * torque, "{load:?} instead of {torque}");
     let solid = job("orthoglide", &drills(CONSTANT, 0.0), ("part.nc", &one));
     assert!(engaged_points(&solid, 1).iter().all(|own| own.0.load.is_none()));
+}
+
+/// Where no force of a cut is known, numbers without it judge nothing: the first line says so, and the exit code is 1.
+#[test]
+fn where_no_force_is_known_nothing_is_judged() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    std::fs::write(at("part.nc"), ENLARGED.replace("T2 M6\nG1 Z12 F300\nG0 Z-10\n", "")).unwrap();
+    std::fs::write(at("process.toml"), format!("schema = 1\n{PLACED}{}", drills(CONSTANT, 0.0))).unwrap();
+    let of = ["--machine", "orthoglide", "--process", &at("process.toml")];
+    let (code, printed, _) = told(&[&["compensate", &at("part.nc"), "--out", &at("out.nc")], &of[..]].concat());
+    assert_eq!(code, Some(1), "{printed}");
+    assert!(printed.starts_with("✗ No force is known where the tool cuts"), "{printed}");
+    assert!(printed.contains("No force of this cut is known, so none is compensated."), "{printed}");
+    assert!(!printed.contains("within the tolerance"), "{printed}");
+    let (code, printed, _) = told(&[&["compare", "--path", &at("part.nc")], &of[..]].concat());
+    assert_eq!(code, Some(1), "{printed}");
+    assert!(printed.starts_with("No force is known and none is compensated"), "{printed}");
 }
 
 #[test]

@@ -21,10 +21,10 @@ const LEAST_END: f64 = 0.25 * DEGREE;
 /// Widest arc of material on the cylinder that may be missed.
 const LEAST_ARC: f64 = 0.5 * DEGREE;
 /// Fewest samples over the angles at which corner, point or end may touch material.
-const LEAST_LINES: f64 = 16.0;
+const LEAST_LINES: f64 = 8.0;
 /// Doubt between two samples, as a share of the area of the part in material: where the material bends, and where it ends on corner, point or end.
-const BENT: f64 = 1e-4;
-const ENDED: f64 = 5e-4;
+const BENT: f64 = 1e-3;
+const ENDED: f64 = 5e-3;
 /// Ends on a line are known within this share of the step along it.
 const ON_LINE: f64 = 2e-3;
 /// Times that the surface is sought to come out of material between places on a line: what is narrower than a sixteenth of their distance may be missed.
