@@ -13,7 +13,7 @@ use kinetostat::{
     },
     questions::placement::{
         Candidate, FeatureJob, PlacementStudy, compare as evaluate, parse_place,
-        report::{candidates_table, cautions_text, entries_table, force_text},
+        report::{candidates_table, cautions_text, entries_table, force_text, known_force},
     },
     simulation::{Machines, ProgramFile, with_drives_left},
     toolpath::Toolpath,
@@ -89,8 +89,8 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
         print(&force_text(&study, |own| &own.of_turn))?;
         print(&cautions_text(&study))?;
     }
-    let knows_no_force = study.features.iter().all(|job| job.force_words.known == KnownForce::Nowhere);
-    Ok(Ending::of(!knows_no_force && entries.iter().all(|entry| entry.feasible().is_some())))
+    let knows_force = known_force(&study) != KnownForce::Nowhere;
+    Ok(Ending::of(knows_force && entries.iter().all(|entry| entry.feasible().is_some())))
 }
 
 /// Returns an error that names `file` if its program commands rotary drives: it can only stand where its process places it.

@@ -6,7 +6,7 @@ mod quantities;
 mod recommended;
 mod text;
 
-pub use headline::{cautions_text, force_text};
+pub use headline::{cautions_text, force_text, known_force};
 pub use pictures::figures;
 pub use quantities::{candidates_table, summary_json, sweep_table};
 pub use recommended::hull;
