@@ -16,6 +16,10 @@ use crate::input::error::{Error, Result};
 /// The file by which a folder of unfinished files is known, not by its name, and what is in it. Who makes the folder has it locked.
 const MARK: (&str, &str) =
     ("kinetostat_unfinished", "Files that kinetostat has not finished: they go with its next run.\n");
+/// How often a folder is made that another command takes away as if it were left.
+const TRIES: usize = 16;
+/// Number of letters and digits drawn for the name of a folder of unfinished files.
+pub(super) const DRAWN: usize = 12;
 /// The name of a file while it is being made.
 const MADE: &str = "made";
 
@@ -38,7 +42,7 @@ pub(super) fn committing() -> MutexGuard<'static, ()> {
 pub fn remove_unfinished() {
     let (committing, all) = (committing(), lock(&UNFINISHED));
     for path in all.iter().rev() {
-        _ = if is_marked(path) { std::fs::remove_dir_all(path) } else { std::fs::remove_dir(path) };
+        _ = if is_unfinished(path) { std::fs::remove_dir_all(path) } else { std::fs::remove_dir(path) };
     }
     std::mem::forget((committing, all));
 }
@@ -72,12 +76,25 @@ pub struct Staging {
 impl Staging {
     /// Creates one in `folder` whose name begins with `prefix`.
     pub(super) fn new(folder: &Path, prefix: &str) -> IoResult<Self> {
-        let folder = tempfile::Builder::new().prefix(prefix).tempdir_in(folder)?;
-        let unfinished = Unfinished::new(folder.path());
-        let mut mark = File::create(folder.path().join(MARK.0))?;
+        let mut tries = 0;
+        loop {
+            let made = tempfile::Builder::new().prefix(prefix).rand_bytes(DRAWN).tempdir_in(folder)?;
+            let unfinished = Unfinished::new(made.path());
+            let mark = Self::mark(&made.path().join(MARK.0));
+            tries += 1;
+            // Another command may take a folder for left until it is locked.
+            if tries == TRIES || made.path().join(MARK.0).exists() || mark.is_err() && made.path().exists() {
+                return Ok(Self { _mark: mark?, folder: made, _unfinished: unfinished });
+            }
+        }
+    }
+
+    /// Creates the mark `path` and locks it.
+    fn mark(path: &Path) -> IoResult<File> {
+        let mut mark = File::create(path)?;
         mark.lock()?;
         mark.write_all(MARK.1.as_bytes())?;
-        Ok(Self { _mark: mark, folder, _unfinished: unfinished })
+        Ok(mark)
     }
 
     /// Its path.
@@ -86,9 +103,16 @@ impl Staging {
     }
 }
 
-/// Whether this program made `folder`.
-fn is_marked(folder: &Path) -> bool {
-    std::fs::read(folder.join(MARK.0)).is_ok_and(|mark| mark == MARK.1.as_bytes())
+/// Whether this program made `folder`; a command that was killed may have left the mark half-written.
+fn is_unfinished(folder: &Path) -> bool {
+    std::fs::read(folder.join(MARK.0)).is_ok_and(|mark| MARK.1.as_bytes().starts_with(&mark))
+}
+
+/// Whether `folder` is what a command leaves that is killed before the mark: nothing in it, and `drawn` a name that was drawn.
+fn is_hardly_begun(folder: &Path, drawn: &str) -> bool {
+    drawn.len() == DRAWN
+        && drawn.chars().all(|letter| letter.is_ascii_alphanumeric())
+        && std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none())
 }
 
 /// A file that is being made, in a folder of its own; it goes with that unless it gets its name.
@@ -149,16 +173,23 @@ fn check_left(folder: &Path, prefix: &str, shown: &Path, own: Option<&OsStr>) ->
         let entry = entry.map_err(fault)?;
         let (name, path) = (entry.file_name(), entry.path());
         let is_folder = || entry.file_type().is_ok_and(|kind| kind.is_dir());
-        if !name.to_string_lossy().starts_with(prefix)
-            || own == Some(name.as_os_str())
-            || !is_folder()
-            || !is_marked(&path)
-        {
+        let name_text = name.to_string_lossy();
+        let Some(drawn) = name_text.strip_prefix(prefix).filter(|_| own != Some(name.as_os_str()) && is_folder())
+        else {
+            continue;
+        };
+        if is_hardly_begun(&path, drawn) {
+            // One that is no longer empty is that of a command which begins.
+            _ = std::fs::remove_dir(&path);
             continue;
         }
-        let unlocked = File::open(path.join(MARK.0)).map_err(TryLockError::Error).and_then(|mark| mark.try_lock());
-        match unlocked {
-            Ok(()) => match std::fs::remove_dir_all(&path) {
+        if !is_unfinished(&path) {
+            continue;
+        }
+        // It stays locked until it has gone.
+        let unlocked = File::open(path.join(MARK.0)).map_err(TryLockError::Error);
+        match unlocked.and_then(|mark| mark.try_lock().map(|()| mark)) {
+            Ok(_mark) => match std::fs::remove_dir_all(&path) {
                 Err(source) if source.kind() != ErrorKind::NotFound => return Err(Error::Write { file: path, source }),
                 _ => {}
             },

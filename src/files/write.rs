@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::unfinished::{OutputLock, PartialFile, Staging, Unfinished, committing};
+use super::unfinished::{DRAWN, OutputLock, PartialFile, Staging, Unfinished, committing};
 use crate::input::error::{Error, Result};
 
 /// A file to be written into a result folder.
@@ -95,7 +95,7 @@ pub fn prepare_beside(file: &Path) -> Result<(&str, OutputLock)> {
         });
     }
     let prefix = temporary_prefix(name);
-    check_name_fits(folder, &format!("{prefix}000000"))?;
+    check_name_fits(folder, &format!("{prefix}{}", "0".repeat(DRAWN)))?;
     let lock = OutputLock::new(folder_of(file), &prefix, file)?;
     Ok((name, lock))
 }

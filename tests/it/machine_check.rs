@@ -117,6 +117,18 @@ fn droop_is_weight_over_stiffness_everywhere() {
 }
 
 #[test]
+fn a_survey_of_what_takes_many_load_steps_ends_and_says_what_it_left_out() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/machines/many_load_steps.toml");
+    let machine = Machine::from_toml(&std::fs::read_to_string(file).unwrap(), file).unwrap();
+    let findings = check(&machine);
+    let survey = findings.survey.as_ref().unwrap();
+    assert!(survey.reached == 125 && (1..125).contains(&survey.left_out), "{survey:?}");
+    let left_out = format!("droop and payload at {} of these places", survey.left_out);
+    let text = machine_text(&machine, &findings);
+    assert!(text.contains(&left_out) && !text.contains("payload   "), "{text}");
+}
+
+#[test]
 fn payload_is_what_the_limit_leaves_beside_the_own_weight() {
     let findings = check(&gantry(", force_limit_N = 500.0"));
     let held = payload(&findings);

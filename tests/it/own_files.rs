@@ -211,13 +211,25 @@ fn a_compensated_program_is_replaced_only_as_it_was_left() {
     for name in [".out.nc.partial-abc", ".other.nc.partial-abc", ".partial-abc"] {
         left(&folder.path().join(name));
     }
+    // What one that was killed as it began left: nothing yet, and half of the mark.
+    left(&folder.path().join(".out.nc.partial-mark"));
+    fs::write(folder.path().join(".out.nc.partial-mark/kinetostat_unfinished"), "Files that").unwrap();
+    fs::remove_file(folder.path().join(".out.nc.partial-mark/map.csv")).unwrap();
+    fs::create_dir(folder.path().join(".out.nc.partial-5Jubefb0a3Xy")).unwrap();
     // What only has such a name.
     fs::create_dir(folder.path().join(".out.nc.partial-backup")).unwrap();
     fs::write(folder.path().join(".out.nc.partial-backup/thesis.txt"), "mine").unwrap();
     fs::write(folder.path().join(".out.nc.partial-letter"), "mine").unwrap();
+    fs::create_dir(folder.path().join(".out.nc.partial-place")).unwrap();
     succeeds(&arguments);
     let written = ["out.nc", "out.nc.html", "out.nc.points.csv", "out.nc.report.json"];
-    let others = [".other.nc.partial-abc", ".out.nc.partial-backup", ".out.nc.partial-letter", ".partial-abc"];
+    let others = [
+        ".other.nc.partial-abc",
+        ".out.nc.partial-backup",
+        ".out.nc.partial-letter",
+        ".out.nc.partial-place",
+        ".partial-abc",
+    ];
     assert_eq!(names(folder.path()), [&others[..], &written].concat());
     assert_eq!(names(&folder.path().join(".out.nc.partial-backup")), ["thesis.txt"]);
     let first: Vec<_> = written.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();

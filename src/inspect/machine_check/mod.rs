@@ -348,7 +348,7 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
     }
     if let Some(survey) = &findings.survey {
         if let Some((count, reason)) = survey.droop.as_ref().and_then(|droop| droop.without.as_ref()) {
-            let places = survey.reached;
+            let places = survey.reached - survey.left_out;
             warnings.push(format!("weight: no stable equilibrium at {count} of {places} places ({reason})"));
         }
         if let Some(payload) = survey.payload.as_ref().filter(|payload| payload.kilograms == 0.0) {

@@ -55,7 +55,7 @@ fn shares_text(machine: &Machine, findings: &Findings) -> String {
 
 /// Returns the lines on the workspace: places reached, softest place, droop by weight and payload; empty if it was not surveyed.
 fn survey_text(findings: &Findings) -> String {
-    let Some(Survey { counts: [nx, ny, nz], reached, softest, droop, payload }) = &findings.survey else {
+    let Some(Survey { counts: [nx, ny, nz], reached, softest, droop, payload, left_out }) = &findings.survey else {
         return String::new();
     };
     let mut text = format!("  over the workspace {reached} of {} places reached ({nx} x {ny} x {nz})\n", nx * ny * nz);
@@ -75,9 +75,14 @@ fn survey_text(findings: &Findings) -> String {
             "    payload          {kilograms:.1} kg at the tool tip, at rest, beside its own weight: {drive} is then at its limit {}\n",
             position_text(position_mm)
         ),
-        None if *reached == 0 => String::new(),
+        None if *reached == 0 || *left_out > 0 => String::new(),
         None => "    payload          not known: no drive with a force or torque limit carries it\n".into(),
     };
+    if *left_out > 0 {
+        text += &format!(
+            "    not looked at    droop and payload at {left_out} of these places: those before took too long\n"
+        );
+    }
     text
 }
 

@@ -16,6 +16,8 @@ use crate::{
 
 /// Points along each side of the workspace.
 const POINTS: usize = 5;
+/// Most Newton iterations for droop over all places, and as many for payload; those of the built-in machines take at most 700.
+const MOST_ITERATIONS: usize = 8_000;
 
 /// Findings on a grid over the workspace.
 #[derive(Debug, Clone, Serialize)]
@@ -30,6 +32,8 @@ pub struct Survey {
     pub droop: Option<Droop>,
     /// Largest mass the tool can carry; `None` without gravity or without a limit of a drive's force.
     pub payload: Option<Payload>,
+    /// Number of reached grid points where droop or payload was not sought, as the places before took [`MOST_ITERATIONS`].
+    pub left_out: usize,
 }
 
 /// The place with the softest tool tip.
@@ -60,12 +64,40 @@ pub(super) fn survey(machine: &Machine, workspace: &mut Workspace) -> Survey {
     let grid = Grid::new(min, max, [0, 1, 2].map(|axis| if max[axis] > min[axis] { POINTS } else { 1 }));
     let places: Vec<Configuration> =
         (0..grid.len()).filter_map(|index| machine.command(grid.position(index)).ok()).collect();
+    let (mut of_droop, mut of_payload) = (Effort::new(MOST_ITERATIONS), Effort::new(MOST_ITERATIONS));
     Survey {
         counts: grid.counts(),
         reached: places.len(),
         softest: softest(&machine.weightless(), &places, workspace),
-        droop: droop(machine, &places, workspace),
-        payload: payload(machine, &places, workspace),
+        droop: droop(machine, &places, workspace, &mut of_droop),
+        payload: payload(machine, &places, workspace, &mut of_payload),
+        left_out: of_droop.left_out.max(of_payload.left_out),
+    }
+}
+
+/// What equilibria at many places may still cost: in iterations, not in seconds, so that a machine always has the same survey.
+struct Effort {
+    /// Newton iterations that are left.
+    iterations: usize,
+    /// Places that are not looked at as none are left.
+    left_out: usize,
+}
+
+impl Effort {
+    /// Returns one of so many Newton iterations.
+    fn new(iterations: usize) -> Self {
+        Self { iterations, left_out: 0 }
+    }
+
+    /// Takes off what `outcome` cost.
+    fn spend(&mut self, outcome: &Outcome) {
+        self.iterations = self.iterations.saturating_sub(outcome.iterations);
+    }
+
+    /// Whether another place may be looked at; otherwise counts it.
+    fn is_left(&mut self) -> bool {
+        self.left_out += usize::from(self.iterations == 0);
+        self.iterations > 0
     }
 }
 
@@ -98,15 +130,19 @@ fn softest(machine: &Machine, places: &[Configuration], workspace: &mut Workspac
 }
 
 /// Returns the range of the tool tip's displacement by weight over `places`; `None` without weight or places.
-fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace) -> Option<Droop> {
+fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace, effort: &mut Effort) -> Option<Droop> {
     if !machine.has_weight() || places.is_empty() {
         return None;
     }
     let mut carrier = machine.carrier.clone();
     let mut droop = Droop { range_mm: [f64::INFINITY, 0.0], position_mm: places[0].pose.translation, without: None };
     for at in places {
+        if !effort.is_left() {
+            continue;
+        }
         let mut state = State::rigid(machine, at);
         let outcome = equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, workspace, &TO_ROUNDING);
+        effort.spend(&outcome);
         if outcome.status != Status::Solved {
             droop.without.get_or_insert_with(|| (0, outcome.status.reason(machine))).0 += 1;
             continue;
@@ -117,6 +153,7 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace)
             let mut state = State::rigid(carrier, &at_tip);
             let mut scratch = Workspace::new(carrier);
             let outcome = equilibrium(carrier, &at_tip.drives, &Wrench::zero(), &mut state, &mut scratch, &TO_ROUNDING);
+            effort.spend(&outcome);
             if outcome.status != Status::Solved {
                 droop.without.get_or_insert_with(|| (0, outcome.status.reason(carrier))).0 += 1;
                 continue;
@@ -228,20 +265,28 @@ type MaxMass = (f64, usize);
 
 /// Returns the largest mass at the tool tip for which no drive exceeds its force limit at any of `places`, own weight included; `None`
 /// without gravity or limits, or where no drive carries the mass.
-pub(super) fn payload(machine: &Machine, places: &[Configuration], workspace: &mut Workspace) -> Option<Payload> {
+fn payload(
+    machine: &Machine,
+    places: &[Configuration],
+    workspace: &mut Workspace,
+    effort: &mut Effort,
+) -> Option<Payload> {
     if machine.gravity == Vector3::zeros() || machine.drives().all(|(_, drive)| drive.force_limit.is_none()) {
         return None;
     }
     let mut least: Option<(MaxMass, &Configuration)> = None;
     for at in places {
-        let limit = mass_at_limit(machine, at, 0.0, workspace);
+        if !effort.is_left() {
+            continue;
+        }
+        let limit = mass_at_limit(machine, at, 0.0, workspace, effort);
         if let Some(limit) = limit.filter(|limit| least.is_none_or(|(other, _)| limit.0 < other.0)) {
             least = Some((limit, at));
         }
     }
     let ((mut kilograms, mut drive), at) = least?;
     for _ in 0..CORRECTIONS {
-        match mass_at_limit(machine, at, kilograms, workspace) {
+        match mass_at_limit(machine, at, kilograms, workspace, effort) {
             Some(limit) if kilograms > 0.0 => (kilograms, drive) = limit,
             _ => break,
         }
@@ -251,9 +296,15 @@ pub(super) fn payload(machine: &Machine, places: &[Configuration], workspace: &m
 }
 
 /// Returns the mass that takes the first drive to its limit, extrapolated from `kilograms`; `None` without equilibrium or such a drive.
-fn mass_at_limit(machine: &Machine, at: &Configuration, kilograms: f64, workspace: &mut Workspace) -> Option<MaxMass> {
-    let start = loaded_forces(machine, at, kilograms, workspace)?;
-    let more = loaded_forces(machine, at, kilograms + TRIAL_KG, workspace)?;
+fn mass_at_limit(
+    machine: &Machine,
+    at: &Configuration,
+    kilograms: f64,
+    workspace: &mut Workspace,
+    effort: &mut Effort,
+) -> Option<MaxMass> {
+    let start = loaded_forces(machine, at, kilograms, workspace, effort)?;
+    let more = loaded_forces(machine, at, kilograms + TRIAL_KG, workspace, effort)?;
     let limits = machine.drives().map(|(_, drive)| (drive.force_limit, drive.motion));
     let mut least: Option<MaxMass> = None;
     for (drive, (limit, motion)) in limits.enumerate() {
@@ -275,11 +326,18 @@ fn mass_at_limit(machine: &Machine, at: &Configuration, kilograms: f64, workspac
 }
 
 /// Returns the forces of all drives with a mass at the tool tip, N or N·mm; `None` without equilibrium.
-fn loaded_forces(machine: &Machine, at: &Configuration, kilograms: f64, workspace: &mut Workspace) -> Option<Vec<f64>> {
+fn loaded_forces(
+    machine: &Machine,
+    at: &Configuration,
+    kilograms: f64,
+    workspace: &mut Workspace,
+    effort: &mut Effort,
+) -> Option<Vec<f64>> {
     let force = machine.gravity * kilograms;
     let load = Wrench { force, moment: (at.pose.rotation * machine.tool_tip).cross(&force) };
     let mut state = State::rigid(machine, at);
     let outcome = equilibrium(machine, &at.drives, &load, &mut state, workspace, &TO_ROUNDING);
+    effort.spend(&outcome);
     outcome.is_equilibrium().then(|| drive_forces(machine, &state))
 }
 
