@@ -230,7 +230,7 @@ const MOST_LINES: [(&[&str], usize); 11] = [
     (&["src/questions"], 25_490),
     (&["src/products", "src/inspect", "src/explore"], 12_975),
     (&["src/cli"], 3_165),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 132_530),
+    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 132_590),
 ];
 
 #[test]
