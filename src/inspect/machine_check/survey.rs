@@ -32,7 +32,7 @@ pub struct Survey {
     pub droop: Option<Droop>,
     /// Largest mass the tool can carry; `None` without gravity or without a limit of a drive's force.
     pub payload: Option<Payload>,
-    /// Number of reached grid points where droop or payload was not sought, as the places before took [`MOST_ITERATIONS`].
+    /// Number of reached grid points where droop or payload was not sought, as the places before took too many iterations.
     pub left_out: usize,
 }
 
