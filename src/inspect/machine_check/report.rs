@@ -72,7 +72,8 @@ fn survey_text(findings: &Findings) -> String {
     }
     text += &match payload {
         Some(Payload { kilograms, drive, position_mm }) => format!(
-            "    payload          {kilograms:.1} kg at the tool tip, at rest, beside its own weight: {drive} is then at its limit {}\n",
+            "    payload          {}{kilograms:.1} kg at the tool tip, at rest, beside its own weight: {drive} is then at its limit {}\n",
+            if *left_out > 0 { "at most " } else { "" },
             position_text(position_mm)
         ),
         None if *reached == 0 || *left_out > 0 => String::new(),
