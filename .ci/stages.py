@@ -132,7 +132,7 @@ FULL = [
         done
         # Each of the packed copies, with those below it.
         patch=()
-        for below in engine input removal; do
+        for below in budget engine input removal; do
             patch+=(--config "patch.crates-io.kinetostat-$below.path='$(echo "$OUT/kinetostat-$below"-*)'")
         done
         cargo check --quiet --all-features "${patch[@]}" --manifest-path "$OUT"/kinetostat-[0-9]*/Cargo.toml --target-dir "$TARGET/lint"

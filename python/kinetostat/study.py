@@ -39,6 +39,10 @@ class Answer:
     """The answer as somebody would say it."""
     numbers: list[tuple[str, str, str, str]]
     """At most three: value, unit, what it is, what it is measured against."""
+    verdict: str | None
+    """Whether it may be acted on, with its sign."""
+    causes: list[tuple[str, str, float | None, str]]
+    """What the verdict rests on: cause, ● measured or bounded, ◐ stated or assumed, ○ not looked at, its mm, source."""
     unsolved: str | None
     """What was not solved and why, if anything was not."""
     basis: str
@@ -98,7 +102,8 @@ class Answer:
         return self.folder / "report.html"
 
     def __repr__(self) -> str:
-        return "\n".join([self.sentence, *(f"  {value} {unit}  {what}" for value, unit, what, _ in self.numbers)])
+        said = [self.verdict, self.sentence] if self.verdict else [self.sentence]
+        return "\n".join([*said, *(f"  {value} {unit}  {what}" for value, unit, what, _ in self.numbers)])
 
     def _repr_html_(self) -> str:
         rows = "".join(
@@ -115,7 +120,8 @@ class Answer:
                 f"<img style='max-width:100%' alt='{html.escape(self.sentence)}' src='data:image/png;base64,{data}'>"
             )
         answer, basis = html.escape(self.sentence), html.escape(self.basis)
-        return f"{unsolved}<p>{answer}</p><table>{rows}</table>{shown}<p><small>{basis}</small></p>"
+        verdict = f"<p><b>{html.escape(self.verdict)}</b></p>" if self.verdict else ""
+        return f"{verdict}{unsolved}<p>{answer}</p><table>{rows}</table>{shown}<p><small>{basis}</small></p>"
 
 
 def run(

@@ -4,6 +4,7 @@
 //! Columns of tables (`QuantityTable`), layers of pages, labels of figures (`GridMap`), extremes and their JSON (`Extremes`) follow
 //! from that; setting, cautions and description follow from the [`Scene`](crate::simulation::Scene).
 
+pub(crate) mod budget;
 pub mod cautions;
 pub(crate) mod command_columns;
 pub mod deflected_pose;

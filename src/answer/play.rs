@@ -101,6 +101,11 @@ impl PlayCounts {
         text
     }
 
+    /// Returns half the widest interval of open play, mm; `None` where no point has play.
+    pub fn open_mm(&self) -> Option<f64> {
+        (self.points[0] > 0).then_some(self.most_mm[1])
+    }
+
     /// Returns the same as JSON; `None` where no point has play.
     pub fn json(&self) -> Option<Value> {
         let ([seated, open], [points, open_points]) = (self.most_mm, self.points);

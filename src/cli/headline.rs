@@ -29,6 +29,10 @@ pub fn headline_text(headline: &Headline) -> String {
         let line = format!("{} {}{marks}", verdict.state.sign(), verdict.words);
         text += &paragraph(&line, "", style_of(verdict.state), width);
     }
+    if !headline.causes.is_empty() {
+        let causes: Vec<String> = headline.causes.iter().map(|own| own.words()).collect();
+        text += &paragraph(&causes.join("  "), "", Style::new(), width);
+    }
     if let Some(unsolved) = &headline.unsolved {
         text += &paragraph(&format!("{unsolved} What follows rests on the rest."), "", WARNING, width);
     }
@@ -57,7 +61,7 @@ fn style_of(state: State) -> Style {
         State::Good => AnsiColor::Green,
         State::Partly => AnsiColor::Yellow,
         State::Bad => AnsiColor::Red,
-        State::Open => return BOLD,
+        State::Open | State::NotDecided => return BOLD,
     };
     colour.on_default().bold()
 }

@@ -1,8 +1,8 @@
 //! Captions of figures, their descriptions for readers who cannot see them, and the points of their curves as tables.
 
 use super::{
-    AgreementFigure, FaceValue, Figure, LineFigure, PanelFigure, PartFigure, PlanFigure, PoseFigure, SliceFigure,
-    VolumeFigure,
+    AgreementFigure, BudgetBar, BudgetFigure, FaceValue, Figure, LineFigure, PanelFigure, PartFigure, PlanFigure,
+    PoseFigure, SliceFigure, VolumeFigure,
 };
 use crate::files::exchange::{Column, Row, Table, counts, numbers, texts};
 
@@ -21,6 +21,7 @@ impl Figure {
             Self::Panels(figure) => describe_panels(figure),
             Self::Plan(figure) => describe_plan(figure),
             Self::Agreement(figure) => describe_agreement(figure),
+            Self::Budget(figure) => describe_budget(figure),
             Self::Pose(figure) => describe_pose(figure),
             Self::Part(figure) => describe_part(figure),
         }
@@ -132,6 +133,17 @@ fn describe_plan(figure: &PlanFigure) -> String {
     format!("Plan over {} and {}{colours}: {}.{note}", figure.x_label, figure.y_label, labels.join("; "))
 }
 
+/// Describes causes of error in words.
+fn describe_budget(figure: &BudgetFigure) -> String {
+    let row = |row: &super::BudgetRow| match row.bar {
+        BudgetBar::Unknown => format!("{}: unknown", row.label),
+        _ => format!("{}: {}", row.label, row.words),
+    };
+    let rows: Vec<String> = figure.rows.iter().map(row).collect();
+    let tolerance = figure.tolerance_mm.map_or_else(String::new, |own| format!(", of a tolerance of {own} mm"));
+    format!("Bars, one for each cause of error{tolerance}. {}.", rows.join("; "))
+}
+
 /// Describes a comparison of numbers in words.
 fn describe_agreement(figure: &AgreementFigure) -> String {
     let row = |row: &super::AgreementRow| {
@@ -179,7 +191,7 @@ impl Figure {
     pub fn data(&self) -> Option<Table> {
         match self {
             Figure::Slices(_) | Figure::Volume(_) | Figure::Plan(_) => None,
-            Figure::Agreement(_) | Figure::Pose(_) | Figure::Part(_) => None,
+            Figure::Agreement(_) | Figure::Budget(_) | Figure::Pose(_) | Figure::Part(_) => None,
             Figure::Lines(figure) => {
                 let mut all = Vec::new();
                 for series in &figure.series {

@@ -7,6 +7,7 @@ mod agreement;
 mod alt;
 pub(crate) mod amplification;
 pub mod axis;
+mod budget;
 mod colour_bar;
 mod colours;
 mod curves;
@@ -33,6 +34,7 @@ mod volume;
 use style::Sizes;
 
 pub use agreement::{AgreementFigure, AgreementRow, Criterion};
+pub use budget::{BudgetBar, BudgetFigure, BudgetRow};
 pub use colours::{Colours, Shading, cyclic_colour, diverging_colour};
 pub use error::FigureError;
 pub use lines::{LineFigure, LineSeries};
@@ -58,6 +60,8 @@ pub enum Figure {
     Plan(Box<PlanFigure>),
     /// Published numbers compared with computed ones.
     Agreement(AgreementFigure),
+    /// What causes of error take of a tolerance.
+    Budget(BudgetFigure),
     /// A machine drawn as lines in one or two poses.
     Pose(Box<PoseFigure>),
     /// The surface of a part, coloured by a quantity.
@@ -101,6 +105,7 @@ impl Figure {
             Self::Panels(figure) => panels::scene(figure, sizes),
             Self::Plan(figure) => plan::scene(figure, colours, sizes),
             Self::Agreement(figure) => agreement::scene(figure, sizes),
+            Self::Budget(figure) => budget::scene(figure, sizes),
             Self::Pose(figure) => pose::scene(figure, sizes),
             Self::Part(figure) => part::scene(figure, colours, sizes),
         }

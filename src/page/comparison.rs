@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use kinetostat_budget::Mark;
 use serde::Serialize;
 
 use super::{
@@ -126,6 +127,11 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         own.headline.cautions.splice(0..0, others.iter().cloned().chain([better]));
         own.headline.verdict = Some(Verdict::new(State::Bad, "A path cannot be run as placed"));
         own.headline.next = Some("move the part into the box of the machine, and run it again.".into());
+    }
+    let is_hollow =
+        |folder: &ResultFolder| folder.description.headline.causes.iter().any(|own| own.mark == Mark::Hollow);
+    if let (Some(own), true) = (&mut screen, folders.iter().any(is_hollow)) {
+        own.headline.marks.push("of deflections: some causes are unknown".into());
     }
     let (headline, checks) = screen.map(|own| (own.headline, own.checks)).unzip();
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {

@@ -1,9 +1,10 @@
 //! The result at a glance, for the first screen of a page and the terminal: a verdict, a sentence, at most three numbers, and cautions.
 
+use kinetostat_budget::{Budget, Cause, Decision, Entry};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    files::words::{percent, with_unit},
+    files::words::{join_words, millimetres, percent, with_unit},
     process::KnownForce,
 };
 
@@ -17,6 +18,9 @@ pub struct Headline {
     /// What the result rests on, in a word or two each, such as "nominal inputs".
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub marks: Vec<String>,
+    /// What is known of each cause of error that the verdict is about.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub causes: Vec<Entry>,
     /// Sentence on the part of the work that was not solved, and why; `None` if all was.
     pub unsolved: Option<String>,
     /// The result in a sentence of at most twelve words.
@@ -52,6 +56,8 @@ pub enum State {
     Good,
     /// In a part, or not surely.
     Partly,
+    /// What is known fits, and nobody knows the rest: no better than what does not fit.
+    NotDecided,
     /// Out of tolerance, not to be run, not possible.
     Bad,
 }
@@ -63,6 +69,7 @@ impl State {
             State::Good => "✓",
             State::Partly => "◐",
             State::Bad => "✗",
+            State::NotDecided => "?",
             State::Open => "–",
         }
     }
@@ -90,6 +97,18 @@ impl Verdict {
         }
     }
 
+    /// Returns the verdict on the share of a box in which the deflection, and nothing else of what moves a tool, is within `tolerance_mm`.
+    pub fn of_deflection(share: Option<f64>, tolerance_mm: Option<f64>) -> Verdict {
+        let judged = Self::of_share(share, tolerance_mm, "the box");
+        let (Some(share), Some(tolerance)) = (share, tolerance_mm) else { return judged };
+        let words = match share {
+            1.0 => format!("Deflection within {tolerance} mm everywhere"),
+            0.0 => format!("Deflection beyond {tolerance} mm everywhere"),
+            share => format!("Deflection within {tolerance} mm in {} of the box", percent(share)),
+        };
+        Verdict { words, ..judged }
+    }
+
     /// Returns this verdict as that on a result of which the share `unsolved` is missing.
     pub fn with_unsolved(self, unsolved: f64) -> Verdict {
         let words = format!("{} could not be solved", percent(unsolved));
@@ -97,7 +116,7 @@ impl Verdict {
             State::Bad => self,
             _ if unsolved >= 0.5 => Verdict::new(State::Bad, words),
             State::Good | State::Partly => Verdict::new(State::Partly, format!("Partly known: {words}")),
-            State::Open => self,
+            State::Open | State::NotDecided => self,
         }
     }
 }
@@ -147,6 +166,29 @@ pub enum Extreme {
     Largest,
 }
 
+/// Returns the distance, mm, that takes most of its tolerance, bounds of `budget` included, and that; `None` where none of the `judged` is known.
+pub(crate) fn worst_judged(budget: &Budget, judged: &[(Option<f64>, Option<f64>)]) -> Option<(f64, f64)> {
+    let share = |(mm, tolerance): &(f64, f64)| (mm + budget.bounds_mm()) / tolerance;
+    let known = judged.iter().filter_map(|own| own.0.zip(own.1));
+    known.max_by(|one, other| share(one).total_cmp(&share(other)))
+}
+
+/// What to find out about first: what may be large and is easily measured.
+const FIRST_ASKED: [Cause; 12] = [
+    Cause::Force,
+    Cause::Accuracy,
+    Cause::Stiffness,
+    Cause::ForceUncertainty,
+    Cause::Geometry,
+    Cause::Weight,
+    Cause::Backlash,
+    Cause::Repeatability,
+    Cause::Heat,
+    Cause::Bodies,
+    Cause::Vibration,
+    Cause::Rounding,
+];
+
 impl Headline {
     /// Returns a headline with a sentence that was computed from `basis`, without numbers.
     pub fn new(sentence: impl Into<String>, basis: impl Into<String>) -> Self {
@@ -184,6 +226,82 @@ impl Headline {
             }
             _ => self.marked("force partly unknown"),
         }
+    }
+
+    /// Returns this as a verdict on distances, mm, that are `judged` by their tolerances, where `budget` is what is known of their causes: "within tolerance" only
+    /// if each cause has a value or a bound, and all fit. Of what is not to be run or does not fit already nothing is changed.
+    #[must_use]
+    pub fn resting_on(mut self, budget: &Budget, judged: &[(Option<f64>, Option<f64>)]) -> Self {
+        self.causes = budget.entries().cloned().collect();
+        let state = self.verdict.as_ref().map_or(State::Open, |own| own.state);
+        let (bounds, unknown) = (budget.bounds_mm(), budget.unknown());
+        let worst = worst_judged(budget, judged);
+        if !matches!(state, State::Good | State::Partly) || judged.iter().all(|own| own.1.is_none()) {
+            return self;
+        }
+        let used = worst.map_or_else(String::new, |(mm, tolerance)| {
+            format!("{} of {tolerance} mm", millimetres(mm + bounds, 3).trim_end_matches(" mm"))
+        });
+        let decision = worst.map(|(mm, tolerance)| budget.decide(mm, tolerance));
+        match decision {
+            // By a distribution, and nothing is missing in it.
+            Some(Decision::Out { .. }) if state == State::Partly && unknown.is_empty() && bounds == 0.0 => self,
+            Some(Decision::Out { .. }) => {
+                self.unless(State::Bad, format!("Out of tolerance: {used} used"), "By the deflection alone: ");
+                self.next("tighten what the marks show as largest, or allow more, and compute again.")
+            }
+            _ if !unknown.is_empty() => {
+                let words = format!("Not decided: {} of {} causes unknown", unknown.len(), self.causes.len());
+                let own_words = self.unless(State::NotDecided, words, "By what is known alone: ");
+                let known = match used.is_empty() {
+                    true => "What is known uses an unknown part".into(),
+                    false => format!("What is known uses {used}"),
+                };
+                let names = join_words(&unknown.iter().map(|own| own.words()).collect::<Vec<_>>());
+                self.cautions.insert(0, format!("{known} ({own_words}); of {names} nobody knows what is added."));
+                let first = FIRST_ASKED.into_iter().find(|own| unknown.contains(own)).map_or("", Cause::words);
+                let then = self.next.take().unwrap_or_default();
+                self.next(format!(
+                    "find out about {first} ([accuracy] of the machine file, [uncertainty], [verdict.known]), and compute again. Until then: {then}"
+                ))
+            }
+            _ if state == State::Good => {
+                let scope = budget.scope().map(|own| own.iter().map(|own| own.words()).collect::<Vec<_>>());
+                let tolerance = worst.map_or(0.0, |own| own.1);
+                let words = match scope.as_deref() {
+                    Some(scope @ [_, _, _, _, ..]) => Some(format!("Within {tolerance} mm by {} causes", scope.len())),
+                    Some(scope) => Some(format!("Within {tolerance} mm by {}", join_words(scope))),
+                    None => (bounds > 0.0).then(|| "Within tolerance, bounds included".into()),
+                };
+                self.marks.extend(scope.map(|_| "as asked".into()));
+                self.verdict = words.map(|words| Verdict::new(State::Good, words)).or(self.verdict);
+                self
+            }
+            _ => {
+                self.marks.extend(budget.scope().map(|_| "of the causes asked".into()));
+                self
+            }
+        }
+    }
+
+    /// Replaces the verdict by one that is worse, which no number and no caution may contradict; returns its words, to be told behind others.
+    fn unless(&mut self, state: State, words: String, condition: &str) -> String {
+        let own_words = self.own_words();
+        self.verdict = Some(Verdict::new(state, words));
+        self.numbers.iter_mut().filter(|own| own.state == Some(State::Good)).for_each(|own| own.state = None);
+        let tells = |own: &str| own.contains("ithin tolerance") || own.contains("ithin the tolerance");
+        self.cautions.iter_mut().filter(|own| tells(own)).for_each(|own| own.insert_str(0, condition));
+        for number in self.numbers.iter_mut().filter(|own| tells(&own.against)) {
+            number.against.insert_str(0, &condition.to_lowercase());
+        }
+        own_words
+    }
+
+    /// Returns the words of the verdict, to be told behind others.
+    fn own_words(&self) -> String {
+        let words = self.verdict.as_ref().map_or("", |own| &own.words);
+        let mut letters = words.chars();
+        letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
     }
 
     /// Adds a mark, such as "simulated".

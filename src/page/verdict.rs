@@ -271,7 +271,7 @@ impl VerdictWriter<'_> {
                     format!(", {} in {}", others[0], percent(next_share))
                 };
                 let state = if shares[best] == 1.0 { State::Good } else { State::Partly };
-                (state, format!("{letter} within tolerance in {}{by}", percent(shares[best])), take)
+                (state, format!("{letter} within {tolerance} mm in {}{by}", percent(shares[best])), take)
             }
             (_, _, Some((who, lead))) if matters == 0.0 => {
                 let who = self.aligned.letters[who];

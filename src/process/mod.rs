@@ -20,6 +20,7 @@ pub(crate) mod tilt;
 mod tool_direction;
 pub mod uncertainty;
 mod unknown_force;
+mod verdict_basis;
 #[cfg(not(target_family = "wasm"))]
 mod verdict_force;
 mod workpiece;
@@ -31,6 +32,8 @@ pub use placement::{PathReference, PlacedWorkpiece, Placement};
 pub use program_file::ProgramFile;
 pub use redundancy::{GammaChoice, RedundancyCost, RedundancyObjective, RedundancySettings};
 pub use unknown_force::{ForceWords, KnownForce};
+pub use verdict_basis::{Basis, VerdictTable};
+pub(crate) use verdict_basis::{TemperatureSpec, VerdictSpec};
 #[cfg(not(target_family = "wasm"))]
 pub use verdict_force::{RightForce, VerdictForce};
 pub use workpiece::{Extent, Feature, ForbiddenBox};

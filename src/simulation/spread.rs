@@ -19,7 +19,7 @@ use crate::{
     input::error,
     machine::ChainError,
     process::uncertainty::{
-        Cause, DrawnForceAt, Draws, ForceFactors, P95, Quantiles, Response, Surrogate, Uncertainty, Values,
+        Cause, DrawnForceAt, Draws, ForceFactors, P95, Quantiles, Response, Shares, Surrogate, Uncertainty, Values,
         mean_and_error, quantile,
     },
 };
@@ -219,6 +219,11 @@ impl DrawnMachines {
             }
             _ => with(loads),
         }
+    }
+
+    /// Returns what the causes contribute to displacements without load and under `loads` where the tool with this index cuts.
+    pub fn shares(&self, responses: &[Response], tool: usize) -> Shares {
+        self.uncertainty.shares(&self.surrogate(responses, tool))
     }
 
     /// Names of what spreads displacements without load and under `loads` most where the tool with this index cuts, with a share of the variance that is worth a

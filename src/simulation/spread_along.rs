@@ -24,7 +24,7 @@ use crate::{
     machine::Machine,
     process::{
         Placement,
-        uncertainty::{DrawnForceAt, Draws, ForceFactors, Response, ToolOnWorkpiece, Uncertainty},
+        uncertainty::{DrawnForceAt, Draws, ForceFactors, Response, Shares, ToolOnWorkpiece, Uncertainty},
     },
     spatial::Pose,
     statics::Batch,
@@ -79,6 +79,9 @@ pub struct LargestSpread {
     /// What is worth most to measure at the compensated command of the point with the largest 95 % quantile; `None` where no measurement tells, of several paths at
     /// once, and at the nominal commands.
     pub if_measured: Option<IfMeasured>,
+    /// What the causes contribute there; `None` as `if_measured`, or without an estimate.
+    #[serde(default)]
+    pub shares: Option<Shares>,
 }
 
 /// Sizes in the draws of the largest distance over points, mm: the first draws, as far as they are known at all of these points.
@@ -135,6 +138,13 @@ struct SpreadBlock {
     /// `None` where the nominal machine has no equilibrium.
     points: Vec<Option<PointSpread>>,
     largest: LargestBoth,
+}
+
+/// What is found at the point with the largest 95 % quantile.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct AtWorst {
+    if_measured: Option<IfMeasured>,
+    shares: Option<Shares>,
 }
 
 /// How a point is commanded.
@@ -271,9 +281,9 @@ impl SpreadPath<'_> {
     }
 
     /// Returns what is worth most to measure at the point with the index `k` under the compensated command, where the 95 % quantile is `now`, mm, as the engine
-    /// finds with each main cause there as if it were measured.
-    fn worth_measuring(&self, each_part: &EachPart<'_>, k: usize, now: f64, work: &Work) -> Result<Option<IfMeasured>> {
-        let mut all = Vec::new();
+    /// finds with each main cause there as if it were measured; and what the causes contribute there.
+    fn worth_measuring(&self, each_part: &EachPart<'_>, k: usize, now: f64, work: &Work) -> Result<AtWorst> {
+        let (mut all, mut shares) = (Vec::new(), None);
         each_part(&mut |part| {
             let Some(own) = k.checked_sub(part.first).filter(|own| *own < part.tasks.len()) else { return Ok(()) };
             let start = own - own % along_path::BLOCK;
@@ -282,6 +292,7 @@ impl SpreadPath<'_> {
             let commanded = point.commanded(Command::Compensated)?;
             let nominal = point.responses(&commanded)?.into_iter().flatten().next();
             let Some(Ok(responses)) = nominal.map(|solved| solved.responses) else { return Ok(()) };
+            shares = Some(self.drawn.shares(&responses, point.force_at(0).tool));
             for cause in self.drawn.main_causes(&responses, point.force_at(0).tool) {
                 let Some((drawn, known)) = self.drawn.measured(cause)? else { continue };
                 let path = SpreadPath { drawn: &drawn, audits: 0, ..*self };
@@ -296,7 +307,7 @@ impl SpreadPath<'_> {
             }
             Ok(())
         })?;
-        Ok(IfMeasured::worth_most(all))
+        Ok(AtWorst { if_measured: IfMeasured::worth_most(all), shares })
     }
 
     /// Returns how far the tool is from the path at each of its points in the draw `index` with its `machines`, by the engine (O axes, mm); `None` where it has no
@@ -403,14 +414,15 @@ pub(crate) fn whole(
         let (spread, agrees) = wanted.check(&largest.sizes, spread)?;
         let is_confirmed = agrees && (spread.solved_draws > 0 || spread.p95_mm.is_some_and(|p95| p95 <= ROUNDING_MM));
         let worst = largest.worst.p95_mm.filter(|now| command == Command::Compensated && *now > ROUNDING_MM);
-        let if_measured = match (paths, worst) {
+        let at_worst = match (paths, worst) {
             ([(path, each_part)], Some(now)) => {
                 let measured = || path.worth_measuring(each_part, largest.worst_point, now, &work);
                 work.part("measured").piece(&0, |_| 0, measured)?
             }
-            _ => None,
+            _ => AtWorst::default(),
         };
-        Ok(Some(LargestSpread { spread, is_confirmed, points: largest.points, if_measured }))
+        let AtWorst { if_measured, shares } = at_worst;
+        Ok(Some(LargestSpread { spread, is_confirmed, points: largest.points, if_measured, shares }))
     };
     let Some(of_plain) = of(plain, Command::Plain, "plain")? else { return Ok(None) };
     let of_compensated = of(compensated, Command::Compensated, "compensated")?;

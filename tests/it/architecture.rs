@@ -54,7 +54,7 @@ pub(crate) fn files(folder: &Path, extensions: &[&str], found: &mut Vec<PathBuf>
 
 fn all_sources() -> Vec<PathBuf> {
     let mut found = Vec::new();
-    for folder in ["crates/input/src", "crates/engine/src", "crates/removal/src", "src"] {
+    for folder in ["crates/budget/src", "crates/input/src", "crates/engine/src", "crates/removal/src", "src"] {
         files(&root().join(folder), &["rs"], &mut found);
     }
     found
@@ -219,18 +219,19 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 
 /// Most lines of folders, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
-const MOST_LINES: [(&[&str], usize); 11] = [
-    (&["crates/engine/src"], 21_945),
+const MOST_LINES: [(&[&str], usize); 12] = [
+    (&["crates/engine/src"], 22_080),
     (&["crates/removal/src"], 3_085),
+    (&["crates/budget/src"], 260),
     (&["src/toolpath"], 30_385),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 13_130),
-    (&["src/simulation", "src/redundancy"], 5_580),
-    (&["src/answer", "src/files", "src/work", "src/run"], 6_060),
-    (&["src/figures", "src/page"], 10_695),
-    (&["src/questions"], 25_490),
-    (&["src/products", "src/inspect", "src/explore"], 12_975),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 13_640),
+    (&["src/simulation", "src/redundancy"], 5_600),
+    (&["src/answer", "src/files", "src/work", "src/run"], 6_210),
+    (&["src/figures", "src/page"], 11_020),
+    (&["src/questions"], 25_580),
+    (&["src/products", "src/inspect", "src/explore"], 13_060),
     (&["src/cli"], 3_165),
-    (&["crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 132_590),
+    (&["crates/budget/src", "crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 134_160),
 ];
 
 #[test]

@@ -82,9 +82,9 @@ fn a_program_outside_the_workspace_box_is_not_to_be_loaded() {
         let page = std::fs::read_to_string(out.path().join("out.nc.html")).unwrap();
         let shown = unwrapped(&text(&output.stdout));
         let verdict = if can_run {
-            "✓ Within tolerance everywhere [nominal inputs] [simulated] Compensated, the tool is up to 0.0049 mm off; without, 0.681 mm."
+            "✓ Within 0.5 mm by force, geometry and rounding [nominal inputs] [simulated] [as asked] ● force ◐ geometry ● rounding Compensated, the tool is up to 0.0049 mm off; without, 0.681 mm."
         } else {
-            "✗ 270 of 359 points outside the workspace [nominal inputs] [simulated] As placed, this path cannot be run;"
+            "✗ 270 of 359 points outside the workspace [nominal inputs] [simulated] ● force ◐ geometry ● rounding As placed, this path cannot be run;"
         };
         assert!(shown.starts_with(verdict), "{shown}");
         for said in [&shown, &page] {

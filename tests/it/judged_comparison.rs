@@ -83,7 +83,7 @@ fn a_share_that_differs_is_no_take_either() {
     let page = folder.path().join("comparison.html");
     let said = done(&["compare", text(&a), text(&b), "--out", text(&page), "--tolerance", &tolerance.to_string()]);
     let said = said.replace('\u{a0}', " ");
-    let verdict = format!("B within tolerance in {}, A in {}", percent(share_b), percent(share_a));
+    let verdict = format!("B within {tolerance} mm in {}, A in {}", percent(share_b), percent(share_a));
     assert!(said.contains(&verdict) && !said.contains("take either"), "{verdict}: {said}");
 }
 
@@ -113,7 +113,7 @@ fn maps_with_uncertain_inputs_are_compared_by_their_quantiles() {
     let page = folder.path().join("comparison.html");
     let said = done(&["compare", text(&a), text(&b), "--out", text(&page), "--tolerance", &tolerance.to_string()]);
     let verdict = format!(
-        "A within tolerance in {}, B in {}",
+        "A within {tolerance} mm in {}, B in {}",
         percent(share(&p95_a, tolerance)),
         percent(share(&p95_b, tolerance))
     );

@@ -166,6 +166,7 @@ mod uncertainty;
 mod units;
 mod urdf_import;
 mod validation_study;
+mod verdict_basis;
 mod weight_closed_forms;
 mod words;
 mod workpiece_carrier;

@@ -186,7 +186,7 @@ function explore(section) {
     const seen = points.filter((p) => p.before);
     const least = live.exact ? "" : "at least ";
     const off = worst && seen.length ? `the tool leaves its path by ${answer.failure ? "at least " : least}${number(worst.value)} mm` : "";
-    const judged = `${off}${worst?.value > tolerance ? `, more than the ${number(tolerance)} mm allowed` : ", which is within tolerance"}`;
+    const judged = `${off}${worst?.value > tolerance ? `, more than the ${number(tolerance)} mm allowed` : `, within the ${number(tolerance)} mm allowed`}`;
     if (answer.failure) headline.textContent = `Here the workpiece cannot be cut: ${answer.failure.reason}${off ? `; where it can, ${off}` : ""}.`;
     else if (answer.outside_workspace) headline.textContent = `Here ${judged}, and the path leaves the workspace box: ${answer.outside_workspace.reason}.`;
     else headline.textContent = `Here ${judged}.`;

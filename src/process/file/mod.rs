@@ -35,7 +35,7 @@ use crate::{
     },
     machine::{ChainError, Machine},
     process::{
-        CuttingRule, PathReference, Placement,
+        CuttingRule, PathReference, Placement, VerdictTable,
         cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
         not_followed::first_unreachable,
@@ -75,6 +75,8 @@ pub struct Process {
     pub errors: Vec<ChainError>,
     /// What is not known exactly; `None` where all inputs are taken as exact, and on pages, which compute with nominal numbers.
     pub uncertainty: Option<UncertaintyTable>,
+    /// What the verdict is about, and bounds of what is not computed.
+    pub verdict: VerdictTable,
     /// How finely arcs and long lines of a program are split.
     pub sampling: Sampling,
     /// Limits of corrections and drive forces.

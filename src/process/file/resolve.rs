@@ -13,7 +13,7 @@ use crate::{
     input::{Folder, check::Check, error::Result},
     machine::Machine,
     process::{
-        CuttingRule, Placement,
+        CuttingRule, Placement, VerdictTable,
         cutting::CuttingLaw,
         file::{
             CORNER_MM, CorrectionLimits, Decimals, Process, WRITE_TOLERANCE_MM,
@@ -119,6 +119,7 @@ fn process(
         cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
         errors: chain_errors(&spec.chain_error, machine, check)?,
         uncertainty,
+        verdict: VerdictTable::resolve(&spec.verdict, spec.temperature.as_ref(), machine, check)?,
         sampling,
         #[cfg(not(target_family = "wasm"))]
         feed,

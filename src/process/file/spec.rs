@@ -42,6 +42,11 @@ pub struct ProcessSpec {
     pub chain_error: Vec<ChainErrorSpec>,
     /// What is not known exactly; all inputs are exact if not given.
     pub uncertainty: Option<UncertaintySpec>,
+    /// What the verdict is about, and bounds of what is not computed.
+    #[serde(default)]
+    pub verdict: crate::process::VerdictSpec,
+    /// How far the machine is from the temperature at which the workpiece was located.
+    pub temperature: Option<crate::process::TemperatureSpec>,
     /// How finely arcs and long lines are split.
     #[serde(default)]
     pub sampling: SamplingSpec,

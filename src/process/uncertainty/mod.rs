@@ -6,6 +6,7 @@
 mod covariance;
 mod draws;
 mod resolve;
+mod shares;
 pub mod sobol;
 pub(crate) mod spec;
 mod spread;
@@ -14,6 +15,7 @@ mod surrogate;
 pub use covariance::{COVARIANCE_COLUMNS, DISTRIBUTIONS, MODEL};
 pub use draws::Draws;
 pub use resolve::{CutBy, UNMEASURED_FORCE_STD, UncertaintyTable, refuse};
+pub use shares::{CauseShare, Shares, Varying};
 pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
 pub use surrogate::{Harmonics, P95, Quantiles, Response, Surrogate, mean_and_error, quantile};
 
@@ -61,6 +63,10 @@ pub enum Setup {
     Workpiece(usize),
     /// The workpiece is turned about its origin, about this axis of the base (0, 1, 2).
     WorkpieceRotation(usize),
+    /// The control leads the tool farther along this axis of the base (0, 1, 2) than it is commanded.
+    Accuracy(usize),
+    /// This run of the program is farther along this axis of the base (0, 1, 2) than the mean of many.
+    Repeatability(usize),
 }
 
 /// Where the tool is on the workpiece.
@@ -73,8 +79,8 @@ pub struct ToolOnWorkpiece {
 }
 
 impl Setup {
-    /// All, in the order of the parameters.
-    const ALL: [Setup; 7] = [
+    /// Those that the table itself gives, in the order of the parameters.
+    const GIVEN: [Setup; 7] = [
         Setup::ToolLength,
         Setup::Workpiece(0),
         Setup::Workpiece(1),
@@ -92,6 +98,10 @@ impl Setup {
             Setup::WorkpieceRotation(axis) => {
                 ["workpiece rotation about x", "workpiece rotation about y", "workpiece rotation about z"][axis]
             }
+            Setup::Accuracy(axis) => ["accuracy along x", "accuracy along y", "accuracy along z"][axis],
+            Setup::Repeatability(axis) => {
+                ["repeatability along x", "repeatability along y", "repeatability along z"][axis]
+            }
         }
     }
 
@@ -101,6 +111,7 @@ impl Setup {
             Setup::ToolLength => tool.axis,
             Setup::Workpiece(axis) => -Vector3::ith(axis, 1.0),
             Setup::WorkpieceRotation(axis) => -Vector3::ith(axis, 1f64.to_radians()).cross(&tool.position_mm),
+            Setup::Accuracy(axis) | Setup::Repeatability(axis) => Vector3::ith(axis, 1.0),
         }
     }
 }
@@ -392,13 +403,25 @@ impl Uncertainty {
             let names: Vec<&str> = correlated.iter().map(|own| self.parameters[*own].name()).collect();
             (names.join(" with "), Cause::Parameters(correlated.clone()))
         });
-        let alone = (0..self.parameters.len()).filter(|own| !correlated.contains(own));
+        let stated = [("accuracy", 0), ("repeatability", 1)].into_iter().filter_map(|(name, which)| {
+            let is_it = |own: &usize| match self.parameters[*own].role {
+                Role::Setup(Setup::Accuracy(_)) => which == 0,
+                Role::Setup(Setup::Repeatability(_)) => which == 1,
+                _ => false,
+            };
+            let all: Vec<usize> = (0..self.parameters.len()).filter(is_it).collect();
+            (!all.is_empty()).then(|| (name.into(), Cause::Parameters(all)))
+        });
+        let is_stated = |own: &usize| {
+            matches!(self.parameters[*own].role, Role::Setup(Setup::Accuracy(_) | Setup::Repeatability(_)))
+        };
+        let alone = (0..self.parameters.len()).filter(move |own| !correlated.contains(own) && !is_stated(own));
         let alone = alone.map(|own| (self.parameters[own].name().to_string(), Cause::Parameters(vec![own])));
         let wear = self.force.wear.map(|_| ("tool wear".into(), Cause::Wear));
         let component = |(own, _): (usize, Spread)| (ForceSpread::COMPONENTS[own].into(), Cause::Component(own));
         let components = self.force.varied_components().map(component);
         let force = std::iter::once(("cutting force".into(), Cause::Force)).chain(components).chain(wear);
-        alone.chain(together).chain(force).chain([(Cause::MODEL.into(), Cause::Model)])
+        alone.chain(stated).chain(together).chain(force).chain([(Cause::MODEL.into(), Cause::Model)])
     }
 
     /// The same with the cause called `name` measured, and how well it is known then; parameters that are correlated, as measurements of one tell the others,
@@ -407,9 +430,13 @@ impl Uncertainty {
         let mut own = self.clone();
         let words = match self.causes().find(|(own, _)| own == name)?.1 {
             Cause::Parameters(which) if which.len() > 1 => {
+                let is_stated = matches!(self.parameters[which[0]].role, Role::Setup(_));
                 // Deviations of what is identified fall with the square root of the number of measurements.
                 which.iter().for_each(|one| own.parameters[*one].spread = own.parameters[*one].spread.halved());
-                "known twice as well, by four times as many measurements (design-measurements says which)"
+                match is_stated {
+                    true => "halved",
+                    false => "known twice as well, by four times as many measurements (design-measurements says which)",
+                }
             }
             Cause::Parameters(which) => {
                 let one = *which.first()?;
@@ -503,12 +530,23 @@ impl Uncertainty {
 
     /// Whether a number of the machine or the force varies, and not the setup alone.
     pub fn varies_machine_or_force(&self) -> bool {
-        !self.force.is_exact() || self.setups().count() < self.parameters.len()
+        !self.force.is_exact() || self.parameters.iter().any(|own| !matches!(own.role, Role::Setup(_)))
     }
 
     /// Names of what is set up and not exact.
     pub fn setups(&self) -> impl Iterator<Item = &str> {
-        self.parameters.iter().filter(|own| matches!(own.role, Role::Setup(_))).map(UncertainParameter::name)
+        let mut named = Vec::new();
+        for own in self.parameters.iter().filter(|own| matches!(own.role, Role::Setup(_))) {
+            let name = match own.role {
+                Role::Setup(Setup::Accuracy(_)) => "accuracy",
+                Role::Setup(Setup::Repeatability(_)) => "repeatability",
+                _ => own.name(),
+            };
+            if !named.contains(&name) {
+                named.push(name);
+            }
+        }
+        named.into_iter()
     }
 
     /// Which ends of `parameter` are solved: both, but of an error of a chain, which is small and acts linearly, the farther; of a setup none.

@@ -20,7 +20,7 @@ use crate::{
         error::{Error, Result},
         toml_file,
     },
-    machine::{ChainError, Grade, Machine, Parameter, Unit, is_pattern_of},
+    machine::{Accuracy, ChainError, Grade, Machine, Parameter, Stated, Unit, is_pattern_of},
     process::file::chain_errors::unknown_chain,
 };
 
@@ -205,6 +205,22 @@ pub fn refuse<T>(check: &Check, name: &str) -> Result<T> {
     ))
 }
 
+/// Returns how far the control leads the tool from where it is commanded, once for a machine and once for a run of the program: normally distributed, alike along the axes of the base.
+fn stated_accuracy(accuracy: &Accuracy) -> impl Iterator<Item = UncertainParameter> {
+    let along = |stated: &Stated, setup: fn(usize) -> Setup| {
+        let spread = Spread::Difference { below: stated.axis_std_mm, above: stated.axis_std_mm };
+        [0, 1, 2].map(|axis| UncertainParameter {
+            values: Vec::new(),
+            unit: Unit::MM,
+            spread,
+            role: Role::Setup(setup(axis)),
+            source: SpreadSource::Provenance,
+        })
+    };
+    let systematic = accuracy.systematic().map(|own| along(own, Setup::Accuracy));
+    systematic.into_iter().chain(accuracy.repeatability.as_ref().map(|own| along(own, Setup::Repeatability))).flatten()
+}
+
 /// Checks the table at `check` for the nominal `machine` with chain `errors`; `covariance` is its file with the name for errors.
 ///
 /// # Errors
@@ -255,11 +271,12 @@ fn resolve(
         }
     }
     let process = spec.process.clone().unwrap_or_default();
-    for setup in Setup::ALL {
+    for setup in Setup::GIVEN {
         let (key, spec, unit) = match setup {
             Setup::ToolLength => ("process.tool_length_mm", process.tool_length_mm, Unit::MM),
             Setup::Workpiece(_) => ("process.workpiece_position_mm", process.workpiece_position_mm, Unit::MM),
             Setup::WorkpieceRotation(_) => (WORKPIECE_ROTATION, process.workpiece_rotation_deg, Unit::DEG),
+            Setup::Accuracy(_) | Setup::Repeatability(_) => continue,
         };
         let Some(spec) = spec else { continue };
         let name = setup.name().to_string();
@@ -275,7 +292,7 @@ fn resolve(
         let (values, role, source) = (Vec::new(), Role::Setup(setup), SpreadSource::Given);
         found.parameters.push(UncertainParameter { values, unit, spread, role, source });
     }
-    let parameters = found.parameters;
+    let mut parameters = found.parameters;
     let is_of_file = |own: &UncertainParameter| matches!(own.source, SpreadSource::Provenance | SpreadSource::Grade(_));
     let finds_no_provenance =
         spec.machine == Some(MachineUncertaintySpec::Provenance) && !parameters.iter().any(is_of_file);
@@ -283,6 +300,7 @@ fn resolve(
         return check
             .fail(format!("at most {MOST_PARAMETERS} parameters may vary by themselves, got {}", parameters.len()));
     }
+    parameters.extend(stated_accuracy(&machine.accuracy));
     let share_of_force = |key: &str, given: Option<f64>| -> Result<Option<f64>> {
         let share = given.map(|own| relative_std(own, &check.key(key))).transpose()?;
         Ok(share.filter(|own| *own > 0.0))

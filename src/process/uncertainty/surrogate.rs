@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Cause, Draws};
+use super::{Cause, Draws, Varying};
 use crate::lanes::{Lanewise, Level, Real};
 
 /// Displacements of the tool tip under one load (O axes, mm): at nominal parameters, and with each parameter alone at its ends.
@@ -364,9 +364,19 @@ impl Surrogate {
 
     /// Length of the longest displacement under all loads, in each of the first `count` draws, mm; whole scrambles.
     pub fn largest_displacements(&self, draws: &Draws, count: usize) -> Vec<f64> {
-        let all: Vec<usize> = (0..draws.coordinates.len()).collect();
-        let added = self.components.iter().map(|(own, added)| (added, draws.component(self.tool, *own)));
-        self.sample(draws, &all, (Some(draws.force_of(self.tool)), &added.collect::<Vec<_>>()), true, count)
+        self.largest_by(
+            draws,
+            &Varying { terms: (0..draws.coordinates.len()).collect(), force: true, model: true },
+            count,
+        )
+    }
+
+    /// As [`Surrogate::largest_displacements`], where only these vary.
+    pub fn largest_by(&self, draws: &Draws, varying: &Varying, count: usize) -> Vec<f64> {
+        let added = self.components.iter().filter(|_| varying.force);
+        let added: Vec<_> = added.map(|(own, added)| (added, draws.component(self.tool, *own))).collect();
+        let force = varying.force.then(|| draws.force_of(self.tool));
+        self.sample(draws, &varying.terms, (force, &added), varying.model, count)
     }
 
     /// As [`Surrogate::largest_displacements`], where only the parameters `terms` vary, `force` is the factor of the force and `added` what its components do, and the
@@ -420,7 +430,7 @@ impl Surrogate {
 }
 
 /// Mean of the squared differences of `values` from their mean.
-fn variance(values: &[f64]) -> f64 {
+pub(super) fn variance(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / values.len() as f64
 }

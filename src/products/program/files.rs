@@ -111,6 +111,7 @@ pub fn compensate_into(
     let (headline, figures) = (report::headline(&report), report::figures(&report));
     let page = report::page(&report, headline.clone(), (&files.points_name(), rows.as_deref()));
     let mut json = program_json(&report);
+    json["headline"] = json!(page.headline);
     if let Some(rows) = &rows {
         json["points_table"] = json!(rows);
     }

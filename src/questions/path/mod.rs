@@ -18,7 +18,7 @@ use crate::{
     input::error::Result,
     machine::{ChainError, Configuration, Machine},
     process::{
-        KnownForce, Placement,
+        KnownForce, Placement, VerdictTable,
         uncertainty::{DrawnForceAt, Uncertainty},
     },
     simulation::{
@@ -78,6 +78,8 @@ pub struct PathStudy {
     pub assumed: Vec<(&'static str, String)>,
     /// How much of the cutting force its laws know.
     pub known_force: KnownForce,
+    /// What the verdict is about, and bounds of what is not computed.
+    pub verdict: VerdictTable,
     /// The search for γ, the rotation about the tool axis, if there is one; see [`PathStudy::with_gamma`].
     pub gamma_search: Option<PathGammaSearch>,
     /// Names of the files that its program calls.

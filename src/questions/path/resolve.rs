@@ -115,6 +115,7 @@ pub(crate) fn path(
         called_files: program.as_ref().map_or_else(Vec::new, ProgramFile::called_files),
         machine: process.machine.clone(),
         known_force: known,
+        verdict: process.verdict.clone(),
         uncertainty: None,
         drawn_forces: Vec::new(),
     };

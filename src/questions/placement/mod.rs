@@ -58,7 +58,7 @@ use crate::{
     input::error::Result,
     machine::{ChainError, Machine},
     process::{
-        CuttingRule, Extent, Feature, ForbiddenBox, ForceWords, PathReference,
+        CuttingRule, Extent, Feature, ForbiddenBox, ForceWords, PathReference, VerdictTable,
         cutting::PathLoad,
         file::CorrectionLimits,
         uncertainty::{ForceSpread, Uncertainty},
@@ -85,6 +85,8 @@ pub struct FeatureJob {
     pub cuts: CuttingRule,
     /// What must be known of its force.
     pub force_words: ForceWords,
+    /// What the verdict is about, and bounds of what is not computed.
+    pub verdict: VerdictTable,
     /// What is not known exactly; `None` where all inputs are taken as exact.
     pub uncertainty: Option<Arc<Uncertainty>>,
     /// Loads of the components of the force at each point of its path, where one of them varies by itself.

@@ -256,6 +256,7 @@ fn resolve_feature(
         target: process.target,
         cuts,
         force_words,
+        verdict: process.verdict.clone(),
         uncertainty: None,
         components: None,
         #[cfg(not(target_family = "wasm"))]

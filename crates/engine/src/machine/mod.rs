@@ -4,6 +4,7 @@
 //! A machine is read from a TOML file ([`Machine::from_file`]) or taken from the [`catalogue`]. Manufacturing and assembly errors make another
 //! machine of it ([`Machine::with_errors`]): commands are computed with the nominal one, what happens is computed with the real one.
 
+mod accuracy;
 mod alternative_branches;
 mod branch;
 pub mod catalogue;
@@ -39,6 +40,7 @@ use std::{
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
+pub use accuracy::{ACCURACY_FACTOR, Accuracy, AccuracyFrame, RP_FACTOR, Stated};
 pub use branch::{AskedPosture, Branch, Clearance, Elbow, Posture, PostureChange, Shoulder, Wrist};
 pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
 pub use errors::ChainError;
@@ -161,6 +163,8 @@ pub struct Model {
     pub source: String,
     /// Sources of groups of its numbers, with how far each may be trusted.
     pub provenance: Vec<Provenance>,
+    /// How accurate it is without load.
+    pub accuracy: Accuracy,
     /// Chains between base and platform.
     pub chains: Vec<Chain>,
     /// Tool tip `p_PT` in platform axes, mm.

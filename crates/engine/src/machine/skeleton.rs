@@ -115,6 +115,23 @@ impl Machine {
 }
 
 impl Machine {
+    /// Length of all links from the base to the tool tip at home, one after another, and of the travel of all slides, mm; `None` of a machine whose
+    /// platform several chains carry, or with a closed loop.
+    pub fn serial_length_mm(&self) -> Option<f64> {
+        let ([_], 0) = (&self.chains[..], self.chains.iter().map(|own| own.route.loop_count()).sum::<usize>()) else {
+            return None;
+        };
+        let between = |line: &Polyline| -> f64 {
+            line.windows(2).map(|ends| (Vector3::from(ends[1]) - Vector3::from(ends[0])).norm()).sum()
+        };
+        let links: f64 = self.rigid_skeleton(&self.home).chains.iter().flat_map(|own| &own.links).map(between).sum();
+        let slides = self.drive_ranges().into_iter().zip(self.drives());
+        let slides = slides.filter(|(_, (_, drive))| drive.motion == Motion::Prismatic);
+        Some(links + slides.map(|(range, _)| range[1] - range[0]).sum::<f64>() + self.tool_tip.norm())
+    }
+}
+
+impl Machine {
     /// Smallest and largest coordinate of each drive, mm or rad: its travel, or else what home, the named points and the
     /// corners of the workspace ask for, as far as they can be reached.
     pub fn drive_ranges(&self) -> Vec<[f64; 2]> {

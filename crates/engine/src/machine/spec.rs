@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::{provenance::Grade, unknown::StiffnessSpec};
+use super::{accuracy::AccuracyFrame, provenance::Grade, unknown::StiffnessSpec};
 
 /// The tables of a machine file: keys that they do not have are refused, and editors are told of those that they have.
 macro_rules! tables {
@@ -58,8 +58,39 @@ tables! {
         pub chain: Vec<ChainSpec>,
         /// Where chains are mounted; each mount is one chain of the machine.
         pub mount: Vec<MountSpec>,
+        /// How accurate the machine is without load; not known if not given.
+        pub accuracy: Option<AccuracySpec>,
         /// What carries the workpiece (turntable, slide) and bends as well; the workpiece stands fast in O if not given.
         pub workpiece_carrier: Option<CarrierSpec>,
+    }
+
+    /// How accurate the machine is without load, as ISO 9283 names it: each number is stated by itself, as none follows from another.
+    pub struct AccuracySpec {
+        /// Pose accuracy AP: distance of the mean attained pose from the commanded one; not known if not given.
+        pub pose: Option<StatedSpec>,
+        /// Pose repeatability RP: mean distance of attained poses from their mean, and three standard deviations of it; not known if not given.
+        pub repeatability: Option<StatedSpec>,
+        /// Path accuracy AT: distance of the mean attained path from the commanded one, at a speed; of both the larger counts; not known if not given.
+        pub path: Option<StatedSpec>,
+    }
+
+    /// A distance that is stated of a machine.
+    pub struct StatedSpec {
+        /// The distance.
+        pub mm: f64,
+        /// How far it may be trusted.
+        pub grade: Grade,
+        /// Who says so.
+        pub source: String,
+        /// Speed at which it holds; not said if not given.
+        pub speed_mm_per_s: Option<f64>,
+        /// Payload with which it holds; not said if not given.
+        pub payload_kg: Option<f64>,
+        /// Where it is measured from: "base", or a frame taught at the "part"; the base if not given.
+        #[serde(default)]
+        pub frame: AccuracyFrame,
+        /// How many standard deviations along an axis the distance is; 3.62 of a repeatability and 2.80 (95 % of distances) of an accuracy if not given.
+        pub coverage_factor: Option<f64>,
     }
 
     /// Where some of the numbers come from.

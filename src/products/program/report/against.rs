@@ -40,6 +40,13 @@ pub(super) struct ToolSides {
     sides: [Side; 2],
 }
 
+impl ToolSides {
+    /// Returns how far the surface as written is off, mm, and its tolerance.
+    pub(super) fn judged(&self) -> (Option<f64>, Option<f64>) {
+        (Some(self.sides[1].largest()), self.tolerance_mm)
+    }
+}
+
 /// Returns the tolerance of what this move makes, or of what no move of the program makes, mm.
 pub(super) fn tolerance_mm(job: &ProgramJob, tag: Option<u32>) -> Option<f64> {
     let own = |tag: u32| job.process.stock.as_ref()?.tolerance_mm(job.path.points()[tag as usize].tool);

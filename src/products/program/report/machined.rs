@@ -154,7 +154,7 @@ impl Side {
     }
 
     /// Returns the largest distance to either side, mm.
-    fn largest(&self) -> f64 {
+    pub(super) fn largest(&self) -> f64 {
         [self.left, self.missing].into_iter().flatten().fold(0.0, |most, own| most.max(own.0))
     }
 }
@@ -241,6 +241,15 @@ impl Machined {
             let what = format!("off on the machined surface {}: {sure}", NAMES[course]);
             KeyNumber::new(&millimetres(size, 3), what, against.unwrap_or_default()).held_to(tolerance_mm, size)
         })
+    }
+
+    /// Returns how far the surface as written is off, mm, with the tolerance of that: of each tool where these differ and inputs are nominal.
+    pub fn judged(&self, job: &ProgramJob) -> Vec<(Option<f64>, Option<f64>)> {
+        let whole = (Some(self.largest_mm()[1]), self.least_tolerance_mm(job));
+        match self.tools.as_slice() {
+            [_, _, ..] if self.spread.is_none() => self.tools.iter().map(ToolSides::judged).collect(),
+            _ => whole.1.map(|_| whole).into_iter().collect(),
+        }
     }
 
     /// Returns the verdict on the surface as written; `None` where it has no tolerance.

@@ -7,11 +7,14 @@ use super::{
     findings::{DrawnPoint, Findings, WorstPoint},
     limits_text, passes_table, residual_text, spread_text,
     tables::{error_before_column, spread_quantities},
-    use_text,
+    use_text, words,
     words::{blocks_table, deflected_cut_text, written_text},
 };
 use crate::{
-    answer::facts_of,
+    answer::{
+        budget::{BUDGET, OfVerdict},
+        facts_of,
+    },
     figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
     files::words::{counted, join_words, millimetres, or_dash},
     page::{
@@ -47,6 +50,7 @@ pub fn page(report: &Report<'_>, headline: Headline, (points, rows): (&str, Opti
             Some(cause_section(report)),
             Some(remedy_section(report)),
             feed::section(report),
+            Some(OfVerdict::section()),
             Some(use_section(report)),
             Some(proof_section(report)),
         ]
@@ -206,6 +210,8 @@ pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     if !force.is_empty() {
         figures.push(("cutting_force".into(), curve_figure(report.job, cutting_force::TITLE, "force [N]", &force)));
     }
+    let budget = words::budget(report);
+    figures.extend(words::of_verdict(report, &budget).figure().map(|own| (BUDGET.into(), own)));
     // Of a program of which nothing is solved, or whose ends alone are known.
     let is_empty = |figure: &Figure| matches!(figure, Figure::Lines(lines) if lines.series.iter().all(|series| series.points.is_empty()));
     figures.retain(|(_, figure)| !is_empty(figure));

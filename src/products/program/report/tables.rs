@@ -6,11 +6,12 @@ use serde_json::{Map, Value, json};
 
 use super::{
     Report, feed,
-    words::{limit_unit, shown_price},
+    words::{self, limit_unit, shown_price},
 };
 use crate::{
     answer::{
         Quantity,
+        budget::BUDGET,
         command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
         play::{play_cells, play_columns},
     },
@@ -318,8 +319,9 @@ fn unknown_json(job: &ProgramJob) -> Value {
 const SCHEMA: u32 = 3;
 
 /// Returns the report of the program as JSON: its passes, limits, blocks, calls and assumptions.
-pub fn program_json(report: &Report<'_>) -> Value {
-    let Report { job, proved, findings, .. } = report;
+pub fn program_json(report_of: &Report<'_>) -> Value {
+    let budget = words::budget(report_of);
+    let Report { job, proved, findings, .. } = report_of;
     let ProvedProgram { passes, bounded, exceeded, written, .. } = proved;
     let (notes, dialect) = match &job.file {
         ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect.label())),
@@ -394,6 +396,7 @@ pub fn program_json(report: &Report<'_>) -> Value {
         None => Value::Null,
     };
     report["force_not_known"] = unknown_json(job);
+    report[BUDGET] = words::of_verdict(report_of, &budget).json();
     let resting: BTreeMap<_, _> = job.machine.resting_drives().collect();
     if !resting.is_empty() {
         report["drives_left_at_home"] = json!(resting);

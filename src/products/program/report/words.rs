@@ -1,11 +1,13 @@
 //! Sentences about a compensated program: its first screen, the effect of limits, its blocks, and its residual error.
 
+use kinetostat_budget::Budget;
+
 use super::{
     Report, feed, notes_text,
     tables::{WITHOUT_FORCE, error_before_column},
 };
 use crate::{
-    answer::{ShareWithin, cautions, force_words},
+    answer::{ShareWithin, budget::OfVerdict, cautions, force_words},
     compensation::{BoundedPath, LimitKind, Method, Price},
     files::{
         table::kind_word,
@@ -14,9 +16,9 @@ use crate::{
     machine::{Machine, Motion},
     page::{
         SmallTable,
-        headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
+        headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict, worst_judged},
     },
-    process::{VerdictForce, file::CorrectionLimits},
+    process::{Basis, KnownForce, VerdictForce, file::CorrectionLimits},
     products::program::{ForceCheck, ProgramJob, ProvedProgram, WithoutForce, bounded::LimitExcess},
     questions::{
         path::report::facts_text,
@@ -328,9 +330,50 @@ pub fn headline(report: &Report<'_>) -> Headline {
         ))
         .with_cautions(&caution_text(report))
         .with_numbers(numbers)
-        .where_force_is(report.job.process.known_force(&report.job.path));
+        .where_force_is(report.job.process.known_force(&report.job.path))
+        .resting_on(&budget(report), &judged(report));
     headline.unsolved = report.proved.unsolved_as_written();
     headline
+}
+
+/// Returns what the verdict rests on.
+pub(super) fn budget(report: &Report<'_>) -> Budget {
+    let job = report.job;
+    let known = job.process.known_force(&job.path);
+    let force = (report.findings.force.largest > 0.0 || known != KnownForce::Everywhere).then_some(known);
+    let (machine, errors) = (&job.machine, &job.process.errors[..]);
+    let uncertainty = job.uncertainty.as_ref().filter(|_| report.proved.spread.is_some());
+    let open_backlash_mm = report.findings.play.open_mm();
+    Basis { machine, errors, uncertainty, force, open_backlash_mm, is_written: true }.budget(&job.process.verdict)
+}
+
+/// Returns what the verdict rests on as it is drawn and told: of the distance or surface that takes most of its tolerance.
+pub(super) fn of_verdict<'a>(report: &'a Report<'_>, budget: &'a Budget) -> OfVerdict<'a> {
+    let all = judged(report);
+    let worst = worst_judged(budget, &all);
+    let compensated = report.proved.spread.as_ref().and_then(|own| own.compensated.as_ref());
+    // They are of the path of the tool, not of a surface.
+    let is_of_path = report.findings.machined.as_ref().is_none_or(|own| own.judged(report.job).is_empty());
+    OfVerdict {
+        budget,
+        shares: compensated.and_then(|own| own.shares.as_ref()).filter(|_| is_of_path),
+        judged_mm: worst.map(|own| own.0).or_else(|| all.iter().find_map(|own| own.0)),
+        tolerance_mm: worst.map(|own| own.1),
+    }
+}
+
+/// Returns the distances by which the written program is judged, mm, with their tolerances: of its path, and of the surfaces of its tools where stock is cut. They are
+/// not exceeded with 95 % probability, or with nominal inputs the largest.
+fn judged(report: &Report<'_>) -> Vec<(Option<f64>, Option<f64>)> {
+    let of_path = match &report.proved.spread {
+        Some(whole) => whole.compensated.as_ref().unwrap_or(&whole.plain).spread.p95_mm,
+        None => report.proved.passes.last().and_then(|pass| pass.summary.max_mm),
+    };
+    let of_surface = report.findings.machined.as_ref().map_or_else(Vec::new, |own| own.judged(report.job));
+    match of_surface.is_empty() {
+        true => vec![(of_path, report.job.process.tolerance_mm)],
+        false => of_surface,
+    }
 }
 
 /// Begins verdicts on programs that would do harm.

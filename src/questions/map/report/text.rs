@@ -210,7 +210,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     };
     let acting = acting_words(&scene.machine, &scene.errors, !scene.force.is_zero());
     let judged = if spread_is_known(summary) { summary.within_p95 } else { summary.within };
-    let verdict_of_share = Verdict::of_share(judged.get(), scene.tolerance_mm, "the box");
+    let verdict_of_share = Verdict::of_deflection(judged.get(), scene.tolerance_mm);
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
     let spread = all.of(&P95_DEFLECTION);
     let sure = spread.map_or_else(String::new, |[least, most]| {

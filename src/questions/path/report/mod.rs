@@ -19,8 +19,12 @@ use serde_json::json;
 
 use crate::{
     answer::{
-        Output, Quantity, ReportText, Run, Streams, deflected_pose::deflected_pose, facts_of, layers,
-        play::play_quantities, source_group,
+        Output, Quantity, ReportText, Run, Streams,
+        budget::{self, BUDGET, OfVerdict},
+        deflected_pose::deflected_pose,
+        facts_of, layers,
+        play::play_quantities,
+        source_group,
     },
     files::{
         exchange::{KeptRows, Table},
@@ -87,6 +91,11 @@ impl Answered for PathStudy {
                 "One row per draw: the largest distance from the path, as estimated; nothing without equilibrium.";
             output.page.tables.push(TableNote::ranked("draws.csv", caption, quantities::LARGEST_DISTANCE));
         }
+        let budget = text::budget(&summary);
+        let of_verdict = text::of_verdict(&summary, &budget);
+        output.tables.push((BUDGET.into(), of_verdict.table()));
+        output.figures.extend(of_verdict.figure().filter(|_| run.figures).map(|own| (BUDGET.into(), own)));
+        output.summary[BUDGET] = of_verdict.json();
         if let Some((found, how)) = found_gamma(study) {
             let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
             let table = redundancy::report::table(found, arc_lengths_mm);
@@ -120,6 +129,7 @@ fn page(study: &PathStudy, shown: &Shown, text: &ReportText) -> Description {
     let mut tables = vec![
         TableNote::new("methods.csv", "One row per method: corrections it needs and errors it leaves."),
         TableNote::ranked("points.csv", points, &DISPLACEMENT.name),
+        TableNote::new("budget.csv", budget::CAPTION),
     ];
     if study.gamma_search.is_some() {
         let gammas = "One row per point: the rotation γ about the tool axis and its cost, beside the programmed and the best constant one.";
@@ -149,6 +159,7 @@ fn sections(study: &PathStudy, text: &ReportText) -> Vec<Section> {
             .explorers([METHODS])
             .figures(&["delta_rho", "drive_"])
             .tables(["methods.csv"]),
+        OfVerdict::section().tables(["budget.csv"]),
     ];
     sections.extend(found_gamma(study).map(|(found, how)| {
         Section::new("Which γ?", "the rotation about the tool axis, which is redundant")

@@ -1,5 +1,7 @@
 //! Sentences of a path report: how far the tool leaves the path and where, why, and which commands compensate it.
 
+use kinetostat_budget::Budget;
+
 use super::{
     found_gamma,
     quantities::{DISPLACEMENT, RESIDUAL_ERROR, WITHOUT_FORCE},
@@ -8,6 +10,7 @@ use super::{
 use crate::{
     answer::{
         Quantity, ReportText, Tolerance, acting_words,
+        budget::OfVerdict,
         cautions::{self, OutsidePositions},
         force_words,
     },
@@ -18,7 +21,7 @@ use crate::{
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
-    process::program_file::line_in_words,
+    process::{Basis, KnownForce, program_file::line_in_words},
     questions::{
         path::{MethodAlongPath, PathStudy, PointEffect},
         spread_report::{self, Along},
@@ -258,7 +261,8 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
             .with_cautions(&(verdict + &sure))
             .with_cautions(&text.cautions)
             .with_numbers(numbers)
-            .where_force_is(study.known_force);
+            .where_force_is(study.known_force)
+            .resting_on(&budget(summary), &[(judged_mm(summary), study.tolerance_mm)]);
     }
     let acting = acting_words(&study.machine, &study.errors, has_force(study)).to_lowercase();
     let off = millimetres(worst, 3);
@@ -287,6 +291,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         }))
         .with_numbers(correction_number(summary))
         .where_force_is(study.known_force)
+        .resting_on(&budget(summary), &[(judged_mm(summary), study.tolerance_mm)])
 }
 
 /// What to do next where positions are outside the workspace box.
@@ -298,6 +303,36 @@ fn next_step(positions: &OutsidePositions, summary: &Summary<'_>) -> &'static st
         (1.., _) => MOVE_INSIDE,
         (0, 1..) => "see in points.csv why points fail, and place the workpiece where none does.",
         (0, 0) => "write the compensated program of this path with kinetostat compensate.",
+    }
+}
+
+/// Returns what the verdict rests on.
+pub(super) fn budget(summary: &Summary<'_>) -> Budget {
+    let study = summary.study;
+    let force = (has_force(study) || study.known_force != KnownForce::Everywhere).then_some(study.known_force);
+    let PathStudy { machine, errors, verdict, .. } = study;
+    let uncertainty = study.uncertainty.as_ref().filter(|_| summary.whole.is_some());
+    let open_backlash_mm = summary.play.open_mm();
+    Basis { machine, errors, uncertainty, force, open_backlash_mm, is_written: false }.budget(verdict)
+}
+
+/// Returns what the verdict rests on, with what is judged.
+pub(super) fn of_verdict<'a>(summary: &'a Summary<'_>, budget: &'a Budget) -> OfVerdict<'a> {
+    let compensated = summary.whole.as_ref().and_then(|own| own.compensated.as_ref());
+    OfVerdict {
+        budget,
+        shares: compensated.and_then(|own| own.shares.as_ref()),
+        judged_mm: judged_mm(summary),
+        tolerance_mm: summary.study.tolerance_mm,
+    }
+}
+
+/// Returns the distance from the path by which it is judged, mm, compensated where that is known: what is not exceeded with 95 % probability, or with nominal
+/// inputs the largest.
+fn judged_mm(summary: &Summary<'_>) -> Option<f64> {
+    match &summary.whole {
+        Some(whole) => whole.compensated.as_ref().unwrap_or(&whole.plain).spread.p95_mm,
+        None => summary.largest(Source::All, &RESIDUAL_ERROR).or(summary.largest_displacement()).map(|found| found.0),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The first screen of a placement study: the best place of the workpiece, the gain, and the margin around it.
 
+use kinetostat_budget::Budget;
 use nalgebra::Vector3;
 
 use super::{
@@ -11,12 +12,12 @@ use crate::{
     answer::{ShareWithin, cautions},
     files::words::{counted, millimetres, percent, position, typographic, with_minus_signs},
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
-    process::{ForceWords, KnownForce, PathReference, file::NOT_CONTROLLED},
+    process::{Basis, ForceWords, KnownForce, PathReference, file::NOT_CONTROLLED},
     questions::{
         path::report::facts_text,
         placement::{
-            Candidate, End, Entry, Evaluation, FeatureJob, Margin, Metric, Origin, PlacementResults, PlacementStudy,
-            evaluate, is_angle, site::printed_words,
+            Candidate, End, Entry, Evaluation, FeatureJob, Margin, Metric, Metrics, Origin, PlacementResults,
+            PlacementStudy, evaluate, is_angle, site::printed_words,
         },
         spread_report::{self, Along},
     },
@@ -117,6 +118,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
         .with_cautions(&not_corrected(evaluation))
         .with_numbers(numbers)
         .where_force_is(known_force(study))
+        .resting_on(&budget(study, entry), &judged(study, entry, evaluation))
 }
 
 /// Words of the first sentence, units by themselves.
@@ -192,6 +194,42 @@ pub(super) fn distance_words(study: &PlacementStudy, entry: &Entry) -> Option<St
 pub fn cautions_text(study: &PlacementStudy) -> String {
     let words = study.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words));
     cautions::carrier(&study.machine) + &cautions::assumed_workspace(&study.machine) + &facts_text(words.as_slice())
+}
+
+/// Returns what the verdict rests on: of several features, what is known worst.
+fn budget(study: &PlacementStudy, entry: &Entry) -> Budget {
+    let of = |job: &FeatureJob| {
+        let known = job.force_words.known;
+        let force = (largest_force_n(job) > 0.0 || known != KnownForce::Everywhere).then_some(known);
+        let (machine, errors) = (job.machine(), &job.errors[..]);
+        let uncertainty = job.uncertainty.as_deref().filter(|_| entry.spread.is_some());
+        Basis { machine, errors, uncertainty, force, open_backlash_mm: None, is_written: false }.budget(&job.verdict)
+    };
+    study.features.iter().map(of).reduce(Budget::worse).unwrap_or_default()
+}
+
+/// Returns the distances from the path by which a place is judged, mm, with their tolerances: of all features together where inputs are uncertain, else of each.
+fn judged(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Vec<(Option<f64>, Option<f64>)> {
+    if let Some(spread) = &entry.spread {
+        let compensated = spread.largest.compensated.as_ref().filter(|_| !study.has_limits());
+        let least = study.features.iter().map(|job| job.feature.tolerance_mm).reduce(f64::min);
+        return vec![(compensated.unwrap_or(&spread.largest.plain).spread.p95_mm, least)];
+    }
+    if study.has_limits() {
+        let left = [Metric::WorstResidual, Metric::WorstDeflection].map(|own| evaluation.metrics.get(own));
+        let least = study.features.iter().map(|job| job.feature.tolerance_mm).reduce(f64::min);
+        return vec![(left[0].or(left[1]), least)];
+    }
+    let is_exact = study.machine.uncontrolled_words().is_none();
+    let of = |(job, metrics): (&FeatureJob, &Metrics)| {
+        // Without limits compensation leaves nothing.
+        let left = match is_exact && evaluation.metrics.get(Metric::WorstCorrection).is_some() {
+            true => Some(0.0),
+            false => metrics.get(Metric::WorstDeflection),
+        };
+        (left, Some(job.feature.tolerance_mm))
+    };
+    study.features.iter().zip(&evaluation.features).map(of).collect()
 }
 
 /// Returns how much of the force is known on the feature of which least is.

@@ -264,7 +264,7 @@ fn best_place_text(results: &PlacementResults, best: &Best) -> String {
     if let (Some(worst), Some(rms)) = (value(Metric::WorstDeflection), value(Metric::RmsDeflection)) {
         text += &format!(" without compensation the tool leaves its path by up to {worst} (rms {rms})");
         let within = value(Metric::ShareWithin).unwrap_or_default();
-        text += &format!("; {within} of the path is within tolerance.");
+        text += &format!("; on {within} of the path that is within tolerance.");
     }
     if let (Some(correction), Some(force)) = (value(Metric::WorstCorrection), value(Metric::WorstDriveForce)) {
         let hinges = value(Metric::WorstHingeCorrection).zip(value(Metric::WorstHingeTorque));

@@ -120,7 +120,7 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
     };
     let verdict = match report.smallest_at_best() {
         None => Verdict::new(State::Bad, "No rotation about the tool is possible"),
-        Some(_) => Verdict::of_share(report.share_within().get(), scene.tolerance_mm, "the box"),
+        Some(_) => Verdict::of_deflection(report.share_within().get(), scene.tolerance_mm),
     };
     let sentence = match (report.smallest_at_best(), report.largest_at_best()) {
         (Some(least), Some(most)) => {

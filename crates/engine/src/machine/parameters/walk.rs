@@ -157,6 +157,7 @@ impl SpecWalk<'_> {
             title: _,
             source: _,
             provenance: _,
+            accuracy: _,
             platform,
             gravity,
             zeroed: _,

@@ -4,7 +4,7 @@ use super::{MAX_COORDINATES, at_home, chain::mounted_chain, design_index};
 use crate::{
     input::{check::Check, error::Result},
     machine::{
-        Configuration, Machine, Model, ToolAxisSource, ZeroState,
+        Accuracy, Configuration, Machine, Model, ToolAxisSource, ZeroState,
         spec::{CarrierSpec, FrameSpec, MachineSpec, MountSpec},
     },
     spatial::Pose,
@@ -42,6 +42,7 @@ pub(super) fn resolve(written: &CarrierSpec, spec: &MachineSpec, machine: &Machi
         title: written.name.clone(),
         source: String::new(),
         provenance: Vec::new(),
+        accuracy: Accuracy::default(),
         home: Configuration::start(std::slice::from_ref(&chain), Pose::identity()),
         chains: vec![chain],
         tool_tip: nalgebra::Vector3::zeros(),

@@ -14,6 +14,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::{
     Chain, Coordinate, Machine, Model, NamedPoint, PlatformMass, Provenance, ToolAxisSource, WorkspaceBox, ZeroState,
+    accuracy,
     branch::Arm,
     kinematics::{self, Configuration},
     parameters::{self, Definition, GRAVITY},
@@ -54,6 +55,7 @@ pub(super) fn resolve_machine(definition: MachineSpec, origin: &str, text: Arc<s
         title: spec.title.clone(),
         source: spec.source.clone(),
         provenance: resolve_provenance(spec, &check)?,
+        accuracy: accuracy::resolve(spec.accuracy.as_ref(), &check.key("accuracy"))?,
         home: Configuration::start(&chains, home_pose),
         home_target: home_pose,
         characteristic_length: kinematics::characteristic_length(&chains, &Configuration::start(&chains, home_pose)),
