@@ -97,7 +97,7 @@ impl OfVerdict<'_> {
                 words: format!(
                     "{} left, {} of the variance",
                     millimetres(own.if_known_mm, 3),
-                    percent(own.variance_share)
+                    percent(own.variance_share).replace(' ', "\u{a0}")
                 ),
             })),
         }
@@ -116,10 +116,14 @@ impl OfVerdict<'_> {
         }));
         let subtitle = match self.shares {
             None => "the distance with nominal inputs, and what is added to it".into(),
-            Some(all) => format!(
-                "distance that is not exceeded with 95 % probability, {} where it is largest; what is added to it",
-                millimetres(all.p95_mm, 3)
-            ),
+            Some(all) => {
+                let [x, y, z] =
+                    [0, 1, 2].map(|axis| format!("{:.3} ± {:.3}", all.mean_mm[axis], all.expanded_mm[axis]));
+                format!(
+                    "distance that is not exceeded with 95 % probability, {} where it is largest (along the base, mean ± U with k = 2: x {x}, y {y}, z {z} mm); what is added to it",
+                    millimetres(all.p95_mm, 3)
+                )
+            }
         };
         let title = "What each cause takes of the tolerance".into();
         Some(Figure::Budget(BudgetFigure { title, subtitle, tolerance_mm: self.tolerance_mm, rows }))

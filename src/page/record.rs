@@ -308,10 +308,16 @@ pub(super) fn recorded_keys(folder: &ResultFolder) -> Result<BTreeMap<(String, S
 /// Returns the smallest tolerance of the study of `folder` or of its process, mm; `None` if there is none.
 pub(super) fn tolerance_mm(folder: &ResultFolder) -> Result<Option<f64>> {
     let keys = recorded_keys(folder)?;
-    let tolerances = keys.iter().filter(|((part, key), _)| {
-        ["study", "process"].contains(&part.as_str()) && key.rsplit('.').next() == Some("tolerance_mm")
-    });
-    Ok(tolerances.filter_map(|(_, value)| value.parse::<f64>().ok()).reduce(f64::min))
+    let of = |((part, key), value): (&(String, String), &String)| {
+        let share = match key.rsplit('.').next() {
+            Some("tolerance_mm") => 1.0,
+            Some("tolerance_zone_mm") => 0.5,
+            _ => return None,
+        };
+        let is_told = ["study", "process"].contains(&part.as_str());
+        Some(share * value.parse::<f64>().ok().filter(|_| is_told)?)
+    };
+    Ok(keys.iter().filter_map(of).reduce(f64::min))
 }
 
 /// Returns a text cut to the longest length shown.

@@ -127,8 +127,11 @@ fn process_tolerance_mm(to_try: &ToTry) -> Option<f64> {
         toml::Value::String(file) => scene.get("files")?.get(file)?.as_str()?.parse().ok()?,
         process => process.as_table()?.clone(),
     };
-    let tolerance = process.get("tolerance_mm")?;
-    tolerance.as_float().or_else(|| tolerance.as_integer().map(|whole| whole as f64))
+    let number = |key: &str| {
+        let tolerance = process.get(key)?;
+        tolerance.as_float().or_else(|| tolerance.as_integer().map(|whole| whole as f64))
+    };
+    number("tolerance_mm").or_else(|| number("tolerance_zone_mm").map(|width| 0.5 * width))
 }
 
 /// Script of the plan of a path.

@@ -191,8 +191,9 @@ fn sizes(
         let free = drawn.has_model_error().then(|| error(0.0)).transpose()?;
         // No workpiece is turned in a box.
         let axis = case.task.pose.rotation * nominal.tool_axes.column(2);
-        let moved =
-            drawn.uncertainty.setup_displacement(index, &ToolOnWorkpiece { axis, position_mm: Vector3::zeros() });
+        let moved = drawn
+            .uncertainty
+            .setup_displacement(index, &ToolOnWorkpiece { axis, position_mm: Vector3::zeros(), pass: 0 });
         Ok(controlled_size(nominal, drawn.real_displacement(index, free, loaded) + moved))
     };
     let ways = cases.first().map_or(0, |case| case.drives.len());

@@ -34,8 +34,7 @@ pub struct PathCost {
 
 /// Tracks `tasks`, one for each point of `path`, uncompensated, with all sources of error; returns the cost at each point and statistics.
 pub(super) fn path_cost(path: &RotatablePath<'_>, machines: &Machines, tasks: &[TaskPoint]) -> PathCost {
-    // The search does not know play.
-    let case = PathCase { play: false, ..PathCase::new(machines, Source::All, tasks) };
+    let case = PathCase::new(machines, Source::All, tasks);
     let results = run(&case, &Commands::Method(Method::None), &|| ());
     let cost = |(k, error): (usize, Option<Vector3<f64>>)| error.map(|error| path.cost(k, &error));
     let failure = results.iter().position(|result| !result.is_settled);

@@ -9,8 +9,9 @@ use crate::{
     compensation::TaskPoint,
     machine::{Configuration, Machine, Unreachable, ZeroState},
     process::RedundancySettings,
+    simulation::play::{seated_offsets, sides_as_calibrated},
     spatial::Wrench,
-    statics::{self, Batch, Case, State, Status},
+    statics::{self, Batch, Case, State, Status, has_play, seated_sides},
 };
 
 /// Why a γ is infeasible at a point.
@@ -93,19 +94,34 @@ pub(super) fn map_points<T: Send>(
 #[derive(Debug)]
 pub(super) struct Solver<'a> {
     path: &'a RotatablePath<'a>,
-    /// For each branch: the actual machine, and the unloaded one where deflections count from its equilibrium.
-    batches: Vec<(Batch, Option<Batch>)>,
+    branches: Vec<SolvedBranch>,
+}
+
+/// What a thread solves on a branch with.
+#[derive(Debug)]
+struct SolvedBranch {
+    /// The actual machine.
+    batch: Batch,
+    /// The unloaded one where deflections count from its equilibrium.
+    unloaded: Option<Batch>,
+    /// Sides to which its drives were pressed where it was calibrated, if they have play and that was not where it stands.
+    calibrated: Option<Vec<i8>>,
 }
 
 impl<'a> Solver<'a> {
     /// Prepares a solver for the branches of `path`.
     pub fn new(path: &'a RotatablePath<'a>) -> Self {
         let source = crate::simulation::Source::All;
-        let batches = path.on_branches.iter().map(|on_branch| {
-            let rests = on_branch.machine.zeroed == ZeroState::AtRest && on_branch.machine.own_load_words().is_some();
-            (on_branch.machines.batch(source), rests.then(|| Batch::new(on_branch.machines.unloaded())))
+        let branches = path.on_branches.iter().map(|BranchMachine { machine, machines, .. }| {
+            let rests = machine.zeroed == ZeroState::AtRest && machine.own_load_words().is_some();
+            let calibrated = || sides_as_calibrated(machine, machines.unloaded(), &machine.home);
+            SolvedBranch {
+                batch: machines.batch(source),
+                unloaded: rests.then(|| Batch::new(machines.unloaded())),
+                calibrated: has_play(machines.actual(source)).then(calibrated),
+            }
         });
-        Self { path, batches: batches.collect() }
+        Self { path, branches: branches.collect() }
     }
 
     /// Solves path point `k` at each of `gammas` (rad) on all branches: nodes γ by γ, the branches of each.
@@ -148,12 +164,31 @@ impl<'a> Solver<'a> {
         let found: Vec<_> = found.into_iter().zip(tasks).map(check).collect();
         let at: Vec<(&TaskPoint, &Configuration)> =
             tasks.iter().zip(&found).filter_map(|(task, at)| at.as_ref().ok().map(|at| (task, at))).collect();
-        let (batch, unloaded) = &mut self.batches[branch];
-        let loaded = stable_equilibria(on_branch, batch, at.iter().map(|(task, at)| (task.load, *at)));
+        let SolvedBranch { batch, unloaded, calibrated } = &mut self.branches[branch];
+        let commands: Vec<Vec<f64>> = at.iter().map(|(_, at)| at.drives.clone()).collect();
+        let mut loaded =
+            stable_equilibria(on_branch, batch, at.iter().map(|(task, at)| (task.load, *at)), commands.clone());
         let rest = match unloaded {
-            Some(unloaded) => stable_equilibria(on_branch, unloaded, at.iter().map(|(_, at)| (Wrench::zero(), *at))),
+            Some(unloaded) => {
+                stable_equilibria(on_branch, unloaded, at.iter().map(|(_, at)| (Wrench::zero(), *at)), commands.clone())
+            }
             None => at.iter().map(|(_, at)| Some(State::rigid(&on_branch.machine, at))).collect(),
         };
+        if let Some(calibrated) = calibrated {
+            // On the sides of the equilibrium without play: the cost of the whole path, in the end, follows changes of sides.
+            let machine = on_branch.machines.actual(crate::simulation::Source::All);
+            let seated = |((state, rest), mut command): ((&Option<State>, &Option<State>), Vec<f64>)| {
+                let state = state.as_ref()?;
+                let at_rest = || rest.as_ref().map(|rest| seated_sides(on_branch.machines.unloaded(), rest));
+                let calibrated = if unloaded.is_some() { at_rest()? } else { calibrated.clone() };
+                let offsets = seated_offsets(machine, &seated_sides(machine, state), &calibrated)?;
+                command.iter_mut().zip(offsets).for_each(|(drive, offset)| *drive += offset);
+                Some(command)
+            };
+            let with_play: Vec<Option<Vec<f64>>> = loaded.iter().zip(&rest).zip(commands.clone()).map(seated).collect();
+            let commands = with_play.into_iter().zip(commands).map(|(own, plain)| own.unwrap_or(plain)).collect();
+            loaded = stable_equilibria(on_branch, batch, at.iter().map(|(task, at)| (task.load, *at)), commands);
+        }
         let errors = at.iter().zip(loaded).zip(rest).map(|(((task, _), loaded), rest)| {
             let offset = task.offset(&on_branch.machine);
             Some(loaded?.pose.transform(offset) - rest?.pose.transform(offset))
@@ -183,15 +218,15 @@ pub(super) fn check_margins(
     }
 }
 
-/// Stable equilibria under constant wrenches at P (N, N·mm), started from rigid configurations; `None` where there is none.
+/// Stable equilibria under constant wrenches at P (N, N·mm), started from rigid configurations, with drives at `commands`, mm or rad; `None` where there is none.
 fn stable_equilibria<'b>(
     on_branch: &BranchMachine,
     batch: &mut Batch,
     cases: impl Iterator<Item = (Wrench, &'b Configuration)>,
+    mut drives: Vec<Vec<f64>>,
 ) -> Vec<Option<State>> {
     let (loads, at): (Vec<Wrench>, Vec<&Configuration>) = cases.unzip();
     let mut states: Vec<State> = at.iter().map(|at| State::rigid(&on_branch.machine, at)).collect();
-    let mut drives: Vec<Vec<f64>> = at.iter().map(|at| at.drives.clone()).collect();
     let mut cases: Vec<Case<'_>> = loads
         .iter()
         .zip(&mut states)

@@ -53,7 +53,7 @@ impl Reversals {
 }
 
 /// A point being solved, at which the nominal machine is tracked to `at`.
-pub(super) struct PlayedPoint<'a> {
+pub(crate) struct PlayedPoint<'a> {
     pub case: &'a PathCase<'a>,
     pub task: &'a TaskPoint,
     pub at: &'a Configuration,
@@ -70,11 +70,8 @@ impl PlayedPoint<'_> {
         if cfg!(target_family = "wasm") || !self.case.play || !has_play(machine) || found.outcome.is_none() {
             return None;
         }
-        let calibrated = self.sides_as_calibrated();
-        let offsets_of = |sides: &[i8]| {
-            let from: Vec<i8> = sides.iter().zip(&calibrated).map(|(side, before)| side - before).collect();
-            seated_commands(machine, &from)
-        };
+        let calibrated = sides_as_calibrated(self.case.nominal, self.case.unloaded, self.at);
+        let offsets_of = |sides: &[i8]| seated_offsets(machine, sides, &calibrated);
         let mut sides = seated_sides(machine, session.state());
         let mut offsets = offsets_of(&sides)?;
         let bare_error = found.position_error;
@@ -159,20 +156,26 @@ impl PlayedPoint<'_> {
         }
         Ok(())
     }
+}
 
-    /// Sides to which the drives were pressed where the machine was calibrated: under its weight here or at home, or nowhere.
-    fn sides_as_calibrated(&self) -> Vec<i8> {
-        let PathCase { nominal, unloaded: machine, .. } = *self.case;
-        let at = match nominal.zeroed {
-            ZeroState::AtRest if machine.own_load_words().is_some() => self.at,
-            ZeroState::AtHome if machine.own_load_words().is_some() => &nominal.home,
-            _ => return vec![0; machine.drive_count()],
-        };
-        let (mut state, mut workspace) = (State::rigid(nominal, at), Workspace::new(machine));
-        // Without an equilibrium here the point would have failed before.
-        equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, &mut workspace, &settings().equilibrium);
-        seated_sides(machine, &state)
-    }
+/// Sides to which the drives of the `unloaded` machine were pressed where `nominal` was calibrated: under its weight at `here` or at home, or nowhere.
+pub(crate) fn sides_as_calibrated(nominal: &Machine, unloaded: &Machine, here: &Configuration) -> Vec<i8> {
+    let at = match nominal.zeroed {
+        ZeroState::AtRest if unloaded.own_load_words().is_some() => here,
+        ZeroState::AtHome if unloaded.own_load_words().is_some() => &nominal.home,
+        _ => return vec![0; unloaded.drive_count()],
+    };
+    let (mut state, mut workspace) = (State::rigid(nominal, at), Workspace::new(unloaded));
+    // Without an equilibrium here the point would have failed before.
+    equilibrium(unloaded, &at.drives, &Wrench::zero(), &mut state, &mut workspace, &settings().equilibrium);
+    seated_sides(unloaded, &state)
+}
+
+/// Changes of the commands, mm or rad, by which joints that are pressed to `sides` stand beside where they were when they were `calibrated`; `None` where
+/// joints do not follow from drives one by one.
+pub(crate) fn seated_offsets(machine: &Machine, sides: &[i8], calibrated: &[i8]) -> Option<Vec<f64>> {
+    let from: Vec<i8> = sides.iter().zip(calibrated).map(|(side, before)| side - before).collect();
+    seated_commands(machine, &from)
 }
 
 /// Most shifts of a target, each of which leaves about a hundredth of the error.

@@ -19,8 +19,8 @@ use crate::{
     input::error,
     machine::ChainError,
     process::uncertainty::{
-        Cause, DrawnForceAt, Draws, ForceFactors, P95, Quantiles, Response, Shares, Surrogate, Uncertainty, Values,
-        mean_and_error, quantile,
+        Cause, Cut, DrawnForceAt, Draws, ForceFactors, P95, Quantiles, Response, Shares, Surrogate, Uncertainty,
+        Values, mean_and_error, quantile,
     },
 };
 
@@ -203,15 +203,14 @@ impl DrawnMachines {
         Ok(Self::new(Some(&uncertainty), &self.nominal, &self.errors)?.map(|own| (own, known)))
     }
 
-    /// Returns the surrogate of displacements without load and under each load where the tool with this index cuts; where components of the force vary by
+    /// Returns the surrogate of displacements without load and under each load where this `cut` is made; where components of the force vary by
     /// themselves, of those under a load, and then with each of these components twice.
     ///
     /// # Panics
     /// There are no `responses`.
-    pub fn surrogate(&self, responses: &[Response], tool: usize) -> Surrogate {
+    pub fn surrogate(&self, responses: &[Response], cut: Cut) -> Surrogate {
         let [unloaded, loads @ ..] = responses else { panic!("a response without load") };
-        let with =
-            |loads| Surrogate::new(&self.end_coordinates, unloaded, loads, &self.uncertainty.draws).of_tool(tool);
+        let with = |loads| Surrogate::new(&self.end_coordinates, unloaded, loads, &self.uncertainty.draws).of_cut(cut);
         match loads.split_at_checked(1) {
             Some((load, twice)) if self.uncertainty.force.has_components() => {
                 let varied = self.uncertainty.force.varied_components().map(|(own, _)| own);
@@ -221,15 +220,15 @@ impl DrawnMachines {
         }
     }
 
-    /// Returns what the causes contribute to displacements without load and under `loads` where the tool with this index cuts.
-    pub fn shares(&self, responses: &[Response], tool: usize) -> Shares {
-        self.uncertainty.shares(&self.surrogate(responses, tool))
+    /// Returns what the causes contribute to displacements without load and under `loads` where this `cut` is made.
+    pub fn shares(&self, responses: &[Response], cut: Cut) -> Shares {
+        self.uncertainty.shares(&self.surrogate(responses, cut))
     }
 
-    /// Names of what spreads displacements without load and under `loads` most where the tool with this index cuts, with a share of the variance that is worth a
+    /// Names of what spreads displacements without load and under `loads` most where this `cut` is made, with a share of the variance that is worth a
     /// measurement.
-    pub fn main_causes(&self, responses: &[Response], tool: usize) -> Vec<&str> {
-        let surrogate = self.surrogate(responses, tool);
+    pub fn main_causes(&self, responses: &[Response], cut: Cut) -> Vec<&str> {
+        let surrogate = self.surrogate(responses, cut);
         let variances = surrogate.variances(&self.uncertainty.draws, self.causes.iter().map(|(_, cause)| cause));
         let least = WORTH_MEASURING * variances.iter().sum::<f64>();
         let causes = self.causes.iter().zip(&variances).filter(|(_, variance)| **variance > least);
@@ -313,8 +312,8 @@ pub(crate) struct WantedSpread<'a> {
     pub drawn: &'a DrawnMachines,
     /// Largest deflection that is within tolerance, mm.
     pub tolerance_mm: Option<f64>,
-    /// Index of the tool that cuts at each point ([`Draws::force_of`]).
-    pub tool: &'a dyn Fn(usize) -> usize,
+    /// Who cuts at each point.
+    pub cut: &'a dyn Fn(usize) -> Cut,
     /// The engine.
     pub solve: &'a Solve<'a>,
     /// Whether it checks each point, and seeks draws in which the machine falls over; else it only takes the place of missing estimates.
@@ -330,7 +329,7 @@ pub(crate) struct WantedSpread<'a> {
 impl WantedSpread<'_> {
     /// Size at `point` in the draw `index`, mm; `None` if it has none. Counted in `spread`.
     fn solve_draw(&self, point: usize, index: usize, spread: &mut DeflectionSpread) -> error::Result<Option<f64>> {
-        let factor = self.drawn.uncertainty.draws.factors((self.tool)(point), index);
+        let factor = self.drawn.uncertainty.draws.factors((self.cut)(point).tool, index);
         let found = self.drawn.on_draw(index, |machines| (self.solve)(point, (index, machines, factor)));
         let found = found.unwrap_or_else(|failure| Ok(Err(failure)))?;
         spread.solved_draws += 1;
@@ -400,7 +399,7 @@ impl WantedSpread<'_> {
         let estimate = |(point, responses): (usize, &Option<Option<&[Response]>>)| {
             let Some(Some(responses)) = responses else { return Ok(None) };
             let draws = &self.drawn.uncertainty.draws;
-            let surrogate = self.drawn.surrogate(responses, (self.tool)(point));
+            let surrogate = self.drawn.surrogate(responses, (self.cut)(point));
             let mut sizes = surrogate.largest_displacements(draws, Draws::COUNT);
             if !self.checks {
                 return Ok(Some(Estimate::unchecked(point, sizes)));

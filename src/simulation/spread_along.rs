@@ -24,7 +24,7 @@ use crate::{
     machine::Machine,
     process::{
         Placement,
-        uncertainty::{DrawnForceAt, Draws, ForceFactors, Response, Shares, ToolOnWorkpiece, Uncertainty},
+        uncertainty::{Cut, DrawnForceAt, Draws, ForceFactors, Response, Shares, ToolOnWorkpiece, Uncertainty},
     },
     spatial::Pose,
     statics::Batch,
@@ -230,6 +230,18 @@ pub(crate) fn parts_of<'a>(
     })
 }
 
+/// Numbers from `first` on the passes of a path at whose points the tool cuts or not: one begins where the tool cuts and did not before.
+pub(crate) fn numbers_of_passes(first: u32, cuts: impl Iterator<Item = bool>) -> Vec<u32> {
+    let mut all = Vec::with_capacity(cuts.size_hint().0);
+    let (mut pass, mut has_cut, mut cut_before) = (first, false, false);
+    for cuts in cuts {
+        pass += u32::from(cuts && !cut_before && has_cut);
+        (has_cut, cut_before) = (has_cut || cuts, cuts);
+        all.push(pass);
+    }
+    all
+}
+
 /// A path whose spread is wanted.
 pub(crate) struct SpreadPath<'a> {
     /// Nominal and actual machine.
@@ -244,6 +256,8 @@ pub(crate) struct SpreadPath<'a> {
     pub margin_mm: f64,
     /// Draws chosen at random and solved at each point at the compensated commands, as reports of the points say.
     pub audits: usize,
+    /// Number of the pass of each point, see [`numbers_of_passes`]; empty of one pass.
+    pub passes: &'a [u32],
     /// Whether the point with this index counts in the largest distance.
     pub counts: &'a (dyn Fn(usize) -> bool + Sync),
     /// Whether it is asked what the correction of each drive does.
@@ -292,8 +306,8 @@ impl SpreadPath<'_> {
             let commanded = point.commanded(Command::Compensated)?;
             let nominal = point.responses(&commanded)?.into_iter().flatten().next();
             let Some(Ok(responses)) = nominal.map(|solved| solved.responses) else { return Ok(()) };
-            shares = Some(self.drawn.shares(&responses, point.force_at(0).tool));
-            for cause in self.drawn.main_causes(&responses, point.force_at(0).tool) {
+            shares = Some(self.drawn.shares(&responses, point.cut_at(0)));
+            for cause in self.drawn.main_causes(&responses, point.cut_at(0)) {
                 let Some((drawn, known)) = self.drawn.measured(cause)? else { continue };
                 let path = SpreadPath { drawn: &drawn, audits: 0, ..*self };
                 let point = Block { path: &path, tools: point.tools.clone(), ..point };
@@ -402,7 +416,7 @@ pub(crate) fn whole(
             drawn: first.drawn,
             tolerance_mm,
             // Each point has its own.
-            tool: &|_| 0,
+            cut: &|_| Cut::default(),
             solve: &solve,
             checks: true,
             most_next,
@@ -478,7 +492,7 @@ pub(crate) fn tools_on_workpiece(
     let tool = |task: &TaskPoint| {
         let placed = tracker.placed(task.external);
         let position_mm = task.wanted().transform(placed.reference()) - placed.workpiece().translation;
-        ToolOnWorkpiece { axis: task.pose.rotation * nominal.tool_axes.column(2), position_mm }
+        ToolOnWorkpiece { axis: task.pose.rotation * nominal.tool_axes.column(2), position_mm, pass: 0 }
     };
     tasks.iter().map(tool).collect()
 }
@@ -489,7 +503,10 @@ impl<'a> Block<'a> {
         let (tasks, track) = (&part.tasks[points.clone()], part.track.block(points.start));
         let written = part.written.map(|poses| &poses[points.clone()]);
         let forces = part.forces.get(points.clone()).unwrap_or_default();
-        let tools = tools_on_workpiece(&path.machines.nominal, &path.placement, &path.drawn.uncertainty, tasks);
+        let mut tools = tools_on_workpiece(&path.machines.nominal, &path.placement, &path.drawn.uncertainty, tasks);
+        for (tool, pass) in tools.iter_mut().zip(path.passes.get(part.first + points.start..).unwrap_or_default()) {
+            tool.pass = *pass as usize;
+        }
         Self { path, first: part.first + points.start, tasks, forces, track, written, tools, work }
     }
 
@@ -517,6 +534,11 @@ impl<'a> Block<'a> {
     /// What draws change of the force at point `k`.
     fn force_at(&self, k: usize) -> DrawnForceAt {
         self.forces.get(k).copied().unwrap_or_default()
+    }
+
+    /// Who cuts at point `k`.
+    fn cut_at(&self, k: usize) -> Cut {
+        Cut { tool: self.force_at(k).tool, pass: self.tools.get(k).map_or(0, |own| own.pass) }
     }
 
     /// By how much the tool itself bends more at point `k` under `factor` times the cutting force than its commands are aside for (O axes, mm).
@@ -696,9 +718,9 @@ impl<'a> Block<'a> {
         let SpreadPath { drawn, tolerance_mm, .. } = *self.path;
         let seed = |k| (self.first + first + k) as u64;
         let (checks, most_next) = (self.path.compensates, None);
-        let tool = |k| self.force_at(first + k).tool;
+        let cut = |k| self.cut_at(first + k);
         let wanted =
-            WantedSpread { drawn, tolerance_mm, tool: &tool, solve: &solve, checks, most_next, audits, seed: &seed };
+            WantedSpread { drawn, tolerance_mm, cut: &cut, solve: &solve, checks, most_next, audits, seed: &seed };
         wanted.spreads(&points.iter().map(|point| point.as_ref().map(Solved::known)).collect::<Vec<_>>())
     }
 
@@ -726,7 +748,7 @@ impl<'a> Block<'a> {
     /// Sizes at point `k` in the first draws with the correction of each drive left out, which moves the tool by `shifts`; none where it is not known.
     fn sizes_without_drives(&self, k: usize, solved: &Solved, shifts: &[Vec<Option<Vector3<f64>>>]) -> Vec<Vec<f64>> {
         let (drawn, Ok(responses)) = (self.path.drawn, &solved.responses) else { return Vec::new() };
-        let surrogate = drawn.surrogate(responses, self.force_at(k).tool);
+        let surrogate = drawn.surrogate(responses, self.cut_at(k));
         let sizes = |shifts: &Vec<Option<Vector3<f64>>>| {
             Some(surrogate.shifted(shifts[k]?).largest_displacements(&drawn.uncertainty.draws, DRAWS_BY_DRIVE))
         };

@@ -169,6 +169,22 @@ impl Check {
         value.map(|v| self.positive(v)).transpose()
     }
 
+    /// Returns how far something may be off to either side, mm, as `tolerance_mm` or half of `tolerance_zone_mm`, the width of a zone of ISO 1101 that is symmetric
+    /// about where it should be.
+    ///
+    /// # Errors
+    /// Both are given, or one is not positive.
+    pub fn tolerance(&self, either_side: Option<f64>, zone: Option<f64>) -> Result<Option<f64>> {
+        match (either_side, zone) {
+            (Some(_), Some(_)) => self.key("tolerance_zone_mm").fail(
+                "beside tolerance_mm: expected either how far it may be off to either side, or the width of the zone"
+                    .into(),
+            ),
+            (Some(_), None) => self.key("tolerance_mm").optional_positive(either_side),
+            (None, zone) => Ok(self.key("tolerance_zone_mm").optional_positive(zone)?.map(|width| 0.5 * width)),
+        }
+    }
+
     /// Checks that the magnitude of each component is at most [`LARGEST`].
     pub fn finite(&self, value: [f64; 3]) -> Result<Vector3<f64>> {
         self.components(value, LARGEST, "")

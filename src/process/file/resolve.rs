@@ -104,7 +104,7 @@ fn process(
         machine: machine.clone(),
         has_own_tool: spec.tool.is_some(),
         tool_stands: tool_stands.clone(),
-        tolerance_mm: spec.tolerance_mm.map(|given| check.key("tolerance_mm").positive(given)).transpose()?,
+        tolerance_mm: check.tolerance(spec.tolerance_mm, spec.tolerance_zone_mm)?,
         gcode: GcodeOptions {
             features,
             tool_comments: has_stock,
@@ -309,8 +309,12 @@ fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {
 
 /// Returns the write tolerance, mm: the given one, or a tenth of the process's tolerance, at most [`WRITE_TOLERANCE_MM`].
 fn write_tolerance(spec: &ProcessSpec, check: &Check) -> Result<f64> {
+    let half_of_zone = spec.tolerance_zone_mm.map(|width| 0.5 * width);
     match spec.gcode.write_tolerance_mm {
         Some(given) => check.key("write_tolerance_mm").not_negative(given),
-        None => Ok(spec.tolerance_mm.map_or(WRITE_TOLERANCE_MM, |tolerance| WRITE_TOLERANCE_MM.min(tolerance / 10.0))),
+        None => Ok(spec
+            .tolerance_mm
+            .or(half_of_zone)
+            .map_or(WRITE_TOLERANCE_MM, |tolerance| WRITE_TOLERANCE_MM.min(tolerance / 10.0))),
     }
 }

@@ -20,6 +20,8 @@ pub struct ProcessSpec {
     pub schema: Option<u32>,
     /// Tolerance of the tool's position; results are then judged by it.
     pub tolerance_mm: Option<f64>,
+    /// Width of the zone of ISO 1101 in which it may be, in place of `tolerance_mm`: half of it to either side.
+    pub tolerance_zone_mm: Option<f64>,
     /// Placement of the workpiece; at the machine's base frame if not given.
     #[serde(default)]
     pub placement: PlacementSpec,

@@ -93,6 +93,8 @@ pub struct ToolSpec {
     pub helix_deg: Option<f64>,
     /// Tolerance of the surface that it makes, instead of that of the process.
     pub tolerance_mm: Option<f64>,
+    /// Width of the zone of ISO 1101 in which that must be, in place of `tolerance_mm`.
+    pub tolerance_zone_mm: Option<f64>,
     /// What is above its flutes.
     pub shank: Option<BodySpec>,
     /// What holds it.
@@ -164,7 +166,7 @@ pub(super) fn stock(
             return check.fail("is no tool: expected the number of a tool, as after T in a program".into());
         };
         let stick_out = stick_out(spec, &check)?;
-        let tolerance_mm = check.key("tolerance_mm").optional_positive(spec.tolerance_mm)?;
+        let tolerance_mm = check.tolerance(spec.tolerance_mm, spec.tolerance_zone_mm)?;
         let body = |(name, body): (&'static str, Option<BodySpec>)| {
             let BodySpec { diameter_mm, from_mm } = body?;
             let check = check.key(name);

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::{ForceFactors, ForceSpread, UncertainParameter, normal_quantile, sobol};
+use super::{ForceFactors, ForceSpread, Role, Setup, UncertainParameter, normal_quantile, sobol};
 
 /// Factors of the cutting force of a tool in each draw.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -47,6 +47,8 @@ pub struct Draws {
     pub normal: Vec<Vec<f64>>,
     /// Coordinate of each parameter in each draw ([`UncertainParameter::coordinate`]).
     pub coordinates: Vec<Vec<f64>>,
+    /// Parameters that each pass of the tool has anew, of whose coordinates there are more scrambles.
+    pub(super) per_pass: Vec<usize>,
     /// Least and largest coordinate of each parameter.
     pub ranges: Vec<[f64; 2]>,
     /// Parameters that vary together as an identification found, by their indices; empty where there are none.
@@ -66,6 +68,9 @@ pub struct Draws {
     /// Matrix whose products with independent numbers are those of `correlated`.
     pub(super) factor: DMatrix<f64>,
 }
+
+/// Further scrambles of what each pass has anew, over those of all draws.
+const MORE_PASSES: usize = 3;
 
 /// Entries of the matrix of what the model leaves out.
 const MODEL_DIMENSIONS: usize = 9;
@@ -135,7 +140,14 @@ impl Draws {
         let all_forces = force.iter().flat_map(|own| &own.all);
         let force_range = all_forces.fold(0.0, |most: f64, factor| most.max((factor - 1.0).abs()));
         let of = |(own, normal): (&UncertainParameter, &Vec<f64>)| normal.iter().map(|z| own.coordinate(*z)).collect();
-        let coordinates: Vec<Vec<f64>> = parameters.iter().zip(&normal).map(of).collect();
+        let mut coordinates: Vec<Vec<f64>> = parameters.iter().zip(&normal).map(of).collect();
+        let is_per_pass = |own: &usize| matches!(parameters[*own].role, Role::Setup(Setup::Repeatability(_)));
+        let per_pass: Vec<usize> = (0..parameters.len()).filter(is_per_pass).collect();
+        // No other random numbers of a seed have this bit.
+        let more = sobol::points(per_pass.len(), MORE_PASSES * scrambles, per_scramble, random | 1 << 45);
+        for (own, more) in per_pass.iter().zip(more) {
+            coordinates[*own].extend(more.into_iter().map(normal_quantile).map(|z| parameters[*own].coordinate(z)));
+        }
         let range =
             |own: &Vec<f64>| own.iter().fold([0.0f64; 2], |[least, largest], x| [least.min(*x), largest.max(*x)]);
         let ranges = coordinates.iter().map(range).collect();
@@ -161,6 +173,7 @@ impl Draws {
             seed,
             normal,
             coordinates,
+            per_pass,
             ranges,
             correlated: correlated.into(),
             force,
@@ -171,6 +184,17 @@ impl Draws {
             weakest,
             factor: factor.clone(),
         }
+    }
+
+    /// Where the coordinate of the parameter `own` is in the draw `index` on this pass of the tool: passes are independent of one another, up to 64 of them.
+    #[inline(always)]
+    pub fn place(&self, own: usize, index: usize, pass: usize) -> usize {
+        if pass == 0 || !self.per_pass.contains(&own) {
+            return index;
+        }
+        // Whole chunks, as they are read.
+        let chunks = self.coordinates[own].len() / Self::PER_SCRAMBLE;
+        (index + pass * Self::PER_SCRAMBLE) % (chunks.max(1) * Self::PER_SCRAMBLE).min(self.coordinates[own].len())
     }
 
     /// Factor of the cutting force in each draw, with tool wear, of the tool with this index ([`Uncertainty::tool_index`](super::Uncertainty::tool_index)).

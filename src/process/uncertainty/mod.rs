@@ -65,7 +65,7 @@ pub enum Setup {
     WorkpieceRotation(usize),
     /// The control leads the tool farther along this axis of the base (0, 1, 2) than it is commanded.
     Accuracy(usize),
-    /// This run of the program is farther along this axis of the base (0, 1, 2) than the mean of many.
+    /// This pass is farther along this axis of the base (0, 1, 2) than the mean of many.
     Repeatability(usize),
 }
 
@@ -76,6 +76,17 @@ pub struct ToolOnWorkpiece {
     pub axis: Vector3<f64>,
     /// The path's wanted point from the origin of the workpiece, mm (O axes).
     pub position_mm: Vector3<f64>,
+    /// Number of the pass.
+    pub pass: usize,
+}
+
+/// Who cuts: the index of the tool ([`Uncertainty::tool_index`]), and the number of its pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Cut {
+    /// Index of the tool.
+    pub tool: usize,
+    /// Number of the pass: from where the tool begins to cut to where it no longer does.
+    pub pass: usize,
 }
 
 impl Setup {
@@ -524,7 +535,8 @@ impl Uncertainty {
 
     /// How far the setup of the draw `index` moves the `tool` against the workpiece, mm (O axes).
     pub fn setup_displacement(&self, index: usize, tool: &ToolOnWorkpiece) -> Vector3<f64> {
-        let moved = |own: usize| Some(self.draws.coordinates[own][index] * self.setup_direction(own, tool)?);
+        let at = |own: usize| self.draws.coordinates[own][self.draws.place(own, index, tool.pass)];
+        let moved = |own: usize| Some(at(own) * self.setup_direction(own, tool)?);
         (0..self.parameters.len()).filter_map(moved).sum()
     }
 

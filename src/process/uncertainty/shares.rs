@@ -34,6 +34,8 @@ pub struct Shares {
     pub p95_mm: f64,
     /// Mean displacement, the systematic part, in the axes of the base, mm.
     pub mean_mm: [f64; 3],
+    /// Expanded uncertainty of each of its components, k = 2, mm: about 95 % of a normal distribution are within it of the mean.
+    pub expanded_mm: [f64; 3],
     /// The causes that vary.
     pub causes: Vec<CauseShare>,
 }
@@ -91,8 +93,15 @@ impl Uncertainty {
             variance_share: if sum > 0.0 { own / sum } else { 0.0 },
         });
         let moved = surrogate.displacements(draws);
-        let mean = |axis: usize| moved.iter().map(|own| own[axis]).sum::<f64>() / moved.len().max(1) as f64;
+        let along = |axis: usize| moved.iter().map(|own| own[axis]).collect::<Vec<f64>>();
+        let mean = |axis: usize| along(axis).iter().sum::<f64>() / moved.len().max(1) as f64;
+        let expanded = |axis: usize| 2.0 * variance(&along(axis)).sqrt();
         // No index is left out: all that varies is in one of them.
-        Shares { p95_mm: p95(&without(all.len())), mean_mm: [0, 1, 2].map(mean), causes: causes.collect() }
+        Shares {
+            p95_mm: p95(&without(all.len())),
+            mean_mm: [0, 1, 2].map(mean),
+            expanded_mm: [0, 1, 2].map(expanded),
+            causes: causes.collect(),
+        }
     }
 }

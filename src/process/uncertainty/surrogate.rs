@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Cause, Draws, Varying};
+use super::{Cause, Cut, Draws, Varying};
 use crate::lanes::{Lanewise, Level, Real};
 
 /// Displacements of the tool tip under one load (O axes, mm): at nominal parameters, and with each parameter alone at its ends.
@@ -58,19 +58,28 @@ impl Polynomial {
         self
     }
 
-    /// Its value in a draw.
-    fn at(&self, draws: &Draws, draw: usize) -> Vector3<f64> {
-        let terms = self.terms.iter().zip(&draws.coordinates);
-        terms.fold(self.constant, |sum, ([linear, square], own)| sum + own[draw] * (linear + square * own[draw]))
+    /// Its value in a draw, on this pass of the tool.
+    fn at(&self, draws: &Draws, draw: usize, pass: usize) -> Vector3<f64> {
+        let terms = self.terms.iter().zip(&draws.coordinates).enumerate();
+        let x = |(term, (_, own)): &(usize, (_, &Vec<f64>))| own[draws.place(*term, draw, pass)];
+        terms
+            .map(|own| (x(&own), own.1.0))
+            .fold(self.constant, |sum, (x, [linear, square])| sum + x * (linear + square * x))
     }
 
-    /// Computes its components in the draws from `from` on, of its constant and these `terms`.
+    /// Computes its components in the draws from `from` on, on this pass of the tool, of its constant and these `terms`.
     #[inline(always)]
-    fn evaluate(&self, terms: &[usize], (draws, from): (&Draws, usize), [xs, ys, zs]: &mut [[f64; CHUNK]; 3]) {
+    fn evaluate(
+        &self,
+        terms: &[usize],
+        (draws, from, pass): (&Draws, usize, usize),
+        [xs, ys, zs]: &mut [[f64; CHUNK]; 3],
+    ) {
         let [x, y, z]: [f64; 3] = self.constant.into();
         (*xs, *ys, *zs) = ([x; CHUNK], [y; CHUNK], [z; CHUNK]);
         for &term in terms {
-            let ([linear, square], own) = (&self.terms[term], chunk(&draws.coordinates[term], from));
+            let ([linear, square], own) =
+                (&self.terms[term], chunk(&draws.coordinates[term], draws.place(term, from, pass)));
             for (all, axis) in [&mut *xs, ys, zs].into_iter().zip(0..) {
                 let (linear, square) = (linear[axis], square[axis]);
                 // Plain loops over arrays of one length become vector instructions.
@@ -212,18 +221,19 @@ impl Sampling<'_> {
         let (sizes, _) = sizes.as_chunks_mut::<CHUNK>();
         for (number, sizes) in sizes.iter_mut().enumerate() {
             let from = number * CHUNK;
-            surrogate.unloaded.evaluate(terms, (draws, from), &mut free);
+            let at = (*draws, from, surrogate.pass);
+            surrogate.unloaded.evaluate(terms, at, &mut free);
             let force = force.map_or(&[1.0; CHUNK], |own| chunk(own, from));
             if let Some(own) = turning {
-                own.harmonics.iter().zip(&mut buffers).for_each(|(own, all)| own.evaluate(terms, (draws, from), all));
+                own.harmonics.iter().zip(&mut buffers).for_each(|(own, all)| own.evaluate(terms, at, all));
             }
             for (number, load) in surrogate.by_load.iter().enumerate() {
                 match turning {
-                    None => load.evaluate(terms, (draws, from), &mut own),
+                    None => load.evaluate(terms, at, &mut own),
                     Some(Turning { waves, .. }) => add_harmonics(load.constant, &waves[number], &buffers, &mut own),
                 }
                 for (polynomial, factor) in *added {
-                    polynomial.evaluate(terms, (draws, from), &mut more);
+                    polynomial.evaluate(terms, at, &mut more);
                     let factor = chunk(factor, from);
                     for (all, more) in own.iter_mut().zip(&more) {
                         (0..CHUNK).for_each(|i| all[i] += factor[i] * more[i]);
@@ -299,6 +309,8 @@ pub struct Surrogate {
     components: Vec<(usize, Polynomial)>,
     /// Index of the tool that cuts there ([`Draws::force_of`]).
     tool: usize,
+    /// Number of its pass.
+    pass: usize,
 }
 
 impl Surrogate {
@@ -325,14 +337,14 @@ impl Surrogate {
         }
         let by_load =
             by_load.into_iter().enumerate().filter(|(load, _)| may_be_longest(load)).map(|(_, own)| own).collect();
-        Self { unloaded, by_load, turning, components: Vec::new(), tool: 0 }
+        Self { unloaded, by_load, turning, components: Vec::new(), tool: 0, pass: 0 }
     }
 
     /// Makes it of the displacements without load and under a single one; `ends` as in [`Self::new`].
     pub fn under_one_load(ends: &[[f64; 2]], unloaded: &Response, loaded: &Response) -> Self {
         let unloaded = Polynomial::through(unloaded, ends);
         let by_load = vec![Polynomial::through(loaded, ends).minus(&unloaded)];
-        Self { by_load, unloaded, turning: None, components: Vec::new(), tool: 0 }
+        Self { by_load, unloaded, turning: None, components: Vec::new(), tool: 0, pass: 0 }
     }
 
     /// Returns the surrogate where components of the force under the only load vary by themselves: `with` are the displacements where that with the index is there twice.
@@ -348,10 +360,10 @@ impl Surrogate {
         Self { components: with.map(added).collect(), ..self }
     }
 
-    /// Returns the surrogate of the same place where the tool with this index cuts ([`Draws::force_of`]), not the first.
+    /// Returns the surrogate of the same place where this `cut` is made, not that of the first tool on its first pass.
     #[must_use]
-    pub fn of_tool(self, tool: usize) -> Self {
-        Self { tool, ..self }
+    pub fn of_cut(self, Cut { tool, pass }: Cut) -> Self {
+        Self { tool, pass, ..self }
     }
 
     /// Returns the surrogate of the same place where the tool is moved by `shift`, mm, whatever is drawn.
@@ -398,9 +410,9 @@ impl Surrogate {
     pub fn displacements(&self, draws: &Draws) -> Vec<[f64; 3]> {
         let Some(load) = self.by_load.first() else { return Vec::new() };
         let moved = |draw: usize| {
-            let by_force = load.at(draws, draw);
+            let by_force = load.at(draws, draw, self.pass);
             let by_force = by_force + draws.model_error(draw, &by_force);
-            (self.unloaded.at(draws, draw) + draws.force_of(self.tool)[draw] * by_force).into()
+            (self.unloaded.at(draws, draw, self.pass) + draws.force_of(self.tool)[draw] * by_force).into()
         };
         (0..draws.force_of(self.tool).len()).map(moved).collect()
     }

@@ -50,6 +50,7 @@ use crate::{
     simulation::{
         CommandedPath, Machines, ProgramFile,
         along_path::{Commands, PathPointResult, PathSummary, PathSums, PointResidual, run_tracked},
+        spread_along,
         tasks::PoseTracker,
         with_drives_left,
     },
@@ -216,6 +217,11 @@ impl ProgramJob {
     /// path does not count, since it is also the last.
     pub fn is_counted(&self, k: usize) -> bool {
         (self.path.points()[k].cutting || self.cuts_nowhere) && (k > 0 || !self.is_closed)
+    }
+
+    /// Returns the number of the pass of each point.
+    pub(super) fn passes(&self) -> Vec<u32> {
+        spread_along::numbers_of_passes(0, self.path.points().iter().map(|own| own.cutting))
     }
 
     /// Returns whether no motion of the program counts as cutting.

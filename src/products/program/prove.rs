@@ -83,7 +83,8 @@ impl ProgramJob {
         let done = &|| work.tell(Event::Computed(1));
         let drawn = DrawnMachines::new(self.uncertainty.as_ref(), &machines, &self.process.errors)?;
         let counts = |k: usize| self.is_counted(k);
-        let uncertain = drawn.as_ref().map(|drawn| self.spread_path((&machines, drawn), &counts, written));
+        let passes = self.passes();
+        let uncertain = drawn.as_ref().map(|drawn| self.spread_path((&machines, drawn), &passes, &counts, written));
         let (mut largest, mut reversals) = (LargestBoth::default(), Reversals::default());
         let mut parts = self.parts();
         let prove_part = |_: Range<usize>| {
@@ -142,6 +143,7 @@ impl ProgramJob {
     pub(super) fn spread_path<'a>(
         &'a self,
         (machines, drawn): (&'a Machines, &'a DrawnMachines),
+        passes: &'a [u32],
         counts: &'a (dyn Fn(usize) -> bool + Sync),
         written: &ProgramAsWritten,
     ) -> SpreadPath<'a> {
@@ -152,6 +154,7 @@ impl ProgramJob {
             tolerance_mm: self.process.tolerance_mm,
             margin_mm: written.rounded_mm,
             audits: 1,
+            passes,
             counts,
             by_drive: true,
             compensates: true,

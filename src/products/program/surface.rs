@@ -85,8 +85,8 @@ impl ProgramJob {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
         let drawn = DrawnMachines::new(self.uncertainty.as_ref(), &machines, &self.process.errors)?;
         let (Some(drawn), Some(stock)) = (drawn, &self.process.stock) else { return Ok(None) };
-        let counts = |_| true;
-        let path = self.spread_path((&machines, &drawn), &counts, written);
+        let (counts, passes) = (|_| true, self.passes());
+        let path = self.spread_path((&machines, &drawn), &passes, &counts, written);
         let wanted = Wanted { job: self, stock, surface, rotations, tolerance_mm, path: &path, written, work };
         let mut draws = Draws::PER_SCRAMBLE;
         while draws > FEWEST_DRAWS

@@ -7,7 +7,7 @@ use crate::{
     compensation::{Method, TaskPoint},
     input::error,
     machine::Configuration,
-    process::uncertainty::{Harmonics, Response},
+    process::uncertainty::{Cut, Harmonics, Response},
     simulation::{
         Failure, Machines, Source,
         spread::{DeflectionSpread, Draw, DrawnMachines, WantedSpread, under},
@@ -150,8 +150,16 @@ impl<'a> SpreadSolver<'a> {
         let audits = audits.min(MOST_AUDITS_AT_POINT);
         let seed = |point: usize| configurations[point].pose.translation.iter().fold(0, place_bits);
         let (checks, most_next) = (true, None);
-        let wanted =
-            WantedSpread { drawn, tolerance_mm, tool: &|_| 0, solve: &solve, checks, most_next, audits, seed: &seed };
+        let wanted = WantedSpread {
+            drawn,
+            tolerance_mm,
+            cut: &|_| Cut::default(),
+            solve: &solve,
+            checks,
+            most_next,
+            audits,
+            seed: &seed,
+        };
         let responses = points.iter().map(|point| point.as_ref().map(|found| found.as_deref().ok()));
         let found = wanted.spreads(&responses.collect::<Vec<_>>())?;
         Ok(found.into_iter().map(|own| own.map(|(spread, _)| spread)).collect())

@@ -111,8 +111,13 @@ impl PathStudy {
         self.tasks.iter().map(|task| task.pose.translation)
     }
 
+    /// Returns the number of the pass of each point.
+    fn passes(&self) -> Vec<u32> {
+        spread_along::numbers_of_passes(0, self.stations.iter().map(|own| own.cutting))
+    }
+
     /// Returns the path with the machines `drawn` from uncertain inputs, of which the spread of the distance is computed.
-    fn spread_path<'a>(&self, machines: &'a Machines, drawn: &'a DrawnMachines) -> SpreadPath<'a> {
+    fn spread_path<'a>(&self, machines: &'a Machines, drawn: &'a DrawnMachines, passes: &'a [u32]) -> SpreadPath<'a> {
         let tolerance_mm = self.tolerance_mm;
         SpreadPath {
             machines,
@@ -121,6 +126,7 @@ impl PathStudy {
             tolerance_mm,
             margin_mm: 0.0,
             audits: 1,
+            passes,
             counts: &|_| true,
             by_drive: true,
             compensates: true,
@@ -267,7 +273,8 @@ pub fn run_in_parts(
 ) -> Result<WholePath> {
     let machines = Machines::new(&study.machine, &study.errors)?;
     let drawn = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)?;
-    let spread_path = drawn.as_ref().map(|drawn| study.spread_path(&machines, drawn));
+    let passes = study.passes();
+    let spread_path = drawn.as_ref().map(|drawn| study.spread_path(&machines, drawn, &passes));
     let mut largest = LargestBoth::default();
     let mut methods = vec![PathSums::default(); study.methods.len()];
     let (mut before, mut reversals): (Option<Configuration>, _) = (None, Reversals::default());
@@ -311,7 +318,8 @@ pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result
     let mut part = compute_sources(study, &machines, &track, points.clone(), work)?;
     part.note_reversals(&mut Reversals::default());
     if let Some(drawn) = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)? {
-        let spread_path = study.spread_path(&machines, &drawn);
+        let passes = study.passes();
+        let spread_path = study.spread_path(&machines, &drawn, &passes);
         let (stretch, mut largest) = (study.spread_part(points, &track), LargestBoth::default());
         part.set_spread(spread_path.solve_part(&stretch, pass_count(study), work, &mut largest)?);
     }

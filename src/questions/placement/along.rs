@@ -9,6 +9,7 @@ use super::{
     metric::Metrics,
     outcome::EntryEvaluators,
     site::Site,
+    tally::Tally,
     walk::{Refusal, Solution},
 };
 use crate::{
@@ -16,7 +17,7 @@ use crate::{
     machine::Machine,
     questions::placement::FeatureJob,
     simulation::{
-        Failure, Machines,
+        Failure, Machines, Source,
         along_path::{Commands, PathCase, PathPointResult, run},
     },
 };
@@ -103,6 +104,7 @@ impl Evaluator {
             None => Ok(Evaluation {
                 metrics: known,
                 features: Vec::new(),
+                open_backlash_mm: partial.tallies.iter().map(Tally::open_mm).fold(0.0, f64::max),
                 not_corrected: None,
                 outside_workspace: self.check_workspace(site).err(),
             }),
@@ -204,8 +206,7 @@ fn feature_trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, i
     let machine = job.machine();
     let feature = &job.feature;
     let tasks = evaluator.tasks(&entry.site, index);
-    let real = evaluator.actual(index);
-    let case = PathCase { nominal: machine, real, unloaded: machine, before: None, tasks: &tasks, play: false };
+    let case = PathCase::new(&evaluator.features[index].machines, Source::All, &tasks);
     let errors = |method| {
         let results = run(&case, &Commands::Method(method), &|| {});
         results.iter().map(PathPointResult::solved_error).collect::<Vec<_>>()

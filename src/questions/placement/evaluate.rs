@@ -82,6 +82,8 @@ pub struct Evaluation {
     pub metrics: Metrics,
     /// Metrics of each feature.
     pub features: Vec<Metrics>,
+    /// Half the widest interval in which open backlash and friction leave the tool, mm; in no metric.
+    pub open_backlash_mm: f64,
     /// Why there is no correction within limits, if one was sought and not found.
     pub not_corrected: Option<String>,
     /// Where the path leaves the machine's workspace box, if it does: the numbers are then those of a machine that is tracked beyond it.
@@ -370,7 +372,9 @@ impl Evaluator {
         let metrics = self.best_possible(partial);
         let metrics_of = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
         let features = partial.tallies.iter().zip(&self.features).map(metrics_of).collect();
-        let mut evaluation = Evaluation { metrics, features, not_corrected: None, outside_workspace: None };
+        let open_backlash_mm = partial.tallies.iter().map(Tally::open_mm).fold(0.0, f64::max);
+        let mut evaluation =
+            Evaluation { metrics, features, open_backlash_mm, not_corrected: None, outside_workspace: None };
         if self.needs.bounded {
             self.correct_within_limits(partial, &mut evaluation);
         }

@@ -234,8 +234,8 @@ fn resolve_feature(
         path,
         loads,
         reference: process.placement.reference,
-        tolerance_mm: match spec.tolerance_mm.or(process.tolerance_mm) {
-            Some(tolerance) => check.key("tolerance_mm").positive(tolerance)?,
+        tolerance_mm: match check.tolerance(spec.tolerance_mm, spec.tolerance_zone_mm)?.or(process.tolerance_mm) {
+            Some(tolerance) => tolerance,
             None => {
                 let problem =
                     "missing: expected how far the tool may be from this path, or tolerance_mm in its process file";

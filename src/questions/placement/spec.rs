@@ -50,6 +50,8 @@ pub struct FeatureSpec {
     pub file: Option<String>,
     /// Largest deviation of the tool from its path; that of its process if not given.
     pub tolerance_mm: Option<f64>,
+    /// Width of the zone of ISO 1101 in which it must be, in place of `tolerance_mm`.
+    pub tolerance_zone_mm: Option<f64>,
 }
 
 /// A rectangle in O that must hold the footprint of the workpiece. It has `min_mm` and `max_mm`, or `centre_mm` and `size_mm`.

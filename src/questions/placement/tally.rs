@@ -13,6 +13,8 @@ use super::metric::{Metric, Metrics};
 pub(super) struct PointValues {
     /// Distance from the path at the nominal command, mm.
     pub deflection: f64,
+    /// Half the interval in which open backlash and friction leave the tool there, mm.
+    pub open: f64,
     /// Largest |Δρ|, mm or degrees; of slides where the machine has slides and hinges.
     pub correction: f64,
     /// Largest |τ|, N or N·mm; of slides where the machine has slides and hinges.
@@ -102,6 +104,7 @@ impl PointValues {
     fn worse_of(&self, other: &Self) -> Self {
         Self {
             deflection: self.deflection.max(other.deflection),
+            open: self.open.max(other.open),
             correction: self.correction.max(other.correction),
             force: self.force.max(other.force),
             hinges: larger_of(self.hinges, other.hinges),
@@ -134,6 +137,11 @@ impl Tally {
             outside: self.outside + other.outside,
             across_squares: [0, 1].map(|k| self.across_squares[k] + other.across_squares[k]),
         }
+    }
+
+    /// Returns half the widest interval in which open backlash and friction leave the tool, mm.
+    pub fn open_mm(&self) -> f64 {
+        self.worst.open
     }
 
     /// Returns the metrics of paths that make up `share` of the length of all; before all points are added, the best they can still be.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{
-    PlacementStudy,
+    FeatureJob, PlacementStudy,
     evaluate::Evaluator,
     metric::{Metric, Metrics},
     outcome::{Entry, EntryEvaluators},
@@ -18,7 +18,8 @@ use crate::{
         Failure, ROUNDING_MM,
         spread::{DrawnMachines, share_within},
         spread_along::{
-            ALIKE, EachPart, LargestBoth, PathSpread, SpreadPart, SpreadPath, parts_of, share_larger, whole,
+            ALIKE, EachPart, LargestBoth, PathSpread, SpreadPart, SpreadPath, numbers_of_passes, parts_of,
+            share_larger, whole,
         },
         tasks::drawn_forces_at,
     },
@@ -97,6 +98,7 @@ pub(super) fn write_metrics(
     let none = |reason: String| Failure { status: "no_equilibrium".into(), reason };
     let drawn = evaluator.drawn.as_ref().map_err(|problem| none(problem.clone()))?.iter().flatten();
     let (jobs, mut largest) = (&evaluator.study.features, LargestBoth::default());
+    let all_passes = passes(evaluator);
     for (f, (job, drawn)) in jobs.iter().zip(drawn).enumerate() {
         let mut points: Vec<usize> = evaluator.features[f].levels.iter().take(level).flatten().copied().collect();
         points.sort_unstable();
@@ -112,10 +114,11 @@ pub(super) fn write_metrics(
             tolerance_mm,
             margin_mm: 0.0,
             audits: 0,
+            passes: &points.iter().map(|k| all_passes[f][*k]).collect::<Vec<_>>(),
             counts: &|_| true,
             by_drive: false,
             compensates: false,
-            play: false,
+            play: true,
         };
         let mut add = |part: &SpreadPart<'_>| path.solve_part(part, 1, &Work::default(), &mut largest).map(drop);
         parts_of(job.machine(), &tasks, &forces)(&mut add).map_err(|error| none(error.to_string()))?;
@@ -125,6 +128,17 @@ pub(super) fn write_metrics(
     metrics.set(Metric::P95Deflection, quantile(&mut sizes.to_vec(), P95));
     metrics.set(Metric::WithinProbability, share_within(sizes, jobs[0].feature.tolerance_mm));
     Ok(())
+}
+
+/// Returns the numbers of the passes of all features, one after another.
+fn passes(evaluator: &Evaluator) -> Vec<Vec<u32>> {
+    let mut next = 0;
+    let of = |job: &FeatureJob| {
+        let own = numbers_of_passes(next, job.feature.path.points().iter().map(|own| own.cutting));
+        next = own.last().map_or(next, |last| last + 1);
+        own
+    };
+    evaluator.study.features.iter().map(of).collect()
 }
 
 /// Returns what draws change of the force at each point of feature `f` at `site`.
@@ -148,6 +162,7 @@ fn spread_at(
     let jobs = &evaluator.study.features;
     let tasks: Vec<Vec<TaskPoint>> = (0..jobs.len()).map(|f| evaluator.tasks(site, f)).collect();
     let counts: Vec<_> = evaluator.features.iter().map(|own| |k: usize| own.is_counted[k]).collect();
+    let all_passes = passes(evaluator);
     let path = |f: usize| {
         let (machines, tolerance_mm) = (&jobs[f].machines, Some(jobs[f].feature.tolerance_mm));
         let (drawn, counts) = (&drawn[f], &counts[f]);
@@ -158,10 +173,11 @@ fn spread_at(
             tolerance_mm,
             margin_mm: 0.0,
             audits: 0,
+            passes: &all_passes[f],
             counts,
             by_drive: false,
             compensates: true,
-            play: false,
+            play: true,
         }
     };
     let paths: Vec<SpreadPath<'_>> = (0..jobs.len()).map(path).collect();

@@ -1,10 +1,13 @@
 //! Solution of the loaded machine along the points of a path, each started from the one before.
 
+use nalgebra::Vector3;
+
 use super::tally::{Needs, PointValues};
 use crate::{
     compensation::{Compensation, CompensationStatus, Method, Session, TaskPoint, compensate},
     machine::{Configuration, Machine, Motion, PostureChange, Unreachable},
-    simulation::{Failure, Machines, Source},
+    simulation::{Failure, Machines, Source, along_path::PathCase, play::PlayedPoint},
+    statics::has_play,
 };
 
 /// Role of the exact correction in an evaluation.
@@ -53,6 +56,7 @@ pub(super) fn excess(unreachable: &Unreachable) -> f64 {
 
 /// Sessions that solve a few numbers at each point of many short pieces of paths, started at home.
 pub(super) struct PathWalk<'a> {
+    machines: &'a Machines,
     nominal: &'a Machine,
     needs: Needs,
     /// Force limit of each drive, N or N·mm; infinite where there is none.
@@ -82,6 +86,7 @@ impl<'a> PathWalk<'a> {
     ) -> Self {
         let session = |source| machines.session(source);
         Self {
+            machines,
             nominal: &machines.nominal,
             needs,
             force_limits,
@@ -102,14 +107,35 @@ impl<'a> PathWalk<'a> {
     /// Solves one point from the one before, and returns its numbers. `Err` says why it cannot be cut.
     pub fn visit(&mut self, task: &TaskPoint) -> Result<PointValues, Refusal> {
         self.last.exact = None;
-        let uncompensated = compensate(&mut self.all_sources, task, Method::None);
-        let values = self.point_values(task, &uncompensated);
+        let mut uncompensated = compensate(&mut self.all_sources, task, Method::None);
+        let elastic = uncompensated.position_error;
+        let at = self.all_sources.command().clone();
+        let open = self.add_play(task, &at, &mut uncompensated, true);
+        let values = self.point_values((task, &at), &uncompensated, elastic);
         self.last.uncompensated = Some(uncompensated);
-        values
+        values.map(|values| PointValues { open, ..values })
     }
 
-    /// Returns the numbers of a point from its result `uncompensated` at the nominal command, and solves what other numbers need.
-    fn point_values(&mut self, task: &TaskPoint, uncompensated: &Compensation) -> Result<PointValues, Refusal> {
+    /// Adds the play of the drives, as along a path, to what was `found` at the rigid configuration `at`; returns half the interval that stays open, mm.
+    fn add_play(&mut self, task: &TaskPoint, at: &Configuration, found: &mut Compensation, is_given: bool) -> f64 {
+        let real = self.machines.actual(Source::All);
+        if !found.status.is_success() || !has_play(real) {
+            return 0.0;
+        }
+        let mut target = self.all_sources.target().ok();
+        let case = PathCase::new(self.machines, Source::All, std::slice::from_ref(task));
+        let played = PlayedPoint { case: &case, task, at, is_given };
+        played.add(&mut self.all_sources, found, &mut target).map_or(0.0, |play| play.open_mm.norm())
+    }
+
+    /// Returns the numbers of a point, whose rigid configuration is `at`, from its result `uncompensated` at the nominal command and its error without play
+    /// there, `elastic` (O axes, mm), and solves what other numbers need.
+    fn point_values(
+        &mut self,
+        (task, at): (&TaskPoint, &Configuration),
+        uncompensated: &Compensation,
+        elastic: Vector3<f64>,
+    ) -> Result<PointValues, Refusal> {
         if !uncompensated.status.is_success() {
             return Err(refusal(&uncompensated.status, uncompensated.status.reason(self.nominal)));
         }
@@ -123,7 +149,7 @@ impl<'a> PathWalk<'a> {
                 .and_then(|outcome| outcome.least_stiffness(self.nominal.characteristic_length));
         }
         if !self.single_sources.is_empty() {
-            let mut superposition_error = -uncompensated.position_error;
+            let mut superposition_error = -elastic;
             for (source, session) in &mut self.single_sources {
                 let single = success_or_refusal(self.nominal, compensate(session, &source.task(task), Method::None))?;
                 superposition_error += single.position_error;
@@ -131,7 +157,7 @@ impl<'a> PathWalk<'a> {
             values.superposition_error = superposition_error.norm();
         }
         if self.exact != ExactMode::NotAsked {
-            self.correct(task, uncompensated, &mut values)?;
+            self.correct((task, at), uncompensated, &mut values)?;
         }
         Ok(values)
     }
@@ -159,11 +185,12 @@ impl<'a> PathWalk<'a> {
     /// Solves the exact correction of a point and adds its numbers to `values`. `Err` as of [`PathWalk::add_exact`].
     fn correct(
         &mut self,
-        task: &TaskPoint,
+        (task, at): (&TaskPoint, &Configuration),
         uncompensated: &Compensation,
         values: &mut PointValues,
     ) -> Result<(), Refusal> {
-        let exact = compensate(&mut self.all_sources, task, Method::Direct);
+        let mut exact = compensate(&mut self.all_sources, task, Method::Direct);
+        self.add_play(task, at, &mut exact, false);
         let added = self.add_exact(uncompensated, &exact, values);
         self.last.exact = Some(exact);
         added

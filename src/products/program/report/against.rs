@@ -1,8 +1,8 @@
 //! How far the machined surface is from the part of the drawing, by line, and how much of it is within the tolerances of its tools.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use kinetostat_removal::Patch;
+use kinetostat_removal::{Patch, Split, split};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
@@ -32,7 +32,7 @@ pub(super) struct PartSides {
     not_reached: Option<(f64, Vector3<f64>, f64)>,
 }
 
-/// What one tool makes.
+/// What one tool makes, which is a feature of the part.
 #[derive(Debug)]
 pub(super) struct ToolSides {
     tool: Option<u32>,
@@ -112,6 +112,20 @@ impl Machined {
         let part = self.surface.against_part.iter().flat_map(|part| PART_NAMES.iter().zip(&part.surfaces));
         let all = NAMES.iter().zip(&self.surface.deviations).chain(part);
         all.map(|(name, own)| (name.to_string(), own.clone())).chain(self.uncertain_surfaces()).collect()
+    }
+
+    /// Returns what each tool made last is off as written, split; a shift in the axes of the workpiece.
+    fn splits(&self, job: &ProgramJob) -> Vec<(Option<u32>, Split)> {
+        let tool = |patch: &Patch| patch.tag.map(|tag| job.path.points()[tag as usize].tool);
+        let tools: BTreeSet<Option<u32>> = self.surface.patches.iter().filter_map(tool).collect();
+        let deviations = self.reference().1[1];
+        let of = |own: Option<u32>| {
+            let made = self.surface.patches.iter().zip(deviations).filter(|(patch, _)| tool(patch) == Some(own));
+            let places = made.filter_map(|(patch, mm)| Some((patch.normal, patch.area_mm2(), (*mm)?)));
+            let found = split(places)?;
+            Some((own, Split { shift_mm: self.surface.axes.tr_mul(&found.shift_mm), ..found }))
+        };
+        tools.into_iter().filter_map(of).collect()
     }
 
     /// Returns what each tool made last, if there are several or one has a tolerance of its own.
@@ -270,7 +284,23 @@ impl Machined {
             header: header.map(String::from).into(),
             rows: self.tools.iter().map(row).collect(),
         });
-        lines.into_iter().chain(tools).collect()
+        let signed = |own: f64| signed(Some(if own.abs() < 5e-5 { 0.0 } else { own }));
+        let row = |(tool, own): &(Option<u32>, Split)| {
+            let tool = tool.map_or_else(|| "–".into(), |own| own.to_string());
+            let [x, y, z]: [f64; 3] = own.shift_mm.into();
+            vec![tool, signed(own.offset_mm), signed(x), signed(y), signed(z), millimetres(own.form_mm, 4)]
+        };
+        let splits = self.splits(job);
+        let header = ["tool", "size: offset along the normal", "location: x", "y", "z", "form"];
+        let features = (!splits.is_empty()).then(|| SmallTable {
+            caption: format!(
+                "What each tool made last is off as written, {}: its size, its location after the datum of the program (W), and its form from lowest to highest",
+                self.reference().0
+            ),
+            header: header.map(String::from).into(),
+            rows: splits.iter().map(row).collect(),
+        });
+        lines.into_iter().chain(tools).chain(features).collect()
     }
 
     /// Adds what is known against the part and of each tool to the JSON of the surface.
@@ -299,6 +329,11 @@ impl Machined {
             });
             report["against_part"] = against;
         }
+        let feature = |(tool, own): &(Option<u32>, Split)| {
+            let shift: [f64; 3] = own.shift_mm.into();
+            json!({ "tool": tool, "size_offset_mm": own.offset_mm, "location_mm": shift, "form_mm": own.form_mm })
+        };
+        report["features"] = self.splits(job).iter().map(feature).collect();
         if !self.tools.is_empty() {
             let tool = |own: &ToolSides| {
                 let mut tool = named(&courses, &own.sides);

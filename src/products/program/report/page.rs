@@ -74,7 +74,7 @@ fn setting_facts(job: &ProgramJob) -> Vec<Fact> {
     facts.push(Fact::new("compensation holds", process.target.words()));
     let teeth = process.stock.as_ref().and_then(|stock| stock.tooth_passing(&job.path));
     facts.extend(teeth.map(|(words, _)| Fact::new("teeth pass at", words)));
-    facts.extend(process.tolerance_mm.map(|tolerance| Fact::new("tolerance", format!("{tolerance} mm"))));
+    facts.extend(process.tolerance_mm.map(|tolerance| Fact::new("tolerance", format!("±{tolerance} mm"))));
     facts.push(spread_report::fact(job.uncertainty.as_ref()));
     facts_of(machine, &process.errors, facts)
 }

@@ -203,7 +203,9 @@ fn budget(study: &PlacementStudy, entry: &Entry) -> Budget {
         let force = (largest_force_n(job) > 0.0 || known != KnownForce::Everywhere).then_some(known);
         let (machine, errors) = (job.machine(), &job.errors[..]);
         let uncertainty = job.uncertainty.as_deref().filter(|_| entry.spread.is_some());
-        Basis { machine, errors, uncertainty, force, open_backlash_mm: None, is_written: false }.budget(&job.verdict)
+        // The correction within limits does not know it.
+        let open_backlash_mm = entry.feasible().filter(|_| !study.has_limits()).map(|own| own.open_backlash_mm);
+        Basis { machine, errors, uncertainty, force, open_backlash_mm, is_written: false }.budget(&job.verdict)
     };
     study.features.iter().map(of).reduce(Budget::worse).unwrap_or_default()
 }
