@@ -10,6 +10,7 @@ use kinetostat::{
     questions::{
         StudyKind,
         path::{self, PathResults, Shown, report},
+        placement::{self, Metric, PlacementResults},
     },
     simulation::{
         Machines, ProgramFile, Source,
@@ -124,6 +125,60 @@ fn distributions_along_a_path_have_the_seated_play() {
     // In air the drive is open, in the middle of its play; the command is at the far side.
     assert!((with_at.without_force_mm.unwrap() - 0.12).abs() < 1e-9);
     assert!(said.contains("in no distance here"), "{said}");
+}
+
+/// Three slides of 5, 4 and 8 kN/mm with a backlash of 0.01 mm and this friction, under a force of (∓20, ∓50, −10) N along x and (50, −20, −10) N along y.
+fn placed_on_loose_slides(friction_n: f64) -> PlacementResults {
+    let slide = |name: &str, axis: &str, stiffness: f64| {
+        format!(
+            "{{ prismatic_drive = {{ name = \"{name}\", axis = \"{axis}\", stiffness_N_per_mm = {stiffness:?}, travel_mm = [-500.0, 500.0], backlash_mm = 0.01, friction_N = {friction_n:?} }} }}"
+        )
+    };
+    let machine = format!(
+        "schema = 1\nname = \"xyz\"\ntitle = \"Slides on springs\"\n[platform]\ncontrols = [\"x\", \"y\", \"z\"]\ntool_tip_mm = [0.0, 0.0, -100.0]\n\
+         tool_axis = [0.0, 0.0, -1.0]\n[workspace]\nmin_mm = [-400.0, -400.0, -400.0]\nmax_mm = [400.0, 400.0, 400.0]\n[[chain]]\nname = \"g\"\n\
+         elements = [{}, {}, {}]\n[[mount]]\nname = \"m\"\nchain = \"g\"\n",
+        slide("X", "x", 5e3),
+        slide("Y", "y", 4e3),
+        slide("Z", "z", 8e3)
+    );
+    let text = "schema = 3\nquestion = \"?\"\nmachine = \"xyz.toml\"\n[process]\ntolerance_mm = 0.5\n[process.force.path_frame]\nradial_force_N = 50.0\n\
+         tangential_force_N = -20.0\naxial_force_N = -10.0\n[[placement.feature]]\nname = \"edge\"\nfile = \"path.csv\"\n[placement.bounds]\nx_mm = [-50.0, 50.0]\n\
+         y_mm = [-50.0, 50.0]\n[placement.fixed]\nz_mm = -100.0\n[placement.objective]\nweights = { worst_deflection = 1.0 }\n[placement.search]\ngrid = { x = 2, y = 2 }\n\
+         starts = 1\nmax_iterations = 4\n";
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("xyz.toml"), machine).unwrap();
+    std::fs::write(folder.path().join("path.csv"), "x_mm,y_mm,z_mm\n0,0,0\n30,0,0\n30,25,0\n0,25,0\n").unwrap();
+    let study = Study::from_toml(text, "study.toml", folder.path(), &Overrides::default()).unwrap();
+    let StudyKind::Placement(study, _) = study.kind else { panic!("a placement") };
+    placement::run(&study, &Work::default()).unwrap()
+}
+
+/// As along a path: seated where a force presses it, open where friction holds that.
+#[test]
+fn places_are_judged_with_the_play_of_the_drives() {
+    let near = |found: Option<f64>, expected: f64| {
+        assert!(found.is_some_and(|found| (found - expected).abs() < 1e-6), "{found:?} instead of {expected}");
+    };
+    let size = |own: [f64; 3]| nalgebra::Vector3::from(own).norm();
+    let pressed = placed_on_loose_slides(0.001);
+    for entry in &pressed.entries {
+        let found = entry.feasible().unwrap();
+        // Along x: the springs, and the backlash to the side of the force.
+        let (along_x, along_y) = ([0.014, 0.0225, 0.01125], [0.02, 0.015, 0.01125]);
+        near(found.metrics.get(Metric::WorstDeflection), size(along_x).max(size(along_y)));
+        near(found.metrics.get(Metric::WorstCorrection), 0.0225);
+        near(Some(found.open_backlash_mm), 0.0);
+    }
+    // A force below 30 N presses no drive.
+    let held = placed_on_loose_slides(30.0);
+    for entry in &held.entries {
+        let found = entry.feasible().unwrap();
+        let (along_x, along_y) = ([0.004, 0.0225, 0.00125], [0.02, 0.005, 0.00125]);
+        near(found.metrics.get(Metric::WorstDeflection), size(along_x).max(size(along_y)));
+        let open = [[0.016, 0.0075, 0.01375], [0.006, 0.0175, 0.01375]].map(size);
+        near(Some(found.open_backlash_mm), open[0].max(open[1]));
+    }
 }
 
 // ---- against machines whose chains are moved ------------------------------------------------------------------------

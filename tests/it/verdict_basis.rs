@@ -40,13 +40,22 @@ struct Answer {
     report: serde_json::Value,
 }
 
+/// One pass along three edges.
+const PART: &str = "G21 G90\nG0 X0 Y0 Z5\nG1 Z0 F600\nX30\nY25\nX0\nG0 Z20\n";
+const TWO_PASSES: &str = "G21 G90\nG0 X0 Y0 Z0\nG1 X30 F600\nG0 Y25\nG1 X0\nG0 Z20\n";
+
 /// Compensates a cut over a rectangle on `machine` by a process with these tables.
 fn answer(machine: &str, process: &str) -> Answer {
+    answer_for(PART, machine, process)
+}
+
+/// As [`answer`] for another program.
+fn answer_for(part: &str, machine: &str, process: &str) -> Answer {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::write(at("machine.toml"), machine).unwrap();
     std::fs::write(at("process.toml"), format!("schema = 1\n{process}")).unwrap();
-    std::fs::write(at("part.nc"), "G21 G90\nG0 X0 Y0 Z5\nG1 Z0 F600\nX30\nY25\nX0\nG0 Z20\n").unwrap();
+    std::fs::write(at("part.nc"), part).unwrap();
     let out = at("out.nc");
     let all = [
         "compensate",
@@ -130,8 +139,9 @@ fn a_robot_that_may_be_anywhere_is_not_within_tolerance() {
 /// Of a machine that nothing moves but its control: 95 % of the lengths of a vector of three normal numbers are below 2.7955 standard deviations, and variances add.
 #[test]
 fn accuracy_and_repeatability_are_sampled_together() {
-    let p95 = |tables: &str| {
-        let found = answer(
+    let p95_of = |tables: &str, part: &str| {
+        let found = answer_for(
+            part,
             &machine(tables, ""),
             &format!(
                 "tolerance_mm = 5.0\n{PLACED}[uncertainty]\nmachine = \"exact\"\n[uncertainty.model]\nrelative_std = 0.0\n"
@@ -141,6 +151,7 @@ fn accuracy_and_repeatability_are_sampled_together() {
             found.headline["numbers"][0]["value"].as_str().unwrap_or_else(|| panic!("{}", found.words)).to_owned();
         number.parse::<f64>().unwrap_or_else(|_| panic!("{}", found.words))
     };
+    let p95 = |tables: &str| p95_of(tables, PART);
     let pose = p95(&stated("pose", 0.8));
     assert!((pose - 0.8).abs() < 0.01, "{pose}");
     // RP is 3.6161 standard deviations; of AP and AT the larger counts.
@@ -148,6 +159,10 @@ fn accuracy_and_repeatability_are_sampled_together() {
     let both = p95(&(stated("pose", 0.2) + &stated("path", 0.4) + &stated("repeatability", 0.3)));
     let expected = 2.7955 * f64::hypot(systematic, scatter);
     assert!((both - expected).abs() < 0.01 * expected, "{both} instead of {expected}");
+    // Each pass has a repeatability of its own, of which both are below 3.0529 standard deviations with 95 % probability.
+    let passes = p95_of(&stated("repeatability", 0.3), TWO_PASSES);
+    let expected = 0.3 / 3.6161 * 3.0529;
+    assert!((passes - expected).abs() < 0.01 * expected, "{passes} instead of {expected}");
     // By two standard deviations along an axis.
     let wide = p95("[accuracy.pose]\nmm = 0.4\ncoverage_factor = 2.0\ngrade = \"identified\"\nsource = \"here\"\n");
     assert!((wide - 0.2 * 2.7955).abs() < 0.01, "{wide}");
@@ -236,6 +251,61 @@ fn the_budget_says_what_is_left_if_a_cause_were_known() {
     }
     let mean = budget["where_largest"]["mean_mm"].as_array().unwrap().iter().map(|own| own.as_f64().unwrap());
     assert!(mean.map(f64::abs).fold(0.0, f64::max) < 0.01, "{budget}");
+}
+
+/// The whole by brute force: what each draw of stiffnesses, force, model, accuracy and repeatability leaves of a compensation with nominal numbers along three edges, by
+/// the closed form of three springs, which shares nothing with the engine, its surrogate or its draws.
+#[test]
+fn the_whole_is_that_of_brute_force() {
+    let process = format!(
+        "tolerance_mm = 0.05\n{PLACED}{FORCE}{UNCERTAIN}[compensate]\ncorner_mm = 0.0\n[gcode]\nwrite_tolerance_mm = 0.0\ndecimals_mm = 6\n"
+    );
+    let part = "G21 G90\nG0 X0 Y0 Z0\nG1 X30 F600\nY25\nX0\nG0 Z20\n";
+    let tables = stated("path", 0.012) + &stated("repeatability", 0.006);
+    let found = answer_for(part, &machine(&tables, ""), &process);
+    let number = found.headline["numbers"][0]["value"].as_str().unwrap_or_else(|| panic!("{}", found.words));
+    let p95: f64 = number.parse().unwrap_or_else(|_| panic!("{}", found.words));
+    let mut next = numbers(82);
+    let mut normal = || (-2.0 * (1.0 - next()).ln()).sqrt() * (std::f64::consts::TAU * next()).cos();
+    // Of a lognormal number whose standard deviation is this share of its median.
+    let sigma = |share: f64| (0.5 * (1.0 + (1.0 + 4.0 * share * share).sqrt())).ln().sqrt();
+    // Along x, along y, back along x: against the feed, and to its right.
+    let forces = [[-20.0, -50.0, -10.0], [50.0, -20.0, -10.0], [20.0, 50.0, -10.0]];
+    let compliances = [1.0 / 5e3, 1.0 / 4e3, 1.0 / 8e3];
+    let mut largest: Vec<f64> = (0..20_000)
+        .map(|_| {
+            let soft: [f64; 3] = std::array::from_fn(|axis| compliances[axis] / (sigma(0.1) * normal()).exp());
+            let factor = (sigma(0.15) * normal()).exp();
+            let model: [[f64; 3]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| 0.05 / 3f64.sqrt() * normal()));
+            let control: [f64; 3] = std::array::from_fn(|_| 0.012 / 2.7955 * normal() + 0.006 / 3.6161 * normal());
+            let left = forces.map(|force| {
+                let bent: [f64; 3] = std::array::from_fn(|axis| factor * soft[axis] * force[axis]);
+                let axis = |k: usize| {
+                    let more: f64 = (0..3).map(|own| model[k][own] * bent[own]).sum();
+                    bent[k] + more - compliances[k] * force[k] + control[k]
+                };
+                (0..3).map(|k| axis(k) * axis(k)).sum::<f64>().sqrt()
+            });
+            left.into_iter().fold(0.0, f64::max)
+        })
+        .collect();
+    largest.sort_by(f64::total_cmp);
+    let expected = largest[19_000];
+    assert!((p95 - expected).abs() < 0.01 * expected + 0.0005, "{p95} instead of {expected}: {}", found.words);
+    let exact = found.report["budget"]["judged_mm"].as_f64().unwrap();
+    assert!((exact - expected).abs() < 0.01 * expected, "{exact} instead of {expected}: {}", found.words);
+}
+
+/// A zone of ISO 1101 is half of its width to either side, and never both.
+#[test]
+fn the_width_of_a_zone_is_half_to_either_side() {
+    let asked = "[verdict]\ncauses = [\"force\", \"rounding\"]\n";
+    let with = |tolerance: &str| answer(&machine("", ""), &format!("{tolerance}{PLACED}{FORCE}{asked}"));
+    let (zone, sides) = (with("tolerance_zone_mm = 0.3\n"), with("tolerance_mm = 0.15\n"));
+    assert!(zone.words.starts_with("✓ Within 0.15 mm by force and rounding"), "{}", zone.words);
+    assert_eq!(zone.headline["verdict"], sides.headline["verdict"]);
+    let both = with("tolerance_mm = 0.15\ntolerance_zone_mm = 0.3\n");
+    assert!(both.code == Some(2) && both.words.contains("tolerance_zone_mm: beside tolerance_mm"), "{}", both.words);
 }
 
 /// Numbers in [0, 1) that are the same in every run.

@@ -5,6 +5,7 @@ mod patches;
 mod paths;
 mod properties;
 mod regions;
+mod split;
 mod stock;
 mod surface;
 mod volumes;
