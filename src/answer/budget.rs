@@ -109,13 +109,13 @@ impl OfVerdict<'_> {
             bar: BudgetBar::Length(own.mm.unwrap_or(0.0)),
             words: format!("{} added", millimetres(own.mm.unwrap_or(0.0), 3)),
         }));
-        rows.extend(self.budget.entries().filter(|own| own.mark == Mark::Hollow).map(|own| BudgetRow {
-            label: self.label(own.cause),
+        rows.extend(self.budget.unknown().into_iter().map(|own| BudgetRow {
+            label: self.label(own),
             bar: BudgetBar::Unknown,
             words: "unknown".into(),
         }));
         let subtitle = match self.shares {
-            None => "the distance with nominal inputs, and what is added to it".into(),
+            None => "the number that is judged, and what is added to it".into(),
             Some(all) => {
                 let [x, y, z] =
                     [0, 1, 2].map(|axis| format!("{:.3} ± {:.3}", all.mean_mm[axis], all.expanded_mm[axis]));

@@ -1,6 +1,6 @@
 //! The result at a glance, for the first screen of a page and the terminal: a verdict, a sentence, at most three numbers, and cautions.
 
-use kinetostat_budget::{Budget, Cause, Decision, Entry};
+use kinetostat_budget::{Budget, Decision, Entry};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -173,22 +173,6 @@ pub(crate) fn worst_judged(budget: &Budget, judged: &[(Option<f64>, Option<f64>)
     known.max_by(|one, other| share(one).total_cmp(&share(other)))
 }
 
-/// What to find out about first: what may be large and is easily measured.
-const FIRST_ASKED: [Cause; 12] = [
-    Cause::Force,
-    Cause::Accuracy,
-    Cause::Stiffness,
-    Cause::ForceUncertainty,
-    Cause::Geometry,
-    Cause::Weight,
-    Cause::Backlash,
-    Cause::Repeatability,
-    Cause::Heat,
-    Cause::Bodies,
-    Cause::Vibration,
-    Cause::Rounding,
-];
-
 impl Headline {
     /// Returns a headline with a sentence that was computed from `basis`, without numbers.
     pub fn new(sentence: impl Into<String>, basis: impl Into<String>) -> Self {
@@ -259,7 +243,7 @@ impl Headline {
                 };
                 let names = join_words(&unknown.iter().map(|own| own.words()).collect::<Vec<_>>());
                 self.cautions.insert(0, format!("{known} ({own_words}); of {names} nobody knows what is added."));
-                let first = FIRST_ASKED.into_iter().find(|own| unknown.contains(own)).map_or("", Cause::words);
+                let first = unknown.first().map_or("", |own| own.words());
                 let then = self.next.take().unwrap_or_default();
                 self.next(format!(
                     "find out about {first} ([accuracy] of the machine file, [uncertainty], [verdict.known]), and compute again. Until then: {then}"

@@ -49,6 +49,22 @@ impl Cause {
         Self::Vibration,
     ];
 
+    /// All, those first that are wont to be large and are easily found out about: what to ask about first where nobody knows.
+    pub const BY_SIZE: [Self; 12] = [
+        Self::Force,
+        Self::Accuracy,
+        Self::Stiffness,
+        Self::ForceUncertainty,
+        Self::Geometry,
+        Self::Weight,
+        Self::Backlash,
+        Self::Repeatability,
+        Self::Heat,
+        Self::Bodies,
+        Self::Vibration,
+        Self::Rounding,
+    ];
+
     /// Returns what readers call it.
     pub fn words(self) -> &'static str {
         match self {
@@ -203,10 +219,10 @@ impl Budget {
         self.entries.iter().filter(|own| self.asks_about(own.cause))
     }
 
-    /// Returns the causes that are asked about and nobody knows.
+    /// Returns the causes that are asked about and nobody knows, in the order of [`Cause::BY_SIZE`].
     pub fn unknown(&self) -> Vec<Cause> {
         let is_known = |cause: Cause| self.entries.iter().any(|own| own.cause == cause && own.mark != Mark::Hollow);
-        Cause::ALL.into_iter().filter(|cause| self.asks_about(*cause) && !is_known(*cause)).collect()
+        Cause::BY_SIZE.into_iter().filter(|cause| self.asks_about(*cause) && !is_known(*cause)).collect()
     }
 
     /// Returns the sum of the bounds that are not in the number that is judged, mm.

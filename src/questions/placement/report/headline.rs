@@ -9,9 +9,9 @@ use super::{
     text::{NO_DEFLECTION, best_entry, direction_words, infeasible_text, position_and_angles, robust_text, site_words},
 };
 use crate::{
-    answer::{ShareWithin, cautions},
+    answer::{ShareWithin, budget::OfVerdict, cautions},
     files::words::{counted, millimetres, percent, position, typographic, with_minus_signs},
-    page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
+    page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict, worst_judged},
     process::{Basis, ForceWords, KnownForce, PathReference, file::NOT_CONTROLLED},
     questions::{
         path::report::facts_text,
@@ -194,6 +194,17 @@ pub(super) fn distance_words(study: &PlacementStudy, entry: &Entry) -> Option<St
 pub fn cautions_text(study: &PlacementStudy) -> String {
     let words = study.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words));
     cautions::carrier(&study.machine) + &cautions::assumed_workspace(&study.machine) + &facts_text(words.as_slice())
+}
+
+/// Returns what the verdict on the best place rests on, with what is judged there; `None` where nothing can be cut.
+pub(super) fn of_verdict<'a>(results: &'a PlacementResults, budget: &'a mut Budget) -> Option<OfVerdict<'a>> {
+    let (study, (entry, evaluation)) = (&results.study, best_entry(results)?);
+    *budget = self::budget(study, entry);
+    let worst = worst_judged(budget, &judged(study, entry, evaluation));
+    let compensated =
+        entry.spread.as_ref().filter(|_| !study.has_limits()).and_then(|own| own.largest.compensated.as_ref());
+    let shares = compensated.and_then(|own| own.shares.as_ref());
+    Some(OfVerdict { budget, shares, judged_mm: worst.map(|own| own.0), tolerance_mm: worst.map(|own| own.1) })
 }
 
 /// Returns what the verdict rests on: of several features, what is known worst.

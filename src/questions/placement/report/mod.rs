@@ -12,6 +12,7 @@ pub use quantities::{candidates_table, summary_json, sweep_table};
 pub use recommended::hull;
 pub use text::{entries_table, summary_text};
 
+use kinetostat_budget::Budget;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
@@ -19,7 +20,11 @@ use self::quantities::{
     available_metrics, cell_status, cell_values, entry_values, front_table, refinements_table, spread_values,
 };
 use crate::{
-    answer::{Output, Run, layers, locked_fact},
+    answer::{
+        Output, Run,
+        budget::{self, BUDGET, OfVerdict},
+        layers, locked_fact,
+    },
     files::{
         Manifest,
         words::{counted, typographic},
@@ -51,11 +56,20 @@ impl Answered for PlacementStudy {
         if !self.objective.pareto.is_empty() {
             tables.push(("pareto".into(), front_table(&results)));
         }
+        let mut budget = Budget::default();
+        let of_verdict = headline::of_verdict(&results, &mut budget);
+        tables.extend(of_verdict.iter().map(|own| (BUDGET.into(), own.table())));
+        let mut summary = summary_json(&results);
+        let mut figures = run.draw_figures(|| figures(&results));
+        if let Some(own) = &of_verdict {
+            summary[BUDGET] = own.json();
+            figures.extend(own.figure().filter(|_| run.figures).map(|own| (BUDGET.into(), own)));
+        }
         Ok(Output {
             // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
             is_answered: Some(results.best.is_some()),
             tables,
-            figures: run.draw_figures(|| figures(&results)),
+            figures,
             details: format!("{}\n{}", entries_table(self, entries), summary_text(&results)),
             best_place: results.best.as_ref().map(|best| best_place(&results, best)),
             ..Output::of(
@@ -67,7 +81,7 @@ impl Answered for PlacementStudy {
                     "coarse_to_fine": search.coarse_to_fine,
                 }),
                 Manifest::count(results.cells.iter().map(cell_status)),
-                summary_json(&results),
+                summary,
                 Description { headline: headline::headline(&results), ..page(&results) },
             )
         })
@@ -90,6 +104,9 @@ fn page(results: &PlacementResults) -> Description {
         TableNote::new("sweep.csv", "Places of the sweep; where one was stopped early, its numbers are bounds."),
         TableNote::new("refinements.csv", "Refinements: where each started and ended."),
     ];
+    if results.best.is_some() {
+        tables.push(TableNote::new("budget.csv", budget::CAPTION));
+    }
     if !study.objective.pareto.is_empty() {
         tables.push(TableNote::new(
             "pareto.csv",
@@ -121,6 +138,7 @@ fn sections(results: &PlacementResults) -> Vec<Section> {
             .text(&(text::search_text(results) + &text::certainty_text(results))),
     ];
     if let Some(best) = &results.best {
+        sections.push(OfVerdict::section().tables(["budget.csv"]));
         let heading = "How to use this place?";
         let section = Section::new(heading, "set this place in the process file, compensate the program, check it")
             .text("This place, for the process file of `kinetostat compensate` and of path studies:");
