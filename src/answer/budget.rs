@@ -81,7 +81,7 @@ impl OfVerdict<'_> {
         Table::new(columns, self.budget.entries().map(of_entry).chain(setup))
     }
 
-    /// Draws what each cause takes of the tolerance; `None` where nothing is judged.
+    /// Draws what each cause takes of the tolerance; `None` where nothing is judged, or nothing is beside the number that is.
     pub fn figure(&self) -> Option<Figure> {
         let judged = self.judged_mm?;
         let mut rows = Vec::new();
@@ -114,6 +114,9 @@ impl OfVerdict<'_> {
             bar: BudgetBar::Unknown,
             words: "unknown".into(),
         }));
+        if rows.len() < 2 {
+            return None;
+        }
         let subtitle = match self.shares {
             None => "the number that is judged, and what is added to it".into(),
             Some(all) => {

@@ -161,7 +161,8 @@ fn a_program_says_with_which_probability_limits_of_forces_hold() {
     // The limit costs more than compensation gains: the program is written, and its exit code is no success.
     assert!(
         code == Some(1)
-            && words.starts_with("✗ Probably worse than without compensation [simulated] Off with 95 %: within ")
+            && words.starts_with("✗ Probably worse than without compensation [simulated] ● force ")
+            && words.contains(" ○ vibration Off with 95 %: within ")
             && words.contains("compute again. Probably worse than without compensation"),
         "{code:?} {words}"
     );
