@@ -112,7 +112,8 @@ impl OfVerdict<'_> {
         rows.extend(self.budget.unknown().into_iter().map(|own| BudgetRow {
             label: self.label(own),
             bar: BudgetBar::Unknown,
-            words: "unknown".into(),
+            words:
+                self.known_part(own).map_or_else(|| "unknown".into(), |mm| format!("more than {}", millimetres(mm, 3))),
         }));
         if rows.len() < 2 {
             return None;
@@ -130,6 +131,11 @@ impl OfVerdict<'_> {
         };
         let title = "What each cause takes of the tolerance".into();
         Some(Figure::Budget(BudgetFigure { title, subtitle, tolerance_mm: self.tolerance_mm, rows }))
+    }
+
+    /// What is known of a cause of which nobody knows all, mm.
+    fn known_part(&self, cause: Cause) -> Option<f64> {
+        self.budget.entries().find(|own| own.cause == cause)?.mm
     }
 
     /// Mark and name of a cause; the name alone where it is not asked about.

@@ -1,6 +1,6 @@
 //! What a verdict on a path, a program or a place rests on: each cause of error with what machine and process say of it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use kinetostat_budget::{Budget, Cause, Entry, Mark};
 use nalgebra::Vector3;
@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::{
     KnownForce,
-    uncertainty::{Role, SpreadSource, UncertainParameter, Uncertainty},
+    uncertainty::{ForceSpread, Role, SpreadSource, UncertainParameter, Uncertainty},
 };
 use crate::{
     input::{check::Check, error::Result},
@@ -185,6 +185,8 @@ pub struct Basis<'a> {
     pub force: Option<KnownForce>,
     /// Half the widest interval in which open backlash and friction leave the tool, mm; `None` where it was not looked at.
     pub open_backlash_mm: Option<f64>,
+    /// Largest programmed feed of the tool where it cuts, mm/s; `None` unless all cuts have one.
+    pub fastest_mm_per_s: Option<f64>,
     /// Whether the number is of a program as written, with its digits.
     pub is_written: bool,
 }
@@ -200,7 +202,7 @@ impl Basis<'_> {
             self.force_uncertainty(),
             self.stiffness(),
             self.geometry(asks_accuracy),
-            self.stated(Cause::Accuracy, self.machine.accuracy.systematic()),
+            self.accuracy(),
             self.stated(Cause::Repeatability, self.machine.accuracy.repeatability.as_ref()),
             self.backlash(),
             match self.is_written {
@@ -214,8 +216,7 @@ impl Basis<'_> {
         for own in own {
             let bound = table.known.iter().find(|bound| bound.cause == own.cause);
             budget.set(match bound {
-                Some(bound) if own.mark == Mark::Hollow => bound.clone(),
-                Some(bound) => own.and(bound.clone()),
+                Some(bound) => own.plus(bound.clone()),
                 None => own,
             });
         }
@@ -244,7 +245,12 @@ impl Basis<'_> {
     fn force_uncertainty(&self) -> Entry {
         match self.uncertainty {
             None => Entry::unknown(Cause::ForceUncertainty, "inputs are nominal: no [uncertainty]"),
-            Some(own) if own.force.is_exact() => Entry::unknown(Cause::ForceUncertainty, "taken as exact"),
+            Some(own)
+                if own.force.sharp.is_none()
+                    && own.force.varied_components().count() < ForceSpread::COMPONENTS.len() =>
+            {
+                Entry::unknown(Cause::ForceUncertainty, "force_relative_std: taken as exact")
+            }
             Some(_) => Entry::counted(Cause::ForceUncertainty, Mark::Half, "as [uncertainty.process] gives it"),
         }
     }
@@ -278,11 +284,19 @@ impl Basis<'_> {
         let is_geometry = |role: Role| matches!(role, Role::Geometry | Role::ChainError);
         let varied = self.uncertainty.iter().flat_map(|own| &own.parameters).filter(|own| is_geometry(own.role));
         let sources: Vec<SpreadSource> = varied.map(|own| own.source).collect();
-        let given = self.errors.iter().filter(|own| **own != ChainError::default()).count();
+        let chains = self.machine.chains.iter();
+        let given =
+            chains.zip(self.errors).filter(|(_, own)| **own != ChainError::default()).map(|own| own.0.name.as_str());
+        let varied = self.uncertainty.iter().flat_map(|own| &own.parameters).filter(|own| is_geometry(own.role));
+        let varied = varied.flat_map(|own| &own.values).filter_map(|own| own.0.split('.').next());
+        let known = given.chain(varied).collect::<BTreeSet<&str>>().len();
         match sources.as_slice() {
-            [] if given == 0 => Entry::unknown(Cause::Geometry, "no error of a chain and no calibration is given"),
-            [] if given < self.machine.chains.len() => {
-                Entry::unknown(Cause::Geometry, format!("errors of only {given} chains are given"))
+            [] if known == 0 => Entry::unknown(Cause::Geometry, "no error of a chain and no calibration is given"),
+            _ if known < self.machine.chains.len() => {
+                Entry::unknown(Cause::Geometry, format!("errors of only {known} chains are given"))
+            }
+            _ if self.machine.carrier.is_some() => {
+                Entry::unknown(Cause::Geometry, "nothing is given of the workpiece carrier")
             }
             [] => Entry::counted(Cause::Geometry, Mark::Half, "errors of chains, taken as exact"),
             all if all.iter().all(|own| *own == SpreadSource::Identified) => {
@@ -290,6 +304,24 @@ impl Basis<'_> {
             }
             _ => Entry::counted(Cause::Geometry, Mark::Half, "as [uncertainty] gives it"),
         }
+    }
+
+    /// What is stated of poses says nothing of paths: without AT it is known in part.
+    fn accuracy(&self) -> Entry {
+        let accuracy = &self.machine.accuracy;
+        let mut own = self.stated(Cause::Accuracy, accuracy.systematic());
+        // What is larger along an axis may be said by a smaller distance.
+        own.mm = accuracy.path.iter().chain(&accuracy.pose).map(|stated| stated.mm).reduce(f64::max);
+        let lacks = match (&accuracy.path, self.fastest_mm_per_s) {
+            _ if own.mark == Mark::Hollow => return own,
+            (None, _) => "of poses alone, no path accuracy (AT) is stated".into(),
+            (Some(_), None) => "at a speed, and not every cut has a feed".into(),
+            (Some(path), Some(fastest)) if path.speed_mm_per_s.is_none_or(|at| fastest > at * (1.0 + 1e-9)) => {
+                format!("the tool cuts at up to {fastest:.0} mm/s")
+            }
+            _ => return own,
+        };
+        own.lacking(&lacks)
     }
 
     /// A stated accuracy: sampled where inputs are uncertain, else a bound.
@@ -309,14 +341,18 @@ impl Basis<'_> {
     fn backlash(&self) -> Entry {
         let without = self.machine.drives().filter(|(_, drive)| drive.backlash == 0.0).count();
         match (without, self.open_backlash_mm) {
-            (0, Some(open)) => Entry::bound(
-                Cause::Backlash,
-                open,
-                Mark::Half,
-                "machine file: what is open; pressed flanks are simulated",
-            ),
-            (0, None) => Entry::unknown(Cause::Backlash, "not looked at by this question"),
-            (drives, _) => Entry::unknown(Cause::Backlash, format!("not in the machine file of {drives} drives")),
+            (_, None) => Entry::unknown(Cause::Backlash, "not looked at by this question"),
+            (drives, Some(open)) => {
+                let words = "machine file: what is open; pressed flanks are simulated";
+                let own = Entry::bound(Cause::Backlash, open, Mark::Half, words);
+                match drives {
+                    _ if self.machine.carrier.as_ref().is_some_and(|own| own.drive_count() > 0) => {
+                        own.lacking("the workpiece carrier is not looked at")
+                    }
+                    0 => own,
+                    drives => own.lacking(&format!("not in the machine file of {drives} drives")),
+                }
+            }
         }
     }
 }

@@ -222,16 +222,16 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 const MOST_LINES: [(&[&str], usize); 12] = [
     (&["crates/engine/src"], 22_080),
     (&["crates/removal/src"], 3_105),
-    (&["crates/budget/src"], 270),
+    (&["crates/budget/src"], 290),
     (&["src/toolpath"], 30_385),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 13_705),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 13_740),
     (&["src/simulation", "src/redundancy"], 5_650),
-    (&["src/answer", "src/files", "src/work", "src/run"], 6_210),
+    (&["src/answer", "src/files", "src/work", "src/run"], 6_215),
     (&["src/figures", "src/page"], 11_020),
-    (&["src/questions"], 25_690),
-    (&["src/products", "src/inspect", "src/explore"], 13_090),
+    (&["src/questions"], 25_715),
+    (&["src/products", "src/inspect", "src/explore"], 13_105),
     (&["src/cli"], 3_165),
-    (&["crates/budget/src", "crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 134_500),
+    (&["crates/budget/src", "crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 134_605),
 ];
 
 #[test]

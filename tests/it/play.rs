@@ -168,7 +168,7 @@ fn places_are_judged_with_the_play_of_the_drives() {
         let (along_x, along_y) = ([0.014, 0.0225, 0.01125], [0.02, 0.015, 0.01125]);
         near(found.metrics.get(Metric::WorstDeflection), size(along_x).max(size(along_y)));
         near(found.metrics.get(Metric::WorstCorrection), 0.0225);
-        near(Some(found.open_backlash_mm), 0.0);
+        near(found.open_backlash_mm, 0.0);
     }
     // A force below 30 N presses no drive.
     let held = placed_on_loose_slides(30.0);
@@ -177,7 +177,7 @@ fn places_are_judged_with_the_play_of_the_drives() {
         let (along_x, along_y) = ([0.004, 0.0225, 0.00125], [0.02, 0.005, 0.00125]);
         near(found.metrics.get(Metric::WorstDeflection), size(along_x).max(size(along_y)));
         let open = [[0.016, 0.0075, 0.01375], [0.006, 0.0175, 0.01375]].map(size);
-        near(Some(found.open_backlash_mm), open[0].max(open[1]));
+        near(found.open_backlash_mm, open[0].max(open[1]));
     }
 }
 

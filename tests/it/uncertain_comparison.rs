@@ -111,7 +111,7 @@ fn the_probability_that_one_is_better_is_the_exact_one() {
     // A result is as good as itself.
     let (said, _) = compared(at, [&first, &first]);
     assert!(
-        said.starts_with("– Cannot be told apart A (first) and B (first) cannot be told apart.")
+        said.starts_with("– Cannot be told apart [of deflections: some causes are unknown] A (first) and B (first) cannot be told apart.")
             && said.contains("in B with less than 0.1 % (95 % quantile"),
         "{said}"
     );

@@ -26,7 +26,9 @@ const UNCERTAIN: &str = "[uncertainty]\n[[uncertainty.parameter]]\nname = \"g.*.
      [uncertainty.process]\nforce_relative_std = 0.15\n";
 
 fn stated(name: &str, mm: f64) -> String {
-    format!("[accuracy.{name}]\nmm = {mm:?}\ngrade = \"data_sheet\"\nsource = \"somebody\"\n")
+    // F600 are 10 mm/s.
+    let speed = if name == "path" { "speed_mm_per_s = 10.0\n" } else { "" };
+    format!("[accuracy.{name}]\nmm = {mm:?}\n{speed}grade = \"data_sheet\"\nsource = \"somebody\"\n")
 }
 
 fn known(cause: &str, mm: f64) -> String {
@@ -294,6 +296,37 @@ fn the_whole_is_that_of_brute_force() {
     assert!((p95 - expected).abs() < 0.01 * expected + 0.0005, "{p95} instead of {expected}: {}", found.words);
     let exact = found.report["budget"]["judged_mm"].as_f64().unwrap();
     assert!((exact - expected).abs() < 0.01 * expected, "{exact} instead of {expected}: {}", found.words);
+}
+
+/// What is stated of poses, or of a slower path, counts and is not enough.
+#[test]
+fn an_accuracy_of_something_else_is_known_in_part() {
+    let (tables, process) = all_known();
+    let process = format!("tolerance_mm = 0.5\n{PLACED}{}", process.concat());
+    let whole = answer(&machine(&tables.concat(), BACKLASH), &process);
+    assert_eq!(first_letter(&whole), '✓', "{}", whole.words);
+    let slow = tables.concat().replace("speed_mm_per_s = 10.0", "speed_mm_per_s = 9.0");
+    let slower = answer(&machine(&slow, BACKLASH), &process);
+    // However large what is stated of poses is.
+    let other = stated("pose", 0.06);
+    let beside = answer(&machine(&(slow + &other), BACKLASH), &process);
+    assert!(first_letter(&beside) == '?' && beside.words.contains("○ accuracy 0.060 mm"), "{}", beside.words);
+    let nowhere = answer(&machine(&tables.concat().replace("speed_mm_per_s = 10.0\n", ""), BACKLASH), &process);
+    assert!(
+        nowhere.code == Some(2) && nowhere.words.contains("accuracy.path.speed_mm_per_s: missing"),
+        "{}",
+        nowhere.words
+    );
+    let pose = answer(&machine(&tables.concat().replace("accuracy.path", "accuracy.pose"), BACKLASH), &process);
+    for (own, why) in [(&slower, "the tool cuts at up to 10 mm/s"), (&pose, "no path accuracy (AT) is stated")] {
+        assert!(
+            own.words.starts_with("? Not decided: 1 of 12") && own.words.contains("○ accuracy 0.050 mm"),
+            "{}",
+            own.words
+        );
+        assert!(own.headline["causes"].to_string().contains(why), "{}", own.headline);
+        assert_eq!(own.report["budget"]["judged_mm"], whole.report["budget"]["judged_mm"]);
+    }
 }
 
 /// A zone of ISO 1101 is half of its width to either side, and never both.

@@ -140,11 +140,26 @@ impl Entry {
         Self { cause, mark: Mark::Hollow, mm: None, counted: false, source: source.into() }
     }
 
+    /// Returns this entry as known in part: its millimetres count, and nobody knows what is added; `what` is missing.
+    #[must_use]
+    pub fn lacking(self, what: &str) -> Self {
+        Self { mark: Mark::Hollow, source: format!("{what}: {}", self.source), ..self }
+    }
+
     /// Returns this entry with its millimetres, which are in the number that is judged.
     #[must_use]
     pub fn of_mm(mut self, mm: f64) -> Self {
         self.mm = Some(mm);
         self
+    }
+
+    /// Returns this entry with a `bound` of the same cause, which comes on top of what is known of it.
+    #[must_use]
+    pub fn plus(self, bound: Self) -> Self {
+        let own_mm = self.mm.filter(|_| !self.counted);
+        let mm = [own_mm, bound.mm].into_iter().flatten().reduce(|own, more| own + more);
+        let mark = if self.mark == Mark::Hollow { bound.mark } else { self.mark.max(bound.mark) };
+        Self { mark, mm, counted: false, source: bound.source, ..self }
     }
 
     /// Returns what is known by this and another entry of one cause, which both count: what is known worse, and the larger of their millimetres.
@@ -159,7 +174,7 @@ impl Entry {
     /// Returns mark, name and millimetres.
     pub fn words(&self) -> String {
         let mm = self.mm.map_or_else(String::new, |mm| format!(" {mm:.3} mm"));
-        format!("{} {}{mm}", self.mark.sign(), self.cause.words())
+        format!("{}\u{a0}{}{mm}", self.mark.sign(), self.cause.words().replace(' ', "\u{a0}"))
     }
 }
 

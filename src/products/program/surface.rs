@@ -42,6 +42,8 @@ pub(super) struct CourseSpread {
     pub ranges_mm: Vec<Option<[f64; 2]>>,
     /// Most material left and most missing anywhere that are not exceeded with 95 % probability, each by itself, mm; not a number where all draws failed.
     pub most_mm: [f64; 2],
+    /// Most left or missing anywhere that is not exceeded with 95 % probability, mm, draws without an equilibrium exceeding all; `None` where these are too many.
+    pub worst_mm: Option<f64>,
     /// Number of draws in which all of the surface is within its tolerance, and in which nothing of it is missing by more; `None` without one.
     pub within: Option<[usize; 2]>,
     /// Number of draws in which a line takes more than the tolerance too much, by the index of its move; the likeliest first.
@@ -112,7 +114,7 @@ impl Wanted<'_> {
         let (mut all, mut most, mut failed) = (Vec::with_capacity(draws), [Vec::new(), Vec::new()], 0);
         // Draws in which something is out of tolerance, and in which it is missing.
         let (mut out, mut gouged, mut lines) = (0, 0, BTreeMap::<usize, usize>::new());
-        let mut first_failure = None;
+        let (mut first_failure, mut worst) = (None, Vec::with_capacity(draws));
         let has_tolerance = patches.iter().any(|patch| (self.tolerance_mm)(patch).is_some());
         for draw in 0..draws {
             self.work.check()?;
@@ -123,6 +125,7 @@ impl Wanted<'_> {
                 Err(failure) => {
                     (failed, out, gouged) = (failed + 1, out + 1, gouged + 1);
                     first_failure.get_or_insert(failure.reason);
+                    worst.push(f64::INFINITY);
                     continue;
                 }
             };
@@ -138,6 +141,7 @@ impl Wanted<'_> {
                     own_lines.extend(maker.map(|point| self.job.path.points()[point as usize].source.segment));
                 }
             }
+            worst.push(extremes[0].max(extremes[1]));
             most.iter_mut().zip(extremes).for_each(|(most, own)| most.push(own));
             (out, gouged) = (out + usize::from(is_out), gouged + usize::from(is_gouged));
             own_lines.into_iter().for_each(|line| *lines.entry(line).or_default() += 1);
@@ -155,6 +159,7 @@ impl Wanted<'_> {
             first_failure,
             ranges_mm: (0..patches.len()).into_par_iter().map(range).collect(),
             most_mm: most.map(|mut own| quantile(&mut own, P95)),
+            worst_mm: Some(quantile(&mut worst, P95)).filter(|own| own.is_finite()),
             within: has_tolerance.then(|| [out, gouged].map(|count| draws - count)),
             gouges,
         })

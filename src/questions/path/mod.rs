@@ -66,6 +66,8 @@ pub struct PathStudy {
     pub placement: Placement,
     /// What draws change of the force at each point; empty where one factor is for all of it.
     pub(crate) drawn_forces: Vec<DrawnForceAt>,
+    /// Largest programmed feed where the tool cuts, mm/s; `None` unless all cuts have one.
+    pub fastest_mm_per_s: Option<f64>,
     /// Largest deviation of the tool from its path that the process allows, mm.
     pub tolerance_mm: Option<f64>,
     /// Compensation methods compared.

@@ -106,6 +106,7 @@ pub(crate) fn path(
         stations: stations(process, toolpath.points(), &tasks, program.as_ref()),
         tasks,
         placement: process.placement,
+        fastest_mm_per_s: toolpath.largest_cutting_feed_mm_per_min().map(|own| own / 60.0),
         tolerance_mm: process.tolerance_mm,
         methods: named_methods(spec, &check.key("methods"))?,
         is_closed: spec.file.is_some() && toolpath.is_closed(),

@@ -104,7 +104,7 @@ impl Evaluator {
             None => Ok(Evaluation {
                 metrics: known,
                 features: Vec::new(),
-                open_backlash_mm: partial.tallies.iter().map(Tally::open_mm).fold(0.0, f64::max),
+                open_backlash_mm: Tally::widest_open_mm(&partial.tallies),
                 not_corrected: None,
                 outside_workspace: self.check_workspace(site).err(),
             }),

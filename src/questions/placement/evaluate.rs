@@ -82,8 +82,8 @@ pub struct Evaluation {
     pub metrics: Metrics,
     /// Metrics of each feature.
     pub features: Vec<Metrics>,
-    /// Half the widest interval in which open backlash and friction leave the tool, mm; in no metric.
-    pub open_backlash_mm: f64,
+    /// Half the widest interval in which open backlash and friction leave the tool, mm, in no metric; `None` where it is not known.
+    pub open_backlash_mm: Option<f64>,
     /// Why there is no correction within limits, if one was sought and not found.
     pub not_corrected: Option<String>,
     /// Where the path leaves the machine's workspace box, if it does: the numbers are then those of a machine that is tracked beyond it.
@@ -372,7 +372,7 @@ impl Evaluator {
         let metrics = self.best_possible(partial);
         let metrics_of = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
         let features = partial.tallies.iter().zip(&self.features).map(metrics_of).collect();
-        let open_backlash_mm = partial.tallies.iter().map(Tally::open_mm).fold(0.0, f64::max);
+        let open_backlash_mm = Tally::widest_open_mm(&partial.tallies);
         let mut evaluation =
             Evaluation { metrics, features, open_backlash_mm, not_corrected: None, outside_workspace: None };
         if self.needs.bounded {

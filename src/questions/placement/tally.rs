@@ -15,6 +15,8 @@ pub(super) struct PointValues {
     pub deflection: f64,
     /// Half the interval in which open backlash and friction leave the tool there, mm.
     pub open: f64,
+    /// Whether that is not known.
+    pub is_open_unknown: bool,
     /// Largest |Δρ|, mm or degrees; of slides where the machine has slides and hinges.
     pub correction: f64,
     /// Largest |τ|, N or N·mm; of slides where the machine has slides and hinges.
@@ -100,11 +102,18 @@ fn larger_of(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
 }
 
 impl PointValues {
+    /// Returns these numbers where `open`, mm, is half an interval in which the tool stands; `None` where it is not known.
+    pub fn with_open(self, open: Option<f64>) -> Self {
+        let is_open_unknown = self.is_open_unknown || open.is_none();
+        Self { open: self.open.max(open.unwrap_or_default()), is_open_unknown, ..self }
+    }
+
     /// Returns the worse of each number of both.
     fn worse_of(&self, other: &Self) -> Self {
         Self {
             deflection: self.deflection.max(other.deflection),
             open: self.open.max(other.open),
+            is_open_unknown: self.is_open_unknown || other.is_open_unknown,
             correction: self.correction.max(other.correction),
             force: self.force.max(other.force),
             hinges: larger_of(self.hinges, other.hinges),
@@ -139,9 +148,11 @@ impl Tally {
         }
     }
 
-    /// Returns half the widest interval in which open backlash and friction leave the tool, mm.
-    pub fn open_mm(&self) -> f64 {
-        self.worst.open
+    /// Returns half the widest interval of `all` in which open backlash and friction leave the tool, mm; `None` where it is not known.
+    pub fn widest_open_mm(all: &[Self]) -> Option<f64> {
+        all.iter()
+            .map(|own| Some(own.worst.open).filter(|_| !own.worst.is_open_unknown))
+            .try_fold(0.0, |most: f64, own| Some(most.max(own?)))
     }
 
     /// Returns the metrics of paths that make up `share` of the length of all; before all points are added, the best they can still be.

@@ -113,19 +113,26 @@ impl<'a> PathWalk<'a> {
         let open = self.add_play(task, &at, &mut uncompensated, true);
         let values = self.point_values((task, &at), &uncompensated, elastic);
         self.last.uncompensated = Some(uncompensated);
-        values.map(|values| PointValues { open, ..values })
+        values.map(|values| values.with_open(open))
     }
 
-    /// Adds the play of the drives, as along a path, to what was `found` at the rigid configuration `at`; returns half the interval that stays open, mm.
-    fn add_play(&mut self, task: &TaskPoint, at: &Configuration, found: &mut Compensation, is_given: bool) -> f64 {
+    /// Adds the play of the drives, as along a path, to what was `found` at the rigid configuration `at`; returns half the interval that stays open, mm,
+    /// `None` where it is not known.
+    fn add_play(
+        &mut self,
+        task: &TaskPoint,
+        at: &Configuration,
+        found: &mut Compensation,
+        is_given: bool,
+    ) -> Option<f64> {
         let real = self.machines.actual(Source::All);
         if !found.status.is_success() || !has_play(real) {
-            return 0.0;
+            return Some(0.0);
         }
         let mut target = self.all_sources.target().ok();
         let case = PathCase::new(self.machines, Source::All, std::slice::from_ref(task));
         let played = PlayedPoint { case: &case, task, at, is_given };
-        played.add(&mut self.all_sources, found, &mut target).map_or(0.0, |play| play.open_mm.norm())
+        played.add(&mut self.all_sources, found, &mut target).map(|play| play.open_mm.norm())
     }
 
     /// Returns the numbers of a point, whose rigid configuration is `at`, from its result `uncompensated` at the nominal command and its error without play
@@ -190,7 +197,8 @@ impl<'a> PathWalk<'a> {
         values: &mut PointValues,
     ) -> Result<(), Refusal> {
         let mut exact = compensate(&mut self.all_sources, task, Method::Direct);
-        self.add_play(task, at, &mut exact, false);
+        let open = self.add_play(task, at, &mut exact, false);
+        *values = values.with_open(open);
         let added = self.add_exact(uncompensated, &exact, values);
         self.last.exact = Some(exact);
         added

@@ -280,6 +280,12 @@ impl Toolpath {
         self.points.last().map_or(0.0, |point| point.arc_length_mm)
     }
 
+    /// Returns the largest feed where the tool cuts, mm/min; `None` unless all cuts have one.
+    pub(crate) fn largest_cutting_feed_mm_per_min(&self) -> Option<f64> {
+        let mut cutting = self.points.iter().filter(|point| point.cutting);
+        cutting.try_fold(0.0, |most: f64, point| Some(most.max(point.feed_mm_per_min?))).filter(|most| *most > 0.0)
+    }
+
     /// Returns the same path with this feed, mm/min, at every cutting point.
     #[must_use]
     pub fn with_feed(mut self, feed_mm_per_min: f64) -> Toolpath {

@@ -63,9 +63,9 @@ impl Accuracy {
         stated.max_by(|one, other| one.axis_std_mm.total_cmp(&other.axis_std_mm))
     }
 
-    /// Whether geometric errors are in AT or AP.
+    /// Whether geometric errors are in [`Self::systematic`].
     pub fn has_geometry(&self) -> bool {
-        self.path.iter().chain(&self.pose).any(|own| own.frame == AccuracyFrame::Base)
+        self.systematic().is_some_and(|own| own.frame == AccuracyFrame::Base)
     }
 }
 
@@ -87,6 +87,11 @@ pub(super) fn resolve(spec: Option<&AccuracySpec>, check: &Check) -> Result<Accu
             frame: spec.frame,
         }))
     };
+    if spec.path.as_ref().is_some_and(|own| own.speed_mm_per_s.is_none()) {
+        return check
+            .key("path.speed_mm_per_s")
+            .fail("missing: expected the speed at which this path accuracy (AT) holds".into());
+    }
     Ok(Accuracy {
         pose: stated("pose", &spec.pose, ACCURACY_FACTOR)?,
         repeatability: stated("repeatability", &spec.repeatability, RP_FACTOR)?,

@@ -214,7 +214,9 @@ impl Machined {
     /// Returns how far the surface is off without compensation and as written, with 95 % probability where inputs are uncertain, mm.
     fn largest_mm(&self) -> [f64; 2] {
         match &self.spread {
-            Some(spread) => spread.courses.each_ref().map(|own| own.most_mm[0].max(own.most_mm[1])),
+            Some(spread) => {
+                spread.courses.each_ref().map(|own| own.worst_mm.unwrap_or(own.most_mm[0].max(own.most_mm[1])))
+            }
             None => self.reference().2.map(Side::largest),
         }
     }
@@ -245,7 +247,12 @@ impl Machined {
 
     /// Returns how far the surface as written is off, mm, with the tolerance of that: of each tool where these differ and inputs are nominal.
     pub fn judged(&self, job: &ProgramJob) -> Vec<(Option<f64>, Option<f64>)> {
-        let whole = (Some(self.largest_mm()[1]), self.least_tolerance_mm(job));
+        // Of a surface of which nothing is seen the path of the tool is judged.
+        if self.sides[1].area == 0.0 {
+            return Vec::new();
+        }
+        let largest = self.spread.as_ref().map_or(Some(self.largest_mm()[1]), |own| own.courses[1].worst_mm);
+        let whole = (largest, self.least_tolerance_mm(job));
         match self.tools.as_slice() {
             [_, _, ..] if self.spread.is_none() => self.tools.iter().map(ToolSides::judged).collect(),
             _ => whole.1.map(|_| whole).into_iter().collect(),

@@ -344,7 +344,9 @@ pub(super) fn budget(report: &Report<'_>) -> Budget {
     let (machine, errors) = (&job.machine, &job.process.errors[..]);
     let uncertainty = job.uncertainty.as_ref().filter(|_| report.proved.spread.is_some());
     let open_backlash_mm = report.findings.play.open_mm();
-    Basis { machine, errors, uncertainty, force, open_backlash_mm, is_written: true }.budget(&job.process.verdict)
+    let fastest_mm_per_s = job.path.largest_cutting_feed_mm_per_min().map(|own| own / 60.0);
+    Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: true }
+        .budget(&job.process.verdict)
 }
 
 /// Returns what the verdict rests on as it is drawn and told: of the distance or surface that takes most of its tolerance.

@@ -313,7 +313,8 @@ pub(super) fn budget(summary: &Summary<'_>) -> Budget {
     let PathStudy { machine, errors, verdict, .. } = study;
     let uncertainty = study.uncertainty.as_ref().filter(|_| summary.whole.is_some());
     let open_backlash_mm = summary.play.open_mm();
-    Basis { machine, errors, uncertainty, force, open_backlash_mm, is_written: false }.budget(verdict)
+    let fastest_mm_per_s = study.fastest_mm_per_s;
+    Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: false }.budget(verdict)
 }
 
 /// Returns what the verdict rests on, with what is judged.

@@ -215,8 +215,10 @@ fn budget(study: &PlacementStudy, entry: &Entry) -> Budget {
         let (machine, errors) = (job.machine(), &job.errors[..]);
         let uncertainty = job.uncertainty.as_deref().filter(|_| entry.spread.is_some());
         // The correction within limits does not know it.
-        let open_backlash_mm = entry.feasible().filter(|_| !study.has_limits()).map(|own| own.open_backlash_mm);
-        Basis { machine, errors, uncertainty, force, open_backlash_mm, is_written: false }.budget(&job.verdict)
+        let open_backlash_mm = entry.feasible().filter(|_| !study.has_limits()).and_then(|own| own.open_backlash_mm);
+        let fastest_mm_per_s = job.feature.path.largest_cutting_feed_mm_per_min().map(|own| own / 60.0);
+        Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: false }
+            .budget(&job.verdict)
     };
     study.features.iter().map(of).reduce(Budget::worse).unwrap_or_default()
 }
