@@ -173,7 +173,7 @@ impl Entry {
 
     /// Returns mark, name and millimetres.
     pub fn words(&self) -> String {
-        let mm = self.mm.map_or_else(String::new, |mm| format!(" {mm:.3} mm"));
+        let mm = self.mm.map_or_else(String::new, |mm| format!("\u{a0}{mm:.3}\u{a0}mm"));
         format!("{}\u{a0}{}{mm}", self.mark.sign(), self.cause.words().replace(' ', "\u{a0}"))
     }
 }
