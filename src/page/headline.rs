@@ -1,6 +1,6 @@
 //! The result at a glance, for the first screen of a page and the terminal: a verdict, a sentence, at most three numbers, and cautions.
 
-use kinetostat_budget::{Budget, Decision, Entry};
+use kinetostat_budget::{Budget, Cause, Decision, Entry};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -173,6 +173,17 @@ pub(crate) fn worst_judged(budget: &Budget, judged: &[(Option<f64>, Option<f64>)
     known.max_by(|one, other| share(one).total_cmp(&share(other)))
 }
 
+/// Returns `words` with a small first letter.
+fn begun_small(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+}
+
+/// Returns the names of `causes`, joined.
+fn names_of(causes: &[Cause]) -> String {
+    join_words(&causes.iter().map(|own| own.words()).collect::<Vec<_>>())
+}
+
 impl Headline {
     /// Returns a headline with a sentence that was computed from `basis`, without numbers.
     pub fn new(sentence: impl Into<String>, basis: impl Into<String>) -> Self {
@@ -231,22 +242,44 @@ impl Headline {
             // By a distribution, and nothing is missing in it.
             Some(Decision::Out { .. }) if state == State::Partly && unknown.is_empty() && bounds == 0.0 => self,
             Some(Decision::Out { .. }) => {
-                self.unless(State::Bad, format!("Out of tolerance: {used} used"), "By the deflection alone: ");
-                self.next("tighten what the marks show as largest, or allow more, and compute again.")
+                let words = worst.map_or_else(String::new, |(mm, tolerance)| {
+                    format!("{} for {tolerance} mm allowed", millimetres(mm + bounds, 3))
+                });
+                self.unless(State::Bad, format!("Out of tolerance: {words}"));
+                let bound = |own: &Entry| Some(format!("{} {}", own.cause.words(), millimetres(own.mm?, 3)));
+                let added: Vec<String> = budget.entries().filter(|own| !own.counted).filter_map(bound).collect();
+                let added = join_words(&added.iter().map(String::as_str).collect::<Vec<_>>());
+                let more = match unknown.is_empty() {
+                    true => String::new(),
+                    false => format!(" More is added by what nobody knows: {}.", names_of(&unknown)),
+                };
+                if let Some((mm, _)) = worst.filter(|_| !added.is_empty()) {
+                    let caution = format!("{} by deflection, to which are added: {added}.{more}", millimetres(mm, 3));
+                    self.cautions.insert(0, caution);
+                }
+                let largest = budget.entries().filter(|own| !own.counted);
+                let largest = largest.max_by(|one, other| one.mm.unwrap_or(0.0).total_cmp(&other.mm.unwrap_or(0.0)));
+                let largest = largest.filter(|own| own.mm.is_some_and(|mm| mm > worst.map_or(0.0, |own| own.0)));
+                match largest.and_then(bound) {
+                    Some(largest) => self.next(format!(
+                        "do not cut; {largest} is the largest part: make it smaller, and compute again."
+                    )),
+                    None => self.next("do not cut; make what the numbers show as largest smaller, and compute again."),
+                }
             }
             _ if !unknown.is_empty() => {
                 let words = format!("Not decided: {} of {} causes unknown", unknown.len(), self.causes.len());
-                let own_words = self.unless(State::NotDecided, words, "By what is known alone: ");
+                let own_words = self.unless(State::NotDecided, words);
                 let known = match used.is_empty() {
                     true => "What is known uses an unknown part".into(),
                     false => format!("What is known uses {used}"),
                 };
-                let names = join_words(&unknown.iter().map(|own| own.words()).collect::<Vec<_>>());
+                let names = names_of(&unknown);
                 self.cautions.insert(0, format!("{known} ({own_words}); of {names} nobody knows what is added."));
                 let first = unknown.first().map_or("", |own| own.words());
                 let then = self.next.take().unwrap_or_default();
                 self.next(format!(
-                    "find out about {first} ([accuracy] of the machine file, [uncertainty], [verdict.known]), and compute again. Until then: {then}"
+                    "do not cut; find out about {first} first (docs: what a verdict rests on), and compute again. Until then: {then}"
                 ))
             }
             _ if state == State::Good => {
@@ -269,8 +302,10 @@ impl Headline {
     }
 
     /// Replaces the verdict by one that is worse, which no number and no caution may contradict; returns its words, to be told behind others.
-    fn unless(&mut self, state: State, words: String, condition: &str) -> String {
+    fn unless(&mut self, state: State, words: String) -> String {
+        let condition = "By the deflection alone: ";
         let own_words = self.own_words();
+        self.sentence = format!("Deflection alone: {}", begun_small(&self.sentence));
         self.verdict = Some(Verdict::new(state, words));
         self.numbers.iter_mut().filter(|own| own.state == Some(State::Good)).for_each(|own| own.state = None);
         let tells = |own: &str| own.contains("ithin tolerance") || own.contains("ithin the tolerance");
@@ -283,9 +318,7 @@ impl Headline {
 
     /// Returns the words of the verdict, to be told behind others.
     fn own_words(&self) -> String {
-        let words = self.verdict.as_ref().map_or("", |own| &own.words);
-        let mut letters = words.chars();
-        letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+        begun_small(self.verdict.as_ref().map_or("", |own| &own.words))
     }
 
     /// Adds a mark, such as "simulated".

@@ -341,7 +341,8 @@ impl Basis<'_> {
     fn backlash(&self) -> Entry {
         let without = self.machine.drives().filter(|(_, drive)| drive.backlash == 0.0).count();
         match (without, self.open_backlash_mm) {
-            (_, None) => Entry::unknown(Cause::Backlash, "not looked at by this question"),
+            (0, None) => Entry::unknown(Cause::Backlash, "not looked at by this question"),
+            (drives, None) => Entry::unknown(Cause::Backlash, format!("not in the machine file of {drives} drives")),
             (drives, Some(open)) => {
                 let words = "machine file: what is open; pressed flanks are simulated";
                 let own = Entry::bound(Cause::Backlash, open, Mark::Half, words);

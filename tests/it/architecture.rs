@@ -231,7 +231,7 @@ const MOST_LINES: [(&[&str], usize); 12] = [
     (&["src/questions"], 25_715),
     (&["src/products", "src/inspect", "src/explore"], 13_105),
     (&["src/cli"], 3_165),
-    (&["crates/budget/src", "crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 134_605),
+    (&["crates/budget/src", "crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 134_615),
 ];
 
 #[test]

@@ -476,11 +476,10 @@ fn spreads_along_a_path_are_the_same_on_any_number_of_threads() {
     assert_eq!(block.sources[Source::All][..], one.whole.sources[Source::All][256..]);
 }
 
-/// The sentence on the tool, which may be told under the condition of what is known alone.
+/// The sentence on the tool, which may be told of the deflection alone.
 fn verdict_sentence(headline: &Headline) -> String {
     let told = headline.cautions.iter().find(|own| own.contains("the tool of orthoglide")).unwrap();
-    let conditions = ["By what is known alone: ", "By the deflection alone: "];
-    conditions.into_iter().find_map(|own| told.strip_prefix(own)).unwrap_or(told).to_string()
+    told.strip_prefix("By the deflection alone: ").unwrap_or(told).to_string()
 }
 
 /// The first sentence says whether the tolerance is kept with compensation, on machines and under forces as they may be.

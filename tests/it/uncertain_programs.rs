@@ -123,7 +123,7 @@ fn the_first_screen_of_a_program_is_its_verdict() {
     assert_eq!(code, Some(0), "{words}");
     // By what this process says nobody knows what control, backlash, heat and bodies add.
     let begin = "? Not decided: 8 of 12 causes unknown [simulated] ● force ○ weight ◐ force uncertainty ○ stiffness ◐ geometry ○ accuracy ";
-    let expected = "By what is known alone: Within tolerance: the tool of orthoglide, with the compensated program, stays within 5 mm all along part.nc with more than 99.9 % \
+    let expected = "By the deflection alone: Within tolerance: the tool of orthoglide, with the compensated program, stays within 5 mm all along part.nc with more than 99.9 % \
                     probability, within ";
     assert!(words.starts_with(begin) && words.contains(expected), "{words}");
     assert!(words.contains("draws, all points solved") && !words.contains("inputs taken as exact"), "{words}");

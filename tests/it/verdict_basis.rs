@@ -310,7 +310,7 @@ fn an_accuracy_of_something_else_is_known_in_part() {
     // However large what is stated of poses is.
     let other = stated("pose", 0.06);
     let beside = answer(&machine(&(slow + &other), BACKLASH), &process);
-    assert!(first_letter(&beside) == '?' && beside.words.contains("○ accuracy 0.060 mm"), "{}", beside.words);
+    assert!(first_letter(&beside) == '?' && beside.words.contains("○ accuracy 0.060 mm or more"), "{}", beside.words);
     let nowhere = answer(&machine(&tables.concat().replace("speed_mm_per_s = 10.0\n", ""), BACKLASH), &process);
     assert!(
         nowhere.code == Some(2) && nowhere.words.contains("accuracy.path.speed_mm_per_s: missing"),
@@ -320,7 +320,7 @@ fn an_accuracy_of_something_else_is_known_in_part() {
     let pose = answer(&machine(&tables.concat().replace("accuracy.path", "accuracy.pose"), BACKLASH), &process);
     for (own, why) in [(&slower, "the tool cuts at up to 10 mm/s"), (&pose, "no path accuracy (AT) is stated")] {
         assert!(
-            own.words.starts_with("? Not decided: 1 of 12") && own.words.contains("○ accuracy 0.050 mm"),
+            own.words.starts_with("? Not decided: 1 of 12") && own.words.contains("○ accuracy 0.050 mm or more"),
             "{}",
             own.words
         );

@@ -173,7 +173,8 @@ impl Entry {
 
     /// Returns mark, name and millimetres.
     pub fn words(&self) -> String {
-        let mm = self.mm.map_or_else(String::new, |mm| format!("\u{a0}{mm:.3}\u{a0}mm"));
+        let more = if self.mark == Mark::Hollow { "\u{a0}or\u{a0}more" } else { "" };
+        let mm = self.mm.map_or_else(String::new, |mm| format!("\u{a0}{mm:.3}\u{a0}mm{more}"));
         format!("{}\u{a0}{}{mm}", self.mark.sign(), self.cause.words().replace(' ', "\u{a0}"))
     }
 }
