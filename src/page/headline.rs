@@ -173,6 +173,12 @@ pub(crate) fn worst_judged(budget: &Budget, judged: &[(Option<f64>, Option<f64>)
     known.max_by(|one, other| share(one).total_cmp(&share(other)))
 }
 
+/// Returns `words` with a large first letter.
+fn begun_large(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// Returns `words` with a small first letter.
 fn begun_small(words: &str) -> String {
     let mut letters = words.chars();
@@ -237,6 +243,9 @@ impl Headline {
         let used = worst.map_or_else(String::new, |(mm, tolerance)| {
             format!("{} of {tolerance} mm", millimetres(mm + bounds, 3).trim_end_matches(" mm"))
         });
+        // What is drawn of the control is in the number, not the deflection alone.
+        let is_of_control = |own: &Entry| own.counted && [Cause::Accuracy, Cause::Repeatability].contains(&own.cause);
+        let alone = if budget.entries().any(is_of_control) { "what is computed" } else { "the deflection" };
         let decision = worst.map(|(mm, tolerance)| budget.decide(mm, tolerance));
         match decision {
             // By a distribution, and nothing is missing in it.
@@ -245,8 +254,10 @@ impl Headline {
                 let words = worst.map_or_else(String::new, |(mm, tolerance)| {
                     format!("{} for {tolerance} mm allowed", millimetres(mm + bounds, 3))
                 });
-                self.unless(State::Bad, format!("Out of tolerance: {words}"));
-                let bound = |own: &Entry| Some(format!("{} {}", own.cause.words(), millimetres(own.mm?, 3)));
+                self.unless(State::Bad, format!("Out of tolerance: {words}"), alone);
+                let bound = |own: &Entry| {
+                    Some(format!("{} {}", own.cause.words(), millimetres(own.mm.filter(|mm| *mm > 0.0)?, 3)))
+                };
                 let added: Vec<String> = budget.entries().filter(|own| !own.counted).filter_map(bound).collect();
                 let added = join_words(&added.iter().map(String::as_str).collect::<Vec<_>>());
                 let more = match unknown.is_empty() {
@@ -254,7 +265,7 @@ impl Headline {
                     false => format!(" More is added by what nobody knows: {}.", names_of(&unknown)),
                 };
                 if let Some((mm, _)) = worst.filter(|_| !added.is_empty()) {
-                    let caution = format!("{} by deflection, to which are added: {added}.{more}", millimetres(mm, 3));
+                    let caution = format!("{} by {alone}, to which are added: {added}.{more}", millimetres(mm, 3));
                     self.cautions.insert(0, caution);
                 }
                 let largest = budget.entries().filter(|own| !own.counted);
@@ -269,7 +280,7 @@ impl Headline {
             }
             _ if !unknown.is_empty() => {
                 let words = format!("Not decided: {} of {} causes unknown", unknown.len(), self.causes.len());
-                let own_words = self.unless(State::NotDecided, words);
+                let own_words = self.unless(State::NotDecided, words, alone);
                 let known = match used.is_empty() {
                     true => "What is known uses an unknown part".into(),
                     false => format!("What is known uses {used}"),
@@ -302,10 +313,11 @@ impl Headline {
     }
 
     /// Replaces the verdict by one that is worse, which no number and no caution may contradict; returns its words, to be told behind others.
-    fn unless(&mut self, state: State, words: String) -> String {
-        let condition = "By the deflection alone: ";
+    fn unless(&mut self, state: State, words: String, alone: &str) -> String {
+        let condition = &format!("By {alone} alone: ");
         let own_words = self.own_words();
-        self.sentence = format!("Deflection alone: {}", begun_small(&self.sentence));
+        self.sentence =
+            format!("{} alone: {}", begun_large(alone.trim_start_matches("the ")), begun_small(&self.sentence));
         self.verdict = Some(Verdict::new(state, words));
         self.numbers.iter_mut().filter(|own| own.state == Some(State::Good)).for_each(|own| own.state = None);
         let tells = |own: &str| own.contains("ithin tolerance") || own.contains("ithin the tolerance");

@@ -341,8 +341,10 @@ impl Basis<'_> {
     fn backlash(&self) -> Entry {
         let without = self.machine.drives().filter(|(_, drive)| drive.backlash == 0.0).count();
         match (without, self.open_backlash_mm) {
-            (0, None) => Entry::unknown(Cause::Backlash, "not looked at by this question"),
-            (drives, None) => Entry::unknown(Cause::Backlash, format!("not in the machine file of {drives} drives")),
+            (drives @ 1.., open) if open.is_none_or(|open| open == 0.0) => {
+                Entry::unknown(Cause::Backlash, format!("not in the machine file of {drives} drives"))
+            }
+            (_, None) => Entry::unknown(Cause::Backlash, "not looked at by this question"),
             (drives, Some(open)) => {
                 let words = "machine file: what is open; pressed flanks are simulated";
                 let own = Entry::bound(Cause::Backlash, open, Mark::Half, words);
