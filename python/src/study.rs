@@ -80,9 +80,11 @@ pub fn run_study<'py>(
     dict.set_item("question", study.question)?;
     let verdict = finished.headline.verdict.map(|own| format!("{} {}", own.state.sign(), own.words));
     dict.set_item("verdict", verdict)?;
-    let causes = finished.headline.causes.into_iter().map(|own| {
-        (own.cause.words().replace(' ', "_"), own.mark.sign().to_string(), own.mm, own.source)
-    });
+    let causes = finished
+        .headline
+        .causes
+        .into_iter()
+        .map(|own| (own.cause.words().replace(' ', "_"), own.mark.sign().to_string(), own.mm, own.source));
     dict.set_item("causes", causes.collect::<Vec<_>>())?;
     dict.set_item("unsolved", finished.headline.unsolved)?;
     dict.set_item("sentence", finished.headline.sentence)?;
