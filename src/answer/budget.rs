@@ -135,13 +135,16 @@ impl OfVerdict<'_> {
 
     /// What is known of a cause of which nobody knows all, mm.
     fn known_part(&self, cause: Cause) -> Option<f64> {
-        self.budget.entries().find(|own| own.cause == cause)?.mm
+        self.entry(cause)?.mm
+    }
+
+    fn entry(&self, cause: Cause) -> Option<&Entry> {
+        self.budget.entries().find(|own| own.cause == cause)
     }
 
     /// Mark and name of a cause; the name alone where it is not asked about.
     fn label(&self, cause: Cause) -> String {
-        let own = self.budget.entries().find(|own| own.cause == cause);
-        own.map_or_else(|| cause.words().into(), |own| format!("{} {}", own.mark.sign(), cause.words()))
+        self.entry(cause).map_or_else(|| cause.words().into(), |own| format!("{} {}", own.mark.sign(), cause.words()))
     }
 
     /// Returns the section of a page with figure and table.

@@ -102,6 +102,18 @@ pub fn probability(share: f64, draws: usize) -> String {
     percent(share.clamp(unseen, 1.0 - unseen))
 }
 
+/// Returns `words` with its first letter in upper case.
+pub(crate) fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// Returns `words` with its first letter in lower case.
+pub(crate) fn uncapitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+}
+
 /// Joins words to a list: "a", "a and b", "a, b and c".
 pub fn join_words(words: &[&str]) -> String {
     match words {

@@ -4,7 +4,7 @@ use kinetostat_budget::{Budget, Cause, Decision, Entry};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    files::words::{join_words, millimetres, percent, with_unit},
+    files::words::{capitalised, join_words, millimetres, percent, uncapitalised, with_unit},
     process::KnownForce,
 };
 
@@ -173,18 +173,6 @@ pub(crate) fn worst_judged(budget: &Budget, judged: &[(Option<f64>, Option<f64>)
     known.max_by(|one, other| share(one).total_cmp(&share(other)))
 }
 
-/// Returns `words` with a large first letter.
-fn begun_large(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// Returns `words` with a small first letter.
-fn begun_small(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
-}
-
 /// Returns the names of `causes`, joined.
 fn names_of(causes: &[Cause]) -> String {
     join_words(&causes.iter().map(|own| own.words()).collect::<Vec<_>>())
@@ -317,7 +305,7 @@ impl Headline {
         let condition = &format!("By {alone} alone: ");
         let own_words = self.own_words();
         self.sentence =
-            format!("{} alone: {}", begun_large(alone.trim_start_matches("the ")), begun_small(&self.sentence));
+            format!("{} alone: {}", capitalised(alone.trim_start_matches("the ")), uncapitalised(&self.sentence));
         self.verdict = Some(Verdict::new(state, words));
         self.numbers.iter_mut().filter(|own| own.state == Some(State::Good)).for_each(|own| own.state = None);
         let tells = |own: &str| own.contains("ithin tolerance") || own.contains("ithin the tolerance");
@@ -330,7 +318,7 @@ impl Headline {
 
     /// Returns the words of the verdict, to be told behind others.
     fn own_words(&self) -> String {
-        begun_small(self.verdict.as_ref().map_or("", |own| &own.words))
+        uncapitalised(self.verdict.as_ref().map_or("", |own| &own.words))
     }
 
     /// Adds a mark, such as "simulated".

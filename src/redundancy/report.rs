@@ -7,7 +7,7 @@ use crate::{
     files::{
         exchange::{Table, counts, numbers, texts},
         text_table::text_table,
-        words::{millimetres_in_table, or_dash, percent},
+        words::{capitalised, millimetres_in_table, or_dash, percent},
     },
     process::{GammaChoice, RedundancyObjective, RedundancySettings},
 };
@@ -93,12 +93,6 @@ pub fn text(found: &FoundGamma, settings: &RedundancySettings) -> String {
 /// A length in mm as the table of comparison shows it.
 fn in_table(length_mm: f64) -> String {
     millimetres_in_table(length_mm, 4)
-}
-
-/// `words` with its first letter in upper case.
-fn capitalised(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// One sentence on the γ found and what it gains; empty if the tool stands as programmed.
