@@ -30,7 +30,7 @@ use super::{Ending, choice, headline, on_machine::OnMachine, reporting::Reportin
 #[command(after_help = "\
 The program keeps its format: in G-code only motion words change; comments, line numbers, other words and, without [feed] in the process,
 the feed stay.
-Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json, and a page about the program to OUT.html.
+Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json, what the verdict rests on to OUT.budget.csv, and a page about the program to OUT.html.
 Files that the program calls are written beside it, too, if their calls stay. Files of these names are only replaced if they are
 as this command left them, or with --force.
 

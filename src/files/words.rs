@@ -108,9 +108,12 @@ pub(crate) fn capitalised(words: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Returns `words` with its first letter in lower case.
+/// Returns `words` with its first letter in lower case, but for one that is a name, such as that of a result.
 pub(crate) fn uncapitalised(words: &str) -> String {
     let mut letters = words.chars();
+    if words.chars().nth(1) == Some(' ') {
+        return words.into();
+    }
     letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }
 

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use kinetostat_budget::Mark;
 use serde::Serialize;
 
 use super::{
@@ -12,6 +11,7 @@ use super::{
     drawn::{before_nominal, compare_draws},
     folder::{ResultFolder, href, relative_display},
     headline::{Headline, State, Verdict},
+    of_parts::hold_to_causes,
     picture::{Picture, winner_picture},
     record::{Changes, input_changes, manifest_facts, tolerance_mm},
     single::{FigureView, draw_figure},
@@ -128,10 +128,8 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         own.headline.verdict = Some(Verdict::new(State::Bad, "A path cannot be run as placed"));
         own.headline.next = Some("move the part into the box of the machine, and run it again.".into());
     }
-    let is_hollow =
-        |folder: &ResultFolder| folder.description.headline.causes.iter().any(|own| own.mark == Mark::Hollow);
-    if let (Some(own), true) = (&mut screen, folders.iter().any(is_hollow)) {
-        own.headline.marks.push("of deflections: some causes are unknown".into());
+    if let Some(own) = &mut screen {
+        hold_to_causes(&mut own.headline, folders, &letters, !is_given);
     }
     let (headline, checks) = screen.map(|own| (own.headline, own.checks)).unzip();
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {

@@ -301,7 +301,7 @@ impl Headline {
     }
 
     /// Replaces the verdict by one that is worse, which no number and no caution may contradict; returns its words, to be told behind others.
-    fn unless(&mut self, state: State, words: String, alone: &str) -> String {
+    pub(super) fn unless(&mut self, state: State, words: String, alone: &str) -> String {
         let condition = &format!("By {alone} alone: ");
         let own_words = self.own_words();
         self.sentence =

@@ -12,6 +12,7 @@ mod explore;
 mod folder;
 pub mod headline;
 mod machine;
+mod of_parts;
 mod packed;
 mod picture;
 mod point_command;

@@ -113,7 +113,10 @@ fn an_output_is_of_one_command_and_one_that_is_stopped_leaves_nothing() {
     child.wait().unwrap();
     let short = repository("tests/programs/groove.nc");
     succeeds(&[&["compensate", path(&short)], &arguments[2..]].concat());
-    assert_eq!(names(out.parent().unwrap()), ["out.nc", "out.nc.html", "out.nc.points.csv", "out.nc.report.json"]);
+    assert_eq!(
+        names(out.parent().unwrap()),
+        ["out.nc", "out.nc.budget.csv", "out.nc.html", "out.nc.points.csv", "out.nc.report.json"]
+    );
 }
 
 const MAP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/01_workspace_map");
@@ -222,7 +225,7 @@ fn a_compensated_program_is_replaced_only_as_it_was_left() {
     fs::write(folder.path().join(".out.nc.partial-letter"), "mine").unwrap();
     fs::create_dir(folder.path().join(".out.nc.partial-place")).unwrap();
     succeeds(&arguments);
-    let written = ["out.nc", "out.nc.html", "out.nc.points.csv", "out.nc.report.json"];
+    let written = ["out.nc", "out.nc.budget.csv", "out.nc.html", "out.nc.points.csv", "out.nc.report.json"];
     let others = [
         ".other.nc.partial-abc",
         ".out.nc.partial-backup",
@@ -236,7 +239,7 @@ fn a_compensated_program_is_replaced_only_as_it_was_left() {
     succeeds(&arguments);
     let second: Vec<_> = written.iter().map(|name| fs::read(folder.path().join(name)).unwrap()).collect();
     assert!(first == second, "same input, same bytes");
-    for name in ["out.nc", "out.nc.html", "out.nc.points.csv"] {
+    for name in ["out.nc", "out.nc.budget.csv", "out.nc.html", "out.nc.points.csv"] {
         let file = folder.path().join(name);
         let own = fs::read(&file).unwrap();
         fs::write(&file, "edited by hand").unwrap();

@@ -230,7 +230,9 @@ fn first_screens_of_comparisons_have_few_words_and_name_what_differs() {
             ["report", "--force", "--out", text(&page)].into_iter().chain(more.iter().copied()).collect();
         let said = done(&[all, folders.iter().map(String::as_str).collect()].concat());
         let body = body(&fs::read_to_string(&page).unwrap());
-        let [verdict, sentence] = [0, 1].map(|line| Value::from(said.lines().nth(line).unwrap()));
+        let (first, rest) = said.split_once('\n').unwrap();
+        let sentence = rest.lines().take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
+        let [verdict, sentence] = [Value::from(first), Value::from(sentence)];
         let of = |tag: &str| {
             body.split_once(tag).unwrap().1.split_once('>').unwrap().1.split_once("</").unwrap().0.to_string()
         };

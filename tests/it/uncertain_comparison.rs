@@ -68,7 +68,7 @@ fn the_probability_that_one_is_better_is_the_exact_one() {
     let stiffer = run(at, "stiffer", 1.1e4, 0.3, "");
     let (said, page) = compared(at, [&first, &stiffer]);
     // The same draws: 10 % in each of them, whatever the spread.
-    assert!(said.starts_with("✓ B better with more than 99.9 % probability "), "{said}");
+    assert!(said.starts_with("◐ B better with more than 99.9 % probability "), "{said}");
     for words in [
         "B (study_stiffer) is better than A (study_first) with",
         "A and B have the same draws",

@@ -22,7 +22,7 @@ use crate::{
     figures::Figure,
     files::{
         Foreign, OutputFile, OutputLock, Staging, Transaction, check_may_replace,
-        exchange::{Format, KeptRows, StreamedTable, WrittenRows},
+        exchange::{Format, KeptRows, StreamedTable, WrittenRows, csv},
         prepare_beside, read_record, staging_beside, write_all,
     },
     input::{
@@ -109,7 +109,14 @@ pub fn compensate_into(
     }
     let report = Report { job: &job, name, proved: &proved, findings: &findings };
     let (headline, figures) = (report::headline(&report), report::figures(&report));
-    let page = report::page(&report, headline.clone(), (&files.points_name(), rows.as_deref()));
+    let table = report::budget_table(&report);
+    let fault = |error| Error::Write {
+        file: files.out.with_file_name(files.file_named(CAUSES)),
+        source: IoError::other(error),
+    };
+    points.push(OutputFile::new(files.file_named(CAUSES), csv(&table).map_err(fault)?));
+    let tables = [files.points_name(), files.file_named(CAUSES)];
+    let page = report::page(&report, headline.clone(), &tables, rows.as_deref());
     let mut json = program_json(&report);
     json["headline"] = json!(page.headline);
     if let Some(rows) = &rows {
@@ -211,7 +218,7 @@ pub struct ProgramFiles {
 }
 
 impl ProgramFiles {
-    /// Checks that the program `out` and its three companions (points, report, page) may be written; writes nothing yet.
+    /// Checks that the program `out` and its companions (points, causes, report, page) may be written; writes nothing yet.
     ///
     /// # Errors
     /// A file cannot be written, would replace an input, or would replace what is no earlier result, unless `foreign` allows that.
@@ -229,7 +236,7 @@ impl ProgramFiles {
         let found = read_record(&report);
         check_may_replace(&report, foreign, || found.is_some())?;
         files.former = found.and_then(|found| found["files"].as_array().cloned()).unwrap_or_default();
-        let own = ["", PART, PART_VTK, PAGE].map(|suffix| files.file_named(suffix));
+        let own = ["", CAUSES, PART, PART_VTK, PAGE].map(|suffix| files.file_named(suffix));
         for name in own.into_iter().chain([files.points_name()]) {
             check_may_replace(&out.with_file_name(&name), foreign, || files.is_former(&name))?;
         }
@@ -252,7 +259,7 @@ impl ProgramFiles {
     /// own files and replaces neither an input nor what is no earlier result.
     fn may_call(&self, file: &CalledFile) -> Result<()> {
         let path = self.out.with_file_name(&file.name);
-        let own = ["", REPORT, PART, PART_VTK, PAGE].map(|suffix| self.file_named(suffix));
+        let own = ["", CAUSES, REPORT, PART, PART_VTK, PAGE].map(|suffix| self.file_named(suffix));
         let reserved = [own.as_slice(), &[self.points_name()]].concat();
         if reserved.contains(&file.name) {
             let source = IoError::other("is the name of another result; expected another name of the program");
@@ -350,6 +357,8 @@ impl ProgramFiles {
 
 /// Name of the table of points, without the ending that its format gives it.
 const POINTS: &str = ".points";
+/// What the verdict rests on.
+const CAUSES: &str = ".budget.csv";
 const REPORT: &str = ".report.json";
 /// The machined surface, where stock is cut.
 const PART: &str = ".part.ply";

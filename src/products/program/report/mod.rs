@@ -15,7 +15,8 @@ pub use notes::{notes_text, use_text};
 pub use page::{figures, page};
 pub use tables::{PROGRAM_RANKS, passes_table, program_columns, program_json, program_table};
 pub use words::{
-    blocks_text, bounded_text, exceeded_text, headline, holes_text, limits_text, residual_text, spread_text,
+    blocks_text, bounded_text, budget_table, exceeded_text, headline, holes_text, limits_text, residual_text,
+    spread_text,
 };
 
 use super::{ProgramJob, ProvedProgram};

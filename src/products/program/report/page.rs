@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     answer::{
-        budget::{BUDGET, OfVerdict},
+        budget::{self, BUDGET, OfVerdict},
         facts_of,
     },
     figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
@@ -31,10 +31,15 @@ use crate::{
     simulation::Source,
 };
 
-/// Returns the page of the program; `points` is the file name of its table of points, `rows` a sentence on which rows it has, if not all.
-pub fn page(report: &Report<'_>, headline: Headline, (points, rows): (&str, Option<&str>)) -> Description {
+/// Returns the page of the program; `tables` are the file names of those of its points and of what the verdict rests on, `rows` is a sentence on which points the first has, if not all.
+pub fn page(
+    report: &Report<'_>,
+    headline: Headline,
+    [points, causes]: &[String; 2],
+    rows: Option<&str>,
+) -> Description {
     let found = |number: KeyNumber| {
-        let found = number.found.map(|found| crate::page::headline::InTable { file: points.into(), ..found });
+        let found = number.found.map(|found| crate::page::headline::InTable { file: points.clone(), ..found });
         KeyNumber { found, ..number }
     };
     let numbers = headline.numbers.into_iter().map(found).collect();
@@ -50,7 +55,7 @@ pub fn page(report: &Report<'_>, headline: Headline, (points, rows): (&str, Opti
             Some(cause_section(report)),
             Some(remedy_section(report)),
             feed::section(report),
-            Some(OfVerdict::section()),
+            Some(OfVerdict::section().tables([causes])),
             Some(use_section(report)),
             Some(proof_section(report)),
         ]
@@ -59,10 +64,13 @@ pub fn page(report: &Report<'_>, headline: Headline, (points, rows): (&str, Opti
         .collect(),
         explorers: vec![along_explorer(report.job, points)],
         part: report.findings.machined.as_ref().map(|machined| machined.view(report.job)),
-        tables: vec![TableNote {
-            kept: rows.map(String::from),
-            ..TableNote::ranked(points, caption, &error_before_column(Source::All))
-        }],
+        tables: vec![
+            TableNote {
+                kept: rows.map(String::from),
+                ..TableNote::ranked(points, caption, &error_before_column(Source::All))
+            },
+            TableNote::new(causes, budget::CAPTION),
+        ],
         ..Description::new("compensated_program", MachineDescription::new(&report.job.machine))
     }
 }

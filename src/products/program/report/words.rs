@@ -10,6 +10,7 @@ use crate::{
     answer::{ShareWithin, budget::OfVerdict, cautions, force_words},
     compensation::{BoundedPath, LimitKind, Method, Price},
     files::{
+        exchange::Table,
         table::kind_word,
         words::{counted, millimetres, percent, probability},
     },
@@ -347,6 +348,11 @@ pub(super) fn budget(report: &Report<'_>) -> Budget {
     let fastest_mm_per_s = job.path.largest_cutting_feed_mm_per_min().map(|own| own / 60.0);
     Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: true }
         .budget(&job.process.verdict)
+}
+
+/// Returns what the verdict rests on as a table.
+pub fn budget_table(report: &Report<'_>) -> Table {
+    of_verdict(report, &budget(report)).table()
 }
 
 /// Returns what the verdict rests on as it is drawn and told: of the distance or surface that takes most of its tolerance.
