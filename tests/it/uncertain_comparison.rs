@@ -82,7 +82,7 @@ fn the_probability_that_one_is_better_is_the_exact_one() {
     // Known better, its distance without compensation is smaller where it is above the nominal one: the same number decides both.
     let known = run(at, "known", 1e4, 0.1, "");
     let (said, page) = compared(at, [&first, &known]);
-    let safer = "◐ B is the safer one [of deflections: some causes are unknown] B (study_known) stays within 0.0";
+    let safer = "◐ B is the safer one [of what is computed: some causes are unknown] B (study_known) stays within 0.0";
     assert!(said.starts_with(safer), "{said}");
     assert!(
         said.contains(" In a single draw either may be better: the largest distance from the path, compensated"),
@@ -100,7 +100,7 @@ fn the_probability_that_one_is_better_is_the_exact_one() {
     let expected = 100.0 * normal_cdf((1.1f64 / 1.005).ln() / both);
     let found = probability_behind("B better with", page.split_once("in A, without compensation").unwrap().1);
     assert!((found - expected).abs() < 1.0, "{found}, not {expected}");
-    let safer = "◐ B is the safer one [of deflections: some causes are unknown] B (study_other) stays within 0.0";
+    let safer = "◐ B is the safer one [of what is computed: some causes are unknown] B (study_other) stays within 0.0";
     assert!(said.starts_with(safer), "{said}");
     assert!(page.contains("do not have the same draws, as their seeds differ (0 and 7)"));
 
@@ -111,7 +111,7 @@ fn the_probability_that_one_is_better_is_the_exact_one() {
     // A result is as good as itself.
     let (said, _) = compared(at, [&first, &first]);
     assert!(
-        said.starts_with("– Cannot be told apart [of deflections: some causes are unknown] A (first) and B (first) cannot be told apart.")
+        said.starts_with("– Cannot be told apart [of what is computed: some causes are unknown] A (first) and B (first) cannot be told apart.")
             && said.contains("in B with less than 0.1 % (95 % quantile"),
         "{said}"
     );
