@@ -122,14 +122,14 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         },
         None => nominal,
     };
+    if let Some(own) = &mut screen {
+        hold_to_causes(&mut own.headline, folders, &letters)?;
+    }
     if let (Some(own), [first, others @ ..]) = (&mut screen, cannot_run.as_slice()) {
         let better = std::mem::replace(&mut own.headline.sentence, first.clone());
         own.headline.cautions.splice(0..0, others.iter().cloned().chain([better]));
-        own.headline.verdict = Some(Verdict::new(State::Bad, "A path cannot be run as placed"));
+        own.headline.verdict = Some(Verdict::new(State::Bad, "One of the paths cannot be run as placed"));
         own.headline.next = Some("move the part into the box of the machine, and run it again.".into());
-    }
-    if let Some(own) = &mut screen {
-        hold_to_causes(&mut own.headline, folders, &letters, !is_given);
     }
     let (headline, checks) = screen.map(|own| (own.headline, own.checks)).unzip();
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {

@@ -140,3 +140,99 @@ fn a_map_names_the_place_of_the_tool_tip() {
     let tip = ends.to_string();
     assert!(tip.contains("tool_tip_mm"), "{tip}");
 }
+
+/// Results of a path that come with the program, with this verdict on causes of which some are unknown and some bounds, mm.
+fn judged(folder: &Path, base: &str, state: &str, asked: &[&str], unknown: &[&str], bounds: &[(&str, f64)]) -> PathBuf {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("results").join(base);
+    let out = tempfile::tempdir_in(folder).unwrap().keep();
+    for entry in std::fs::read_dir(from).unwrap().map(Result::unwrap) {
+        let name = entry.file_name().into_string().unwrap();
+        if ["csv", "json"].iter().any(|ending| name.ends_with(ending)) {
+            std::fs::copy(entry.path(), out.join(name)).unwrap();
+        }
+    }
+    let entry = |cause: &&str| {
+        let bound = bounds.iter().find(|own| own.0 == *cause).map(|own| own.1);
+        let mark = if unknown.contains(cause) { "hollow" } else { "full" };
+        serde_json::json!({ "cause": cause, "mark": mark, "mm": bound, "counted": bound.is_none(), "source": "a test" })
+    };
+    let file = out.join("report.json");
+    let mut report: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    report["headline"]["causes"] = asked.iter().map(entry).collect();
+    report["headline"]["verdict"] = serde_json::json!({ "state": state, "words": format!("As the test says {state}") });
+    std::fs::write(file, report.to_string()).unwrap();
+    out
+}
+
+/// Two, three or four results of which more or less is known: the verdict, and what is next.
+#[test]
+fn parts_are_compared_by_what_their_verdicts_rest_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let (arm, five_axis) = ("09_robot_part_path", "10_five_axis");
+    let all = ["force", "stiffness", "heat", "vibration"];
+    let of = |base: &str, state: &str, unknown: &[&str], bounds: &[(&str, f64)]| {
+        judged(folder.path(), base, state, &all, unknown, bounds)
+    };
+    let asked = |base: &str, state: &str, asked: &[&str]| judged(folder.path(), base, state, asked, &[], &[]);
+    let said = |results: &[PathBuf], more: &[&str]| {
+        let page = folder.path().join("comparison.html");
+        let results: Vec<&str> = results.iter().map(|own| text(own)).collect();
+        done(&[&["compare", "--force", "--out", text(&page)], more, &results].concat())
+    };
+    let (within, out) = (of(arm, "good", &[], &[]), of(arm, "bad", &[], &[]));
+    let cases = [
+        // Out of tolerance is out of it whatever else is unknown.
+        (vec![of(arm, "bad", &["heat"], &[]), within.clone()], "✓ B alone within tolerance", "take B."),
+        (vec![within.clone(), out.clone(), within.clone()], "✓ A and C alone within tolerance", "take A or C."),
+        (vec![of(arm, "bad", &["heat"], &[]), out.clone()], "✗ None is within tolerance", "cut none of them"),
+        (
+            vec![within.clone(), of(arm, "not_decided", &["heat"], &[])],
+            "? Not decided: heat of B unknown",
+            "find out about heat of B,",
+        ),
+        (
+            vec![of(arm, "not_decided", &["heat", "force"], &[]), of(arm, "not_decided", &["vibration"], &[])],
+            "? Not decided: different causes are unknown",
+            "find out about force and heat of A and vibration of B,",
+        ),
+        // Who asks less is no better for it, nor makes others so.
+        (
+            vec![out.clone(), asked(arm, "good", &["force"])],
+            "? Not decided: different causes are asked about",
+            "ask about the same",
+        ),
+        (
+            vec![of(arm, "not_decided", &["heat"], &[]), within.clone(), asked(arm, "good", &["force"])],
+            "? Not decided: different causes are asked about",
+            "ask about the same",
+        ),
+        (
+            vec![asked(arm, "good", &[]), out.clone()],
+            "? Not decided: different causes are asked about",
+            "ask about the same",
+        ),
+        // Of other tolerances one that is within its own is not the better one.
+        (
+            vec![of(five_axis, "bad", &[], &[]), within.clone()],
+            "? Not decided: each has its own tolerance",
+            "the same tolerance.",
+        ),
+        (
+            vec![of(arm, "good", &[], &[("heat", 0.4)]), of(arm, "good", &[], &[("heat", 0.01)])],
+            "? Not decided: bounds differ by 0.390 mm",
+            "bounds included.",
+        ),
+        // Neither may be cut by the smaller number.
+        (vec![out.clone(), out.clone()], "– No difference", "cut none of them yet;"),
+    ];
+    for (results, verdict, next) in cases {
+        for more in [&[][..], &["--tolerance", "0.3"]] {
+            let said = said(&results, more);
+            let is_as_said = said.starts_with(verdict) || !more.is_empty() && verdict.starts_with('–');
+            assert!(is_as_said && said.contains(next), "{verdict}: {said}");
+            assert!(!said.starts_with('✓') || verdict.starts_with('✓'), "{said}");
+            let told = said.contains("Judged each by itself. A: As the test says ");
+            assert!(told, "{said}");
+        }
+    }
+}

@@ -175,7 +175,7 @@ fn a_path_that_cannot_be_run_is_named_before_the_comparison() {
     let (said, page) = compared(folder.path(), [&out, &outside]);
     assert!(
         beyond.as_u64().unwrap() > 0
-            && said.starts_with("✗ A path cannot be run as placed")
+            && said.starts_with("✗ One of the paths cannot be run as placed")
             && said.contains(&expected)
             && page.contains(&expected),
         "{said}"

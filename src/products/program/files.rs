@@ -236,7 +236,7 @@ impl ProgramFiles {
         let found = read_record(&report);
         check_may_replace(&report, foreign, || found.is_some())?;
         files.former = found.and_then(|found| found["files"].as_array().cloned()).unwrap_or_default();
-        let own = ["", CAUSES, PART, PART_VTK, PAGE].map(|suffix| files.file_named(suffix));
+        let own = OWN.map(|suffix| files.file_named(suffix));
         for name in own.into_iter().chain([files.points_name()]) {
             check_may_replace(&out.with_file_name(&name), foreign, || files.is_former(&name))?;
         }
@@ -259,8 +259,8 @@ impl ProgramFiles {
     /// own files and replaces neither an input nor what is no earlier result.
     fn may_call(&self, file: &CalledFile) -> Result<()> {
         let path = self.out.with_file_name(&file.name);
-        let own = ["", CAUSES, REPORT, PART, PART_VTK, PAGE].map(|suffix| self.file_named(suffix));
-        let reserved = [own.as_slice(), &[self.points_name()]].concat();
+        let own = OWN.map(|suffix| self.file_named(suffix));
+        let reserved = [own.as_slice(), &[self.points_name(), self.file_named(REPORT)]].concat();
         if reserved.contains(&file.name) {
             let source = IoError::other("is the name of another result; expected another name of the program");
             return Err(Error::Write { file: path, source });
@@ -364,6 +364,8 @@ const REPORT: &str = ".report.json";
 const PART: &str = ".part.ply";
 const PART_VTK: &str = ".part.vtp";
 const PAGE: &str = ".html";
+/// What is written beside the table of points and the report.
+const OWN: [&str; 5] = ["", CAUSES, PART, PART_VTK, PAGE];
 /// Page shown while files are being replaced.
 const UNFINISHED: &str = "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
 <title>Not finished</title>\n<h1>Not finished</h1>\n<p>kinetostat compensate is writing this program and the files beside it. If the command no longer runs, \
