@@ -228,10 +228,10 @@ const MOST_LINES: [(&[&str], usize); 12] = [
     (&["src/simulation", "src/redundancy"], 5_650),
     (&["src/answer", "src/files", "src/work", "src/run"], 6_230),
     (&["src/figures", "src/page"], 11_220),
-    (&["src/questions"], 25_715),
+    (&["src/questions"], 25_735),
     (&["src/products", "src/inspect", "src/explore"], 13_130),
     (&["src/cli"], 3_165),
-    (&["crates/budget/src", "crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 134_855),
+    (&["crates/budget/src", "crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 134_870),
 ];
 
 #[test]

@@ -476,11 +476,14 @@ fn random_problems_are_solved_as_well_as_by_brute_force() {
     assert!(beaten <= GOAL, "a compromise is beaten by {:.3} %", 100.0 * beaten);
 }
 
-/// Along a bound, on an edge of two worst values: from three compromises few ways lead on.
+/// In the first two few ways lead on from compromises, along a bound, on an edge of two worst values. In the third the least deflection lies
+/// in another region than the least that the sweep knows.
 #[test]
-fn a_compromise_in_a_corner_of_edges_and_bounds_is_polished_out_of_it() {
-    let [_, beaten] = against_brute_force(1_795_639_505).expect("a place");
-    assert!(beaten <= GOAL, "a compromise is beaten by {:.3} %", 100.0 * beaten);
+fn compromises_of_problems_that_were_hard_are_not_beaten() {
+    for seed in [90_210_954, 1_795_639_505, 1_796_045_405] {
+        let [_, beaten] = against_brute_force(seed).expect("a place");
+        assert!(beaten <= GOAL, "problem {seed}: a compromise is beaten by {:.3} %", 100.0 * beaten);
+    }
 }
 
 /// The way of a quantity, and how often it was looked at.
@@ -558,6 +561,18 @@ fn every_basis_is_orthonormal() {
                 assert!((product - expected).abs() < 1e-12, "{n} {turn}");
             }
         }
+    }
+}
+
+#[test]
+fn consecutive_bases_of_a_plane_leave_no_wide_gap() {
+    for first in 0..64 {
+        let axes = (first..first + 8).flat_map(|round| basis(2, round));
+        let mut angles: Vec<f64> = axes.map(|axis| axis[1].atan2(axis[0]).to_degrees().rem_euclid(90.0)).collect();
+        angles.sort_by(f64::total_cmp);
+        angles.push(angles[0] + 90.0);
+        let gap = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        assert!(gap <= 22.5, "{first}: {gap}");
     }
 }
 

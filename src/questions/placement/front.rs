@@ -13,7 +13,7 @@ use super::{
     polish::{Steps, pattern_search},
     refine::{Refinement, Start, refine},
     site::Site,
-    sweep::Cell,
+    sweep::{Cell, is_neighbour},
 };
 use crate::{
     input::error::Result,
@@ -30,7 +30,7 @@ const SUM: f64 = 1e-2;
 /// Returns the number of searches that the front takes.
 pub(super) fn search_count(study: &PlacementStudy) -> usize {
     let metrics = study.objective.pareto.len();
-    if metrics == 0 { 0 } else { metrics + POINTS }
+    if metrics == 0 { 0 } else { metrics * study.search.starts + POINTS }
 }
 
 /// Computes the Pareto front of the objective, sorted by its first metric, and polishes places spread over it. `Err` only from `work`.
@@ -64,14 +64,15 @@ fn compromises(
     let mut known: Vec<(Site, Metrics)> =
         cells.iter().filter_map(|cell| Some((cell.site, *cell.complete()?))).collect();
     known.extend(refinements.iter().flat_map(|refinement| &refinement.visited));
+    let seen = undominated(&known, metrics);
     let end = |(k, metric): (usize, &Metric)| {
         let work = work.part(&format!("end {k}")).shard(k);
-        if_this_shard(refine_metric(evaluator, study, *metric, &known, &work)).map(Option::flatten).transpose()
+        if_this_shard(refine_metric(evaluator, study, *metric, &seen, &work)).transpose()
     };
-    let ends: Vec<Refinement> =
+    let ends: Vec<Vec<Refinement>> =
         work.summary("ends", || metrics.par_iter().enumerate().filter_map(end).collect::<Result<_>>())?;
     work.barrier()?;
-    known.extend(ends.iter().flat_map(|end| &end.visited));
+    known.extend(ends.iter().flatten().flat_map(|end| &end.visited));
     let rough = undominated(&known, metrics);
     let chosen = spread_selection(&rough, metrics);
     for _ in chosen.len()..POINTS.min(search_count(study)) {
@@ -96,18 +97,26 @@ fn compromises(
     Ok(undominated(&shown.collect::<Vec<_>>(), metrics))
 }
 
-/// Refines the best known place for one metric alone; `None` if no place is known.
+/// Refines places of `front` for one metric alone, the best of them first and no two neighbours: the best of all may lie in another region
+/// than the best that is known. Places that the sweep gives up are not on the front, so that they change no start. `Err` only from `work`.
 fn refine_metric(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     metric: Metric,
-    known: &[(Site, Metrics)],
+    front: &[(Site, Metrics)],
     work: &Work,
-) -> Result<Option<Refinement>> {
+) -> Result<Vec<Refinement>> {
     let objective = Objective { weights: vec![(metric, 1.0)], pareto: Vec::new() };
-    let values = known.iter().map(|(site, metrics)| (objective.value(metrics), *site));
-    let Some((_, start)) = values.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(None) };
-    Ok(refine(evaluator, study, &objective, &[(Start::Sweep, start)], work)?.pop())
+    let mut sorted: Vec<(f64, Site)> = front.iter().map(|(site, metrics)| (objective.value(metrics), *site)).collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut starts: Vec<(Start, Site)> = Vec::new();
+    for (_, site) in sorted {
+        if starts.len() < study.search.starts && !starts.iter().any(|(_, other)| is_neighbour(study, other, &site)) {
+            starts.push((Start::Sweep, site));
+        }
+    }
+    work.tell(Event::Computed(study.search.starts - starts.len()));
+    refine(evaluator, study, &objective, &starts, work)
 }
 
 /// Returns the cost of each of `metrics`, smaller is better; infinite where a value is missing.

@@ -4,6 +4,8 @@
 //! none is better the step is halved. Each basis is rotated differently, by a fixed sequence, so that an edge which runs between the axes
 //! of one is met by another. A place that is no better needs no exact value.
 
+use std::f64::consts::FRAC_PI_4;
+
 use super::{
     PlacementStudy,
     site::{Bounds, Site},
@@ -84,10 +86,16 @@ fn both_directions(direction: Vec<f64>) -> [Vec<f64>; 2] {
     [direction, opposite]
 }
 
-/// Returns an orthonormal basis of `n` dimensions: the axes in `round` 0, else their reflection along a low-discrepancy direction.
+/// Returns an orthonormal basis of `n` dimensions: the axes in `round` 0, else their reflection along a low-discrepancy direction. In two
+/// dimensions the right angle is divided evenly: eight bases that follow each other leave at most 22.5° between directions.
 pub fn basis(n: usize, round: usize) -> Vec<Vec<f64>> {
     const PRIMES: [usize; 6] = [2, 3, 5, 7, 11, 13];
-    let normal: Vec<f64> = PRIMES[..n].iter().map(|&prime| 2.0 * radical_inverse(round, prime) - 1.0).collect();
+    let normal: Vec<f64> = if n == 2 {
+        let (sin, cos) = libm::sincos(FRAC_PI_4 * radical_inverse(round, 2));
+        vec![cos, sin]
+    } else {
+        PRIMES[..n].iter().map(|&prime| 2.0 * radical_inverse(round, prime) - 1.0).collect()
+    };
     let square: f64 = normal.iter().map(|part| part * part).sum();
     let column = |j: usize| {
         let entry = |i: usize| {
