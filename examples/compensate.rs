@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let machine = Machine::named("orthoglide")?;
     // Files may be on disk, `Process::open`, or in memory; this process names none.
     let process = Process::from_toml(PROCESS, "process", Folder::in_memory([]), &machine)?;
-    let program = ProgramFile::parse(PROGRAM.into(), "quarter.nc".as_ref(), &process)?;
+    let program = process.parse_program(PROGRAM.into(), "quarter.nc".as_ref())?;
     let job = ProgramJob::new(process, program, "quarter.nc", &Work::default())?;
 
     // Commands that put every point right, the program with these commands, and what it does as it is written, rounding included.

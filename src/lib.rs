@@ -83,12 +83,13 @@ pub mod redundancy;
 #[cfg(feature = "report")]
 pub mod run;
 pub mod simulation;
-pub mod toolpath;
 pub mod urdf;
 pub mod work;
 
 /// The engine: static equilibrium of the loaded machine, and the drive commands that compensate it.
 pub use kinetostat_engine::{compensation, machine, spatial, statics};
+/// NC and robot programs: read, followed and rewritten.
+pub use kinetostat_programs as toolpath;
 /// The linear algebra in the types of this library.
 pub use nalgebra;
 
@@ -112,10 +113,10 @@ pub use questions::{
 };
 #[cfg(feature = "report")]
 pub use run::{FinishedRun, RunOptions, Start};
-pub use simulation::{Failure, ProgramFile, Scene, Source};
+pub use simulation::{Failure, Scene, Source};
 pub use spatial::{Grid, Pose, Wrench};
 pub use statics::{Batch, Case, Solution, Solver, Status};
-pub use toolpath::{Orientation, PathPoint, Toolpath};
+pub use toolpath::{Orientation, PathPoint, ProgramFile, Toolpath};
 pub use work::{
     Event, Work,
     part_file::{Part, PartSource},

@@ -8,13 +8,7 @@ use std::{
     },
 };
 
-use kinetostat::{
-    Method, Result,
-    nalgebra::Vector3,
-    products::program::{Asked, Compensated, InMemory, Pass, ProgramJob},
-    simulation::{ProgramFile, along_path::PathPointResult, spread::DeflectionSpread, spread_along::LargestSpread},
-    work::{Event, Work},
-};
+use kinetostat::{Method, Result, nalgebra::Vector3, products::program::{Asked, Compensated, InMemory, Pass, ProgramJob}, toolpath::ProgramFile, simulation::{along_path::PathPointResult, spread::DeflectionSpread, spread_along::LargestSpread}, work::{Event, Work}};
 use pyo3::{
     prelude::*,
     types::{PyBytes, PyDict},
@@ -93,7 +87,7 @@ impl Program {
     #[staticmethod]
     fn parse(py: Python<'_>, content: Vec<u8>, name: &str, process: &Process) -> PyResult<Self> {
         let process = process.process.clone().as_programmed("Python").map_err(raised)?;
-        let program = ProgramFile::parse(content, name.as_ref(), &process).map_err(raised)?;
+        let program = process.parse_program(content, name.as_ref()).map_err(raised)?;
         Self::opened(py, |work| ProgramJob::new(process, program, name, work))
     }
 

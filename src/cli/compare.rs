@@ -15,7 +15,7 @@ use kinetostat::{
         Candidate, FeatureJob, PlacementStudy, compare as evaluate, parse_place,
         report::{candidates_table, cautions_text, entries_table, force_text, known_force},
     },
-    simulation::{Machines, ProgramFile, with_drives_left},
+    simulation::{Machines, with_drives_left},
     toolpath::Toolpath,
 };
 
@@ -116,7 +116,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
         .as_programmed("a comparison of places")?;
     let tolerance_mm = arguments.tolerance.or(process.tolerance_mm).unwrap_or(TOLERANCE_MM);
     super::check_tolerance(Some(tolerance_mm))?;
-    let program = ProgramFile::read(file, &process)?;
+    let program = process.read_program(file)?;
     let path = program.toolpath(process.sampling)?;
     let name = file.display().to_string();
     let path = process.mark_cutting(path, &name)?;

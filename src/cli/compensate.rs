@@ -18,8 +18,7 @@ use kinetostat::{
         report::{holes_text, limits_text, outside_workspace, passes_table, residual_text},
     },
     questions::path::report::{facts_text, failures_text},
-    simulation::{CommandedPath, ProgramFile},
-    toolpath::{gcode::Expand, polyline::Polyline},
+    toolpath::{CommandedPath, gcode::Expand, polyline::Polyline},
     work::Work,
 };
 
@@ -170,7 +169,7 @@ fn open_job(process: Process, path: &Path, reporting: &Reporting) -> Result<Prog
         (false, false) => return ProgramJob::open(process, path, &Work::default()),
     };
     // Before Ctrl-C waits for the next point.
-    let program = ProgramFile::read(path, &process)?;
+    let program = process.read_program(path)?;
     let name = path.display().to_string();
     let progress = reporting.progress(&name, 0, of);
     let job = ProgramJob::new(process, program, &name, &progress.work());

@@ -14,7 +14,6 @@ use kinetostat::{
         file::{Cutter, Process},
     },
     questions::{Overrides, Study},
-    simulation::ProgramFile,
 };
 
 use super::{
@@ -97,7 +96,7 @@ fn check_files(machine: &str, process: &Path, program: &Path) -> Result<()> {
         let problem = "has [stock], which the page cannot cut: expected a force without it, such as end_milling with its width and depth";
         return Err(Error::argument(file, problem));
     }
-    let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
+    let path = process.read_program(program)?.toolpath(process.sampling)?;
     check_placeable(program, &process, &path)?;
     if path.is_empty() { Err(no_motion_error(program)) } else { Ok(()) }
 }

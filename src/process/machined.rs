@@ -8,7 +8,7 @@ use crate::{
     input::error::{Error, Result},
     machine::Machine,
     process::{
-        Placement,
+        CutPath, Placement,
         stock::{StockRemoval, is_rapid, is_unknown_way},
     },
     toolpath::Toolpath,
@@ -77,7 +77,7 @@ impl StockRemoval {
     /// As [`StockRemoval::cut`]; a field too large.
     pub(crate) fn machined(
         &self,
-        path: &Toolpath,
+        path: &CutPath,
         (machine, placement): (&Machine, &Placement),
         courses: &[Course<'_>],
         origin: &str,
@@ -139,7 +139,7 @@ impl StockRemoval {
     /// As [`StockRemoval::machined`].
     pub(crate) fn deviations(
         &self,
-        (path, axes): (&Toolpath, &Matrix3<f64>),
+        (path, axes): (&CutPath, &Matrix3<f64>),
         patches: &[Patch],
         (course, factor): (Course<'_>, &FactorAt<'_>),
         origin: &str,
@@ -182,7 +182,7 @@ impl StockRemoval {
     }
 
     /// Returns the rectangle of the plan about what `path` cuts, how large patches may be there, mm, and whether that is coarse for its smallest tool.
-    fn looked_at(&self, field: &Field, path: &Toolpath, axes: &Matrix3<f64>) -> ([Vector2<f64>; 2], f64, bool) {
+    fn looked_at(&self, field: &Field, path: &CutPath, axes: &Matrix3<f64>) -> ([Vector2<f64>; 2], f64, bool) {
         let tools = self.tools_of(path);
         let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
         let mut smallest_mm = f64::INFINITY;
@@ -205,7 +205,7 @@ impl StockRemoval {
     /// tagged by the index of their point; of programs before [`EARLIER`].
     fn cut_along(
         &self,
-        path: &Toolpath,
+        path: &CutPath,
         axes: &Matrix3<f64>,
         shift: impl Fn(usize) -> Option<Vector3<f64>>,
         origin: &str,
@@ -244,7 +244,7 @@ impl StockRemoval {
 
 /// Returns how far the rotation of the tool moves the surface along its normal where the move to point `tag` makes it, mm: positive where material is left.
 fn by_rotation(
-    path: &Toolpath,
+    path: &CutPath,
     (tag, rotations): (usize, &[Vector3<f64>]),
     axes: &Matrix3<f64>,
     (patch, cutter): (&Patch, &Cutter),
@@ -274,7 +274,7 @@ fn by_rotation(
 }
 
 /// Returns how much farther than the bend that the program aims at the tool bends along the normal of a wall where its move `tag` makes it, mm.
-fn beyond_aimed(path: &Toolpath, tag: usize, axes: &Matrix3<f64>, patch: &Patch) -> f64 {
+fn beyond_aimed(path: &CutPath, tag: usize, axes: &Matrix3<f64>, patch: &Patch) -> f64 {
     let bend = path.engagements().get(tag).and_then(|own| own.bend.as_ref());
     let Some(bend) = bend.filter(|_| patch.normal.z == 0.0) else { return 0.0 };
     let tip = (axes * path.points()[tag].position_mm).z;

@@ -1,5 +1,6 @@
 //! The process: cutting forces along a toolpath, where the workpiece stands, whether a machine can follow, the process file.
 
+mod cut_path;
 pub mod cutting;
 mod cutting_rule;
 #[cfg(not(target_family = "wasm"))]
@@ -12,7 +13,7 @@ mod not_followed;
 #[cfg(not(target_family = "wasm"))]
 mod part;
 mod placement;
-pub(crate) mod program_file;
+mod program_file;
 mod redundancy;
 #[cfg(not(target_family = "wasm"))]
 pub mod stock;
@@ -25,11 +26,12 @@ mod verdict_basis;
 mod verdict_force;
 mod workpiece;
 
+pub use cut_path::{Bend, BentWall, CutPath, Engaged, UnknownForce};
 pub use cutting_rule::CuttingRule;
 pub use file::Process;
 pub use milling::{ForceLaw, MillingForce};
 pub use placement::{PathReference, PlacedWorkpiece, Placement};
-pub use program_file::ProgramFile;
+pub(crate) use program_file::program_inputs;
 pub use redundancy::{GammaChoice, RedundancyCost, RedundancyObjective, RedundancySettings};
 pub use unknown_force::{ForceWords, KnownForce};
 pub use verdict_basis::{Basis, VerdictTable};

@@ -16,16 +16,13 @@ use crate::{
     },
     machine::Machine,
     process::{
-        Extent, PathReference, PlacedWorkpiece, Placement,
+        Bend, CutPath, Engaged, Extent, PathReference, PlacedWorkpiece, Placement, UnknownForce,
         cutting::{
             BY_END, CuttingLaw, Drilling, DrillingLaw, EngagedMilling, LEAST_HEADING, LoadError, PathLoad, Stub,
             is_drilling, lateral_share,
         },
     },
-    toolpath::{
-        Bend, Engaged, Load, PathPoint, SAME_TOOL_MM, Sampling, ToolDescription, ToolShape, Toolpath, TurnDirection,
-        UnknownForce,
-    },
+    toolpath::{Load, PathPoint, SAME_TOOL_MM, Sampling, ToolDescription, ToolShape, Toolpath, TurnDirection},
 };
 
 /// What is cut, in the frame of the workpiece, mm.
@@ -199,7 +196,7 @@ impl StockRemoval {
     }
 
     /// Returns the least and largest frequency at which teeth pass on `path`, which cuts the stock, Hz; `None` where the spindle speed is not known.
-    pub(super) fn teeth_hz(&self, path: &Toolpath) -> Option<[f64; 2]> {
+    pub(super) fn teeth_hz(&self, path: &CutPath) -> Option<[f64; 2]> {
         let tools = self.tools_of(path);
         let at = |(point, engaged): (&PathPoint, &Engaged)| {
             let speed = point.spindle_rev_per_min.filter(|_| engaged.removed_mm2 > 0.0)?;
@@ -211,7 +208,7 @@ impl StockRemoval {
     }
 
     /// Returns in words how often teeth pass on `path`, which cuts the stock, and what is near; `None` where the spindle speed is not known. The second is a caution.
-    pub fn tooth_passing(&self, path: &Toolpath) -> Option<(String, Option<String>)> {
+    pub fn tooth_passing(&self, path: &CutPath) -> Option<(String, Option<String>)> {
         let [low, high] = self.teeth_hz(path)?;
         let range = if low == high { format!("{low:.0} Hz") } else { format!("{low:.0} to {high:.0} Hz") };
         let own = &self.natural_frequencies_Hz;
@@ -240,7 +237,7 @@ impl StockRemoval {
     }
 
     /// Returns `path` as it cuts the stock, with the load of an [`EngagedMilling`] law at points on whose way material is touched, and how it is touched
-    /// ([`Toolpath::engagements`]). `law` gives the law of a point; `origin` names the path in errors; `done` is called for each point.
+    /// ([`CutPath::engagements`]). `law` gives the law of a point; `origin` names the path in errors; `done` is called for each point.
     ///
     /// # Errors
     /// A tool that is not known, or leans, or is a drill of another diameter than its law; a rapid move through material, a start in it, a path that touches none; loads that come with the path; a feed or a
@@ -251,7 +248,7 @@ impl StockRemoval {
         (machine, placement): (&Machine, &Placement),
         law: impl Fn(&PathPoint) -> &'a CuttingLaw,
         (origin, done): (&str, &mut dyn FnMut()),
-    ) -> Result<Toolpath> {
+    ) -> Result<CutPath> {
         if placement.reference != PathReference::ToolTip {
             let problem = "is cut by the tool tip, and the path is of the platform point: expected placement.reference = \"tool_tip\"";
             return self.check.fail(problem.into());
@@ -265,7 +262,7 @@ impl StockRemoval {
         }
         let placed = placement.place(machine);
         if path.is_empty() {
-            return Ok(path);
+            return Ok(path.into());
         }
         let axes = self.axes_along(&path, (machine, placement));
         let mut cutting = self.cutting_before(&path, axes, &placed)?;
@@ -283,7 +280,7 @@ impl StockRemoval {
         (machine, placement): (&Machine, &Placement),
         shifts: &[Vector3<f64>],
         (law, origin): (impl Fn(&PathPoint) -> &'a CuttingLaw, &str),
-    ) -> Result<Toolpath> {
+    ) -> Result<CutPath> {
         let placed = placement.place(machine);
         let mut cutting = self.cutting_before(path, self.axes_along(path, (machine, placement)), &placed)?;
         cutting.is_checked = false;
@@ -295,7 +292,7 @@ impl StockRemoval {
         let points = path.points().iter().zip(cut.points());
         let points = points.map(|(point, cut)| PathPoint { load: cut.load, ..*point }).collect();
         let own = Toolpath::assemble(points).with_tools(path.tools().to_vec());
-        Ok(own.with_engagements(cut.engagements().to_vec()))
+        Ok(CutPath::new(own, cut.engagements().to_vec()))
     }
 
     /// Returns the stock for `path` as the programs before have left it.
@@ -314,7 +311,7 @@ impl StockRemoval {
         (path, origin): (&Toolpath, &str),
         placed: &PlacedWorkpiece,
         (law, done): (impl Fn(&PathPoint) -> &'a CuttingLaw, &mut dyn FnMut()),
-    ) -> Result<Toolpath> {
+    ) -> Result<CutPath> {
         if let [first, ..] = path.external_axes() {
             let problem = format!("is cut along one direction of the tool, and {origin} commands {first}");
             return self.check.fail(problem);
@@ -365,7 +362,7 @@ impl StockRemoval {
             return Err(Error::argument(origin, problem));
         }
         let cut = Toolpath::assemble(points).with_tools(path.tools().to_vec());
-        Ok(cut.with_engagements(engagements))
+        Ok(CutPath::new(cut, engagements))
     }
 
     /// Returns the axes of a field that `path` cuts, in W.

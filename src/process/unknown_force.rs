@@ -8,12 +8,15 @@ use super::{
     Process,
     cutting::{BY_END, CuttingLaw, is_drilling},
 };
-use crate::toolpath::{PathPoint, Toolpath, UnknownForce};
+use crate::{
+    process::{CutPath, UnknownForce},
+    toolpath::PathPoint,
+};
 
 impl Process {
     /// Returns why no law knows the force, or all of it, on the way to point number `k` of `path`; `None` where it is known, or nothing is cut.
     #[must_use]
-    pub fn unknown_force(&self, path: &Toolpath, k: usize) -> Option<UnknownForce> {
+    pub fn unknown_force(&self, path: &CutPath, k: usize) -> Option<UnknownForce> {
         let point = path.points()[k];
         match path.engagements().get(k) {
             Some(engaged) => engaged.unknown.filter(|_| point.cutting),
@@ -23,7 +26,7 @@ impl Process {
 
     /// Returns how much of the force on `path` is known.
     #[must_use]
-    pub fn known_force(&self, path: &Toolpath) -> KnownForce {
+    pub fn known_force(&self, path: &CutPath) -> KnownForce {
         let is_cut =
             |k: usize| path.points()[k].cutting && path.engagements().get(k).is_none_or(|own| own.removed_mm2 > 0.0);
         let (mut knows, mut lacks) = (false, false);
@@ -41,7 +44,7 @@ impl Process {
 
     /// Whether the force on the way to point number `k` of `path` is that of the side of a milling tool alone, while its end may cut, too.
     #[must_use]
-    pub fn lacks_end_force(&self, path: &Toolpath, k: usize) -> bool {
+    pub fn lacks_end_force(&self, path: &CutPath, k: usize) -> bool {
         let ramps = |way: Vector3<f64>| way.z > BY_END && !is_drilling(way);
         path.engagements().is_empty() && self.way_of_side(&path.points()[k]).is_some_and(ramps)
     }
@@ -59,7 +62,7 @@ impl Process {
 
     /// Returns sentences about where `path` cuts and the force is not known, and is therefore not compensated, with the lines that `line_name` gives of its moves; empty where it is known.
     #[must_use]
-    pub fn unknown_force_text(&self, path: &Toolpath, line_name: &dyn Fn(usize) -> Option<String>) -> String {
+    pub fn unknown_force_text(&self, path: &CutPath, line_name: &dyn Fn(usize) -> Option<String>) -> String {
         let mut moves: BTreeMap<Option<UnknownForce>, Vec<usize>> = BTreeMap::new();
         for (k, point) in path.points().iter().enumerate() {
             let unknown = self.unknown_force(path, k);
@@ -109,7 +112,7 @@ pub struct ForceWords {
 impl ForceWords {
     /// Returns those of `path` by the laws of `process`, with the lines that `line_name` gives of its moves.
     #[must_use]
-    pub fn of(process: &Process, path: &Toolpath, line_name: &dyn Fn(usize) -> Option<String>) -> Self {
+    pub fn of(process: &Process, path: &CutPath, line_name: &dyn Fn(usize) -> Option<String>) -> Self {
         #[cfg(not(target_family = "wasm"))]
         let of_turn = super::VerdictForce::of(process, path).map_or_else(String::new, |own| own.sentence());
         #[cfg(target_family = "wasm")]

@@ -4,7 +4,7 @@ use super::{
     Process,
     cutting::{CuttingLaw, EdgeLaw, EndMilling, MeanOrPeak, PathLoad, SlotMilling},
 };
-use crate::toolpath::{PathPoint, Toolpath};
+use crate::{process::CutPath, toolpath::PathPoint};
 
 /// The force of a law of milling on which a verdict rests: its mean over a turn or its peak within it.
 ///
@@ -66,7 +66,7 @@ impl MeanOrPeak {
 impl VerdictForce {
     /// Returns that of `path` by the laws of `process`; `None` where no law of milling gives a force.
     #[must_use]
-    pub fn of(process: &Process, path: &Toolpath) -> Option<Self> {
+    pub fn of(process: &Process, path: &CutPath) -> Option<Self> {
         let (mut found, mut teeth_hz) = (None::<Self>, None::<[f64; 2]>);
         let natural = lowest_natural_hz(process);
         for (k, point) in path.points().iter().enumerate().filter(|own| own.1.cutting) {
@@ -147,7 +147,7 @@ const LARGER: f64 = 1e-9;
 /// The number of teeth, where the law has it, and which force it is, mean and peak, N, where the mean is at least `least`; `None` for what is no law of milling.
 type Forces = Option<(Option<u32>, Option<(MeanOrPeak, f64, f64)>)>;
 
-fn forces(law: &CuttingLaw, path: &Toolpath, (k, point): (usize, &PathPoint), least: f64) -> Forces {
+fn forces(law: &CuttingLaw, path: &CutPath, (k, point): (usize, &PathPoint), least: f64) -> Forces {
     let of = |own: &EndMilling, c: f64| {
         let mean = own.mean(c).force_N.norm();
         (mean > least).then(|| (own.over_turn, mean, own.peak(c).force_N.norm()))

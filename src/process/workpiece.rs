@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::{PathReference, cutting::PathLoad};
-use crate::{spatial::Pose, toolpath::Toolpath};
+use crate::{process::CutPath, spatial::Pose};
 
 /// An axis-aligned box, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ pub struct Feature {
     /// The feature's name.
     pub name: String,
     /// The path in W.
-    pub path: Toolpath,
+    pub path: CutPath,
     /// The cutting force at each point of the path.
     pub loads: Vec<PathLoad>,
     /// The point whose positions the path gives.

@@ -44,9 +44,8 @@ use crate::{
     compensation::TaskPoint,
     input::error::{Error, Result},
     machine::{Branch, Machine},
-    process::{GammaChoice, RedundancyObjective},
+    process::{CutPath, GammaChoice, RedundancyObjective},
     simulation::Machines,
-    toolpath::Toolpath,
     work::{Event, Stage, Work},
 };
 
@@ -83,7 +82,7 @@ pub struct RotatedPath {
     pub range_deg: [f64; 2],
     /// The path with its platform orientations rotated.
     #[serde(skip)]
-    pub path: Toolpath,
+    pub path: CutPath,
     /// How far the loaded tool is from the path.
     pub along: PathCost,
 }
@@ -239,7 +238,7 @@ pub(crate) fn infeasible_step(
 
 /// The path of `problem` with all its platform orientations rotated by `gamma` (rad) about the tool axis. `Err` if the machine cannot do so.
 #[cfg(not(target_family = "wasm"))]
-pub fn rotated_by(problem: GammaProblem<'_>, gamma: f64) -> Result<Toolpath> {
+pub fn rotated_by(problem: GammaProblem<'_>, gamma: f64) -> Result<CutPath> {
     let path = RotatablePath::new(problem)?;
     Ok(path.rotated(&vec![gamma; path.points().len()]))
 }

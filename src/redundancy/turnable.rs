@@ -8,7 +8,7 @@ use crate::{
     compensation::{Target, TaskPoint},
     input::error::{Error, Result},
     machine::{Branch, ChainError, Machine, ToolAxisSource},
-    process::{PathReference, PlacedWorkpiece, Placement, RedundancySettings, cutting::PathLoad},
+    process::{CutPath, PathReference, PlacedWorkpiece, Placement, RedundancySettings, cutting::PathLoad},
     simulation::Machines,
     toolpath::{PathPoint, Toolpath},
 };
@@ -25,7 +25,7 @@ pub struct GammaProblem<'a> {
     /// Which coordinates of the pose are compensated.
     pub target: Target,
     /// The path as programmed.
-    pub path: &'a Toolpath,
+    pub path: &'a CutPath,
     /// The load at each point of the path.
     pub loads: &'a [PathLoad],
     /// Objective, range, step and limits of γ.
@@ -189,7 +189,7 @@ impl<'a> RotatablePath<'a> {
     }
 
     /// The path with its platform orientations rotated by `gammas`, rad, one for each point.
-    pub fn rotated(&self, gammas: &[f64]) -> Toolpath {
+    pub fn rotated(&self, gammas: &[f64]) -> CutPath {
         let mut platforms: Vec<UnitQuaternion<f64>> = Vec::with_capacity(gammas.len());
         for (k, gamma) in gammas.iter().enumerate() {
             let rotation = Rotation3::from_matrix_unchecked(self.rotation(k, *gamma));

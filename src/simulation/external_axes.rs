@@ -7,8 +7,7 @@ use crate::{
     input::error::{Error, Result},
     machine::{ExternalAxes, Machine},
     process::file::Process,
-    simulation::ProgramFile,
-    toolpath::{PathPoint, Toolpath},
+    toolpath::{PathPoint, ProgramFile, Toolpath},
 };
 
 /// How far rounding may put a position beyond its travel, as a share of it, and the resolution of the travel in messages.

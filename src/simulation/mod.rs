@@ -2,13 +2,11 @@
 //! where it is tracked, what is commanded and what is left, block after block.
 
 pub mod along_path;
-pub mod blocks;
 pub(crate) mod drawn_forces;
 pub(crate) mod external_axes;
 pub(crate) mod path_blocks;
 mod path_sums;
 pub mod play;
-pub(crate) mod rewritten;
 mod scene;
 pub(crate) mod settled;
 pub(crate) mod sources;
@@ -19,9 +17,7 @@ pub mod tasks;
 pub(crate) mod tracking;
 pub(crate) mod within_limits;
 
-pub use crate::process::ProgramFile;
 pub use external_axes::with_drives_left;
-pub use rewritten::CommandedPath;
 pub use scene::Scene;
 pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};
 pub use status::{Failure, SOLVED, status_of};

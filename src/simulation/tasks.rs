@@ -7,14 +7,14 @@ use crate::{
     input::error::{Error, Result},
     machine::{Configuration, ExternalAxes, Machine},
     process::{
-        PlacedWorkpiece, Placement,
+        CutPath, PlacedWorkpiece, Placement,
         cutting::{LoadError, PathLoad},
         file::Process,
         uncertainty::{DrawnForceAt, ForceSpread, Uncertainty},
     },
     simulation::external_axes::axes_along,
     spatial::{Pose, Wrench},
-    toolpath::{Orientation, PathPoint, Toolpath},
+    toolpath::{Orientation, PathPoint},
 };
 
 /// Finds poses of P along a path, each from the one before, and the place of the workpiece.
@@ -83,7 +83,7 @@ impl<'a> PoseTracker<'a> {
 ///
 /// # Errors
 /// A path that lacks what the cutting force needs.
-pub fn tasks(process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<TaskPoint>> {
+pub fn tasks(process: &Process, path: &CutPath, origin: &str) -> Result<Vec<TaskPoint>> {
     let fault = |source: LoadError| Error::Argument { argument: origin.to_string(), problem: source.to_string() };
     let loads = process.loads(path).map_err(fault)?;
     Ok(tasks_under(&process.machine, &process.placement, process.target, path, &loads))
@@ -94,7 +94,7 @@ pub fn tasks_under(
     machine: &Machine,
     placement: &Placement,
     target: Target,
-    path: &Toolpath,
+    path: &CutPath,
     loads: &[PathLoad],
 ) -> Vec<TaskPoint> {
     let mut unloaded = unloaded_tasks(machine, placement, target, path);
@@ -108,7 +108,7 @@ pub fn tasks_under(
 }
 
 /// Returns where the tool tip should be beside its point `k` of the path for the wall to be where it is wanted, O axes, mm.
-pub(crate) fn against_bend(path: &Toolpath, k: usize, there: &PlacedWorkpiece) -> Vector3<f64> {
+pub(crate) fn against_bend(path: &CutPath, k: usize, there: &PlacedWorkpiece) -> Vector3<f64> {
     let bend = path.engagements().get(k).and_then(|own| own.bend.as_ref());
     bend.map_or_else(Vector3::zeros, |bend| -(there.workpiece().rotation * bend.aimed_mm))
 }
@@ -117,7 +117,7 @@ pub(crate) fn against_bend(path: &Toolpath, k: usize, there: &PlacedWorkpiece) -
 pub(crate) fn drawn_forces_at(
     uncertainty: &Uncertainty,
     (machine, placement): (&Machine, &Placement),
-    path: &Toolpath,
+    path: &CutPath,
     components: Option<&[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]>,
 ) -> Vec<DrawnForceAt> {
     if components.is_none() && uncertainty.tools.len() < 2 {
@@ -141,7 +141,7 @@ pub(crate) fn unloaded_tasks<'a>(
     machine: &'a Machine,
     placement: &'a Placement,
     target: Target,
-    path: &'a Toolpath,
+    path: &'a CutPath,
 ) -> impl FnMut(&PathPoint) -> (TaskPoint, PlacedWorkpiece) + use<'a> {
     let mut track = PoseTracker::new(machine, placement);
     let external = axes_along(machine, path.external_axes());

@@ -9,8 +9,9 @@ use kinetostat::{
     machine::{Grade, Machine, catalogue},
     process::Process,
     products::program::{Part, ProgramJob},
-    simulation::{ProgramFile, along_path::PathPointResult},
+    simulation::along_path::PathPointResult,
     spatial::Pose,
+    toolpath::ProgramFile,
     work::Work,
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -144,7 +145,7 @@ fn followed(
     );
     let process =
         Process::from_toml(&text, "process", Folder::in_memory([]), machine).unwrap_or_else(|e| panic!("{e}"));
-    let file = ProgramFile::in_folder(&folder, "part.script", &process).unwrap_or_else(|e| panic!("{e}"));
+    let file = process.program_in_folder(&folder, "part.script").unwrap_or_else(|e| panic!("{e}"));
     let job = ProgramJob::new(process, file, "part.script", &Work::default()).unwrap_or_else(|e| panic!("{e}"));
     let mut results: Vec<PathPointResult> = Vec::new();
     let take = |_: &Part<'_>, part: &[PathPointResult]| {

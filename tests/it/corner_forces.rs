@@ -7,8 +7,8 @@ use kinetostat::{
     machine::Machine,
     process::{Process, cutting::CuttingLaw},
     products::program::{CuttingLawCheck, Part, ProgramJob},
-    simulation::ProgramFile,
     spatial::Wrench,
+    toolpath::ProgramFile,
     work::Work,
 };
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
@@ -111,7 +111,7 @@ fn job(machine: &Machine, process: &str, program: &str, name: &str) -> ProgramJo
     let process = Process::from_toml(&format!("schema = 1\n{process}"), "process", Folder::in_memory([]), machine)
         .unwrap_or_else(|error| panic!("{error}"));
     let folder = Folder::in_memory([(name.into(), program.into())]);
-    let file = ProgramFile::in_folder(&folder, name, &process).unwrap_or_else(|error| panic!("{error}\n{program}"));
+    let file = process.program_in_folder(&folder, name).unwrap_or_else(|error| panic!("{error}\n{program}"));
     ProgramJob::new(process, file, name, &Work::default()).unwrap_or_else(|error| panic!("{error}\n{program}"))
 }
 
@@ -499,7 +499,7 @@ fn a_force_that_the_law_does_not_give_is_no_proof() {
     let process = Process::from_toml(&process, "process", Folder::in_memory([]), &machine).unwrap();
     let program = b"G21 G90 G17\nG0 X0 Y0 Z0\nG1 X10 F100\nG2 X10 Y0.6 I0 J0.3\nG1 X20\nG0 Z5\n";
     let folder = Folder::in_memory([("part.nc".into(), program.to_vec())]);
-    let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
+    let file = process.program_in_folder(&folder, "part.nc").unwrap();
     let job = ProgramJob::new(process, file, "part.nc", &Work::default()).unwrap();
     let part = job.parts().next().unwrap().unwrap();
     let proof_of = |part: &Part<'_>| CuttingLawCheck::new(&job).check(part);

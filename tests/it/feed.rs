@@ -8,7 +8,7 @@ use kinetostat::{
     input::{Folder, error::Result},
     process::{Process, feed::FeedQuantity},
     products::program::{Asked, Compensated, InMemory, ProgramJob},
-    simulation::ProgramFile,
+    toolpath::ProgramFile,
 };
 
 use crate::support::{command::told, uncertain::job};
@@ -73,7 +73,7 @@ fn attempt(process: &str, (name, program): (&str, &str)) -> Result<ProgramJob> {
     let machine = Machine::named_or_file("orthoglide")?;
     let process = Process::from_toml(&format!("schema = 1\n{process}"), "p.toml", Folder::in_memory([]), &machine)?;
     let folder = Folder::in_memory([(name.to_owned(), program.as_bytes().to_vec())]);
-    let program = ProgramFile::in_folder(&folder, name, &process)?;
+    let program = process.program_in_folder(&folder, name)?;
     ProgramJob::new(process, program, name, &Work::default())
 }
 
@@ -131,7 +131,7 @@ fn the_compensated_program_keeps_the_limit() {
     let machine = Machine::named_or_file("orthoglide").unwrap();
     let without =
         Process::from_toml(&format!("schema = 1\n{without}"), "p.toml", Folder::in_memory([]), &machine).unwrap();
-    let again = ProgramFile::parse(proved.written.bytes, Path::new("out.nc"), &without).unwrap();
+    let again = without.parse_program(proved.written.bytes, Path::new("out.nc")).unwrap();
     let path = again.toolpath(without.sampling).unwrap();
     let mut most = [0.0f64; 2];
     for point in path.points().iter().filter(|point| point.cutting) {

@@ -2,7 +2,7 @@
 
 use kinetostat::{
     compensation::Method, input::Folder, machine::Machine, process::file::Process, products::program::ProgramJob,
-    simulation::ProgramFile, work::Work,
+    toolpath::ProgramFile, work::Work,
 };
 use nalgebra::Rotation3;
 
@@ -40,7 +40,7 @@ fn job(machine: &Machine, text: String, tangential: f64) -> ProgramJob {
     );
     let process = Process::from_toml(&process, "process", Folder::in_memory([]), machine).unwrap();
     let folder = Folder::in_memory([("turns.src".into(), text.into_bytes())]);
-    let file = ProgramFile::in_folder(&folder, "turns.src", &process).unwrap();
+    let file = process.program_in_folder(&folder, "turns.src").unwrap();
     ProgramJob::new(process, file, "turns.src", &Work::default()).unwrap()
 }
 

@@ -7,12 +7,11 @@ use kinetostat::{
     Machine, Work,
     input::Folder,
     process::{
-        Process, RightForce, VerdictForce,
+        Engaged, Process, RightForce, UnknownForce, VerdictForce,
         cutting::{EdgeForce, EdgeLaw, EndMilling},
     },
     products::program::ProgramJob,
-    simulation::ProgramFile,
-    toolpath::{Engaged, PathPoint, UnknownForce},
+    toolpath::{PathPoint, ProgramFile},
 };
 use nalgebra::Vector3;
 
@@ -239,7 +238,7 @@ fn on_trunnion(process: &str, program: &str) -> kinetostat::input::error::Result
     let machine = Machine::from_toml(TRUNNION, "xyzt.toml").unwrap();
     let process = Process::from_toml(process, "process.toml", Folder::in_memory([]), &machine)?;
     let folder = Folder::in_memory([("part.nc".to_owned(), program.as_bytes().to_vec())]);
-    let program = ProgramFile::in_folder(&folder, "part.nc", &process)?;
+    let program = process.program_in_folder(&folder, "part.nc")?;
     ProgramJob::new(process, program, "part.nc", &Work::default())
 }
 

@@ -7,11 +7,12 @@ use kinetostat::{
     process::file::Process,
     products::program::{Asked, CorrectedPath, ProgramCommands, ProgramJob},
     simulation::{
-        ProgramFile, Source,
+        Source,
         along_path::{Commands, PathCase, PathPointResult, run},
         settings,
     },
     spatial::Wrench,
+    toolpath::ProgramFile,
     work::Work,
 };
 use nalgebra::Vector3;
@@ -43,7 +44,7 @@ fn wave(lines: usize) -> String {
 
 fn parsed(source: String, name: &str, process: &Process) -> ProgramFile {
     let folder = Folder::in_memory([(name.into(), source.into_bytes())]);
-    ProgramFile::in_folder(&folder, name, process).unwrap()
+    process.program_in_folder(&folder, name).unwrap()
 }
 
 fn job(lines: usize) -> ProgramJob {

@@ -13,12 +13,13 @@ use kinetostat::{
         placement::{self, Metric, PlacementResults},
     },
     simulation::{
-        Machines, ProgramFile, Source,
+        Machines, Source,
         along_path::{Commands, PathCase, PathPointResult, run},
         settings,
     },
     spatial::Wrench,
     statics::drive_forces,
+    toolpath::ProgramFile,
 };
 use serde_json::Value;
 
@@ -309,7 +310,7 @@ fn proved(machine: &Machine, process: &str, asked: &Asked) -> Box<ProvedProgram>
     let process =
         Process::from_toml(&format!("schema = 1\n{process}"), "process", Folder::in_memory([]), machine).unwrap();
     let folder = Folder::in_memory([("path.csv".to_owned(), PROGRAM.as_bytes().to_vec())]);
-    let file = ProgramFile::in_folder(&folder, "path.csv", &process).unwrap();
+    let file = process.program_in_folder(&folder, "path.csv").unwrap();
     let job = ProgramJob::new(process, file, "path.csv", &Work::default()).unwrap();
     match job.compensate(asked, &mut InMemory, &Work::default()).unwrap() {
         Compensated::Proved(proved) => proved,

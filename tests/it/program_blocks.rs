@@ -7,11 +7,11 @@ use kinetostat::{
     machine::Machine,
     process::{Process, file::WRITE_TOLERANCE_MM},
     products::program::{CorrectedPath, Part, ProgramAsWritten, ProgramJob, WrittenCalls, report},
-    simulation::{
+    toolpath::{
         ProgramFile,
         blocks::{Blocks, BlocksBeforeAfter, Spread},
+        gcode::Program,
     },
-    toolpath::gcode::Program,
     work::Work,
 };
 use nalgebra::Vector6;
@@ -33,7 +33,7 @@ fn job(machine: &Machine, process: &str, program: &[u8], name: &str) -> ProgramJ
     let process = Process::from_toml(&format!("schema = 1\n{process}"), "process", Folder::in_memory([]), machine)
         .unwrap_or_else(|error| panic!("{error}"));
     let folder = Folder::in_memory([(name.into(), program.to_vec())]);
-    let file = ProgramFile::in_folder(&folder, name, &process).unwrap();
+    let file = process.program_in_folder(&folder, name).unwrap();
     ProgramJob::new(process, file, name, &Work::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -6,8 +6,8 @@ use kinetostat::{
     machine::Machine,
     process::file::Process,
     products::program::{Part, ProgramJob},
-    simulation::{ProgramFile, along_path::PathPointResult},
-    toolpath::PathPoint,
+    simulation::along_path::PathPointResult,
+    toolpath::{PathPoint, ProgramFile},
     work::Work,
 };
 use nalgebra::{Rotation3, Vector3};
@@ -74,7 +74,7 @@ fn job(
     let process =
         Process::from_toml(&text, "process.toml", Folder::in_memory([]), machine).map_err(|why| why.to_string())?;
     let folder = Folder::in_memory([(name.into(), program.as_bytes().to_vec())]);
-    let file = ProgramFile::in_folder(&folder, name, &process).map_err(|why| why.to_string())?;
+    let file = process.program_in_folder(&folder, name).map_err(|why| why.to_string())?;
     ProgramJob::new(process, file, name, &Work::default()).map_err(|why| why.to_string())
 }
 

@@ -12,8 +12,7 @@ use kinetostat::{
         Asked, CorrectedPath, Part, ProgramAsWritten, ProgramJob,
         files::{ProgramFiles, ProgramOutcome, compensate_into},
     },
-    simulation::ProgramFile,
-    toolpath::{Orientation, polyline::Polyline},
+    toolpath::{Orientation, ProgramFile, polyline::Polyline},
     work::Work,
 };
 use nalgebra::{UnitQuaternion, Vector3};
@@ -40,7 +39,7 @@ fn folder(files: &[(&str, &str)]) -> Folder {
 
 pub fn compensated(process: Process, files: &[(&str, &str)]) -> (ProgramJob, ProgramAsWritten) {
     let name = files[0].0;
-    let file = ProgramFile::in_folder(&folder(files), name, &process).unwrap_or_else(|refused| panic!("{refused}"));
+    let file = process.program_in_folder(&folder(files), name).unwrap_or_else(|refused| panic!("{refused}"));
     let job = ProgramJob::new(process, file, name, &Work::default()).unwrap_or_else(|refused| panic!("{refused}"));
     let mut corrected = CorrectedPath::new(&job);
     let take = |part: &Part<'_>, answers: &[_]| {
@@ -79,7 +78,7 @@ fn programs_of_robots_are_compensated_on_a_loaded_arm() {
         let mut again = files.to_vec();
         let text = String::from_utf8(written.bytes).unwrap();
         again[0].1 = &text;
-        let back = ProgramFile::in_folder(&folder(&again), files[0].0, &process("")).unwrap();
+        let back = process("").program_in_folder(&folder(&again), files[0].0).unwrap();
         let path = back.toolpath(job.process.sampling).unwrap();
         let [last, was] = [&path, &job.path].map(|path| path.points()[path.len() - 1].orientation.unwrap());
         assert!(last.angle_to(&was) < 1e-6);
@@ -148,7 +147,7 @@ fn the_tool_is_turned_back_where_the_full_pose_is_compensated() {
 fn a_program_that_does_not_say_how_the_tool_stands_is_not_turned() {
     let files = [("part.nc", "G21 G90\nG0 X0 Y0 Z0\nG1 X20 F600\nM30\n")];
     let process = process(FULL_POSE);
-    let file = ProgramFile::in_folder(&folder(&files), "part.nc", &process).unwrap();
+    let file = process.program_in_folder(&folder(&files), "part.nc").unwrap();
     let refused = ProgramJob::new(process, file, "part.nc", &Work::default()).unwrap_err().to_string();
     assert!(
         refused.starts_with("part.nc: full_pose cannot be written: the program does not say how the tool stands"),
@@ -172,8 +171,7 @@ fn a_robot_stands_as_its_program_says() {
 #[test]
 fn a_tool_of_another_length_is_refused() {
     let with_tool = KRL.replace("LIN XSTART", "$TOOL={X 6.9,Y 245.3,Z 300,A 0,B 0,C 0}\nLIN XSTART");
-    let file =
-        ProgramFile::in_folder(&folder(&[("part.src", &with_tool), ("part.dat", DATA)]), "part.src", &process(""));
+    let file = process("").program_in_folder(&folder(&[("part.src", &with_tool), ("part.dat", DATA)]), "part.src");
     let message = file.unwrap_err().to_string();
     assert!(
         message.contains("has its tip at (6.9, 245.3, 300) mm of the flange")
@@ -181,18 +179,16 @@ fn a_tool_of_another_length_is_refused() {
         "{message}"
     );
     let right = with_tool.replace("Z 300", "Z 319.3");
-    assert!(
-        ProgramFile::in_folder(&folder(&[("part.src", &right), ("part.dat", DATA)]), "part.src", &process("")).is_ok()
-    );
+    assert!(process("").program_in_folder(&folder(&[("part.src", &right), ("part.dat", DATA)]), "part.src").is_ok());
 }
 
 #[test]
 fn pages_get_the_points_of_a_program() {
     let recording = folder(&[("part.src", KRL), ("part.dat", DATA)]).recording();
-    let file = ProgramFile::in_folder(&recording, "part.src", &process("")).unwrap();
+    let file = process("").program_in_folder(&recording, "part.src").unwrap();
     let path = file.toolpath(Default::default()).unwrap();
     let recorded = recording.recorded()["part.src"].clone();
-    let again = ProgramFile::parse(recorded.clone(), "part.src".as_ref(), &process("")).unwrap();
+    let again = process("").parse_program(recorded.clone(), "part.src".as_ref()).unwrap();
     assert!(matches!(again, ProgramFile::Polyline(_)));
     let points = Polyline::read(recorded, "part.src").unwrap();
     assert_eq!(points.toolpath().len(), path.len());
@@ -241,8 +237,7 @@ fn tools_and_bases_of_a_backup_are_read_where_the_program_stands_in_it() {
     let read = |program: &str, at: &str| {
         let files = [(program, source), (&program.replace(".src", ".dat"), data), (at, &config)];
         let process = process("");
-        let file =
-            ProgramFile::in_folder(&folder(&files), program, &process).unwrap_or_else(|refused| panic!("{refused}"));
+        let file = process.program_in_folder(&folder(&files), program).unwrap_or_else(|refused| panic!("{refused}"));
         (file.toolpath(process.sampling).unwrap(), file)
     };
     let places = [
@@ -263,6 +258,6 @@ fn tools_and_bases_of_a_backup_are_read_where_the_program_stands_in_it() {
     // Elsewhere it is that of another robot.
     let process = process("");
     let files = [("part.src", source), ("part.dat", data), ("Other/$config.dat", &config)];
-    let refused = ProgramFile::in_folder(&folder(&files), "part.src", &process).unwrap_err().to_string();
+    let refused = process.program_in_folder(&folder(&files), "part.src").unwrap_err().to_string();
     assert!(refused.contains("where base_data[3] stands to the base before it is not known"), "{refused}");
 }

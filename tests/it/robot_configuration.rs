@@ -9,7 +9,7 @@ use kinetostat::{
     machine::Machine,
     process::Process,
     products::program::{CorrectedPath, Part, ProgramAsWritten, ProgramJob},
-    simulation::ProgramFile,
+    toolpath::ProgramFile,
     work::Work,
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -253,7 +253,7 @@ impl Arm {
         let process =
             Process::from_toml(&process, "process", Folder::in_memory([]), &machine).map_err(|e| e.to_string())?;
         let folder = Folder::in_memory([(self.file_name().to_owned(), text.as_bytes().to_vec())]);
-        let file = ProgramFile::in_folder(&folder, self.file_name(), &process).map_err(|e| e.to_string())?;
+        let file = process.program_in_folder(&folder, self.file_name()).map_err(|e| e.to_string())?;
         ProgramJob::new(process, file, self.file_name(), &Work::default()).map_err(|e| e.to_string())
     }
 }
@@ -597,7 +597,7 @@ fn qnear_chooses_the_posture() {
             at.x, at.y, at.z, r.x, r.y, r.z
         );
         let folder = Folder::in_memory([("part.script".to_owned(), text.into_bytes())]);
-        let file = ProgramFile::in_folder(&folder, "part.script", &process).unwrap();
+        let file = process.program_in_folder(&folder, "part.script").unwrap();
         let job = ProgramJob::new(process.clone(), file, "part.script", &Work::default()).unwrap();
         let [Some(found)] = joints_at_ends(&job)[..] else { panic!("no posture near {near:?}") };
         let off = found.iter().zip(near).map(|(found, near)| (found.to_radians() - near).abs()).fold(0.0, f64::max);

@@ -6,7 +6,8 @@ use kinetostat::{
     machine::Machine,
     process::file::Process,
     products::program::{CorrectedPath, Part, ProgramJob},
-    simulation::{ProgramFile, along_path::PathPointResult},
+    simulation::along_path::PathPointResult,
+    toolpath::ProgramFile,
     work::Work,
 };
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -103,7 +104,7 @@ fn process(machine: &Machine, origin: [f64; 3], more: &str) -> kinetostat::input
 fn job(machine: &Machine, origin: [f64; 3], more: &str, program: &str) -> ProgramJob {
     let process = process(machine, origin, more).unwrap_or_else(|error| panic!("{error}"));
     let folder = Folder::in_memory([("part.nc".into(), program.as_bytes().to_vec())]);
-    let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
+    let file = process.program_in_folder(&folder, "part.nc").unwrap();
     ProgramJob::new(process, file, "part.nc", &Work::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -304,7 +305,7 @@ fn what_would_lead_a_drive_elsewhere_than_its_words_say_is_refused() {
     let read = |machine: &Machine, more: &str, program: &str| {
         let process = process(machine, ORIGIN, more).map_err(|refused| refused.to_string())?;
         let folder = Folder::in_memory([("part.nc".into(), format!("G21 G90 G17\n{program}\nM30\n").into_bytes())]);
-        let file = ProgramFile::in_folder(&folder, "part.nc", &process).map_err(|refused| refused.to_string())?;
+        let file = process.program_in_folder(&folder, "part.nc").map_err(|refused| refused.to_string())?;
         ProgramJob::new(process, file, "part.nc", &Work::default()).map_err(|refused| refused.to_string())
     };
     let gantry = head("\"rotation_x\", \"rotation_y\"", 0.0);
@@ -355,7 +356,7 @@ fn the_pivot_of_a_head_is_that_of_the_point_that_the_path_leads() {
     let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), &machine).unwrap();
     let program = b"G21 G90 G17\nG0 X0 Y0 Z50 A0 C0\nG1 Z0 A10 F500\nM30\n".to_vec();
     let folder = Folder::in_memory([("part.nc".into(), program)]);
-    let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
+    let file = process.program_in_folder(&folder, "part.nc").unwrap();
     let job = ProgramJob::new(process, file, "part.nc", &Work::default()).unwrap();
     // Without control of the tip the words are those of the slides, of P above its place with A at 0.
     let last = pass(&job, Method::None).pop().unwrap().answer.nominal_drives;
@@ -379,7 +380,7 @@ fn a_drive_stands_at_the_end_of_its_travel_and_turns_as_far_as_it_is_told() {
         let text = format!("schema = 1\n[placement]\norigin_mm = {ORIGIN:?}\n{finely}");
         let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), &machine).unwrap();
         let folder = Folder::in_memory([("part.nc".into(), program.into_bytes())]);
-        let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
+        let file = process.program_in_folder(&folder, "part.nc").unwrap();
         let job = ProgramJob::new(process, file, "part.nc", &Work::default()).unwrap();
         let last = pass(&job, Method::Direct).pop().unwrap().answer.drives;
         assert!((last[3].to_degrees() - 200.0).abs() < 1e-9, "{x}: {last:?}");
@@ -392,7 +393,7 @@ fn travel_holds_for_what_a_program_says() {
     let process = process(&machine, ON_TABLE, "").unwrap();
     let program = b"G21 G0 X0 Y0 Z50 A0 C0\nG43.4\nG1 X5 A120 F100\n".to_vec();
     let folder = Folder::in_memory([("part.nc".into(), program)]);
-    let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
+    let file = process.program_in_folder(&folder, "part.nc").unwrap();
     let refused = ProgramJob::new(process, file, "part.nc", &Work::default()).unwrap_err().to_string();
     assert!(
         refused.contains("external_table_A_deg is 115 at move 2: expected its travel of -110 to 110 deg"),

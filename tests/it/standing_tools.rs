@@ -145,7 +145,7 @@ fn what_a_standing_tool_cannot_be_is_refused() {
         let folder = Folder::in_memory([(name.to_owned(), source.as_bytes().to_vec())]);
         let process = process("irb7600", more).unwrap();
         assert_eq!(process.clone().as_programmed("a map").is_err(), !more.is_empty());
-        kinetostat::simulation::ProgramFile::in_folder(&folder, name, &process).unwrap_err().to_string()
+        process.program_in_folder(&folder, name).unwrap_err().to_string()
     };
     for (source, more, why) in [
         (RAPID.to_owned(), "", "or stands = true in [tool] of the process"),
@@ -163,8 +163,7 @@ fn what_a_standing_tool_cannot_be_is_refused() {
     let tables = format!("schema = 1\n{}{TOOL}", CUT.replacen("0.0", "30.0", 1));
     let elsewhere = Process::from_toml(&tables, "process", Folder::in_memory([]), &arm()).unwrap();
     let folder = Folder::in_memory([("part.mod".to_owned(), RAPID.as_bytes().to_vec())]);
-    let found =
-        kinetostat::simulation::ProgramFile::in_folder(&folder, "part.mod", &elsewhere).unwrap_err().to_string();
+    let found = elsewhere.program_in_folder(&folder, "part.mod").unwrap_err().to_string();
     assert!(found.contains("says itself where the part is"), "{found}");
     let krl = "DEF part()\n$VEL.CP=0.02\nLIN {X 30,Y 0,Z 0,A 0,B 0,C 0}\nEND\n";
     assert!(refused("part.src", krl, TOOL).contains("KRL is not followed with a tool that stands"));

@@ -5,12 +5,11 @@ use kinetostat::{
     Machine, Work,
     input::{Folder, error::Result},
     process::{
-        Process,
+        Engaged, Process,
         cutting::{CuttingLaw, EndMilling},
     },
     products::program::ProgramJob,
-    simulation::ProgramFile,
-    toolpath::{Engaged, PathPoint, Toolpath},
+    toolpath::{PathPoint, ProgramFile, Toolpath},
 };
 use nalgebra::Vector3;
 
@@ -350,7 +349,7 @@ pub(crate) fn job_beside(
     let files = files.iter().map(|(name, bytes)| (name.to_string(), bytes.clone()));
     let folder = Folder::in_memory(files.chain([("part.nc".to_string(), program.as_bytes().to_vec())]));
     let process = Process::from_toml(&text, "process.toml", folder.clone(), machine)?;
-    let program = ProgramFile::in_folder(&folder, "part.nc", &process)?;
+    let program = process.program_in_folder(&folder, "part.nc")?;
     ProgramJob::new(process, program, "part.nc", &Work::default())
 }
 

@@ -1,6 +1,6 @@
 //! G-code of three axes is for a tool along the normal of its plane: a machine whose tool stands otherwise is another set-up.
 
-use kinetostat::{input::Folder, machine::Machine, process::file::Process, simulation::ProgramFile};
+use kinetostat::{input::Folder, machine::Machine, process::file::Process, toolpath::ProgramFile};
 
 use crate::support::engine::machine_from;
 
@@ -28,7 +28,7 @@ fn read(machine: &Machine, placement: &str, gcode: &str, program: &str) -> Resul
     let text = format!("schema = 1\n[placement]\norigin_mm = [0.0, 0.0, 0.0]\n{placement}[gcode]\n{gcode}");
     let process = Process::from_toml(&text, "p.toml", Folder::in_memory([]), machine).map_err(|why| why.to_string())?;
     let folder = Folder::in_memory([("part.nc".into(), program.as_bytes().to_vec())]);
-    ProgramFile::in_folder(&folder, "part.nc", &process).map(drop).map_err(|why| why.to_string())
+    process.program_in_folder(&folder, "part.nc").map(drop).map_err(|why| why.to_string())
 }
 
 const XY: &str = "G21 G90 G17\nG0 X0 Y0 Z20\nG1 Z0 F500\nG2 X20 Y0 I10 J0\nM30\n";

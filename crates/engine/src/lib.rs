@@ -38,11 +38,12 @@
 pub mod compensation;
 pub mod lanes;
 pub mod machine;
-pub mod spatial;
 pub mod statics;
 
 /// What machine files are read with.
 pub use kinetostat_input as input;
+/// Poses, wrenches, and their transport.
+pub use kinetostat_spatial as spatial;
 /// The linear algebra in the types of this library.
 pub use nalgebra;
 

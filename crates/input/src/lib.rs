@@ -20,6 +20,7 @@
 #![warn(missing_docs)]
 
 pub mod check;
+pub mod csv_rows;
 pub mod error;
 pub mod file;
 pub mod names;

@@ -10,7 +10,10 @@ use super::{
     arc::{ArcIntegrals, double_exponential},
     feed,
 };
-use crate::toolpath::{Bend, BentWall, PathPoint, TurnDirection};
+use crate::{
+    process::{Bend, BentWall},
+    toolpath::{PathPoint, TurnDirection},
+};
 
 /// Force of an end mill of any shape whose engagement is known.
 ///

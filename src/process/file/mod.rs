@@ -35,7 +35,7 @@ use crate::{
     },
     machine::{ChainError, Machine},
     process::{
-        CuttingRule, PathReference, Placement, VerdictTable,
+        CutPath, CuttingRule, PathReference, Placement, VerdictTable,
         cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
         not_followed::first_unreachable,
@@ -181,7 +181,7 @@ impl Process {
 
     /// Returns `path` with its cutting points marked by the file's cutting rule, or as it cuts the stock; `origin` names the path in errors. Fails when no move that
     /// may cut does, or the machine cannot reach an orientation of the path.
-    pub fn mark_cutting(&self, path: Toolpath, origin: &str) -> Result<Toolpath> {
+    pub fn mark_cutting(&self, path: Toolpath, origin: &str) -> Result<CutPath> {
         self.mark_cutting_and_tell(path, origin, &mut || ())
     }
 
@@ -189,7 +189,7 @@ impl Process {
     ///
     /// # Errors
     /// As there.
-    pub fn mark_cutting_and_tell(&self, path: Toolpath, origin: &str, done: &mut dyn FnMut()) -> Result<Toolpath> {
+    pub fn mark_cutting_and_tell(&self, path: Toolpath, origin: &str, done: &mut dyn FnMut()) -> Result<CutPath> {
         if let Some((point, why)) = first_unreachable(&self.machine, &self.placement, &path) {
             let problem = format!("move {} {why}", point.source.segment + 1);
             return Err(Error::Argument { argument: origin.into(), problem });
@@ -213,7 +213,7 @@ impl Process {
         }
         #[cfg(target_family = "wasm")]
         let _ = done;
-        Ok(path)
+        Ok(path.into())
     }
 
     /// Returns `path`, which has cut the stock, with the loads of what its tool cuts at `shifts` from its points (W, mm); `None` without stock. Errors of the stock.
@@ -223,7 +223,7 @@ impl Process {
         path: &Toolpath,
         shifts: &[nalgebra::Vector3<f64>],
         origin: &str,
-    ) -> Result<Option<Toolpath>> {
+    ) -> Result<Option<CutPath>> {
         let law = |point: &PathPoint| self.own_forces.law_at(point).unwrap_or(&self.cutting);
         let cut =
             |stock: &StockRemoval| stock.cut_shifted(path, (&self.machine, &self.placement), shifts, (law, origin));

@@ -13,8 +13,9 @@ use crate::{
         error::{Error, Result},
     },
     process::{
-        Process, ProgramFile,
+        Process,
         part::FinishedPart,
+        program_inputs,
         stock::{StickOut, StockRemoval, StockShape, StockToolSpec, cutter},
     },
     toolpath::{Sampling, ToolDescription, ToolShape},
@@ -195,13 +196,13 @@ pub(super) fn with_earlier(
     let (mut earlier, mut inputs) = (Vec::new(), process.inputs.clone());
     for name in spec.iter().flat_map(|spec| &spec.after) {
         let folder = beside(name, folder, &check.key("stock").key("after"))?;
-        let program = ProgramFile::in_folder(&folder, name, &process)?;
+        let program = process.program_in_folder(&folder, name)?;
         let path = program.long_toolpath(process.sampling)?;
         let origin = folder.path(name).display().to_string();
         if path.is_empty() {
             return Err(Error::argument(origin, "moves nowhere: a program with at least one motion is expected"));
         }
-        inputs = inputs.and(program.inputs(name));
+        inputs = inputs.and(program_inputs(&program, name));
         earlier.push((origin, path));
     }
     process.inputs = inputs;

@@ -10,8 +10,8 @@ use super::{
 use crate::{
     compensation::{BoundedPath, Method},
     input::error::{Error, Result},
-    simulation::{CommandedPath, Source, along_path::PathPointResult, spread_along::PathSpread},
-    toolpath::gcode::CalledFile,
+    simulation::{Source, along_path::PathPointResult, spread_along::PathSpread},
+    toolpath::{CommandedPath, gcode::CalledFile},
     work::{Event, Work},
 };
 

@@ -4,20 +4,15 @@ use std::borrow::Cow;
 
 use nalgebra::Vector3;
 
-use super::{Part, ProgramJob};
+use super::{Part, ProgramJob, part::arm_posture};
 use crate::{
     input::error::Result,
     machine::ExternalAxes,
-    simulation::{
-        ProgramFile,
-        along_path::PathPointResult,
-        blocks::BlocksBeforeAfter,
-        rewritten::{CommandedPath, Rewritten},
-        tasks::PoseTracker,
-    },
+    simulation::{along_path::PathPointResult, tasks::PoseTracker},
     spatial::Pose,
     toolpath::{
-        PathPoint,
+        CommandedPath, PathPoint, ProgramFile, RewrittenFile, Toolpath,
+        blocks::BlocksBeforeAfter,
         gcode::{CalledFile, Calls},
         robot::ArmPosture,
     },
@@ -62,7 +57,7 @@ impl CorrectedPath {
             }
             self.sent.add(&commanded.unwrap_or(*point));
             if job.file.says_postures() {
-                self.postures.push(commanded.and_then(|_| ArmPosture::of(&job.machine, &result.drives)));
+                self.postures.push(commanded.and_then(|_| arm_posture(&job.machine, &result.drives)));
             }
         }
     }
@@ -146,11 +141,12 @@ impl ProgramJob {
     pub fn write(&self, corrected: &CorrectedPath) -> Result<ProgramAsWritten> {
         let wanted = &corrected.sent;
         let path = match corrected.postures.is_empty() {
-            true => Cow::Borrowed(&self.path),
-            false => Cow::Owned(self.path.clone().with_postures(corrected.postures.clone())),
+            true => Cow::Borrowed(&*self.path),
+            false => Cow::Owned(Toolpath::clone(&self.path).with_postures(corrected.postures.clone())),
         };
-        let Rewritten { bytes, back, blocks, calls } =
-            self.file.rewrite(&path, &wanted.positions, wanted.orientations.as_deref(), &self.process)?;
+        let writing = self.process.write_options(self.file.own_format())?;
+        let RewrittenFile { bytes, back, blocks, calls } =
+            self.file.rewrite(&path, &wanted.positions, wanted.orientations.as_deref(), writing)?;
         let (mut rounded_mm, mut in_holes_mm) = (0.0, None);
         let positions = wanted.positions.iter().zip(&back.positions);
         for (point, (wanted, written)) in self.path.points().iter().zip(positions) {

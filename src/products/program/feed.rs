@@ -12,9 +12,9 @@ use crate::{
         cutting::{BY_END, PathLoad},
         feed::{FeedLimits, FeedQuantity},
     },
-    simulation::{ProgramFile, along_path::PathPointResult},
+    simulation::along_path::PathPointResult,
     toolpath::{
-        Toolpath,
+        ProgramFile, Toolpath,
         gcode::{Dialect, FedLine, FoldFailure, FoldFault},
     },
     work::Work,

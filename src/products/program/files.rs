@@ -33,8 +33,7 @@ use crate::{
     page::{Description, ResultFolder, headline::Headline, page_with},
     process::{KnownForce, Process},
     redundancy,
-    simulation::CommandedPath,
-    toolpath::gcode::CalledFile,
+    toolpath::{CommandedPath, gcode::CalledFile},
     work::Work,
 };
 

@@ -41,21 +41,21 @@ use crate::{
     input::error::{Error, Result},
     machine::{Coordinate, Machine},
     process::{
-        PathReference,
+        CutPath, PathReference,
         cutting::LoadError,
         file::Process,
         uncertainty::{ForceSpread, Uncertainty, UncertaintyTable},
     },
     redundancy::FoundGamma,
     simulation::{
-        CommandedPath, Machines, ProgramFile,
+        Machines,
         along_path::{Commands, PathPointResult, PathSummary, PathSums, PointResidual, run_tracked},
         spread_along,
         tasks::PoseTracker,
         with_drives_left,
     },
     spatial::Pose,
-    toolpath::{PathPoint, Toolpath, gcode::Dialect},
+    toolpath::{CommandedPath, PathPoint, ProgramFile, Toolpath, gcode::Dialect},
     work::{Event, Work},
 };
 
@@ -81,7 +81,7 @@ pub struct ProgramJob {
     #[cfg(not(target_family = "wasm"))]
     pub feed: Option<FoundFeeds>,
     /// The points of the program.
-    pub path: Toolpath,
+    pub path: CutPath,
     /// The program's name in error messages.
     name: String,
     /// Task points of all path points; `None` where they are computed when needed. Stored only for a platform with parasitic rotation, whose
@@ -121,7 +121,7 @@ impl ProgramJob {
     /// # Errors
     /// As [`ProgramFile::read`] and [`ProgramJob::new`].
     pub fn open(process: Process, file: &Path, work: &Work) -> Result<Self> {
-        let program = ProgramFile::read(file, &process)?;
+        let program = process.read_program(file)?;
         Self::new(process, program, &file.display().to_string(), work)
     }
 

@@ -8,6 +8,7 @@ use crate::{
     input::error::{Error, Result},
     machine::{Configuration, Machine, PostureChange},
     process::{
+        CutPath,
         cutting::{Corners, LoadError},
         file::Process,
         uncertainty::DrawnForceAt,
@@ -83,16 +84,21 @@ pub(super) fn empty_tracks(path: &Toolpath) -> Vec<OnceLock<TrackPart>> {
 }
 
 /// Returns the task points of `path`, called `name` in errors, for a platform with parasitic rotation; `None` for others.
-pub(super) fn stored_tasks(process: &Process, path: &Toolpath, name: &str) -> Result<Option<Vec<TaskPoint>>> {
+pub(super) fn stored_tasks(process: &Process, path: &CutPath, name: &str) -> Result<Option<Vec<TaskPoint>>> {
     let all = || (0..path.len()).map(task_at(process, path)).collect::<std::result::Result<_, _>>();
     let fault = |fault: LoadError| Error::argument(name, fault.to_string());
     process.machine.has_parasitic_rotation.then(all).transpose().map_err(fault)
 }
 
+/// Returns how the arm of `machine` stands with its drives at `drives` (mm, rad); `None` unless it ends in six hinges.
+pub(super) fn arm_posture(machine: &Machine, drives: &[f64]) -> Option<ArmPosture> {
+    machine.branch_and_angles(drives).map(|(branch, angles)| ArmPosture { branch, angles })
+}
+
 /// Returns a function from the index of a point of `path` to its task point, to be called in order, since the force blends from move to move.
 pub(super) fn task_at<'a>(
     process: &'a Process,
-    path: &'a Toolpath,
+    path: &'a CutPath,
 ) -> impl FnMut(usize) -> std::result::Result<TaskPoint, LoadError> + use<'a> {
     let mut unloaded = unloaded_tasks(&process.machine, &process.placement, process.target, path);
     let mut corners = Corners::new(process, path);
@@ -154,7 +160,7 @@ impl ProgramJob {
         let line = self.file.line_name(point.source.segment).unwrap_or_default();
         let Some(said) = point.arm else { return Error::argument(&self.name, line) };
         let with_data = |drives: &[f64]| {
-            let posture = ArmPosture::of(&self.machine, drives)?;
+            let posture = arm_posture(&self.machine, drives)?;
             let data = ArmData::of_posture(said.language, &posture)?.words();
             Some(format!("{data} ({})", posture.words()))
         };

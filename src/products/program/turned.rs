@@ -2,15 +2,13 @@
 
 use crate::{
     input::error::{Error, Result},
-    process::{cutting::PathLoad, file::Process},
+    process::{CutPath, cutting::PathLoad, file::Process},
+    products::program::part::arm_posture,
     redundancy::{FoundGamma, GammaProblem, RotatedPath, search_gamma},
-    simulation::{
-        ProgramFile, along_path::track_blocks, external_axes::locked_along, tasks::tasks_under, tracking::TrackPoint,
-    },
+    simulation::{along_path::track_blocks, external_axes::locked_along, tasks::tasks_under, tracking::TrackPoint},
     toolpath::{
-        NumberFormat, Toolpath,
+        NumberFormat, ProgramFile, Toolpath,
         polyline::{self, Polyline},
-        robot::ArmPosture,
     },
     work::Work,
 };
@@ -76,19 +74,19 @@ pub(super) fn with_best_gamma(
 /// Returns `path` with how the arm stands along it at the γ of `turned`, under `loads`, where `program` says how it stands.
 #[cfg(not(target_family = "wasm"))]
 fn with_postures_of(
-    path: Toolpath,
+    path: CutPath,
     turned: &RotatedPath,
     process: &Process,
     loads: &[PathLoad],
     program: &ProgramFile,
-) -> Toolpath {
+) -> CutPath {
     if !program.says_postures() {
         return path;
     }
     let tasks = tasks_under(&turned.machine, &process.placement, process.target, &turned.path, loads);
     let track = track_blocks(&turned.machine, None, &tasks, |_, _| true);
-    let posture = |point: &TrackPoint| ArmPosture::of(&turned.machine, &point.at.as_ref()?.drives);
-    path.with_postures(track.iter().flatten().map(posture).collect())
+    let posture = |point: &TrackPoint| arm_posture(&turned.machine, &point.at.as_ref()?.drives);
+    path.map(|path| path.with_postures(track.iter().flatten().map(posture).collect()))
 }
 
 /// Returns a polyline with one row for each point of `path`, including the orientation of the tool.

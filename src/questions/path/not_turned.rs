@@ -3,7 +3,11 @@
 use std::borrow::Cow;
 
 use super::PathStudy;
-use crate::{input::error::Result, process::file::Process, toolpath::Toolpath, work::Work};
+use crate::{
+    input::error::Result,
+    process::{CutPath, file::Process},
+    work::Work,
+};
 
 /// A search for γ along a path, of which there are none on pages.
 #[derive(Debug, Clone)]
@@ -11,7 +15,7 @@ pub enum PathGammaSearch {}
 
 impl PathGammaSearch {
     /// Returns `None`: no γ is sought.
-    pub(super) fn of(_process: &Process, _path: &Toolpath, _origin: &str) -> Option<Self> {
+    pub(super) fn of(_process: &Process, _path: &CutPath, _origin: &str) -> Option<Self> {
         None
     }
 }

@@ -6,7 +6,7 @@ use crate::{
     compensation::{Method, TaskPoint},
     input::{Inputs, check::Check, error::Result, names::listed},
     machine::Machine,
-    process::{ForceWords, Process},
+    process::{CutPath, ForceWords, Process, program_inputs},
     questions::{
         Overrides, Question, Resolved, StudyContext, Template,
         path::{
@@ -16,11 +16,10 @@ use crate::{
         spec::CircleSpec,
     },
     simulation::{
-        ProgramFile,
         tasks::{PoseTracker, drawn_forces_at, tasks},
         with_drives_left,
     },
-    toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, TurnDirection},
+    toolpath::{Circle, PathPoint, Plane, ProgramFile, Sampling, Toolpath, TurnDirection},
     work::Work,
 };
 
@@ -83,7 +82,7 @@ pub(crate) fn path(
     process: &Process,
     context: &StudyContext<'_>,
     check: &Check,
-) -> Result<(PathStudy, Toolpath, Inputs)> {
+) -> Result<(PathStudy, CutPath, Inputs)> {
     let (toolpath, program) = match &spec.line {
         Some(line) if spec.circle.is_none() && spec.file.is_none() => {
             (self::line_toolpath(line, process, &check.key("line"))?, None)
@@ -125,7 +124,7 @@ pub(crate) fn path(
 
 /// Returns the program called `file` as an input; no inputs for a circle or line, which stand in the study.
 pub(crate) fn program_input(file: Option<&str>, program: Option<&ProgramFile>) -> Inputs {
-    file.zip(program).map_or_else(Inputs::default, |(file, program)| program.inputs(file))
+    file.zip(program).map_or_else(Inputs::default, |(file, program)| program_inputs(program, file))
 }
 
 /// Returns the toolpath of a circle, or of a program in the study's folder together with the program. `Err` unless exactly one is given.
@@ -144,7 +143,7 @@ pub(crate) fn toolpath(
             Overrides::location("points").fail("the points of a path from a file are those of the file".into())
         }
         (None, Some(file)) => {
-            let program = ProgramFile::in_folder(context.folder, file, process)?;
+            let program = process.program_in_folder(context.folder, file)?;
             let path = program.toolpath(process.sampling)?;
             if path.is_empty() {
                 let problem = format!("{file} moves nowhere: a program with at least one motion is expected");

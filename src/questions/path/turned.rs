@@ -5,11 +5,10 @@ use std::{borrow::Cow, sync::Arc};
 use super::PathStudy;
 use crate::{
     input::error::{Error, Result},
-    process::{GammaChoice, file::Process},
+    process::{CutPath, GammaChoice, file::Process},
     questions::question::Question,
     redundancy::{FoundGamma, GammaProblem, search_gamma},
     simulation::tasks::tasks_under,
-    toolpath::Toolpath,
     work::{Event, Stage, Work},
 };
 
@@ -17,7 +16,7 @@ use crate::{
 #[derive(Debug, Clone)]
 pub struct PathGammaSearch {
     process: Box<Process>,
-    path: Toolpath,
+    path: CutPath,
     origin: String,
     /// Result of the search; `None` before it has run.
     pub found: Option<Arc<FoundGamma>>,
@@ -26,7 +25,7 @@ pub struct PathGammaSearch {
 impl PathGammaSearch {
     /// Returns the search along `path`, which errors call `origin`; `None` if the process does not ask for one.
     #[must_use]
-    pub(super) fn of(process: &Process, path: &Toolpath, origin: &str) -> Option<Self> {
+    pub(super) fn of(process: &Process, path: &CutPath, origin: &str) -> Option<Self> {
         let search =
             || Self { process: process.clone().into(), path: path.clone(), origin: origin.into(), found: None };
         process.redundancy.is_sought().then(search)

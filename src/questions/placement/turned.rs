@@ -20,7 +20,7 @@ use crate::{
     compensation::TaskPoint,
     input::error::Error,
     machine::Configuration,
-    process::{Placement, RedundancySettings},
+    process::{CutPath, Placement, RedundancySettings},
     redundancy::{GammaProblem, gammas_by_cost, infeasible_step, rotated_by},
     simulation::{Failure, tasks::tasks_under},
     toolpath::{PathPoint, Toolpath},
@@ -72,7 +72,7 @@ impl FeatureJob {
         let count = TRIED.min(counted.len());
         let chosen: Vec<usize> =
             (0..count).map(|k| counted[k * (counted.len() - 1) / count.saturating_sub(1).max(1)]).collect();
-        let path = Toolpath::assemble(chosen.iter().map(|k| points[*k]).collect());
+        let path = Toolpath::assemble(chosen.iter().map(|k| points[*k]).collect()).into();
         let loads: Vec<_> = chosen.iter().map(|k| feature.loads[*k]).collect();
         let placement = site.placement(feature.reference);
         let problem = GammaProblem { path: &path, loads: &loads, ..self.gamma_problem(settings, &placement) };
@@ -97,7 +97,7 @@ impl FeatureJob {
     }
 
     /// Returns the path of the feature at `site`, with the platform rotated by `gamma` about the tool axis, rad.
-    fn path_at_gamma(&self, site: &Site, gamma: f64) -> Result<Cow<'_, Toolpath>, Failure> {
+    fn path_at_gamma(&self, site: &Site, gamma: f64) -> Result<Cow<'_, CutPath>, Failure> {
         let placement = site.placement(self.feature.reference);
         let Some(settings) = &self.gamma_search else { return Ok(Cow::Borrowed(&self.feature.path)) };
         let rotated = rotated_by(self.gamma_problem(settings, &placement), gamma);
@@ -124,7 +124,7 @@ impl Evaluator {
     }
 
     /// Returns the path of feature `f` at `site` at the best γ; as programmed if none is sought or possible.
-    pub(super) fn path_at_best_gamma(&self, site: &Site, f: usize) -> Cow<'_, Toolpath> {
+    pub(super) fn path_at_best_gamma(&self, site: &Site, f: usize) -> Cow<'_, CutPath> {
         let job = &self.study.features[f];
         let found = self.gamma_at(site, f).and_then(|gamma| job.path_at_gamma(site, gamma.ok()?).ok());
         found.unwrap_or(Cow::Borrowed(&job.feature.path))

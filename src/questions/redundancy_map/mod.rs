@@ -14,7 +14,7 @@ use crate::{
     input::error::Result,
     machine::Branch,
     process::{
-        Placement, RedundancySettings,
+        CutPath, Placement, RedundancySettings,
         cutting::{PathFrame, PathLoad},
     },
     redundancy::{GammaProblem, Infeasible, Node, nodes_at_points},
@@ -148,7 +148,7 @@ fn run_block(
 }
 
 /// Returns a toolpath that visits each of `positions` (tool tip, O, mm) once for each direction of the cutting force.
-fn block_path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>]) -> Toolpath {
+fn block_path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>]) -> CutPath {
     let axis = study.axes[axis];
     let tool_axes = frame_about(-axis);
     let point = |(segment, (position, phi)): (usize, (&Vector3<f64>, f64))| {
@@ -162,7 +162,7 @@ fn block_path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>
         }
     };
     let pairs = positions.iter().flat_map(|position| study.scene.phis.iter().map(move |phi| (position, *phi)));
-    Toolpath::assemble(pairs.enumerate().map(point).collect())
+    Toolpath::assemble(pairs.enumerate().map(point).collect()).into()
 }
 
 /// Returns the best and the worst γ at a point from its `nodes`, a list per direction of the force. `Err` if no γ is possible.

@@ -10,9 +10,9 @@ use kinetostat::{
         uncertainty::{Uncertainty, normal_quantile, sobol},
     },
     products::program::{Asked, Compensated, ProgramJob, ProvedPart, ProvedProgram, Receiver},
-    simulation::{Machines, ProgramFile, spread_along::PointSpread},
+    simulation::{Machines, spread_along::PointSpread},
     spatial::Pose,
-    toolpath::gcode::CalledFile,
+    toolpath::{ProgramFile, gcode::CalledFile},
 };
 
 /// A slide of 10 N/µm that pushes back along x, and nothing else.
@@ -79,7 +79,7 @@ pub fn job(machine: &str, process: &str, (name, program): (&str, &str)) -> Progr
     let text = format!("schema = 1\n{}", exact_machine(process));
     let process = Process::from_toml(&text, "process.toml", Folder::in_memory([]), &machine).unwrap();
     let folder = Folder::in_memory([(name.to_owned(), program.as_bytes().to_vec())]);
-    let program = ProgramFile::in_folder(&folder, name, &process).unwrap();
+    let program = process.program_in_folder(&folder, name).unwrap();
     ProgramJob::new(process, program, name, &Work::default()).unwrap()
 }
 

@@ -7,8 +7,9 @@ use crate::{
     machine::Machine,
     process::PathReference,
     products::program::{ProgramJob, WrittenCalls},
-    simulation::{ProgramFile, ROUNDING_MM, Source},
+    simulation::{ROUNDING_MM, Source},
     toolpath::{
+        ProgramFile,
         gcode::{Dialect, Notes},
         robot::{Language, RobotProgram},
     },

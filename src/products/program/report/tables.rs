@@ -22,7 +22,7 @@ use crate::{
         table::{correction_columns, force_columns, shown_positions},
     },
     page::Better::{Larger, Smaller},
-    process::VerdictForce,
+    process::{Engaged, UnknownForce, VerdictForce},
     products::program::{ForceCheck, Pass, ProgramJob, ProvedPart, ProvedProgram, WrittenCalls, bounded::LimitExcess},
     questions::{
         path::{
@@ -32,10 +32,8 @@ use crate::{
         },
         spread_report::{self, WithSpread, share_interval},
     },
-    simulation::{
-        ProgramFile, Source, along_path::PathPointResult, spread::DeflectionSpread, spread_along::PointSpread,
-    },
-    toolpath::{Engaged, UnknownForce, gcode::Notes},
+    simulation::{Source, along_path::PathPointResult, spread::DeflectionSpread, spread_along::PointSpread},
+    toolpath::{ProgramFile, gcode::Notes},
 };
 
 /// Columns of [`program_table`] whose largest values are the worst points.

@@ -25,12 +25,12 @@ use crate::{
         path::report::facts_text,
         spread_report::{self, Along, share_of},
     },
-    simulation::{
-        ProgramFile, ROUNDING_MM, Source,
+    simulation::{ROUNDING_MM, Source, spread_along::PathSpread},
+    toolpath::{
+        ProgramFile,
         blocks::{Blocks, BlocksBeforeAfter, Spread},
-        spread_along::PathSpread,
+        gcode::Dialect,
     },
-    toolpath::gcode::Dialect,
 };
 
 /// Returns in sentences how limits change the path of `proved`, if it was corrected within them, or that limits were not regarded; empty without limits.

@@ -21,7 +21,7 @@ use crate::{
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
-    process::{Basis, KnownForce, program_file::line_in_words},
+    process::{Basis, KnownForce},
     questions::{
         path::{MethodAlongPath, PathStudy, PointEffect},
         spread_report::{self, Along},
@@ -29,6 +29,7 @@ use crate::{
     redundancy,
     simulation::{ROUNDING_MM, Source, along_path::PathSummary},
     spatial::Wrench,
+    toolpath::line_in_words,
 };
 
 /// Returns the sentences of the report for `summary`, which holds all points.

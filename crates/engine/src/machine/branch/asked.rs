@@ -1,91 +1,15 @@
-//! What a program says of the posture of an arm, and the configurations that have it.
+//! The configurations of a machine that have the posture that a program asks for.
 
-use super::{Branch, Elbow, Shoulder, Wrist};
 use crate::{
     machine::{
         Configuration, Machine,
         kinematics::{Closure, Command, wrap_into_travel},
     },
-    spatial::Pose,
+    spatial::{ARM_BORDER, AskedPosture, Branch, Pose},
 };
 
-/// An angle this near to a border, rad, is on both sides of it: KUKA's control reads turns so, and a wrong side cannot mean another posture.
-const BORDER: f64 = 2.0 * std::f64::consts::PI / 180.0;
-/// A branch factor this near to zero has both signs.
-const STRAIGHT: f64 = 1e-4;
 /// Full turns to each side that a hinge is taken.
 const MOST_TURNS: i32 = 2;
-
-/// What a program says of the posture of a six-axis arm at a point; all that is not said is free.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AskedPosture {
-    /// Side of the wrist centre.
-    pub shoulder: Option<Shoulder>,
-    /// Bend of axis 3.
-    pub elbow: Option<Elbow>,
-    /// Bend of axis 5.
-    pub wrist: Option<Wrist>,
-    /// Between which angles each of the six drives stands, as a pendant shows it, rad.
-    pub between: [[f32; 2]; 6],
-    /// The posture is the one nearest to these angles, rad.
-    pub near: Option<[f32; 6]>,
-    /// Whether the arm takes this posture whatever it had before; otherwise it is to have it.
-    pub is_taken: bool,
-    /// Angles of the drives from which the motion to this point begins, rad.
-    pub from: Option<[f32; 6]>,
-}
-
-impl Default for AskedPosture {
-    /// Asks for nothing.
-    fn default() -> Self {
-        Self {
-            shoulder: None,
-            elbow: None,
-            wrist: None,
-            between: [[f32::NEG_INFINITY, f32::INFINITY]; 6],
-            near: None,
-            is_taken: false,
-            from: None,
-        }
-    }
-}
-
-impl AskedPosture {
-    /// Whether it says anything of the posture at the point itself.
-    pub fn says_something(&self) -> bool {
-        *self != Self { is_taken: self.is_taken, from: self.from, ..Self::default() }
-    }
-
-    /// Whether the arm takes the posture that it says, or the one nearest to where the motion begins, whatever it had before.
-    pub fn is_chosen(&self) -> bool {
-        self.is_taken && (self.from.is_some() || self.says_something())
-    }
-
-    /// Whether it allows a posture with these branch factors and angles of the drives, rad.
-    fn allows(&self, factors: Option<[f64; 3]>, angles: &[f64; 6]) -> bool {
-        let sign = |is_positive: bool| if is_positive { 1.0 } else { -1.0 };
-        let asked = [
-            self.shoulder.map(|side| sign(side == Shoulder::Front)),
-            self.elbow.map(|bend| sign(bend == Elbow::Up)),
-            self.wrist.map(|bend| sign(bend == Wrist::Noflip)),
-        ];
-        let has_signs = factors.is_none_or(|factors| {
-            asked.iter().zip(factors).all(|(sign, factor)| sign.is_none_or(|sign| sign * factor >= -STRAIGHT))
-        });
-        has_signs && (0..6).all(|joint| self.allows_angle(joint, angles[joint], BORDER))
-    }
-
-    /// Whether it allows drive `joint` of the arm to stand at `angle`, up to `beyond` its borders, rad.
-    fn allows_angle(&self, joint: usize, angle: f64, beyond: f64) -> bool {
-        let [low, high] = self.between[joint].map(f64::from);
-        (low - beyond..=high + beyond).contains(&angle)
-    }
-
-    /// Whether it allows an arm on this branch, if it has one, with its drives at `angles`, rad.
-    pub fn allows_posture(&self, branch: Option<Branch>, angles: &[f64; 6]) -> bool {
-        self.allows(branch.map(Branch::signs), angles)
-    }
-}
 
 impl Machine {
     /// Angles (rad) of the six hinges at the end of a serial chain, as a pendant shows them, at `at`; `None` for other machines.
@@ -136,7 +60,7 @@ impl Machine {
             let turn = turn?;
             let nearest = at.drives[first + joint] + ((near[joint] - at.drives[first + joint]) / turn).round() * turn;
             let is_allowed = |rho: &f64| {
-                asked.allows_angle(joint, *rho, BORDER)
+                asked.allows_angle(joint, *rho, ARM_BORDER)
                     && drive.travel.is_none_or(|travel| wrap_into_travel(*rho, travel, None).is_some())
             };
             let turns = (-MOST_TURNS..=MOST_TURNS).map(|turns| nearest + f64::from(turns) * turn);

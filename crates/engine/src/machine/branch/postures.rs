@@ -4,14 +4,14 @@ use std::cell::RefCell;
 
 use serde::Serialize;
 
-use super::{Branch, arm::ON_BOTH, labels};
+use super::{Branch, arm::ON_BOTH};
 use crate::{
     input::error::{Error, Result},
     machine::{
         Configuration, Machine, Unreachable,
         kinematics::{self, Closure, Command},
     },
-    spatial::Pose,
+    spatial::{Pose, branch_labels},
 };
 
 /// A configuration of an arm that meets a pose.
@@ -108,8 +108,9 @@ impl Machine {
         };
         if home_branch != branch {
             let postures = machine.postures_at(&machine.home.pose);
-            let allowed =
-                || labels(postures.iter().filter(|posture| posture.limits.is_ok()).map(|posture| posture.branch));
+            let allowed = || {
+                branch_labels(postures.iter().filter(|posture| posture.limits.is_ok()).map(|posture| posture.branch))
+            };
             let found = postures.iter().find(|posture| posture.branch == branch);
             machine.home = match found.map(|posture| (&posture.at, &posture.limits)) {
                 Some((at, Ok(()))) => at.clone(),
@@ -155,7 +156,8 @@ impl Machine {
             Some(Posture { limits: Err(limit), .. }) => limit,
             None => straight,
         };
-        let branches = labels(others.iter().filter(|posture| posture.limits.is_ok()).map(|posture| posture.branch));
+        let branches =
+            branch_labels(others.iter().filter(|posture| posture.limits.is_ok()).map(|posture| posture.branch));
         match branches.is_empty() {
             true => Err(reason),
             false => Err(Unreachable::OnOtherBranches { reason: Box::new(reason), chosen, branches }),
