@@ -189,7 +189,7 @@ FULL = [
         python3 tests/oracles/five_axis.py
         mkdir -p "$OUT/poses"
         python3 tests/oracles/five_axis.py --poses "$OUT/poses"
-        diff -r tests/five_axis_poses "$OUT/poses"
+        diff -r crates/programs/tests/five_axis_poses "$OUT/poses"
         python3 tests/oracles/check_five.py "$PROGRAM" --from 1 --count 60
         for dialect in urscript rapid krl sinumerik; do
             python3 tests/oracles/compositions.py "$PROGRAM" --dialect $dialect --from 1 --count 15

@@ -118,7 +118,7 @@ fn only_motion_words_change() {
 fn nothing_to_correct_leaves_the_same_bytes() {
     let inputs = tempfile::tempdir().unwrap();
     let process = write(&inputs, "nothing.toml", "schema = 1\n");
-    let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gcode");
+    let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/programs/tests/gcode");
     let mut compared = 0;
     for entry in std::fs::read_dir(programs).unwrap() {
         let program = entry.unwrap().path();

@@ -60,9 +60,9 @@ fn ends(program: &str, beside: &[CalledFile]) -> Vec<Vector3<f64>> {
 
 #[test]
 fn without_corrections_the_files_are_the_same() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gcode_expanded");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/programs/tests/gcode_expanded");
     let beside = |name: &str| std::fs::read(folder.join(name)).ok();
-    let programs = programs_in("tests/gcode_expanded/expected");
+    let programs = programs_in("crates/programs/tests/gcode_expanded/expected");
     assert!(programs.len() >= 12, "{} programs", programs.len());
     for (name, _) in programs {
         let source = beside(&name).unwrap();

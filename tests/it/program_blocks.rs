@@ -81,7 +81,9 @@ fn written_programs_are_hardly_longer() {
     };
     let mut all: Vec<(f64, String)> = Vec::new();
     // Of the pen's E nobody says how it is shared among the lines that one becomes.
-    for (name, source) in programs_in("tests/gcode").into_iter().filter(|(name, _)| name != "pen_plotter.gcode") {
+    for (name, source) in
+        programs_in("crates/programs/tests/gcode").into_iter().filter(|(name, _)| name != "pen_plotter.gcode")
+    {
         let grown = growth(&name, &source, WRITE_TOLERANCE_MM);
         // It is the tolerance that asks for more.
         assert!(grown <= 4.0 || growth(&name, &source, 10.0 * WRITE_TOLERANCE_MM) <= 4.0, "{name} {grown}");

@@ -10,11 +10,11 @@ pub mod golden;
 pub mod machines;
 pub mod placement;
 pub mod planar;
+#[path = "../../../crates/programs/tests/it/support/programs.rs"]
 pub mod programs;
 pub mod random_machine;
 pub mod results;
 pub mod robot_data;
-pub mod rs274;
 pub mod uncertain;
 
 use serde_json::Value;

@@ -15,7 +15,8 @@ pub fn cases(count: u32) -> Config {
         RngSeed::Random if factor.is_none() => RngSeed::Fixed(1),
         seed => seed,
     };
-    let name = Location::caller().file().trim_start_matches("tests/it/").trim_end_matches(".rs").replace('/', "_");
+    let file = Location::caller().file();
+    let name = file.rsplit("tests/it/").next().unwrap_or(file).trim_end_matches(".rs").replace('/', "_");
     let kept: &str = Box::leak(format!("tests/proptest-regressions/{name}.txt").into_boxed_str());
     let failure_persistence = Some(Box::new(FileFailurePersistence::Direct(kept)) as Box<_>);
     Config { cases: count * factor.unwrap_or(1), failure_persistence, rng_seed, ..given }
