@@ -32,7 +32,7 @@ TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 STATE = TARGET / "ci"
 LOG = ".ci/full.log"
 # What runs write, and what says what was measured, of which .ci/full runs nothing: draws that failed, planted faults, and the table of seconds.
-APART = (LOG, "tests/proptest-regressions", "crates/engine/tests/proptest-regressions", "fuzz/corpus/*/found_*", ".ci/mutations", "CONTRIBUTING.md")
+APART = (LOG, "tests/proptest-regressions", "crates/engine/tests/proptest-regressions", "fuzz/corpus/*/found_*", ".ci/mutations", ".ci/README.md")
 # .ci/full was run at most as many commits ago.
 MOST_COMMITS = 150
 # Lines that the log keeps.
@@ -69,7 +69,7 @@ RUN = [
           "cargo clippy --package kinetostat-engine --package kinetostat --no-default-features -- -D warnings", ("clippy",), LINT),
     Stage("docs", "Every public item is documented, and links in it lead somewhere.",
           'RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --all-features --document-private-items', ("features",), LINT),
-    Stage("links", "Links and pictures in what is read as Markdown lead somewhere.", "python3 tests/docs/check_links.py ./*.md docs studies benches/README.md python/README.md web/README.md linuxcnc/README.md"),
+    Stage("links", "Links and pictures in what is read as Markdown lead somewhere.", "python3 tests/docs/check_links.py ./*.md docs studies benches/README.md python/README.md web/README.md linuxcnc/README.md .ci/README.md packaging/made_of.md src/README.md"),
     Stage("workflows", "Workflows of GitHub, which are not run here, have no fault that linters find, nor has the Bash in them.", """
         python3 -m venv "$TARGET/ci/linters"
         "$TARGET/ci/linters/bin/pip" install --quiet --requirement tests/workflows/requirements.txt

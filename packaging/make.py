@@ -138,7 +138,7 @@ def contents(target, program):
     yield name, program.read_bytes(), True
     yield "README.md", (ROOT / "packaging/README.md").read_bytes(), False
     yield "THIRD-PARTY.txt", third_party(graph).encode(), False
-    for file in (*LICENCES, "CHANGELOG.md", "packaging/convert.py"):
+    for file in (*LICENCES, "CHANGELOG.md"):
         yield file, (ROOT / file).read_bytes(), False
     machines = tracked(":(glob)**/src/machine/catalogue/*.toml")
     if not machines:

@@ -40,9 +40,7 @@ impl ResultFolder {
         }
         for name in ["report.json", "manifest.json"] {
             if !path.join(name).exists() {
-                let problem = format!(
-                    "has no {name}; expected a result folder of `kinetostat run` (if an older version wrote it, run the study again)"
-                );
+                let problem = format!("has no {name}; expected a result folder of `kinetostat run`");
                 return Err(not_a_result(problem));
             }
         }

@@ -12,7 +12,7 @@ use crate::{
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Headline {
-    /// Whether the result may be acted on; `None` in results of older versions.
+    /// Whether the result may be acted on; `None` where nothing is judged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
     /// What the result rests on, in a word or two each, such as "nominal inputs".
@@ -25,7 +25,7 @@ pub struct Headline {
     pub unsolved: Option<String>,
     /// The result in a sentence of at most twelve words.
     pub sentence: String,
-    /// What to do next; `None` in results of older versions, and where nothing follows.
+    /// What to do next; `None` where nothing follows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next: Option<String>,
     /// Key numbers, at most three.

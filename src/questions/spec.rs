@@ -9,10 +9,7 @@ use serde::{
 
 use crate::{
     input::{check::Check, error::Result, toml_file},
-    process::{
-        file::{self, spec::ProcessSpec},
-        uncertainty::spec::UncertaintySpec,
-    },
+    process::{file::spec::ProcessSpec, uncertainty::spec::UncertaintySpec},
 };
 
 /// Version of study files.
@@ -28,7 +25,7 @@ struct Versioned {
 
 /// Parses a study file, which `origin` names in errors. For a file of another version the error says so, not which key is unknown.
 pub(crate) fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
-    toml_file::parse_renamed(text, origin, &[&RENAMED[..], &file::RENAMED].concat()).or_else(|fault| {
+    toml_file::parse(text, origin).or_else(|fault| {
         if let Ok(versioned) = toml_file::parse::<Versioned>(text, origin) {
             check_schema(versioned.schema, &Check::new(origin))?;
         }
@@ -36,21 +33,11 @@ pub(crate) fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> 
     })
 }
 
-/// Keys and values of version 2 with their new names.
-pub(crate) const RENAMED: [(&str, &str); 5] = [
-    ("held", "locked"),
-    ("turn_map", "redundancy_map"),
-    ("redundancy_map.turn_step_deg", "gamma_step_deg"),
-    ("error_left", "residual_error"),
-    ("departure", "superposition_error"),
-];
-
 /// Checks the version of a study file. `Err` if it is not [`SCHEMA`].
 pub(crate) fn check_schema(schema: u32, check: &Check) -> Result<()> {
-    let more = if schema == 2 { "; packaging/convert.py converts files of version 2" } else { "" };
     match schema {
         SCHEMA => Ok(()),
-        _ => check.key("schema").fail(format!("this program reads studies of version {SCHEMA}, got {schema}{more}")),
+        _ => check.key("schema").fail(format!("this program reads studies of version {SCHEMA}, got {schema}")),
     }
 }
 

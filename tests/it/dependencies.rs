@@ -1,4 +1,4 @@
-//! CONTRIBUTING.md says of every package that a manifest names what it is for, and of no other.
+//! packaging/made_of.md says of every package that a manifest names what it is for, and of no other.
 
 use std::{
     collections::BTreeSet,
@@ -40,7 +40,7 @@ fn named(manifest: &Path) -> Vec<String> {
 
 #[test]
 fn every_package_has_a_row_and_every_row_a_package() {
-    let text = fs::read_to_string(root().join("CONTRIBUTING.md")).unwrap();
+    let text = fs::read_to_string(root().join("packaging/made_of.md")).unwrap();
     let (_, table) = text.split_once("\n| package | what it does for us |\n|---|---|\n").expect("a table of packages");
     let rows = table.lines().map_while(|line| line.strip_prefix("| `")?.strip_suffix(" |")?.split_once("` | "));
     let rows: Vec<(&str, &str)> = rows.collect();
@@ -52,8 +52,8 @@ fn every_package_has_a_row_and_every_row_a_package() {
     assert_eq!(told.len(), rows.len(), "a package has one row");
     let named: BTreeSet<String> = manifests().iter().flat_map(|file| named(file)).collect();
     assert!(named.len() > 30, "{named:?}");
-    let null_space: Vec<_> = named.difference(&told).collect();
-    assert!(null_space.is_empty(), "CONTRIBUTING.md does not say what these are for: {null_space:?}");
+    let unnamed: Vec<_> = named.difference(&told).collect();
+    assert!(unnamed.is_empty(), "packaging/made_of.md does not say what these are for: {unnamed:?}");
     let gone: Vec<_> = told.difference(&named).collect();
-    assert!(gone.is_empty(), "no manifest names these, of which CONTRIBUTING.md has a row: {gone:?}");
+    assert!(gone.is_empty(), "no manifest names these, of which packaging/made_of.md has a row: {gone:?}");
 }

@@ -63,25 +63,6 @@ pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
     read.map_err(|error| fault(&error.to_string(), error.span(), error.key()))
 }
 
-/// Parses `text` like [`parse`]; the error of an unknown key or value adds its new name, if `renamed` has one (see [`renamed_hint`]).
-pub fn parse_renamed<T: DeserializeOwned>(text: &str, origin: &str, renamed: &[(&str, &str)]) -> Result<T> {
-    parse(text, origin).map_err(|mut fault| {
-        if let Error::Syntax { key, problem, .. } = &mut fault {
-            let value = problem.strip_prefix("unknown value `").and_then(|rest| rest.split('`').next());
-            let hint = renamed_hint(value.unwrap_or(key), renamed);
-            problem.push_str(&hint);
-        }
-        fault
-    })
-}
-
-/// Returns the ending of an error that gives the new name of `word`, if `renamed` lists it; pairs of the old name (a value, or a key with
-/// its tables) and the new one.
-pub fn renamed_hint(word: &str, renamed: &[(&str, &str)]) -> String {
-    let now = renamed.iter().find(|(old, _)| *old == word);
-    now.map_or_else(String::new, |(_, now)| format!("; it is called `{now}` now (packaging/convert.py changes files)"))
-}
-
 /// Rewrites a parser's message about the text `place` in the terms of TOML files instead of programming terms.
 fn toml_message(message: &str, place: &str) -> String {
     let message = message.trim_end().replace('\n', "; ");

@@ -47,7 +47,7 @@ fn force_on_tool(answer: &PointResult) -> Vector3<f64> {
     }
 }
 
-/// Version of the object of [`point_json`]. In 1, keys of hinges had the units of slides; in 2, `chain_errors_deg` was called `assembly_deg`.
+/// Version of the object of [`point_json`].
 const SCHEMA: u32 = 3;
 
 /// Returns label, chain, kind and units of each drive, in the order of lists of drive values.

@@ -112,10 +112,6 @@ pub struct Process {
     pub inputs: Inputs,
 }
 
-/// Keys that have another name now, in process files and in studies.
-pub(crate) const RENAMED: [(&str, &str); 3] =
-    [("tool_turn", "redundancy"), ("process.tool_turn", "process.redundancy"), ("redundancy.redundancy", "gamma")];
-
 /// How far the tool may be from its path if neither its process nor a command says it, mm.
 pub const TOLERANCE_MM: f64 = 0.1;
 
@@ -396,7 +392,7 @@ impl Process {
     /// Parses and checks the process file `text`; `check` names it in errors, and files that it names are in `folder`.
     fn checked(text: &str, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
         let origin = check.origin();
-        let spec: ProcessSpec = crate::input::toml_file::parse_renamed(text, origin, &RENAMED)?;
+        let spec: ProcessSpec = crate::input::toml_file::parse(text, origin)?;
         let mut process = resolve::file(&spec, check, folder, machine)?;
         process.inputs = Inputs::of_file(origin, text).and(process.inputs);
         Ok(process)

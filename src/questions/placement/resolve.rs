@@ -17,7 +17,6 @@ use crate::{
         check::Check,
         error::{Error, Result},
         names::listed,
-        toml_file::renamed_hint,
     },
     machine::{Machine, ToolAxisSource},
     process::{
@@ -34,7 +33,6 @@ use crate::{
             CandidateSpec, FeatureSpec, ForbiddenSpec, ObjectiveSpec, OfCoordinates, PlacementStudySpec, SearchSpec,
             TableSpec,
         },
-        spec::RENAMED,
     },
     simulation::{Machines, with_drives_left, within_limits},
     toolpath::{Orientation, PathPoint},
@@ -522,8 +520,7 @@ fn resolve_objective(
 fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check: &Check) -> Result<Metric> {
     let Some(metric) = Metric::named(name) else {
         let known = Metric::ALL.map(Metric::label).join(", ");
-        return check
-            .fail(format!("no metric is called \"{name}\"; there are: {known}{}", renamed_hint(name, &RENAMED)));
+        return check.fail(format!("no metric is called \"{name}\"; there are: {known}"));
     };
     if !metric.exists_on(machine) {
         let problem = "is of machines with slides and hinges: where all drives turn, expected worst_correction or \

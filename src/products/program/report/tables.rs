@@ -313,7 +313,7 @@ fn unknown_json(job: &ProgramJob) -> Value {
     found.iter().map(entry).collect()
 }
 
-/// Version of the report. In 1, what limits cost was per rad for hinges and had no unit in its key.
+/// Version of the report.
 const SCHEMA: u32 = 3;
 
 /// Returns the report of the program as JSON: its passes, limits, blocks, calls and assumptions.

@@ -204,5 +204,5 @@ impl<'a> Summary<'a> {
     }
 }
 
-/// Version of the summary. In 1, keys of corrections and forces had no unit.
+/// Version of the summary.
 const SCHEMA: u32 = 2;
