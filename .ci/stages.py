@@ -32,7 +32,7 @@ TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 STATE = TARGET / "ci"
 LOG = ".ci/full.log"
 # What runs write, and what says what was measured, of which .ci/full runs nothing: draws that failed, planted faults, and the table of seconds.
-APART = (LOG, "tests/proptest-regressions", "crates/engine/tests/proptest-regressions", "fuzz/corpus/*/found_*", ".ci/mutations", ".ci/README.md")
+APART = (LOG, "tests/proptest-regressions", "crates/*/tests/proptest-regressions", "fuzz/corpus/*/found_*", ".ci/mutations", ".ci/README.md")
 # .ci/full was run at most as many commits ago.
 MOST_COMMITS = 150
 # Lines that the log keeps.
@@ -66,10 +66,10 @@ RUN = [
     Stage("clippy", "The compiler's and clippy's warnings, in all code.", "cargo clippy --all-targets --all-features -- -D warnings",
           ("format",), LINT),
     Stage("features", "The engine and the questions build alone; Python and the pages build the rest.",
-          "cargo clippy --package kinetostat-engine --package kinetostat --no-default-features -- -D warnings", ("clippy",), LINT),
+          "cargo clippy --package kinetostat-engine --package kinetostat-programs --package kinetostat --no-default-features -- -D warnings", ("clippy",), LINT),
     Stage("docs", "Every public item is documented, and links in it lead somewhere.",
           'RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --all-features --document-private-items', ("features",), LINT),
-    Stage("links", "Links and pictures in what is read as Markdown lead somewhere.", "python3 tests/docs/check_links.py ./*.md docs studies benches/README.md python/README.md web/README.md linuxcnc/README.md .ci/README.md packaging/made_of.md src/README.md"),
+    Stage("links", "Links and pictures in what is read as Markdown lead somewhere.", "python3 tests/docs/check_links.py ./*.md docs studies crates/*/README.md benches/README.md python/README.md web/README.md linuxcnc/README.md .ci/README.md packaging/made_of.md src/README.md"),
     Stage("workflows", "Workflows of GitHub, which are not run here, have no fault that linters find, nor has the Bash in them.", """
         python3 -m venv "$TARGET/ci/linters"
         "$TARGET/ci/linters/bin/pip" install --quiet --requirement tests/workflows/requirements.txt
@@ -132,7 +132,7 @@ FULL = [
         done
         # Each of the packed copies, with those below it.
         patch=()
-        for below in budget engine input removal; do
+        for below in $(ls crates); do
             patch+=(--config "patch.crates-io.kinetostat-$below.path='$(echo "$OUT/kinetostat-$below"-*)'")
         done
         cargo check --quiet --all-features "${patch[@]}" --manifest-path "$OUT"/kinetostat-[0-9]*/Cargo.toml --target-dir "$TARGET/lint"

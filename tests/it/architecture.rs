@@ -6,17 +6,18 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Folders of the engine and then of the library; each may use those before it. That the engine uses none of the library's is up to the
-/// compiler: it is a crate of its own.
-const ORDER: [&str; 22] = [
+/// Crates, and folders of the engine, the library and the program; each may use those before it. What a crate uses is up to the compiler.
+const ORDER: [&str; 24] = [
     "input",
+    "budget",
+    "removal",
     "spatial",
     "lanes",
     "machine",
     "statics",
     "compensation",
+    "programs",
     "urdf",
-    "toolpath",
     "process",
     "work",
     "simulation",
@@ -32,6 +33,9 @@ const ORDER: [&str; 22] = [
     "run",
     "cli",
 ];
+
+/// Crates that are one entry of [`ORDER`]; the engine has its folders there.
+const CRATES: [&str; 5] = ["input", "budget", "removal", "spatial", "programs"];
 
 pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -54,8 +58,11 @@ pub(crate) fn files(folder: &Path, extensions: &[&str], found: &mut Vec<PathBuf>
 
 fn all_sources() -> Vec<PathBuf> {
     let mut found = Vec::new();
-    for folder in ["crates/budget/src", "crates/input/src", "crates/engine/src", "crates/removal/src", "src"] {
-        files(&root().join(folder), &["rs"], &mut found);
+    let crates = fs::read_dir(root().join("crates")).unwrap().map(|entry| entry.unwrap().path().join("src"));
+    let mut homes: Vec<PathBuf> = crates.collect();
+    homes.sort();
+    for home in homes.into_iter().chain([root().join("src")]) {
+        files(&home, &["rs"], &mut found);
     }
     found
 }
@@ -72,28 +79,51 @@ fn what_it_is(file: &Path) -> String {
     paragraph[..end].trim_end_matches(['.', ':']).replace(['[', ']', '`'], "")
 }
 
-/// The folder below `src` that a file belongs to; all of the crate that machine files are read with is the folder of its name.
+/// The entry of [`ORDER`] that a file belongs to: its crate, or its folder of the engine or the library.
 fn folder_of(file: &Path) -> Option<&'static str> {
-    let inside = file.iter().skip_while(|part| *part != "src").nth(1)?.to_str()?;
-    let folder = if file.starts_with("crates/input") { "input" } else { inside };
+    let parts: Vec<&str> = file.iter().map(|part| part.to_str().unwrap()).collect();
+    let folder = match *parts.as_slice() {
+        ["crates", "engine", "src", folder, ..] | ["src", folder, ..] => folder,
+        ["crates", name, ..] => name,
+        _ => return None,
+    };
     ORDER.into_iter().find(|own| *own == folder)
 }
 
-/// Which folders each folder names, in the order of [`ORDER`].
+/// Which entries of [`ORDER`] a file names: folders beside its own, and crates.
+fn named_in(file: &Path) -> BTreeSet<usize> {
+    let code = code(file);
+    let beside = used(&code, if file.starts_with("src/cli") { "kinetostat::" } else { "crate::" });
+    let crates = used(&code, "kinetostat_");
+    // The library calls the crate of programs `toolpath`.
+    let is_named = |entry: &str| {
+        let alias = if entry == "programs" { "toolpath" } else { entry };
+        beside.iter().any(|name| name == alias) || CRATES.contains(&entry) && crates.iter().any(|name| name == entry)
+    };
+    (0..ORDER.len()).filter(|place| is_named(ORDER[*place])).collect()
+}
+
+/// Which entries each entry names, by their place in [`ORDER`].
 fn uses() -> BTreeMap<&'static str, BTreeSet<usize>> {
     let mut uses: BTreeMap<_, BTreeSet<usize>> = ORDER.iter().map(|folder| (*folder, BTreeSet::new())).collect();
     for file in all_sources() {
         let Some(own) = folder_of(&file) else { continue };
-        let prefix = if own == "cli" { "kinetostat::" } else { "crate::" };
-        let named = used(&code(&file), prefix);
-        uses.get_mut(own).unwrap().extend(ORDER.iter().enumerate().filter_map(|(place, folder)| {
-            (*folder != own && named.iter().any(|name| name == folder)).then_some(place)
-        }));
+        uses.get_mut(own).unwrap().extend(named_in(&file).into_iter().filter(|place| ORDER[*place] != own));
     }
     uses
 }
 
-/// All folders, those that users see first; of each what it uses directly, but for what these use themselves, and what it is.
+/// The file that says what an entry is, and where that stands.
+fn home_of(entry: &str) -> (PathBuf, &'static str) {
+    if CRATES.contains(&entry) {
+        return (PathBuf::from(format!("crates/{entry}/src/lib.rs")), "crates/");
+    }
+    let homes = [("src", "src/"), ("crates/engine/src", "crates/engine/src/")];
+    let of = |(home, name): (&str, &'static str)| (PathBuf::from(format!("{home}/{entry}/mod.rs")), name);
+    homes.map(of).into_iter().find(|(file, _)| root().join(file).is_file()).expect("a folder with a mod.rs")
+}
+
+/// All entries, those that users see first; of each what it uses directly, but for what these use themselves, and what it is.
 fn picture() -> String {
     let uses = uses();
     let mut reached: Vec<BTreeSet<usize>> = Vec::new();
@@ -103,27 +133,20 @@ fn picture() -> String {
         reached.push(own.iter().chain(own.iter().flat_map(|used| reached.get(*used)).flatten()).copied().collect());
     }
     let library = fs::read_to_string(root().join("src/lib.rs")).unwrap();
-    let line = |(name, uses, what): (&str, &str, &str)| format!("{name:<16}{uses:<23}{what}\n");
-    let mut picture = line(("folder", "uses", "what it is"));
-    let mut crate_before = "";
+    let line = |(name, uses, what): (&str, &str, &str)| format!("{name:<16}{uses:<26}{what}\n");
+    let mut picture = line(("what", "uses", "what it is"));
+    let mut home_before = "";
     for folder in ORDER.iter().rev() {
-        let named = [format!("src/{folder}/mod.rs"), format!("crates/engine/src/{folder}/mod.rs")];
-        let main =
-            named.iter().map(Path::new).find(|file| root().join(file).is_file()).expect("a folder with a mod.rs");
-        let home = match *folder {
-            "input" => "crates/input/src/ and src/",
-            _ if main.starts_with("src") => "src/",
-            _ => "crates/engine/src/",
-        };
-        if home != crate_before {
+        let (main, home) = home_of(folder);
+        if home != home_before {
             picture += &format!("{home}\n");
-            crate_before = home;
+            home_before = home;
         }
         let is_implied = |used: &usize| uses[folder].iter().any(|other| reached[*other].contains(used));
         let direct: Vec<&str> = uses[folder].iter().filter(|used| !is_implied(used)).map(|used| ORDER[*used]).collect();
         let is_report = library.contains(&format!("#[cfg(feature = \"report\")]\npub mod {folder};"));
         let name = format!("  {folder}{}", if is_report { " *" } else { "" });
-        picture += &line((&name, &direct.join(" "), &what_it_is(main)));
+        picture += &line((&name, &direct.join(" "), &what_it_is(&main)));
     }
     picture.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
@@ -159,24 +182,31 @@ fn every_file_says_what_it_is() {
 
 #[test]
 fn every_folder_is_in_the_picture() {
-    for home in ["crates/engine/src", "src"] {
+    for home in ["crates", "crates/engine/src", "src"] {
         for entry in fs::read_dir(root().join(home)).unwrap().map(|entry| entry.unwrap()) {
             let name = entry.file_name().into_string().unwrap();
-            assert!(entry.path().is_file() || ORDER.contains(&&*name), "{home}/{name} has no place in ORDER");
+            let has_place = ORDER.contains(&&*name) || home == "crates" && name == "engine";
+            assert!(entry.path().is_file() || has_place, "{home}/{name} has no place in ORDER");
         }
     }
 }
 
 #[test]
 fn dependencies_point_one_way() {
-    let place = |folder: &str| ORDER.iter().position(|name| *name == folder);
     for file in all_sources() {
-        let Some(own) = folder_of(&file).and_then(place) else { continue };
-        for folder in used(&code(&file), "crate::") {
-            let other = place(&folder);
-            assert!(other.is_none_or(|other| other <= own), "{} uses {folder}, which is above it", file.display());
-        }
+        let Some(own) = folder_of(&file).and_then(|own| ORDER.iter().position(|name| *name == own)) else { continue };
+        let above = named_in(&file).into_iter().find(|other| *other > own);
+        assert_eq!(above.map(|other| ORDER[other]), None, "{} uses what is above it", file.display());
     }
+}
+
+/// Who wants to read and rewrite programs takes their crate alone.
+#[test]
+fn programs_know_no_machine() {
+    let manifest = fs::read_to_string(root().join("crates/programs/Cargo.toml")).unwrap();
+    let ours: Vec<&str> = manifest.lines().filter_map(|line| line.strip_prefix("kinetostat-")).collect();
+    let names: Vec<&str> = ours.iter().filter_map(|line| line.split(' ').next()).collect();
+    assert_eq!(names, ["input", "spatial"]);
 }
 
 /// A test inside is compiled with a library of its own, a second time.
@@ -217,33 +247,41 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
     }
 }
 
-/// Most lines of folders, and of them all: no more than there were when this was written. What must have more says in
-/// ARCHITECTURE.md why; what has become shorter lowers its number.
-const MOST_LINES: [(&[&str], usize); 12] = [
-    (&["crates/engine/src"], 22_080),
-    (&["crates/removal/src"], 3_105),
-    (&["crates/budget/src"], 290),
-    (&["src/toolpath"], 30_385),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 13_740),
-    (&["src/simulation", "src/redundancy"], 5_650),
-    (&["src/answer", "src/files", "src/work", "src/run"], 6_230),
-    (&["src/figures", "src/page"], 11_220),
-    (&["src/questions"], 25_735),
-    (&["src/products", "src/inspect", "src/explore"], 13_130),
-    (&["src/cli"], 3_165),
-    (&["crates/budget/src", "crates/engine/src", "crates/input/src", "crates/removal/src", "src"], 134_870),
+/// Most lines of each crate, 5 % more than it had when that was written; all of them together have a limit of their own. A new capability is a
+/// crate, or says what it takes out.
+const MOST_LINES: [(&str, usize); 7] = [
+    ("crates/budget/src", 300),
+    ("crates/engine/src", 22_550),
+    ("crates/input/src", 1_260),
+    ("crates/programs/src", 32_300),
+    ("crates/removal/src", 3_260),
+    ("crates/spatial/src", 700),
+    ("src", 81_450),
 ];
+const MOST_LINES_OF_ALL: usize = 138_000;
 
 #[test]
-fn no_folder_outgrows_its_lines() {
-    let (files, page) = (all_sources(), fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap());
-    for (folders, most) in MOST_LINES {
-        let inside = |file: &&PathBuf| folders.iter().any(|folder| file.starts_with(folder));
+fn no_crate_outgrows_its_lines() {
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let mut all = 0;
+    let mut homes = BTreeSet::new();
+    let written = |most: usize| match most / 1000 {
+        0 => most.to_string(),
+        thousands => format!("{thousands},{:03}", most % 1000),
+    };
+    for (home, most) in MOST_LINES {
+        let inside: Vec<PathBuf> = all_sources().into_iter().filter(|file| file.starts_with(home)).collect();
         let lines = |file: &PathBuf| fs::read_to_string(root().join(file)).unwrap().lines().count();
-        let found: usize = files.iter().filter(inside).map(lines).sum();
-        assert!(found <= most, "{folders:?}: {found} lines, at most {most}; ARCHITECTURE.md says what a new one needs");
-        let written = format!("{},{:03}", most / 1000, most % 1000);
-        assert!(page.contains(&written), "ARCHITECTURE.md does not say why {folders:?} may have {written} lines");
+        let found: usize = inside.iter().map(lines).sum();
+        assert!(found <= most, "{home}: {found} lines, at most {most}: a new capability is a crate, or says what it takes out");
+        assert!(most <= found + found / 8, "{home}: {found} lines, and {most} allowed: expected 5 % of slack");
+        assert!(page.contains(&written(most)), "ARCHITECTURE.md does not say that {home} may have {}", written(most));
+        all += found;
+        homes.insert(home);
+    }
+    assert!(all <= MOST_LINES_OF_ALL && page.contains(&written(MOST_LINES_OF_ALL)), "{all} lines in all");
+    for file in all_sources() {
+        assert!(homes.iter().any(|home| file.starts_with(home)), "{} has no limit", file.display());
     }
 }
 
@@ -317,17 +355,17 @@ fn no_questions_use_one_another_in_a_circle() {
     }
 }
 
-/// Folders of the toolpaths; each may use those before it, so that nothing that is read hangs on how it is written.
+/// Folders of the crate of programs; each may use those before it, so that nothing that is read hangs on how it is written.
 const TOOLPATHS: [&str; 4] = ["model", "read", "expand", "write"];
 
 #[test]
 fn what_is_read_of_a_program_knows_nothing_of_how_it_is_written() {
     let place = |folder: &str| TOOLPATHS.iter().position(|name| *name == folder);
     let mut seen = [0; 4];
-    for file in all_sources().iter().filter(|file| file.starts_with("src/toolpath")) {
-        let Some(own) = file.iter().nth(2).and_then(|part| place(part.to_str().unwrap())) else { continue };
+    for file in all_sources().iter().filter(|file| file.starts_with("crates/programs/src")) {
+        let Some(own) = file.iter().nth(3).and_then(|part| place(part.to_str().unwrap())) else { continue };
         seen[own] += 1;
-        for used in used(&code(file), "toolpath::").iter().filter(|used| !used.is_empty()) {
+        for used in used(&code(file), "crate::").iter().filter(|used| !used.is_empty()) {
             // Beside the folders there are the names that users have; of these, those of points and faults are of the model.
             let is_below = place(used).map_or(used.starts_with(char::is_uppercase), |other| other <= own);
             assert!(is_below, "{} uses toolpath::{used}, which is above it", file.display());
@@ -392,7 +430,9 @@ fn nalgebra_does_not_choose_its_arithmetic_by_the_processor() {
 #[test]
 fn every_property_draws_from_a_fixed_seed() {
     let mut all = all_sources();
-    files(&root().join("tests"), &["rs"], &mut all);
+    for tests in ["tests", "crates/engine/tests", "crates/programs/tests", "crates/removal/tests", "crates/spatial/tests"] {
+        files(&root().join(tests), &["rs"], &mut all);
+    }
     let mut count = 0;
     for file in all.iter().filter(|file| !file.ends_with("architecture.rs")) {
         let text = fs::read_to_string(root().join(file)).unwrap();
