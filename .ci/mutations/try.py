@@ -44,7 +44,7 @@ def renew():
         if not copied.is_file() or copied.read_bytes() != own.read_bytes():
             copied.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(own, copied)
-    for folder in ("src", "tests"):
+    for folder in ("src", "tests", "crates"):
         for path in (COPY / folder).rglob("*"):
             if path.is_file() and str(path.relative_to(COPY)) not in names:
                 path.unlink()

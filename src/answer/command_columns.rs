@@ -1,11 +1,9 @@
 //! Table columns of commands: pose of P and drive positions, without and with compensation.
 
 use crate::{
+    answer::drive_columns::{position_columns, shown_positions},
     compensation::TaskPoint,
-    files::{
-        exchange::{Cell, Row, cells},
-        table::{position_columns, shown_positions},
-    },
+    files::exchange::{Cell, Row, cells},
     machine::Machine,
     simulation::along_path::PathPointResult,
     spatial::{Pose, rotation_log},

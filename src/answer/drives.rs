@@ -2,7 +2,7 @@
 
 use super::Quantity;
 use crate::{
-    files::table::{correction_columns, force_columns, kind_word},
+    answer::drive_columns::{correction_columns, force_columns, kind_word},
     machine::{Machine, Motion},
     page::Better,
 };

@@ -3,10 +3,13 @@
 use nalgebra::Vector3;
 
 use crate::{
-    answer::cautions,
+    answer::{
+        cautions,
+        machine::{described, error_facts},
+    },
     files::words::{counted, typographic, with_minus_signs},
     machine::{ChainError, Machine, NamedPoint, ToolAxisSource},
-    page::{Column, Description, Explorer, Fact, Group, MachineDescription, Mark, Quantity, Shape, error_facts},
+    page::{Column, Description, Explorer, Fact, Group, Mark, Quantity, Shape},
     process::MillingForce,
     simulation::Scene,
     spatial::Grid,
@@ -43,7 +46,7 @@ impl Scene {
     pub(crate) fn description(&self, kind: &str, what: &str) -> Description {
         Description {
             terms: vec![Fact::new("Positions", format!("of {what}, from the origin of the machine's base"))],
-            ..Description::new(kind, MachineDescription::new(&self.machine))
+            ..Description::new(kind, described(&self.machine))
         }
     }
 

@@ -6,12 +6,13 @@ use super::{Explorer, check_numbers};
 use crate::{
     compensation::TaskPoint,
     input::error::{Error, Result},
-    machine::{Skeleton, ZeroState},
+    machine::ZeroState,
     questions::map::WorkspaceMapStudy,
     simulation::{
         Failure, Machines, SOLVED, Source,
         settled::{LoadedLines, equilibrium_under},
     },
+    spatial::Skeleton,
 };
 
 /// A map study, and the machines of its error sources.

@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::{Explorer, Workpiece, check_numbers, effect::lines_under};
 use crate::{
     input::error::{Error, Result},
-    machine::{Machine, Skeleton},
+    machine::Machine,
     questions::placement::{Metric, Metrics, PlacePoint, PlaceResults, Site, is_angle, stride},
     simulation::{Failure, Source},
-    spatial::Pose,
+    spatial::{Pose, Skeleton},
 };
 
 /// A place of the workpiece to evaluate.

@@ -8,10 +8,10 @@ use crate::{
     compensation::Target,
     input::error::{Error, Result},
     inspect::point::{NominalCommand, PointLoad, PointQuestion, solve},
-    machine::{ChainError, Clearance, Machine, Skeleton},
+    machine::{ChainError, Clearance, Machine},
     process::{ForceLaw, MillingForce},
     simulation::{Failure, SOLVED, Source, settled::equilibrium_under},
-    spatial::{Pose, Wrench},
+    spatial::{Pose, Skeleton, Wrench},
     statics::Status,
 };
 

@@ -5,9 +5,10 @@ use serde::Serialize;
 use super::{Explorer, Workpiece, cloud::Uncertain, place::columns};
 use crate::{
     input::check::Check,
-    machine::{Machine, Skeleton},
+    machine::Machine,
     process::{Extent, PathReference, tilt::TiltAngles},
     questions::placement::{PlacementStudy, Site},
+    spatial::Skeleton,
 };
 
 /// Machine and workpiece of a scene, as a page shows them.

@@ -8,7 +8,7 @@ use super::projection::Projection;
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, Sizes, WHITE};
 use super::text::{self, Weight};
-use crate::machine::Skeleton;
+use crate::spatial::Skeleton;
 
 /// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
 const AZIMUTH: f64 = 32.0;

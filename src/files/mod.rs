@@ -4,7 +4,6 @@ pub mod exchange;
 mod manifest;
 mod recorded;
 mod replace;
-pub(crate) mod table;
 pub mod text_table;
 mod unfinished;
 pub(crate) mod visible;

@@ -132,3 +132,8 @@ pub use crate::input::names::listed_up_to;
 pub fn or_dash<T>(number: Option<T>, words: impl FnOnce(T) -> String) -> String {
     number.map_or_else(|| "–".into(), words)
 }
+
+/// Rounds an angle in degrees to 1e-9, which removes the rounding of a conversion to radians and back.
+pub(crate) fn tidy_degrees(degrees: f64) -> f64 {
+    (degrees * 1e9).round() / 1e9
+}

@@ -20,7 +20,7 @@ use crate::{
     figures::{Colours, Figure, FigureError},
     files::words::typographic,
     input::error::{Error, Result},
-    machine::{MassMark, Polyline},
+    spatial::{MassMark, Polyline},
 };
 
 /// Most reasons listed on a page.

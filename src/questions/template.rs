@@ -21,7 +21,7 @@ use super::{
     measurement_design::{Region, plan_measurements, poses},
 };
 use crate::{
-    files::table::{measured_drive_columns, shown_positions},
+    answer::drive_columns::{measured_drive_columns, shown_positions},
     input::{
         Folder,
         check::Check,

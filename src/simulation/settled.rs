@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use crate::{
     compensation::{Method, TaskPoint, compensate},
-    machine::Skeleton,
     simulation::{Failure, Machines, Source},
+    spatial::Skeleton,
 };
 
 /// Lines of a machine at a nominal command, without and under load.

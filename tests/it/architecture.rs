@@ -209,6 +209,20 @@ fn programs_know_no_machine() {
     assert_eq!(names, ["input", "spatial"]);
 }
 
+/// Pages are made of files alone: what they show of a machine or a question is told to them.
+#[test]
+fn figures_files_and_pages_know_no_machine_and_no_question() {
+    const UNKNOWN: [&str; 9] =
+        ["lanes", "machine", "statics", "compensation", "urdf", "toolpath", "redundancy", "questions", "products"];
+    for file in all_sources() {
+        if folder_of(&file).is_some_and(|own| ["figures", "files", "page"].contains(&own)) {
+            let named = used(&code(&file), "crate::");
+            let foreign = UNKNOWN.iter().find(|folder| named.iter().any(|name| name == *folder));
+            assert_eq!(foreign, None, "{}", file.display());
+        }
+    }
+}
+
 /// A test inside is compiled with a library of its own, a second time.
 #[test]
 fn no_test_stands_in_the_sources() {
@@ -273,7 +287,10 @@ fn no_crate_outgrows_its_lines() {
         let inside: Vec<PathBuf> = all_sources().into_iter().filter(|file| file.starts_with(home)).collect();
         let lines = |file: &PathBuf| fs::read_to_string(root().join(file)).unwrap().lines().count();
         let found: usize = inside.iter().map(lines).sum();
-        assert!(found <= most, "{home}: {found} lines, at most {most}: a new capability is a crate, or says what it takes out");
+        assert!(
+            found <= most,
+            "{home}: {found} lines, at most {most}: a new capability is a crate, or says what it takes out"
+        );
         assert!(most <= found + found / 8, "{home}: {found} lines, and {most} allowed: expected 5 % of slack");
         assert!(page.contains(&written(most)), "ARCHITECTURE.md does not say that {home} may have {}", written(most));
         all += found;
@@ -430,7 +447,9 @@ fn nalgebra_does_not_choose_its_arithmetic_by_the_processor() {
 #[test]
 fn every_property_draws_from_a_fixed_seed() {
     let mut all = all_sources();
-    for tests in ["tests", "crates/engine/tests", "crates/programs/tests", "crates/removal/tests", "crates/spatial/tests"] {
+    for tests in
+        ["tests", "crates/engine/tests", "crates/programs/tests", "crates/removal/tests", "crates/spatial/tests"]
+    {
         files(&root().join(tests), &["rs"], &mut all);
     }
     let mut count = 0;

@@ -5,8 +5,8 @@ use std::fmt::Display;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::{
-    answer::{direction, tool_axis_words},
-    files::{table::shown_positions, words::counted},
+    answer::{direction, drive_columns::shown_positions, tool_axis_words},
+    files::words::counted,
     inspect::machine_check::{Droop, Findings, Payload, Softest, Span, Survey},
     machine::{Clearance, Drive, Geometry, Machine, Mobility, UnknownStiffness},
     spatial::PARALLEL_TO_X,

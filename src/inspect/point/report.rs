@@ -6,11 +6,10 @@ use nalgebra::{Matrix6, Vector3};
 use serde_json::{Map, Value, json};
 
 use crate::{
-    answer::{cautions, tool_axis_words},
+    answer::{cautions, drive_columns::shown_positions, tool_axis_words},
     files::{
-        table::{shown_positions, tidy_degrees},
         text_table::text_table,
-        words::{counted, millimetres, with_minus_signs},
+        words::{counted, millimetres, tidy_degrees, with_minus_signs},
     },
     inspect::{
         machine_check::report::{branch_margin_text, conditioning_words},

@@ -55,7 +55,6 @@ pub use route::{Anchor, Loop, Mass, PointSpring, Route, Step};
 #[cfg(feature = "schema")]
 pub use schema::file_schema;
 pub use section::{Material, Section, beam_stiffness, parallelogram_terms};
-pub use skeleton::{ChainSkeleton, JointMark, MassMark, Polyline, Skeleton};
 pub use spec::OtherToolSpec;
 pub use task_space::{OutsideWorkspace, UncontrolledDifference};
 pub use unknown::{Geometry, UnknownStiffness};

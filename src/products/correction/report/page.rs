@@ -2,10 +2,10 @@
 
 use super::{CorrectionFormat, Report, tables::comp_ini, text};
 use crate::{
-    answer::{facts_of, grid_view},
+    answer::{facts_of, grid_view, machine::described},
     figures::{Figure, Limit, Shading, SliceFigure, SlicePanel},
     files::words::typographic,
-    page::{Better, Description, Explorer, Fact, Group, MachineDescription, Quantity, Section, TableNote},
+    page::{Better, Description, Explorer, Fact, Group, Quantity, Section, TableNote},
     process::uncertainty::Draws,
     products::correction::{CorrectionQuestion, ResidualPoint},
     questions::spread_report,
@@ -36,7 +36,7 @@ pub(super) fn page(report: &Report<'_>) -> Description {
         explorers: vec![residual_explorer(report)],
         tables,
         sections: sections(report),
-        ..Description::new("correction", MachineDescription::new(&question.machine))
+        ..Description::new("correction", described(&question.machine))
     }
 }
 

@@ -7,9 +7,9 @@ use super::{
     tables::{P95_AFTER, P95_BEFORE},
 };
 use crate::{
-    answer::{ShareWithin, cautions::OutsidePositions, play::PlayCounts},
+    answer::{ShareWithin, cautions::OutsidePositions, drive_columns::largest_position, play::PlayCounts},
     compensation::TaskPoint,
-    files::{exchange::Surface, table::largest_position},
+    files::exchange::Surface,
     input::error::Result,
     machine::Machine,
     products::program::{ProgramAsWritten, ProgramJob, ProvedPart},

@@ -13,15 +13,15 @@ use super::{
 use crate::{
     answer::{
         budget::{self, BUDGET, OfVerdict},
+        drive_columns::{drive_quantities, largest_drive_quantities},
         facts_of,
+        machine::described,
     },
     figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
     files::words::{counted, join_words, millimetres, or_dash},
     page::{
-        Better, Description, Explorer, Fact, MachineDescription, Quantity, Section, SmallTable, TableNote,
-        drive_quantities,
+        Better, Description, Explorer, Fact, Quantity, Section, SmallTable, TableNote,
         headline::{Headline, KeyNumber},
-        largest_drive_quantities,
     },
     products::program::ProgramJob,
     questions::{
@@ -71,7 +71,7 @@ pub fn page(
             },
             TableNote::new(causes, budget::CAPTION),
         ],
-        ..Description::new("compensated_program", MachineDescription::new(&report.job.machine))
+        ..Description::new("compensated_program", described(&report.job.machine))
     }
 }
 

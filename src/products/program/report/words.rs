@@ -7,11 +7,10 @@ use super::{
     tables::{WITHOUT_FORCE, error_before_column},
 };
 use crate::{
-    answer::{ShareWithin, budget::OfVerdict, cautions, force_words},
+    answer::{ShareWithin, budget::OfVerdict, cautions, drive_columns::kind_word, force_words},
     compensation::{BoundedPath, LimitKind, Method, Price},
     files::{
         exchange::Table,
-        table::kind_word,
         words::{counted, millimetres, percent, probability},
     },
     machine::{Machine, Motion},

@@ -12,10 +12,10 @@ use serde_json::json;
 
 use self::summary::Report;
 use crate::{
-    answer::{Output, Run},
+    answer::{Output, Run, machine::described},
     files::{Manifest, OutputFile},
     input::error::Result,
-    page::{Better, Column, Description, Explorer, Fact, Group, MachineDescription, Quantity, Section, TableNote},
+    page::{Better, Column, Description, Explorer, Fact, Group, Quantity, Section, TableNote},
     questions::{
         Answered,
         identification::{
@@ -71,10 +71,7 @@ impl Answered for IdentificationStudy {
 
 /// Returns the page of a study without results: its name, machine and settings.
 fn without_answer(study: &IdentificationStudy) -> Description {
-    Description {
-        setting: setting(study),
-        ..Description::new("identification", MachineDescription::new(&study.machine))
-    }
+    Description { setting: setting(study), ..Description::new("identification", described(&study.machine)) }
 }
 
 /// Returns sections, setting and tables of the page; first screen, figures and question are added by the run.

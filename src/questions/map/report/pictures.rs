@@ -7,9 +7,8 @@ use super::{
     quantities::{ANGLE, DEFLECTION, P95_DEFLECTION, STIFFNESS, SUPERPOSITION_ERROR, drives},
 };
 use crate::{
-    answer::{GridMap, MapLayer, Quantity, Tolerance, deflected_pose::deflected_pose},
+    answer::{GridMap, MapLayer, Quantity, Tolerance, deflected_pose::deflected_pose, drive_columns::kind_word},
     figures::{Figure, Shading},
-    files::table::kind_word,
     page::DeflectedPose,
     questions::map::{MapPoint, SourceEffect, WorkspaceMapStudy},
     simulation::Source,

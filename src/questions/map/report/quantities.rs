@@ -4,7 +4,7 @@ use crate::{
     answer::{DriveQuantities, FoundOr, Quantity, QuantityTable, status_cells},
     files::{
         exchange::{Cell, Row, Table, cells, numbers, texts},
-        table::tidy_degrees,
+        words::tidy_degrees,
     },
     machine::Machine,
     page::{

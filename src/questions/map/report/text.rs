@@ -5,11 +5,8 @@ use super::{
     summary::{AtAngle, SourceExtremes, Summary},
 };
 use crate::{
-    answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words, force_words},
-    files::{
-        table::kind_word,
-        words::{counted, millimetres, percent},
-    },
+    answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words, drive_columns::kind_word, force_words},
+    files::words::{counted, millimetres, percent},
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
     questions::{

@@ -13,16 +13,13 @@ use self::{
     tables::{sheet, tables},
 };
 use crate::{
-    answer::{Output, Run},
+    answer::{Output, Run, machine::described},
     files::{Manifest, exchange::Cell},
     input::{
         csv_rows,
         error::{Error, Result},
     },
-    page::{
-        Better, Column, Description, Explorer, Fact, Group, MachineDescription, Quantity, Section, SmallTable,
-        TableNote,
-    },
+    page::{Better, Column, Description, Explorer, Fact, Group, Quantity, Section, SmallTable, TableNote},
     questions::{
         Answered,
         identification::Reading,
@@ -101,10 +98,7 @@ impl Answered for MeasurementDesignStudy {
 
 /// Returns the page of a study without results: its name, machine and settings.
 fn without_answer(study: &MeasurementDesignStudy) -> Description {
-    Description {
-        setting: setting(study),
-        ..Description::new("measurement_design", MachineDescription::new(&study.machine))
-    }
+    Description { setting: setting(study), ..Description::new("measurement_design", described(&study.machine)) }
 }
 
 /// Returns sections, setting and tables of the page; first screen, figures and question are added by the run.

@@ -3,11 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::{
-    answer::status_cells,
-    files::{
-        exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
-        table::measured_drive_columns,
-    },
+    answer::{drive_columns::measured_drive_columns, status_cells},
+    files::exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
     machine::Machine,
     questions::{
         identification::{Measurement, report::ANYTHING},

@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 
 use super::{Band, BreakEven, OnlineResults, OnlineStudy, Residual, Trial, run};
 use crate::{
-    answer::{Output, Run, facts_of, layers},
+    answer::{Output, Run, facts_of, layers, machine::described},
     files::{
         Manifest,
         words::{counted, millimetres},
     },
     input::error::Result,
-    page::{Column, Description, Explorer, Fact, Group, MachineDescription, Section, TableNote},
+    page::{Column, Description, Explorer, Fact, Group, Section, TableNote},
     questions::{
         Answered,
         spread_report::{self, SpreadCounts},
@@ -145,7 +145,7 @@ fn page(compared: &Compared<'_>) -> Description {
                 .explorers([OVER_ERROR])
                 .tables(["bands.csv", "trials.csv"]),
         ],
-        ..Description::new("online", MachineDescription::new(&study.path.machine))
+        ..Description::new("online", described(&study.path.machine))
     }
 }
 

@@ -23,6 +23,7 @@ use crate::{
         budget::{self, BUDGET, OfVerdict},
         deflected_pose::deflected_pose,
         facts_of, layers,
+        machine::described,
         play::play_quantities,
         source_group,
     },
@@ -32,7 +33,7 @@ use crate::{
     },
     input::error::Result,
     machine::Machine,
-    page::{Better, Column, Description, Explorer, Fact, MachineDescription, Section, Shape, TableNote},
+    page::{Better, Column, Description, Explorer, Fact, Section, Shape, TableNote},
     process::RedundancySettings,
     questions::{
         Answered,
@@ -140,7 +141,7 @@ fn page(study: &PathStudy, shown: &Shown, text: &ReportText) -> Description {
         explorers: vec![path_view(study), methods_view()],
         tables,
         sections: sections(study, text),
-        ..Description::new("path", MachineDescription::new(&study.machine))
+        ..Description::new("path", described(&study.machine))
     }
 }
 

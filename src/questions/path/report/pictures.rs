@@ -9,12 +9,12 @@ use super::{
     thinned::{Curve, points_per_step},
 };
 use crate::{
-    answer::Quantity,
-    figures::{Figure, LineFigure, LineSeries},
-    files::{
-        table::{drives_of_kind, kind_word},
-        words::counted,
+    answer::{
+        Quantity,
+        drive_columns::{drives_of_kind, kind_word},
     },
+    figures::{Figure, LineFigure, LineSeries},
+    files::words::counted,
     machine::Motion,
     questions::path::{PathPart, PathStudy, PointEffect, Shown, Station},
     simulation::Source,

@@ -12,10 +12,10 @@ use crate::{
         Quantity, ReportText, Tolerance, acting_words,
         budget::OfVerdict,
         cautions::{self, OutsidePositions},
+        drive_columns::kind_word,
         force_words,
     },
     files::{
-        table::kind_word,
         text_table::text_table,
         words::{counted, join_words, millimetres, millimetres_in_table, or_dash},
     },

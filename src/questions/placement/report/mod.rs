@@ -24,13 +24,14 @@ use crate::{
         Output, Run,
         budget::{self, BUDGET, OfVerdict},
         layers, locked_fact,
+        machine::{described, error_facts},
     },
     files::{
         Manifest,
         words::{counted, typographic},
     },
     input::error::Result,
-    page::{Column, Description, Explorer, Fact, MachineDescription, Mark, Section, Shape, TableNote, error_facts},
+    page::{Column, Description, Explorer, Fact, Mark, Section, Shape, TableNote},
     process::{Placement, file::NOT_CONTROLLED},
     questions::{
         Answered,
@@ -119,7 +120,7 @@ fn page(results: &PlacementResults) -> Description {
         sections: sections(results),
         explorers: vec![sweep_view(results), places_view(study)],
         tables,
-        ..Description::new("placement", MachineDescription::new(&study.machine))
+        ..Description::new("placement", described(&study.machine))
     }
 }
 

@@ -3,12 +3,11 @@
 use nalgebra::Vector3;
 
 use crate::{
-    answer::deflected_pose::deflected_pose,
+    answer::{deflected_pose::deflected_pose, machine::described},
     figures::{
         Figure, Look, PlanField, PlanFigure, PlanShape, PoseFigure, Solid, Surroundings, amplification::amplification,
     },
     files::words::{position, typographic},
-    page::MachineDescription,
     process::Extent,
     questions::placement::{
         COORDINATES, End, Entry, Metric, Origin, PlacementResults, Site, Trace, is_angle,
@@ -272,7 +271,7 @@ pub(super) fn pose_figure(results: &PlacementResults) -> Option<Figure> {
     let gamma = entry.gammas[trace.feature].unwrap_or_default();
     let tasks = job.tasks_at_gamma(&entry.site, gamma).ok()?;
     let deflected = deflected_pose(machine, &job.errors, tasks.get(farthest)?, String::new())?;
-    let described = MachineDescription::new(machine);
+    let described = described(machine);
     let solid = |name: String, corners: [Vector3<f64>; 8]| Solid { name, corners: corners.map(Into::into) };
     let obstacles = study.forbidden.iter().map(|forbidden| solid(forbidden.name.clone(), forbidden.extent.corners()));
     let lines =

@@ -7,7 +7,7 @@ use crate::{
     answer::{FoundOr, Quantity, QuantityTable},
     files::{
         exchange::{Cell, Column, Row, Table, cells, numbers, texts},
-        table::tidy_degrees,
+        words::tidy_degrees,
     },
     page::Better::{Larger, Neither, Smaller},
     questions::superposition::{

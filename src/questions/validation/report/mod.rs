@@ -9,10 +9,10 @@ pub use pictures::{figures, short_number};
 use serde_json::json;
 
 use crate::{
-    answer::{Output, Run, facts_of},
+    answer::{Output, Run, facts_of, machine::described},
     files::Manifest,
     input::{check::file_stem, error::Result},
-    page::{Description, Explorer, Fact, MachineDescription, Section, TableNote},
+    page::{Description, Explorer, Fact, Section, TableNote},
     questions::{
         Answered,
         path::report::{DISPLACEMENT, facts_text, points_table, points_view},
@@ -79,7 +79,7 @@ pub fn page(results: &ValidationResults, differences: &str) -> Description {
         sections,
         explorers,
         tables,
-        ..Description::new("validation", MachineDescription::new(&study.machine))
+        ..Description::new("validation", described(&study.machine))
     }
 }
 

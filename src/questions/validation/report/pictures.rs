@@ -4,14 +4,14 @@ use nalgebra::Vector3;
 
 use super::compared::{QuotedLine, lines};
 use crate::{
-    answer::Quantity,
+    answer::{
+        Quantity,
+        drive_columns::{drives_of_kind, kind_word},
+    },
     figures::{
         AgreementFigure, AgreementRow, Criterion, CurvePanel, Figure, LineFigure, LineSeries, PanelCurve, PanelFigure,
     },
-    files::{
-        table::{drives_of_kind, kind_word},
-        words::{or_dash, typographic},
-    },
+    files::words::{or_dash, typographic},
     machine::{Machine, Motion},
     questions::{
         path::{

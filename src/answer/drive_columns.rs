@@ -1,6 +1,9 @@
-//! Columns of drive values in tables, figures and pages, and largest values of slides and hinges.
+//! Columns and quantities of drives in tables, figures and pages, and largest values of slides and hinges.
 
-use crate::machine::{Drive, Machine, Motion};
+use crate::{
+    machine::{Drive, Machine, Motion},
+    page::{Better, Quantity},
+};
 
 /// Returns "drives" for a machine with one kind of drives; else "slides" or "hinges".
 pub(crate) fn kind_word(machine: &Machine, motion: Motion) -> &'static str {
@@ -63,7 +66,35 @@ pub(crate) fn largest_position(machine: &Machine, motion: Motion, values: &[f64]
     motion.to_shown(of_kind.fold(0.0, |most, (value, _)| most.max(value.abs())))
 }
 
-/// Rounds an angle in degrees to 1e-9, which removes the rounding of a conversion to radians and back.
-pub(crate) fn tidy_degrees(degrees: f64) -> f64 {
-    (degrees * 1e9).round() / 1e9
+/// Returns the quantities "largest correction" and "largest force" over the drives, apart for slides and hinges if there are both.
+pub(crate) fn largest_drive_quantities(machine: &Machine) -> Vec<Quantity> {
+    let name = |kind, what: &str| match machine.has_mixed_drives() {
+        false => format!("largest drive {what}"),
+        true => format!("largest {what} of {}", kind_word(machine, kind)),
+    };
+    let corrections = machine.drive_kinds().map(|kind| {
+        let columns = columns_of_kind(machine, kind, correction_columns(machine));
+        let words = format!("{} |Δρ|", name(kind, "correction"));
+        Quantity::new(columns, &words, kind.shown_position_unit(), Better::Smaller)
+    });
+    let forces = machine.drive_kinds().map(|kind| {
+        let columns = columns_of_kind(machine, kind, force_columns(machine));
+        let words = format!("{} |τ|", name(kind, kind.force_word()));
+        Quantity::new(columns, &words, kind.shown_force_unit(), Better::Smaller)
+    });
+    corrections.chain(forces).collect()
+}
+
+/// Returns the quantities correction and force of each drive, with `better` as their direction.
+pub(crate) fn drive_quantities(machine: &Machine, better: Better) -> Vec<Quantity> {
+    let labels = machine.drive_labels();
+    let drives: Vec<(&String, &Drive)> = labels.iter().zip(machine.drives().map(|(_, drive)| drive)).collect();
+    let corrections = correction_columns(machine).zip(&drives).map(|(column, (label, drive))| {
+        Quantity::new([column], &format!("correction of drive {label}"), drive.motion.shown_position_unit(), better)
+    });
+    let forces = force_columns(machine).zip(&drives).map(|(column, (label, drive))| {
+        let words = format!("{} of drive {label}", drive.motion.force_word());
+        Quantity::new([column], &words, drive.motion.shown_force_unit(), better)
+    });
+    corrections.chain(forces).collect()
 }
