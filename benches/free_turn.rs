@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use kinetostat::{
     machine::Machine,
-    process::{GammaChoice, Process, RedundancyObjective, RedundancySettings},
+    process::{CutPath, GammaChoice, Process, RedundancyObjective, RedundancySettings},
     redundancy::{FoundGamma, GammaProblem, PathCost, search_gamma},
     toolpath::polyline::Polyline,
     work::Work,
@@ -88,7 +88,7 @@ fn main() {
 
 fn on_machine(machine: &Machine, points: usize) {
     let process = Process::from_toml(PROCESS, "process", std::path::PathBuf::new(), machine).expect("a process");
-    let path = Polyline::read(zigzag(points), "path.csv").expect("a path").toolpath().clone();
+    let path: CutPath = Polyline::read(zigzag(points), "path.csv").expect("a path").toolpath().clone().into();
     let loads = process.loads(&path).expect("loads");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
     for objective in [RedundancyObjective::Rms, RedundancyObjective::Worst] {

@@ -4,7 +4,7 @@
 //! cargo run --release --example compensate
 //! ```
 
-use kinetostat::{Asked, Compensated, Folder, InMemory, Machine, Method, Process, ProgramFile, ProgramJob, Work};
+use kinetostat::{Asked, Compensated, Folder, InMemory, Machine, Method, Process, ProgramJob, Work};
 
 const PROCESS: &str = r#"
 schema = 1

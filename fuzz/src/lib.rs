@@ -10,7 +10,7 @@ use kinetostat::{
     input::error::Error,
     inspect::machine_check,
     machine::Machine,
-    process::Process,
+    process::{CutPath, Process},
     questions::{Overrides, Study, StudyKind, map, path::PathStudy, redundancy_map},
     simulation::tasks::tasks,
     toolpath::{
@@ -38,7 +38,7 @@ pub fn machine_file(data: &[u8]) {
 /// A process file for the Orthoglide, with what it names in `folder`; an accepted one is applied to a circle.
 pub fn process_file(data: &[u8], folder: &Path) {
     static MACHINE: LazyLock<Machine> = LazyLock::new(|| Machine::named_or_file("orthoglide").expect("built in"));
-    static CIRCLE: LazyLock<Toolpath> = LazyLock::new(circle);
+    static CIRCLE: LazyLock<CutPath> = LazyLock::new(|| circle().into());
     let Ok(text) = std::str::from_utf8(data) else { return };
     match Process::from_toml(text, NAME, folder, &MACHINE) {
         Ok(process) => match tasks(&process, &CIRCLE, NAME) {

@@ -12,7 +12,7 @@ pub(crate) mod drive_columns;
 mod drives;
 mod extremes;
 mod grid_map;
-pub(crate) mod machine;
+pub mod machine;
 mod of_sources;
 mod output;
 pub(crate) mod play;

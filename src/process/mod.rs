@@ -31,7 +31,7 @@ pub use cutting_rule::CuttingRule;
 pub use file::Process;
 pub use milling::{ForceLaw, MillingForce};
 pub use placement::{PathReference, PlacedWorkpiece, Placement};
-pub(crate) use program_file::program_inputs;
+pub use program_file::program_inputs;
 pub use redundancy::{GammaChoice, RedundancyCost, RedundancyObjective, RedundancySettings};
 pub use unknown_force::{ForceWords, KnownForce};
 pub use verdict_basis::{Basis, VerdictTable};

@@ -110,7 +110,7 @@ impl Process {
 }
 
 /// Returns the inputs on which results depend that are computed from `program`, read from the file called `name`.
-pub(crate) fn program_inputs(program: &ProgramFile, name: &str) -> Inputs {
+pub fn program_inputs(program: &ProgramFile, name: &str) -> Inputs {
     let inputs = program.texts(name).map(|(name, bytes)| Inputs::of(name, String::from_utf8_lossy(bytes)));
     inputs.fold(Inputs::default(), Inputs::and)
 }

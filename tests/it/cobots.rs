@@ -11,7 +11,6 @@ use kinetostat::{
     products::program::{Part, ProgramJob},
     simulation::along_path::PathPointResult,
     spatial::Pose,
-    toolpath::ProgramFile,
     work::Work,
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};

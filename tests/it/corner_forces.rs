@@ -8,7 +8,6 @@ use kinetostat::{
     process::{Process, cutting::CuttingLaw},
     products::program::{CuttingLawCheck, Part, ProgramJob},
     spatial::Wrench,
-    toolpath::ProgramFile,
     work::Work,
 };
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};

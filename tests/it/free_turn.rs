@@ -8,28 +8,29 @@ use kinetostat::{
     compensation::{Method, Target},
     machine::{Branch, Machine},
     process::{
-        GammaChoice, Placement, Process, RedundancyCost, RedundancyObjective, RedundancySettings, cutting::PathLoad,
+        CutPath, GammaChoice, Placement, Process, RedundancyCost, RedundancyObjective, RedundancySettings,
+        cutting::PathLoad,
     },
     products::program::{Asked, Compensated, InMemory, ProgramJob},
     redundancy::{FoundGamma, GammaProblem, Infeasible, LatticePath, lattice_cost, search_gamma},
     spatial::{Pose, Wrench},
     statics::{State, Status, Workspace, drive_forces, equilibrium},
-    toolpath::{Load, Orientation, Toolpath, polyline::Polyline},
+    toolpath::{Load, Orientation, polyline::Polyline},
     work::Work,
 };
 use nalgebra::{Rotation3, Unit, UnitQuaternion, Vector3};
 
 /// A path whose rows are points, with a force in each.
-fn path(rows: &[(f64, f64, f64)], feed: f64) -> Toolpath {
+fn path(rows: &[(f64, f64, f64)], feed: f64) -> CutPath {
     let mut text = String::from("x_mm,y_mm,z_mm,feed_mm_per_min\n");
     for (x, y, z) in rows {
         text += &format!("{x},{y},{z},{feed}\n");
     }
-    Polyline::read(text, "path.csv").unwrap().toolpath().clone()
+    Polyline::read(text, "path.csv").unwrap().toolpath().clone().into()
 }
 
 /// Points along a quarter of a circle about the tool tip at home, `step` mm from one to the next.
-fn bent(machine: &Machine, count: usize, step: f64) -> Toolpath {
+fn bent(machine: &Machine, count: usize, step: f64) -> CutPath {
     let tip = machine.home.pose.transform(machine.tool_tip);
     let at = |k: usize| {
         let angle = k as f64 * step / 20.0;
@@ -38,7 +39,7 @@ fn bent(machine: &Machine, count: usize, step: f64) -> Toolpath {
     path(&(0..count).map(at).collect::<Vec<_>>(), 600.0)
 }
 
-fn loads(path: &Toolpath) -> Vec<PathLoad> {
+fn loads(path: &CutPath) -> Vec<PathLoad> {
     let load = |k: usize| Load {
         force_N: Vector3::new(300.0 - 40.0 * k as f64, 100.0 + 20.0 * k as f64, 120.0),
         moment_Nmm: Vector3::zeros(),
@@ -49,19 +50,19 @@ fn loads(path: &Toolpath) -> Vec<PathLoad> {
 fn asked<'a>(
     machine: &'a Machine,
     placement: &'a Placement,
-    path: &'a Toolpath,
+    path: &'a CutPath,
     loads: &'a [PathLoad],
     turn: &'a RedundancySettings,
 ) -> GammaProblem<'a> {
     GammaProblem { machine, errors: &[], placement, target: Target::ToolTip, path, loads, settings: turn }
 }
 
-fn sought(machine: &Machine, path: &Toolpath, turn: &RedundancySettings) -> FoundGamma {
+fn sought(machine: &Machine, path: &CutPath, turn: &RedundancySettings) -> FoundGamma {
     let loads = loads(path);
     search_gamma(asked(machine, &Placement::default(), path, &loads, turn), &Work::default()).unwrap()
 }
 
-fn on_lattice(machine: &Machine, path: &Toolpath, turn: &RedundancySettings) -> Result<LatticePath, String> {
+fn on_lattice(machine: &Machine, path: &CutPath, turn: &RedundancySettings) -> Result<LatticePath, String> {
     let loads = loads(path);
     let found = lattice_cost(asked(machine, &Placement::default(), path, &loads, turn), &Work::default()).unwrap();
     found.map_err(|dead_end| dead_end.label().to_string())
@@ -106,7 +107,7 @@ fn deflection(machine: &Machine, at: &kinetostat::machine::Configuration, pose: 
 
 /// Of all ways through the lattice of `turns`, one step at most from point to point: the least root mean square and the least largest
 /// deflection. Found by trying all of them.
-fn all_ways(machine: &Machine, path: &Toolpath, turns: usize, low_deg: f64) -> (f64, f64) {
+fn all_ways(machine: &Machine, path: &CutPath, turns: usize, low_deg: f64) -> (f64, f64) {
     let step = TAU / turns as f64;
     let branches: Vec<Machine> = Branch::ALL.iter().filter_map(|branch| machine.on_branch(*branch).ok()).collect();
     assert!(branches.len() > 2, "{} branches", branches.len());
@@ -217,7 +218,7 @@ fn a_path_turned_as_a_whole_has_its_turns_shifted() {
 }
 
 /// A robot whose drives have travel, and a path on a slanted face under it.
-fn robot() -> (Process, Toolpath) {
+fn robot() -> (Process, CutPath) {
     let machine = catalogue_machine("fanuc_r2000ic");
     let process = "schema = 1\n[placement]\norigin_mm = [1900.0, 0.0, 800.0]\npitch_deg = -35.0\n\
                    [force.path_frame]\nradial_force_N = 300.0\ntangential_force_N = -200.0\naxial_force_N = -150.0\n";

@@ -2,7 +2,7 @@
 
 use kinetostat::{
     compensation::Method, input::Folder, machine::Machine, process::file::Process, products::program::ProgramJob,
-    toolpath::ProgramFile, work::Work,
+    work::Work,
 };
 use nalgebra::Rotation3;
 

@@ -6,8 +6,9 @@ use crate::support::programs::programs_in;
 use kinetostat::{
     Folder, Machine, Process,
     input::Inputs,
+    process::program_inputs,
     toolpath::{
-        NumberFormat, ProgramFile, Sampling, Toolpath,
+        NumberFormat, Sampling, Toolpath,
         gcode::{CalledFile, Calls, GcodeOptions, Program},
     },
 };
@@ -158,7 +159,7 @@ fn what_a_program_calls_counts_as_an_input() {
     let inputs = |sub: &str| {
         let files = [("part.nc", "O1\nG0 X0 Y0 Z0\nM98 P100\nM30\n"), ("O100.nc", sub)];
         let folder = Folder::in_memory(files.map(|(name, text)| (name.into(), text.into())));
-        process.program_in_folder(&folder, "part.nc").unwrap().inputs("part.nc")
+        program_inputs(&process.program_in_folder(&folder, "part.nc").unwrap(), "part.nc")
     };
     let texts = |inputs: &Inputs| inputs.texts().map(|(_, text)| text.to_owned()).collect::<Vec<_>>();
     let (five, six) = (inputs("O100\nG1 X5\nM99\n"), inputs("O100\nG1 X6\nM99\n"));

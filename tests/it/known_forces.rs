@@ -11,7 +11,7 @@ use kinetostat::{
         cutting::{EdgeForce, EdgeLaw, EndMilling},
     },
     products::program::ProgramJob,
-    toolpath::{PathPoint, ProgramFile},
+    toolpath::PathPoint,
 };
 use nalgebra::Vector3;
 

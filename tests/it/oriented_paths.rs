@@ -27,7 +27,7 @@ fn process(machine: &Machine, origin: [f64; 3], roll_pitch: [f64; 2]) -> Process
 }
 
 fn wanted(process: &Process, rows: &str) -> Vec<TaskPoint> {
-    let path = Polyline::read(rows, "path.csv").unwrap().sampled(process.sampling).unwrap();
+    let path = Polyline::read(rows, "path.csv").unwrap().sampled(process.sampling).unwrap().into();
     tasks(process, &path, "path.csv").unwrap()
 }
 

@@ -6,9 +6,10 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use brotli_decompressor::Decompressor;
 use kinetostat::{
     Machine,
+    answer::machine::described,
     page::{
-        Better, Column, Description, Explorer, Group, GroupValue, MachineDescription, Packed, PointCommand, Precision,
-        Quantity, Shape, TableNote, count_reasons,
+        Better, Column, Description, Explorer, Group, GroupValue, Packed, PointCommand, Precision, Quantity, Shape,
+        TableNote, count_reasons,
         dataset::{Dataset, thin_axes},
         explore_page, href, point_commands, relative_display,
         table::{Table, TableView, format_number},
@@ -236,7 +237,7 @@ fn single_precision_keeps_small_numbers_beside_large_ones() {
 /// The commands of a map for all sources and for errors alone, and what they leave out.
 fn told(phi: Option<usize>, keys: &BTreeMap<(String, String), String>) -> ([Option<PointCommand>; 2], String) {
     let machine = Machine::named_or_file("orthoglide").unwrap();
-    let description = Description::new("workspace_map", MachineDescription::new(&machine));
+    let description = Description::new("workspace_map", described(&machine));
     let sources = ["all", "errors"].map(|source| GroupValue { cells: vec![source.into()], label: source.into() });
     let group = Group { columns: vec!["source".into()], label: "source".into(), values: sources.into() };
     let view = Explorer { group: Some(group), ..explorer(Shape::Grid) };

@@ -19,7 +19,6 @@ use kinetostat::{
     },
     spatial::Wrench,
     statics::drive_forces,
-    toolpath::ProgramFile,
 };
 use serde_json::Value;
 

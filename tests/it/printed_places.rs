@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use kinetostat::{
     compensation::Target,
-    process::{GammaChoice, Process, RedundancySettings},
+    process::{CutPath, GammaChoice, Process, RedundancySettings},
     questions::{
         Overrides, Study, StudyKind,
         path::run as run_path,
@@ -12,7 +12,7 @@ use kinetostat::{
     },
     redundancy::{GammaProblem, search_gamma},
     simulation::Source,
-    toolpath::{Toolpath, polyline::Polyline},
+    toolpath::polyline::Polyline,
     work::Work,
 };
 use nalgebra::{Rotation3, Unit, Vector3};
@@ -113,9 +113,9 @@ fn the_printed_place_of_every_placement_study_has_its_verdict_in_a_path_study() 
 }
 
 /// Points of a straight line along y in front of the R-2000iC, whose tool stands 245 mm beside its flange.
-fn line() -> Toolpath {
+fn line() -> CutPath {
     let rows: String = (0..9).map(|k| format!("0.0,{},0.0,600\n", 5.0 * f64::from(k))).collect();
-    Polyline::read(format!("x_mm,y_mm,z_mm,feed_mm_per_min\n{rows}"), "path.csv").unwrap().toolpath().clone()
+    Polyline::read(format!("x_mm,y_mm,z_mm,feed_mm_per_min\n{rows}"), "path.csv").unwrap().toolpath().clone().into()
 }
 
 #[test]
@@ -163,7 +163,7 @@ fn gamma_along_a_path_keeps_p_in_the_workspace_box() {
 fn sought(
     machine: &kinetostat::machine::Machine,
     process: &Process,
-    path: &Toolpath,
+    path: &CutPath,
     loads: &[kinetostat::process::cutting::PathLoad],
     settings: &RedundancySettings,
 ) -> kinetostat::redundancy::FoundGamma {

@@ -8,7 +8,6 @@ use kinetostat::{
     process::{Process, file::WRITE_TOLERANCE_MM},
     products::program::{CorrectedPath, Part, ProgramAsWritten, ProgramJob, WrittenCalls, report},
     toolpath::{
-        ProgramFile,
         blocks::{Blocks, BlocksBeforeAfter, Spread},
         gcode::Program,
     },

@@ -7,7 +7,7 @@ use kinetostat::{
     process::file::Process,
     products::program::{Part, ProgramJob},
     simulation::along_path::PathPointResult,
-    toolpath::{PathPoint, ProgramFile},
+    toolpath::PathPoint,
     work::Work,
 };
 use nalgebra::{Rotation3, Vector3};

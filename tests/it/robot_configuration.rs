@@ -9,7 +9,6 @@ use kinetostat::{
     machine::Machine,
     process::Process,
     products::program::{CorrectedPath, Part, ProgramAsWritten, ProgramJob},
-    toolpath::ProgramFile,
     work::Work,
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};

@@ -7,7 +7,6 @@ use kinetostat::{
     process::file::Process,
     products::program::{CorrectedPath, Part, ProgramJob},
     simulation::along_path::PathPointResult,
-    toolpath::ProgramFile,
     work::Work,
 };
 use nalgebra::{Matrix3, Rotation3, Vector3};

@@ -9,7 +9,7 @@ use kinetostat::{
         cutting::{CuttingLaw, EndMilling},
     },
     products::program::ProgramJob,
-    toolpath::{PathPoint, ProgramFile, Toolpath},
+    toolpath::{PathPoint, Toolpath},
 };
 use nalgebra::Vector3;
 

@@ -1,6 +1,6 @@
 //! G-code of three axes is for a tool along the normal of its plane: a machine whose tool stands otherwise is another set-up.
 
-use kinetostat::{input::Folder, machine::Machine, process::file::Process, toolpath::ProgramFile};
+use kinetostat::{input::Folder, machine::Machine, process::file::Process};
 
 use crate::support::engine::machine_from;
 

@@ -87,7 +87,7 @@ fn forces_of_a_process_follow_the_real_tool() {
         law = "rotated"
     "#;
     let path = kinetostat::toolpath::polyline::Polyline::read("x_mm,y_mm,z_mm\n0,0,0\n0,5,0\n", "path.csv");
-    let path = path.unwrap().toolpath().clone();
+    let path = path.unwrap().toolpath().clone().into();
     for (rotation, wanted) in [
         ("[0.0, 180.0, 0.0]", Vector3::new(-200.0, 30.0, 25.0)),
         ("[0.0, 90.0, 0.0]", Vector3::new(-25.0, 30.0, -200.0)),

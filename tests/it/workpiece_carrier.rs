@@ -536,7 +536,7 @@ fn corrections_within_limits_do_not_move_what_is_held() {
         let process = Process::from_toml(toml, "process.toml", std::path::PathBuf::new(), machine).unwrap();
         let text = b"x_mm,y_mm,z_mm\n0,0,0\n10,0,0\n".to_vec();
         let polyline = kinetostat::toolpath::polyline::Polyline::read(text, "path.csv").unwrap();
-        let file = kinetostat::simulation::ProgramFile::Polyline(Box::new(polyline));
+        let file = kinetostat::ProgramFile::Polyline(Box::new(polyline));
         kinetostat::products::program::ProgramJob::new(process, file, "path.csv", &Work::default()).unwrap()
     };
     let machine = slides_on_a_rail();

@@ -12,7 +12,7 @@ use kinetostat::{
     products::program::{Asked, Compensated, ProgramJob, ProvedPart, ProvedProgram, Receiver},
     simulation::{Machines, spread_along::PointSpread},
     spatial::Pose,
-    toolpath::{ProgramFile, gcode::CalledFile},
+    toolpath::gcode::CalledFile,
 };
 
 /// A slide of 10 N/µm that pushes back along x, and nothing else.
