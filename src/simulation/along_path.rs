@@ -13,9 +13,9 @@ use crate::{
     machine::{Configuration, Machine},
     simulation::{
         Machines, Source,
-        path_blocks::{Stretch, solve_stretches},
+        path_blocks::{TrackedBlock, solve_blocks},
         play::PointPlay,
-        tracking::{TrackPoint, join_stretches, last_in_stretch, track_stretches},
+        tracking::{TrackPoint, join_blocks, last_reached, track_together},
     },
     spatial::Pose,
     statics::Batch,
@@ -150,16 +150,16 @@ pub(crate) fn track_blocks(
     let mut track: Vec<Vec<TrackPoint>> = groups
         .flat_map_iter(|starts| {
             let blocks: Vec<&[TaskPoint]> = starts.iter().map(|&start| block_tasks(tasks, start)).collect();
-            track_stretches(nominal, &blocks, |k, points| goes_on(starts[k], points))
+            track_together(nominal, &blocks, |k, points| goes_on(starts[k], points))
         })
         .collect();
-    join_stretches(nominal, before, tasks.chunks(BLOCK).zip(&mut track));
+    join_blocks(nominal, before, tasks.chunks(BLOCK).zip(&mut track));
     track
 }
 
 /// Returns the configuration at the last point of `track` that is reached.
 pub(crate) fn last_configuration(track: &[Vec<TrackPoint>]) -> Option<&Configuration> {
-    track.iter().rev().find_map(|points| last_in_stretch(points))
+    track.iter().rev().find_map(|points| last_reached(points))
 }
 
 /// Returns the task points of the block that begins at `start`.
@@ -197,9 +197,9 @@ fn solve_grouped(
     let together = group_size(track.len());
     let groups = track.par_chunks(together).enumerate().map(|(group, track)| {
         let first = first + group * together;
-        let stretches: Vec<Stretch<'_>> =
+        let blocks: Vec<TrackedBlock<'_>> =
             track.iter().enumerate().map(|(k, track)| ((first + k) * BLOCK, &track[..])).collect();
-        let answers = solve_stretches(case, commands, &stretches, &done);
+        let answers = solve_blocks(case, commands, &blocks, &done);
         answers.unwrap_or_else(|never| match never {})
     });
     groups.flatten_iter().flatten().collect()
@@ -241,12 +241,12 @@ impl<'a> TrackBlocks<'a> {
 
     /// Returns the configuration at the last point, from which the next part goes on.
     pub fn last(&self) -> Option<Configuration> {
-        self.blocks.iter().rev().filter_map(OnceLock::get).find_map(|points| last_in_stretch(points)).cloned()
+        self.blocks.iter().rev().filter_map(OnceLock::get).find_map(|points| last_reached(points)).cloned()
     }
 
     /// Returns the tracked points of the block that begins at `start`.
     pub fn block(&self, start: usize) -> &[TrackPoint] {
-        let found = || track_stretches(self.nominal, &[block_tasks(self.tasks, start)], |_, _| true).swap_remove(0);
+        let found = || track_together(self.nominal, &[block_tasks(self.tasks, start)], |_, _| true).swap_remove(0);
         self.blocks[start / BLOCK].get_or_init(found)
     }
 }
@@ -269,8 +269,8 @@ pub(crate) fn run_pieces<T: Serialize + DeserializeOwned + Send>(
             work.tell(Event::Computed(1));
             work.check()
         };
-        let stretch = (block.start, track.block(block.start));
-        let answers = solve_stretches(case, &Commands::Method(method), &[stretch], &done)?.concat();
+        let tracked = (block.start, track.block(block.start));
+        let answers = solve_blocks(case, &Commands::Method(method), &[tracked], &done)?.concat();
         let unsolved = answers.iter().filter(|answer| !answer.is_settled).count();
         if unsolved > 0 {
             work.tell(Event::Unsolved(unsolved));

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{
     Failure, Machines, Source,
     along_path::{BLOCK, Commands, PathCase},
-    path_blocks::{Stretch, solve_stretches},
+    path_blocks::{TrackedBlock, solve_blocks},
     spread::DrawnMachines,
     tracking::TrackPoint,
 };
@@ -38,18 +38,18 @@ impl DrawnMachines {
         counts: &(dyn Fn(usize) -> bool + Sync),
         work: &Work,
     ) -> error::Result<Vec<DrawnForces>> {
-        // As many stretches as are solved side by side, also of a short path.
+        // As many blocks as are solved side by side, also of a short path.
         let length = tasks.len().div_ceil(Batch::WIDTH).clamp(1, BLOCK / Batch::WIDTH);
-        let blocks = track.iter().enumerate();
-        let stretches: Vec<Stretch<'_>> =
-            blocks.flat_map(|(block, track)| (block * BLOCK..).step_by(length).zip(track.chunks(length))).collect();
+        let long = track.iter().enumerate();
+        let blocks: Vec<TrackedBlock<'_>> =
+            long.flat_map(|(block, track)| (block * BLOCK..).step_by(length).zip(track.chunks(length))).collect();
         let solve = |index: usize| {
             let forces = |machines: &Machines| -> error::Result<DrawnForces> {
                 let tasks: Vec<TaskPoint> = self.under_draw(index, tasks, at);
                 let case = PathCase::new(machines, Source::All, &tasks);
                 let mut largest = vec![(0.0, first); case.nominal.drive_count()];
-                for together in stretches.chunks(Batch::WIDTH) {
-                    let solved = solve_stretches(&case, commands, together, &|| work.check())?;
+                for together in blocks.chunks(Batch::WIDTH) {
+                    let solved = solve_blocks(&case, commands, together, &|| work.check())?;
                     for ((start, _), answers) in together.iter().zip(solved) {
                         for (point, answer) in (first + start..).zip(answers).filter(|(point, _)| counts(*point)) {
                             if !answer.is_settled {

@@ -1,4 +1,4 @@
-//! Solves stretches of a path: the points of a stretch one after another, each from the one before, and several stretches at a time.
+//! Solves blocks of a path: the points of a block one after another, each from the one before, and several blocks at a time.
 
 use super::{
     along_path::{Commands, PathCase, PathPointResult},
@@ -16,11 +16,11 @@ use crate::{
     statics::Batch,
 };
 
-/// A stretch of a path: the index of its first point, and the nominal machine tracked along it.
-pub(crate) type Stretch<'a> = (usize, &'a [TrackPoint]);
+/// A block of a path: the index of its first point, and the nominal machine tracked along it.
+pub(crate) type TrackedBlock<'a> = (usize, &'a [TrackPoint]);
 
-/// A stretch being solved.
-struct OpenStretch<'a> {
+/// A block being solved.
+struct OpenBlock<'a> {
     session: Session,
     /// Index of its first point.
     first: usize,
@@ -30,14 +30,14 @@ struct OpenStretch<'a> {
     answers: Vec<PathPointResult>,
 }
 
-/// Solves `stretches` of `case`; an error of `done` ends everything.
-pub(crate) fn solve_stretches<'a, E>(
+/// Solves `tracked` blocks of `case`; an error of `done` ends everything.
+pub(crate) fn solve_blocks<'a, E>(
     case: &PathCase<'a>,
     commands: &Commands<'_>,
-    stretches: &[Stretch<'a>],
+    tracked: &[TrackedBlock<'a>],
     done: &(dyn Fn() -> Result<(), E> + Sync),
 ) -> Result<Vec<Vec<PathPointResult>>, E> {
-    let begin = |&(first, track): &Stretch<'a>| {
+    let begin = |&(first, track): &TrackedBlock<'a>| {
         let mut session = Session::new(case.nominal, case.real, settings()).with_unloaded_machine(case.unloaded);
         // From home the way would be long, and might end on another branch.
         let near = track.first().and_then(|point| point.at.as_ref()).filter(|_| case.tasks[first].external.is_none());
@@ -45,13 +45,12 @@ pub(crate) fn solve_stretches<'a, E>(
             session.set_rigid(at);
         }
         let (near, answers) = (near.unwrap_or(&case.nominal.home), Vec::with_capacity(track.len()));
-        OpenStretch { session, first, track, near, answers }
+        OpenBlock { session, first, track, near, answers }
     };
-    let mut blocks: Vec<OpenStretch<'a>> = stretches.iter().map(begin).collect();
+    let mut blocks: Vec<OpenBlock<'a>> = tracked.iter().map(begin).collect();
     let mut batch = Batch::new(case.real);
-    for point in 0..stretches.iter().map(|(_, track)| track.len()).max().unwrap_or(0) {
-        let mut going: Vec<&mut OpenStretch<'a>> =
-            blocks.iter_mut().filter(|block| point < block.track.len()).collect();
+    for point in 0..tracked.iter().map(|(_, track)| track.len()).max().unwrap_or(0) {
+        let mut going: Vec<&mut OpenBlock<'a>> = blocks.iter_mut().filter(|block| point < block.track.len()).collect();
         let found = solve_points(case, commands, point, &mut going, &mut batch);
         for (block, found) in going.into_iter().zip(found) {
             let answer = block.result(case, commands, point, found);
@@ -67,7 +66,7 @@ fn solve_points(
     case: &PathCase<'_>,
     commands: &Commands<'_>,
     point: usize,
-    blocks: &mut [&mut OpenStretch<'_>],
+    blocks: &mut [&mut OpenBlock<'_>],
     batch: &mut Batch,
 ) -> Vec<Compensation> {
     let asked: Vec<TaskPoint> = blocks.iter().map(|block| case.tasks[block.first + point]).collect();
@@ -88,7 +87,7 @@ fn solve_group(
     case: &PathCase<'_>,
     commands: &Commands<'_>,
     point: usize,
-    blocks: &mut [&mut OpenStretch<'_>],
+    blocks: &mut [&mut OpenBlock<'_>],
     asked: &[TaskPoint],
     batch: &mut Batch,
 ) -> Vec<Compensation> {
@@ -133,7 +132,7 @@ fn solve_group(
     answers.flatten().collect()
 }
 
-impl<'a> OpenStretch<'a> {
+impl<'a> OpenBlock<'a> {
     /// Gives the session the tracked configuration at `point` as its command for `task`.
     fn seed_command(&mut self, nominal: &Machine, point: usize, task: &TaskPoint) {
         if let (Some(at), true) = (&self.track[point].at, task.led.is_some()) {

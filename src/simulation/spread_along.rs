@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     Failure, Machines, ROUNDING_MM, Source,
     along_path::{self, Commands, PathCase, PathPointResult, TrackBlocks, block_pieces},
-    path_blocks::{Stretch, solve_stretches},
+    path_blocks::{TrackedBlock, solve_blocks},
     spread::{DeflectionSpread, Draw, DrawnMachines, IfMeasured, Sizes, WantedSpread, under_factors},
     tasks::PoseTracker,
     tracking::TrackPoint,
@@ -160,8 +160,8 @@ const MOST_POINTS: usize = 2_000_000;
 /// Draws in which corrections are left out one by one.
 const DRAWS_BY_DRIVE: usize = 4 * Draws::PER_SCRAMBLE;
 
-/// Most points solved one after another, of which several stretches are solved side by side.
-const STRETCH: usize = along_path::BLOCK / Batch::WIDTH;
+/// Most points solved one after another, of which several blocks are solved side by side.
+const SHORT_BLOCK: usize = along_path::BLOCK / Batch::WIDTH;
 
 /// Distances from the path at a point where even the nominal machine has an equilibrium.
 struct Solved {
@@ -570,10 +570,10 @@ impl<'a> Block<'a> {
         commands: &Commands<'_>,
     ) -> Result<Vec<PathPointResult>> {
         let case = PathCase { play: self.path.play, ..PathCase::new(machines, Source::All, &tasks) };
-        let points = self.track.len().div_ceil(Batch::WIDTH).clamp(1, STRETCH);
-        let stretch = |(k, track)| (k * points, track);
-        let stretches: Vec<Stretch<'_>> = self.track.chunks(points).enumerate().map(stretch).collect();
-        Ok(solve_stretches(&case, commands, &stretches, &|| self.work.check())?.concat())
+        let points = self.track.len().div_ceil(Batch::WIDTH).clamp(1, SHORT_BLOCK);
+        let block = |(k, track)| (k * points, track);
+        let blocks: Vec<TrackedBlock<'_>> = self.track.chunks(points).enumerate().map(block).collect();
+        Ok(solve_blocks(&case, commands, &blocks, &|| self.work.check())?.concat())
     }
 
     /// Commands of the nominal machine, those that compensate solved as the study does, so that they are the same.
@@ -587,7 +587,7 @@ impl<'a> Block<'a> {
         let tasks: Vec<TaskPoint> = self.tasks.iter().map(|task| Source::All.task(task)).collect();
         let case = PathCase { play: self.path.play, ..PathCase::new(self.path.machines, Source::All, &tasks) };
         let commands = Commands::Method(Method::Direct);
-        let answers = solve_stretches(&case, &commands, &[(0, self.track)], &|| self.work.check())?.concat();
+        let answers = solve_blocks(&case, &commands, &[(0, self.track)], &|| self.work.check())?.concat();
         let targets = answers.into_iter().map(|answer| answer.target.filter(|_| answer.status.is_success()));
         let with_poses = targets.zip(self.tasks).map(|(target, task)| (target.unwrap_or(task.pose), target.is_some()));
         let (poses, is_known) = with_poses.unzip();

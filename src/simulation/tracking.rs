@@ -22,38 +22,38 @@ impl TrackPoint {
     }
 }
 
-/// Tracks `nominal` along each of `stretches`, several at a time, each from home so that none waits for another; [`join_stretches`] makes
-/// them continue one another. A stretch ends where `goes_on` returns false for its number and its points so far.
-pub(crate) fn track_stretches(
+/// Tracks `nominal` along each of `blocks`, several at a time, each from home so that none waits for another; [`join_blocks`] makes
+/// them continue one another. A block ends where `goes_on` returns false for its number and its points so far.
+pub(crate) fn track_together(
     nominal: &Machine,
-    stretches: &[&[TaskPoint]],
+    blocks: &[&[TaskPoint]],
     goes_on: impl Fn(usize, &[TrackPoint]) -> bool,
 ) -> Vec<Vec<TrackPoint>> {
     let mut storage = BatchKinematics::new(nominal);
-    let mut track: Vec<MachineOnPath> = stretches.iter().map(|_| MachineOnPath::new(nominal)).collect();
-    let mut points: Vec<Vec<TrackPoint>> = stretches.iter().map(|tasks| Vec::with_capacity(tasks.len())).collect();
-    step_by_step(&mut track, stretches, &mut storage, |k, point| {
+    let mut track: Vec<MachineOnPath> = blocks.iter().map(|_| MachineOnPath::new(nominal)).collect();
+    let mut points: Vec<Vec<TrackPoint>> = blocks.iter().map(|tasks| Vec::with_capacity(tasks.len())).collect();
+    step_by_step(&mut track, blocks, &mut storage, |k, point| {
         points[k].push(point);
         goes_on(k, &points[k])
     });
     points
 }
 
-/// Makes consecutive stretches, each tracked from home, continue one another from the configuration `before`, hinges at the turn they have reached.
-pub(crate) fn join_stretches<'a>(
+/// Makes consecutive blocks, each tracked from home, continue one another from the configuration `before`, hinges at the turn they have reached.
+pub(crate) fn join_blocks<'a>(
     nominal: &Machine,
     before: Option<&Configuration>,
-    stretches: impl Iterator<Item = (&'a [TaskPoint], &'a mut Vec<TrackPoint>)>,
+    blocks: impl Iterator<Item = (&'a [TaskPoint], &'a mut Vec<TrackPoint>)>,
 ) {
     if nominal.may_change_posture() {
         let mut track = MachineOnPath::new(nominal);
         track.before = before.cloned();
-        stretches.for_each(|(tasks, points)| track.continue_with(tasks, points));
+        blocks.for_each(|(tasks, points)| track.continue_with(tasks, points));
     }
 }
 
 /// Returns the configuration at the last point of `track` that is reached.
-pub(crate) fn last_in_stretch(track: &[TrackPoint]) -> Option<&Configuration> {
+pub(crate) fn last_reached(track: &[TrackPoint]) -> Option<&Configuration> {
     track.iter().rev().find_map(TrackPoint::configuration)
 }
 
@@ -106,14 +106,14 @@ impl MachineOnPath {
 
     /// Makes `points` of `tasks`, tracked from home, continue from the point before, which then is the last of them.
     fn continue_with(&mut self, tasks: &[TaskPoint], points: &mut Vec<TrackPoint>) {
-        // A head that is led stands as the program says wherever a stretch begins.
+        // A head that is led stands as the program says wherever a block begins.
         let is_led = tasks.iter().any(|task| task.led.is_some());
         if let (false, Some(before), Some(first)) =
             (is_led, self.before.clone(), points.iter().position(|point| point.configuration().is_some()))
         {
             self.continue_behind(&before, tasks, points, first);
         }
-        if let Some(last) = last_in_stretch(points) {
+        if let Some(last) = last_reached(points) {
             self.before = Some(last.clone());
         }
     }

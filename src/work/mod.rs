@@ -1,10 +1,19 @@
 //! Long computations in pieces: kept, stopped, resumed and shared among computers. Pieces are kept as they finish, it can be
 //! stopped between them, and somebody is told how far it is.
 //!
-//! A computation that can be shared numbers pieces that do not need one another ([`Work::shard`]). Where it is one part of several, a piece of
-//! another part is not computed: its place stays empty ([`if_this_shard`]), and where all of them are needed the part ends ([`Work::barrier`]). All
-//! parts together are to the whole computation what an unfinished run is to the one that goes on with it. What the next round of parts needs of those
-//! before is an excerpt: the pieces that a replay asks for ([`Work::replay`]), and summaries in place of many ([`Work::summary`]).
+//! A unit of work has these words, and no others:
+//!
+//! | word | what it is |
+//! |---|---|
+//! | block | neighbouring points of a grid or a path that are solved together: as many whatever the number of threads, so that results do not depend on it |
+//! | piece | what is kept of a block, or of a step of a search, under a key; a run that was stopped goes on with its pieces ([`checkpoint`]) |
+//! | shard | the work on a numbered piece that needs no other: by these numbers a computation is shared ([`Work::shard`]) |
+//! | share | the shards of one computer: part i of n ([`share::Share`]) |
+//! | part | the file with the pieces of a share ([`part_file`]); merged, all parts are to the whole what an unfinished run is to the one that goes on with it |
+//!
+//! Where a computation is one part of several, a piece of another part is not computed: its place stays empty ([`if_this_shard`]), and where all of
+//! them are needed the part ends ([`Work::barrier`]). What the next round of parts needs of those before is an excerpt: the pieces that a replay asks
+//! for ([`Work::replay`]), and summaries in place of many ([`Work::summary`]).
 
 pub mod checkpoint;
 mod overlapped;

@@ -30,7 +30,7 @@
 //! - Where the tool is is not known until G0 and G1 have given X, Y and Z: motions before stay as they are ([`Notes`]).
 
 #[cfg(not(target_family = "wasm"))]
-pub use super::write::gcode::feeds::FedLine;
+pub use super::write::gcode::feeds::{FedLine, FeedFault};
 pub use super::{
     RewriteError,
     expand::SiblingFiles,

@@ -15,7 +15,7 @@ use crate::{
     simulation::along_path::PathPointResult,
     toolpath::{
         ProgramFile, Toolpath,
-        gcode::{Dialect, FedLine, FoldFailure, FoldFault},
+        gcode::{Dialect, FedLine, FeedFault, FoldFailure, FoldFault},
     },
     work::Work,
 };
@@ -113,15 +113,7 @@ pub(super) fn with_feeds(
             return limits.check.fail(problem);
         }
     };
-    let lines = match first.fed_lines()? {
-        Ok(lines) => lines,
-        Err((line, why)) => {
-            return Err(Error::argument(
-                name,
-                format!("line {line} {why}: expected it otherwise, or no [feed] in the process"),
-            ));
-        }
-    };
+    let lines = first.fed_lines().map_err(|fault| cannot_change(fault, name))?;
     let mut line_of = vec![None; first.motion_count()];
     for (k, line) in lines.iter().enumerate() {
         line_of[line.motions.clone()].fill(Some(k));
@@ -155,8 +147,7 @@ pub(super) fn with_feeds(
         if ends {
             break;
         }
-        let written = first.with_feeds(&lines, &next)?;
-        let (program, count) = written.map_err(|failure| Error::argument(name, without_own_feed(&failure)))?;
+        let (program, count) = first.with_feeds(&lines, &next).map_err(|fault| cannot_change(fault, name))?;
         source = ProgramFile::Gcode(Box::new(program));
         job = ProgramJob::as_programmed(own.clone(), source.clone(), name, work)?;
         now = uses(&job, limits, &line_of, work)?;
@@ -330,6 +321,17 @@ fn feed_minutes(path: &Toolpath) -> f64 {
         point.feed_mm_per_min.filter(|feed| *feed > 0.0).map(|feed| way / feed)
     });
     minutes.sum()
+}
+
+/// Returns the error that feeds of the program called `name` cannot be changed.
+fn cannot_change(fault: FeedFault, name: &str) -> Error {
+    match fault {
+        FeedFault::Program(fault) => fault.into(),
+        FeedFault::Line { line, why } => {
+            Error::argument(name, format!("line {line} {why}: expected it otherwise, or no [feed] in the process"))
+        }
+        FeedFault::Calls(failure) => Error::argument(name, without_own_feed(&failure)),
+    }
 }
 
 /// Says why a line of a program with calls cannot have a feed of its own.

@@ -136,7 +136,7 @@ impl PathStudy {
         }
     }
 
-    /// Returns the stretch of the path with the indices `points`, along which `track` holds the configurations of the nominal machine.
+    /// Returns the part of the path with the indices `points`, along which `track` holds the configurations of the nominal machine.
     fn spread_part<'a>(&'a self, points: Range<usize>, track: &'a TrackBlocks<'a>) -> SpreadPart<'a> {
         let forces = self.drawn_forces.get(points.clone()).unwrap_or_default();
         SpreadPart { first: points.start, tasks: &self.tasks[points.clone()], forces, track, written: None }
@@ -286,8 +286,8 @@ pub fn run_in_parts(
         let (mut part, residuals) = compute_part(study, &machines, &track, points.clone(), work)?;
         part.note_reversals(&mut reversals);
         if let Some(spread_path) = &spread_path {
-            let stretch = study.spread_part(points, &track);
-            part.set_spread(spread_path.solve_part(&stretch, pass_count(study), work, &mut largest)?);
+            let own = study.spread_part(points, &track);
+            part.set_spread(spread_path.solve_part(&own, pass_count(study), work, &mut largest)?);
         }
         let counted_before = usize::from(study.is_closed && part.first == 0);
         for (sums, residuals) in methods.iter_mut().zip(residuals) {
@@ -322,8 +322,8 @@ pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result
     if let Some(drawn) = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)? {
         let passes = study.passes();
         let spread_path = study.spread_path(&machines, &drawn, &passes);
-        let (stretch, mut largest) = (study.spread_part(points, &track), LargestBoth::default());
-        part.set_spread(spread_path.solve_part(&stretch, pass_count(study), work, &mut largest)?);
+        let (own, mut largest) = (study.spread_part(points, &track), LargestBoth::default());
+        part.set_spread(spread_path.solve_part(&own, pass_count(study), work, &mut largest)?);
     }
     work.barrier()?;
     Ok(part)

@@ -20,6 +20,28 @@ const ROUNDED: f64 = 0.005;
 /// Equal feeds, as a share: one may come through inches.
 const SAME: f64 = 1e-9;
 
+/// Why the feeds of a program cannot be changed.
+#[derive(Debug)]
+pub enum FeedFault {
+    /// The program cannot be followed.
+    Program(GcodeError),
+    /// A line, from 1, beside which no feed can be changed, and why.
+    Line {
+        /// The line, from 1.
+        line: usize,
+        /// Why, as a verb with what belongs to it.
+        why: &'static str,
+    },
+    /// Calls that leave a line no feed of its own.
+    Calls(FoldFailure),
+}
+
+impl From<GcodeError> for FeedFault {
+    fn from(fault: GcodeError) -> Self {
+        Self::Program(fault)
+    }
+}
+
 /// A line of a program that moves the tool at feed rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FedLine {
@@ -129,8 +151,11 @@ fn is_same(a: f64, b: f64) -> bool {
 }
 
 impl Program {
-    /// Returns the lines that move the tool at a feed that is known. `Err` within gives a line, from 1, beside which no feed can be changed, and why.
-    pub fn fed_lines(&self) -> Result<Result<Vec<FedLine>, (usize, &'static str)>, GcodeError> {
+    /// Returns the lines that move the tool at a feed that is known.
+    ///
+    /// # Errors
+    /// A program that cannot be followed, or with a line beside which no feed can be changed.
+    pub fn fed_lines(&self) -> Result<Vec<FedLine>, FeedFault> {
         let mut lines: Vec<FedLine> = Vec::new();
         let (mut motions, mut since, mut text, mut mode) = (0, Since::Stays, String::new(), None);
         let (mut unfit, mut is_at_feed) = (None, false);
@@ -200,16 +225,18 @@ impl Program {
             since = if is_unsure { Since::Restored } else { Since::Stays };
             Ok(())
         })?;
-        Ok(unfit.map_or(Ok(lines), Err))
+        unfit.map_or(Ok(lines), |(line, why)| Err(FeedFault::Line { line, why }))
     }
 
-    /// Returns the program, read again, with these numbers after F on its fed `lines` (`None`: the programmed one), and how many F words it has that are new. `Err` within says which line
-    /// cannot have its own in a program with calls.
+    /// Returns the program, read again, with these numbers after F on its fed `lines` (`None`: the programmed one), and how many F words it has that are new.
+    ///
+    /// # Errors
+    /// A program that cannot be followed, or whose calls leave a line no feed of its own.
     pub fn with_feeds(
         &self,
         lines: &[FedLine],
         numbers: &[Option<String>],
-    ) -> Result<Result<(Program, usize), FoldFailure>, GcodeError> {
+    ) -> Result<(Program, usize), FeedFault> {
         let mut in_force = None;
         let mut written = BTreeSet::new();
         for (line, number) in lines.iter().zip(numbers) {
@@ -255,7 +282,7 @@ impl Program {
         let reading = (self.name.clone(), self.options.clone());
         let rewritten = Rewritten { bytes, pieces: Vec::new(), parameters: Vec::new(), line_ends, reading };
         let program = match self.folded_calls(&rewritten) {
-            Some(Calls::WrittenOut(failure)) => return Ok(Err(failure)),
+            Some(Calls::WrittenOut(failure)) => return Err(FeedFault::Calls(failure)),
             Some(Calls::Stay { program, beside }) => {
                 let of = |name: &str| {
                     beside.iter().find(|file| file.name == name).map(|CalledFile { bytes, .. }| bytes.clone())
@@ -272,6 +299,6 @@ impl Program {
                 program
             }
         };
-        Ok(Ok((program, written.len())))
+        Ok((program, written.len()))
     }
 }
