@@ -30,9 +30,7 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-# Bytes of a program and of a wheel for others, at most: growth that nobody meant is to be seen. The wheel had 6.0 MB before maps and paths computed with
-# uncertain inputs, 6.7 since programs of robots and controls are run as they are posted, and 7.3 since verdicts say what they rest on. The program has a
-# typeface for its pages.
+# Bytes of a program and of a wheel, at most: growth that nobody meant is to be seen. The program has a typeface for its pages.
 LARGEST_PROGRAM, LARGEST_WHEEL = 30_200_000, 12_000_000
 COMPLETIONS = {"bash": "kinetostat.bash", "zsh": "_kinetostat", "fish": "kinetostat.fish", "powershell": "_kinetostat.ps1"}
 LICENCES = ("LICENSE", "LICENSE-APACHE", "LICENSE-MIT")
@@ -202,26 +200,34 @@ def archive(options):
         put(options.out / f"{folder}.tar.gz", tar(folder, files, when()))
 
 
+def with_licences(made, target, env):
+    """Puts the licences of what a wheel is made of into it, by the tool that unpacks and packs wheels."""
+    tool = [sys.executable, "-m", "wheel"]
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([*tool, "unpack", "--dest", folder, made], check=True, env=env, stdout=sys.stderr)
+        [root] = Path(folder).iterdir()
+        [licences] = [info / "licenses" for info in root.glob("*.dist-info")]
+        licences.mkdir(exist_ok=True)
+        for name in LICENCES:
+            shutil.copy(ROOT / name, licences)
+        graph = metadata(target, "--manifest-path", "python/Cargo.toml")
+        (licences / "THIRD-PARTY.txt").write_text(third_party(graph))
+        made.unlink()
+        subprocess.run([*tool, "pack", "--dest-dir", made.parent, root], check=True, env=env, stdout=sys.stderr)
+
+
 def wheel(options):
-    for_others = options.profile == "wheel"
-    if shutil.which("maturin") is None or (for_others and importlib.util.find_spec("zopfli") is None):
-        raise Fault("maturin or zopfli is not there: python3 -m pip install -r packaging/requirements.txt")
+    if shutil.which("maturin") is None or (options.profile == "release" and importlib.util.find_spec("wheel") is None):
+        raise Fault("maturin or wheel is not there: python3 -m pip install -r packaging/requirements.txt")
     with tempfile.TemporaryDirectory() as folder:
         command = ["maturin", "build", "--quiet", "--locked", "--profile", options.profile, "--out", folder]
         command += [] if options.target == host() else ["--target", options.target]
-        # What python/pyproject.toml tells cargo is for wheels alone: without it, what `cargo test` has built is not built again.
-        env = os.environ | {"SOURCE_DATE_EPOCH": str(when())} | ({} if for_others else {"RUSTFLAGS": os.environ.get("RUSTFLAGS", "")})
+        env = os.environ | {"SOURCE_DATE_EPOCH": str(when())}
         if subprocess.run(command, cwd=ROOT / "python", env=env, stdout=sys.stderr).returncode != 0:
             raise Fault(f"{' '.join(command)} failed")
         [made] = Path(folder).glob("*.whl")
-        if for_others:
-            sys.path.insert(0, str(ROOT / "python"))
-            from pack import pack
-
-            licences = {name: (ROOT / name).read_bytes() for name in LICENCES}
-            graph = metadata(options.target, "--manifest-path", "python/Cargo.toml")
-            pack(made, licences | {"THIRD-PARTY.txt": third_party(graph).encode()})
-            # Without licences, it is what `pip install ./python` makes.
+        if options.profile == "release":
+            with_licences(made, options.target, env)
             if made.stat().st_size > LARGEST_WHEEL:
                 raise Fault(f"a wheel has at most {LARGEST_WHEEL} bytes, this one {made.stat().st_size}")
         put(options.out / made.name, made.read_bytes())
@@ -236,7 +242,7 @@ def main():
         command.add_argument("--target", help="what it is for, as rustc names it: this machine if nothing is said")
         command.add_argument("--out", type=Path, default=ROOT / "target/packages", metavar="FOLDER")
     kinds.choices["archive"].add_argument("--program", type=Path, metavar="FILE", help="built already, for the target")
-    kinds.choices["wheel"].add_argument("--profile", default="wheel", help="how it is built: dev is quicker, and not for others")
+    kinds.choices["wheel"].add_argument("--profile", default="release", help="how it is built: dev is quicker, and not for others")
     options = parser.parse_args()
     options.target = options.target or host()
     if options.target not in told("rustc", "--print", "target-list").split():

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the wheel, installs it into a clean environment and runs its tests, notebooks, examples and type checks: python/check.sh [OUT]
 #
-# PROFILE says how packaging/make.py builds the wheel: dev (if nothing is said) is the quickest; wheel is the one for others, whose source
+# PROFILE says how packaging/make.py builds the wheel: dev (if nothing is said) is the quickest; release is the one for others, whose source
 # distribution must also build alone. KINETOSTAT names the program that studies are held against; without, they are not. OUT is the
 # folder of the wheel.
 set -euo pipefail
@@ -18,7 +18,7 @@ python3 -m venv "$folder/venv"
 "$folder/venv/bin/pip" install --quiet --requirement tests/requirements.txt
 export PATH="$folder/venv/bin:$PATH"
 wheel=$(python ../packaging/make.py wheel --profile "$profile" --out "$wheels")
-if [ "$profile" = wheel ]; then
+if [ "$profile" = release ]; then
     maturin sdist --out "$folder/source" 2> "$folder/said" || { cat "$folder/said"; exit 1; }
     mkdir "$folder/unpacked"
     tar -xf "$folder"/source/kinetostat-*.tar.gz -C "$folder/unpacked"
