@@ -222,7 +222,7 @@ impl VerdictWriter<'_> {
 
     /// Adds the share of the best result within the tolerance, the verdict, and a sentence on whether the difference matters point by point.
     fn add_tolerance_share(&self, judged: &Judged<'_>, headline: &mut Headline) {
-        let Judged { quantity, best, tolerance, by_place, shares, extremes } = judged;
+        let Judged { quantity, best, tolerance, by_place, shares, .. } = judged;
         let (quantity, best, tolerance) = (*quantity, *best, *tolerance);
         let share_in = |who: usize| format!("in {} {}", self.aligned.letters[who], percent(shares[who]));
         let others: Vec<String> = (0..shares.len()).filter(|who| *who != best).map(share_in).collect();
@@ -243,13 +243,33 @@ impl VerdictWriter<'_> {
         };
         let matters = share_of(&|k| differences[k].1 > tolerance);
         let [ahead, behind] = [1.0, -1.0].map(|sign| share_of(&|k| sign * leads[k] > tolerance));
+        let (verdict, next) = self.verdict_by_tolerance(judged, matters, [ahead, behind]);
+        (headline.verdict, headline.next) = (Some(verdict), Some(next));
+        if differences.is_empty() {
+            return;
+        }
+        headline.cautions.push(match matters {
+            0.0 => format!("Nowhere do the results differ by more than the tolerance of {tolerance} mm."),
+            share => format!(
+                "The results differ by more than the tolerance of {tolerance} mm in {} of {}: there the difference matters.",
+                percent(share),
+                self.extent_words()
+            ),
+        });
+    }
+
+    /// Returns the verdict by shares within the tolerance, and what to do next. By more than the tolerance the results differ in the share `matters`, `best` is
+    /// better in the share `ahead` and worse in `behind`.
+    fn verdict_by_tolerance(&self, judged: &Judged<'_>, matters: f64, [ahead, behind]: [f64; 2]) -> (Verdict, String) {
+        let Judged { quantity, best, tolerance, shares, extremes, .. } = judged;
+        let (best, letter) = (*best, self.aligned.letters[*best]);
         let best_share = shares.iter().copied().fold(0.0, f64::max);
         let others: Vec<String> =
             (0..shares.len()).filter(|who| *who != best).map(|who| self.aligned.letters[who].to_string()).collect();
         let any = if shares.len() > 2 { "any" } else { "either" };
         let take = format!("take {letter}, once its inputs are measured rather than assumed.");
         let has_more = self.surest(shares, [best, best]).is_some();
-        let at_worst = self.best_at_worst(quantity, extremes);
+        let at_worst = self.best_at_worst(*quantity, extremes);
         let (state, words, next) = match (ahead, behind, at_worst) {
             _ if best_share == 0.0 => (
                 State::Bad,
@@ -300,18 +320,7 @@ impl VerdictWriter<'_> {
                 format!("take {letter}, or {} where the picture has its colour.", others.join(" or ")),
             ),
         };
-        (headline.verdict, headline.next) = (Some(Verdict::new(state, words)), Some(next));
-        if differences.is_empty() {
-            return;
-        }
-        headline.cautions.push(match matters {
-            0.0 => format!("Nowhere do the results differ by more than the tolerance of {tolerance} mm."),
-            share => format!(
-                "The results differ by more than the tolerance of {tolerance} mm in {} of {}: there the difference matters.",
-                percent(share),
-                self.extent_words()
-            ),
-        });
+        (Verdict::new(state, words), next)
     }
 
     /// Adds the largest difference of the result `best` from the others, where no tolerance says whether it matters.
