@@ -378,11 +378,23 @@ impl VerdictWriter<'_> {
     }
 }
 
+/// The best place of each of several placements, and what they are compared by.
+struct ComparedPlaces {
+    objective: usize,
+    /// Quantities that are lengths of which less is better.
+    costs: Vec<usize>,
+    /// Row of the best place of each.
+    chosen: Vec<usize>,
+    /// The one of `costs` by which places are judged.
+    main: usize,
+    /// Placements, the best first.
+    order: Vec<usize>,
+}
+
 /// The first screen of compared placements: what the place found best costs in each.
 impl VerdictWriter<'_> {
-    /// Returns the first screen for several placements, from their best places; `None` if the view is not one of placements. `is_given`
-    /// says that the tolerance is not that of the studies.
-    pub fn best_places(&self, is_given: bool) -> Option<FirstScreen> {
+    /// Returns the best place of each placement; `None` if the view is not one of placements.
+    fn compared_places(&self) -> Option<ComparedPlaces> {
         let shared = &self.aligned.shared;
         let objective = shared.quantities.iter().position(|q| q.label == OBJECTIVE)?;
         let is_cost = |(_, q): &(usize, &Quantity)| q.unit == "mm" && q.better == Better::Smaller;
@@ -398,6 +410,15 @@ impl VerdictWriter<'_> {
             quantiles.max_by_key(|q| shared.quantities[**q].label.contains("compensation")).copied().unwrap_or(first);
         let mut order: Vec<usize> = (0..self.aligned.letters.len()).collect();
         order.sort_by(|a, b| value(*a, main).total_cmp(&value(*b, main)));
+        Some(ComparedPlaces { objective, costs, chosen, main, order })
+    }
+
+    /// Returns the first screen for several placements, from their best places; `None` if the view is not one of placements. `is_given`
+    /// says that the tolerance is not that of the studies.
+    pub fn best_places(&self, is_given: bool) -> Option<FirstScreen> {
+        let ComparedPlaces { objective, costs, chosen, main, order } = self.compared_places()?;
+        let shared = &self.aligned.shared;
+        let value = |who: usize, quantity: usize| self.aligned.data[who].values[quantity][0][chosen[who]];
         let best = order[0];
         let against = |quantity: usize| {
             let others = order[1..].iter().filter(|who| value(**who, quantity).is_finite());
