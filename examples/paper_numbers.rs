@@ -222,6 +222,29 @@ fn search(text: &str, reading: &Reading, start: &[f64], iterations: u64) -> (Vec
     found.unwrap_or_else(|| (start.to_vec(), f64::INFINITY))
 }
 
+/// The last value of number `k` at which the `numbers` still agree, moved alone up or down by this `sign`: doubled steps, then halved ones, down to 1 %.
+fn end_of_agreement(numbers: &[f64], k: usize, sign: f64, agree: impl Fn(&[f64]) -> bool) -> f64 {
+    let (_, _, [low, high]) = SOUGHT[k];
+    let moved = |by: f64| (numbers[k] * (sign * by).exp()).clamp(low, high);
+    let agrees = |by: f64| {
+        let mut other = numbers.to_vec();
+        other[k] = moved(by);
+        agree(&other)
+    };
+    let (mut inside, mut step) = (0.0, 0.01);
+    while moved(inside) != moved(inside + step) && agrees(inside + step) {
+        inside += step;
+        step *= 2.0;
+    }
+    while step > 0.01 {
+        step /= 2.0;
+        if agrees(inside + step) {
+            inside += step;
+        }
+    }
+    moved(inside)
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let text = std::fs::read_to_string(STUDY).map_err(|error| format!("{STUDY}: {error}"))?;
     let preset: Vec<f64> = SOUGHT.iter().enumerate().map(|(k, (_, value, _))| coordinate(k, *value)).collect();
@@ -272,27 +295,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let (reading, x, met) = best.first().ok_or("nothing was found")?;
     println!("\nThe best set ({}): {} of {} agree.", reading.words(), met.agreeing, met.compared.len());
-    // Each number moved alone, as far as as many agree: doubled steps, then halved ones, down to 1 %.
-    let agree = |k: usize, number: f64| {
-        let mut other = values(x);
-        other[k] = number;
-        meet(&text, reading, &other, POINTS[1]).is_some_and(|other| other.agreeing >= met.agreeing)
-    };
     let end = |&(k, sign): &(usize, f64)| {
-        let (_, _, [low, high]) = SOUGHT[k];
-        let moved = |by: f64| (value(k, x[k]) * (sign * by).exp()).clamp(low, high);
-        let (mut inside, mut step) = (0.0, 0.01);
-        while moved(inside) != moved(inside + step) && agree(k, moved(inside + step)) {
-            inside += step;
-            step *= 2.0;
-        }
-        while step > 0.01 {
-            step /= 2.0;
-            if agree(k, moved(inside + step)) {
-                inside += step;
-            }
-        }
-        moved(inside)
+        let agree = |numbers: &[f64]| {
+            meet(&text, reading, numbers, POINTS[1]).is_some_and(|other| other.agreeing >= met.agreeing)
+        };
+        end_of_agreement(&values(x), k, sign, agree)
     };
     let ends: Vec<(usize, f64)> = (0..SOUGHT.len()).flat_map(|k| [(k, -1.0), (k, 1.0)]).collect();
     let ends: Vec<f64> = ends.par_iter().map(end).collect();

@@ -16,7 +16,7 @@ use super::{
     record::{Changes, input_changes, manifest_facts, tolerance_mm},
     single::{FigureView, draw_figure},
     template::render,
-    verdict::VerdictWriter,
+    verdict::{FirstScreen, VerdictWriter},
     winners::Floors,
 };
 use crate::{
@@ -104,33 +104,7 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     let main_view = views.iter().find(|aligned| writer(aligned).main_quantity().is_some());
     let is_of_places = best_places.is_some();
     let nominal = best_places.or_else(|| writer(main_view?).first_screen());
-    let cannot_run = cannot_run(folders, &letters)?;
-    let folder_name =
-        |folder: &ResultFolder| folder.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let called = if names.is_empty() { folders.iter().map(folder_name).collect() } else { names.clone() };
-    let mut screen = match compare_draws(folders, &called)? {
-        Some(Ok(drawn)) => Some(before_nominal(drawn, nominal)),
-        Some(Err(words)) => match nominal {
-            Some(mut own) => {
-                own.headline.cautions.insert(0, words);
-                Some(own)
-            }
-            None => {
-                notes.push(words);
-                None
-            }
-        },
-        None => nominal,
-    };
-    if let Some(own) = &mut screen {
-        hold_to_causes(&mut own.headline, folders, &letters)?;
-    }
-    if let (Some(own), [first, others @ ..]) = (&mut screen, cannot_run.as_slice()) {
-        let better = std::mem::replace(&mut own.headline.sentence, first.clone());
-        own.headline.cautions.splice(0..0, others.iter().cloned().chain([better]));
-        own.headline.verdict = Some(Verdict::new(State::Bad, "One of the paths cannot be run as placed"));
-        own.headline.next = Some("move the part into the box of the machine, and run it again.".into());
-    }
+    let screen = first_screen(folders, &names, nominal, &mut notes)?;
     let (headline, checks) = screen.map(|own| (own.headline, own.checks)).unzip();
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
         let quantity = writer(aligned).main_quantity()?;
@@ -171,6 +145,42 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         manifest: setting_rows(manifest.map(Iterator::collect).collect()),
     };
     Ok(Comparison { page: render("comparison.html", &context)?, headline })
+}
+
+/// Returns the first screen from that of `nominal` numbers: draws come before these, what a verdict rests on limits it, and paths that cannot be run come
+/// before all. Words on draws that no screen has are added to `notes`.
+fn first_screen(
+    folders: &[ResultFolder],
+    names: &[String],
+    mut nominal: Option<FirstScreen>,
+    notes: &mut Vec<String>,
+) -> Result<Option<FirstScreen>> {
+    let letters: Vec<char> = ('A'..).take(folders.len()).collect();
+    let cannot_run = cannot_run(folders, &letters)?;
+    let folder_name =
+        |folder: &ResultFolder| folder.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let called = if names.is_empty() { folders.iter().map(folder_name).collect() } else { names.to_vec() };
+    let mut screen = match compare_draws(folders, &called)? {
+        Some(Ok(drawn)) => Some(before_nominal(drawn, nominal)),
+        Some(Err(words)) => {
+            match &mut nominal {
+                Some(own) => own.headline.cautions.insert(0, words),
+                None => notes.push(words),
+            }
+            nominal
+        }
+        None => nominal,
+    };
+    if let Some(own) = &mut screen {
+        hold_to_causes(&mut own.headline, folders, &letters)?;
+    }
+    if let (Some(own), [first, others @ ..]) = (&mut screen, cannot_run.as_slice()) {
+        let better = std::mem::replace(&mut own.headline.sentence, first.clone());
+        own.headline.cautions.splice(0..0, others.iter().cloned().chain([better]));
+        own.headline.verdict = Some(Verdict::new(State::Bad, "One of the paths cannot be run as placed"));
+        own.headline.next = Some("move the part into the box of the machine, and run it again.".into());
+    }
+    Ok(screen)
 }
 
 /// Returns a sentence for each result along a path of which positions are outside the workspace box: what is better of what cannot be run is no answer.

@@ -145,12 +145,66 @@ pub(super) fn compare_draws(
     Ok((!summaries.iter().all(is_exact)).then_some(Err(words)))
 }
 
+/// Returns the verdict on two results, what to do next, and two sentences: which is better with these probabilities that each is, and by how much.
+fn told_apart(
+    draws: &[Draws],
+    which: usize,
+    [better, worse]: [usize; 2],
+    [most, least]: [f64; 2],
+    letters: &[char],
+    names: &[String],
+) -> (Verdict, String, [String; 2]) {
+    let (words, count) = (DISTANCES[which][2], draws[0].sizes[which].len());
+    let called = |who: usize| format!("{} ({})", letters[who], names[who]);
+    let [name, other_name] = [better, worse].map(|who| letters[who]);
+    let [p95, other_p95] = [better, worse].map(|who| draws[who].p95_words(which));
+    let [sure, unsure] = [most, least].map(|share| probability(share, count));
+    let smaller = format!(
+        "the largest distance from the path, {words}, is smaller by more than 0.5 % in {name} with {sure} probability, in {other_name} with {unsure}"
+    );
+    // Of machines that are alike in most draws the worse ones may differ: what one can rely on is then the finding.
+    let is_safer = |who: usize, than: usize| is_safer(draws[who].p95_mm(which), draws[than].p95_mm(which));
+    let [safer, other_one] = if is_safer(worse, better) { [worse, better] } else { [better, worse] };
+    let [safe, unsafe_one] = [safer, other_one].map(|who| (called(who), draws[who].p95_words(which)));
+    let [called_better, called_worse] = [better, worse].map(called);
+    match (most >= P95, is_safer(safer, other_one)) {
+        (true, _) => (
+            Verdict::new(State::Good, format!("{name} better with {sure} probability")),
+            format!("take {name}."),
+            [
+                format!("{called_better} is better than {called_worse} with {sure} probability."),
+                format!(
+                    "Its largest distance from the path, {words}, is smaller by more than 0.5 % (95 % quantile {p95} against {other_p95})."
+                ),
+            ],
+        ),
+        (false, true) => (
+            Verdict::new(State::Partly, format!("{} is the safer one", letters[safer])),
+            format!("take {}, or measure what is most uncertain.", letters[safer]),
+            [
+                format!("{} stays within {} with 95 % probability.", safe.0, safe.1),
+                format!(
+                    "{} stays within {}, so that {} is the safer one. In a single draw either may be better: {smaller}.",
+                    unsafe_one.0, unsafe_one.1, letters[safer]
+                ),
+            ],
+        ),
+        (false, false) => (
+            Verdict::new(State::Open, "Cannot be told apart"),
+            "take either, or measure what is most uncertain.".into(),
+            [
+                format!("{called_better} and {called_worse} cannot be told apart."),
+                format!("In a single draw {smaller} (95 % quantile {p95} against {other_p95})."),
+            ],
+        ),
+    }
+}
+
 /// Returns what the `draws` of results with these letters say, each held against the first.
 fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> Headline {
     let unknown = "With which probability one is better is not known.";
     let (mut headline, mut sentences, first) = (Headline::new(unknown, "draws"), Vec::new(), letters[0]);
     let mut further = Vec::new();
-    let called = |who: usize| format!("{} ({})", letters[who], names[who]);
     let differs: Vec<Option<String>> = draws.iter().map(|other| draws[0].differs(other)).collect();
     for (letter, differs) in letters.iter().zip(&differs).skip(1) {
         further.push(match differs {
@@ -172,56 +226,14 @@ fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> Headline {
             let (of_first, of_other) = (share(0, other), share(other, 0));
             let [better, worse] = if of_first >= of_other { [0, other] } else { [other, 0] };
             let (most, least) = (of_first.max(of_other), of_first.min(of_other));
-            let [name, other_name] = [better, worse].map(|who| letters[who]);
-            let [p95, other_p95] = [better, worse].map(|who| draws[who].p95_words(which));
-            let [sure, unsure] = [most, least].map(|share| probability(share, sizes(0).len()));
-            let smaller = format!(
-                "the largest distance from the path, {words}, is smaller by more than 0.5 % in {name} with {sure} probability, in {other_name} with {unsure}"
-            );
-            // Of machines that are alike in most draws the worse ones may differ: what one can rely on is then the finding.
-            let [safer, other_one] = if is_safer(draws[worse].p95_mm(which), draws[better].p95_mm(which)) {
-                [worse, better]
-            } else {
-                [better, worse]
-            };
-            let is_apart = is_safer(draws[safer].p95_mm(which), draws[other_one].p95_mm(which));
-            let [safe, unsafe_one] = [safer, other_one].map(|who| (called(who), draws[who].p95_words(which)));
-            let [called_better, called_worse] = [better, worse].map(called);
             if is_first {
-                let (state, in_short, sentence, by_how_much, next) = match (most >= P95, is_apart) {
-                    (true, _) => (
-                        State::Good,
-                        format!("{name} better with {sure} probability"),
-                        format!("{called_better} is better than {called_worse} with {sure} probability."),
-                        format!(
-                            "Its largest distance from the path, {words}, is smaller by more than 0.5 % (95 % quantile {p95} against {other_p95})."
-                        ),
-                        format!("take {name}."),
-                    ),
-                    (false, true) => (
-                        State::Partly,
-                        format!("{} is the safer one", letters[safer]),
-                        format!("{} stays within {} with 95 % probability.", safe.0, safe.1),
-                        format!(
-                            "{} stays within {}, so that {} is the safer one. In a single draw either may be better: {smaller}.",
-                            unsafe_one.0, unsafe_one.1, letters[safer]
-                        ),
-                        format!("take {}, or measure what is most uncertain.", letters[safer]),
-                    ),
-                    (false, false) => (
-                        State::Open,
-                        "Cannot be told apart".into(),
-                        format!("{called_better} and {called_worse} cannot be told apart."),
-                        format!("In a single draw {smaller} (95 % quantile {p95} against {other_p95})."),
-                        "take either, or measure what is most uncertain.".into(),
-                    ),
-                };
-                headline.verdict.get_or_insert(Verdict::new(state, in_short));
+                let (verdict, next, said) = told_apart(draws, which, [better, worse], [most, least], letters, names);
+                headline.verdict.get_or_insert(verdict);
                 headline.next.get_or_insert(next);
-                sentences.extend([sentence, by_how_much]);
+                sentences.extend(said);
             }
-            let p95 = draws[other].p95_words(which);
-            against.push(format!("in {} {p95}; {name} better with {sure} probability", letters[other]));
+            let (p95, sure) = (draws[other].p95_words(which), probability(most, sizes(0).len()));
+            against.push(format!("in {} {p95}; {} better with {sure} probability", letters[other], letters[better]));
         }
         let what = format!("largest distance from the path not exceeded with 95 % probability in {first}, {words}");
         let shown = format!("{} mm", or_dash(draws[0].p95_mm(which), three_digits));

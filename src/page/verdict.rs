@@ -222,7 +222,7 @@ impl VerdictWriter<'_> {
 
     /// Adds the share of the best result within the tolerance, the verdict, and a sentence on whether the difference matters point by point.
     fn add_tolerance_share(&self, judged: &Judged<'_>, headline: &mut Headline) {
-        let Judged { quantity, best, tolerance, by_place, shares, extremes } = judged;
+        let Judged { quantity, best, tolerance, by_place, shares, .. } = judged;
         let (quantity, best, tolerance) = (*quantity, *best, *tolerance);
         let share_in = |who: usize| format!("in {} {}", self.aligned.letters[who], percent(shares[who]));
         let others: Vec<String> = (0..shares.len()).filter(|who| *who != best).map(share_in).collect();
@@ -243,13 +243,33 @@ impl VerdictWriter<'_> {
         };
         let matters = share_of(&|k| differences[k].1 > tolerance);
         let [ahead, behind] = [1.0, -1.0].map(|sign| share_of(&|k| sign * leads[k] > tolerance));
+        let (verdict, next) = self.verdict_by_tolerance(judged, matters, [ahead, behind]);
+        (headline.verdict, headline.next) = (Some(verdict), Some(next));
+        if differences.is_empty() {
+            return;
+        }
+        headline.cautions.push(match matters {
+            0.0 => format!("Nowhere do the results differ by more than the tolerance of {tolerance} mm."),
+            share => format!(
+                "The results differ by more than the tolerance of {tolerance} mm in {} of {}: there the difference matters.",
+                percent(share),
+                self.extent_words()
+            ),
+        });
+    }
+
+    /// Returns the verdict by shares within the tolerance, and what to do next. By more than the tolerance the results differ in the share `matters`, `best` is
+    /// better in the share `ahead` and worse in `behind`.
+    fn verdict_by_tolerance(&self, judged: &Judged<'_>, matters: f64, [ahead, behind]: [f64; 2]) -> (Verdict, String) {
+        let Judged { quantity, best, tolerance, shares, extremes, .. } = judged;
+        let (best, letter) = (*best, self.aligned.letters[*best]);
         let best_share = shares.iter().copied().fold(0.0, f64::max);
         let others: Vec<String> =
             (0..shares.len()).filter(|who| *who != best).map(|who| self.aligned.letters[who].to_string()).collect();
         let any = if shares.len() > 2 { "any" } else { "either" };
         let take = format!("take {letter}, once its inputs are measured rather than assumed.");
         let has_more = self.surest(shares, [best, best]).is_some();
-        let at_worst = self.best_at_worst(quantity, extremes);
+        let at_worst = self.best_at_worst(*quantity, extremes);
         let (state, words, next) = match (ahead, behind, at_worst) {
             _ if best_share == 0.0 => (
                 State::Bad,
@@ -300,18 +320,7 @@ impl VerdictWriter<'_> {
                 format!("take {letter}, or {} where the picture has its colour.", others.join(" or ")),
             ),
         };
-        (headline.verdict, headline.next) = (Some(Verdict::new(state, words)), Some(next));
-        if differences.is_empty() {
-            return;
-        }
-        headline.cautions.push(match matters {
-            0.0 => format!("Nowhere do the results differ by more than the tolerance of {tolerance} mm."),
-            share => format!(
-                "The results differ by more than the tolerance of {tolerance} mm in {} of {}: there the difference matters.",
-                percent(share),
-                self.extent_words()
-            ),
-        });
+        (Verdict::new(state, words), next)
     }
 
     /// Adds the largest difference of the result `best` from the others, where no tolerance says whether it matters.
@@ -369,11 +378,23 @@ impl VerdictWriter<'_> {
     }
 }
 
+/// The best place of each of several placements, and what they are compared by.
+struct ComparedPlaces {
+    objective: usize,
+    /// Quantities that are lengths of which less is better.
+    costs: Vec<usize>,
+    /// Row of the best place of each.
+    chosen: Vec<usize>,
+    /// The one of `costs` by which places are judged.
+    main: usize,
+    /// Placements, the best first.
+    order: Vec<usize>,
+}
+
 /// The first screen of compared placements: what the place found best costs in each.
 impl VerdictWriter<'_> {
-    /// Returns the first screen for several placements, from their best places; `None` if the view is not one of placements. `is_given`
-    /// says that the tolerance is not that of the studies.
-    pub fn best_places(&self, is_given: bool) -> Option<FirstScreen> {
+    /// Returns the best place of each placement; `None` if the view is not one of placements.
+    fn compared_places(&self) -> Option<ComparedPlaces> {
         let shared = &self.aligned.shared;
         let objective = shared.quantities.iter().position(|q| q.label == OBJECTIVE)?;
         let is_cost = |(_, q): &(usize, &Quantity)| q.unit == "mm" && q.better == Better::Smaller;
@@ -389,6 +410,15 @@ impl VerdictWriter<'_> {
             quantiles.max_by_key(|q| shared.quantities[**q].label.contains("compensation")).copied().unwrap_or(first);
         let mut order: Vec<usize> = (0..self.aligned.letters.len()).collect();
         order.sort_by(|a, b| value(*a, main).total_cmp(&value(*b, main)));
+        Some(ComparedPlaces { objective, costs, chosen, main, order })
+    }
+
+    /// Returns the first screen for several placements, from their best places; `None` if the view is not one of placements. `is_given`
+    /// says that the tolerance is not that of the studies.
+    pub fn best_places(&self, is_given: bool) -> Option<FirstScreen> {
+        let ComparedPlaces { objective, costs, chosen, main, order } = self.compared_places()?;
+        let shared = &self.aligned.shared;
+        let value = |who: usize, quantity: usize| self.aligned.data[who].values[quantity][0][chosen[who]];
         let best = order[0];
         let against = |quantity: usize| {
             let others = order[1..].iter().filter(|who| value(**who, quantity).is_finite());

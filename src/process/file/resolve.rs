@@ -89,17 +89,7 @@ fn process(
     let table = |spec| UncertaintyTable::read(spec, folder, check.key("uncertainty"));
     let uncertainty = spec.uncertainty.as_ref().map(table).transpose()?;
     let (uncertainty, covariance) = uncertainty.unzip();
-    let tool_stands = spec.tool.as_ref().filter(|tool| tool.stands);
-    let tool_stands = tool_stands.map(|tool| (tool.tip_mm.unwrap_or_default().into(), check.key("tool.stands")));
-    if let Some((_, check_stands)) = &tool_stands {
-        if !spec.chain_error.is_empty() {
-            let problem = "is not followed where the tool stands: expected no such table";
-            return check.key("chain_error").fail(problem.into());
-        }
-        if uncertainty.is_some() {
-            return check_stands.fail("is not followed with [uncertainty]: expected exact inputs".into());
-        }
-    }
+    let tool_stands = tool_stands(spec, check)?;
     let process = Process {
         machine: machine.clone(),
         has_own_tool: spec.tool.is_some(),
@@ -141,6 +131,20 @@ fn process(
     #[cfg(not(target_family = "wasm"))]
     let process = super::stock::with_earlier(process, spec.stock.as_ref(), folder, check)?;
     Ok(process)
+}
+
+/// Returns the tip of a tool that stands, mm, with its place in the file; what errors and uncertain inputs then do is not computed.
+fn tool_stands(spec: &ProcessSpec, check: &Check) -> Result<Option<(Vector3<f64>, Check)>> {
+    let Some(tool) = spec.tool.as_ref().filter(|tool| tool.stands) else { return Ok(None) };
+    let check_stands = check.key("tool.stands");
+    if !spec.chain_error.is_empty() {
+        let problem = "is not followed where the tool stands: expected no such table";
+        return check.key("chain_error").fail(problem.into());
+    }
+    if spec.uncertainty.is_some() {
+        return check_stands.fail("is not followed with [uncertainty]: expected exact inputs".into());
+    }
+    Ok(Some((tool.tip_mm.unwrap_or_default().into(), check_stands)))
 }
 
 /// Checks the natural frequencies, Hz; those of the stock are among them.

@@ -123,34 +123,39 @@ impl Covariance {
             }
             (matrix[(a, b)], matrix[(b, a)]) = (covariance, covariance);
         }
+        let found = Self { parameters, open, model, matrix };
+        found.check(|problem| at(None, "", problem))?;
+        Ok(found)
+    }
+
+    /// Refuses a matrix that lacks pairs or is no covariance.
+    fn check(&self, fault: impl Fn(String) -> Error) -> Result<()> {
+        let (parameters, matrix, count) = (&self.parameters, &self.matrix, self.parameters.len());
         for a in 0..count {
             if let Some(b) = (0..count).find(|b| matrix[(a, *b)].is_nan()) {
                 let (name, other) = (&parameters[a].name, &parameters[b].name);
-                return Err(at(None, "", format!("lacks a row of {name} and {other}")));
+                return Err(fault(format!("lacks a row of {name} and {other}")));
             }
         }
         for (a, b) in (0..count).flat_map(|a| (0..count).map(move |b| (a, b))) {
             if matrix[(a, a)] == 0.0 && matrix[(a, b)] != 0.0 {
                 let (name, other) = (&parameters[a].name, &parameters[b].name);
-                return Err(at(None, "", format!("{name} does not vary, and has a covariance with {other}")));
+                return Err(fault(format!("{name} does not vary, and has a covariance with {other}")));
             }
         }
         if let Some(variance) = (0..count).find(|own| matrix[(*own, *own)] < 0.0) {
             let (name, variance) = (&parameters[variance].name, matrix[(variance, variance)]);
-            return Err(at(None, "", format!("the variance of {name} is {variance}: expected none below 0")));
+            return Err(fault(format!("the variance of {name} is {variance}: expected none below 0")));
         }
-        let found = Self { parameters, open, model, matrix };
         if count == 0 {
-            return Ok(found);
+            return Ok(());
         }
-        let eigenvalues = found.correlation(&(0..count).collect::<Vec<_>>()).symmetric_eigenvalues();
+        let eigenvalues = self.correlation(&(0..count).collect::<Vec<_>>()).symmetric_eigenvalues();
         match eigenvalues.iter().copied().reduce(f64::min) {
-            Some(least) if least < -ROUNDING * eigenvalues.amax() => Err(at(
-                None,
-                "",
-                format!("is no covariance: its matrix of correlations has the eigenvalue {least:.3e}"),
-            )),
-            _ => Ok(found),
+            Some(least) if least < -ROUNDING * eigenvalues.amax() => {
+                Err(fault(format!("is no covariance: its matrix of correlations has the eigenvalue {least:.3e}")))
+            }
+            _ => Ok(()),
         }
     }
 

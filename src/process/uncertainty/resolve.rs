@@ -8,8 +8,8 @@ use super::{
     Draws, ForceSpread, ModelError, Role, Setup, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
     covariance::Covariance,
     spec::{
-        ChainErrorToleranceSpec, ForceComponentsSpec, MachineUncertaintySpec, ParameterUncertaintySpec, SpreadSpec,
-        UncertaintySpec,
+        ChainErrorToleranceSpec, ForceComponentsSpec, MachineUncertaintySpec, ParameterUncertaintySpec,
+        ProcessUncertaintySpec, SpreadSpec, UncertaintySpec,
     },
     varies,
 };
@@ -271,27 +271,7 @@ fn resolve(
         }
     }
     let process = spec.process.clone().unwrap_or_default();
-    for setup in Setup::GIVEN {
-        let (key, spec, unit) = match setup {
-            Setup::ToolLength => ("process.tool_length_mm", process.tool_length_mm, Unit::MM),
-            Setup::Workpiece(_) => ("process.workpiece_position_mm", process.workpiece_position_mm, Unit::MM),
-            Setup::WorkpieceRotation(_) => (WORKPIECE_ROTATION, process.workpiece_rotation_deg, Unit::DEG),
-            Setup::Accuracy(_) | Setup::Repeatability(_) => continue,
-        };
-        let Some(spec) = spec else { continue };
-        let name = setup.name().to_string();
-        let exact = Parameter { name, value: Some(0.0), unit, key: None, grade: None, interval: None };
-        let spread = spread(&spec, &exact, &check.key(key))?;
-        let [low, high] = spread.interval_95(0.0);
-        if matches!(setup, Setup::WorkpieceRotation(_)) && low.abs().max(high.abs()) > LARGEST_ROTATION_DEG {
-            let problem = format!(
-                "turns the workpiece by more than is taken as small: expected 95 % within ±{LARGEST_ROTATION_DEG}°, got {low:.3} to {high:.3}"
-            );
-            return check.key(key).fail(problem);
-        }
-        let (values, role, source) = (Vec::new(), Role::Setup(setup), SpreadSource::Given);
-        found.parameters.push(UncertainParameter { values, unit, spread, role, source });
-    }
+    found.add_setup(&process, check)?;
     let mut parameters = found.parameters;
     let is_of_file = |own: &UncertainParameter| matches!(own.source, SpreadSource::Provenance | SpreadSource::Grade(_));
     let finds_no_provenance =
@@ -301,6 +281,41 @@ fn resolve(
             .fail(format!("at most {MOST_PARAMETERS} parameters may vary by themselves, got {}", parameters.len()));
     }
     parameters.extend(stated_accuracy(&machine.accuracy));
+    let (force, tools) = force_spread(&process, cutting, check)?;
+    let identified = covariance.as_ref().and_then(|own| own.model);
+    let model = match (spec.model, identified) {
+        (Some(own), _) => {
+            let relative_std = relative_std(own.relative_std, &check.key("model.relative_std"))?;
+            ModelError { relative_std, source: SpreadSource::Given }
+        }
+        (None, Some(relative_std)) => ModelError { relative_std, source: SpreadSource::Identified },
+        (None, None) => ModelError { relative_std: MODEL_ERROR, source: SpreadSource::Grade(Grade::Assumed) },
+    };
+    let model_varies = model.relative_std > 0.0 && model.source != SpreadSource::Grade(Grade::Assumed);
+    if parameters.is_empty() && force.is_exact() && !model_varies {
+        let nothing = match spec.machine {
+            Some(MachineUncertaintySpec::Exact) => {
+                "varies nothing: expected covariance, parameter, chain_error, model or process beside machine = \"exact\""
+            }
+            Some(_) => {
+                "varies nothing: the machine file has neither intervals nor graded stiffnesses in [[provenance]]"
+            }
+            None => {
+                "varies nothing: the machine file has neither intervals nor graded stiffnesses, expected covariance, parameter, chain_error, model or process"
+            }
+        };
+        return check.fail(nothing.into());
+    }
+    let draws = Draws::new(&parameters, (&correlated, &factor), (force, model.relative_std), spec.seed);
+    Ok(Uncertainty { machine, parameters, cut, finds_no_provenance, is_exact_by_choice, force, tools, model, draws })
+}
+
+/// Checks how the cutting force varies, and returns it with the tools that have a force each, of those that are `cutting`.
+fn force_spread(
+    process: &ProcessUncertaintySpec,
+    cutting: &[Option<u32>],
+    check: &Check,
+) -> Result<(ForceSpread, Vec<u32>)> {
     let share_of_force = |key: &str, given: Option<f64>| -> Result<Option<f64>> {
         let share = given.map(|own| relative_std(own, &check.key(key))).transpose()?;
         Ok(share.filter(|own| *own > 0.0))
@@ -344,32 +359,7 @@ fn resolve(
         }
     }
     force.other_tools = tools.len().saturating_sub(1);
-    let identified = covariance.as_ref().and_then(|own| own.model);
-    let model = match (spec.model, identified) {
-        (Some(own), _) => {
-            let relative_std = relative_std(own.relative_std, &check.key("model.relative_std"))?;
-            ModelError { relative_std, source: SpreadSource::Given }
-        }
-        (None, Some(relative_std)) => ModelError { relative_std, source: SpreadSource::Identified },
-        (None, None) => ModelError { relative_std: MODEL_ERROR, source: SpreadSource::Grade(Grade::Assumed) },
-    };
-    let model_varies = model.relative_std > 0.0 && model.source != SpreadSource::Grade(Grade::Assumed);
-    if parameters.is_empty() && force.is_exact() && !model_varies {
-        let nothing = match spec.machine {
-            Some(MachineUncertaintySpec::Exact) => {
-                "varies nothing: expected covariance, parameter, chain_error, model or process beside machine = \"exact\""
-            }
-            Some(_) => {
-                "varies nothing: the machine file has neither intervals nor graded stiffnesses in [[provenance]]"
-            }
-            None => {
-                "varies nothing: the machine file has neither intervals nor graded stiffnesses, expected covariance, parameter, chain_error, model or process"
-            }
-        };
-        return check.fail(nothing.into());
-    }
-    let draws = Draws::new(&parameters, (&correlated, &factor), (force, model.relative_std), spec.seed);
-    Ok(Uncertainty { machine, parameters, cut, finds_no_provenance, is_exact_by_choice, force, tools, model, draws })
+    Ok((force, tools))
 }
 
 /// Parameters found so far.
@@ -573,6 +563,32 @@ impl Found<'_> {
                 }
                 other => Err(other),
             })?;
+        }
+        Ok(())
+    }
+
+    /// Adds how the tool and the workpiece are set up, where `process` says how sure that is.
+    fn add_setup(&mut self, process: &ProcessUncertaintySpec, check: &Check) -> Result<()> {
+        for setup in Setup::GIVEN {
+            let (key, spec, unit) = match setup {
+                Setup::ToolLength => ("process.tool_length_mm", process.tool_length_mm, Unit::MM),
+                Setup::Workpiece(_) => ("process.workpiece_position_mm", process.workpiece_position_mm, Unit::MM),
+                Setup::WorkpieceRotation(_) => (WORKPIECE_ROTATION, process.workpiece_rotation_deg, Unit::DEG),
+                Setup::Accuracy(_) | Setup::Repeatability(_) => continue,
+            };
+            let Some(spec) = spec else { continue };
+            let name = setup.name().to_string();
+            let exact = Parameter { name, value: Some(0.0), unit, key: None, grade: None, interval: None };
+            let spread = spread(&spec, &exact, &check.key(key))?;
+            let [low, high] = spread.interval_95(0.0);
+            if matches!(setup, Setup::WorkpieceRotation(_)) && low.abs().max(high.abs()) > LARGEST_ROTATION_DEG {
+                let problem = format!(
+                    "turns the workpiece by more than is taken as small: expected 95 % within ±{LARGEST_ROTATION_DEG}°, got {low:.3} to {high:.3}"
+                );
+                return check.key(key).fail(problem);
+            }
+            let (values, role, source) = (Vec::new(), Role::Setup(setup), SpreadSource::Given);
+            self.parameters.push(UncertainParameter { values, unit, spread, role, source });
         }
         Ok(())
     }

@@ -166,20 +166,26 @@ pub(super) fn with_feeds(
         words,
         largest: largest.map(|((quantity, most), (before, after))| (quantity, most, [before, after])).collect(),
         stopped_by: [0; 7],
-        exceeded: Vec::new(),
+        exceeded: exceeded(&job, limits, &uses),
         ratios: vec![1.0; line_of.len()],
     };
     found.count(&lines, &numbers, (&sought, &uses));
+    let mut job = ProgramJob::as_programmed(process.clone(), source, name, work)?;
+    job.feed = Some(found);
+    Ok(job)
+}
+
+/// Returns the limits that lines with these `uses` do not keep, as [`FoundFeeds::exceeded`] has them.
+fn exceeded(job: &ProgramJob, limits: &FeedLimits, uses: &[Option<Uses>]) -> Vec<(String, FeedQuantity, f64, f64)> {
+    let mut found = Vec::new();
     for uses in uses.iter().flatten() {
         let over = |(quantity, most): &(FeedQuantity, f64)| uses.values[*quantity as usize].0 > KEPT * most;
         for (quantity, most) in limits.given().filter(over) {
             let (value, point) = uses.values[quantity as usize];
-            found.exceeded.push((job.place_words(point), quantity, value, most));
+            found.push((job.place_words(point), quantity, value, most));
         }
     }
-    let mut job = ProgramJob::as_programmed(process.clone(), source, name, work)?;
-    job.feed = Some(found);
-    Ok(job)
+    found
 }
 
 impl Uses {

@@ -250,7 +250,7 @@ impl<R: Real> Transmission<R> {
     #[inline(always)]
     fn fill_reduced(&mut self, matrix: &Bordered<R>, rhs: usize) {
         let (pivots, remaining) = (self.pivots.len(), self.remaining.len());
-        let (first_slack_row, rhs_column) = (self.first_slack_row(), self.rhs_column());
+        let rhs_column = self.rhs_column();
         let twist_column = rhs_column + 1 + self.extra;
         let known = remaining + 7;
         // Column in the chain's system; dt has no entries in the rows of joints and springs.
@@ -325,6 +325,13 @@ impl<R: Real> Transmission<R> {
         if !self.extra_forces.is_empty() {
             self.add_extra_forces(matrix, rhs, target);
         }
+        self.fill_slacks();
+    }
+
+    /// Fills the rows of the slacks: −s and 1 in those of f, −1/s in those of y.
+    #[inline(always)]
+    fn fill_slacks(&mut self) {
+        let (remaining, first_slack_row) = (self.remaining.len(), self.first_slack_row());
         let slack = self.scale.slack;
         for k in 0..first_slack_row - remaining {
             *self.reduced.at(remaining + k, remaining + k) = R::splat(-slack);

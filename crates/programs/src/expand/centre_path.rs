@@ -11,7 +11,7 @@ use crate::{
         beside::{corner, keeps_its_way},
         contour::signed,
         edit::LineEdit,
-        geometry::{Element, Point, sweep},
+        geometry::{About, Element, Point, sweep},
         line::{long_number, word_number},
         switches::{Switch, Switches},
     },
@@ -22,7 +22,7 @@ use crate::{
             RadiusFault, Refusal, Setting, Word, located,
         },
     },
-    read::gcode::{Block, Program, lines},
+    read::gcode::{Block, Program, Style, lines},
 };
 
 /// A contour whose ends are nearer to one another is closed, mm.
@@ -50,6 +50,11 @@ struct Piece {
 impl Piece {
     fn is_rapid(&self) -> bool {
         self.motion.code == MotionCode::Rapid
+    }
+
+    /// What a number counts from: the origin, or where the move begins.
+    fn base(&self, mode: Distance, from: Point, axis: usize) -> f64 {
+        if mode == Distance::Absolute { self.motion.origin[axis] } else { from[axis] }
     }
 }
 
@@ -296,75 +301,81 @@ impl CentrePath<'_> {
         }
         let Some(block) = block else { return Ok(()) };
         for motion in &block.motions {
-            let has_plane_words = motion.words.iter().any(|word| matches!(word.letter, 'X' | 'Y' | 'I' | 'J'));
-            let Some(section) = &self.section else { return Ok(()) };
-            if !has_plane_words {
-                continue;
-            }
-            let (is_first, switch) = (section.pieces.is_empty(), section.switch);
-            if is_first && section.ends {
-                // Nothing was cut in it.
-                self.section = None;
-                return Ok(());
-            }
-            let at_motion = |fault| (line, Refusal::new(motion.span.clone(), Fault::Radius(fault)));
-            let distance = match is_first {
-                true => self.radius(&switch, motion).map_err(at_motion)? * switch.side,
-                false => section.distance,
-            };
-            let offset = self.offset;
-            let Some(section) = &mut self.section else { return Ok(()) };
-            section.distance = distance;
-            if is_first {
-                section.offset = offset;
-            }
-            if motion.modal.plane != Plane::Xy {
-                return Err(at_motion(RadiusFault::Inside));
-            }
-            let is_arc = matches!(motion.code, MotionCode::Arc(_));
-            if motion.turning.turns() {
-                return Err(at_motion(RadiusFault::Turns));
-            }
-            if is_arc && (is_first || section.ends) {
-                return Err(at_motion(RadiusFault::Arc));
-            }
-            let ends = in_plane(motion.end);
-            let element = match motion.geometry {
-                MotionGeometry::Line(from, to) => element([from.x, from.y], [to.x, to.y], None),
-                MotionGeometry::Arc(arc) => {
-                    let MotionCode::Arc(turn) = motion.code else { return Err(at_motion(RadiusFault::Inside)) };
-                    let (from, to) = (motion.start, motion.end);
-                    let (Some(from), Some(to)) = (located(from), located(to)) else {
-                        return Err(at_motion(RadiusFault::Unknown));
-                    };
-                    if arc.sweep_rad().abs() > std::f64::consts::TAU + 1e-9 {
-                        return Err(at_motion(RadiusFault::Inside));
-                    }
-                    Some(Element { from: [from.x, from.y], to: [to.x, to.y], arc: Some((arc.centre(), turn)) })
+            self.add_piece(block, motion, line, modes)?;
+        }
+        Ok(())
+    }
+
+    /// Adds `motion` of the block on line `line`, before which these `modes` were in force, to the section; closes the section where it leads away.
+    fn add_piece(&mut self, block: &Block, motion: &Motion, line: usize, modes: [Distance; 2]) -> Result<(), Located> {
+        let has_plane_words = motion.words.iter().any(|word| matches!(word.letter, 'X' | 'Y' | 'I' | 'J'));
+        let Some(section) = &self.section else { return Ok(()) };
+        if !has_plane_words {
+            return Ok(());
+        }
+        let (is_first, switch) = (section.pieces.is_empty(), section.switch);
+        if is_first && section.ends {
+            // Nothing was cut in it.
+            self.section = None;
+            return Ok(());
+        }
+        let at_motion = |fault| (line, Refusal::new(motion.span.clone(), Fault::Radius(fault)));
+        let distance = match is_first {
+            true => self.radius(&switch, motion).map_err(at_motion)? * switch.side,
+            false => section.distance,
+        };
+        let offset = self.offset;
+        let Some(section) = &mut self.section else { return Ok(()) };
+        section.distance = distance;
+        if is_first {
+            section.offset = offset;
+        }
+        if motion.modal.plane != Plane::Xy {
+            return Err(at_motion(RadiusFault::Inside));
+        }
+        let is_arc = matches!(motion.code, MotionCode::Arc(_));
+        if motion.turning.turns() {
+            return Err(at_motion(RadiusFault::Turns));
+        }
+        if is_arc && (is_first || section.ends) {
+            return Err(at_motion(RadiusFault::Arc));
+        }
+        let ends = in_plane(motion.end);
+        let element = match motion.geometry {
+            MotionGeometry::Line(from, to) => element([from.x, from.y], [to.x, to.y], None),
+            MotionGeometry::Arc(arc) => {
+                let MotionCode::Arc(turn) = motion.code else { return Err(at_motion(RadiusFault::Inside)) };
+                let (from, to) = (motion.start, motion.end);
+                let (Some(from), Some(to)) = (located(from), located(to)) else {
+                    return Err(at_motion(RadiusFault::Unknown));
+                };
+                if arc.sweep_rad().abs() > std::f64::consts::TAU + 1e-9 {
+                    return Err(at_motion(RadiusFault::Inside));
                 }
-                // Its height may not be known yet.
-                _ => in_plane(motion.start).zip(ends).and_then(|(from, to)| element(from, to, None)),
-            };
-            if ends.is_none() {
-                match section.ends {
-                    // From a place that the machine knows.
-                    true => return self.close(),
-                    false => return Err(at_motion(RadiusFault::Unknown)),
-                }
+                Some(Element { from: [from.x, from.y], to: [to.x, to.y], arc: Some((arc.centre(), turn)) })
             }
-            let piece = Piece {
-                line,
-                prefix: block.prefix,
-                has_motion_word: block.motion_word.is_some(),
-                motion: motion.clone(),
-                modes,
-                element,
-            };
-            section.pieces.push(piece);
-            if section.ends {
-                section.is_left = true;
-                return self.close();
+            // Its height may not be known yet.
+            _ => in_plane(motion.start).zip(ends).and_then(|(from, to)| element(from, to, None)),
+        };
+        if ends.is_none() {
+            match section.ends {
+                // From a place that the machine knows.
+                true => return self.close(),
+                false => return Err(at_motion(RadiusFault::Unknown)),
             }
+        }
+        let piece = Piece {
+            line,
+            prefix: block.prefix,
+            has_motion_word: block.motion_word.is_some(),
+            motion: motion.clone(),
+            modes,
+            element,
+        };
+        section.pieces.push(piece);
+        if section.ends {
+            section.is_left = true;
+            return self.close();
         }
         Ok(())
     }
@@ -444,6 +455,28 @@ impl CentrePath<'_> {
         Ok(())
     }
 
+    /// Formats a coordinate in the unit of the program.
+    fn number(&self, value: f64) -> String {
+        if self.program.dialect.is_iso() { word_number(b'X', value) } else { long_number(b'X', value) }
+    }
+
+    /// Returns the words of an arc from `start` to `end`, about the corner before `piece`.
+    fn arc_text(&self, piece: &Piece, style: Style, start: Point, end: Point, (centre, turn): About) -> String {
+        let mm = piece.motion.modal.unit.mm();
+        if self.program.dialect == Dialect::Heidenhain {
+            let radius = libm::hypot(end[0] - centre[0], end[1] - centre[1]);
+            let [x, y] = [0, 1].map(|axis| signed((end[axis] - piece.motion.origin[axis]) / mm));
+            let sense = if turn == TurnDirection::CounterClockwise { "+" } else { "-" };
+            return format!("CR X{x} Y{y} R{} DR{sense}", signed(radius / mm));
+        }
+        let [ends, centres] = [(end, piece.modes[0]), (centre, piece.modes[1])]
+            .map(|(at, mode)| [0, 1].map(|axis| self.number((at[axis] - piece.base(mode, start, axis)) / mm)));
+        let mut words = vec![style.motion(MotionCode::Arc(turn))];
+        words.extend([0, 1].map(|axis| style.axis(axis, &ends[axis])));
+        words.extend([0, 1].map(|axis| style.word(['I', 'J'][axis], &centres[axis])));
+        words.join(style.separator())
+    }
+
     /// Writes `piece` from `from` to `to`, behind the arc to a point about a corner if there is one there.
     fn write(
         &mut self,
@@ -455,36 +488,14 @@ impl CentrePath<'_> {
         let motion = &piece.motion;
         let content = self.program.content(piece.line);
         let mut edit = LineEdit::new(content, &motion.words, self.program.style);
-        let style = edit.style();
         let mm = motion.modal.unit.mm();
         let dialect = self.program.dialect;
-        let number = |value: f64| match dialect.is_iso() {
-            true => word_number(b'X', value),
-            false => long_number(b'X', value),
-        };
-        // What a number counts from.
-        let base = |mode: Distance, from: Point, axis: usize| match mode {
-            Distance::Absolute => motion.origin[axis],
-            Distance::Incremental => from[axis],
-        };
         let mut written = Vec::new();
         let mut begin = from;
         if let Some((end, centre, turn)) = around {
             let start = from.unwrap_or_default();
             begin = Some(end);
-            let text = if dialect == Dialect::Heidenhain {
-                let radius = libm::hypot(end[0] - centre[0], end[1] - centre[1]);
-                let [x, y] = [0, 1].map(|axis| signed((end[axis] - motion.origin[axis]) / mm));
-                let sense = if turn == TurnDirection::CounterClockwise { "+" } else { "-" };
-                format!("CR X{x} Y{y} R{} DR{sense}", signed(radius / mm))
-            } else {
-                let [ends, centres] = [(end, piece.modes[0]), (centre, piece.modes[1])]
-                    .map(|(at, mode)| [0, 1].map(|axis| number((at[axis] - base(mode, start, axis)) / mm)));
-                let mut words = vec![style.motion(MotionCode::Arc(turn))];
-                words.extend([0, 1].map(|axis| style.axis(axis, &ends[axis])));
-                words.extend([0, 1].map(|axis| style.word(['I', 'J'][axis], &centres[axis])));
-                words.join(style.separator())
-            };
+            let text = self.arc_text(piece, edit.style(), start, end, (centre, turn));
             let sweep_rad = Some(sweep(start, end, centre, turn));
             written.push(([&content[..piece.prefix], text.as_bytes()].concat(), Way { to: end, sweep_rad }));
         }
@@ -502,7 +513,7 @@ impl CentrePath<'_> {
             if mode == Distance::Incremental && begin.is_none() {
                 return Err(RadiusFault::Unknown);
             }
-            let text = number((to[axis] - base(mode, begin.unwrap_or_default(), axis)) / mm);
+            let text = self.number((to[axis] - piece.base(mode, begin.unwrap_or_default(), axis)) / mm);
             match index {
                 Some(index) => edit.set_number(index, &text),
                 None => edit.add_axis(axis, &text),
@@ -529,8 +540,8 @@ impl CentrePath<'_> {
                     }
                     for (axis, letter) in [(0, 'I'), (1, 'J')] {
                         let own = find(letter).and_then(|index| motion.words[index].distance);
-                        let from = base(own.unwrap_or(motion.modal.centres), begin, axis);
-                        edit.set_arc_word(letter, &number((centre[axis] - from) / mm));
+                        let from = piece.base(own.unwrap_or(motion.modal.centres), begin, axis);
+                        edit.set_arc_word(letter, &self.number((centre[axis] - from) / mm));
                     }
                 }
             }

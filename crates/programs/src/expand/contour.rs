@@ -7,7 +7,7 @@ use crate::{
     expand::{
         check_length,
         edit::acts_at_end,
-        geometry::{Element, circle_through, round_corner, sweep},
+        geometry::{About, CutCorner, Element, Point, circle_through, round_corner, sweep},
         line::long_number,
     },
     model::{
@@ -73,6 +73,22 @@ struct Waiting {
     is_interrupted: bool,
     /// Lines behind it, and what they put in force.
     held: Vec<(Vec<u8>, usize, InForce)>,
+}
+
+/// The coordinates from which a block leads to which, the axes that are written, and whether it is a helix by CP.
+#[derive(Clone, Copy)]
+struct Span {
+    from: [Option<f64>; 3],
+    to: [Option<f64>; 3],
+    named: [bool; 3],
+    is_helix: bool,
+}
+
+impl Span {
+    /// Returns of `at` the coordinates that are written.
+    fn written(&self, at: [Option<f64>; 3]) -> [Option<f64>; 3] {
+        [0, 1, 2].map(|axis| at[axis].filter(|_| self.named[axis]))
+    }
 }
 
 /// State of the control; lengths are in the unit of the program, positions in its rotated coordinates.
@@ -155,6 +171,13 @@ fn refuse(word: &Word, expected: &'static str) -> Refusal {
     word.refuse(Fault::Macro(MacroFault::Contour { expected }))
 }
 
+/// Returns the refusal of a block with these words whose start or end is not known.
+fn unknown_position(words: &[Word]) -> Refusal {
+    let axis = ['X', 'Y', 'Z'].into_iter().find_map(|letter| words.iter().find(|word| word.letter == letter));
+    let blame = axis.or(words.first());
+    blame.map_or_else(|| Refusal::new(0..0, Fault::NoMotion), |word| refuse(word, "a position that is known before it"))
+}
+
 impl<'a> Contour<'a> {
     fn content(&self, line: usize) -> &'a [u8] {
         &self.source[self.lines.content(line)]
@@ -191,7 +214,6 @@ impl<'a> Contour<'a> {
         let find = |letter: char| words.iter().find(|word| word.letter == letter);
         let axes = ['X', 'Y', 'Z'].map(find);
         let mut is_motion = axes.iter().any(Option::is_some) || find('a').or(find('p')).is_some();
-        let mut names_motion = false;
         if let Some(retract) = find(Word::RETRACT) {
             // Tapping, which is over with its line.
             self.flush(None)?;
@@ -199,55 +221,8 @@ impl<'a> Contour<'a> {
             self.at[2] = Some(retract.value);
             return Ok(());
         }
-        for word in words.iter().filter(|word| word.letter == 'G' || word.meaning.is_some()) {
-            if word.meaning.is_none() && (110.0..=112.0).contains(&word.value) {
-                return self.set_pole(line, &words, word);
-            }
-            match word.meaning.map_or_else(|| self.dialect.g_word(word), |vocable| Ok(vocable.meaning))? {
-                GWord::Motion(code) => (self.way, names_motion) = (Way::Code(code), true),
-                GWord::Plane(plane) if plane == self.plane => {}
-                GWord::Plane(_) if self.angle != 0.0 => {
-                    return Err(refuse(word, "one plane while coordinates are rotated"));
-                }
-                GWord::Plane(plane) => {
-                    self.flush(None)?;
-                    (self.plane, self.polar) = (plane, [None; 2]);
-                }
-                GWord::Distance(distance) => self.distance = distance,
-                GWord::Unit(unit) | GWord::UnitOfCoordinates(unit) => {
-                    self.unit = unit;
-                    self.forget();
-                }
-                GWord::WorkOffset(_) | GWord::Preset => self.forget(),
-                GWord::Machine | GWord::Home | GWord::Retract => {
-                    let names_all = axes.iter().all(Option::is_none);
-                    (0..3).filter(|axis| names_all || axes[*axis].is_some()).for_each(|axis| self.at[axis] = None);
-                    is_motion = false;
-                }
-                GWord::Setting(Setting::Translation { afresh }) => {
-                    return self.set_frame(line, &words, word, Some(afresh));
-                }
-                GWord::Setting(Setting::Pole) => {
-                    let [first, second, _] = self.plane.axes();
-                    if axes[3 - first - second].is_some() {
-                        return Err(word.refuse(Fault::PoleAxes));
-                    }
-                    let at = self.ends(axes, &words)?;
-                    self.pole = at[first].zip(at[second]).map(|(a, b)| [a, b]);
-                    self.polar = [None; 2];
-                    is_motion = false;
-                }
-                GWord::Setting(Setting::Incline(_))
-                | GWord::Align(_)
-                | GWord::FindAngles(_)
-                | GWord::Passive("rotation") => {
-                    self.forget();
-                    is_motion = false;
-                }
-                GWord::Dwell | GWord::Setting(_) => is_motion = false,
-                _ => {}
-            }
-        }
+        let Some((is_position, mut names_motion)) = self.apply_modes(line, &words)? else { return Ok(()) };
+        is_motion &= is_position;
         if let Some(word) = find('w') {
             return self.set_frame(line, &words, word, None);
         }
@@ -293,6 +268,63 @@ impl<'a> Contour<'a> {
         self.flush(Some(&mut next))?;
         self.waiting = Some(next);
         Ok(())
+    }
+
+    /// Puts the G words of a line in force; returns whether its coordinates are a position and whether it names a motion, `None` for a pole or a frame,
+    /// with which the line is done.
+    fn apply_modes(&mut self, line: usize, words: &[Word]) -> Result<Option<(bool, bool)>, Refusal> {
+        let axes = ['X', 'Y', 'Z'].map(|letter| words.iter().find(|word| word.letter == letter));
+        let (mut is_position, mut names_motion) = (true, false);
+        for word in words.iter().filter(|word| word.letter == 'G' || word.meaning.is_some()) {
+            if word.meaning.is_none() && (110.0..=112.0).contains(&word.value) {
+                return self.set_pole(line, words, word).map(|()| None);
+            }
+            match word.meaning.map_or_else(|| self.dialect.g_word(word), |vocable| Ok(vocable.meaning))? {
+                GWord::Motion(code) => (self.way, names_motion) = (Way::Code(code), true),
+                GWord::Plane(plane) if plane == self.plane => {}
+                GWord::Plane(_) if self.angle != 0.0 => {
+                    return Err(refuse(word, "one plane while coordinates are rotated"));
+                }
+                GWord::Plane(plane) => {
+                    self.flush(None)?;
+                    (self.plane, self.polar) = (plane, [None; 2]);
+                }
+                GWord::Distance(distance) => self.distance = distance,
+                GWord::Unit(unit) | GWord::UnitOfCoordinates(unit) => {
+                    self.unit = unit;
+                    self.forget();
+                }
+                GWord::WorkOffset(_) | GWord::Preset => self.forget(),
+                GWord::Machine | GWord::Home | GWord::Retract => {
+                    let names_all = axes.iter().all(Option::is_none);
+                    (0..3).filter(|axis| names_all || axes[*axis].is_some()).for_each(|axis| self.at[axis] = None);
+                    is_position = false;
+                }
+                GWord::Setting(Setting::Translation { afresh }) => {
+                    return self.set_frame(line, words, word, Some(afresh)).map(|()| None);
+                }
+                GWord::Setting(Setting::Pole) => {
+                    let [first, second, _] = self.plane.axes();
+                    if axes[3 - first - second].is_some() {
+                        return Err(word.refuse(Fault::PoleAxes));
+                    }
+                    let at = self.ends(axes, words)?;
+                    self.pole = at[first].zip(at[second]).map(|(a, b)| [a, b]);
+                    self.polar = [None; 2];
+                    is_position = false;
+                }
+                GWord::Setting(Setting::Incline(_))
+                | GWord::Align(_)
+                | GWord::FindAngles(_)
+                | GWord::Passive("rotation") => {
+                    self.forget();
+                    is_position = false;
+                }
+                GWord::Dwell | GWord::Setting(_) => is_position = false,
+                _ => {}
+            }
+        }
+        Ok(Some((is_position, names_motion)))
     }
 
     /// Returns the coordinates that a block leads to.
@@ -370,7 +402,6 @@ impl<'a> Contour<'a> {
         }
         let from = self.at;
         let to = self.ends(axes, &words)?;
-        let blame = axes.iter().flatten().next().copied().or(words.first());
         let open = (0..3).find_map(|axis| axes[axis].filter(|_| to[axis].is_none())).cloned();
         let flat = |p: [Option<f64>; 3]| p[first].zip(p[second]).map(|(a, b)| [a, b]);
         let (start, end) = (flat(from), flat(to));
@@ -386,12 +417,7 @@ impl<'a> Contour<'a> {
         {
             (named[first], named[second]) = (true, true);
         }
-        let unknown = || {
-            blame.map_or_else(
-                || Refusal::new(0..0, Fault::NoMotion),
-                |word| refuse(word, "a position that is known before it"),
-            )
-        };
+        let unknown = || unknown_position(&words);
         let is_special = words.iter().any(|word| word.is_of_contour() && !matches!(word.letter, 'f' | 'c' | 'h' | 'm'));
         let is_rewritten = is_special || self.angle != 0.0 || !matches!(self.way, Way::Code(_));
         if is_rewritten && (named[first] || named[second]) && end.is_none() {
@@ -403,89 +429,29 @@ impl<'a> Contour<'a> {
             Way::Code(code) => (code, None),
             Way::Through => {
                 let (start, end) = both.ok_or_else(unknown)?;
-                let via = [first, second].map(|axis| find(['i', 'j', 'k'][axis]));
-                let is_flat = find(['i', 'j', 'k'][normal]).is_none() && to[normal] == from[normal];
-                let [Some(a), Some(b)] = via else { return Err(unknown()) };
-                let value = |word: &Word, from: f64| {
-                    if word.distance.unwrap_or(self.distance) == Distance::Absolute {
-                        word.value
-                    } else {
-                        from + word.value
-                    }
-                };
-                let via = [value(a, start[0]), value(b, start[1])];
-                let found = circle_through(start, via, end).filter(|_| is_flat);
-                let (centre, turn) = found.ok_or_else(|| refuse(a, "three points of an arc in the plane"))?;
+                let (centre, turn) = self.arc_through(&words, start, end, to[normal] == from[normal])?;
                 (MotionCode::Arc(turn), Some(centre))
             }
             Way::Tangential => {
                 let (start, end) = both.ok_or_else(unknown)?;
-                let tangent = self.waiting.as_ref().and_then(|waiting| Some(waiting.element.as_ref()?.tangent(true)));
-                let [t, u] = tangent.ok_or_else(unknown)?;
-                let [x, y] = [end[0] - start[0], end[1] - start[1]];
-                let (aside, along) = (t * y - u * x, t * x + u * y);
-                if aside.abs() > 1e-9 * libm::hypot(x, y) {
-                    let radius = (x * x + y * y) / (2.0 * aside);
-                    let turn = if radius > 0.0 { TurnDirection::CounterClockwise } else { TurnDirection::Clockwise };
-                    (MotionCode::Arc(turn), Some([start[0] - u * radius, start[1] + t * radius]))
-                } else if along > 0.0 {
-                    (MotionCode::Line, None)
-                } else {
-                    return Err(unknown());
-                }
+                self.tangential(start, end).ok_or_else(unknown)?
             }
         };
         self.at = to;
-        let goal = |p: [Option<f64>; 3]| [0, 1, 2].map(|axis| p[axis].filter(|_| named[axis]));
-        let mut moves = Vec::new();
-        if let (MotionCode::Arc(turn), Some(centre), Some((start, end))) = (code, centre, both) {
-            let arc = sweep(start, end, centre, turn);
-            let turns = match (find('t'), find('a')) {
-                (Some(word), _) => word.value,
-                (None, Some(word)) if self.dialect == Dialect::Heidenhain && word.distance.is_some() => {
-                    let is_right = (word.value > 0.0) == (arc > 0.0);
-                    let turns = (word.value.abs().to_radians() - arc.abs()) / TAU;
-                    if is_right { turns.round() } else { f64::NAN }
-                }
-                _ => 0.0,
-            };
-            let rises = named[normal] && from[normal].zip(to[normal]).is_none();
-            if !(0.0..=999.0).contains(&turns)
-                || turns.fract() != 0.0
-                || ((turns > 0.0 || is_helix) && (rises || words.iter().any(is_rotary)))
-            {
-                return Err(unknown());
+        let span = Span { from, to, named, is_helix };
+        let mut moves = match (code, centre, both) {
+            (MotionCode::Arc(turn), Some(centre), Some(ends)) => {
+                self.turns(&words, &span, ends, (centre, turn)).ok_or_else(unknown)?
             }
-            let whole = arc.abs() + TAU * turns;
-            if is_helix {
-                // Older controls have no other block for it than CP.
-                moves = self.chords(from, to, centre, whole.copysign(arc)).ok_or_else(unknown)?;
-            }
-            let full_turns = if is_helix { 0 } else { turns as u32 };
-            for turn in 1..=full_turns {
-                let share = f64::from(turn) * TAU / whole;
-                let mut to = from;
-                to[normal] =
-                    from[normal].zip(to[normal].and(self.at[normal])).map(|(from, to)| from + share * (to - from));
-                moves.push(Move { code, to: goal(to), centre: Some(centre) });
-            }
-        }
+            _ => Vec::new(),
+        };
         match is_helix {
-            false => moves.push(Move { code, to: goal(to), centre }),
+            false => moves.push(Move { code, to: span.written(to), centre }),
             true if moves.is_empty() => return Err(unknown()),
             true => {}
         }
         let is_flat = from[normal] == to[normal] || !named[normal];
-        let element = both.filter(|_| is_flat && code != MotionCode::Rapid);
-        let is_arc = matches!(code, MotionCode::Arc(_));
-        let element = element.filter(|_| is_arc == centre.is_some()).map(|(from, to)| Element {
-            from,
-            to,
-            arc: match code {
-                MotionCode::Arc(turn) => centre.map(|centre| (centre, turn)),
-                _ => None,
-            },
-        });
+        let element = both.filter(|_| is_flat).and_then(|(from, to)| fed_element(code, centre, from, to));
         Ok(Waiting {
             line,
             words,
@@ -498,6 +464,70 @@ impl<'a> Contour<'a> {
             is_interrupted: false,
             held: Vec::new(),
         })
+    }
+
+    /// Returns the arc (CIP) from `start` through the point of I1, J1, K1 to `end`, which must be in the plane.
+    fn arc_through(&self, words: &[Word], start: Point, end: Point, is_level: bool) -> Result<About, Refusal> {
+        let [first, second, normal] = self.plane.axes();
+        let find = |letter: char| words.iter().find(|word| word.letter == letter);
+        let via = [first, second].map(|axis| find(['i', 'j', 'k'][axis]));
+        let is_flat = find(['i', 'j', 'k'][normal]).is_none() && is_level;
+        let [Some(a), Some(b)] = via else { return Err(unknown_position(words)) };
+        let value = |word: &Word, from: f64| {
+            if word.distance.unwrap_or(self.distance) == Distance::Absolute { word.value } else { from + word.value }
+        };
+        let via = [value(a, start[0]), value(b, start[1])];
+        let found = circle_through(start, via, end).filter(|_| is_flat);
+        found.ok_or_else(|| refuse(a, "three points of an arc in the plane"))
+    }
+
+    /// Returns the arc or line (CT) from `start` to `end` along the tangent of the motion before; `None` if that is not known, or leads away.
+    fn tangential(&self, start: Point, end: Point) -> Option<(MotionCode, Option<Point>)> {
+        let [t, u] = self.waiting.as_ref()?.element.as_ref()?.tangent(true);
+        let [x, y] = [end[0] - start[0], end[1] - start[1]];
+        let (aside, along) = (t * y - u * x, t * x + u * y);
+        if aside.abs() > 1e-9 * libm::hypot(x, y) {
+            let radius = (x * x + y * y) / (2.0 * aside);
+            let turn = if radius > 0.0 { TurnDirection::CounterClockwise } else { TurnDirection::Clockwise };
+            return Some((MotionCode::Arc(turn), Some([start[0] - u * radius, start[1] + t * radius])));
+        }
+        (along > 0.0).then_some((MotionCode::Line, None))
+    }
+
+    /// Returns the full turns of an arc before its last move, of a helix all its lines; `None` for a number of turns that it cannot have.
+    fn turns(&self, words: &[Word], span: &Span, (start, end): (Point, Point), about: About) -> Option<Vec<Move>> {
+        let (Span { from, to, named, is_helix }, (centre, turn)) = (*span, about);
+        let normal = self.plane.axes()[2];
+        let find = |letter: char| words.iter().find(|word| word.letter == letter);
+        let arc = sweep(start, end, centre, turn);
+        let turns = match (find('t'), find('a')) {
+            (Some(word), _) => word.value,
+            (None, Some(word)) if self.dialect == Dialect::Heidenhain && word.distance.is_some() => {
+                let is_right = (word.value > 0.0) == (arc > 0.0);
+                let turns = (word.value.abs().to_radians() - arc.abs()) / TAU;
+                if is_right { turns.round() } else { f64::NAN }
+            }
+            _ => 0.0,
+        };
+        let rises = named[normal] && from[normal].zip(to[normal]).is_none();
+        if !(0.0..=999.0).contains(&turns)
+            || turns.fract() != 0.0
+            || ((turns > 0.0 || is_helix) && (rises || words.iter().any(is_rotary)))
+        {
+            return None;
+        }
+        let whole = arc.abs() + TAU * turns;
+        if is_helix {
+            // Older controls have no other block for it than CP.
+            return self.chords(from, to, centre, whole.copysign(arc));
+        }
+        let full_turn = |number: u32| {
+            let share = f64::from(number) * TAU / whole;
+            let mut at = from;
+            at[normal] = from[normal].zip(to[normal]).map(|(from, to)| from + share * (to - from));
+            Move { code: MotionCode::Arc(turn), to: span.written(at), centre: Some(centre) }
+        };
+        Some((1..=turns as u32).map(full_turn).collect())
     }
 
     /// Returns the lines that a helix about `centre`, which turns by `sweep` (rad), is within [`CHORD_MM`] of; `None` if its ends
@@ -680,36 +710,39 @@ impl<'a> Contour<'a> {
         self.write_waiting(next).inspect_err(|_| self.refused = line)
     }
 
+    /// Returns where the corner between the `waiting` motion and `next` begins and ends; `None` where there is none.
+    fn corner_of(&self, waiting: &Waiting, next: Option<&Waiting>) -> Result<Option<CutCorner>, Refusal> {
+        let Some(cut) = waiting.corner else { return Ok(None) };
+        let is_explicit = waiting.words.iter().any(|word| matches!(word.letter, 'f' | 'c' | 'h'))
+            || self.dialect == Dialect::Heidenhain;
+        let fail = || {
+            let expected =
+                "a corner in the plane between two blocks, one behind the other, of lines or arcs that are long enough";
+            waiting.words.first().map_or_else(|| Refusal::new(0..0, Fault::NoMotion), |word| refuse(word, expected))
+        };
+        let ends = waiting.element.as_ref().zip(next.and_then(|next| next.element.as_ref()));
+        let corner = match ends {
+            Some((a, b)) if waiting.moves.len() == 1 && next.is_some_and(|next| next.moves.len() == 1) => match cut {
+                Corner::Arc(radius) => round_corner(a, b, radius),
+                Corner::Chamfer(length) => a.chamfer(b, length, false),
+                Corner::Leg(length) => a.chamfer(b, length, true),
+            }
+            .map_err(|()| fail())?,
+            _ if is_explicit => return Err(fail()),
+            _ => None,
+        };
+        let next_words = next.map_or(&[][..], |next| &next.words);
+        let is_turned = waiting.words.iter().chain(next_words).any(is_rotary);
+        if corner.is_some() && (waiting.is_interrupted || is_turned) {
+            return Err(fail());
+        }
+        Ok(corner)
+    }
+
     fn write_waiting(&mut self, next: Option<&mut Waiting>) -> Result<(), Refusal> {
         let Some(mut waiting) = self.waiting.take() else { return Ok(()) };
         let [first, second, _] = self.plane.axes();
-        let is_explicit = waiting.words.iter().any(|word| matches!(word.letter, 'f' | 'c' | 'h'))
-            || self.dialect == Dialect::Heidenhain;
-        let mut corner = None;
-        if let Some(cut) = waiting.corner {
-            let fail = || {
-                let expected = "a corner in the plane between two blocks, one behind the other, of lines or arcs that are long enough";
-                waiting.words.first().map_or_else(|| Refusal::new(0..0, Fault::NoMotion), |word| refuse(word, expected))
-            };
-            let ends = waiting.element.as_ref().zip(next.as_ref().and_then(|next| next.element.as_ref()));
-            match ends {
-                Some((a, b)) if waiting.moves.len() == 1 && next.as_ref().is_some_and(|next| next.moves.len() == 1) => {
-                    corner = match cut {
-                        Corner::Arc(radius) => round_corner(a, b, radius),
-                        Corner::Chamfer(length) => a.chamfer(b, length, false),
-                        Corner::Leg(length) => a.chamfer(b, length, true),
-                    }
-                    .map_err(|()| fail())?;
-                }
-                _ if is_explicit => return Err(fail()),
-                _ => {}
-            }
-            let next_words = next.as_ref().map_or(&[][..], |next| &next.words);
-            let is_turned = waiting.words.iter().chain(next_words).any(is_rotary);
-            if corner.is_some() && (waiting.is_interrupted || is_turned) {
-                return Err(fail());
-            }
-        }
+        let corner = self.corner_of(&waiting, next.as_deref())?;
         let Waiting { line, words, prefix, mut moves, held, open, .. } = waiting;
         if let (Some((begin, arc, end)), Some(next)) = (corner, next) {
             let place = |p: [f64; 2]| {
@@ -804,6 +837,16 @@ impl<'a> Contour<'a> {
 const CHORD_MM: f64 = 0.001;
 /// Most lines of a helix.
 const MOST_CHORDS: f64 = 100_000.0;
+
+/// Returns the line or arc of a move at feed; `None` of a rapid one, or an arc whose centre is not known.
+fn fed_element(code: MotionCode, centre: Option<Point>, from: Point, to: Point) -> Option<Element> {
+    let arc = match (code, centre) {
+        (MotionCode::Arc(turn), Some(centre)) => Some((centre, turn)),
+        (MotionCode::Arc(_) | MotionCode::Rapid, _) | (_, Some(_)) => return None,
+        (_, None) => None,
+    };
+    Some(Element { from, to, arc })
+}
 
 /// Whether `word` is A, B or C.
 fn is_rotary(word: &Word) -> bool {

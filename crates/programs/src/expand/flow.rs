@@ -53,6 +53,25 @@ impl Run<'_> {
         Ok(if is_true { Next::Line } else { Next::At(after + 1) })
     }
 
+    /// Returns the line behind the first ELSEIF that is true, ELSE or ENDIF, of the IF of O word `name` on this line.
+    fn other_branch(&self, name: &str) -> Result<Next, Fault> {
+        let mut next = self.here.line;
+        loop {
+            next = self
+                .source()
+                .next_o_line(next + 1, name, &["ELSEIF", "ELSE", "ENDIF"])
+                .ok_or(Fault::Macro(MacroFault::NoLabel))?;
+            let branch = &self.source().lines[next];
+            if branch.keyword() != "ELSEIF" {
+                return Ok(Next::At(next + 1));
+            }
+            let from = branch.code.len() - branch.code[branch.begin..].trim_start().len() + "ELSEIF".len();
+            if Reader::new(&branch.code, from, &self.variables).bracket()?.is_some_and(|value| value != 0.0) {
+                return Ok(Next::At(next + 1));
+            }
+        }
+    }
+
     /// Runs a line with LinuxCNC's O word `name` (sub, call, if, while, repeat, …), and returns which line comes next.
     pub(crate) fn follow_o_word(&mut self, line: &SourceLine, name: &str) -> Result<Next, Fault> {
         let here = self.here.line;
@@ -84,19 +103,7 @@ impl Run<'_> {
                 if is_true {
                     return Ok(Next::Line);
                 }
-                let mut next = here;
-                loop {
-                    next =
-                        self.source().next_o_line(next + 1, name, &["ELSEIF", "ELSE", "ENDIF"]).ok_or_else(missing)?;
-                    let branch = &self.source().lines[next];
-                    if branch.keyword() != "ELSEIF" {
-                        return Ok(Next::At(next + 1));
-                    }
-                    let from = branch.code.len() - branch.code[branch.begin..].trim_start().len() + "ELSEIF".len();
-                    if Reader::new(&branch.code, from, &self.variables).bracket()?.is_some_and(|value| value != 0.0) {
-                        return Ok(Next::At(next + 1));
-                    }
-                }
+                self.other_branch(name)
             }
             // The end of a branch that was taken.
             "ELSEIF" | "ELSE" => Ok(Next::At(after(&["ENDIF"])? + 1)),

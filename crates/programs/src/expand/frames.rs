@@ -127,15 +127,12 @@ impl Frames {
             // What cannot be read is refused once all is written out.
             _ => (String::new(), false),
         };
-        let Ok(words) = lex::words(&text) else {
+        let is_code = |words: &Vec<Word>| is_words && words.iter().any(|word| word.letter != 'N');
+        let words = lex::words(&text).ok().filter(|words| self.corner.is_some() || is_code(words));
+        let Some(words) = words else {
             self.write(&content, ending, line);
             return Ok(());
         };
-        let is_without_code = !is_words || words.iter().all(|word| word.letter == 'N');
-        if is_without_code && self.corner.is_none() {
-            self.write(&content, ending, line);
-            return Ok(());
-        }
         let mut edit = LineEdit::new(&content, &words, Style::plain(self.dialect));
         let is_kept = self.apply_modes(&words, &mut edit)?;
         let axes = ['X', 'Y'].map(|letter| effective_words(&words).iter().position(|word| word.letter == letter));
@@ -155,11 +152,8 @@ impl Frames {
         let is_whole = |word: &Word| {
             matches!(share_of(word, &words), Share::Last | Share::Axis) || matches!(word.letter, 'A' | 'B' | 'C')
         };
-        if let Some(word) = words
-            .iter()
-            .find(|word| is_whole(word))
-            .filter(|_| corner.or(self.corner.as_ref().map(|own| (own.is_round, own.size))).is_some())
-        {
+        let is_at_corner = corner.is_some() || self.corner.is_some();
+        if let Some(word) = words.iter().find(|word| is_at_corner && is_whole(word)) {
             return Err(word.refuse(CORNER));
         }
         self.move_to(&words, axes)?;

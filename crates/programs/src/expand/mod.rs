@@ -1,9 +1,8 @@
 //! Expansion of programs into plain motion: calls, loops and jumps are followed, expressions evaluated, cycles written as moves.
 
-use std::collections::BTreeMap;
-
 use crate::{
     expand::{
+        centre_path::RadiiInUse,
         cycles::WithoutCycles,
         switches::{Switches, take_switches},
     },
@@ -140,7 +139,7 @@ impl Program {
                 moves
             });
         }
-        let mut cutter_radii_mm = BTreeMap::new();
+        let mut cutter_radii_mm = RadiiInUse::new();
         if count > 0 {
             let program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
             if switches.len() < count {
@@ -158,19 +157,24 @@ impl Program {
             (bytes, cutter_radii_mm) = (moves, radii);
         }
         expansion.add_header(&mut bytes, dialect);
-        let mut program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
-        let chosen = program.notes.chosen_angles.iter_mut().map(|(line, _)| line);
-        for line in program.notes.unlocated_lines.iter_mut().chain(chosen) {
+        let program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
+        Ok(program.expanded_by(expansion, cutter_radii_mm))
+    }
+
+    /// Returns the program with its `expansion`: notes have the lines of the files that were expanded, and the radii that were written out.
+    fn expanded_by(mut self, expansion: Expansion, cutter_radii_mm: RadiiInUse) -> Self {
+        let chosen = self.notes.chosen_angles.iter_mut().map(|(line, _)| line);
+        for line in self.notes.unlocated_lines.iter_mut().chain(chosen) {
             *line = expansion.line_of(*line);
         }
-        if let Some((_, line)) = &mut program.notes.assumed_unit {
+        if let Some((_, line)) = &mut self.notes.assumed_unit {
             *line = expansion.line_of(*line);
         }
-        program.notes.cutter_radii_mm = cutter_radii_mm;
-        program.own_format = program.own_format.at_most(expansion.decimals);
-        program.notes.written_out = Some([expansion.lines, expansion.origins.len()]);
-        program.expansion = Some(expansion);
-        Ok(program)
+        self.notes.cutter_radii_mm = cutter_radii_mm;
+        self.own_format = self.own_format.at_most(expansion.decimals);
+        self.notes.written_out = Some([expansion.lines, expansion.origins.len()]);
+        self.expansion = Some(expansion);
+        self
     }
 }
 

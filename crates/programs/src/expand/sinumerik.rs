@@ -455,20 +455,9 @@ pub(crate) fn evaluate(
         } else if is_name {
             is_end = name == "RET";
         } else {
-            let is_of_number = |byte: &u8| matches!(byte, b'+' | b'-' | b'.' | b'0'..=b'9');
-            reader.at = name_end;
-            reader.at += text[reader.at..].iter().take_while(|byte| is_of_number(byte)).count();
-            let number = name[1..].parse::<u32>().unwrap_or(0);
-            is_end = byte == b'M' && matches!(number, 2 | 17 | 30);
-            if is_end && number != 17 && !is_main {
-                return Err(fail(Fault::Macro(MacroFault::Expression {
-                    expected: "M17 or RET at the end of a subprogram",
-                })));
-            }
-            if line.code[reader.at..].starts_with("EX") {
-                reader.at = at + 1;
-                values.push((reader.number().map_err(fail)?, at + 1..reader.at));
-            }
+            let value;
+            (value, is_end) = letter_value(line, &mut reader, &name, begin..name_end, is_main).map_err(fail)?;
+            values.extend(value);
         }
         let variable_value = match is_assignment && is_variable {
             true => Some(
@@ -505,6 +494,30 @@ pub(crate) fn evaluate(
 
 /// A value, and the bytes of its expression.
 type ValueAt = (f64, Range<usize>);
+
+/// Takes the number behind a letter, and digits, with this `name` at these bytes; returns its value if it has an exponent (EX), and whether it ends the
+/// program.
+fn letter_value(
+    line: &SourceLine,
+    reader: &mut Reader<'_>,
+    name: &str,
+    at: Range<usize>,
+    is_main: bool,
+) -> Result<(Option<ValueAt>, bool), Fault> {
+    let is_of_number = |byte: &u8| matches!(byte, b'+' | b'-' | b'.' | b'0'..=b'9');
+    let text = line.code.as_bytes();
+    reader.at = at.end + text[at.end..].iter().take_while(|byte| is_of_number(byte)).count();
+    let number = name[1..].parse::<u32>().unwrap_or(0);
+    let is_end = text[at.start] == b'M' && matches!(number, 2 | 17 | 30);
+    if is_end && number != 17 && !is_main {
+        return Err(Fault::Macro(MacroFault::Expression { expected: "M17 or RET at the end of a subprogram" }));
+    }
+    if !line.code[reader.at..].starts_with("EX") {
+        return Ok((None, is_end));
+    }
+    reader.at = at.start + 1;
+    Ok((Some((reader.number()?, at.start + 1..reader.at)), is_end))
+}
 
 /// Returns the index behind the string or bracket that begins at byte `at`.
 fn closed_end(line: &SourceLine, at: usize) -> Result<usize, Fault> {

@@ -333,9 +333,13 @@ fn composed_frames_of_sinumerik_lead_where_matrices_say() {
 /// Most of what is nested, in every language.
 const LEVELS: usize = 20_000;
 
+/// What is nested [`LEVELS`] deep.
+fn nest(open: &str, inner: &str, close: &str) -> String {
+    format!("{}{inner}{}", open.repeat(LEVELS), close.repeat(LEVELS))
+}
+
 #[test]
-fn what_is_too_deep_is_an_error_that_names_depth_and_limit() {
-    let nest = |open: &str, inner: &str, close: &str| format!("{}{inner}{}", open.repeat(LEVELS), close.repeat(LEVELS));
+fn what_is_too_deep_in_a_robot_program_is_an_error_that_names_depth_and_limit() {
     let chain = |one: &dyn Fn(usize) -> String| (1..=LEVELS).map(one).collect::<String>();
     let rest = "[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]";
     let module = |data: &str, body: &str| {
@@ -401,6 +405,10 @@ fn what_is_too_deep_is_an_error_that_names_depth_and_limit() {
     );
     let refused = RobotProgram::parse_expanded(calls, "p.mod", Language::Rapid, [], &in_world(), true).unwrap_err();
     assert!(refused.to_string().contains("calls more than 16 deep are not followed"), "{refused}");
+}
+
+#[test]
+fn what_is_too_deep_in_gcode_is_an_error_that_names_depth_and_limit() {
     for (dialect, line) in [
         (Dialect::LinuxCnc, format!("G1 X{}", nest("[", "1", "]"))),
         (Dialect::LinuxCnc, format!("G1 X[{}]", nest("-", "1", ""))),

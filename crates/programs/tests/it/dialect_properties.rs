@@ -148,28 +148,23 @@ fn moves(text: &str) -> Vec<Move> {
     moves
 }
 
+/// About a centre, from an angle at which the tool already is.
+#[derive(Clone, Debug)]
+struct Arc {
+    radius: f64,
+    from: f64,
+    by: f64,
+    rise: f64,
+    counter_clockwise: bool,
+    how: u8,
+}
+
 /// A line of a random program, before it is written in a dialect.
 #[derive(Clone, Debug)]
 enum Step {
-    Line {
-        to: [Option<f64>; 3],
-        steps: [bool; 3],
-        rapid: bool,
-        feed: Option<u32>,
-    },
-    /// About a centre, from an angle at which the tool already is.
-    Arc {
-        radius: f64,
-        from: f64,
-        by: f64,
-        rise: f64,
-        counter_clockwise: bool,
-        how: u8,
-    },
-    Shift {
-        by: [Option<f64>; 3],
-        adds: bool,
-    },
+    Line { to: [Option<f64>; 3], steps: [bool; 3], rapid: bool, feed: Option<u32> },
+    Arc(Arc),
+    Shift { by: [Option<f64>; 3], adds: bool },
     Other(u8),
 }
 
@@ -182,13 +177,8 @@ fn step() -> impl Strategy<Value = Step> {
     let line = ([option(), option(), option()], any::<[bool; 3]>(), any::<bool>(), prop::option::of(1u32..2000))
         .prop_map(|(to, steps, rapid, feed)| Step::Line { to, steps, rapid, feed });
     let arc = (0.5..40.0f64, 0.0..TAU, 0.05..6.0f64, -3i32..4, any::<bool>(), 0u8..6).prop_map(
-        |(radius, from, by, rise, counter_clockwise, how)| Step::Arc {
-            radius,
-            from,
-            by,
-            rise: f64::from(rise.max(0)),
-            counter_clockwise,
-            how,
+        |(radius, from, by, rise, counter_clockwise, how)| {
+            Step::Arc(Arc { radius, from, by, rise: f64::from(rise.max(0)), counter_clockwise, how })
         },
     );
     let shift = ([option(), option(), option()], any::<bool>()).prop_map(|(by, adds)| Step::Shift { by, adds });
@@ -242,6 +232,50 @@ impl Text {
         }
     }
 
+    fn arc(&mut self, arc: &Arc) {
+        let heidenhain = self.dialect == Dialect::Heidenhain;
+        let Arc { radius, from, by, rise, counter_clockwise, how } = *arc;
+        let start = self.at;
+        let sign = if counter_clockwise { 1.0 } else { -1.0 };
+        let middle = [start[0] - radius * from.cos(), start[1] - radius * from.sin()];
+        let to = from + sign * by;
+        let goal = [middle[0] + radius * to.cos(), middle[1] + radius * to.sin(), start[2] + rise];
+        // Near half a turn and a whole one, the centre by radius is not well defined.
+        let by_radius = how < 2 && (by - TAU / 2.0).abs() > 0.3 && by < 5.5 && by > 0.3;
+        let as_steps = how % 2 == 1;
+        let mut words = vec![match (heidenhain, by_radius) {
+            (true, true) => "CR".to_owned(),
+            (true, false) => "C".to_owned(),
+            (false, _) => format!("G{}", if counter_clockwise { 3 } else { 2 }),
+        }];
+        if heidenhain && !by_radius {
+            let centre = [self.coordinate(0, middle[0], as_steps), self.coordinate(1, middle[1], as_steps)];
+            self.at = start;
+            self.block(&["CC".to_owned(), centre[0].clone(), centre[1].clone()]);
+        }
+        let mut centres = Vec::new();
+        if !heidenhain && !by_radius {
+            for (k, letter) in ["I", "J"].into_iter().enumerate() {
+                let from = if how < 4 { start[k] } else { self.zero[k] };
+                let (text, _) = self.number(middle[k] - from);
+                centres.push(if how < 4 { format!("{letter}{text}") } else { format!("{letter}=AC({text})") });
+            }
+        }
+        words.push(self.coordinate(0, goal[0], as_steps));
+        words.push(self.coordinate(1, goal[1], how == 3));
+        if rise > 0.0 {
+            words.push(self.coordinate(2, goal[2], false));
+        }
+        words.append(&mut centres);
+        if by_radius {
+            let (text, _) = self.number(if by > TAU / 2.0 { -radius } else { radius });
+            words.push(if heidenhain { format!("R{text}") } else { format!("CR={text}") });
+        }
+        words.extend(heidenhain.then(|| format!("DR{}", if counter_clockwise { "+" } else { "-" })));
+        words.push("F300".into());
+        self.block(&words);
+    }
+
     fn step(&mut self, step: &Step) {
         let heidenhain = self.dialect == Dialect::Heidenhain;
         match step {
@@ -256,47 +290,7 @@ impl Text {
                 words.extend((heidenhain && *rapid).then(|| "FMAX".to_owned()));
                 self.block(&words);
             }
-            Step::Arc { radius, from, by, rise, counter_clockwise, how } => {
-                let start = self.at;
-                let sign = if *counter_clockwise { 1.0 } else { -1.0 };
-                let middle = [start[0] - radius * from.cos(), start[1] - radius * from.sin()];
-                let to = from + sign * by;
-                let goal = [middle[0] + radius * to.cos(), middle[1] + radius * to.sin(), start[2] + rise];
-                // Near half a turn and a whole one, the centre by radius is not well defined.
-                let by_radius = *how < 2 && (by - TAU / 2.0).abs() > 0.3 && *by < 5.5 && *by > 0.3;
-                let as_steps = how % 2 == 1;
-                let mut words = vec![match (heidenhain, by_radius) {
-                    (true, true) => "CR".to_owned(),
-                    (true, false) => "C".to_owned(),
-                    (false, _) => format!("G{}", if *counter_clockwise { 3 } else { 2 }),
-                }];
-                if heidenhain && !by_radius {
-                    let centre = [self.coordinate(0, middle[0], as_steps), self.coordinate(1, middle[1], as_steps)];
-                    self.at = start;
-                    self.block(&["CC".to_owned(), centre[0].clone(), centre[1].clone()]);
-                }
-                let mut centres = Vec::new();
-                if !heidenhain && !by_radius {
-                    for (k, letter) in ["I", "J"].into_iter().enumerate() {
-                        let from = if *how < 4 { start[k] } else { self.zero[k] };
-                        let (text, _) = self.number(middle[k] - from);
-                        centres.push(if *how < 4 { format!("{letter}{text}") } else { format!("{letter}=AC({text})") });
-                    }
-                }
-                words.push(self.coordinate(0, goal[0], as_steps));
-                words.push(self.coordinate(1, goal[1], *how == 3));
-                if *rise > 0.0 {
-                    words.push(self.coordinate(2, goal[2], false));
-                }
-                words.append(&mut centres);
-                if by_radius {
-                    let (text, _) = self.number(if *by > TAU / 2.0 { -radius } else { *radius });
-                    words.push(if heidenhain { format!("R{text}") } else { format!("CR={text}") });
-                }
-                words.extend(heidenhain.then(|| format!("DR{}", if *counter_clockwise { "+" } else { "-" })));
-                words.push("F300".into());
-                self.block(&words);
-            }
+            Step::Arc(arc) => self.arc(arc),
             Step::Shift { by, adds } if heidenhain => {
                 for axis in 0..3 {
                     let Some(by) = by[axis] else { continue };

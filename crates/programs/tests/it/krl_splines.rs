@@ -101,100 +101,103 @@ fn inline_forms_of_spline_motions_are_followed() {
     assert_eq!(coarse(&parse(&more).unwrap()).points()[2].position_mm.x, 5.0);
 }
 
+/// Statements behind a motion to a full pose, and how they are refused.
+const REFUSED_OF_SPLINES: [(&str, &str); 24] = [
+    ("SPL {X 1}\n", "p.src:2: `SPL {X 1}`: expected SPLINE before it"),
+    ("ENDSPLINE\n", "p.src:2: `ENDSPLINE`: expected SPLINE before it"),
+    ("SPLINE\nSPL {X 1}\n", "p.src:2: `SPLINE`: expected ENDSPLINE behind it"),
+    (
+        "SPLINE\nSPL {X 1}\nLIN {X 2}\nENDSPLINE\n",
+        "p.src:4: `LIN {X 2}`: statements within SPLINE are not followed; expected SPL, SLIN, SCIRC and ENDSPLINE",
+    ),
+    (
+        "SPLINE\nSPL {X 1}\n$OUT[1]=TRUE\nENDSPLINE\n",
+        "p.src:4: `$OUT[1]=TRUE`: statements within SPLINE are not followed; expected SPL, SLIN, SCIRC and ENDSPLINE",
+    ),
+    (
+        "SPLINE\nTIME_BLOCK START\nENDSPLINE\n",
+        "p.src:3: `TIME_BLOCK START`: times, constant velocities and stops within SPLINE are not followed; expected segments alone",
+    ),
+    (
+        "SPLINE\nSTOP WHEN PATH=5 IF $IN[1]\nENDSPLINE\n",
+        "p.src:3: `STOP WHEN PATH=5 IF $IN[1]`: times, constant velocities and stops within SPLINE are not followed; expected segments alone",
+    ),
+    (
+        "SPLINE\nCONST_VEL START=10\nENDSPLINE\n",
+        "p.src:3: `CONST_VEL START=10`: times, constant velocities and stops within SPLINE are not followed; expected segments alone",
+    ),
+    (
+        "SPLINE\nTRIGGER WHEN PATH=5 DELAY=0 DO $OUT[1]=TRUE\nENDSPLINE\n",
+        "p.src:3: `TRIGGER WHEN PATH=5 DELAY=0 DO $OUT[1]=TRUE`: triggers on the way or at the end of a motion are not followed; expected \
+         TRIGGER WHEN DISTANCE=0",
+    ),
+    (
+        "SPLINE\nSPL {X 1} C_SPL\nENDSPLINE\n",
+        "p.src:3: `SPL {X 1} C_SPL`: approximations within SPLINE are not followed; expected C_SPL behind ENDSPLINE alone",
+    ),
+    (
+        "SPLINE\nSPL {X 1} WITH $BASE=$NULLFRAME\nENDSPLINE\n",
+        "p.src:3: `SPL {X 1} WITH $BASE=$NULLFRAME`: $BASE and $TOOL of a segment are not followed; expected those behind SPLINE WITH",
+    ),
+    (
+        "PTP_SPLINE\nSPTP {X 1}\nENDSPLINE\n",
+        "p.src:2: `PTP_SPLINE`: splines of joints (PTP_SPLINE) are not followed; expected SPLINE, or SPTP by itself",
+    ),
+    (
+        "SLIN_REL {X 1}\n",
+        "p.src:2: `SLIN_REL {X 1}`: spline motions by steps are not followed; expected SLIN, SCIRC, SPTP and SPL to points",
+    ),
+    (
+        "SPLINE\nSPL $POS_ACT\nENDSPLINE\n",
+        "p.src:3: `SPL $POS_ACT`: expected a point, as where the robot is is not known before",
+    ),
+    ("SLIN {X 1} #TOOL\n", "p.src:2: `SLIN {X 1} #TOOL`: expected WITH or C_SPL behind the point, or nothing"),
+    (
+        "SLIN {X 1} WITH $ROTSYS=#BASE\n",
+        "p.src:2: `SLIN {X 1} WITH $ROTSYS=#BASE`: other data behind WITH are not followed; expected $VEL, $ACC, $APO, $JERK, $BASE, $TOOL, \
+         $LOAD, $ORI_TYPE, $CIRC_TYPE and what else inline forms set",
+    ),
+    (
+        "SLIN {X 1} WITH $ORI_TYPE=#CONSTANT\n",
+        "p.src:2: `SLIN {X 1} WITH $ORI_TYPE=#CONSTANT`: orientations that do not turn evenly along a motion ($ORI_TYPE) are not followed; \
+         expected #VAR",
+    ),
+    (
+        "SPLINE WITH $IPO_MODE=#TCP\n",
+        "p.src:2: `SPLINE WITH $IPO_MODE=#TCP`: fixed tools ($IPO_MODE #TCP) are not followed; expected a tool that the robot carries",
+    ),
+    (
+        "SLIN {X 1} WITH $VEL.CP\n",
+        "p.src:2: `SLIN {X 1} WITH $VEL.CP`: expected = and a value behind each name of WITH",
+    ),
+    (
+        "SLIN {X 1} WITH $ACC={CP 1\n",
+        "p.src:2: `SLIN {X 1} WITH $ACC={CP 1`: expected a value with its brackets behind each = of WITH",
+    ),
+    (
+        "$SPL_ORI_JOINT=#USE\n",
+        "p.src:2: `$SPL_ORI_JOINT=#USE`: data that change splines ($SPL_…) are not followed; expected none",
+    ),
+    (
+        "SCIRC {X 5,Y 5},{X 10} WITH $CIRC_TYPE=#PATH\n",
+        "p.src:2: `SCIRC {X 5,Y 5},{X 10} WITH $CIRC_TYPE=#PATH`: circles that carry the orientation along ($CIRC_TYPE) are not followed; \
+         expected $CIRC_TYPE=#BASE before it",
+    ),
+    (
+        "SLIN {X 1} WITH $BASE={X 0,Y 0,Z 9,A 0,B 0,C 0}\nLIN {X 2}\n",
+        "p.src:2: `SLIN {X 1} WITH $BASE={X 0,Y 0,Z 9,A 0,B 0,C 0}`: where {X 0,Y 0,Z 9,A 0,B 0,C 0} stands to the base before it is not \
+         known; expected its pose in robot_program.bases of the process",
+    ),
+    (
+        "IF $IN[1] THEN\nSPLINE\nSPL {X 1}\nENDSPLINE\nENDIF\n",
+        "p.src:3: `SPLINE`: in IF of line 2, where it may be skipped or repeated; expected outside, where it runs once",
+    ),
+];
+
 #[test]
 fn what_would_change_splines_is_refused_by_line() {
     let pose = "SLIN {X 0,Y 0,Z 0,A 0,B 0,C 180}\n";
-    for (source, message) in [
-        ("SPL {X 1}\n", "p.src:2: `SPL {X 1}`: expected SPLINE before it"),
-        ("ENDSPLINE\n", "p.src:2: `ENDSPLINE`: expected SPLINE before it"),
-        ("SPLINE\nSPL {X 1}\n", "p.src:2: `SPLINE`: expected ENDSPLINE behind it"),
-        (
-            "SPLINE\nSPL {X 1}\nLIN {X 2}\nENDSPLINE\n",
-            "p.src:4: `LIN {X 2}`: statements within SPLINE are not followed; expected SPL, SLIN, SCIRC and ENDSPLINE",
-        ),
-        (
-            "SPLINE\nSPL {X 1}\n$OUT[1]=TRUE\nENDSPLINE\n",
-            "p.src:4: `$OUT[1]=TRUE`: statements within SPLINE are not followed; expected SPL, SLIN, SCIRC and ENDSPLINE",
-        ),
-        (
-            "SPLINE\nTIME_BLOCK START\nENDSPLINE\n",
-            "p.src:3: `TIME_BLOCK START`: times, constant velocities and stops within SPLINE are not followed; expected segments alone",
-        ),
-        (
-            "SPLINE\nSTOP WHEN PATH=5 IF $IN[1]\nENDSPLINE\n",
-            "p.src:3: `STOP WHEN PATH=5 IF $IN[1]`: times, constant velocities and stops within SPLINE are not followed; expected segments alone",
-        ),
-        (
-            "SPLINE\nCONST_VEL START=10\nENDSPLINE\n",
-            "p.src:3: `CONST_VEL START=10`: times, constant velocities and stops within SPLINE are not followed; expected segments alone",
-        ),
-        (
-            "SPLINE\nTRIGGER WHEN PATH=5 DELAY=0 DO $OUT[1]=TRUE\nENDSPLINE\n",
-            "p.src:3: `TRIGGER WHEN PATH=5 DELAY=0 DO $OUT[1]=TRUE`: triggers on the way or at the end of a motion are not followed; expected \
-             TRIGGER WHEN DISTANCE=0",
-        ),
-        (
-            "SPLINE\nSPL {X 1} C_SPL\nENDSPLINE\n",
-            "p.src:3: `SPL {X 1} C_SPL`: approximations within SPLINE are not followed; expected C_SPL behind ENDSPLINE alone",
-        ),
-        (
-            "SPLINE\nSPL {X 1} WITH $BASE=$NULLFRAME\nENDSPLINE\n",
-            "p.src:3: `SPL {X 1} WITH $BASE=$NULLFRAME`: $BASE and $TOOL of a segment are not followed; expected those behind SPLINE WITH",
-        ),
-        (
-            "PTP_SPLINE\nSPTP {X 1}\nENDSPLINE\n",
-            "p.src:2: `PTP_SPLINE`: splines of joints (PTP_SPLINE) are not followed; expected SPLINE, or SPTP by itself",
-        ),
-        (
-            "SLIN_REL {X 1}\n",
-            "p.src:2: `SLIN_REL {X 1}`: spline motions by steps are not followed; expected SLIN, SCIRC, SPTP and SPL to points",
-        ),
-        (
-            "SPLINE\nSPL $POS_ACT\nENDSPLINE\n",
-            "p.src:3: `SPL $POS_ACT`: expected a point, as where the robot is is not known before",
-        ),
-        ("SLIN {X 1} #TOOL\n", "p.src:2: `SLIN {X 1} #TOOL`: expected WITH or C_SPL behind the point, or nothing"),
-        (
-            "SLIN {X 1} WITH $ROTSYS=#BASE\n",
-            "p.src:2: `SLIN {X 1} WITH $ROTSYS=#BASE`: other data behind WITH are not followed; expected $VEL, $ACC, $APO, $JERK, $BASE, $TOOL, \
-             $LOAD, $ORI_TYPE, $CIRC_TYPE and what else inline forms set",
-        ),
-        (
-            "SLIN {X 1} WITH $ORI_TYPE=#CONSTANT\n",
-            "p.src:2: `SLIN {X 1} WITH $ORI_TYPE=#CONSTANT`: orientations that do not turn evenly along a motion ($ORI_TYPE) are not followed; \
-             expected #VAR",
-        ),
-        (
-            "SPLINE WITH $IPO_MODE=#TCP\n",
-            "p.src:2: `SPLINE WITH $IPO_MODE=#TCP`: fixed tools ($IPO_MODE #TCP) are not followed; expected a tool that the robot carries",
-        ),
-        (
-            "SLIN {X 1} WITH $VEL.CP\n",
-            "p.src:2: `SLIN {X 1} WITH $VEL.CP`: expected = and a value behind each name of WITH",
-        ),
-        (
-            "SLIN {X 1} WITH $ACC={CP 1\n",
-            "p.src:2: `SLIN {X 1} WITH $ACC={CP 1`: expected a value with its brackets behind each = of WITH",
-        ),
-        (
-            "$SPL_ORI_JOINT=#USE\n",
-            "p.src:2: `$SPL_ORI_JOINT=#USE`: data that change splines ($SPL_…) are not followed; expected none",
-        ),
-        (
-            "SCIRC {X 5,Y 5},{X 10} WITH $CIRC_TYPE=#PATH\n",
-            "p.src:2: `SCIRC {X 5,Y 5},{X 10} WITH $CIRC_TYPE=#PATH`: circles that carry the orientation along ($CIRC_TYPE) are not followed; \
-             expected $CIRC_TYPE=#BASE before it",
-        ),
-        (
-            "SLIN {X 1} WITH $BASE={X 0,Y 0,Z 9,A 0,B 0,C 0}\nLIN {X 2}\n",
-            "p.src:2: `SLIN {X 1} WITH $BASE={X 0,Y 0,Z 9,A 0,B 0,C 0}`: where {X 0,Y 0,Z 9,A 0,B 0,C 0} stands to the base before it is not \
-             known; expected its pose in robot_program.bases of the process",
-        ),
-        (
-            "IF $IN[1] THEN\nSPLINE\nSPL {X 1}\nENDSPLINE\nENDIF\n",
-            "p.src:3: `SPLINE`: in IF of line 2, where it may be skipped or repeated; expected outside, where it runs once",
-        ),
-    ] {
+    for (source, message) in REFUSED_OF_SPLINES {
         assert_eq!(parse(&format!("{pose}{source}")).unwrap_err(), message);
     }
     // Also where routines and loops are followed.

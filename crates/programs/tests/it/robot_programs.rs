@@ -355,68 +355,71 @@ fn krl_programs_mean_what_they_say() {
     assert!(platform(&path, 3).angle() < 1e-7);
 }
 
+/// Statements of KRL that are refused, and in which words.
+const REFUSED_OF_KRL: [(&str, &str); 19] = [
+    (
+        "FOR i=1 TO 3\nLIN_REL {X 1}\nENDFOR\n",
+        "p.src:2: `LIN_REL {X 1}`: in FOR of line 1, where it may be skipped or repeated; expected outside, where it runs once",
+    ),
+    (
+        "FDAT_ACT.BASE_NO=2\n",
+        "p.src:1: `FDAT_ACT.BASE_NO=2`: parts of frames and of motion data are not followed; expected whole ones",
+    ),
+    ("BAS(#TOOL,n)\n", "p.src:1: `BAS(#TOOL,n)`: expected the number of the tool or base"),
+    ("GOTO again\n", "p.src:1: `GOTO again`: jumps are not followed; expected the motions in the order they run"),
+    (
+        "part1()\n",
+        "p.src:1: `part1()`: calls PART1, which may move the tool; expected the program in one routine, or PART1 in \
+         robot_program.calls_kept if it does not",
+    ),
+    (
+        "LIN XP1\n",
+        "p.src:1: `LIN XP1`: XP1 is not known; expected its numbers in the file (there is no .dat beside it), or in the statement",
+    ),
+    (
+        "XP1.Z=5+n\nLIN XP1\n",
+        "p.src:2: `LIN XP1`: XP1 is computed in line 1; expected a point whose numbers the file gives",
+    ),
+    ("LIN {X 1+2,Y 0}\n", "p.src:1: `LIN {X 1+2,Y 0}`: expected , or } behind a plain number"),
+    ("LIN {X n,Y 0}\n", "p.src:1: `LIN {X n,Y 0}`: expected a plain number"),
+    ("LIN {A1 0,A2 0}\n", "p.src:1: `LIN {A1 0,A2 0}`: expected a pose, not positions of joints"),
+    ("LIN {X 1,Y 2\n", "p.src:1: `LIN {X 1,Y 2`: expected } on the same line"),
+    (
+        "LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}\n",
+        "p.src:1: `LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}`: coordinate or external axis beyond 1000000; expected a position on the machine",
+    ),
+    (
+        "$IPO_MODE=#TCP\n",
+        "p.src:1: `$IPO_MODE=#TCP`: fixed tools ($IPO_MODE #TCP) are not followed; expected a tool that the robot carries",
+    ),
+    (
+        "$BASE=EK(MACHINE_DEF[2].ROOT,1,X)\n",
+        "p.src:1: `$BASE=EK(MACHINE_DEF[2].ROOT,1,X)`: bases that move with external axes (EK, EB) are not followed; expected a base that stands still",
+    ),
+    (
+        "LIN XP1:XP2\n",
+        "p.src:1: `LIN XP1:XP2`: XP1 is not known; expected its numbers in the file (there is no .dat beside it), or in the statement",
+    ),
+    (
+        "PTP XP1:XP2\n",
+        "p.src:1: `PTP XP1:XP2`: operators on points are not followed; expected a point whose numbers the file gives",
+    ),
+    (
+        "INTERRUPT DECL 4 WHEN $IN[1] DO stop_here()\n",
+        "p.src:1: `INTERRUPT DECL 4 WHEN $IN[1] DO stop_here()`: interrupts are not followed; expected none but that of IR_STOPM",
+    ),
+    ("what now\n", "p.src:1: `what now`: not a statement that is known; expected a statement of KRL"),
+    (
+        "CIRC {X 0,Y 0,Z 0,A 0,B 0,C 0},{X 1,Y 0,Z 0,A 0,B 0,C 0}\n",
+        "p.src:1: `CIRC {X 0,Y 0,Z 0,A 0,B 0,C 0},{X 1,Y 0,Z 0,A 0,B 0,C 0}`: circular motion from a place that is not known; expected a motion to a full pose before it",
+    ),
+];
+
 #[test]
 fn krl_that_is_not_followed_is_refused_by_line_and_statement() {
     let refused = |source: &str| parse(Language::Krl, source, &RobotOptions::default()).unwrap_err();
     let pose = "LIN {X 0,Y 0,Z 0,A 0,B 0,C 0}\n";
-    for (source, message) in [
-        (
-            "FOR i=1 TO 3\nLIN_REL {X 1}\nENDFOR\n",
-            "p.src:2: `LIN_REL {X 1}`: in FOR of line 1, where it may be skipped or repeated; expected outside, where it runs once",
-        ),
-        (
-            "FDAT_ACT.BASE_NO=2\n",
-            "p.src:1: `FDAT_ACT.BASE_NO=2`: parts of frames and of motion data are not followed; expected whole ones",
-        ),
-        ("BAS(#TOOL,n)\n", "p.src:1: `BAS(#TOOL,n)`: expected the number of the tool or base"),
-        ("GOTO again\n", "p.src:1: `GOTO again`: jumps are not followed; expected the motions in the order they run"),
-        (
-            "part1()\n",
-            "p.src:1: `part1()`: calls PART1, which may move the tool; expected the program in one routine, or PART1 in \
-             robot_program.calls_kept if it does not",
-        ),
-        (
-            "LIN XP1\n",
-            "p.src:1: `LIN XP1`: XP1 is not known; expected its numbers in the file (there is no .dat beside it), or in the statement",
-        ),
-        (
-            "XP1.Z=5+n\nLIN XP1\n",
-            "p.src:2: `LIN XP1`: XP1 is computed in line 1; expected a point whose numbers the file gives",
-        ),
-        ("LIN {X 1+2,Y 0}\n", "p.src:1: `LIN {X 1+2,Y 0}`: expected , or } behind a plain number"),
-        ("LIN {X n,Y 0}\n", "p.src:1: `LIN {X n,Y 0}`: expected a plain number"),
-        ("LIN {A1 0,A2 0}\n", "p.src:1: `LIN {A1 0,A2 0}`: expected a pose, not positions of joints"),
-        ("LIN {X 1,Y 2\n", "p.src:1: `LIN {X 1,Y 2`: expected } on the same line"),
-        (
-            "LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}\n",
-            "p.src:1: `LIN {X 2e6,Y 0,Z 0,A 0,B 0,C 0}`: coordinate or external axis beyond 1000000; expected a position on the machine",
-        ),
-        (
-            "$IPO_MODE=#TCP\n",
-            "p.src:1: `$IPO_MODE=#TCP`: fixed tools ($IPO_MODE #TCP) are not followed; expected a tool that the robot carries",
-        ),
-        (
-            "$BASE=EK(MACHINE_DEF[2].ROOT,1,X)\n",
-            "p.src:1: `$BASE=EK(MACHINE_DEF[2].ROOT,1,X)`: bases that move with external axes (EK, EB) are not followed; expected a base that stands still",
-        ),
-        (
-            "LIN XP1:XP2\n",
-            "p.src:1: `LIN XP1:XP2`: XP1 is not known; expected its numbers in the file (there is no .dat beside it), or in the statement",
-        ),
-        (
-            "PTP XP1:XP2\n",
-            "p.src:1: `PTP XP1:XP2`: operators on points are not followed; expected a point whose numbers the file gives",
-        ),
-        (
-            "INTERRUPT DECL 4 WHEN $IN[1] DO stop_here()\n",
-            "p.src:1: `INTERRUPT DECL 4 WHEN $IN[1] DO stop_here()`: interrupts are not followed; expected none but that of IR_STOPM",
-        ),
-        ("what now\n", "p.src:1: `what now`: not a statement that is known; expected a statement of KRL"),
-        (
-            "CIRC {X 0,Y 0,Z 0,A 0,B 0,C 0},{X 1,Y 0,Z 0,A 0,B 0,C 0}\n",
-            "p.src:1: `CIRC {X 0,Y 0,Z 0,A 0,B 0,C 0},{X 1,Y 0,Z 0,A 0,B 0,C 0}`: circular motion from a place that is not known; expected a motion to a full pose before it",
-        ),
-    ] {
+    for (source, message) in REFUSED_OF_KRL {
         assert_eq!(refused(source), message);
     }
     for (source, end) in [
@@ -706,44 +709,47 @@ fn lines_of_a_listing_are_counted_on_where_one_becomes_several() {
     );
 }
 
+/// Instructions of a listing that are refused, and why.
+const REFUSED_OF_LISTINGS: [(&str, &str); 18] = [
+    ("L PR[1] 20mm/sec FINE", "motions to registers (PR) and other places are not followed; expected P[n] of /POS"),
+    (
+        "L P[R[1]] 20mm/sec FINE",
+        "positions whose number is computed are not followed; expected P[n] with a plain number",
+    ),
+    ("L P[7] 20mm/sec FINE", "P[7] is not known; expected its numbers in the file, or in the statement"),
+    ("A P[1] 20mm/sec CNT100", "arcs by A and splines by S are not followed; expected L, C and J"),
+    ("L P[1] 2.0sec FINE", "times of motions (sec) are not followed; expected a speed"),
+    ("L P[1] 20mm/sec", "expected FINE or CNT behind the speed"),
+    ("L P[1] FINE", "expected a speed in mm/sec, cm/min, inch/min, deg/sec or %"),
+    ("L P[1] 20mm/sec FINE Offset,PR[1]", OPTIONS),
+    ("L P[1] 20mm/sec FINE Tool_Offset", OPTIONS),
+    ("L P[1] 20mm/sec FINE INC", OPTIONS),
+    ("L P[1] 20mm/sec CNT100 TB .10sec,DO[1]=ON", OPTIONS),
+    ("JMP LBL[1]", "jumps are not followed; expected the motions in the order they run, without labels to go to"),
+    (
+        "IF R[1]=1,JMP LBL[1]",
+        "jumps are not followed; expected the motions in the order they run, without labels to go to",
+    ),
+    (
+        "IF R[1]=1,CALL PART",
+        "calls PART, which may move the tool; expected the program in one routine, or PART in robot_program.calls_kept if it does not",
+    ),
+    (
+        "Weave Sine[1]",
+        "calls WEAVE, which may move the tool; expected the program in one routine, or WEAVE in robot_program.calls_kept if it does not",
+    ),
+    ("$MNUFRAME[1,1]=PR[1]", "system variables are not followed; expected a program that does not set them"),
+    ("UFRAME_NUM=R[1]", "expected a plain number"),
+    ("P[R[1]]=LPOS", "assignments to positions without a plain number are not followed; expected P[n]"),
+];
+
 #[test]
 fn listings_that_are_not_followed_are_refused_by_line_and_instruction() {
     let refused = |lines: &[&str]| {
         let source = listing(lines, &[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [20.0, 10.0, 0.0]]);
         parse(Language::Ls, &source, &RobotOptions::default()).unwrap_err()
     };
-    for (line, message) in [
-        ("L PR[1] 20mm/sec FINE", "motions to registers (PR) and other places are not followed; expected P[n] of /POS"),
-        (
-            "L P[R[1]] 20mm/sec FINE",
-            "positions whose number is computed are not followed; expected P[n] with a plain number",
-        ),
-        ("L P[7] 20mm/sec FINE", "P[7] is not known; expected its numbers in the file, or in the statement"),
-        ("A P[1] 20mm/sec CNT100", "arcs by A and splines by S are not followed; expected L, C and J"),
-        ("L P[1] 2.0sec FINE", "times of motions (sec) are not followed; expected a speed"),
-        ("L P[1] 20mm/sec", "expected FINE or CNT behind the speed"),
-        ("L P[1] FINE", "expected a speed in mm/sec, cm/min, inch/min, deg/sec or %"),
-        ("L P[1] 20mm/sec FINE Offset,PR[1]", OPTIONS),
-        ("L P[1] 20mm/sec FINE Tool_Offset", OPTIONS),
-        ("L P[1] 20mm/sec FINE INC", OPTIONS),
-        ("L P[1] 20mm/sec CNT100 TB .10sec,DO[1]=ON", OPTIONS),
-        ("JMP LBL[1]", "jumps are not followed; expected the motions in the order they run, without labels to go to"),
-        (
-            "IF R[1]=1,JMP LBL[1]",
-            "jumps are not followed; expected the motions in the order they run, without labels to go to",
-        ),
-        (
-            "IF R[1]=1,CALL PART",
-            "calls PART, which may move the tool; expected the program in one routine, or PART in robot_program.calls_kept if it does not",
-        ),
-        (
-            "Weave Sine[1]",
-            "calls WEAVE, which may move the tool; expected the program in one routine, or WEAVE in robot_program.calls_kept if it does not",
-        ),
-        ("$MNUFRAME[1,1]=PR[1]", "system variables are not followed; expected a program that does not set them"),
-        ("UFRAME_NUM=R[1]", "expected a plain number"),
-        ("P[R[1]]=LPOS", "assignments to positions without a plain number are not followed; expected P[n]"),
-    ] {
+    for (line, message) in REFUSED_OF_LISTINGS {
         assert_eq!(refused(&[line]), format!("p.ls:5: `{line} ;`: {message}"));
     }
     for (lines, message) in [

@@ -313,6 +313,51 @@ fn unknown_json(job: &ProgramJob) -> Value {
     found.iter().map(entry).collect()
 }
 
+/// Returns what is said of a program as it was read, and its dialect or language; of a robot's program, the lines alone.
+fn notes_and_dialect(file: &ProgramFile) -> (Notes, Option<&'static str>) {
+    match file {
+        ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect.label())),
+        ProgramFile::Robot(program) => {
+            let notes = program.notes();
+            let (unlocated_lines, written_out) = (notes.unlocated_lines.clone(), notes.written_out);
+            (Notes { unlocated_lines, written_out, ..Notes::default() }, Some(program.language().label()))
+        }
+        ProgramFile::Polyline(_) => (Notes::default(), None),
+    }
+}
+
+/// Returns the errors of a pass as JSON.
+fn pass_json(pass: &Pass) -> Value {
+    let s = &pass.summary;
+    json!({
+        "commands": pass.name,
+        "points": s.points,
+        "points_solved": s.solved,
+        "points_failed": s.failed,
+        "first_failure": s.first_failure,
+        "error_max_mm": s.max_mm,
+        "error_rms_mm": s.rms_mm,
+        "corrections_mean": s.mean_corrections,
+        "residual_rotation_max_deg": s.max_residual_rotation.map(f64::to_degrees),
+    })
+}
+
+/// Returns which force the verdict rests on, the mean or the peak of the teeth, as JSON; null without a force.
+fn verdict_force_json(job: &ProgramJob) -> Value {
+    match VerdictForce::of(&job.process, &job.path) {
+        Some(own) => json!({
+            "rests_on": own.rests_on.label(),
+            "mean_N": own.mean_N,
+            "peak_N": own.peak_N,
+            "tooth_frequency_Hz": own.teeth_Hz,
+            "first_natural_frequency_Hz": own.natural_Hz,
+            "right": own.right().label(),
+        }),
+        None if job.process.has_force() => json!({ "rests_on": "as given" }),
+        None => Value::Null,
+    }
+}
+
 /// Version of the report.
 const SCHEMA: u32 = 3;
 
@@ -321,38 +366,13 @@ pub fn program_json(report_of: &Report<'_>) -> Value {
     let budget = words::budget(report_of);
     let Report { job, proved, findings, .. } = report_of;
     let ProvedProgram { passes, bounded, exceeded, written, .. } = proved;
-    let (notes, dialect) = match &job.file {
-        ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect.label())),
-        ProgramFile::Robot(program) => {
-            let notes = program.notes();
-            let (unlocated_lines, written_out) = (notes.unlocated_lines.clone(), notes.written_out);
-            (Notes { unlocated_lines, written_out, ..Notes::default() }, Some(program.language().label()))
-        }
-        ProgramFile::Polyline(_) => (Notes::default(), None),
-    };
-    let passes: Vec<Value> = passes
-        .iter()
-        .map(|pass| {
-            let s = &pass.summary;
-            json!({
-                "commands": pass.name,
-                "points": s.points,
-                "points_solved": s.solved,
-                "points_failed": s.failed,
-                "first_failure": s.first_failure,
-                "error_max_mm": s.max_mm,
-                "error_rms_mm": s.rms_mm,
-                "corrections_mean": s.mean_corrections,
-                "residual_rotation_max_deg": s.max_residual_rotation.map(f64::to_degrees),
-            })
-        })
-        .collect();
+    let (notes, dialect) = notes_and_dialect(&job.file);
     let mut report = json!({
         "schema": SCHEMA,
         "machine": job.machine.name,
         "points": job.path.len(),
         "length_mm": job.path.length_mm(),
-        "passes": passes,
+        "passes": passes.iter().map(pass_json).collect::<Vec<_>>(),
         "bounded": bounded.as_ref().map(|path| bounded_json(job, path, proved.forces.as_ref())),
         "without_force": json!({
             "point": proved.without_force.most.map(|(point, _)| point),
@@ -381,18 +401,7 @@ pub fn program_json(report_of: &Report<'_>) -> Value {
         "cutter_radii_written_out_mm": notes.cutter_radii_mm.iter().map(|(of, radius)| (of.to_string(), json!(radius))).collect::<serde_json::Map<_, _>>(),
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
     });
-    report["verdict_force"] = match VerdictForce::of(&job.process, &job.path) {
-        Some(own) => json!({
-            "rests_on": own.rests_on.label(),
-            "mean_N": own.mean_N,
-            "peak_N": own.peak_N,
-            "tooth_frequency_Hz": own.teeth_Hz,
-            "first_natural_frequency_Hz": own.natural_Hz,
-            "right": own.right().label(),
-        }),
-        None if job.process.has_force() => json!({ "rests_on": "as given" }),
-        None => Value::Null,
-    };
+    report["verdict_force"] = verdict_force_json(job);
     report["force_not_known"] = unknown_json(job);
     report[BUDGET] = words::of_verdict(report_of, &budget).json();
     let resting: BTreeMap<_, _> = job.machine.resting_drives().collect();

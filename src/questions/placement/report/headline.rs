@@ -87,18 +87,6 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
                 spread_report::next_along(Some(&spread.largest)).as_deref(),
             )
     });
-    let towards = |is_meant: fn(&Margin) -> bool| -> Vec<String> {
-        results.flatness.iter().filter(|own| is_meant(own)).map(direction_words).collect()
-    };
-    let next = match (towards(|own| own.is_better_beyond && is_none(own)).as_slice(), towards(is_blocked).as_slice()) {
-        ([], []) => "put this placement into the process file, and write the compensated program with it.".into(),
-        ([], blocked) => {
-            format!("make room towards {}, and search again: nobody clamps so exactly.", blocked.join(", "))
-        }
-        (bounds, _) => {
-            format!("widen the bounds towards {} if the machine allows, and search again.", bounds.join(", "))
-        }
-    };
     let (place, angles) = position_and_angles(&entry.site);
     let at = if angles.is_empty() { angles } else { format!(" at {angles}") };
     let place = KeyNumber::new(&place, format!("{}{at}{}", origin_words(study), gamma_words(study, entry)), "");
@@ -107,7 +95,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     Headline::new(sentence, basis)
         .judged(state(results, entry, evaluation), entry.spread.is_none())
         .marked("simulated")
-        .next(next)
+        .next(next_step(results))
         .with_cautions(&force_text(study, |own| &own.unknown))
         .with_cautions(&details)
         .with_cautions(&more)
@@ -119,6 +107,22 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
         .with_numbers(numbers)
         .where_force_is(known_force(study))
         .resting_on(&budget(study, entry), &judged(study, entry, evaluation))
+}
+
+/// Returns what to do next: search farther where the search or the machine ended at the best place, else cut there.
+fn next_step(results: &PlacementResults) -> String {
+    let towards = |is_meant: fn(&Margin) -> bool| -> Vec<String> {
+        results.flatness.iter().filter(|own| is_meant(own)).map(direction_words).collect()
+    };
+    match (towards(|own| own.is_better_beyond && is_none(own)).as_slice(), towards(is_blocked).as_slice()) {
+        ([], []) => "put this placement into the process file, and write the compensated program with it.".into(),
+        ([], blocked) => {
+            format!("make room towards {}, and search again: nobody clamps so exactly.", blocked.join(", "))
+        }
+        (bounds, _) => {
+            format!("widen the bounds towards {} if the machine allows, and search again.", bounds.join(", "))
+        }
+    }
 }
 
 /// Words of the first sentence, units by themselves.

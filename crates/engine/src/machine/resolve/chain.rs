@@ -15,7 +15,7 @@ use crate::{
         section::{beam_stiffness, parallelogram_terms},
         spec::{
             AxisSpec, BeamSpec, ElementSpec, LinkSpec, MachineSpec, MountSpec, ParallelogramSpec, PointSpringSpec,
-            ShownSpec,
+            PrismaticDriveSpec, RevoluteDriveSpec, ShownSpec,
         },
     },
     spatial::{Axis, Pose},
@@ -132,42 +132,8 @@ impl ChainBuilder<'_> {
                 pose.translation = check.key("translation_mm").position(fixed.translation_mm)?;
                 self.add_fixed(pose);
             }
-            ElementSpec::PrismaticDrive(drive) => {
-                let check = check.key("prismatic_drive");
-                let drive_model = Drive {
-                    name: drive.name.clone(),
-                    motion: Motion::Prismatic,
-                    coordinate: self.chain.virtual_count,
-                    stiffness: in_series(
-                        check.key("stiffness_N_per_mm").positive(drive.stiffness.number())?,
-                        check.key("shaft_stiffness_N_per_mm").optional_positive(drive.shaft_stiffness)?,
-                    ),
-                    travel: check.key("travel_mm").interval(drive.travel_mm, 1.0)?,
-                    force_limit: check.key("force_limit_N").optional_positive(drive.force_limit)?,
-                    backlash: check.key("backlash_mm").optional_positive(drive.backlash_mm)?.unwrap_or(0.0),
-                    friction: check.key("friction_N").optional_positive(drive.friction)?.unwrap_or(0.0),
-                    home: check.key("home_mm").finite_scalar(drive.home_mm)?,
-                };
-                self.add_drive(drive_model, drive.axis, drive.shown.as_ref(), &check)?;
-            }
-            ElementSpec::RevoluteDrive(drive) => {
-                let check = check.key("revolute_drive");
-                let drive_model = Drive {
-                    name: drive.name.clone(),
-                    motion: Motion::Revolute,
-                    coordinate: self.chain.virtual_count,
-                    stiffness: in_series(
-                        check.key("stiffness_Nmm_per_rad").positive(drive.stiffness.number())?,
-                        check.key("shaft_stiffness_Nmm_per_rad").optional_positive(drive.shaft_stiffness)?,
-                    ),
-                    travel: check.key("travel_deg").interval(drive.travel_deg, TO_RAD)?,
-                    force_limit: check.key("torque_limit_Nmm").optional_positive(drive.torque_limit)?,
-                    backlash: check.key("backlash_deg").optional_positive(drive.backlash_deg)?.unwrap_or(0.0) * TO_RAD,
-                    friction: check.key("friction_Nmm").optional_positive(drive.friction)?.unwrap_or(0.0),
-                    home: check.key("home_deg").finite_scalar(drive.home_deg)? * TO_RAD,
-                };
-                self.add_drive(drive_model, drive.axis, drive.shown.as_ref(), &check)?;
-            }
+            ElementSpec::PrismaticDrive(drive) => self.add_prismatic_drive(drive, &check.key("prismatic_drive"))?,
+            ElementSpec::RevoluteDrive(drive) => self.add_revolute_drive(drive, &check.key("revolute_drive"))?,
             ElementSpec::PrismaticJoint(joint) => {
                 let check = check.key("prismatic_joint");
                 let passive = PassiveJoint {
@@ -227,6 +193,44 @@ impl ChainBuilder<'_> {
             ElementSpec::Module(module) => self.add_module(module, &check.key("module"))?,
         }
         Ok(())
+    }
+
+    /// Appends a drive that moves along an axis, in mm and N.
+    fn add_prismatic_drive(&mut self, drive: &PrismaticDriveSpec, check: &Check) -> Result<()> {
+        let drive_model = Drive {
+            name: drive.name.clone(),
+            motion: Motion::Prismatic,
+            coordinate: self.chain.virtual_count,
+            stiffness: in_series(
+                check.key("stiffness_N_per_mm").positive(drive.stiffness.number())?,
+                check.key("shaft_stiffness_N_per_mm").optional_positive(drive.shaft_stiffness)?,
+            ),
+            travel: check.key("travel_mm").interval(drive.travel_mm, 1.0)?,
+            force_limit: check.key("force_limit_N").optional_positive(drive.force_limit)?,
+            backlash: check.key("backlash_mm").optional_positive(drive.backlash_mm)?.unwrap_or(0.0),
+            friction: check.key("friction_N").optional_positive(drive.friction)?.unwrap_or(0.0),
+            home: check.key("home_mm").finite_scalar(drive.home_mm)?,
+        };
+        self.add_drive(drive_model, drive.axis, drive.shown.as_ref(), check)
+    }
+
+    /// Appends a drive that turns about an axis, in degrees and N·mm.
+    fn add_revolute_drive(&mut self, drive: &RevoluteDriveSpec, check: &Check) -> Result<()> {
+        let drive_model = Drive {
+            name: drive.name.clone(),
+            motion: Motion::Revolute,
+            coordinate: self.chain.virtual_count,
+            stiffness: in_series(
+                check.key("stiffness_Nmm_per_rad").positive(drive.stiffness.number())?,
+                check.key("shaft_stiffness_Nmm_per_rad").optional_positive(drive.shaft_stiffness)?,
+            ),
+            travel: check.key("travel_deg").interval(drive.travel_deg, TO_RAD)?,
+            force_limit: check.key("torque_limit_Nmm").optional_positive(drive.torque_limit)?,
+            backlash: check.key("backlash_deg").optional_positive(drive.backlash_deg)?.unwrap_or(0.0) * TO_RAD,
+            friction: check.key("friction_Nmm").optional_positive(drive.friction)?.unwrap_or(0.0),
+            home: check.key("home_deg").finite_scalar(drive.home_deg)? * TO_RAD,
+        };
+        self.add_drive(drive_model, drive.axis, drive.shown.as_ref(), check)
     }
 
     /// Name of an elastic link in tables: the `name` given in the file, or else its `kind` and `number` in the chain, from 1.

@@ -34,19 +34,7 @@ impl Interpreter {
             return Ok(Vec::new());
         };
         let blame = request.motion_word_source().unwrap_or(first);
-        // Of LinuxCNC and of lathes it is a cycle of threads.
-        let is_thread = number == 76 && ['I', 'J', 'E', 'H'].iter().any(|letter| request.find_word(*letter).is_some());
-        if is_thread {
-            return Err(blame.refuse(Fault::Unsupported(Unsupported::CannedCycle)));
-        }
-        let turning = self.turning();
-        self.check_along_plane(&turning, blame)?;
-        if let Some((letter, at)) = self.nonzero_rotary_axis().filter(|_| self.inclined.is_none() || turning.turns()) {
-            return Err(blame.refuse(Fault::TurnedCycle { letter, at }));
-        }
-        if self.modal.plane != Plane::Xy {
-            return Err(blame.refuse(Fault::CyclePlane));
-        }
+        self.check_cycle(number, request, blame)?;
         self.note_unit(line);
         let mm = self.modal.unit.mm();
         let origin = self.origin(blame)?;
@@ -119,6 +107,24 @@ impl Interpreter {
             (self.modal.motion, self.cycle) = (self.motion_before_cycle, None);
         }
         Ok(motions)
+    }
+
+    /// Refuses cycle `number` at the word `blame` where it makes threads, or the tool does not stand along Z of the plane.
+    fn check_cycle(&self, number: u32, request: &Request, blame: &Word) -> Result<(), Refusal> {
+        // Of LinuxCNC and of lathes it is a cycle of threads.
+        let is_thread = number == 76 && ['I', 'J', 'E', 'H'].iter().any(|letter| request.find_word(*letter).is_some());
+        if is_thread {
+            return Err(blame.refuse(Fault::Unsupported(Unsupported::CannedCycle)));
+        }
+        let turning = self.turning();
+        self.check_along_plane(&turning, blame)?;
+        if let Some((letter, at)) = self.nonzero_rotary_axis().filter(|_| self.inclined.is_none() || turning.turns()) {
+            return Err(blame.refuse(Fault::TurnedCycle { letter, at }));
+        }
+        if self.modal.plane != Plane::Xy {
+            return Err(blame.refuse(Fault::CyclePlane));
+        }
+        Ok(())
     }
 
     /// Creates the motion of the cycle from `start` to `end`; `blame` is the word to which errors point.

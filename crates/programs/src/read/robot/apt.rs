@@ -183,6 +183,28 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// Refuses CUTCOM, which the control makes, where points are not known to be of the tool centre.
+    fn check_cutcom(&self, words: &[String]) -> Result<(), RobotFault> {
+        match self.cutcom_points {
+            _ if words[0] == "OFF" || words[0] == "NOMORE" => Ok(()),
+            Some(CutcomPoints::ToolCentre) => Ok(()),
+            Some(CutcomPoints::Contour) => RobotFault::not_followed(
+                "contours from which the control offsets the tool are",
+                "points of the tool centre",
+            ),
+            None => Err(RobotFault::Cutcom),
+        }
+    }
+
+    /// Follows TRNTYP. `Err` for coordinates that are not of the world.
+    fn follow_kind_of_coordinates(&mut self, words: &[String]) -> Result<(), RobotFault> {
+        self.is_in_world = words[0] == "WORLD" && words[1..].iter().all(|word| word.parse() == Ok(0.0));
+        match self.is_in_world {
+            true => Ok(()),
+            false => RobotFault::not_followed("other kinds of coordinates are", "TRNTYP/WORLD,0,0,0"),
+        }
+    }
+
     /// Returns the next record: its bytes, its first line, and its text with blanks for comments and line breaks; `None` at the end.
     fn next_record(&mut self) -> Result<Option<Record>, Refusal> {
         loop {
@@ -245,17 +267,7 @@ impl<'a> Reader<'a> {
                 "INIT" | "CLEAR" if words.len() == 1 => {}
                 _ => self.cycle = Some(self.read_cycle(&words)?),
             },
-            "CUTCOM" if words[0] == "OFF" || words[0] == "NOMORE" => {}
-            "CUTCOM" => match self.cutcom_points {
-                Some(CutcomPoints::ToolCentre) => {}
-                Some(CutcomPoints::Contour) => {
-                    return RobotFault::not_followed(
-                        "contours from which the control offsets the tool are",
-                        "points of the tool centre",
-                    );
-                }
-                None => return Err(RobotFault::Cutcom),
-            },
+            "CUTCOM" => self.check_cutcom(&words)?,
             "INSERT" if is_block_of_a_control(&code[word.len()..]) && !is_kept() => {
                 return RobotFault::not_followed(
                     "blocks of a control that INSERT puts into the program are",
@@ -263,12 +275,7 @@ impl<'a> Reader<'a> {
                 );
             }
             "MULTAX" => self.axis_is_open = self.is_tilted && has("OFF"),
-            "TRNTYP" => {
-                self.is_in_world = words[0] == "WORLD" && words[1..].iter().all(|word| word.parse() == Ok(0.0));
-                if !self.is_in_world {
-                    return RobotFault::not_followed("other kinds of coordinates are", "TRNTYP/WORLD,0,0,0");
-                }
-            }
+            "TRNTYP" => self.follow_kind_of_coordinates(&words)?,
             "CSYS" if self.is_in_world && words.len() == 12 => {
                 self.set_axis(direction_vector(&[2, 6, 10].map(|entry| words[entry].clone()))?);
             }
@@ -288,18 +295,10 @@ impl<'a> Reader<'a> {
                 self.feed = number().map(|number| (number, self.feed_unit(&has)));
             }
             "SPINDL" => match number().filter(|speed| *speed > 0.0) {
-                Some(speed) if !has("SFM") && !has("SMM") => self.spindle_rev_per_min = Some(speed),
-                Some(_) => self.spindle_rev_per_min = None,
-                None if has("OFF") => self.spindle_rev_per_min = None,
-                None => {}
+                None if !has("OFF") => {}
+                speed => self.spindle_rev_per_min = speed.filter(|_| !has("SFM") && !has("SMM")),
             },
-            "UNITS" | "UNIT" => {
-                self.unit_mm = match words.first().map(String::as_str) {
-                    Some("MM") => 1.0,
-                    Some("INCHES" | "INCH" | "IN") => INCH_MM,
-                    _ => return Err(RobotFault::Form { expected: "UNITS/MM or UNITS/INCHES" }),
-                };
-            }
+            "UNITS" | "UNIT" => self.unit_mm = unit_mm(&words)?,
             "LOAD" if words[0] != "TOOL" => return Err(RobotFault::Call { name: word.to_owned() }),
             "LOADTL" | "LOAD" => {
                 self.tool = number().filter(|tool| *tool >= 0.0 && tool.fract() == 0.0).map(|tool| tool as u32)
@@ -443,6 +442,15 @@ fn code_range(source: &[u8], line: Range<usize>) -> (Range<usize>, bool) {
         Some(at) if text.get(at + 1) == Some(&b'$') => (start..(line.start + at).max(start), false),
         Some(at) => (start..line.start + at + 1, true),
         None => (start..line.end, false),
+    }
+}
+
+/// Returns the mm of the unit that UNITS names.
+fn unit_mm(words: &[String]) -> Result<f64, RobotFault> {
+    match words.first().map(String::as_str) {
+        Some("MM") => Ok(1.0),
+        Some("INCHES" | "INCH" | "IN") => Ok(INCH_MM),
+        _ => Err(RobotFault::Form { expected: "UNITS/MM or UNITS/INCHES" }),
     }
 }
 

@@ -381,16 +381,8 @@ impl<'a> Reader<'a> {
         Ok((target, (base, product(&features[count..]), features.len() + usize::from(asks_joints))))
     }
 
-    /// Returns the statement of the motion in the bytes `code`, whose name is at `keyword` in them.
-    fn motion(&mut self, kind: MotionKind, code: Range<usize>, keyword: Range<usize>) -> Result<Statement, RobotFault> {
-        self.check_runs_once()?;
-        if let Some(end) = self.end_line.or(self.return_line) {
-            return Err(RobotFault::AfterEnd { end });
-        }
-        if self.blocks.iter().any(|(word, _)| *word == ENDLESS) {
-            let text = &self.source[code.start + keyword.end..code.end];
-            self.names_in_loop.extend(names_in(text));
-        }
+    /// Refuses a motion in another function than the first one, in one that may run twice, or with set_tcp elsewhere.
+    fn check_routine(&mut self) -> Result<(), RobotFault> {
         let routine = self.routine();
         let is_around = |line: &usize| *line == 0 || self.blocks.iter().any(|(_, at)| at == line);
         if !self.setters.get("set_tcp").is_none_or(|lines| lines.iter().all(is_around)) {
@@ -403,6 +395,20 @@ impl<'a> Reader<'a> {
         if first != routine {
             return Err(RobotFault::SecondRoutine { line: routine, first });
         }
+        Ok(())
+    }
+
+    /// Returns the statement of the motion in the bytes `code`, whose name is at `keyword` in them.
+    fn motion(&mut self, kind: MotionKind, code: Range<usize>, keyword: Range<usize>) -> Result<Statement, RobotFault> {
+        self.check_runs_once()?;
+        if let Some(end) = self.end_line.or(self.return_line) {
+            return Err(RobotFault::AfterEnd { end });
+        }
+        if self.blocks.iter().any(|(word, _)| *word == ENDLESS) {
+            let text = &self.source[code.start + keyword.end..code.end];
+            self.names_in_loop.extend(names_in(text));
+        }
+        self.check_routine()?;
         let text = &self.source[code.clone()];
         let (parts, end) = arguments(text, keyword.end)?;
         if end != text.len() {

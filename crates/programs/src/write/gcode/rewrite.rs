@@ -172,24 +172,29 @@ impl Program {
         if next != path.len() {
             return Err(foreign());
         }
-        let before = (self.dialect == Dialect::Heidenhain).then(|| Lines::split(&writer.out));
-        let bytes = self.dialect.renumbered(&self.source, writer.out);
+        Ok(Rewritten {
+            bytes: self.renumbered(writer.out, &mut writer.line_ends),
+            pieces: writer.pieces,
+            parameters: writer.parameters,
+            line_ends: writer.line_ends,
+            reading: (self.name.clone(), self.options.clone()),
+        })
+    }
+
+    /// Returns what is `written` with its blocks counted on, where they are numbered; `line_ends` move with it.
+    fn renumbered(&self, written: Vec<u8>, line_ends: &mut [usize]) -> Vec<u8> {
+        let before = (self.dialect == Dialect::Heidenhain).then(|| Lines::split(&written));
+        let bytes = self.dialect.renumbered(&self.source, written);
         if let Some(before) = before {
             let (after, mut lines) = (Lines::split(&bytes), 0usize);
-            for end in &mut writer.line_ends {
+            for end in line_ends {
                 while lines < before.len() && before.ending(lines).end <= *end {
                     lines += 1;
                 }
                 *end = lines.checked_sub(1).map_or(0, |last| after.ending(last).end);
             }
         }
-        Ok(Rewritten {
-            bytes,
-            pieces: writer.pieces,
-            parameters: writer.parameters,
-            line_ends: writer.line_ends,
-            reading: (self.name.clone(), self.options.clone()),
-        })
+        bytes
     }
 
     /// Converts the points of a motion and their corrected positions to the coordinates (mm) of its words.

@@ -97,16 +97,7 @@ impl Writer<'_> {
                 let written = self.fit_hole(motion, format, *goal);
                 let (over, of_cycle): (Vec<_>, Vec<_>) =
                     written.numbers().partition(|(letter, _)| retracts && matches!(letter, 'X' | 'Y'));
-                if !over.is_empty() {
-                    // The cycle drills where the tool is.
-                    let words = over.iter().map(|(letter, number)| self.style.word(*letter, number));
-                    let words: Vec<String> = std::iter::once("G0".to_owned()).chain(words).collect();
-                    self.out.extend_from_slice(&content[..block.prefix]);
-                    self.out.extend_from_slice(words.join(self.style.separator()).as_bytes());
-                    self.end_line(block, false);
-                    self.pieces.insert(self.pieces.len() - 1, 0);
-                    self.motion_word = Some(MotionCode::Rapid);
-                }
+                self.write_way_over(block, &over);
                 let mut edit = LineEdit::new(content, &motion.words, self.style);
                 for (letter, number) in of_cycle {
                     match edit.find(|word| word.letter == letter) {
@@ -141,6 +132,20 @@ impl Writer<'_> {
             }
             self.end_line(block, is_last);
         }
+    }
+
+    /// Writes the move to the numbers `over` a hole before its line, if there are any: the cycle drills where the tool is.
+    fn write_way_over(&mut self, block: &Block, over: &[(char, &String)]) {
+        if over.is_empty() {
+            return;
+        }
+        let words = over.iter().map(|(letter, number)| self.style.word(*letter, number));
+        let words: Vec<String> = std::iter::once("G0".to_owned()).chain(words).collect();
+        self.out.extend_from_slice(&self.program.content(block.line)[..block.prefix]);
+        self.out.extend_from_slice(words.join(self.style.separator()).as_bytes());
+        self.end_line(block, false);
+        self.pieces.insert(self.pieces.len() - 1, 0);
+        self.motion_word = Some(MotionCode::Rapid);
     }
 
     /// Returns one hole as it is written from the tracked position: words of the line that already lead to `goal` stay.

@@ -31,18 +31,7 @@ impl Reader<'_> {
     /// Returns the statement of the motion `word` in the bytes `code`; `None` if it stays where the robot is.
     pub(crate) fn motion(&mut self, word: &str, code: Range<usize>) -> Result<Option<Statement>, RobotFault> {
         let is_spline = word.starts_with('S');
-        let (kind, is_step) = match word {
-            "LIN" | "SLIN" => (MotionKind::Line, false),
-            "LIN_REL" => (MotionKind::Line, true),
-            "PTP" | "SPTP" => (MotionKind::PointToPoint, false),
-            "PTP_REL" => (MotionKind::PointToPoint, true),
-            "CIRC" | "SCIRC" => (MotionKind::Circle, false),
-            "CIRC_REL" => {
-                return RobotFault::not_followed("circles by steps are", "CIRC");
-            }
-            "SPL" => (MotionKind::Spline, false),
-            _ => return RobotFault::not_followed("spline motions by steps are", "SLIN, SCIRC, SPTP and SPL to points"),
-        };
+        let (kind, is_step) = motion_kind(word)?;
         self.check_runs_once()?;
         if let Some(end) = self.end_line {
             return Err(RobotFault::AfterEnd { end });
@@ -85,17 +74,7 @@ impl Reader<'_> {
             false => (Settings::default(), is_in_tool_axes(scan)?),
         };
         if is_step {
-            let turns = |target: &Target| {
-                (0..3).any(|angle| target.number(Component::Rotation(angle)).is_some_and(|a| a != 0.0))
-            };
-            let moves_axes =
-                |target: &Target| target.numbers.iter().any(|n| matches!(n.component, Component::External(_)));
-            if in_tool || end.as_ref().is_some_and(|end| turns(end) || moves_axes(end)) {
-                return RobotFault::not_followed(
-                    "steps along the axes of the tool, turns and external axes by steps are",
-                    "steps of X, Y and Z in the base",
-                );
-            }
+            check_step(end.as_ref(), in_tool)?;
         }
         if kind == MotionKind::Circle && self.carries_orientation(&settings) {
             return RobotFault::not_followed(
@@ -173,6 +152,20 @@ impl Reader<'_> {
     }
 }
 
+/// Returns the kind of the motion `word`, and whether it goes by steps.
+fn motion_kind(word: &str) -> Result<(MotionKind, bool), RobotFault> {
+    match word {
+        "LIN" | "SLIN" => Ok((MotionKind::Line, false)),
+        "LIN_REL" => Ok((MotionKind::Line, true)),
+        "PTP" | "SPTP" => Ok((MotionKind::PointToPoint, false)),
+        "PTP_REL" => Ok((MotionKind::PointToPoint, true)),
+        "CIRC" | "SCIRC" => Ok((MotionKind::Circle, false)),
+        "CIRC_REL" => RobotFault::not_followed("circles by steps are", "CIRC"),
+        "SPL" => Ok((MotionKind::Spline, false)),
+        _ => RobotFault::not_followed("spline motions by steps are", "SLIN, SCIRC, SPTP and SPL to points"),
+    }
+}
+
 /// Refusal of an operator on points.
 const OPERATOR: RobotFault =
     RobotFault::NotFollowed { what: "operators on points are", expected: "a point whose numbers the file gives" };
@@ -212,6 +205,20 @@ fn is_in_tool_axes(mut scan: Scan<'_>) -> Result<bool, RobotFault> {
         }
     }
     Ok(in_tool)
+}
+
+/// Refuses a step to `end` along the axes of the tool, or one that turns the tool or moves external axes.
+fn check_step(end: Option<&Target>, in_tool: bool) -> Result<(), RobotFault> {
+    let turns =
+        |target: &Target| (0..3).any(|angle| target.number(Component::Rotation(angle)).is_some_and(|a| a != 0.0));
+    let moves_axes = |target: &Target| target.numbers.iter().any(|n| matches!(n.component, Component::External(_)));
+    if in_tool || end.is_some_and(|end| turns(end) || moves_axes(end)) {
+        return RobotFault::not_followed(
+            "steps along the axes of the tool, turns and external axes by steps are",
+            "steps of X, Y and Z in the base",
+        );
+    }
+    Ok(())
 }
 
 /// Returns a step without its angles, which are all 0, so that it keeps the orientation.
