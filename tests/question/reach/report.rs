@@ -4,13 +4,13 @@ use serde_json::json;
 
 use super::{ReachStudy, Way, run};
 use crate::{
-    answer::{Output, Run},
+    answer::{Output, Run, machine::described},
     files::{
         Manifest, counted,
         exchange::{Cell, Table, numbers, texts},
     },
     input::error::Result,
-    page::{Description, MachineDescription, TableNote, headline::Headline},
+    page::{Description, TableNote, headline::Headline},
     questions::Answered,
 };
 
@@ -23,7 +23,7 @@ impl Answered for ReachStudy {
         let page = Description {
             headline: Headline::new(&sentence, counted(ways.len(), "named point")),
             tables: vec![TableNote::new("ways.csv", "One row per named point.")],
-            ..Description::new("reach", MachineDescription::new(&self.machine))
+            ..Description::new("reach", described(&self.machine))
         };
         Ok(Output {
             tables: vec![("ways".into(), table(&ways))],
