@@ -8,7 +8,14 @@ use std::{
     },
 };
 
-use kinetostat::{Method, Result, nalgebra::Vector3, products::program::{Asked, Compensated, InMemory, Pass, ProgramJob}, toolpath::ProgramFile, simulation::{along_path::PathPointResult, spread::DeflectionSpread, spread_along::LargestSpread}, work::{Event, Work}};
+use kinetostat::{
+    Method, Result,
+    nalgebra::Vector3,
+    products::program::{Asked, Compensated, InMemory, Pass, ProgramJob},
+    simulation::{along_path::PathPointResult, spread::DeflectionSpread, spread_along::LargestSpread},
+    toolpath::ProgramFile,
+    work::{Event, Work},
+};
 use pyo3::{
     prelude::*,
     types::{PyBytes, PyDict},
