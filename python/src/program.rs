@@ -13,7 +13,6 @@ use kinetostat::{
     nalgebra::Vector3,
     products::program::{Asked, Compensated, InMemory, Pass, ProgramJob},
     simulation::{along_path::PathPointResult, spread::DeflectionSpread, spread_along::LargestSpread},
-    toolpath::ProgramFile,
     work::{Event, Work},
 };
 use pyo3::{
