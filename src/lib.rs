@@ -42,7 +42,8 @@
 //!
 //! `cli` (the program, default) holds `report` (tables, figures, pages, studies run into folders). Without either, questions are computed and
 //! nothing is drawn or written; that also builds for `wasm32-unknown-unknown`, where files are read from memory ([`Folder::in_memory`]).
-//! `parquet` and `vtk` add formats of tables and maps. The engine alone is the package `kinetostat-engine`.
+//! `parquet` and `vtk` add formats of tables and maps. The engine alone is the package `kinetostat-engine`, programs alone
+//! are `kinetostat-programs`.
 //!
 //! ```
 //! use kinetostat::{Machine, MillingForce, Solver, Status, nalgebra::Vector3};
