@@ -265,11 +265,11 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// crate, or says what it takes out.
 const MOST_LINES: [(&str, usize); 7] = [
     ("crates/budget/src", 300),
-    ("crates/engine/src", 22_550),
+    ("crates/engine/src", 22_450),
     ("crates/input/src", 1_260),
     ("crates/programs/src", 32_300),
     ("crates/removal/src", 3_260),
-    ("crates/spatial/src", 700),
+    ("crates/spatial/src", 790),
     ("src", 81_450),
 ];
 const MOST_LINES_OF_ALL: usize = 138_000;
@@ -447,9 +447,7 @@ fn nalgebra_does_not_choose_its_arithmetic_by_the_processor() {
 #[test]
 fn every_property_draws_from_a_fixed_seed() {
     let mut all = all_sources();
-    for tests in
-        ["tests", "crates/engine/tests", "crates/programs/tests", "crates/removal/tests", "crates/spatial/tests"]
-    {
+    for tests in ["tests", "crates/engine/tests", "crates/programs/tests", "crates/spatial/tests"] {
         files(&root().join(tests), &["rs"], &mut all);
     }
     let mut count = 0;

@@ -12,5 +12,4 @@ mod sections;
 mod side_by_side;
 mod singularities;
 mod solver;
-mod spatial;
 mod stiffness;

@@ -232,11 +232,7 @@ impl Program {
     ///
     /// # Errors
     /// A program that cannot be followed, or whose calls leave a line no feed of its own.
-    pub fn with_feeds(
-        &self,
-        lines: &[FedLine],
-        numbers: &[Option<String>],
-    ) -> Result<(Program, usize), FeedFault> {
+    pub fn with_feeds(&self, lines: &[FedLine], numbers: &[Option<String>]) -> Result<(Program, usize), FeedFault> {
         let mut in_force = None;
         let mut written = BTreeSet::new();
         for (line, number) in lines.iter().zip(numbers) {

@@ -1,10 +1,7 @@
-//! Poses, screws and frames of `kinetostat_engine::spatial`.
+//! Closed forms and invariants of poses, screws and frames.
 
-use kinetostat_engine::{
-    Pose, Wrench,
-    nalgebra::{Matrix3, Vector3},
-    spatial::{Axis, Twist, frame_about, rotation_exp, rotation_log},
-};
+use kinetostat_spatial::{Axis, Pose, Twist, Wrench, frame_about, rotation_exp, rotation_log};
+use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 
 proptest! {
