@@ -133,7 +133,7 @@ fn picture() -> String {
         reached.push(own.iter().chain(own.iter().flat_map(|used| reached.get(*used)).flatten()).copied().collect());
     }
     let library = fs::read_to_string(root().join("src/lib.rs")).unwrap();
-    let line = |(name, uses, what): (&str, &str, &str)| format!("{name:<16}{uses:<26}{what}\n");
+    let line = |(name, uses, what): (&str, &str, &str)| format!("{name:<16}{uses:<37}{what}\n");
     let mut picture = line(("what", "uses", "what it is"));
     let mut home_before = "";
     for folder in ORDER.iter().rev() {

@@ -1,5 +1,5 @@
-//! What machine files are read with: files, never longer than a limit; TOML with line and key in errors; values checked; and the one error
-//! type of [kinetostat](https://docs.rs/kinetostat).
+//! Reads files and checks values, with file, line and key in errors; the one error type. Files are never longer than a limit; machine files of
+//! [kinetostat](https://docs.rs/kinetostat) are read with it.
 //!
 //! ```
 //! use kinetostat_input::toml_file::parse;

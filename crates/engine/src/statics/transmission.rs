@@ -249,8 +249,8 @@ impl<R: Real> Transmission<R> {
     /// Fills the reduced system: `Ã_ab = A_ab + A_aq W_b + W_aᵀ (A_qb + A_qq W_b)` with dq = W (dθ, 1, dt).
     #[inline(always)]
     fn fill_reduced(&mut self, matrix: &Bordered<R>, rhs: usize) {
-        let (pivots, remaining) = (self.pivots.len(), self.remaining.len());
-        let rhs_column = self.rhs_column();
+        let (pivots, remaining, slack) = (self.pivots.len(), self.remaining.len(), self.scale.slack);
+        let (first_slack_row, rhs_column) = (self.first_slack_row(), self.rhs_column());
         let twist_column = rhs_column + 1 + self.extra;
         let known = remaining + 7;
         // Column in the chain's system; dt has no entries in the rows of joints and springs.
@@ -325,14 +325,6 @@ impl<R: Real> Transmission<R> {
         if !self.extra_forces.is_empty() {
             self.add_extra_forces(matrix, rhs, target);
         }
-        self.fill_slacks();
-    }
-
-    /// Fills the rows of the slacks: −s and 1 in those of f, −1/s in those of y.
-    #[inline(always)]
-    fn fill_slacks(&mut self) {
-        let (remaining, first_slack_row) = (self.remaining.len(), self.first_slack_row());
-        let slack = self.scale.slack;
         for k in 0..first_slack_row - remaining {
             *self.reduced.at(remaining + k, remaining + k) = R::splat(-slack);
             *self.reduced.at(remaining + k, first_slack_row + k) = R::splat(1.0);
