@@ -119,7 +119,7 @@ impl ProgramJob {
     /// Reads the program in `file` and computes the cutting force along it.
     ///
     /// # Errors
-    /// As [`ProgramFile::read`] and [`ProgramJob::new`].
+    /// As [`Process::read_program`] and [`ProgramJob::new`].
     pub fn open(process: Process, file: &Path, work: &Work) -> Result<Self> {
         let program = process.read_program(file)?;
         Self::new(process, program, &file.display().to_string(), work)
