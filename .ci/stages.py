@@ -32,7 +32,7 @@ TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 STATE = TARGET / "ci"
 LOG = ".ci/full.log"
 # What runs write, and what says what was measured, of which .ci/full runs nothing: draws that failed, planted faults, and the table of seconds.
-APART = (LOG, "tests/proptest-regressions", "crates/*/tests/proptest-regressions", "fuzz/corpus/*/found_*", ".ci/mutations", ".ci/README.md")
+APART = (LOG, "tests/proptest-regressions", "crates/*/tests/proptest-regressions/*", "fuzz/corpus/*/found_*", ".ci/mutations", ".ci/README.md")
 # .ci/full was run at most as many commits ago.
 MOST_COMMITS = 150
 # Lines that the log keeps.

@@ -200,20 +200,28 @@ def archive(options):
         put(options.out / f"{folder}.tar.gz", tar(folder, files, when()))
 
 
+def run(command, env, folder=ROOT):
+    if subprocess.run(command, cwd=folder, env=env, stdout=sys.stderr).returncode != 0:
+        raise Fault(f"{' '.join(map(str, command))} failed")
+
+
 def with_licences(made, target, env):
-    """Puts the licences of what a wheel is made of into it, by the tool that unpacks and packs wheels."""
+    """The wheel with the licences of what it is made of, by the tool that unpacks and packs wheels; `made` is gone then."""
     tool = [sys.executable, "-m", "wheel"]
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run([*tool, "unpack", "--dest", folder, made], check=True, env=env, stdout=sys.stderr)
+        run([*tool, "unpack", "--dest", folder, made], env)
         [root] = Path(folder).iterdir()
         [licences] = [info / "licenses" for info in root.glob("*.dist-info")]
         licences.mkdir(exist_ok=True)
         for name in LICENCES:
             shutil.copy(ROOT / name, licences)
         graph = metadata(target, "--manifest-path", "python/Cargo.toml")
-        (licences / "THIRD-PARTY.txt").write_text(third_party(graph))
+        (licences / "THIRD-PARTY.txt").write_bytes(third_party(graph).encode())
         made.unlink()
-        subprocess.run([*tool, "pack", "--dest-dir", made.parent, root], check=True, env=env, stdout=sys.stderr)
+        # Its name may have other words for the same systems then.
+        run([*tool, "pack", "--dest-dir", made.parent, root], env)
+    [packed] = made.parent.glob("*.whl")
+    return packed
 
 
 def wheel(options):
@@ -223,11 +231,10 @@ def wheel(options):
         command = ["maturin", "build", "--quiet", "--locked", "--profile", options.profile, "--out", folder]
         command += [] if options.target == host() else ["--target", options.target]
         env = os.environ | {"SOURCE_DATE_EPOCH": str(when())}
-        if subprocess.run(command, cwd=ROOT / "python", env=env, stdout=sys.stderr).returncode != 0:
-            raise Fault(f"{' '.join(command)} failed")
+        run(command, env, ROOT / "python")
         [made] = Path(folder).glob("*.whl")
         if options.profile == "release":
-            with_licences(made, options.target, env)
+            made = with_licences(made, options.target, env)
             if made.stat().st_size > LARGEST_WHEEL:
                 raise Fault(f"a wheel has at most {LARGEST_WHEEL} bytes, this one {made.stat().st_size}")
         put(options.out / made.name, made.read_bytes())

@@ -1,7 +1,7 @@
 //! Long computations in pieces: kept, stopped, resumed and shared among computers. Pieces are kept as they finish, it can be
 //! stopped between them, and somebody is told how far it is.
 //!
-//! A unit of work has these words, and no others:
+//! A unit of work has these words:
 //!
 //! | word | what it is |
 //! |---|---|

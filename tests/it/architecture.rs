@@ -385,7 +385,7 @@ fn what_is_read_of_a_program_knows_nothing_of_how_it_is_written() {
         for used in used(&code(file), "crate::").iter().filter(|used| !used.is_empty()) {
             // Beside the folders there are the names that users have; of these, those of points and faults are of the model.
             let is_below = place(used).map_or(used.starts_with(char::is_uppercase), |other| other <= own);
-            assert!(is_below, "{} uses toolpath::{used}, which is above it", file.display());
+            assert!(is_below, "{} uses {used}, which is above it", file.display());
         }
     }
     assert!(seen.iter().all(|files| *files > 5), "{seen:?}");

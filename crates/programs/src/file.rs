@@ -231,7 +231,7 @@ fn is_csv(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
-/// Reads a program of a robot: written out first where `process` says so, or where it cannot be read otherwise.
+/// Reads a program of a robot: written out first where the options say so, or where it cannot be read otherwise.
 #[cfg(not(target_family = "wasm"))]
 fn robot_program(
     bytes: Vec<u8>,

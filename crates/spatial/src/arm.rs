@@ -7,10 +7,12 @@ use serde::{Deserialize, Serialize};
 
 /// The most external axes that a path commands.
 pub const MOST_EXTERNAL_AXES: usize = 6;
+
 /// An angle this near to a border, rad, is on both sides of it: KUKA's control reads turns so, and a wrong side cannot mean another posture.
 pub const ARM_BORDER: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// A branch factor this near to zero has both signs.
 const STRAIGHT: f64 = 1e-4;
+
 /// On which side of axis 1 the wrist centre is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -5,6 +5,8 @@ use std::{
     ops::Range,
 };
 
+use thiserror::Error;
+
 use crate::{
     expand::edit::LineEdit,
     model::{
@@ -21,11 +23,13 @@ const ROUNDED: f64 = 0.005;
 const SAME: f64 = 1e-9;
 
 /// Why the feeds of a program cannot be changed.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 pub enum FeedFault {
     /// The program cannot be followed.
-    Program(GcodeError),
+    #[error(transparent)]
+    Program(#[from] GcodeError),
     /// A line, from 1, beside which no feed can be changed, and why.
+    #[error("line {line} {why}")]
     Line {
         /// The line, from 1.
         line: usize,
@@ -33,13 +37,8 @@ pub enum FeedFault {
         why: &'static str,
     },
     /// Calls that leave a line no feed of its own.
+    #[error("{0}")]
     Calls(FoldFailure),
-}
-
-impl From<GcodeError> for FeedFault {
-    fn from(fault: GcodeError) -> Self {
-        Self::Program(fault)
-    }
 }
 
 /// A line of a program that moves the tool at feed rate.
