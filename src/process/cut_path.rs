@@ -28,7 +28,7 @@ impl CutPath {
     /// Returns the same path with these platform orientations `R_WP`, one for each point.
     #[must_use]
     pub fn with_platforms(self, platforms: &[UnitQuaternion<f64>]) -> Self {
-        Self { path: self.path.with_platforms(platforms), ..self }
+        self.map(|path| path.with_platforms(platforms))
     }
 
     /// Returns the same path with its points as `change` makes them of those there are.

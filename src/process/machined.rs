@@ -182,7 +182,7 @@ impl StockRemoval {
     }
 
     /// Returns the rectangle of the plan about what `path` cuts, how large patches may be there, mm, and whether that is coarse for its smallest tool.
-    fn looked_at(&self, field: &Field, path: &CutPath, axes: &Matrix3<f64>) -> ([Vector2<f64>; 2], f64, bool) {
+    fn looked_at(&self, field: &Field, path: &Toolpath, axes: &Matrix3<f64>) -> ([Vector2<f64>; 2], f64, bool) {
         let tools = self.tools_of(path);
         let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
         let mut smallest_mm = f64::INFINITY;
@@ -205,7 +205,7 @@ impl StockRemoval {
     /// tagged by the index of their point; of programs before [`EARLIER`].
     fn cut_along(
         &self,
-        path: &CutPath,
+        path: &Toolpath,
         axes: &Matrix3<f64>,
         shift: impl Fn(usize) -> Option<Vector3<f64>>,
         origin: &str,
@@ -244,7 +244,7 @@ impl StockRemoval {
 
 /// Returns how far the rotation of the tool moves the surface along its normal where the move to point `tag` makes it, mm: positive where material is left.
 fn by_rotation(
-    path: &CutPath,
+    path: &Toolpath,
     (tag, rotations): (usize, &[Vector3<f64>]),
     axes: &Matrix3<f64>,
     (patch, cutter): (&Patch, &Cutter),
