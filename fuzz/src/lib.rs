@@ -14,8 +14,8 @@ use kinetostat::{
     questions::{Overrides, Study, StudyKind, map, path::PathStudy, redundancy_map},
     simulation::tasks::tasks,
     toolpath::{
-        Circle, Plane, Sampling, Toolpath, TurnDirection,
-        gcode::{Dialect, GcodeOptions, Program},
+        Circle, Plane, Sampling, Toolpath, TurnDirection, WriteOptions,
+        gcode::{Dialect, GcodeOptions, GcodeProgram},
         polyline::Polyline,
         robot::{Language, RobotOptions, RobotProgram},
     },
@@ -94,7 +94,7 @@ pub fn heidenhain(data: &[u8]) {
 /// A program; an accepted one is written back as it is, byte for byte, and moved.
 fn program(data: &[u8], dialect: Dialect) {
     let options = GcodeOptions { dialect: Some(dialect), ..GcodeOptions::default() };
-    let program = match Program::parse(data, NAME, &options) {
+    let program = match GcodeProgram::parse(data, NAME, &options) {
         Ok(program) => program,
         Err(refusal) => return named(&refusal.to_string()),
     };
@@ -106,10 +106,11 @@ fn program(data: &[u8], dialect: Dialect) {
     };
     finite_path(&path);
     let format = program.own_format();
-    let same = program.rewrite(&path, &path.positions_mm(), format).expect("its own positions");
+    let same =
+        program.rewrite(&path, &path.positions_mm(), WriteOptions::with_decimals(format)).expect("its own positions");
     assert!(same.bytes() == data, "rewritten without correction, it is another program");
     let moved = moved(&path);
-    let rewritten = match program.rewrite(&path, &moved, format) {
+    let rewritten = match program.rewrite(&path, &moved, WriteOptions::with_decimals(format)) {
         Ok(rewritten) => rewritten,
         // A word that moves with the tool, where its line is split.
         Err(refused) if refused.to_string().contains("an axis that moves with the tool") => {
@@ -159,10 +160,12 @@ fn poses(data: &[u8], language: Language) {
     };
     finite_path(&path);
     let format = program.own_format();
-    let same = program.rewrite(&path, &path.positions_mm(), None, format).expect("its own positions");
+    let same = program
+        .rewrite(&path, &path.positions_mm(), None, WriteOptions::with_decimals(format))
+        .expect("its own positions");
     assert!(same.bytes() == data, "rewritten without correction, it is another program");
     let moved = moved(&path);
-    let Ok(rewritten) = program.rewrite(&path, &moved, None, format) else {
+    let Ok(rewritten) = program.rewrite(&path, &moved, None, WriteOptions::with_decimals(format)) else {
         // The end of a circle that goes to an angle is named, and moved, but not gone to.
         let text = String::from_utf8_lossy(data);
         let mut words = text.split(|c: char| !c.is_ascii_digit() && !matches!(c, '+' | '-' | '.' | 'e' | 'E'));

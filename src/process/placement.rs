@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     machine::Machine,
-    spatial::{Axis, Pose, Wrench, frame_about, rotation_exp},
-    toolpath::{Load, Orientation, least_turn},
+    spatial::{Axis, Pose, Wrench, frame_about, least_turn, rotation_exp},
+    toolpath::{Load, Orientation},
 };
 
 /// The point of the machine whose positions a path gives: tool tip or platform point.

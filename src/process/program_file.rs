@@ -64,9 +64,9 @@ impl Process {
     /// Reads the program `bytes` of a `file`; `beside` gives the bytes of files beside it.
     fn parse_beside(&self, bytes: Vec<u8>, file: &Path, beside: &SiblingFiles<'_>) -> Result<ProgramFile> {
         let options = ProgramOptions {
-            gcode: &self.gcode,
+            gcode: self.gcode.clone(),
             #[cfg(not(target_family = "wasm"))]
-            robot: &self.robot_program,
+            robot: self.robot_program.clone(),
         };
         let program = ProgramFile::parse(bytes, file, &options, beside)?;
         match &program {

@@ -22,7 +22,7 @@ use crate::{
             is_drilling, lateral_share,
         },
     },
-    toolpath::{Load, PathPoint, SAME_TOOL_MM, Sampling, ToolDescription, ToolShape, Toolpath, TurnDirection},
+    toolpath::{Load, PathPoint, Sampling, ToolDescription, ToolShape, Toolpath, TurnDirection},
 };
 
 /// What is cut, in the frame of the workpiece, mm.
@@ -429,17 +429,8 @@ impl StockRemoval {
         if shape == ToolShape::BullNose && tool.corner_radius_mm.is_none() {
             return Err(missing("corner radius", "corner_radius_mm"));
         }
-        let corner_mm = tool.corner_radius_mm.unwrap_or_default();
-        // Of a comment that does not name a shape which is known.
-        let has_other_shape = match shape {
-            ToolShape::Drill => false,
-            _ if tool.point_angle_deg.is_some_and(|angle| angle != 0.0) => true,
-            ToolShape::Flat => corner_mm > SAME_TOOL_MM,
-            ToolShape::Ball => corner_mm > 0.0 && (corner_mm - diameter_mm / 2.0).abs() > SAME_TOOL_MM,
-            ToolShape::BullNose => false,
-        };
         let described = || format!("is of tool {number}, {}", said.join(", and "));
-        if has_other_shape {
+        if tool.is_of_other_shape_than(shape, diameter_mm) {
             return Err(format!("{}: expected the same shape", described()));
         }
         let cutter = cutter(shape, diameter_mm, &tool).map_err(|error| format!("{}: {error}", described()))?;

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::file::Process;
 use crate::{
     input::error::{Error, Result},
-    toolpath::gcode::Program,
+    toolpath::gcode::GcodeProgram,
 };
 
 /// A tool that leans by more is nearer to the normal of another plane, degrees.
@@ -18,7 +18,7 @@ const GIVEN_DEG: f64 = 1.0;
 ///
 /// # Errors
 /// A tool that stands otherwise.
-pub(super) fn check(program: &Program, process: &Process, name: &str) -> Result<()> {
+pub(super) fn check(program: &GcodeProgram, process: &Process, name: &str) -> Result<()> {
     let Some(axis) = tool_axis(program, process) else { return Ok(()) };
     let [x, y, z]: [f64; 3] = axis.map(|v| (v * 1e4).round() / 1e4 + 0.0).into();
     let machine = &process.machine.name;
@@ -55,7 +55,7 @@ fn normals(feed: [bool; 3]) -> Vec<usize> {
 
 /// Returns the direction of the tool from its tip to the spindle in W, a unit vector, with all rotary drives that the program commands at 0; `None` where
 /// it says how the tool stands.
-fn tool_axis(program: &Program, process: &Process) -> Option<Vector3<f64>> {
+fn tool_axis(program: &GcodeProgram, process: &Process) -> Option<Vector3<f64>> {
     let Process { machine, placement, .. } = process;
     let placed = match program.commanded_rotary() {
         [] if program.has_orientations() => return None,

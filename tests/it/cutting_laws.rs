@@ -12,7 +12,9 @@ use kinetostat::{
         file::Cutter,
     },
     spatial::frame_about,
-    toolpath::{Circle, Load, PathPoint, Plane, Sampling, Toolpath, TurnDirection, gcode::Program, polyline::Polyline},
+    toolpath::{
+        Circle, Load, PathPoint, Plane, Sampling, Toolpath, TurnDirection, gcode::GcodeProgram, polyline::Polyline,
+    },
 };
 
 fn read(source: &str) -> Toolpath {
@@ -200,7 +202,7 @@ fn printed_law_varies_and_rotated_law_does_not() {
 #[test]
 fn height_and_feed_say_what_cuts() {
     let source = "G0 X0 Y0 Z5\nG1 Z-1 F100\nG1 X4 F300\nG1 Z5\nG1 X8 F2000\n";
-    let program = Program::parse(source, "p.nc", &Default::default()).unwrap();
+    let program = GcodeProgram::parse(source, "p.nc", &Default::default()).unwrap();
     let path = program.toolpath(Sampling::new(0.01, 2.0).unwrap()).unwrap();
     let cutting = |rule: CuttingRule| {
         let path = rule.apply(path.clone());

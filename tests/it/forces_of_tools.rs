@@ -5,7 +5,7 @@ use std::path::Path;
 use kinetostat::{
     machine::Machine,
     process::{Process, cutting::PathLoad},
-    toolpath::{Sampling, Toolpath, gcode::Program},
+    toolpath::{Sampling, Toolpath, gcode::GcodeProgram},
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -50,7 +50,7 @@ fn process(text: &str) -> Process {
 }
 
 fn path(process: &Process, source: &str) -> Toolpath {
-    Program::parse(source, "part.nc", &process.gcode).unwrap().toolpath(Sampling::default()).unwrap()
+    GcodeProgram::parse(source, "part.nc", &process.gcode).unwrap().toolpath(Sampling::default()).unwrap()
 }
 
 fn fault(forces: &str, source: &str) -> String {

@@ -15,8 +15,8 @@ use kinetostat::{
     machine::{Machine, catalogue},
     questions::{Overrides, Study},
     toolpath::{
-        Sampling,
-        gcode::{Dialect, GcodeOptions, Program},
+        Sampling, WriteOptions,
+        gcode::{Dialect, GcodeOptions, GcodeProgram},
         polyline::Polyline,
     },
 };
@@ -145,10 +145,12 @@ fn long_lines_and_many_rows_take_no_time() {
     for source in [long_line, digits, comment, brackets, words, centres] {
         for dialect in Dialect::ALL {
             let options = GcodeOptions { dialect: Some(dialect), ..options.clone() };
-            match Program::parse(source.clone(), "p.nc", &options) {
+            match GcodeProgram::parse(source.clone(), "p.nc", &options) {
                 Ok(program) => {
                     let path = program.toolpath(Sampling::default()).unwrap();
-                    let written = program.rewrite(&path, &path.positions_mm(), program.own_format()).unwrap();
+                    let written = program
+                        .rewrite(&path, &path.positions_mm(), WriteOptions::with_decimals(program.own_format()))
+                        .unwrap();
                     assert!(written.bytes() == source.as_bytes());
                 }
                 Err(refusal) => {

@@ -8,8 +8,8 @@ use kinetostat::{
     input::Inputs,
     process::program_inputs,
     toolpath::{
-        NumberFormat, Sampling, Toolpath,
-        gcode::{CalledFile, Calls, GcodeOptions, Program},
+        Sampling, Toolpath, WriteOptions,
+        gcode::{CalledFile, Calls, GcodeOptions, GcodeProgram},
     },
 };
 use nalgebra::Vector3;
@@ -20,11 +20,11 @@ fn beside(name: &str) -> Option<Vec<u8>> {
     (name == "O200.nc").then(|| STEP.into())
 }
 
-fn read(source: &str) -> Program {
-    Program::parse_with_calls(source, "part.nc", &GcodeOptions::default(), &beside).unwrap()
+fn read(source: &str) -> GcodeProgram {
+    GcodeProgram::parse_with_calls(source, "part.nc", &GcodeOptions::default(), &beside).unwrap()
 }
 
-fn path(program: &Program) -> Toolpath {
+fn path(program: &GcodeProgram) -> Toolpath {
     program.toolpath(Sampling::new(0.1, 2.0).unwrap()).unwrap()
 }
 
@@ -33,7 +33,7 @@ fn moved(source: &str, by: impl Fn(usize, Vector3<f64>) -> Vector3<f64>) -> (Cal
     let program = read(source);
     let path = path(&program);
     let goals: Vec<_> = path.positions_mm().into_iter().enumerate().map(|(k, p)| p + by(k, p)).collect();
-    let rewritten = program.rewrite(&path, &goals, NumberFormat::default()).unwrap();
+    let rewritten = program.rewrite(&path, &goals, WriteOptions::default()).unwrap();
     (program.folded_calls(&rewritten).unwrap(), rewritten.read_back().unwrap().positions_mm())
 }
 
@@ -54,7 +54,7 @@ fn written_out(calls: Calls) -> String {
 /// Every tenth of a millimetre on the way, and the ends of the moves of a program that is run with these files.
 fn ends(program: &str, beside: &[CalledFile]) -> Vec<Vector3<f64>> {
     let bytes = |name: &str| beside.iter().find(|file| file.name == name).map(|file| file.bytes.clone());
-    let program = Program::parse_expanded(program, "part.nc", &GcodeOptions::default(), &bytes).unwrap();
+    let program = GcodeProgram::parse_expanded(program, "part.nc", &GcodeOptions::default(), &bytes).unwrap();
     let path = path(&program);
     path.points().iter().filter(|point| point.source.parameter == 1.0).map(|point| point.position_mm).collect()
 }
@@ -67,9 +67,10 @@ fn without_corrections_the_files_are_the_same() {
     assert!(programs.len() >= 12, "{} programs", programs.len());
     for (name, _) in programs {
         let source = beside(&name).unwrap();
-        let program = Program::parse_with_calls(source.as_slice(), &name, &GcodeOptions::default(), &beside).unwrap();
+        let program =
+            GcodeProgram::parse_with_calls(source.as_slice(), &name, &GcodeOptions::default(), &beside).unwrap();
         let path = path(&program);
-        let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+        let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
         let (written, files) = stays(program.folded_calls(&same).unwrap());
         assert_eq!(written, String::from_utf8(source).unwrap(), "{name}");
         for file in files {
@@ -146,9 +147,9 @@ fn corrections_that_differ_by_less_than_can_be_written_are_made_the_same() {
 #[test]
 fn what_was_to_be_written_out_is() {
     let options = GcodeOptions::default();
-    let program = Program::parse_expanded(TWICE, "part.nc", &options, &beside).unwrap();
+    let program = GcodeProgram::parse_expanded(TWICE, "part.nc", &options, &beside).unwrap();
     let path = path(&program);
-    let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+    let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
     assert_eq!(program.folded_calls(&same), None);
 }
 

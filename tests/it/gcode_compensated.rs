@@ -2,7 +2,7 @@
 
 use kinetostat::toolpath::{
     Sampling,
-    gcode::{GcodeOptions, Program},
+    gcode::{GcodeOptions, GcodeProgram},
 };
 
 use crate::support::command::{printed, told};
@@ -30,7 +30,7 @@ fn compensation_writes_the_centre_and_says_so() {
     assert!(!out.contains("G42") && out.contains("G3 "), "{out}");
     // Corrections are some hundredths of a millimetre: the path is that of the centre.
     let options = GcodeOptions::default();
-    let corrected = Program::parse(out, "out.nc", &options).unwrap().toolpath(Sampling::default()).unwrap();
+    let corrected = GcodeProgram::parse(out, "out.nc", &options).unwrap().toolpath(Sampling::default()).unwrap();
     let beside = corrected.points().iter().filter(|point| (point.position_mm.x - 20.0).abs() < 5.0);
     let heights: Vec<f64> = beside.map(|point| point.position_mm.y).collect();
     assert!(!heights.is_empty() && heights.iter().all(|y| (y + 5.0).abs() < 0.5), "{heights:?}");

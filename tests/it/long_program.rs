@@ -12,7 +12,7 @@ use kinetostat::{
         settings,
     },
     spatial::Wrench,
-    toolpath::ProgramFile,
+    toolpath::{ProgramFile, WriteOptions},
     work::Work,
 };
 use nalgebra::Vector3;
@@ -136,10 +136,11 @@ fn a_program_is_held_as_its_bytes() {
     assert_eq!(read.motion_count(), LINES + 1);
     assert_eq!((read.line_of(0), read.line_of(LINES)), (Some(2), Some(LINES + 3)));
     let path = read.toolpath(Default::default()).unwrap();
-    let same = read.rewrite(&path, &path.positions_mm(), read.own_format()).unwrap();
+    let writing = WriteOptions::with_decimals(read.own_format());
+    let same = read.rewrite(&path, &path.positions_mm(), writing).unwrap();
     assert_eq!(same.bytes(), program.as_bytes());
     let raised: Vec<Vector3<f64>> = path.positions_mm().iter().map(|p| p + Vector3::z()).collect();
-    let back = read.rewrite(&path, &raised, read.own_format()).unwrap().read_back().unwrap().positions_mm();
+    let back = read.rewrite(&path, &raised, writing).unwrap().read_back().unwrap().positions_mm();
     assert_eq!(back.len(), raised.len());
     assert!(back.iter().zip(&raised).all(|(back, raised)| (back - raised).norm() < 1e-3));
 }

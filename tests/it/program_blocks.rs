@@ -9,7 +9,7 @@ use kinetostat::{
     products::program::{CorrectedPath, Part, ProgramAsWritten, ProgramJob, WrittenCalls, report},
     toolpath::{
         blocks::{Blocks, BlocksBeforeAfter, Spread},
-        gcode::Program,
+        gcode::GcodeProgram,
     },
     work::Work,
 };
@@ -96,7 +96,7 @@ fn written_programs_are_hardly_longer() {
 /// Steps of a written program along the directions of the program's own blocks, of which each is one, mm: the shortest.
 fn shortest_step(program: &[u8], written: &ProgramAsWritten) -> f64 {
     let ends = |bytes: &[u8]| {
-        let program = Program::parse(bytes, "steps.nc", &Default::default()).unwrap();
+        let program = GcodeProgram::parse(bytes, "steps.nc", &Default::default()).unwrap();
         let path = program.toolpath(kinetostat::toolpath::Sampling::new(1.0, 1e4).unwrap()).unwrap();
         path.points().to_vec()
     };
@@ -212,7 +212,7 @@ fn percentiles_are_values() {
 #[test]
 fn a_square_turns_by_right_angles_at_the_rate_of_its_sides() {
     let program = "G21 G90\nG0 X0 Y0 Z0\nG1 X10 F600\nY10\nX0\nY0 F1200\nG0 Z5\n";
-    let blocks = Blocks::of(&Program::parse(program, "square.nc", &Default::default()).unwrap()).unwrap();
+    let blocks = Blocks::of(&GcodeProgram::parse(program, "square.nc", &Default::default()).unwrap()).unwrap();
     assert_eq!((blocks.lines, blocks.moves), (7, 4));
     assert_eq!(blocks.per_second, Some(Spread { p50: 1.0, p95: 2.0, max: 2.0 }));
     let turns = blocks.turns_deg.unwrap();

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::gcode::{GcodeError, Move, Program};
+use crate::gcode::{GcodeError, GcodeProgram, Move};
 
 /// Demands on a control of the lines and arcs that are driven with the feed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -43,7 +43,7 @@ impl Blocks {
     ///
     /// # Errors
     /// The program cannot be followed.
-    pub fn of(program: &Program) -> Result<Self, GcodeError> {
+    pub fn of(program: &GcodeProgram) -> Result<Self, GcodeError> {
         let (mut moves, mut per_second, mut turns_deg) = (0, Vec::new(), Vec::new());
         program.each_move(|one: Move| {
             moves += 1;

@@ -8,18 +8,18 @@ use kinetostat_input::error::{Error, Result};
 use crate::robot::{Language, RobotOptions, RobotProgram};
 use crate::{
     NumberFormat, Sampling, Toolpath,
-    gcode::{Expand, GcodeOptions, Program, SiblingFiles},
+    gcode::{Expand, GcodeOptions, GcodeProgram, SiblingFiles},
     polyline::Polyline,
 };
 
 /// What programs do not say themselves.
-#[derive(Debug, Clone, Copy)]
-pub struct ProgramOptions<'a> {
-    /// What a G-code program does not say.
-    pub gcode: &'a GcodeOptions,
+#[derive(Debug, Clone, Default)]
+pub struct ProgramOptions {
+    /// What a G-code program does not say; its [`Expand`] is that of robot programs as well.
+    pub gcode: GcodeOptions,
     /// What a program of a robot or an APT program does not say.
     #[cfg(not(target_family = "wasm"))]
-    pub robot: &'a RobotOptions,
+    pub robot: RobotOptions,
 }
 
 /// A program as it was read.
@@ -28,7 +28,7 @@ pub enum ProgramFile {
     /// Points in a CSV file.
     Polyline(Box<Polyline>),
     /// A G-code program.
-    Gcode(Box<Program>),
+    Gcode(Box<GcodeProgram>),
     /// A program of a robot, or an APT program. Pages get it as points.
     #[cfg(not(target_family = "wasm"))]
     Robot(Box<RobotProgram>),
@@ -41,7 +41,7 @@ impl ProgramFile {
     ///
     /// # Errors
     /// Bytes that are not of the expected form.
-    pub fn parse(bytes: Vec<u8>, file: &Path, options: &ProgramOptions<'_>, beside: &SiblingFiles<'_>) -> Result<Self> {
+    pub fn parse(bytes: Vec<u8>, file: &Path, options: &ProgramOptions, beside: &SiblingFiles<'_>) -> Result<Self> {
         let name = file.display().to_string();
         if is_csv(file) || bytes.starts_with(POINTS) {
             return Ok(ProgramFile::Polyline(Box::new(Polyline::read(bytes, &name)?)));
@@ -53,10 +53,10 @@ impl ProgramFile {
                 let problem = format!("{} {problem}", language.name());
                 return Err(Error::argument(name, problem));
             }
-            let data = Self::dat_file_name(&file.file_name().unwrap_or_default().to_string_lossy());
+            let data = Path::new(file.file_name().unwrap_or_default()).with_extension("dat");
             // Each is sought by these names, the first of which is taken.
             let sought = match language {
-                Language::Krl => vec![vec![data], config_names()],
+                Language::Krl => vec![vec![data.to_string_lossy().into_owned()], config_names()],
                 Language::Ls => vec![vec!["sysframe.va".to_owned(), "SYSFRAME.VA".to_owned()]],
                 _ => Vec::new(),
             };
@@ -68,15 +68,17 @@ impl ProgramFile {
         // What pages have was written out before.
         let expand = if cfg!(target_family = "wasm") { Expand::Never } else { options.gcode.expand };
         let program = match expand {
-            Expand::Never => Program::parse(bytes, &name, options.gcode),
-            Expand::Always => Program::parse_expanded(bytes, &name, options.gcode, beside),
-            Expand::WhereNeeded => Program::parse_or_give_back(bytes, &name, options.gcode).or_else(|given_back| {
-                let (refused, bytes) = *given_back;
-                if !refused.fault.is_solved_by_expansion() {
-                    return Err(refused);
-                }
-                Program::parse_with_calls(bytes, &name, options.gcode, beside)
-            }),
+            Expand::Never => GcodeProgram::parse(bytes, &name, &options.gcode),
+            Expand::Always => GcodeProgram::parse_expanded(bytes, &name, &options.gcode, beside),
+            Expand::WhereNeeded => {
+                GcodeProgram::parse_or_give_back(bytes, &name, &options.gcode).or_else(|given_back| {
+                    let (refused, bytes) = *given_back;
+                    if !refused.fault.is_solved_by_expansion() {
+                        return Err(refused);
+                    }
+                    GcodeProgram::parse_with_calls(bytes, &name, &options.gcode, beside)
+                })
+            }
         };
         Ok(ProgramFile::Gcode(Box::new(program?)))
     }
@@ -111,11 +113,6 @@ impl ProgramFile {
         }
     }
 
-    /// Returns the name of the `.dat` beside the KRL program called `name`.
-    pub fn dat_file_name(name: &str) -> String {
-        Path::new(name).with_extension("dat").to_string_lossy().into_owned()
-    }
-
     /// Returns names and bytes of the files beside a robot program from which it has points and frames.
     fn files_beside(&self) -> Vec<(&str, &[u8])> {
         match self {
@@ -138,16 +135,16 @@ impl ProgramFile {
         }
     }
 
-    /// Returns its path like [`ProgramFile::toolpath`], with up to [`Program::MAX_POINTS`] points.
+    /// Returns its path like [`ProgramFile::toolpath`], with up to [`GcodeProgram::MAX_POINTS`] points.
     ///
     /// # Errors
     /// As [`ProgramFile::toolpath`].
     pub fn long_toolpath(&self, sampling: Sampling) -> Result<Toolpath> {
         match self {
             ProgramFile::Polyline(_) => self.toolpath(sampling),
-            ProgramFile::Gcode(program) => Ok(program.toolpath_up_to(sampling, Program::MAX_POINTS)?),
+            ProgramFile::Gcode(program) => Ok(program.toolpath_up_to(sampling, GcodeProgram::MAX_POINTS)?),
             #[cfg(not(target_family = "wasm"))]
-            ProgramFile::Robot(program) => Ok(program.toolpath_up_to(sampling, Program::MAX_POINTS)?),
+            ProgramFile::Robot(program) => Ok(program.toolpath_up_to(sampling, GcodeProgram::MAX_POINTS)?),
         }
     }
 
@@ -184,7 +181,9 @@ impl ProgramFile {
     /// Returns the line of a move in words: "line 7", or "O100.nc line 7" of a called file.
     pub fn line_name(&self, segment: usize) -> Option<String> {
         let line = self.line_of(segment)?;
-        Some(line_in_words(&self.called_files(), self.file_of(segment), line))
+        let called = self.called_files();
+        let file = self.file_of(segment).checked_sub(1).and_then(|file| called.get(file));
+        Some(file.map_or_else(|| format!("line {line}"), |file| format!("{file} line {line}")))
     }
 
     /// Returns whether a move is a hole of a drilling cycle.
@@ -218,14 +217,6 @@ impl ProgramFile {
     }
 }
 
-/// Returns line `line` of file number `file` in words; `called` are the called files.
-pub fn line_in_words(called: &[String], file: usize, line: usize) -> String {
-    match file.checked_sub(1).and_then(|file| called.get(file)) {
-        Some(file) => format!("{file} line {line}"),
-        None => format!("line {line}"),
-    }
-}
-
 /// Returns whether the name of `file` ends in `.csv`.
 fn is_csv(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
@@ -238,9 +229,9 @@ fn robot_program(
     name: &str,
     language: Language,
     beside: Vec<(String, Vec<u8>)>,
-    options: &ProgramOptions<'_>,
+    options: &ProgramOptions,
 ) -> Result<RobotProgram> {
-    let (robot, expand) = (options.robot, options.gcode.expand);
+    let (robot, expand) = (&options.robot, options.gcode.expand);
     match (language, expand) {
         (Language::Rapid | Language::Krl, Expand::Always) => {
             Ok(RobotProgram::parse_expanded(bytes, name, language, beside, robot, false)?)

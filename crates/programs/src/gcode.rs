@@ -32,22 +32,18 @@
 #[cfg(not(target_family = "wasm"))]
 pub use super::write::gcode::feeds::{FedLine, FeedFault};
 pub use super::{
-    RewriteError,
     expand::SiblingFiles,
     model::gcode::{
         dialect::Dialect,
         error::{Fault, GcodeError},
         foreign::Foreign,
         macro_fault::MacroFault,
-        options::{ArcCentres, BlockDelete, Expand, GcodeOptions, LengthUnit, Notes, WriteOptions},
+        options::{ArcCentres, BlockDelete, Expand, GcodeOptions, LengthUnit, Notes},
         radius::{CutterOf, RadiusFault},
         refused::{ArcFault, Contradiction, Unsupported},
         rotary::{Rotary, RotaryAxis, RotaryColumn, RotarySide},
         work_offset::WorkOffset,
     },
-    read::gcode::{Program, blocks::Move, written_out::CalledFile},
-    write::gcode::{
-        Rewritten,
-        fold::{Calls, FoldFailure, FoldFault},
-    },
+    read::gcode::{GcodeProgram, blocks::Move, written_out::CalledFile},
+    write::gcode::fold::{Calls, FoldFailure, FoldFault},
 };

@@ -1,9 +1,15 @@
 //! NC and robot programs: lines and circles, G-code, robot languages, APT and CSV, read and written back with moved points.
 //!
-//! A [`Toolpath`] is a list of [`PathPoint`]s. It comes from a generator ([`Circle`], [`Toolpath::line`]), from a
-//! polyline in a CSV file ([`polyline`]), from a G-code program ([`gcode`]) or from one of a robot ([`robot`]); [`ProgramFile`] is any of these
-//! in a file. A path from a file remembers where each point came from, so that moved points can be written back into the same file without
-//! touching anything else.
+//! What a program is, from its bytes on; each stage is made of the one before it:
+//!
+//! | stage | what it is |
+//! |---|---|
+//! | [`gcode::GcodeProgram`], [`robot::RobotProgram`], [`polyline::Polyline`] | a program read and followed, held as its bytes |
+//! | [`ProgramFile`] | any of these, as the name and the bytes of a file say |
+//! | [`Toolpath`] | the [`PathPoint`]s that it leads through, each with the move it comes from; also generated ([`Circle`], [`Toolpath::line`]) |
+//! | [`Rewritten`] | the program written through other points, all else as it was, and where each point lies in it |
+//! | [`CommandedPath`] | where the written program, read back, sends the tool at these points |
+//! | [`RewrittenFile`] | bytes and commanded path of a rewritten [`ProgramFile`], its [`blocks`], and what became of its [calls](gcode::Calls) |
 //!
 //! Units: mm, mm/min, rev/min, N, N·mm. Frame: the workpiece frame W throughout.
 
@@ -20,15 +26,16 @@ mod rewritten;
 pub mod robot;
 mod write;
 
-pub use file::{ProgramFile, ProgramOptions, line_in_words};
+pub use file::{ProgramFile, ProgramOptions};
 pub use model::{
+    gcode::options::WriteOptions,
     generate::{Circle, GenerateError, cutting_point},
     number::{FormatError, NumberFormat},
-    orientation::{Orientation, least_turn},
+    orientation::Orientation,
     path::{Load, PathPoint, Plane, PointSource, PositionsError, Toolpath, TurnDirection},
-    program::{Program, RewriteError, Rewritten},
+    program::{RewriteError, Rewritten},
     sampling::{Sampling, SamplingError},
-    tool::{SAME_TOOL_MM, ToolDescription, ToolShape},
+    tool::{ToolDescription, ToolShape},
 };
 pub use rewritten::{CommandedPath, RewrittenFile};
 

@@ -22,5 +22,5 @@ pub use super::{
         Polyline,
         error::{PolylineError, PolylineFault},
     },
-    write::polyline::{RewrittenPolyline, write},
+    write::polyline::write,
 };

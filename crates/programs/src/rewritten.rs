@@ -4,10 +4,10 @@ use kinetostat_input::error::Result;
 use nalgebra::Vector3;
 
 use crate::{
-    Orientation, PathPoint, ProgramFile, Toolpath,
+    Orientation, ProgramFile, Toolpath, WriteOptions,
     blocks::{Blocks, BlocksBeforeAfter},
-    gcode::{Calls, WriteOptions},
-    model::program,
+    gcode::Calls,
+    model::{Rewritable, Rewritten},
 };
 
 impl ProgramFile {
@@ -66,23 +66,18 @@ impl CommandedPath {
     }
 
     /// Returns the path of the program `written`, as read back, at the `points` of the original path.
-    fn read_back<P: program::Program>(
-        rewritten: &program::Rewritten<P>,
+    fn read_back<P: Rewritable>(
+        rewritten: &Rewritten<P>,
         written: &P,
         points: usize,
         is_turned: bool,
     ) -> std::result::Result<Self, P::Error> {
         let mut sent = Self::new(points, is_turned);
-        rewritten.for_each_point(written, |point| sent.add(point))?;
+        rewritten.for_each_point(written, |point| {
+            sent.positions.push(point.position_mm);
+            sent.orientations.iter_mut().for_each(|own| own.extend(point.orientation));
+        })?;
         Ok(sent)
-    }
-
-    /// Adds position and orientation of `point`.
-    pub fn add(&mut self, point: &PathPoint) {
-        self.positions.push(point.position_mm);
-        if let (Some(orientations), Some(orientation)) = (&mut self.orientations, point.orientation) {
-            orientations.push(orientation);
-        }
     }
 }
 

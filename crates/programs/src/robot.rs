@@ -22,5 +22,4 @@ pub use super::{
         rotation::{abc_of_rotation, rotation_of_abc},
     },
     read::robot::{RobotProgram, walk::RobotNotes},
-    write::robot::RewrittenRobot,
 };

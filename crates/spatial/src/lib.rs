@@ -17,7 +17,9 @@ mod skeleton;
 pub use arm::{ARM_BORDER, AskedPosture, Branch, Elbow, MOST_EXTERNAL_AXES, Shoulder, Wrist, branch_labels};
 pub use grid::Grid;
 pub use halton::radical_inverse;
-pub use pose::{Axis, PARALLEL_TO_X, Pose, frame_about, matrix_product, matrix_vector, rotation_exp, rotation_log};
+pub use pose::{
+    Axis, PARALLEL_TO_X, Pose, frame_about, least_turn, matrix_product, matrix_vector, rotation_exp, rotation_log,
+};
 pub use rank_revealing::{RankRevealing, rank};
 pub use screw::{Twist, Wrench, larger, skew};
 pub use skeleton::{ChainSkeleton, JointMark, MassMark, Polyline, Skeleton};

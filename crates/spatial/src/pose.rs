@@ -169,6 +169,20 @@ pub fn rotation_log(rotation: &Matrix3<f64>) -> Vector3<f64> {
     axis * (sign * libm::atan2(sin, cos))
 }
 
+/// Rotation vector in rad of the least rotation from the unit vector `a` to `b`; if they are opposite, about any perpendicular axis.
+pub fn least_turn(a: Vector3<f64>, b: Vector3<f64>) -> Vector3<f64> {
+    let across = a.cross(&b);
+    let angle = libm::atan2(across.norm(), a.dot(&b));
+    let axis = across.try_normalize(PARALLEL).or_else(|| {
+        let other = if a.x.abs() < 0.5 { Vector3::x() } else { Vector3::y() };
+        a.cross(&other).try_normalize(PARALLEL)
+    });
+    axis.map_or_else(Vector3::zeros, |axis| axis * angle)
+}
+
+/// Sine of the angle below which two axes are parallel.
+const PARALLEL: f64 = 1e-12;
+
 /// Sine of the angle below which an axis counts as parallel to x.
 pub const PARALLEL_TO_X: f64 = 1e-6;
 

@@ -41,10 +41,7 @@ use crate::{
         not_followed::first_unreachable,
         uncertainty::{self, CutBy, ForceSpread, UncertaintyTable},
     },
-    toolpath::{
-        FormatError, NumberFormat, PathPoint, Sampling, Toolpath,
-        gcode::{GcodeOptions, WriteOptions},
-    },
+    toolpath::{FormatError, NumberFormat, PathPoint, Sampling, Toolpath, WriteOptions, gcode::GcodeOptions},
 };
 
 /// A process checked for one machine: placement, cutting forces, chain errors, limits, and how programs are read and written.
@@ -168,10 +165,10 @@ impl Decimals {
 impl Process {
     /// Returns the options to write a program that was read in the format `original`. Fails as [`Decimals::format`] does.
     pub fn write_options(&self, original: NumberFormat) -> std::result::Result<WriteOptions, FormatError> {
-        let helical_arcs = self.helical_arcs;
         Ok(WriteOptions {
-            helical_arcs,
-            ..WriteOptions::with_tolerance(self.write_tolerance_mm, self.decimals.format(original)?)
+            format: self.decimals.format(original)?,
+            tolerance_mm: self.write_tolerance_mm,
+            helical_arcs: self.helical_arcs,
         })
     }
 

@@ -55,7 +55,9 @@ impl CorrectedPath {
                 None if point.cutting => self.failures.push((k, result.status.reason(&job.machine))),
                 None => self.uncorrected += 1,
             }
-            self.sent.add(&commanded.unwrap_or(*point));
+            let sent = commanded.unwrap_or(*point);
+            self.sent.positions.push(sent.position_mm);
+            self.sent.orientations.iter_mut().for_each(|own| own.extend(sent.orientation));
             if job.file.says_postures() {
                 self.postures.push(commanded.and_then(|_| arm_posture(&job.machine, &result.drives)));
             }

@@ -22,7 +22,7 @@ use crate::{
             RadiusFault, Refusal, Setting, Word, located,
         },
     },
-    read::gcode::{Block, Program, Style, lines},
+    read::gcode::{Block, GcodeProgram, Style, lines},
 };
 
 /// A contour whose ends are nearer to one another is closed, mm.
@@ -109,7 +109,7 @@ struct Seen {
 
 /// A program in which the contours with compensation are found and written as the path of the centre.
 struct CentrePath<'p> {
-    program: &'p Program,
+    program: &'p GcodeProgram,
     switches: &'p Switches,
     section: Option<Section>,
     /// New lines in place of those with these indices.
@@ -121,7 +121,7 @@ struct CentrePath<'p> {
     modes: [Distance; 2],
 }
 
-impl Program {
+impl GcodeProgram {
     /// Returns the program, which is the contour without compensation, with the path of the tool centre where `switches` switch it on, and the
     /// index of the line that each of its lines comes from. `Err` for what is not followed.
     pub(crate) fn with_centre_path(
@@ -170,7 +170,7 @@ impl Program {
             let origin = origins.get(line).copied().unwrap_or_default();
             self.located(origin, Refusal::new(0..self.content(origin).len(), Fault::Radius(RadiusFault::Misread)))
         };
-        let written = Program::parse(bytes.to_vec(), &self.name, &self.options).map_err(|error| GcodeError {
+        let written = GcodeProgram::parse(bytes.to_vec(), &self.name, &self.options).map_err(|error| GcodeError {
             line: origins.get(error.line.saturating_sub(1)).map_or(error.line, |line| line + 1),
             ..error
         })?;

@@ -13,7 +13,7 @@ use crate::{
         Hole, MotionGeometry, NumberFormat, format_shortest,
         gcode::{Distance, Fault, FeedMode, GcodeError, MacroFault, Motion, MotionCode, Refusal, Word},
     },
-    read::gcode::{Block, Program},
+    read::gcode::{Block, GcodeProgram},
 };
 
 /// Most pecks of a hole.
@@ -40,7 +40,7 @@ enum Move {
     Dwell(String),
 }
 
-impl Program {
+impl GcodeProgram {
     /// Returns the program with its cycles as moves; `None` if no cycle can be expanded. `Err` for a peck that does not lead down.
     pub(crate) fn without_cycles(&self) -> Result<Option<WithoutCycles>, GcodeError> {
         let blocks = self.all_blocks()?;

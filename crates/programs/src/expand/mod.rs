@@ -10,7 +10,7 @@ use crate::{
         MOST_MIB,
         gcode::{Dialect, Fault, GcodeError, GcodeOptions, MacroFault, RadiusFault, Refusal, Unsupported},
     },
-    read::gcode::{Expansion, Program, dialect, lines::Lines},
+    read::gcode::{Expansion, GcodeProgram, dialect, lines::Lines},
 };
 
 mod beside;
@@ -49,27 +49,27 @@ pub(crate) fn check_length(bytes: usize, asked: impl FnOnce() -> String) -> Resu
 /// Bytes of a file beside the program by its name, if there is one.
 pub type SiblingFiles<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;
 
-impl Program {
-    /// Expands a program (calls, loops, jumps, expressions, cycles) and reads the result as [`Program::parse`] does; a comment at its top
+impl GcodeProgram {
+    /// Expands a program (calls, loops, jumps, expressions, cycles) and reads the result as [`GcodeProgram::parse`] does; a comment at its top
     /// says so. `beside` gives files that it may call. `Err`, with the line in its original file, for what cannot be followed.
     pub fn parse_expanded(
         source: impl Into<Vec<u8>>,
         name: &str,
         options: &GcodeOptions,
         beside: &SiblingFiles<'_>,
-    ) -> Result<Program, GcodeError> {
-        Program::parse_expansion(source.into(), name, options, beside, false)
+    ) -> Result<GcodeProgram, GcodeError> {
+        GcodeProgram::parse_expansion(source.into(), name, options, beside, false)
     }
 
-    /// Expands a program as [`Program::parse_expanded`] does, but leaves cycles, and calls stay where they can when it is rewritten
-    /// ([`Program::folded_calls`]). `Err` for what cannot be followed.
+    /// Expands a program as [`GcodeProgram::parse_expanded`] does, but leaves cycles, and calls stay where they can when it is rewritten
+    /// ([`GcodeProgram::folded_calls`]). `Err` for what cannot be followed.
     pub fn parse_with_calls(
         source: impl Into<Vec<u8>>,
         name: &str,
         options: &GcodeOptions,
         beside: &SiblingFiles<'_>,
-    ) -> Result<Program, GcodeError> {
-        Program::parse_expansion(source.into(), name, options, beside, true)
+    ) -> Result<GcodeProgram, GcodeError> {
+        GcodeProgram::parse_expansion(source.into(), name, options, beside, true)
     }
 
     /// Expands and reads a program; if `keeps_calls`, its cycles are not expanded.
@@ -79,7 +79,7 @@ impl Program {
         options: &GcodeOptions,
         beside: &SiblingFiles<'_>,
         keeps_calls: bool,
-    ) -> Result<Program, GcodeError> {
+    ) -> Result<GcodeProgram, GcodeError> {
         let dialect = dialect::resolve_dialect(&source, name, options.dialect)?;
         let options = &GcodeOptions { dialect: Some(dialect), ..options.clone() };
         let (mut bytes, mut expansion) = run::Run::new(source, name, options, beside).run_to_end()?;
@@ -132,7 +132,7 @@ impl Program {
             // Lines in rotated coordinates are not those that were called.
             expansion.keeps_calls = !has_plain && count == 0;
         } else {
-            let program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
+            let program = GcodeProgram::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
             let without_cycles = program.without_cycles().map_err(|fault| expansion.relocate(fault))?;
             bytes = without_cycles.map_or(program.source, |(moves, lines)| {
                 compose(&mut expansion, &mut switches, &lines);
@@ -141,7 +141,7 @@ impl Program {
         }
         let mut cutter_radii_mm = RadiiInUse::new();
         if count > 0 {
-            let program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
+            let program = GcodeProgram::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
             if switches.len() < count {
                 // Its line has become nothing.
                 let refusal = Refusal::new(0..0, Fault::Unsupported(Unsupported::CutterCompensation));
@@ -157,7 +157,7 @@ impl Program {
             (bytes, cutter_radii_mm) = (moves, radii);
         }
         expansion.add_header(&mut bytes, dialect);
-        let program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
+        let program = GcodeProgram::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
         Ok(program.expanded_by(expansion, cutter_radii_mm))
     }
 

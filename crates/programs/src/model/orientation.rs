@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use kinetostat_spatial::rotation_exp;
+use kinetostat_spatial::{least_turn, rotation_exp};
 
 /// The orientation of the tool in the workpiece frame W: its axis alone, or that of the platform or flange.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,9 +15,6 @@ pub enum Orientation {
 
 /// Tolerance of the tool orientation within a written motion where orientations are corrected, rad.
 pub(crate) const WRITTEN_RAD: f64 = 1e-4;
-
-/// Sine of the angle below which two axes are parallel.
-const PARALLEL: f64 = 1e-12;
 
 impl Orientation {
     /// Returns the angle between this orientation and `other`, rad; 0 if one is a tool axis and the other is not.
@@ -42,15 +39,4 @@ impl Orientation {
             _ => *other,
         }
     }
-}
-
-/// Returns the rotation vector (rad) of the least rotation from the unit vector `a` to `b`; if they are opposite, about any perpendicular axis.
-pub fn least_turn(a: Vector3<f64>, b: Vector3<f64>) -> Vector3<f64> {
-    let across = a.cross(&b);
-    let angle = libm::atan2(across.norm(), a.dot(&b));
-    let axis = across.try_normalize(PARALLEL).or_else(|| {
-        let other = if a.x.abs() < 0.5 { Vector3::x() } else { Vector3::y() };
-        a.cross(&other).try_normalize(PARALLEL)
-    });
-    axis.map_or_else(Vector3::zeros, |axis| axis * angle)
 }

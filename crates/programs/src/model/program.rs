@@ -9,8 +9,8 @@ use crate::model::{
     MAX_COORDINATE_MM, Orientation, PathPoint, PositionsError, Toolpath, gcode::GcodeError, robot::RobotError,
 };
 
-/// A program of any format that can be read, sampled and written back.
-pub trait Program: Sized {
+/// A program that is written back and read again: of every format the same way.
+pub trait Rewritable: Sized {
     /// The error of a program that cannot be followed.
     type Error;
     /// What is needed to read a program besides its bytes: name, language, options.
@@ -33,7 +33,7 @@ pub trait Program: Sized {
 
 /// A program written back, with what is needed to find each path point in it.
 #[derive(Clone, Debug)]
-pub struct Rewritten<P: Program> {
+pub struct Rewritten<P: Rewritable> {
     pub(crate) bytes: Vec<u8>,
     /// How many path points lie on each motion of the written program.
     pub(crate) pieces: Vec<usize>,
@@ -44,7 +44,7 @@ pub struct Rewritten<P: Program> {
     pub(crate) reading: P::Reading,
 }
 
-impl<P: Program> Rewritten<P> {
+impl<P: Rewritable> Rewritten<P> {
     /// Returns the program's bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {

@@ -49,7 +49,7 @@ pub struct ToolDescription {
 }
 
 /// How far two descriptions of a length may differ by rounding, mm; angles by as many degrees.
-pub const SAME_TOOL_MM: f64 = 0.01;
+const SAME_MM: f64 = 0.01;
 
 impl ToolDescription {
     /// Adds what `other` says about the same tool; `Err` with the name of what the two say differently.
@@ -65,13 +65,26 @@ impl ToolDescription {
             (&mut self.corner_radius_mm, other.corner_radius_mm, "corner radius"),
             (&mut self.point_angle_deg, other.point_angle_deg, "point angle"),
         ] {
-            if own.zip(other).is_some_and(|(a, b)| (a - b).abs() > SAME_TOOL_MM) {
+            if own.zip(other).is_some_and(|(a, b)| (a - b).abs() > SAME_MM) {
                 return Err(name);
             }
             *own = own.or(other);
         }
         (self.shape, self.teeth) = (self.shape.or(other.shape), self.teeth.or(other.teeth));
         Ok(())
+    }
+
+    /// Whether it has the corner or the point of another shape than `shape`, at the diameter given; so a comment may say that does not name a
+    /// shape which is known.
+    pub fn is_of_other_shape_than(&self, shape: ToolShape, diameter_mm: f64) -> bool {
+        let corner_mm = self.corner_radius_mm.unwrap_or_default();
+        match shape {
+            ToolShape::Drill => false,
+            _ if self.point_angle_deg.is_some_and(|angle| angle != 0.0) => true,
+            ToolShape::Flat => corner_mm > SAME_MM,
+            ToolShape::Ball => corner_mm > 0.0 && (corner_mm - diameter_mm / 2.0).abs() > SAME_MM,
+            ToolShape::BullNose => false,
+        }
     }
 
     /// Says the tool, and where this stands: "by the comment on line 3 a ball end mill of 6 mm".

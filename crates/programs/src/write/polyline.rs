@@ -11,9 +11,6 @@ use crate::{
     read::polyline::{Column, Polyline},
 };
 
-/// A polyline file written back.
-pub type RewrittenPolyline = Rewritten<Polyline>;
-
 impl Polyline {
     /// Rewrites the file with its own points moved to `corrected_mm`, positions in the workpiece frame; see [`Polyline::rewrite_sampled`].
     /// Fails when there is not one finite position for every row.
@@ -32,7 +29,7 @@ impl Polyline {
         path: &Toolpath,
         corrected_mm: &[Vector3<f64>],
         format: NumberFormat,
-    ) -> Result<RewrittenPolyline, PositionsError> {
+    ) -> Result<Rewritten<Polyline>, PositionsError> {
         self.rewrite_turned(path, corrected_mm, None, format)
     }
 
@@ -45,7 +42,7 @@ impl Polyline {
         corrected_mm: &[Vector3<f64>],
         orientations: Option<&[Orientation]>,
         format: NumberFormat,
-    ) -> Result<RewrittenPolyline, PositionsError> {
+    ) -> Result<Rewritten<Polyline>, PositionsError> {
         check_corrected(path, corrected_mm, orientations)?;
         let (unit, points) = (last_place(format.mm_decimals()), path.points());
         let tool_at = |k: usize| orientations.map_or(points[k].orientation, |orientations| Some(orientations[k]));
@@ -98,7 +95,7 @@ impl Polyline {
             before = Some((end, new.or(points[last].orientation)));
         }
         out.extend_from_slice(&self.source[copied..]);
-        Ok(RewrittenPolyline { bytes: out, pieces, parameters, line_ends: Vec::new(), reading: () })
+        Ok(Rewritten { bytes: out, pieces, parameters, line_ends: Vec::new(), reading: () })
     }
 
     /// Returns the row `text` with its coordinates replaced where `changed` has one, and with the values that `inserted` has.

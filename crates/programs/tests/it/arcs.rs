@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use kinetostat_programs::{
     Plane, Sampling, Toolpath,
-    gcode::{ArcFault, Fault, GcodeOptions, Program},
+    gcode::{ArcFault, Fault, GcodeOptions, GcodeProgram},
     internals::{Arc, centre_through},
 };
 use nalgebra::Vector3;
@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 /// The path of `words` from X10 on.
 fn arc(words: &str) -> Result<Toolpath, Fault> {
     let source = format!("G0 X10 Y0 Z0\n{words}\n");
-    let program = Program::parse(source, "arc.nc", &GcodeOptions::default()).map_err(|error| error.fault)?;
+    let program = GcodeProgram::parse(source, "arc.nc", &GcodeOptions::default()).map_err(|error| error.fault)?;
     Ok(program.toolpath(Sampling::new(0.01, 1.0).unwrap()).unwrap())
 }
 
@@ -71,7 +71,7 @@ fn arcs_that_cannot_be_are_refused() {
 #[test]
 fn tangent_is_the_derivative_of_position() {
     let source = "G0 X0 Y1 Z5\nG18 G90.1 G2 X5 Y4 Z0.003 I0 K0\n";
-    let program = Program::parse(source, "helix.nc", &GcodeOptions::default()).unwrap();
+    let program = GcodeProgram::parse(source, "helix.nc", &GcodeOptions::default()).unwrap();
     let path = program.toolpath(Sampling::new(0.01, 1e-3).unwrap()).unwrap();
     let of_helix = &path.points()[1..];
     assert!(of_helix.len() > 5000);

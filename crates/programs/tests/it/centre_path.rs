@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use kinetostat_programs::{
     Sampling,
-    gcode::{CutterOf, Dialect, GcodeError, GcodeOptions, Program},
+    gcode::{CutterOf, Dialect, GcodeError, GcodeOptions, GcodeProgram},
 };
 use proptest::prelude::*;
 
@@ -15,8 +15,8 @@ fn options(dialect: Dialect, radius: f64) -> GcodeOptions {
     GcodeOptions { dialect: Some(dialect), cutter_radii_mm: Some(radii), ..GcodeOptions::default() }
 }
 
-fn read(source: &str, dialect: Dialect, radius: f64) -> Result<Program, GcodeError> {
-    Program::parse_expanded(source, "part.nc", &options(dialect, radius), &|_| None)
+fn read(source: &str, dialect: Dialect, radius: f64) -> Result<GcodeProgram, GcodeError> {
+    GcodeProgram::parse_expanded(source, "part.nc", &options(dialect, radius), &|_| None)
 }
 
 /// The lines of `source` with the path of the centre, without the header.
@@ -27,7 +27,7 @@ fn written(source: &str, radius: f64) -> Vec<String> {
 }
 
 fn refused(source: &str) -> String {
-    read(source, Dialect::Fanuc, 5.0).map(Program::into_source).expect_err("expected a refusal").to_string()
+    read(source, Dialect::Fanuc, 5.0).map(GcodeProgram::into_source).expect_err("expected a refusal").to_string()
 }
 
 /// Points of the motions in the lines of `source` from `first` on up to `last`, every 0.05 mm.
@@ -140,8 +140,8 @@ fn the_tool_and_the_offset_in_force_give_the_radius() {
     let at = |source: &str, dialect: Dialect| {
         let options =
             GcodeOptions { dialect: Some(dialect), cutter_radii_mm: Some(radii.clone()), ..GcodeOptions::default() };
-        let read = Program::parse_expanded(source, "part.nc", &options, &|_| None);
-        let used = |program: Program| program.notes().cutter_radii_mm.values().copied().collect::<Vec<f64>>();
+        let read = GcodeProgram::parse_expanded(source, "part.nc", &options, &|_| None);
+        let used = |program: GcodeProgram| program.notes().cutter_radii_mm.values().copied().collect::<Vec<f64>>();
         read.map(used).map_err(|error| error.to_string())
     };
     let iso = |words: &str| format!("G90 G17\n{words}\nG1 X30\nG40 G0 X50 Y50\nM30\n");
@@ -271,12 +271,12 @@ fn where_the_cutter_has_no_room_the_line_is_named() {
         let error = refused(&format!("{begin}{source}M30\n"));
         assert!(error.contains(expected), "{source}: {error}");
     }
-    let off = Program::parse_expanded("G90\nG41 D1 G1 X1 Y1 F9\n", "part.nc", &GcodeOptions::default(), &|_| None);
-    let error = off.map(Program::into_source).expect_err("without radii").to_string();
+    let off = GcodeProgram::parse_expanded("G90\nG41 D1 G1 X1 Y1 F9\n", "part.nc", &GcodeOptions::default(), &|_| None);
+    let error = off.map(GcodeProgram::into_source).expect_err("without radii").to_string();
     assert!(error.starts_with("part.nc:2:1: `G41`: ") && error.contains("cutter_compensation = \"off\""), "{error}");
     let delta =
         "0 BEGIN PGM a MM\n1 TOOL CALL 3 Z S1000 DR+0.1\n2 L X+0 Y+0 Z+0 R0 FMAX\n3 L X+9 Y+0 RL F9\n4 END PGM a MM\n";
-    let error = read(delta, Dialect::Heidenhain, 5.0).map(Program::into_source).expect_err("oversize").to_string();
+    let error = read(delta, Dialect::Heidenhain, 5.0).map(GcodeProgram::into_source).expect_err("oversize").to_string();
     assert!(error.contains("part.nc:4") && error.contains("DR in its call"), "{error}");
 }
 

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use kinetostat_programs::{
-    NumberFormat, Orientation, Sampling,
-    gcode::{Dialect, GcodeOptions, Program},
+    NumberFormat, Orientation, Sampling, WriteOptions,
+    gcode::{Dialect, GcodeOptions, GcodeProgram},
     robot::{Language, RobotOptions, RobotProgram},
 };
 use nalgebra::Isometry3;
@@ -110,7 +110,8 @@ fn is_same(a: &Matrix, b: &Matrix, within_mm: f64, text: &str) {
 fn moved(program: &RobotProgram) -> String {
     let path = program.toolpath(Sampling::new(1e4, 1e4).unwrap().with_max_turn(9.0).unwrap()).unwrap();
     let goals: Vec<_> = path.positions_mm().iter().map(|p| p + nalgebra::Vector3::new(0.3, -0.2, 0.1)).collect();
-    let written = program.rewrite(&path, &goals, None, NumberFormat::new(4, 4).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &goals, None, WriteOptions::with_decimals(NumberFormat::new(4, 4).unwrap())).unwrap();
     String::from_utf8(written.bytes().to_vec()).unwrap()
 }
 
@@ -312,7 +313,7 @@ fn sinumerik_frames(random: &mut Random, count: usize) -> (String, Vec<Matrix>) 
 #[test]
 fn composed_frames_of_sinumerik_lead_where_matrices_say() {
     let options = GcodeOptions { dialect: Some(Dialect::Sinumerik), ..GcodeOptions::default() };
-    let read = |source: &str| Program::parse_expanded(source.to_owned(), "p.mpf", &options, &|_| None);
+    let read = |source: &str| GcodeProgram::parse_expanded(source.to_owned(), "p.mpf", &options, &|_| None);
     let mut random = Random(4);
     for case in 0..100 {
         let (frames, places) = sinumerik_frames(&mut random, 1 + case % 6);
@@ -426,7 +427,7 @@ fn what_is_too_deep_in_gcode_is_an_error_that_names_depth_and_limit() {
             _ => format!("G90\n{line}\nM30\n"),
         };
         let options = GcodeOptions { dialect: Some(dialect), ..GcodeOptions::default() };
-        let refused = Program::parse_expanded(source, "p.nc", &options, &|_| None).unwrap_err().to_string();
+        let refused = GcodeProgram::parse_expanded(source, "p.nc", &options, &|_| None).unwrap_err().to_string();
         assert!(refused.contains(" levels of ") && refused.contains("expected at most 64"), "{refused}");
         assert!(refused.starts_with("p.nc:2:") && refused.len() < 400, "{refused}");
     }
@@ -437,7 +438,7 @@ fn what_is_too_long_written_out_is_an_error_with_its_limit() {
     let (comment, blanks) = ("c".repeat(1 << 20), " ".repeat(1 << 20));
     let expanded = |dialect, source: String| {
         let options = GcodeOptions { dialect: Some(dialect), ..GcodeOptions::default() };
-        Program::parse_expanded(source, "p.nc", &options, &|_| None).unwrap_err().to_string()
+        GcodeProgram::parse_expanded(source, "p.nc", &options, &|_| None).unwrap_err().to_string()
     };
     let jumps = expanded(Dialect::Fanuc, format!("G90 G21\n#1=1\nN1 IF [#1 EQ 1] GOTO 1 ({comment})\nM30\n"));
     assert!(jumps.starts_with("p.nc:3:") && jumps.contains("more than 256 MiB in all"), "{}", &jumps[..300]);
@@ -464,6 +465,6 @@ fn what_is_too_long_written_out_is_an_error_with_its_limit() {
 #[test]
 #[ignore = "takes a GB of memory"]
 fn a_program_of_more_lines_than_points_is_refused_at_once() {
-    let refused = Program::parse(vec![b'\n'; 35_000_000], "p.nc", &GcodeOptions::default()).unwrap_err();
+    let refused = GcodeProgram::parse(vec![b'\n'; 35_000_000], "p.nc", &GcodeOptions::default()).unwrap_err();
     assert_eq!(refused.to_string(), "p.nc:1:1: ``: a program of 35000000 lines; expected at most 20000000");
 }

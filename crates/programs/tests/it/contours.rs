@@ -3,19 +3,19 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use kinetostat_programs::{
-    NumberFormat, Sampling, Toolpath,
-    gcode::{Dialect, GcodeError, GcodeOptions, Program},
+    Sampling, Toolpath, WriteOptions,
+    gcode::{Dialect, GcodeError, GcodeOptions, GcodeProgram},
 };
 use nalgebra::Vector3;
 
-fn expanded(source: &str, dialect: Dialect) -> Result<Program, GcodeError> {
+fn expanded(source: &str, dialect: Dialect) -> Result<GcodeProgram, GcodeError> {
     let options = GcodeOptions { dialect: Some(dialect), ..GcodeOptions::default() };
-    Program::parse_expanded(source, "part", &options, &|_| None)
+    GcodeProgram::parse_expanded(source, "part", &options, &|_| None)
 }
 
-fn path(program: &Program) -> Toolpath {
+fn path(program: &GcodeProgram) -> Toolpath {
     let path = program.toolpath(Sampling::new(0.01, 0.2).unwrap()).unwrap();
-    let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+    let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
     assert_eq!(same.bytes(), program.source());
     path
 }
@@ -28,29 +28,29 @@ fn heidenhain(blocks: &str) -> String {
     format!("0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S1000 F100\n2 L X+0 Y+0 Z+0 R0 FMAX\n{blocks}\n90 END PGM A MM\n")
 }
 
-fn read(blocks: &str, dialect: Dialect) -> Program {
+fn read(blocks: &str, dialect: Dialect) -> GcodeProgram {
     let source = if dialect == Dialect::Sinumerik { sinumerik(blocks) } else { heidenhain(blocks) };
     expanded(&source, dialect).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Ends of the motions behind the start at the origin, mm.
-fn ends(program: &Program) -> Vec<[f64; 3]> {
+fn ends(program: &GcodeProgram) -> Vec<[f64; 3]> {
     path(program).points().iter().filter(|p| p.source.parameter == 1.0).skip(1).map(|p| p.position_mm.into()).collect()
 }
 
-fn length(program: &Program) -> f64 {
+fn length(program: &GcodeProgram) -> f64 {
     path(program).positions_mm().windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
 }
 
 /// Largest angle by which the way turns between two steps, rad.
-fn largest_turn(program: &Program) -> f64 {
+fn largest_turn(program: &GcodeProgram) -> f64 {
     let positions = path(program).positions_mm();
     let steps: Vec<Vector3<f64>> =
         positions.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| step.norm() > 1e-6).collect();
     steps.windows(2).map(|pair| pair[0].angle(&pair[1])).fold(0.0, f64::max)
 }
 
-fn assert_ends(program: &Program, expected: &[[f64; 3]]) {
+fn assert_ends(program: &GcodeProgram, expected: &[[f64; 3]]) {
     let found = ends(program);
     assert_eq!(found.len(), expected.len(), "{found:?}\n{}", String::from_utf8_lossy(program.source()));
     for (found, expected) in found.iter().zip(expected) {

@@ -1,20 +1,20 @@
 //! Drilling cycles of Sinumerik and Heidenhain, written out as the moves they make.
 
 use kinetostat_programs::{
-    NumberFormat, Sampling,
-    gcode::{BlockDelete, Dialect, GcodeError, GcodeOptions, LengthUnit, Program},
+    Sampling, WriteOptions,
+    gcode::{BlockDelete, Dialect, GcodeError, GcodeOptions, GcodeProgram, LengthUnit},
 };
 use nalgebra::Vector3;
 
-fn expanded(source: &str) -> Result<Program, GcodeError> {
-    Program::parse_expanded(source, "part", &GcodeOptions::default(), &|_| None)
+fn expanded(source: &str) -> Result<GcodeProgram, GcodeError> {
+    GcodeProgram::parse_expanded(source, "part", &GcodeOptions::default(), &|_| None)
 }
 
 /// The lines of `source` written out; without correction they stay as they are.
 fn lines(source: &str) -> Vec<String> {
     let program = expanded(source).unwrap_or_else(|error| panic!("{error}"));
     let path = program.toolpath(Sampling::new(0.05, 1e4).unwrap()).unwrap();
-    let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+    let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
     assert_eq!(same.bytes(), program.source());
     String::from_utf8(program.source().to_vec()).unwrap().lines().map(String::from).collect()
 }
@@ -24,7 +24,7 @@ fn corners(source: &str) -> Vec<[f64; 3]> {
     corners_of(&expanded(source).unwrap())
 }
 
-fn corners_of(program: &Program) -> Vec<[f64; 3]> {
+fn corners_of(program: &GcodeProgram) -> Vec<[f64; 3]> {
     let path = program.toolpath(Sampling::new(0.05, 1e4).unwrap()).unwrap();
     path.points().iter().filter(|p| p.source.parameter == 1.0).map(|p| p.position_mm.into()).collect()
 }
@@ -35,8 +35,8 @@ fn check_corrected(source: &str) {
     let path = program.toolpath(Sampling::new(0.05, 1e4).unwrap()).unwrap();
     let by = nalgebra::Vector3::new(0.25, -0.5, 0.125);
     let goals: Vec<_> = path.positions_mm().into_iter().map(|place| place + by).collect();
-    let written = program.rewrite(&path, &goals, NumberFormat::default()).unwrap();
-    let read = Program::parse(written.bytes().to_vec(), "part", &GcodeOptions::default()).unwrap();
+    let written = program.rewrite(&path, &goals, WriteOptions::default()).unwrap();
+    let read = GcodeProgram::parse(written.bytes().to_vec(), "part", &GcodeOptions::default()).unwrap();
     let (before, after) = (corners_of(&program), corners_of(&read));
     assert_eq!(before.len(), after.len());
     for (before, after) in before.iter().zip(&after) {
@@ -105,11 +105,11 @@ fn sinumerik_taps_by_its_cycle_which_is_moved() {
     for (shift, written) in [(0.0, "\nSUPA Z100\n"), (0.1, "\nSUPA G1 Z100\n")] {
         let off = |at: Vector3<f64>| if at.z < 10.0 { at + Vector3::new(shift, 0.0, 0.0) } else { at };
         let wanted: Vec<_> = path.positions_mm().into_iter().map(off).collect();
-        let rewritten = program.rewrite(&path, &wanted, NumberFormat::default()).unwrap();
+        let rewritten = program.rewrite(&path, &wanted, WriteOptions::default()).unwrap();
         let text = String::from_utf8(rewritten.bytes().to_vec()).unwrap();
         assert!(text.contains(written), "{text}");
     }
-    let alone = Program::parse("G17 G71\nG0 X1 Y1\nCYCLE84(10,0,2,-20)\nM30\n", "part", &GcodeOptions::default());
+    let alone = GcodeProgram::parse("G17 G71\nG0 X1 Y1\nCYCLE84(10,0,2,-20)\nM30\n", "part", &GcodeOptions::default());
     assert!(alone.unwrap_err().fault.is_solved_by_expansion());
     for (cycle, expected) in [
         ("X20 CYCLE84(10,2,,-20)", "expected a block of its own"),
@@ -314,7 +314,7 @@ fn deep_holes_are_drilled_in_strokes() {
     let inches = lines("G17 G90 G70\nG0 X1 Y2 Z3\nCYCLE83(1,0,0.1,-1,,,0.5,0,0,0,1,0)\nM30\n");
     assert_eq!(inches[5..7], ["G1 Z=AC(-0.4606299)", "G1 Z=AC(-1)"]);
     let of_process = GcodeOptions { unit: Some(LengthUnit::Inch), ..GcodeOptions::default() };
-    let program = Program::parse_expanded(
+    let program = GcodeProgram::parse_expanded(
         "G17 G90\nG0 X1 Y2 Z=3\nCYCLE83(1,0,0.1,-1,,,0.5,0,0,0,1,0)\nM30\n",
         "part",
         &of_process,
@@ -547,7 +547,7 @@ fn the_line_that_cannot_be_drilled_is_named() {
 fn lines_that_are_skipped_drill_nothing() {
     let source = "G17 G90 G54 G71\nG0 X10 Y20 Z50\nF100\nMCALL CYCLE81(30,5,2,-10)\nX=15\n/MCALL CYCLE81(30,5,2,-20)\nX20\nMCALL\n/CYCLE81(30,5,2,-30)\nM30\n";
     let options = GcodeOptions { block_delete: BlockDelete::Skip, ..GcodeOptions::default() };
-    let program = Program::parse_expanded(source, "part", &options, &|_| None).unwrap();
+    let program = GcodeProgram::parse_expanded(source, "part", &options, &|_| None).unwrap();
     let bottoms: Vec<_> = corners_of(&program).into_iter().filter(|place| place[2] < 0.0).collect();
     assert_eq!(bottoms, [[15.0, 20.0, -10.0], [20.0, 20.0, -10.0]]);
     // Where they are not skipped, what is written out would be drilled by a control that skips them.

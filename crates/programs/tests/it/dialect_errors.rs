@@ -1,6 +1,6 @@
 //! What is refused of Sinumerik's and Heidenhain's programs, and in which words.
 
-use kinetostat_programs::gcode::{Dialect, GcodeOptions, Program};
+use kinetostat_programs::gcode::{Dialect, GcodeOptions, GcodeProgram};
 
 const PARAMETER: &str = "parameters, variables and expressions are not followed; expected plain numbers";
 const FLOW: &str = "jumps, loops, branches and repeats are not followed; expected the blocks in the order they run";
@@ -20,7 +20,7 @@ const UNKNOWN: &str =
 
 fn refusal(source: &str, dialect: Option<Dialect>) -> String {
     let options = GcodeOptions { dialect, ..GcodeOptions::default() };
-    Program::parse(source, "part", &options).expect_err(source).to_string()
+    GcodeProgram::parse(source, "part", &options).expect_err(source).to_string()
 }
 
 /// Refusal of a line that follows two good ones.

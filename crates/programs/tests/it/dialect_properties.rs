@@ -4,8 +4,8 @@
 use std::{f64::consts::TAU, fmt::Write};
 
 use kinetostat_programs::{
-    NumberFormat, Sampling,
-    gcode::{Dialect, GcodeOptions, Program},
+    NumberFormat, Sampling, WriteOptions,
+    gcode::{Dialect, GcodeOptions, GcodeProgram},
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -359,7 +359,8 @@ const LAST_PLACE_MM: f64 = 2.55e-3;
 
 fn agrees(source: &str, dialect: Dialect) -> Result<(), TestCaseError> {
     let options = GcodeOptions { dialect: Some(dialect), ..GcodeOptions::default() };
-    let program = Program::parse(source, "any", &options).map_err(|e| TestCaseError::fail(format!("{e}\n{source}")))?;
+    let program =
+        GcodeProgram::parse(source, "any", &options).map_err(|e| TestCaseError::fail(format!("{e}\n{source}")))?;
     let path = program.toolpath(Sampling::new(0.05, 10.0).unwrap()).unwrap();
     let own = moves(source);
     prop_assert_eq!(program.motion_count(), own.len(), "{}", source);
@@ -371,11 +372,11 @@ fn agrees(source: &str, dialect: Dialect) -> Result<(), TestCaseError> {
     }
     let nominal = path.positions_mm();
     let format = NumberFormat::new(4, 4).unwrap();
-    let same = program.rewrite(&path, &nominal, format).unwrap();
+    let same = program.rewrite(&path, &nominal, WriteOptions::with_decimals(format)).unwrap();
     prop_assert_eq!(same.bytes(), source.as_bytes());
     for correct in [bent, shifted] {
         let goals: Vec<_> = nominal.iter().map(correct).collect();
-        let written = program.rewrite(&path, &goals, format).unwrap();
+        let written = program.rewrite(&path, &goals, WriteOptions::with_decimals(format)).unwrap();
         let text = String::from_utf8_lossy(written.bytes()).into_owned();
         let back = written.read_back().map_err(|e| TestCaseError::fail(format!("{e}\n{source}\n{text}")))?;
         for (here, goal) in back.positions_mm().iter().zip(&goals) {
@@ -400,13 +401,13 @@ fn agrees(source: &str, dialect: Dialect) -> Result<(), TestCaseError> {
 /// Bytes that are read or refused; what is read is written back as it is.
 fn is_read_or_refused(source: &[u8], dialect: Dialect) -> Result<(), TestCaseError> {
     let options = GcodeOptions { dialect: Some(dialect), ..GcodeOptions::default() };
-    let Ok(program) = Program::parse(source, "any", &options) else { return Ok(()) };
+    let Ok(program) = GcodeProgram::parse(source, "any", &options) else { return Ok(()) };
     let Ok(path) = program.toolpath(Sampling::new(0.5, 1e6).unwrap()) else { return Ok(()) };
-    let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+    let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
     prop_assert_eq!(same.bytes(), source);
     let goals: Vec<_> = path.positions_mm().iter().map(bent).collect();
     if goals.iter().all(|p| p.amax() < 999_999.0) {
-        let written = program.rewrite(&path, &goals, NumberFormat::default()).unwrap();
+        let written = program.rewrite(&path, &goals, WriteOptions::default()).unwrap();
         let text = String::from_utf8_lossy(written.bytes()).into_owned();
         let back = written.read_back().map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
         for (here, goal) in back.positions_mm().iter().zip(&goals) {

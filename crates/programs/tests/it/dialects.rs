@@ -2,13 +2,13 @@
 
 use crate::support::programs::programs_in;
 use kinetostat_programs::{
-    NumberFormat, Sampling, Toolpath,
-    gcode::{Dialect, GcodeOptions, Program},
+    NumberFormat, Sampling, Toolpath, WriteOptions,
+    gcode::{Dialect, GcodeOptions, GcodeProgram},
 };
 use nalgebra::Vector3;
 
-fn parse(source: &str) -> (Program, Toolpath) {
-    let program = Program::parse(source, "part", &GcodeOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+fn parse(source: &str) -> (GcodeProgram, Toolpath) {
+    let program = GcodeProgram::parse(source, "part", &GcodeOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     let path = program.toolpath(Sampling::new(10.0, 5.0).unwrap()).unwrap();
     (program, path)
 }
@@ -21,7 +21,8 @@ fn ends(source: &str) -> Vec<Vector3<f64>> {
 fn rewritten(source: &str, correction: impl Fn(Vector3<f64>) -> Vector3<f64>) -> String {
     let (program, path) = parse(source);
     let goals: Vec<_> = path.positions_mm().into_iter().map(|p| p + correction(p)).collect();
-    let written = program.rewrite(&path, &goals, NumberFormat::new(2, 3).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &goals, WriteOptions::with_decimals(NumberFormat::new(2, 3).unwrap())).unwrap();
     let back = written.read_back().unwrap_or_else(|e| panic!("{e}\n{}", String::from_utf8_lossy(written.bytes())));
     for (here, goal) in back.positions_mm().iter().zip(&goals) {
         assert!((here - goal).amax() <= 0.0151, "{here:?} {goal:?}\n{}", String::from_utf8_lossy(written.bytes()));
@@ -83,7 +84,7 @@ fn a_preset_ends_the_datum_shift() {
     let source = "BEGIN PGM A MM\nCYCL DEF 247 DATUM SETTING ~\n  Q339=+1 ;NUMBER\nL X+1 Y+0 Z+0 FMAX\nCYCL DEF 7.0\n\
                   CYCL DEF 7.1 X+10\nL X+1\nCYCL DEF 247 Q339=+2\nL X+1\n";
     let path =
-        Program::parse(source, "part.h", &options).unwrap().toolpath(Sampling::new(10.0, 500.0).unwrap()).unwrap();
+        GcodeProgram::parse(source, "part.h", &options).unwrap().toolpath(Sampling::new(10.0, 500.0).unwrap()).unwrap();
     let xs: Vec<f64> = path.points().iter().map(|point| point.position_mm.x).collect();
     assert_eq!(xs, [101.0, 111.0, 201.0]);
 }

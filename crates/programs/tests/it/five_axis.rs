@@ -1,8 +1,8 @@
 //! G-code with rotary axes: control of the tip and machine coordinates, heads and tables.
 
 use kinetostat_programs::{
-    Orientation, Sampling, Toolpath,
-    gcode::{GcodeOptions, Program, Rotary, RotaryAxis, RotarySide, WriteOptions},
+    Orientation, Sampling, Toolpath, WriteOptions,
+    gcode::{GcodeOptions, GcodeProgram, Rotary, RotaryAxis, RotarySide},
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -35,14 +35,14 @@ fn options(rotary: Rotary) -> GcodeOptions {
     GcodeOptions { rotary, ..GcodeOptions::default() }
 }
 
-fn read(source: &str, rotary: Rotary) -> (Program, Toolpath) {
-    let program = Program::parse(source, "part.nc", &options(rotary)).unwrap();
+fn read(source: &str, rotary: Rotary) -> (GcodeProgram, Toolpath) {
+    let program = GcodeProgram::parse(source, "part.nc", &options(rotary)).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     (program, path)
 }
 
 fn refused(source: &str, rotary: Rotary) -> String {
-    Program::parse(source, "part.nc", &options(rotary)).unwrap_err().to_string()
+    GcodeProgram::parse(source, "part.nc", &options(rotary)).unwrap_err().to_string()
 }
 
 fn axis_of(path: &Toolpath, k: usize) -> Vector3<f64> {
@@ -111,9 +111,9 @@ fn what_is_not_known_of_rotary_axes_is_refused_by_name() {
         "part.nc:2:4: `X5`: B is not 0 and X, Y and Z are not those of the tip; expected G43.4 before, through_mm of B in \
          [[gcode.rotary]], or rotary_tip = \"always\" in [gcode]"
     );
-    assert!(Program::parse("G0 X0 Y0 Z0 B0\nG43.4\nG1 X5 B10 F9\n", "part.nc", &options(nowhere.clone())).is_ok());
+    assert!(GcodeProgram::parse("G0 X0 Y0 Z0 B0\nG43.4\nG1 X5 B10 F9\n", "part.nc", &options(nowhere.clone())).is_ok());
     let always = Rotary { always_of_tip: true, ..nowhere };
-    assert!(Program::parse("G0 X0 Y0 Z0 B0\nG1 X5 B10 F9\n", "part.nc", &options(always)).is_ok());
+    assert!(GcodeProgram::parse("G0 X0 Y0 Z0 B0\nG1 X5 B10 F9\n", "part.nc", &options(always)).is_ok());
     assert_eq!(
         refused("G0 X0 Y0 Z0 A20\nG43.4 H1\nG1 X5 F9\n", head()),
         "part.nc:3:4: `X5`: A = 20 with control of the tip; expected [[gcode.rotary]] in the process file, which says what A turns"
@@ -133,7 +133,7 @@ fn a_move_that_is_split_turns_on_as_it_did() {
     for (at, point) in bent.iter_mut().zip(path.points()) {
         at.z += 0.02 * point.position_mm.x * (1.0 - point.source.parameter);
     }
-    let rewritten = program.rewrite(&path, &bent, program.own_format()).unwrap();
+    let rewritten = program.rewrite(&path, &bent, WriteOptions::with_decimals(program.own_format())).unwrap();
     let text = String::from_utf8(rewritten.bytes().to_vec()).unwrap();
     let start = "G21 G90\nG43.4 H1\nG0 X0 Y0 Z0 B0 C0\nG1 X0.667 Z0.012 B0.6667 C-1.3333 F500 (a)\nX1.333 Z0.023 B1.3333 C-2.6667\n";
     assert!(text.starts_with(start), "{text}");
@@ -165,14 +165,15 @@ fn machine_called(name: &str) -> Rotary {
 }
 
 /// Without correction the same bytes; with one, points and axes where they should be.
-fn check_written(name: &str, program: &Program) {
+fn check_written(name: &str, program: &GcodeProgram) {
     let path = program.toolpath(Sampling::default()).unwrap();
     let positions = path.positions_mm();
     let own: Vec<Orientation> = path.points().iter().map(|point| point.orientation.unwrap()).collect();
     assert!(own.iter().any(|orientation| orientation.angle_to(&Orientation::ToolAxis(Vector3::z())) > 0.02), "{name}");
     let format = program.own_format();
     for orientations in [None, Some(own.as_slice())] {
-        let same = program.rewrite_turned(&path, &positions, orientations, format).unwrap();
+        let same =
+            program.rewrite_turned(&path, &positions, orientations, WriteOptions::with_decimals(format)).unwrap();
         assert_eq!(String::from_utf8_lossy(same.bytes()), String::from_utf8_lossy(program.source()), "{name}");
     }
     let moved: Vec<Vector3<f64>> = positions
@@ -184,7 +185,12 @@ fn check_written(name: &str, program: &Program) {
         (0..path.len()).map(|k| Orientation::ToolAxis(by(&positions[k]) * axis_of(&path, k))).collect();
     for (tolerance_mm, orientations) in [(0.0, None), (0.005, None), (0.005, Some(turned.as_slice()))] {
         let rewritten = program
-            .rewrite_turned(&path, &moved, orientations, WriteOptions::with_tolerance(tolerance_mm, format))
+            .rewrite_turned(
+                &path,
+                &moved,
+                orientations,
+                WriteOptions { tolerance_mm, ..WriteOptions::with_decimals(format) },
+            )
             .unwrap();
         let text = String::from_utf8_lossy(rewritten.bytes()).into_owned();
         let back = rewritten.read_back().unwrap_or_else(|refused| panic!("{name}: {refused}\n{text}"));
@@ -220,7 +226,7 @@ fn programs_of_several_machines_and_controls_are_followed_and_written_back() {
     assert!(names.len() >= 15, "{names:?}");
     for name in names {
         let rotary = machine_called(name.split('/').next().unwrap());
-        let program = Program::parse(std::fs::read(folder.join(&name)).unwrap(), &name, &options(rotary));
+        let program = GcodeProgram::parse(std::fs::read(folder.join(&name)).unwrap(), &name, &options(rotary));
         check_written(&name, &program.unwrap_or_else(|refused| panic!("{refused}")));
     }
 }
@@ -275,7 +281,9 @@ fn is_turned_as_asked(source: &str, x: f64, turn: (f64, f64), bend: f64) -> Resu
     let (program, path) = read(source, rotary());
     let own: Vec<Orientation> = path.points().iter().map(|point| point.orientation.unwrap()).collect();
     let positions = path.positions_mm();
-    let as_it_was = program.rewrite_turned(&path, &positions, Some(&own), program.own_format()).unwrap();
+    let as_it_was = program
+        .rewrite_turned(&path, &positions, Some(&own), WriteOptions::with_decimals(program.own_format()))
+        .unwrap();
     prop_assert_eq!(std::str::from_utf8(as_it_was.bytes()).unwrap(), source);
     let moved: Vec<Vector3<f64>> = positions.iter().map(|p| p + Vector3::new(x, 0.0, 0.0)).collect();
     let turned: Vec<Orientation> = (0..path.len())
@@ -284,7 +292,7 @@ fn is_turned_as_asked(source: &str, x: f64, turn: (f64, f64), bend: f64) -> Resu
             Orientation::ToolAxis(UnitQuaternion::from_scaled_axis(by) * axis_of(&path, k))
         })
         .collect();
-    let writing = WriteOptions::with_tolerance(0.0, program.own_format());
+    let writing = WriteOptions::with_decimals(program.own_format());
     let rewritten = program.rewrite_turned(&path, &moved, Some(&turned), writing).unwrap();
     let back = rewritten.read_back().unwrap();
     prop_assert_eq!(back.len(), path.len());
@@ -315,10 +323,10 @@ proptest! {
     ) {
         let (program, path) = read(&source, head());
         let own = path.positions_mm();
-        let rewritten = program.rewrite(&path, &own, program.own_format()).unwrap();
+        let rewritten = program.rewrite(&path, &own, WriteOptions::with_decimals(program.own_format())).unwrap();
         prop_assert_eq!(std::str::from_utf8(rewritten.bytes()).unwrap(), source.as_str());
         let moved: Vec<Vector3<f64>> = own.iter().map(|p| p + Vector3::new(x, 0.0, z * p.x)).collect();
-        let rewritten = program.rewrite(&path, &moved, WriteOptions::with_tolerance(0.0, program.own_format())).unwrap();
+        let rewritten = program.rewrite(&path, &moved, WriteOptions::with_decimals(program.own_format())).unwrap();
         let back = rewritten.read_back().unwrap();
         prop_assert_eq!(back.len(), path.len());
         for (point, (wanted, own)) in back.points().iter().zip(moved.iter().zip(path.points())) {

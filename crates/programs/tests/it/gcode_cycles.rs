@@ -2,8 +2,8 @@
 
 use crate::support::programs::programs_in;
 use kinetostat_programs::{
-    NumberFormat, Sampling, Toolpath,
-    gcode::{GcodeOptions, Program},
+    NumberFormat, Sampling, Toolpath, WriteOptions,
+    gcode::{GcodeOptions, GcodeProgram},
 };
 use nalgebra::Vector3;
 
@@ -13,8 +13,8 @@ fn programs() -> Vec<(String, Vec<u8>)> {
     programs
 }
 
-fn parse(source: impl Into<Vec<u8>>) -> (Program, Toolpath) {
-    let program = Program::parse(source, "part.nc", &GcodeOptions::default()).unwrap();
+fn parse(source: impl Into<Vec<u8>>) -> (GcodeProgram, Toolpath) {
+    let program = GcodeProgram::parse(source, "part.nc", &GcodeOptions::default()).unwrap();
     let path = program.toolpath(Sampling::new(0.01, 100.0).unwrap()).unwrap();
     (program, path)
 }
@@ -22,7 +22,8 @@ fn parse(source: impl Into<Vec<u8>>) -> (Program, Toolpath) {
 fn rewritten(source: &str, correction: impl Fn(Vector3<f64>) -> Vector3<f64>) -> (String, Vec<Vector3<f64>>) {
     let (program, path) = parse(source);
     let goals: Vec<_> = path.positions_mm().into_iter().map(|p| p + correction(p)).collect();
-    let written = program.rewrite(&path, &goals, NumberFormat::new(3, 4).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &goals, WriteOptions::with_decimals(NumberFormat::new(3, 4).unwrap())).unwrap();
     let back = written.read_back().unwrap().positions_mm();
     (String::from_utf8(written.into_bytes()).unwrap(), back)
 }
@@ -85,7 +86,7 @@ fn without_correction_the_bytes_are_the_same() {
     for (name, source) in programs() {
         let (program, path) = parse(source.clone());
         for format in [NumberFormat::default(), program.own_format()] {
-            let written = program.rewrite(&path, &path.positions_mm(), format).unwrap();
+            let written = program.rewrite(&path, &path.positions_mm(), WriteOptions::with_decimals(format)).unwrap();
             assert_eq!(written.bytes(), source, "{name}\n{}", String::from_utf8_lossy(written.bytes()));
             assert_eq!(written.read_back().unwrap().positions_mm(), path.positions_mm(), "{name}");
         }
@@ -130,7 +131,7 @@ fn repetitions_become_lines_where_their_corrections_differ() {
 fn cycles_that_are_not_understood_are_refused() {
     let third = |line: &str| {
         let source = format!("G21 G90 G17 F100\nG0 X0 Y0 Z5\n{line}\n");
-        Program::parse(source, "part.nc", &GcodeOptions::default()).unwrap_err().to_string()
+        GcodeProgram::parse(source, "part.nc", &GcodeOptions::default()).unwrap_err().to_string()
     };
     for (line, expected) in [
         (

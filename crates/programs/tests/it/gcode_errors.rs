@@ -2,13 +2,13 @@
 
 use crate::support::programs::programs_in;
 use kinetostat_programs::{
-    NumberFormat, Sampling,
-    gcode::{BlockDelete, Dialect, Fault, GcodeError, GcodeOptions, Program},
+    NumberFormat, Sampling, WriteOptions,
+    gcode::{BlockDelete, Dialect, Fault, GcodeError, GcodeOptions, GcodeProgram},
 };
 use nalgebra::Vector3;
 
 fn refusal(source: impl Into<Vec<u8>>) -> String {
-    let program = Program::parse(source, "part.nc", &GcodeOptions::default());
+    let program = GcodeProgram::parse(source, "part.nc", &GcodeOptions::default());
     program.expect_err("expected a refusal").to_string()
 }
 
@@ -21,8 +21,8 @@ fn every_program_to_refuse_is_refused_in_the_words_that_it_begins_with() {
         let expected = first.strip_prefix("; ").unwrap();
         let options = GcodeOptions::default();
         let (expected, read) = match expected.strip_prefix("--expand ") {
-            Some(expected) => (expected, Program::parse_expanded(source, &name, &options, &|_| None)),
-            None => (expected, Program::parse(source, &name, &options)),
+            Some(expected) => (expected, GcodeProgram::parse_expanded(source, &name, &options, &|_| None)),
+            None => (expected, GcodeProgram::parse(source, &name, &options)),
         };
         assert_eq!(read.expect_err(&name).to_string(), expected);
     }
@@ -39,7 +39,7 @@ fn leading_zeros_that_mean_nothing_are_read() {
     for line in
         ["G4 X01", "G04 P02", "N0010 G01 X00 Y000 F0100", "G1 X0.085 Y-00.5", "T01 M06", "S0800 M03", "G43 H01 Z5"]
     {
-        Program::parse(format!("G21 G90 G17 F100\nG0 X0 Y0 Z0\n{line}\n"), "part.nc", &GcodeOptions::default())
+        GcodeProgram::parse(format!("G21 G90 G17 F100\nG0 X0 Y0 Z0\n{line}\n"), "part.nc", &GcodeOptions::default())
             .unwrap();
     }
 }
@@ -53,7 +53,7 @@ fn din_iso_is_told_by_its_first_block() {
     }
     for first in ["%", "%123", "% (PART G71)"] {
         let source = format!("{first}\nG21 G90\nG0 X0 Y0 Z5\nG1 Z0 F100\n");
-        assert!(Program::parse(source, "part.nc", &GcodeOptions::default()).is_ok(), "{first}");
+        assert!(GcodeProgram::parse(source, "part.nc", &GcodeOptions::default()).is_ok(), "{first}");
     }
 }
 
@@ -252,8 +252,12 @@ fn origins_that_are_not_known_are_refused() {
 #[test]
 fn rotary_axes_may_be_named_but_not_turned() {
     assert!(
-        Program::parse("G0 X0 Y0 Z0 A0. C-90\nG1 X5 A0 C-90.0 F9\nG91 A0 X1\n", "part.nc", &GcodeOptions::default())
-            .is_ok()
+        GcodeProgram::parse(
+            "G0 X0 Y0 Z0 A0. C-90\nG1 X5 A0 C-90.0 F9\nG91 A0 X1\n",
+            "part.nc",
+            &GcodeOptions::default()
+        )
+        .is_ok()
     );
     assert_eq!(
         third("A0. X1\nX2 A90"),
@@ -277,7 +281,7 @@ fn other_languages_are_named() {
         ("T=\"D10\"", "1: `T=\"D10\"`"),
     ] {
         let source = format!("G21 G90 G17 F100\nG0 X0 Y0 Z0\n{line}\n");
-        let refusal = Program::parse(source, "part.nc", &options).unwrap_err().to_string();
+        let refusal = GcodeProgram::parse(source, "part.nc", &options).unwrap_err().to_string();
         assert_eq!(refusal, format!("part.nc:3:{found}: {other}"));
     }
 }
@@ -289,7 +293,7 @@ fn a_given_start_and_unit_are_used() {
         start_mm: Some(Vector3::new(0.0, 0.0, 25.4)),
         ..GcodeOptions::default()
     };
-    let program = Program::parse("G1 X2 F10\n", "part.nc", &options).unwrap();
+    let program = GcodeProgram::parse("G1 X2 F10\n", "part.nc", &options).unwrap();
     let path = program.toolpath(Sampling::new(0.1, 100.0).unwrap()).unwrap();
     assert_eq!(path.len(), 1);
     assert_eq!(path.points()[0].position_mm, Vector3::new(50.8, 0.0, 25.4));
@@ -301,11 +305,12 @@ fn a_given_start_and_unit_are_used() {
 fn delete_lines_are_skipped_when_asked() {
     let source = "G0 X0 Y0 Z0\n/G81 #5 anything\n/G1 X5 F1\nG0 X7\n";
     let options = GcodeOptions { block_delete: BlockDelete::Skip, ..GcodeOptions::default() };
-    let program = Program::parse(source, "part.nc", &options).unwrap();
+    let program = GcodeProgram::parse(source, "part.nc", &options).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     assert_eq!(path.len(), 2);
     let goals: Vec<_> = path.positions_mm().iter().map(|p| p.add_scalar(0.25)).collect();
-    let written = program.rewrite(&path, &goals, NumberFormat::new(2, 4).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &goals, WriteOptions::with_decimals(NumberFormat::new(2, 4).unwrap())).unwrap();
     assert_eq!(
         std::str::from_utf8(written.bytes()).unwrap(),
         "G0 X0.25 Y0.25 Z0.25\n/G81 #5 anything\n/G1 X5 F1\nG0 X7.25\n"
@@ -315,30 +320,30 @@ fn delete_lines_are_skipped_when_asked() {
 #[test]
 fn a_path_too_fine_or_from_elsewhere_is_refused() {
     let options = GcodeOptions::default();
-    let program = Program::parse("G0 X0 Y0 Z0\nG1 X9 F1\n", "part.nc", &options).unwrap();
+    let program = GcodeProgram::parse("G0 X0 Y0 Z0\nG1 X9 F1\n", "part.nc", &options).unwrap();
     let too_fine = program.toolpath(Sampling::new(1.0, 1e-6).unwrap()).unwrap_err();
     assert_eq!(
         too_fine.to_string(),
         "part.nc:2:1: `G1`: path of more than 2000000 points; \
          expected a coarser sampling or a shorter program"
     );
-    let other = Program::parse("G0 X0 Y0 Z0\nG1 X8 F1\n", "other.nc", &options).unwrap();
+    let other = GcodeProgram::parse("G0 X0 Y0 Z0\nG1 X8 F1\n", "other.nc", &options).unwrap();
     let path = other.toolpath(Sampling::default()).unwrap();
-    let refused = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap_err();
+    let refused = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap_err();
     assert_eq!(refused.to_string(), "the path does not belong to program part.nc: expected a path sampled from it");
     let own = program.toolpath(Sampling::default()).unwrap();
-    let refused = program.rewrite(&own, &own.positions_mm()[1..], NumberFormat::default()).unwrap_err();
+    let refused = program.rewrite(&own, &own.positions_mm()[1..], WriteOptions::default()).unwrap_err();
     assert_eq!(refused.to_string(), "9 corrected positions for a path of 10 points: expected one for each point");
     let mut wild = own.positions_mm();
     wild[3].y = f64::INFINITY;
-    let refused = program.rewrite(&own, &wild, NumberFormat::default()).unwrap_err();
+    let refused = program.rewrite(&own, &wild, WriteOptions::default()).unwrap_err();
     assert_eq!(refused.to_string(), "corrected position 3 is (3, inf, 0) mm: expected finite numbers up to 1000000");
 }
 
 /// What is wrong with a line of ISO code.
 fn fault(line: &str) -> GcodeError {
     let options = GcodeOptions { dialect: Some(Dialect::Iso), ..GcodeOptions::default() };
-    Program::parse(line, "part.nc", &options).unwrap_err()
+    GcodeProgram::parse(line, "part.nc", &options).unwrap_err()
 }
 
 #[test]
@@ -363,7 +368,7 @@ fn what_is_no_word_is_refused_where_it_stands() {
         assert_eq!(refused.fault, Fault::Exponent, "{line}");
         assert_eq!((refused.column, refused.found.as_str()), (1 + found.start, &line[found]), "{line}");
     }
-    assert!(Program::parse("G21 G90 F100\nG1 X1.5 E-.5\n", "part.nc", &GcodeOptions::default()).is_ok());
+    assert!(GcodeProgram::parse("G21 G90 F100\nG1 X1.5 E-.5\n", "part.nc", &GcodeOptions::default()).is_ok());
     let long = format!("X{}.9", "7".repeat(69));
     let refused = fault(&long);
     assert_eq!(refused.fault, Fault::TooManyDigits { digits: 69 });

@@ -5,19 +5,19 @@ use std::path::Path;
 use crate::support::cases::cases;
 use crate::support::programs::programs_in;
 use kinetostat_programs::{
-    NumberFormat, Sampling,
-    gcode::{BlockDelete, Fault, GcodeError, GcodeOptions, MacroFault, Program},
+    Sampling, WriteOptions,
+    gcode::{BlockDelete, Fault, GcodeError, GcodeOptions, GcodeProgram, MacroFault},
 };
 use nalgebra::Vector3;
 
-fn expanded(source: &str) -> Result<Program, GcodeError> {
+fn expanded(source: &str) -> Result<GcodeProgram, GcodeError> {
     let beside = |name: &str| match name {
         "O0200" => Some(b"%\nO0200\nG91 X1\nM99\n%\n".to_vec()),
         "step.ngc" => Some(b"o<step> sub\nG91 G1 Y[#1]\no<step> endsub\n".to_vec()),
         "broken" => Some(b"O300\nG1 X#7\nM99\n".to_vec()),
         _ => None,
     };
-    Program::parse_expanded(source.as_bytes(), "part.nc", &GcodeOptions::default(), &beside)
+    GcodeProgram::parse_expanded(source.as_bytes(), "part.nc", &GcodeOptions::default(), &beside)
 }
 
 /// The lines that a program is written out in, without its header.
@@ -121,7 +121,8 @@ fn what_depends_on_the_machine_or_does_not_end_is_refused_with_its_line() {
         let found = refusal(source);
         assert_eq!(found, expected, "{source}");
     }
-    let plain = |source: &str| Program::parse(source, "part.nc", &GcodeOptions::default()).unwrap_err().to_string();
+    let plain =
+        |source: &str| GcodeProgram::parse(source, "part.nc", &GcodeOptions::default()).unwrap_err().to_string();
     assert!(
         plain("#1=5\n").ends_with(
             "expected plain numbers, or expand in [gcode] of the process file (--expand), which writes it out"
@@ -142,7 +143,7 @@ fn lines_are_those_of_the_program_and_what_is_written_is_read_back() {
     assert_eq!(lines, [3, 7, 7, 7]);
     assert_eq!(program.notes().written_out, Some([8, 8]));
     let goals: Vec<_> = path.positions_mm().iter().map(|p| p + Vector3::new(0.01 * p.x, 0.0, 0.0)).collect();
-    let written = program.rewrite(&path, &goals, NumberFormat::default()).unwrap();
+    let written = program.rewrite(&path, &goals, WriteOptions::default()).unwrap();
     for (back, goal) in written.read_back().unwrap().positions_mm().iter().zip(goals) {
         assert!((back - goal).amax() <= 1e-4);
     }
@@ -158,21 +159,21 @@ fn programs_are_written_out_as_expected() {
     assert!(expected.len() >= 12, "{} programs", expected.len());
     for (name, expected) in expected {
         let source = std::fs::read(folder.join(&name)).unwrap();
-        let program = Program::parse_expanded(source, &name, &GcodeOptions::default(), &beside).unwrap();
+        let program = GcodeProgram::parse_expanded(source, &name, &GcodeOptions::default(), &beside).unwrap();
         if update {
             std::fs::write(folder.join("expected").join(&name), program.source()).unwrap();
         } else {
             assert_eq!(String::from_utf8_lossy(program.source()), String::from_utf8_lossy(&expected), "{name}");
         }
         let path = program.toolpath(Sampling::new(0.05, 2.0).unwrap()).unwrap();
-        let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+        let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
         assert_eq!(same.bytes(), program.source(), "{name}");
         // The same program, when it is read as it was written out.
-        let again = Program::parse(program.source(), &name, &GcodeOptions::default()).unwrap();
+        let again = GcodeProgram::parse(program.source(), &name, &GcodeOptions::default()).unwrap();
         let positions = again.toolpath(Sampling::new(0.05, 2.0).unwrap()).unwrap().positions_mm();
         assert_eq!(positions, path.positions_mm(), "{name}");
         let goals: Vec<_> = path.positions_mm().iter().map(|p| p + Vector3::new(0.02, 0.01 * p.x.sin(), 0.1)).collect();
-        let written = program.rewrite(&path, &goals, NumberFormat::default()).unwrap();
+        let written = program.rewrite(&path, &goals, WriteOptions::default()).unwrap();
         for ((back, goal), point) in written.read_back().unwrap().positions_mm().iter().zip(goals).zip(path.points()) {
             let is_way_to_hole = program.is_hole(point.source.segment) && point.source.parameter != 0.75;
             assert!(is_way_to_hole || (back - goal).amax() <= 2.6e-4, "{name}: {back} {goal}");
@@ -183,7 +184,7 @@ fn programs_are_written_out_as_expected() {
 #[test]
 fn cycles_written_out_go_where_cycles_go() {
     for (name, source) in programs_in("tests/gcode_cycles") {
-        let corners = |program: Program| -> Vec<Vector3<f64>> {
+        let corners = |program: GcodeProgram| -> Vec<Vector3<f64>> {
             let path = program.toolpath(Sampling::new(0.05, 1e4).unwrap()).unwrap();
             let mut corners: Vec<Vector3<f64>> = Vec::new();
             for point in path.points().iter().filter(|point| point.cutting) {
@@ -194,8 +195,8 @@ fn cycles_written_out_go_where_cycles_go() {
             corners
         };
         let options = GcodeOptions::default();
-        let bottoms = corners(Program::parse(source.clone(), &name, &options).unwrap());
-        let moves = corners(Program::parse_expanded(source, &name, &options, &|_| None).unwrap());
+        let bottoms = corners(GcodeProgram::parse(source.clone(), &name, &options).unwrap());
+        let moves = corners(GcodeProgram::parse_expanded(source, &name, &options, &|_| None).unwrap());
         let mut moves = moves.iter();
         for bottom in bottoms {
             assert!(moves.any(|place| (place - bottom).amax() < 1e-7), "{name}: {bottom}");
@@ -248,7 +249,7 @@ fn any_text_is_written_out_or_refused() {
         .run(&text, |source| {
             let none = |_: &str| None;
             let options = GcodeOptions { block_delete: BlockDelete::Run, ..GcodeOptions::default() };
-            if let Ok(program) = Program::parse_expanded(source.as_bytes(), "any.nc", &options, &none) {
+            if let Ok(program) = GcodeProgram::parse_expanded(source.as_bytes(), "any.nc", &options, &none) {
                 prop_assert!(!program.source().is_empty());
             }
             Ok(())
@@ -297,12 +298,12 @@ fn expressions_without_a_value_are_refused() {
 #[test]
 fn decimals_are_those_of_the_file_and_not_of_what_macros_compute() {
     let source = "G21 G90 F100\n#1=10.\nG0 X0 Y0 Z5.\nG1 X[#1*COS[33.]] Y[#1*100.*SIN[33.]]\nG1 X5.25 Y5.\n";
-    let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
+    let program = GcodeProgram::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
     let text = String::from_utf8(program.source().to_vec()).unwrap();
     assert!(text.contains("G1 X8.3867057 Y544.63904\n"), "{text}");
     assert_eq!((program.own_format().mm_decimals(), program.own_format().inch_decimals()), (3, 4));
     let fine = source.replace("X5.25", "X5.25000");
-    let program = Program::parse_expanded(fine, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
+    let program = GcodeProgram::parse_expanded(fine, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
     assert_eq!(program.own_format().mm_decimals(), 5);
 }
 
@@ -395,7 +396,8 @@ fn rotations_that_depend_on_the_control_are_refused() {
         assert!(refused.contains(problem), "{source}: {refused}");
     }
     let options = GcodeOptions { dialect: Some(kinetostat_programs::gcode::Dialect::LinuxCnc), ..Default::default() };
-    let refused = Program::parse_expanded(format!("{begin}G1 X5 Y5 F9\n").into_bytes(), "part.nc", &options, &|_| None);
+    let refused =
+        GcodeProgram::parse_expanded(format!("{begin}G1 X5 Y5 F9\n").into_bytes(), "part.nc", &options, &|_| None);
     assert!(refused.unwrap_err().to_string().contains("polar, scaled or rotated coordinates"));
 }
 
@@ -404,31 +406,37 @@ fn subprograms_alone_are_read_from_where_they_are_called() {
     let source = "O5001\nG1 X20 F100\nG91 Y5\nM99 (back)\n%\n";
     let start = Some(Vector3::new(1.0, 2.0, 3.0));
     let options = GcodeOptions { start_mm: start, ..Default::default() };
-    let program = Program::parse(source, "5001.nc", &options).unwrap();
+    let program = GcodeProgram::parse(source, "5001.nc", &options).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     assert_eq!(path.points()[path.len() - 1].position_mm, Vector3::new(20.0, 7.0, 3.0));
-    let same = program.rewrite(&path, &path.positions_mm(), program.own_format()).unwrap();
+    let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::with_decimals(program.own_format())).unwrap();
     assert_eq!(same.bytes(), source.as_bytes());
-    let refused = Program::parse_expanded(source, "5001.nc", &GcodeOptions::default(), &|_| None).unwrap_err();
+    let refused = GcodeProgram::parse_expanded(source, "5001.nc", &GcodeOptions::default(), &|_| None).unwrap_err();
     assert!(refused.to_string().contains("expected M2 or M30, or start_mm in [gcode]"), "{refused}");
     // With calls of its own, it is run to its end.
     let source = "O1\nM98 P100\nM99\nO100\nG91 G1 X1 F9\nM99\n";
-    let program = Program::parse_with_calls(source, "1.nc", &options, &|_| None).unwrap();
+    let program = GcodeProgram::parse_with_calls(source, "1.nc", &options, &|_| None).unwrap();
     assert_eq!(program.toolpath(Sampling::default()).unwrap().points()[0].position_mm, Vector3::new(2.0, 2.0, 3.0));
-    assert!(Program::parse("G1 X5 F9\nM99 P10\n", "1.nc", &options).is_err());
+    assert!(GcodeProgram::parse("G1 X5 F9\nM99 P10\n", "1.nc", &options).is_err());
     // Behind its end nothing moves.
-    assert!(Program::parse("G1 X5 F9\nM99\nX6\n", "1.nc", &options).unwrap_err().to_string().contains("end"));
+    assert!(GcodeProgram::parse("G1 X5 F9\nM99\nX6\n", "1.nc", &options).unwrap_err().to_string().contains("end"));
 }
 
 #[test]
 fn calls_that_move_nothing_stay_as_they_are() {
     let source = "G0 X0 Y0 Z0\nG65 P9810 X100. Y5. (probe)\nM98 P9000 L2\nG1 X5 F9\nM30\n";
     let options = GcodeOptions { calls_kept: vec![9810, 9000], ..Default::default() };
-    let program = Program::parse(source, "part.nc", &options).unwrap();
+    let program = GcodeProgram::parse(source, "part.nc", &options).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     assert_eq!(path.points()[path.len() - 1].position_mm, Vector3::new(5.0, 0.0, 0.0));
-    assert_eq!(program.rewrite(&path, &path.positions_mm(), program.own_format()).unwrap().bytes(), source.as_bytes());
-    let written_out = Program::parse_expanded(source, "part.nc", &options, &|_| None).unwrap();
+    assert_eq!(
+        program
+            .rewrite(&path, &path.positions_mm(), WriteOptions::with_decimals(program.own_format()))
+            .unwrap()
+            .bytes(),
+        source.as_bytes()
+    );
+    let written_out = GcodeProgram::parse_expanded(source, "part.nc", &options, &|_| None).unwrap();
     assert!(String::from_utf8_lossy(written_out.source()).contains("G65 P9810 X100. Y5. (probe)\nM98 P9000 L2\n"));
     let refused = refusal(source);
     assert!(
@@ -437,18 +445,18 @@ fn calls_that_move_nothing_stay_as_they_are() {
         "{refused}"
     );
     // One that moves beside the call is no line that moves nothing.
-    assert!(Program::parse("G0 X0 Y0 Z0\nG1 X5 F9 M98 P9000\n", "part.nc", &options).is_err());
+    assert!(GcodeProgram::parse("G0 X0 Y0 Z0\nG1 X5 F9 M98 P9000\n", "part.nc", &options).is_err());
 }
 
 #[test]
 fn programs_of_okuma_are_refused_by_their_name() {
     for first in ["$FLANGE.MIN%", " $A1.ssb% "] {
         let source = format!("{first}\n(PART)\nLEN=20\nG0 X0 Y0 Z0\nG1 XLEN F9\n");
-        let refused = Program::parse(source, "flange.nc", &GcodeOptions::default()).unwrap_err().to_string();
+        let refused = GcodeProgram::parse(source, "flange.nc", &GcodeOptions::default()).unwrap_err().to_string();
         assert!(refused.contains("a program of Okuma's OSP control"), "{refused}");
     }
     // Grbl's settings begin with the same sign.
-    assert!(Program::parse("$H\nG0 X0 Y0 Z0\n", "grbl.nc", &GcodeOptions::default()).is_ok());
+    assert!(GcodeProgram::parse("$H\nG0 X0 Y0 Z0\n", "grbl.nc", &GcodeOptions::default()).is_ok());
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Modes that M70 and M73 keep and M72 or the end of a subprogram restores.
 
 use kinetostat_programs::{
-    NumberFormat, Sampling, Toolpath,
-    gcode::{Calls, Dialect, GcodeError, GcodeOptions, Program},
+    Sampling, Toolpath, WriteOptions,
+    gcode::{Calls, Dialect, GcodeError, GcodeOptions, GcodeProgram},
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use crate::support::cases::cases;
 use crate::support::rs274;
 
-fn path(program: &Program) -> Toolpath {
+fn path(program: &GcodeProgram) -> Toolpath {
     program.toolpath(Sampling::new(0.05, 1e6).unwrap()).unwrap()
 }
 
@@ -19,18 +19,19 @@ fn of_linuxcnc() -> GcodeOptions {
 }
 
 fn ends(source: &str) -> Vec<[f64; 3]> {
-    let program = Program::parse(source, "part.nc", &GcodeOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+    let program =
+        GcodeProgram::parse(source, "part.nc", &GcodeOptions::default()).unwrap_or_else(|error| panic!("{error}"));
     path(&program).points().iter().map(|point| point.position_mm.into()).collect()
 }
 
-fn with_calls(source: &str, options: &GcodeOptions) -> Result<Program, GcodeError> {
-    Program::parse_with_calls(source, "part.nc", options, &|_| None)
+fn with_calls(source: &str, options: &GcodeOptions) -> Result<GcodeProgram, GcodeError> {
+    GcodeProgram::parse_with_calls(source, "part.nc", options, &|_| None)
 }
 
 #[test]
 fn m72_restores_what_m70_kept_but_the_motion() {
     let source = "G21 G90 G17 F100\nG0 X0 Y0 Z0\nG1 X10\nM70\nG91 G20 G18 G93\nG1 X1 F2\nM72\nX20\nG0\nM70\nG91\nG1 X1\nM72\nY10\nM2\n";
-    let program = Program::parse(source, "part.nc", &GcodeOptions::default()).unwrap();
+    let program = GcodeProgram::parse(source, "part.nc", &GcodeOptions::default()).unwrap();
     let at =
         [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [35.4, 0.0, 0.0], [20.0, 0.0, 0.0], [21.0, 0.0, 0.0], [21.0, 10.0, 0.0]];
     assert_eq!(ends(source), at);
@@ -39,7 +40,7 @@ fn m72_restores_what_m70_kept_but_the_motion() {
     assert_eq!(feeds, [None, Some(100.0), Some(51.0), Some(100.0), Some(100.0), Some(100.0)]);
     // The control reads the words that stay as they are in the same way.
     let moved: Vec<_> = path.positions_mm().iter().map(|p| p + Vector3::new(0.25, 0.5, 0.01 * p.x)).collect();
-    let back = program.rewrite(&path, &moved, NumberFormat::default()).unwrap().read_back().unwrap();
+    let back = program.rewrite(&path, &moved, WriteOptions::default()).unwrap().read_back().unwrap();
     assert!(back.positions_mm().iter().zip(&moved).all(|(a, b)| (a - b).amax() < 2e-3));
 }
 
@@ -49,10 +50,10 @@ fn m72_goes_back_to_the_work_offset_and_m71_forgets() {
         work_offsets_mm: [("G55".parse().unwrap(), Vector3::new(100.0, 0.0, 0.0))].into(),
         ..GcodeOptions::default()
     };
-    let program = Program::parse("G0 X0 Y0 Z0\nM70\nG55 X0\nM72\nX1\n", "part.nc", &options).unwrap();
+    let program = GcodeProgram::parse("G0 X0 Y0 Z0\nM70\nG55 X0\nM72\nX1\n", "part.nc", &options).unwrap();
     let x: Vec<f64> = path(&program).points().iter().map(|point| point.position_mm.x).collect();
     assert_eq!(x, [0.0, 100.0, 1.0]);
-    let refused = |source: &str| Program::parse(source, "part.nc", &options).unwrap_err().to_string();
+    let refused = |source: &str| GcodeProgram::parse(source, "part.nc", &options).unwrap_err().to_string();
     for source in ["G0 X0 Y0 Z0\nM72\n", "M70\nM71\nM72\n"] {
         assert!(refused(source).ends_with(
             "`M72`: restores modes where none are kept; expected M70 or M73 before it, in the same program or subprogram"
@@ -68,7 +69,7 @@ fn m72_goes_back_to_the_work_offset_and_m71_forgets() {
     // They are functions of the machine elsewhere.
     for dialect in [Dialect::Fanuc, Dialect::Haas] {
         let options = GcodeOptions { dialect: Some(dialect), ..GcodeOptions::default() };
-        let program = Program::parse("G0 X5 Y0 Z0\nM70\nG91\nX1\nM72\nX1\n", "part.nc", &options).unwrap();
+        let program = GcodeProgram::parse("G0 X5 Y0 Z0\nM70\nG91\nX1\nM72\nX1\n", "part.nc", &options).unwrap();
         assert_eq!(path(&program).points().last().unwrap().position_mm.x, 7.0);
     }
 }
@@ -77,7 +78,7 @@ fn m72_goes_back_to_the_work_offset_and_m71_forgets() {
 fn m73_restores_at_the_end_of_its_subprogram_and_what_is_written_out_says_it_in_words() {
     let source = "o100 sub\nM73\nG91 G20\nG1 X1 F10\nM5\no100 endsub\nG21 G90 G17 F100 M3 S900 M8\nG0 X0 Y0 Z0\nG1 X1\no100 call\nG1 X20\n\
                   G1 Y10\nM2\n";
-    let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
+    let program = GcodeProgram::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
     let text = String::from_utf8(program.source().to_vec()).unwrap();
     let (_, lines) = text.split_once('\n').unwrap();
     assert_eq!(
@@ -91,7 +92,7 @@ fn m73_restores_at_the_end_of_its_subprogram_and_what_is_written_out_says_it_in_
     let path = path(&program);
     let moved: Vec<_> = path.positions_mm().iter().map(|p| p + Vector3::new(0.0, 0.0, 0.25)).collect();
     let Some(Calls::Stay { program: written, .. }) =
-        program.folded_calls(&program.rewrite(&path, &moved, NumberFormat::default()).unwrap())
+        program.folded_calls(&program.rewrite(&path, &moved, WriteOptions::default()).unwrap())
     else {
         panic!()
     };
@@ -106,7 +107,7 @@ fn lengths_of_tools_that_g43_1_has_set_are_restored() {
         let source = format!(
             "o100 sub\nM73\n{within}\nG1 X1\no100 endsub\nG21 G90 F100\n{begin}\nG0 X0 Y0 Z0\no100 call\nG1 X20\nM2\n"
         );
-        let program = Program::parse_expanded(source.as_str(), "part.nc", &of_linuxcnc(), &|_| None).unwrap();
+        let program = GcodeProgram::parse_expanded(source.as_str(), "part.nc", &of_linuxcnc(), &|_| None).unwrap();
         let text = String::from_utf8(program.source().to_vec()).unwrap();
         let (_, behind) = text.split_once("G1 X1\n").unwrap();
         behind.strip_suffix("G1 X20\nM2\n").unwrap().to_owned()
@@ -184,7 +185,7 @@ proptest! {
         let steps: Vec<[f64; 3]> = rs274::read(&text).iter().map(|step| step.at(1.0)).collect();
         prop_assume!(steps.iter().flatten().all(|at| at.abs() < 1e5));
         let none = |_: &str| None;
-        let all = Program::parse_expanded(text.as_bytes(), "random.nc", &of_linuxcnc(), &none);
+        let all = GcodeProgram::parse_expanded(text.as_bytes(), "random.nc", &of_linuxcnc(), &none);
         // Arcs by radius may not reach from where modes lead.
         prop_assume!(!matches!(&all, Err(fault) if fault.to_string().contains("cannot reach") || fault.to_string().contains("no definite")));
         for program in [all, with_calls(&text, &of_linuxcnc())] {
@@ -196,7 +197,7 @@ proptest! {
                 let off = found.position_mm - Vector3::from(*step);
                 prop_assert!(off.amax() < 1e-9, "{:?} {step:?}\n{text}", found.position_mm);
             }
-            let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+            let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
             if let Some(calls) = program.folded_calls(&same) {
                 prop_assert_eq!(calls, Calls::Stay { program: text.clone().into_bytes(), beside: Vec::new() });
             }

@@ -1,8 +1,8 @@
 //! No input panics, and what is read can be written back.
 
 use kinetostat_programs::{
-    NumberFormat, Sampling, Toolpath,
-    gcode::{Dialect, GcodeOptions, Program, WriteOptions},
+    NumberFormat, Sampling, Toolpath, WriteOptions,
+    gcode::{Dialect, GcodeOptions, GcodeProgram},
     polyline::{self, Polyline},
 };
 use nalgebra::Vector3;
@@ -25,7 +25,7 @@ fn options() -> GcodeOptions {
 /// Reads `source` as a program; if it is one, writes it back without and with corrections.
 fn exercise(source: &[u8]) -> Result<(), TestCaseError> {
     for options in [GcodeOptions::default(), options()] {
-        let Ok(program) = Program::parse(source, "any.nc", &options) else {
+        let Ok(program) = GcodeProgram::parse(source, "any.nc", &options) else {
             continue;
         };
         let Ok(path) = program.toolpath(sampling()) else {
@@ -35,7 +35,7 @@ fn exercise(source: &[u8]) -> Result<(), TestCaseError> {
             continue;
         }
         let nominal = path.positions_mm();
-        let same = program.rewrite(&path, &nominal, NumberFormat::default()).unwrap();
+        let same = program.rewrite(&path, &nominal, WriteOptions::default()).unwrap();
         prop_assert_eq!(same.bytes(), source);
         for correct in [bent, shifted, stepped] {
             let goals: Vec<_> = nominal.iter().map(correct).collect();
@@ -60,17 +60,17 @@ fn stepped(p: &Vector3<f64>) -> Vector3<f64> {
 }
 
 /// Writes the program with its points at `goals`, exactly and within tolerances, reads it back and compares.
-fn meets(program: &Program, path: &Toolpath, goals: &[Vector3<f64>]) -> Result<(), TestCaseError> {
+fn meets(program: &GcodeProgram, path: &Toolpath, goals: &[Vector3<f64>]) -> Result<(), TestCaseError> {
     [0.0, 0.01].into_iter().try_for_each(|tolerance_mm| meets_within(program, path, goals, tolerance_mm))
 }
 
 fn meets_within(
-    program: &Program,
+    program: &GcodeProgram,
     path: &Toolpath,
     goals: &[Vector3<f64>],
     tolerance_mm: f64,
 ) -> Result<(), TestCaseError> {
-    let writing = WriteOptions::with_tolerance(tolerance_mm, NumberFormat::default());
+    let writing = WriteOptions { tolerance_mm, ..WriteOptions::default() };
     let written = match program.rewrite(path, goals, writing) {
         Ok(written) => written,
         // Words that move with the tool are refused where their line is split, by name.

@@ -1,16 +1,16 @@
 //! Words that controls read in ways that contradict, and functions that may change where the tool goes.
 
 use kinetostat_programs::{
-    NumberFormat, Sampling,
-    gcode::{Dialect, GcodeError, GcodeOptions, Program},
+    Sampling, WriteOptions,
+    gcode::{Dialect, GcodeError, GcodeOptions, GcodeProgram},
 };
 use nalgebra::Vector3;
 
 fn read_as(source: &str, dialect: Option<Dialect>) -> Result<Vec<Vector3<f64>>, GcodeError> {
     let options = GcodeOptions { dialect, ..GcodeOptions::default() };
-    let program = Program::parse(source, "part.nc", &options).or_else(|refused| {
+    let program = GcodeProgram::parse(source, "part.nc", &options).or_else(|refused| {
         match refused.fault.is_solved_by_expansion() {
-            true => Program::parse_with_calls(source, "part.nc", &options, &|_| None),
+            true => GcodeProgram::parse_with_calls(source, "part.nc", &options, &|_| None),
             false => Err(refused),
         }
     })?;
@@ -18,8 +18,8 @@ fn read_as(source: &str, dialect: Option<Dialect>) -> Result<Vec<Vector3<f64>>, 
 }
 
 /// Returns a program with its cycles written out, and its text.
-fn written_out(source: &str) -> (Program, String) {
-    let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
+fn written_out(source: &str) -> (GcodeProgram, String) {
+    let program = GcodeProgram::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
     let text = String::from_utf8(program.source().to_vec()).unwrap();
     (program, text)
 }
@@ -151,16 +151,16 @@ fn g80_gives_back_the_motion_before_the_cycles() {
     let source = "G21 G90 F100\nG0 X0 Y0 Z5\nG1 X1\nG81 X2 Y2 Z-1 R1\nX3\nG80\nX5 Y5\nM30\n";
     for dialect in [None, Some(Dialect::Iso), Some(Dialect::Fanuc), Some(Dialect::Haas)] {
         let options = GcodeOptions { dialect, ..GcodeOptions::default() };
-        let program = Program::parse(source, "part.nc", &options).unwrap();
+        let program = GcodeProgram::parse(source, "part.nc", &options).unwrap();
         let path = program.toolpath(Sampling::new(1.0, 1e6).unwrap()).unwrap();
         let last = path.points().last().unwrap();
         assert_eq!(last.position_mm, Vector3::new(5.0, 5.0, 5.0), "{dialect:?}");
         assert!(last.cutting, "{dialect:?}: the feed motion before the cycle is in force again");
         // What nothing corrects keeps its bytes, with G80 before the place and beside it.
         for source in [source.to_string(), source.replace("G80\nX5", "G80X5")] {
-            let program = Program::parse(source.as_str(), "part.nc", &options).unwrap();
+            let program = GcodeProgram::parse(source.as_str(), "part.nc", &options).unwrap();
             let path = program.toolpath(Sampling::new(1.0, 1e6).unwrap()).unwrap();
-            let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+            let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
             assert_eq!(same.bytes(), source.as_bytes());
         }
     }

@@ -2,8 +2,8 @@
 
 use crate::support::programs::programs_in;
 use kinetostat_programs::{
-    NumberFormat, Sampling, Toolpath,
-    gcode::{ArcCentres, Dialect, GcodeOptions, LengthUnit, Program, Rewritten, WorkOffset},
+    NumberFormat, Rewritten, Sampling, Toolpath, WriteOptions,
+    gcode::{ArcCentres, Dialect, GcodeOptions, GcodeProgram, LengthUnit, WorkOffset},
 };
 use nalgebra::Vector3;
 
@@ -42,11 +42,11 @@ fn sampling() -> Sampling {
     Sampling::new(0.005, 2.0).unwrap()
 }
 
-fn parse(name: &str, source: &[u8]) -> (Program, Toolpath) {
+fn parse(name: &str, source: &[u8]) -> (GcodeProgram, Toolpath) {
     // Whose G10 L20 it is does not show.
     let dialect = (name == "offsets_g10.nc").then_some(Dialect::LinuxCnc);
     let program =
-        Program::parse(source, name, &GcodeOptions { dialect, ..options() }).unwrap_or_else(|e| panic!("{e}"));
+        GcodeProgram::parse(source, name, &GcodeOptions { dialect, ..options() }).unwrap_or_else(|e| panic!("{e}"));
     let path = program.toolpath(sampling()).unwrap();
     (program, path)
 }
@@ -54,20 +54,20 @@ fn parse(name: &str, source: &[u8]) -> (Program, Toolpath) {
 /// The program with `correction` added at every point, and the largest difference, per coordinate, between where the
 /// written program goes and where it should.
 fn moved(
-    program: &Program,
+    program: &GcodeProgram,
     path: &Toolpath,
     format: NumberFormat,
     correction: impl Fn(Vector3<f64>) -> Vector3<f64>,
-) -> (Rewritten, f64) {
+) -> (Rewritten<GcodeProgram>, f64) {
     let goals: Vec<_> = path.positions_mm().into_iter().map(|p| p + correction(p)).collect();
-    let written = program.rewrite(path, &goals, format).unwrap();
+    let written = program.rewrite(path, &goals, WriteOptions::with_decimals(format)).unwrap();
     let back = written.read_back().unwrap_or_else(|e| panic!("{e}\n{}", text(&written)));
     assert_eq!(back.len(), path.len(), "{}\n{}", program.name(), text(&written));
     let off = back.positions_mm().iter().zip(&goals).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
     (written, off)
 }
 
-fn text(written: &Rewritten) -> String {
+fn text(written: &Rewritten<GcodeProgram>) -> String {
     String::from_utf8_lossy(written.bytes()).into_owned()
 }
 
@@ -220,7 +220,7 @@ fn tangents_are_unit_and_point_along_the_motion() {
 }
 
 fn rewritten(source: &str, correction: impl Fn(Vector3<f64>) -> Vector3<f64>, sampling: Sampling) -> String {
-    let program = Program::parse(source, "test.nc", &options()).unwrap();
+    let program = GcodeProgram::parse(source, "test.nc", &options()).unwrap();
     let path = program.toolpath(sampling).unwrap();
     let (written, _) = moved(&program, &path, NumberFormat::new(2, 3).unwrap(), correction);
     text(&written)
@@ -326,8 +326,9 @@ fn what_comes_before_a_known_place_stays_and_is_named() {
 
 #[test]
 fn a_unit_that_is_not_said_is_noted() {
-    let unit =
-        |source: &str, options: &GcodeOptions| Program::parse(source, "part.nc", options).unwrap().notes().assumed_unit;
+    let unit = |source: &str, options: &GcodeOptions| {
+        GcodeProgram::parse(source, "part.nc", options).unwrap().notes().assumed_unit
+    };
     let millimetre = Some((LengthUnit::Millimetre, 2));
     assert_eq!(unit("M3\nG0 X0 Y0 Z0\n", &GcodeOptions::default()), millimetre);
     assert_eq!(unit("G21\nG0 X0 Y0 Z0\n", &GcodeOptions::default()), None);
@@ -386,7 +387,7 @@ fn offsets_of_the_program_place_its_parts() {
 #[test]
 fn feed_by_time_is_shared_among_the_lines_of_a_block() {
     let source = "G21 G90\nG0 X0 Y0 Z0\nG93 G1 X15 F2.5\n";
-    let program = Program::parse(source, "part.nc", &options()).unwrap();
+    let program = GcodeProgram::parse(source, "part.nc", &options()).unwrap();
     let path = program.toolpath(Sampling::new(10.0, 5.0).unwrap()).unwrap();
     assert_eq!(path.points()[1].feed_mm_per_min, Some(37.5));
     assert_eq!(
@@ -406,7 +407,7 @@ fn feed_by_turn_needs_the_turns() {
 #[test]
 fn centres_can_be_absolute_from_the_start() {
     let options = GcodeOptions { arc_centres: ArcCentres::Absolute, ..GcodeOptions::default() };
-    let program = Program::parse("G0 X10 Y0 Z0\nG3 X0 Y10 I0 J0 F9\n", "part.nc", &options).unwrap();
+    let program = GcodeProgram::parse("G0 X10 Y0 Z0\nG3 X0 Y10 I0 J0 F9\n", "part.nc", &options).unwrap();
     let path = program.toolpath(sampling()).unwrap();
     assert!(path.points().iter().all(|p| (p.position_mm.norm() - 10.0).abs() < 1e-9));
 }

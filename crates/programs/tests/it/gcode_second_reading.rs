@@ -3,8 +3,8 @@
 use crate::support::cases::cases;
 use crate::support::rs274::{self, Step};
 use kinetostat_programs::{
-    NumberFormat, Sampling,
-    gcode::{Calls, GcodeOptions, Program},
+    Sampling, WriteOptions,
+    gcode::{Calls, GcodeOptions, GcodeProgram},
 };
 use proptest::prelude::*;
 
@@ -149,7 +149,7 @@ proptest! {
     fn programs_move_as_a_second_reader_says(parts in parts()) {
         let text = program(&parts, false);
         let steps = rs274::read(&text);
-        let program = Program::parse(text.as_bytes(), "random.nc", &GcodeOptions::default()).unwrap();
+        let program = GcodeProgram::parse(text.as_bytes(), "random.nc", &GcodeOptions::default()).unwrap();
         let path = program.toolpath(Sampling::new(0.05, 1e6).unwrap()).unwrap();
         let mut holes = 0;
         for point in path.points() {
@@ -164,7 +164,7 @@ proptest! {
             prop_assert!(is_close(point.position_mm.into(), expected, ROUNDING_MM), "{:?} {expected:?}\n{text}", point.position_mm);
         }
         prop_assert_eq!(path.points().last().map(|point| point.source.segment + 1), Some(steps.len()));
-        let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+        let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
         prop_assert_eq!(same.bytes(), text.as_bytes());
     }
 
@@ -173,7 +173,7 @@ proptest! {
         let text = program(&parts, true);
         let expected = corners(&rs274::read(&text));
         let none = |_: &str| None;
-        let program = Program::parse_expanded(text.as_bytes(), "random.nc", &GcodeOptions::default(), &none).unwrap();
+        let program = GcodeProgram::parse_expanded(text.as_bytes(), "random.nc", &GcodeOptions::default(), &none).unwrap();
         let path = program.toolpath(Sampling::new(0.05, 1e6).unwrap()).unwrap();
         let ends = path.points().iter().filter(|point| point.source.parameter == 1.0);
         let ends = once(ends.map(|point| point.position_mm.into()));
@@ -181,11 +181,11 @@ proptest! {
         for (end, expected) in ends.iter().zip(expected) {
             prop_assert!(is_close(*end, expected, AS_WRITTEN_MM), "{end:?} {expected:?}\n{text}");
         }
-        let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+        let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
         prop_assert_eq!(same.bytes(), program.source());
-        let with_calls = Program::parse_with_calls(text.as_bytes(), "random.nc", &GcodeOptions::default(), &none).unwrap();
+        let with_calls = GcodeProgram::parse_with_calls(text.as_bytes(), "random.nc", &GcodeOptions::default(), &none).unwrap();
         let path = with_calls.toolpath(Sampling::new(0.05, 1e6).unwrap()).unwrap();
-        let same = with_calls.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+        let same = with_calls.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
         let stays = Calls::Stay { program: text.clone().into_bytes(), beside: Vec::new() };
         prop_assert_eq!(with_calls.folded_calls(&same), Some(stays));
         let written_out = String::from_utf8_lossy(program.source()).replace("G80", "");

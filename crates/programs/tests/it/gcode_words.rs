@@ -1,16 +1,16 @@
 //! Lines and words of G-code programs: where lines end, what is code and what comment, how words are read and edited.
 
 use kinetostat_programs::{
-    NumberFormat, Sampling,
-    gcode::{Dialect, Fault, GcodeError, GcodeOptions, Program},
+    NumberFormat, Sampling, WriteOptions,
+    gcode::{Dialect, Fault, GcodeError, GcodeOptions, GcodeProgram},
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use crate::support::cases::cases;
 
-fn parse(source: impl Into<Vec<u8>>, options: &GcodeOptions) -> Result<Program, GcodeError> {
-    Program::parse(source, "part.nc", options)
+fn parse(source: impl Into<Vec<u8>>, options: &GcodeOptions) -> Result<GcodeProgram, GcodeError> {
+    GcodeProgram::parse(source, "part.nc", options)
 }
 
 /// Where the moves of a program lead.
@@ -31,7 +31,7 @@ fn lines_end_whatever_their_endings() {
     let program = parse(source, &GcodeOptions::default()).unwrap();
     assert_eq!(program.line_count(), 7);
     let path = program.toolpath(Sampling::default()).unwrap();
-    let written = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+    let written = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
     assert_eq!(written.bytes(), source.as_bytes());
     let refused = parse(format!("{source}\rX"), &GcodeOptions::default()).unwrap_err();
     assert_eq!((refused.line, refused.column), (8, 1));
@@ -104,7 +104,8 @@ fn words_are_added_in_the_style_of_the_line() {
         let path = program.toolpath(Sampling::new(10.0, 5.0).unwrap()).unwrap();
         let goals: Vec<_> =
             path.positions_mm().into_iter().map(|p| p + if p == Vector3::zeros() { p } else { by }).collect();
-        let written = program.rewrite(&path, &goals, NumberFormat::new(1, 3).unwrap()).unwrap();
+        let written =
+            program.rewrite(&path, &goals, WriteOptions::with_decimals(NumberFormat::new(1, 3).unwrap())).unwrap();
         String::from_utf8(written.into_bytes()).unwrap().lines().nth(2).unwrap().to_owned()
     };
     let by_y = |line: &str| shifted(line, Vector3::new(0.0, 2.0, 0.0));
@@ -145,7 +146,7 @@ fn letters_of_macro_calls_are_those_of_the_control() {
             let source =
                 format!("%\nO1\nG21 G90 G1 F100\nX0 Y0 Z0\nG65 P2 {letter}7.\nM30\nO2\nG1 X#{number}\nM99\n%\n");
             let options = GcodeOptions { dialect: Some(Dialect::Iso), ..GcodeOptions::default() };
-            let program = Program::parse_expanded(source, "part.nc", &options, &|_| None).unwrap();
+            let program = GcodeProgram::parse_expanded(source, "part.nc", &options, &|_| None).unwrap();
             program.toolpath(Sampling::default()).unwrap().positions_mm().last().unwrap().x
         };
         assert_eq!(called(letter), 7.0, "{letter}");

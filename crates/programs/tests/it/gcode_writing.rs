@@ -1,20 +1,20 @@
 //! Blocks that are written as the fewest arcs and lines within a tolerance.
 
 use kinetostat_programs::{
-    NumberFormat, Sampling,
-    gcode::{GcodeOptions, Program, WriteOptions},
+    NumberFormat, Sampling, WriteOptions,
+    gcode::{GcodeOptions, GcodeProgram},
 };
 use nalgebra::Vector3;
 
 const TOLERANCE_MM: f64 = 0.002;
 
 fn writing() -> WriteOptions {
-    WriteOptions::with_tolerance(TOLERANCE_MM, NumberFormat::new(3, 5).unwrap())
+    WriteOptions { tolerance_mm: TOLERANCE_MM, ..WriteOptions::with_decimals(NumberFormat::new(3, 5).unwrap()) }
 }
 
 /// `source` with `correction` added at every point, its motions alone; what was written passes every point within the tolerance.
 fn written(source: &str, writing: WriteOptions, correction: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Vec<String> {
-    let program = Program::parse(source, "test.nc", &GcodeOptions::default()).unwrap();
+    let program = GcodeProgram::parse(source, "test.nc", &GcodeOptions::default()).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     let goals: Vec<_> = path.positions_mm().into_iter().map(|p| p + correction(p)).collect();
     let written = program.rewrite(&path, &goals, writing).unwrap();
@@ -87,7 +87,7 @@ fn an_arc_becomes_a_line_where_no_arc_passes_and_the_next_one_is_an_arc_again() 
 
 #[test]
 fn a_tolerance_that_is_none_is_refused() {
-    let program = Program::parse("G0 X0 Y0 Z0\n", "test.nc", &GcodeOptions::default()).unwrap();
+    let program = GcodeProgram::parse("G0 X0 Y0 Z0\n", "test.nc", &GcodeOptions::default()).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     for tolerance_mm in [-0.1, f64::NAN, f64::INFINITY] {
         let refused =

@@ -1,8 +1,8 @@
 //! Heidenhain's programs that compute, branch and call, written out as the motion they make.
 
 use kinetostat_programs::{
-    NumberFormat, Sampling,
-    gcode::{Calls, Dialect, GcodeError, GcodeOptions, Program},
+    Sampling, WriteOptions,
+    gcode::{Calls, Dialect, GcodeError, GcodeOptions, GcodeProgram},
 };
 
 fn beside(name: &str) -> Option<Vec<u8>> {
@@ -16,18 +16,18 @@ fn beside(name: &str) -> Option<Vec<u8>> {
     Some(text.into())
 }
 
-fn expanded(blocks: &str) -> Result<Program, GcodeError> {
+fn expanded(blocks: &str) -> Result<GcodeProgram, GcodeError> {
     let source = format!(
         "BEGIN PGM A MM\nTOOL CALL 1 Z S1000 F100\nL X+0 Y+0 Z+0 R0 FMAX\n{blocks}\nM30\nLBL 50\nL IZ-1\nLBL 0\nEND PGM A MM\n"
     );
-    Program::parse_expanded(source, "a.h", &GcodeOptions::default(), &beside)
+    GcodeProgram::parse_expanded(source, "a.h", &GcodeOptions::default(), &beside)
 }
 
 /// What `blocks` are written out as, behind a start at the origin.
 fn moves(blocks: &str) -> Vec<String> {
     let program = expanded(blocks).unwrap_or_else(|error| panic!("{error}"));
     let path = program.toolpath(Sampling::new(0.1, 2.0).unwrap()).unwrap();
-    let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
+    let same = program.rewrite(&path, &path.positions_mm(), WriteOptions::default()).unwrap();
     assert_eq!(same.bytes(), program.source());
     let lines: Vec<_> = String::from_utf8(program.source().to_vec()).unwrap().lines().map(String::from).collect();
     assert_eq!(lines[lines.len() - 2..], ["M30", "END PGM A MM"]);
@@ -106,7 +106,7 @@ fn programs_beside_are_called() {
 #[test]
 fn blocks_that_are_written_out_have_rising_numbers() {
     let source = "($Message(\"settings\"))\n0 BEGIN PGM A MM\n1 TOOL CALL 1 Z\n2 L X+0 Y+0 Z+0 FMAX\n3 LBL 1\n4 L IX+1 F50\n5 CALL LBL 1 REP 2\n6 END PGM A MM\n";
-    let program = Program::parse_expanded(source, "a.h", &GcodeOptions::default(), &beside).unwrap();
+    let program = GcodeProgram::parse_expanded(source, "a.h", &GcodeOptions::default(), &beside).unwrap();
     assert_eq!(program.notes().dialect, Dialect::Heidenhain);
     let text = String::from_utf8(program.source().to_vec()).unwrap();
     let numbers: Vec<u32> = text.lines().filter_map(|line| line.split(' ').next()?.parse().ok()).collect();
@@ -116,14 +116,14 @@ fn blocks_that_are_written_out_have_rising_numbers() {
 #[test]
 fn labels_stay_where_they_can() {
     let source = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z\n2 L X+0 Y+0 Z+0 FMAX\n3 CALL LBL 1\n4 L X+20 Y+10 F50\n5 M30\n6 LBL 1\n7 L X+9 F50\n8 LBL 0\n9 END PGM A MM\n";
-    let program = Program::parse_with_calls(source, "a.h", &GcodeOptions::default(), &beside).unwrap();
+    let program = GcodeProgram::parse_with_calls(source, "a.h", &GcodeOptions::default(), &beside).unwrap();
     let path = program.toolpath(Sampling::new(0.1, 200.0).unwrap()).unwrap();
     let folded = |by: f64, bend: f64| {
         let mut goals: Vec<_> =
             path.positions_mm().into_iter().map(|p| p + nalgebra::Vector3::new(0.0, by, 0.0)).collect();
         let middle = goals.len() - 1;
         goals[middle].z += bend;
-        let rewritten = program.rewrite(&path, &goals, NumberFormat::default()).unwrap();
+        let rewritten = program.rewrite(&path, &goals, WriteOptions::default()).unwrap();
         match program.folded_calls(&rewritten).unwrap() {
             Calls::Stay { program, .. } => String::from_utf8(program).unwrap(),
             Calls::WrittenOut(why) => panic!("{why}"),

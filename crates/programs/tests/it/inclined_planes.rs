@@ -1,8 +1,8 @@
 //! Inclined planes of Fanuc, Heidenhain and Sinumerik: where the tip goes, which angles the control chooses, and what is written.
 
 use kinetostat_programs::{
-    Orientation, Sampling, Toolpath,
-    gcode::{Dialect, GcodeOptions, Program, Rotary, RotaryAxis, RotarySide},
+    Orientation, Sampling, Toolpath, WriteOptions,
+    gcode::{Dialect, GcodeOptions, GcodeProgram, Rotary, RotaryAxis, RotarySide},
 };
 use nalgebra::Vector3;
 
@@ -46,14 +46,14 @@ pub(crate) fn options(rotary: Rotary, dialect: Dialect) -> GcodeOptions {
     GcodeOptions { rotary, dialect: Some(dialect), ..GcodeOptions::default() }
 }
 
-pub(crate) fn read(source: &str, rotary: Rotary, dialect: Dialect) -> (Program, Toolpath) {
-    let program = Program::parse(source, "part.nc", &options(rotary, dialect)).unwrap();
+pub(crate) fn read(source: &str, rotary: Rotary, dialect: Dialect) -> (GcodeProgram, Toolpath) {
+    let program = GcodeProgram::parse(source, "part.nc", &options(rotary, dialect)).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     (program, path)
 }
 
 pub(crate) fn refused(source: &str, rotary: Rotary, dialect: Dialect) -> String {
-    Program::parse(source, "part.nc", &options(rotary, dialect)).unwrap_err().to_string()
+    GcodeProgram::parse(source, "part.nc", &options(rotary, dialect)).unwrap_err().to_string()
 }
 
 pub(crate) fn chosen(source: &str, rotary: Rotary, dialect: Dialect) -> [f64; 3] {
@@ -108,11 +108,12 @@ fn what_is_written_leads_to_the_corrected_places() {
                   G2 X20 Y20 R10\nG81 X5 Y0 Z-3 R1\nG80\nG69\nG0 X0 Y0 Z80\nM30\n";
     for rotary in [table(None), head(), mixed(), nutating()] {
         let (program, path) = read(source, rotary.clone(), Dialect::Fanuc);
-        let same = program.rewrite(&path, &path.positions_mm(), program.own_format()).unwrap();
+        let same =
+            program.rewrite(&path, &path.positions_mm(), WriteOptions::with_decimals(program.own_format())).unwrap();
         assert_eq!(String::from_utf8_lossy(same.bytes()), source);
         let shift = Vector3::new(0.03, -0.02, 0.05);
         let moved: Vec<Vector3<f64>> = path.positions_mm().iter().map(|at| at + shift).collect();
-        let written = program.rewrite(&path, &moved, program.own_format()).unwrap();
+        let written = program.rewrite(&path, &moved, WriteOptions::with_decimals(program.own_format())).unwrap();
         let text = String::from_utf8_lossy(written.bytes()).into_owned();
         assert!(text.contains("G68.2 X10 Y20 Z5 I20 J30 K-15\nG53.1\nG0 X0 Y0\n"), "{text}");
         let (_, there) = read(&text, rotary, Dialect::Fanuc);
@@ -132,7 +133,7 @@ fn arcs_about_a_centre_stay_arcs_in_an_inclined_plane() {
     for rotary in [table(None), head(), mixed(), nutating()] {
         let (program, path) = read(source, rotary.clone(), Dialect::Heidenhain);
         let moved: Vec<Vector3<f64>> = path.positions_mm().iter().map(|at| at + Vector3::new(0.3, -0.2, 0.5)).collect();
-        let written = program.rewrite(&path, &moved, program.own_format()).unwrap();
+        let written = program.rewrite(&path, &moved, WriteOptions::with_decimals(program.own_format())).unwrap();
         let text = String::from_utf8_lossy(written.bytes()).into_owned();
         assert_eq!(text.lines().count(), source.lines().count(), "{text}");
         let (_, there) = read(&text, rotary, Dialect::Heidenhain);
@@ -233,7 +234,8 @@ fn angles_that_plane_has_found_turn_the_tool_as_it_would() {
         )
     };
     let read = |source: &str| {
-        let read = Program::parse_expanded(source, "part.h", &options(table(None), Dialect::Heidenhain), &|_| None);
+        let read =
+            GcodeProgram::parse_expanded(source, "part.h", &options(table(None), Dialect::Heidenhain), &|_| None);
         let program = read.unwrap_or_else(|error| panic!("{error}"));
         let path = program.toolpath(Sampling::default()).unwrap();
         (program.notes().chosen_angles[0].1, path.points().last().unwrap().position_mm)
@@ -250,8 +252,9 @@ fn angles_that_plane_has_found_turn_the_tool_as_it_would() {
         ("TURN FMAX\n3 PLANE RESET STAY", "4 L A+Q120 C+Q122 R0 FMAX\n", "parameters, variables and expressions"),
     ] {
         let source = program(turn, lines);
-        let said = Program::parse_expanded(source, "part.h", &options(table(None), Dialect::Heidenhain), &|_| None);
-        let said = said.map(Program::into_source).expect_err("expected a refusal").to_string();
+        let said =
+            GcodeProgram::parse_expanded(source, "part.h", &options(table(None), Dialect::Heidenhain), &|_| None);
+        let said = said.map(GcodeProgram::into_source).expect_err("expected a refusal").to_string();
         assert!(said.contains(expected), "{lines}: {said}");
     }
 }
@@ -281,7 +284,7 @@ fn what_is_not_certain_of_an_inclined_plane_is_refused() {
     }
     // Angles that the program gives itself need no rule of a control.
     let own = format!("G21 G90\nG0 X0 Y0 Z50\nG0 A30 C0\n{plane}\nG0 X1 Y1 Z1\nG1 X2 F9\nM30\n");
-    assert!(Program::parse(own, "part.nc", &options(table(None), Dialect::Fanuc)).is_ok());
+    assert!(GcodeProgram::parse(own, "part.nc", &options(table(None), Dialect::Fanuc)).is_ok());
     // Deselecting the swivel data may retract: what follows comes from nowhere known.
     let (program, _) = read(
         "G90 G710\nG0 X0 Y0 Z0\nCYCLE800(1,\"0\",0,57,0,0,0,0,0,0,0,0,0,1)\nG1 X5 F9\nM30\n",

@@ -1,8 +1,8 @@
 //! Spline motions of KRL: where SLIN, SCIRC, SPTP and blocks of SPLINE lead, how they are written back, and what is refused.
 
 use kinetostat_programs::{
-    NumberFormat, Orientation, Sampling, Toolpath,
-    gcode::{Calls, WriteOptions},
+    NumberFormat, Orientation, Sampling, Toolpath, WriteOptions,
+    gcode::Calls,
     robot::{Language, RobotOptions, RobotProgram},
 };
 use nalgebra::{UnitQuaternion, Vector3};
@@ -297,7 +297,8 @@ fn corrected_splines_keep_their_blocks() {
     let path = program.toolpath(Sampling::new(0.01, 10.0).unwrap()).unwrap();
     let bent = |p: Vector3<f64>| p + Vector3::z() * 0.01 * p.x * (80.0 - p.x);
     let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(bent).collect();
-    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(NumberFormat::new(3, 4).unwrap())).unwrap();
     // Points that are put in have no approximation within the block, and C_SPL outside.
     let expected = format!(
         "{GO}SPLINE WITH $VEL.CP=0.02\n  SLIN {{X 10.000,Z 7.000}} WITH $ACC.CP=1\n  SLIN {{X 20.0,Z 12.000}} WITH $ACC.CP=1 ; in\n  SPL {{X \
@@ -307,7 +308,8 @@ fn corrected_splines_keep_their_blocks() {
     assert_eq!(String::from_utf8_lossy(written.bytes()), expected);
     let back = written.read_back().unwrap().positions_mm();
     assert!(back.iter().zip(&wanted).all(|(back, wanted)| (back - wanted).norm() < 1e-3));
-    let same = program.rewrite(&path, &path.positions_mm(), None, program.own_format()).unwrap();
+    let same =
+        program.rewrite(&path, &path.positions_mm(), None, WriteOptions::with_decimals(program.own_format())).unwrap();
     assert_eq!(same.bytes(), source.as_bytes());
 }
 
@@ -321,7 +323,7 @@ fn circles_in_blocks_stay_circles_or_become_lines() {
     let path = program.toolpath(Sampling::default()).unwrap();
     let write = |by: &dyn Fn(f64) -> Vector3<f64>, orientations: Option<&[Orientation]>| {
         let wanted: Vec<Vector3<f64>> = path.points().iter().map(|p| p.position_mm + by(p.source.parameter)).collect();
-        let writing = WriteOptions::with_tolerance(0.005, program.own_format());
+        let writing = WriteOptions { tolerance_mm: 0.005, ..WriteOptions::with_decimals(program.own_format()) };
         let written = program.rewrite(&path, &wanted, orientations, writing).unwrap();
         let back = written.read_back().unwrap().positions_mm();
         assert!(back.iter().zip(&wanted).all(|(back, wanted)| (back - wanted).norm() < 0.006));

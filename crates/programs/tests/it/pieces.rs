@@ -1,7 +1,7 @@
 //! Into how many pieces a way is cut, and how a tool turns along it.
 
-use kinetostat_programs::{Orientation, Sampling, least_turn};
-use kinetostat_spatial::rotation_exp;
+use kinetostat_programs::{Orientation, Sampling};
+use kinetostat_spatial::{least_turn, rotation_exp};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 

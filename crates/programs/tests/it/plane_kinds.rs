@@ -3,7 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use kinetostat_programs::gcode::{Dialect, GcodeOptions, Program, Rotary, RotaryAxis, RotarySide};
+use kinetostat_programs::{
+    WriteOptions,
+    gcode::{Dialect, GcodeOptions, GcodeProgram, Rotary, RotaryAxis, RotarySide},
+};
 use nalgebra::Vector3;
 
 use crate::inclined_planes::{chosen, head, mixed, nutating, options, read, refused, table};
@@ -155,7 +158,8 @@ fn plane_axial_turns_the_axes_that_it_names_and_its_plane_with_them() {
 fn values_of_parameters_are_put_into_any_kind_of_plane() {
     let lines = "5 Q1 = +20\n5 Q2 = 45\n5 PLANE EULER EULPRQ2 EULNU+Q1 EULROT22 TURN FMAX";
     let source = program(lines);
-    let read = Program::parse_expanded(source, "part.h", &options(head(), Dialect::Heidenhain), &|_| None).unwrap();
+    let read =
+        GcodeProgram::parse_expanded(source, "part.h", &options(head(), Dialect::Heidenhain), &|_| None).unwrap();
     let path = read.toolpath(kinetostat_programs::Sampling::default()).unwrap();
     let expected = placed(&turns(&[(2, 45.0), (0, 20.0), (2, 22.0)]), [7.0, 5.0, 6.0]);
     assert!((path.points().last().unwrap().position_mm - expected).norm() < 1e-9);
@@ -171,11 +175,12 @@ fn what_is_written_in_a_plane_of_any_kind_leads_to_the_corrected_places() {
     ] {
         let source = program(lines);
         let (program, path) = read(&source, head(), Dialect::Heidenhain);
-        let same = program.rewrite(&path, &path.positions_mm(), program.own_format()).unwrap();
+        let same =
+            program.rewrite(&path, &path.positions_mm(), WriteOptions::with_decimals(program.own_format())).unwrap();
         assert_eq!(String::from_utf8_lossy(same.bytes()), source);
         let moved: Vec<Vector3<f64>> =
             path.positions_mm().iter().map(|at| at + Vector3::new(0.03, -0.02, 0.05)).collect();
-        let written = program.rewrite(&path, &moved, program.own_format()).unwrap();
+        let written = program.rewrite(&path, &moved, WriteOptions::with_decimals(program.own_format())).unwrap();
         let text = String::from_utf8_lossy(written.bytes()).into_owned();
         assert!(text.contains(lines), "{text}");
         let (_, there) = read(&text, head(), Dialect::Heidenhain);
@@ -277,7 +282,7 @@ fn ten_machines_stand_where_a_second_implementation_has_them_and_find_its_angles
             ),
         };
         let options = GcodeOptions { rotary: rotary.clone(), dialect: Some(dialect), ..GcodeOptions::default() };
-        match (Program::parse(source, "part.nc", &options), cells[17].is_empty()) {
+        match (GcodeProgram::parse(source, "part.nc", &options), cells[17].is_empty()) {
             (Ok(program), false) => {
                 let own = Vector3::from(program.notes().chosen_angles[0].1);
                 assert!((own - vector(17)).amax() < 2e-6, "{line}: {own}");

@@ -1,7 +1,7 @@
 //! RAPID modules with several procedures, branches, loops and computed targets: where they lead, and how they are written back.
 
 use kinetostat_programs::{
-    NumberFormat, Orientation, Sampling,
+    NumberFormat, Orientation, Sampling, WriteOptions,
     gcode::Calls,
     robot::{Language, RobotOptions, RobotProgram},
 };
@@ -36,7 +36,8 @@ pub(crate) fn ends(program: &RobotProgram) -> Vec<[f64; 3]> {
 pub(crate) fn moved(program: &RobotProgram, by: impl Fn(usize) -> f64) -> Calls {
     let path = program.toolpath(Sampling::new(1e3, 1e3).unwrap().with_max_turn(9.0).unwrap()).unwrap();
     let wanted: Vec<_> = path.positions_mm().into_iter().enumerate().map(|(k, p)| p + Vector3::z() * by(k)).collect();
-    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(NumberFormat::new(3, 4).unwrap())).unwrap();
     for (back, wanted) in written.read_back().unwrap().positions_mm().iter().zip(&wanted) {
         assert!((back - wanted).norm() < 1.1e-3, "{}", String::from_utf8_lossy(written.bytes()));
     }
@@ -236,7 +237,8 @@ fn procedures_that_nothing_calls_stay_as_they_are() {
     let path = program.toolpath(Sampling::new(1e3, 1e3).unwrap().with_max_turn(9.0).unwrap()).unwrap();
     let wanted: Vec<_> =
         path.positions_mm().into_iter().enumerate().map(|(k, p)| p + Vector3::z() * 0.1 * k as f64).collect();
-    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(NumberFormat::new(3, 4).unwrap())).unwrap();
     let out = String::from_utf8_lossy(written.bytes()).into_owned();
     assert!(out.contains("PROC Path_10()") && out.contains("PROC tst()"), "{out}");
     let empty = module("  PROC main()\n  ENDPROC\n  PROC Path_10()\n    MoveL p,v100,fine,tool0;\n  ENDPROC\n");

@@ -4,8 +4,7 @@
 use std::{f64::consts::FRAC_PI_2, fs, path::PathBuf};
 
 use kinetostat_programs::{
-    NumberFormat, Orientation, Sampling, Toolpath,
-    gcode::WriteOptions,
+    NumberFormat, Orientation, Sampling, Toolpath, WriteOptions,
     internals::{Base, Bases, Scan, Tool, Tools},
     robot::{CutcomPoints, Language, RobotOptions, RobotProgram, abc_of_rotation, rotation_of_abc},
 };
@@ -97,19 +96,20 @@ fn check_written(program: &RobotProgram) {
     let (path, format) = (program.toolpath(Sampling::default()).unwrap(), program.own_format());
     let name = program.name();
     assert!(path.points().iter().all(|point| point.position_mm.iter().all(|c| c.is_finite())));
-    let same = program.rewrite(&path, &path.positions_mm(), None, format).unwrap();
+    let same = program.rewrite(&path, &path.positions_mm(), None, WriteOptions::with_decimals(format)).unwrap();
     assert_eq!(String::from_utf8_lossy(same.bytes()), String::from_utf8_lossy(program.source()), "{name}");
     assert_eq!(same.read_back().unwrap().positions_mm(), path.positions_mm(), "{name}");
     let own: Option<Vec<Orientation>> = path.points().iter().map(|point| point.orientation).collect();
     if let Some(own) = own {
-        let same = program.rewrite(&path, &path.positions_mm(), Some(&own), format).unwrap();
+        let same =
+            program.rewrite(&path, &path.positions_mm(), Some(&own), WriteOptions::with_decimals(format)).unwrap();
         assert_eq!(same.bytes(), program.source(), "{name}");
     }
     let unit_mm =
         10f64.powi(-i32::from(format.mm_decimals())).max(25.4 * 10f64.powi(-i32::from(format.inch_decimals())));
     let wanted = corrected(&path);
     for (tolerance_mm, orientations) in [(0.0, None), (0.005, None), (0.005, turned(&path))] {
-        let writing = WriteOptions::with_tolerance(tolerance_mm, format);
+        let writing = WriteOptions { tolerance_mm, ..WriteOptions::with_decimals(format) };
         let written = program.rewrite(&path, &wanted, orientations.as_deref(), writing);
         let written = match written {
             Err(refused) if name.contains("steps") && orientations.is_some() => {
@@ -215,7 +215,7 @@ fn arcs_of_apt_stay_arcs_where_one_passes_the_corrected_points() {
     let path = program.toolpath(Sampling::default()).unwrap();
     let grown: Vec<Vector3<f64>> =
         path.positions_mm().iter().map(|p| p + p.normalize() * 0.25 + Vector3::new(0.1, -0.2, 0.3)).collect();
-    let written = program.rewrite(&path, &grown, None, program.own_format()).unwrap();
+    let written = program.rewrite(&path, &grown, None, WriteOptions::with_decimals(program.own_format())).unwrap();
     assert_eq!(
         String::from_utf8_lossy(written.bytes()),
         "FEDRAT/100\nGOTO/30.350,-0.200,0.300\nCIRCLE/0.100,-0.200,0.300,0,0,1\nGOTO/0.100,30.050,0.300\n"
@@ -223,8 +223,14 @@ fn arcs_of_apt_stay_arcs_where_one_passes_the_corrected_points() {
     // Where none does, lines take the place of the circle and of its record.
     let bent: Vec<Vector3<f64>> =
         path.points().iter().map(|p| p.position_mm + Vector3::z() * (9.0 * p.source.parameter).sin() * 0.2).collect();
-    let written =
-        program.rewrite(&path, &bent, None, WriteOptions::with_tolerance(0.005, program.own_format())).unwrap();
+    let written = program
+        .rewrite(
+            &path,
+            &bent,
+            None,
+            WriteOptions { tolerance_mm: 0.005, ..WriteOptions::with_decimals(program.own_format()) },
+        )
+        .unwrap();
     let text = String::from_utf8_lossy(written.bytes()).into_owned();
     assert!(!text.contains("CIRCLE") && text.matches("GOTO/").count() > 4, "{text}");
 }
@@ -248,14 +254,15 @@ fn holes_of_apt_cycles_are_moved_with_their_bottom() {
     // From hole to hole at the height of RTRCTO.
     let next = path.points().iter().find(|point| point.source.segment == 2).unwrap();
     assert_eq!(next.position_mm, Vector3::new(40.0, 20.0, 26.5));
-    let same = program.rewrite(&path, &path.positions_mm(), None, program.own_format()).unwrap();
+    let same =
+        program.rewrite(&path, &path.positions_mm(), None, WriteOptions::with_decimals(program.own_format())).unwrap();
     assert_eq!(same.bytes(), source.as_bytes());
     let moved: Vec<Vector3<f64>> = path
         .points()
         .iter()
         .map(|p| p.position_mm + if p.cutting { Vector3::new(0.012, -0.02, 0.1) } else { Vector3::zeros() })
         .collect();
-    let written = program.rewrite(&path, &moved, None, program.own_format()).unwrap();
+    let written = program.rewrite(&path, &moved, None, WriteOptions::with_decimals(program.own_format())).unwrap();
     let text = String::from_utf8_lossy(written.bytes()).into_owned();
     assert!(text.contains("RTRCTO,25.\nGOTO/10.012,19.980,1.600\nGOTO/40.012,19.980,1.600\nCYCLE/OFF\n"), "{text}");
     let back = written.read_back().unwrap().positions_mm();
@@ -479,7 +486,8 @@ fn a_krl_motion_that_bends_becomes_lines_and_nothing_else_changes() {
     let path = program.toolpath(Sampling::new(0.01, 5.0).unwrap()).unwrap();
     let bent = |p: Vector3<f64>| p + Vector3::new(0.0, 0.01 * p.x * (20.0 - p.x) + 0.25, 0.0);
     let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(bent).collect();
-    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(NumberFormat::new(3, 4).unwrap())).unwrap();
     assert_eq!(
         String::from_utf8_lossy(written.bytes()),
         "DEF p()\n  DECL POS XA={X 0.0,Y 0,Z 0,A 0,B 0,C 0}\n  $OUT[1]=TRUE\n  LIN {X 0.0,Y 0.250,Z 0,A 0,B 0,C 0} ; named\n  \
@@ -605,7 +613,8 @@ fn a_rapid_target_that_moves_is_written_where_it_is_used() {
     let program = parse(Language::Rapid, source, &RobotOptions::default()).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(|p| p + Vector3::new(0.0, 0.0, 0.25)).collect();
-    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(2, 4).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(NumberFormat::new(2, 4).unwrap())).unwrap();
     let at = |x: &str, y: &str| format!("[[{x},{y},0.25],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
     let expected = source
         .replace("MoveL p1", &format!("MoveL {}", at("0", "0")))
@@ -668,7 +677,12 @@ fn positions_of_a_listing_change_in_their_places_unless_they_are_used_twice() {
     let program = parse(Language::Ls, &source, &RobotOptions::default()).unwrap();
     let path = program.toolpath(coarse()).unwrap();
     let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(|p| p + Vector3::new(0.0, 0.0, 0.25)).collect();
-    let written = program.rewrite(&path, &wanted, None, WriteOptions::with_tolerance(0.005, program.own_format()));
+    let written = program.rewrite(
+        &path,
+        &wanted,
+        None,
+        WriteOptions { tolerance_mm: 0.005, ..WriteOptions::with_decimals(program.own_format()) },
+    );
     let body = |x: &str| {
         listing(&[], &[[0.0; 3]])
             .split_once('{')
@@ -695,7 +709,8 @@ fn lines_of_a_listing_are_counted_on_where_one_becomes_several() {
     let program = parse(Language::Ls, &source, &RobotOptions::default()).unwrap();
     let path = program.toolpath(Sampling::new(0.01, 10.0).unwrap()).unwrap();
     let wanted = [Vector3::zeros(), Vector3::new(10.0, 1.0, 0.0), Vector3::new(20.0, 0.0, 0.0)];
-    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(NumberFormat::new(3, 4).unwrap())).unwrap();
     let text = String::from_utf8_lossy(written.bytes()).into_owned();
     let (program, positions) = text.split_once("/POS\n").unwrap();
     assert_eq!(
@@ -1031,7 +1046,7 @@ fn blends_of_scripts_do_not_meet() {
     let path = program.toolpath(Sampling::default()).unwrap();
     let wanted: Vec<Vector3<f64>> =
         path.positions_mm().into_iter().map(|p| p + Vector3::z() * (0.3 * (p.x * 0.5 + p.y * 0.4).sin())).collect();
-    let written = program.rewrite(&path, &wanted, None, program.own_format()).unwrap();
+    let written = program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(program.own_format())).unwrap();
     let blends = blends_of_script(&String::from_utf8_lossy(written.bytes()));
     assert!(blends.len() > 30, "{}", blends.len());
     for pair in blends.windows(2) {
@@ -1086,7 +1101,7 @@ fn points_in_between_are_blended_in_all_languages() {
         let path = program.toolpath(Sampling::new(1.0, spacing_mm).unwrap()).unwrap();
         let bent = |(k, p): (usize, Vector3<f64>)| p + Vector3::y() * if k % 2 == 1 { 0.05 } else { 0.0 };
         let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().enumerate().map(bent).collect();
-        let written = program.rewrite(&path, &wanted, None, program.own_format()).unwrap();
+        let written = program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(program.own_format())).unwrap();
         let text = String::from_utf8_lossy(written.bytes()).into_owned();
         let motions: Vec<&str> =
             text.lines().filter(|line| line.starts_with("LIN") || line.starts_with("MoveL")).collect();
@@ -1105,7 +1120,7 @@ fn a_circle_of_a_script_that_bends_becomes_lines_with_its_speed() {
     let path = program.toolpath(Sampling::new(5.0, 40.0).unwrap().with_max_turn(2.0).unwrap()).unwrap();
     let bent = |(k, p): (usize, Vector3<f64>)| p + Vector3::z() * if k % 2 == 1 { 2.0 } else { 0.0 };
     let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().enumerate().map(bent).collect();
-    let written = program.rewrite(&path, &wanted, None, program.own_format()).unwrap();
+    let written = program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(program.own_format())).unwrap();
     assert_eq!(
         String::from_utf8_lossy(written.bytes()),
         "movel(p[0.02,0,0,0,0,0])\nmovel(p[0.010000,0.017321,0.002000,0,0,0], a=1.5, v=0.02, r=0.0010000)\n\
@@ -1238,7 +1253,8 @@ fn a_line_of_apt_that_bends_becomes_records() {
     let program = parse(Language::Apt, source, &RobotOptions::default()).unwrap();
     let path = program.toolpath(Sampling::new(0.01, 10.0).unwrap()).unwrap();
     let wanted = [Vector3::zeros(), Vector3::new(10.0, 1.0, 0.0), Vector3::new(20.0, 0.0, 0.0)];
-    let written = program.rewrite(&path, &wanted, None, NumberFormat::new(3, 4).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(NumberFormat::new(3, 4).unwrap())).unwrap();
     assert_eq!(
         String::from_utf8_lossy(written.bytes()),
         "FEDRAT/100,MMPM\nGOTO/0,0,0\n GOTO / 10.000 ,1.000,0\n GOTO / 20.00 ,0,0 $$ end\nFINI\n"
@@ -1266,7 +1282,7 @@ fn a_write_tolerance_that_is_none_is_refused() {
     let program = parse(Language::Krl, "LIN {X 0,Y 0,Z 0,A 0,B 0,C 0}\n", &RobotOptions::default()).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     for tolerance_mm in [-0.1, f64::NAN, f64::INFINITY] {
-        let writing = WriteOptions { tolerance_mm, ..program.own_format().into() };
+        let writing = WriteOptions { tolerance_mm, ..WriteOptions::with_decimals(program.own_format()) };
         let refused = program.rewrite(&path, &path.positions_mm(), None, writing).unwrap_err();
         assert!(refused.to_string().starts_with(&format!("write tolerance {tolerance_mm} mm: expected")), "{refused}");
     }
@@ -1288,8 +1304,9 @@ fn a_circle_that_grows_becomes_circles_within_the_tolerance() {
         let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(grown).collect();
         let format = program.own_format();
         let count = |tolerance_mm: f64| {
-            let written =
-                program.rewrite(&path, &wanted, None, WriteOptions::with_tolerance(tolerance_mm, format)).unwrap();
+            let written = program
+                .rewrite(&path, &wanted, None, WriteOptions { tolerance_mm, ..WriteOptions::with_decimals(format) })
+                .unwrap();
             let back = written.read_positions(&written.read().unwrap()).unwrap();
             assert!(back.iter().zip(&wanted).all(|(back, wanted)| (back - wanted).norm() <= tolerance_mm.max(0.002)));
             let text = String::from_utf8(written.into_bytes()).unwrap();
@@ -1307,7 +1324,7 @@ fn a_number_that_stands_at_its_name_does_not_become_part_of_it() {
     let program = parse(Language::Krl, source, &RobotOptions::default()).unwrap();
     let path = program.toolpath(Sampling::new(0.1, 100.0).unwrap()).unwrap();
     let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(|p| p + Vector3::new(10.0, 1.0, 0.0)).collect();
-    let written = program.rewrite(&path, &wanted, None, program.own_format()).unwrap();
+    let written = program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(program.own_format())).unwrap();
     let text = String::from_utf8_lossy(written.bytes()).into_owned();
     assert_eq!(text, "LIN {X 5.000,Y 1.500,Z 0,A 0,B 0,C 0}\nLIN {X-5.000,Y 1.500}\n");
 }
@@ -1380,10 +1397,10 @@ fn check_random(language: Language, lines: &[String], ending: &str) -> Result<()
         }
     };
     let format = program.own_format();
-    let same = program.rewrite(&path, &path.positions_mm(), None, format).unwrap();
+    let same = program.rewrite(&path, &path.positions_mm(), None, WriteOptions::with_decimals(format)).unwrap();
     prop_assert_eq!(same.bytes(), program.source());
     let wanted = corrected(&path);
-    let written = program.rewrite(&path, &wanted, None, format).unwrap();
+    let written = program.rewrite(&path, &wanted, None, WriteOptions::with_decimals(format)).unwrap();
     let back = written.read_positions(&written.read().unwrap()).unwrap();
     let unit_mm =
         10f64.powi(-i32::from(format.mm_decimals())).max(25.4 * 10f64.powi(-i32::from(format.inch_decimals())));

@@ -1,8 +1,8 @@
 //! Sinumerik's programs that compute, branch and call, written out as the motion they make.
 
 use kinetostat_programs::{
-    NumberFormat, Sampling, Toolpath,
-    gcode::{Calls, Dialect, GcodeError, GcodeOptions, Program},
+    Sampling, Toolpath, WriteOptions,
+    gcode::{Calls, Dialect, GcodeError, GcodeOptions, GcodeProgram},
 };
 
 /// Files beside the program.
@@ -28,11 +28,11 @@ fn options() -> GcodeOptions {
     GcodeOptions { dialect: Some(Dialect::Sinumerik), ..GcodeOptions::default() }
 }
 
-fn expanded(source: &str) -> Result<Program, GcodeError> {
-    Program::parse_expanded(source.as_bytes(), "part.mpf", &options(), &beside)
+fn expanded(source: &str) -> Result<GcodeProgram, GcodeError> {
+    GcodeProgram::parse_expanded(source.as_bytes(), "part.mpf", &options(), &beside)
 }
 
-fn path(program: &Program) -> Toolpath {
+fn path(program: &GcodeProgram) -> Toolpath {
     program.toolpath(Sampling::new(0.1, 2.0).unwrap()).unwrap()
 }
 
@@ -40,7 +40,7 @@ fn path(program: &Program) -> Toolpath {
 fn lines(source: &str) -> Vec<String> {
     let program = expanded(source).unwrap_or_else(|error| panic!("{error}"));
     let points = path(&program);
-    let same = program.rewrite(&points, &points.positions_mm(), NumberFormat::default()).unwrap();
+    let same = program.rewrite(&points, &points.positions_mm(), WriteOptions::default()).unwrap();
     assert_eq!(same.bytes(), program.source());
     let text = String::from_utf8(program.source().to_vec()).unwrap();
     text.lines().filter(|line| !line.starts_with("; written out")).map(String::from).collect()
@@ -183,10 +183,11 @@ fn subprograms_are_run() {
 #[test]
 fn calls_stay_where_they_can() {
     let program =
-        Program::parse_with_calls("G1 X0 Y0 Z0 F9\nL100\nX50\nL100\nM30\n", "part.mpf", &options(), &beside).unwrap();
+        GcodeProgram::parse_with_calls("G1 X0 Y0 Z0 F9\nL100\nX50\nL100\nM30\n", "part.mpf", &options(), &beside)
+            .unwrap();
     let points = path(&program);
     let goals: Vec<_> = points.positions_mm().into_iter().map(|p| p + nalgebra::Vector3::new(0.0, 0.0, 0.5)).collect();
-    let rewritten = program.rewrite(&points, &goals, NumberFormat::default()).unwrap();
+    let rewritten = program.rewrite(&points, &goals, WriteOptions::default()).unwrap();
     match program.folded_calls(&rewritten).unwrap() {
         Calls::Stay { program, beside } => {
             assert!(String::from_utf8_lossy(&program).contains("\nL100\nX50"));
@@ -199,11 +200,11 @@ fn calls_stay_where_they_can() {
 #[test]
 fn what_is_computed_is_run_again_or_written_out() {
     let moved = |source: &str, by: f64| {
-        let program = Program::parse_with_calls(source, "part.mpf", &options(), &beside).unwrap();
+        let program = GcodeProgram::parse_with_calls(source, "part.mpf", &options(), &beside).unwrap();
         let points = path(&program);
         let goals: Vec<_> =
             points.positions_mm().into_iter().map(|p| p + nalgebra::Vector3::new(by * p.x, 0.0, 0.0)).collect();
-        let rewritten = program.rewrite(&points, &goals, NumberFormat::default()).unwrap();
+        let rewritten = program.rewrite(&points, &goals, WriteOptions::default()).unwrap();
         program.folded_calls(&rewritten).unwrap()
     };
     let source = "G1 X0 Y0 Z0 F100\nFOR R1=1 TO 2\nY=IC(5)\nENDFOR\nX10\nM30\n";

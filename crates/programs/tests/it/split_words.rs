@@ -1,8 +1,8 @@
 //! What becomes of each word of a line that becomes several: all letters of all dialects.
 
 use kinetostat_programs::{
-    NumberFormat, Sampling,
-    gcode::{Dialect, GcodeOptions, Program, Rotary, RotaryAxis, RotarySide},
+    NumberFormat, Sampling, WriteOptions,
+    gcode::{Dialect, GcodeOptions, GcodeProgram, Rotary, RotaryAxis, RotarySide},
 };
 use nalgebra::Vector3;
 
@@ -51,11 +51,12 @@ fn written(dialect: Dialect, words: &str) -> Result<Vec<String>, String> {
     let axes = vec![axis('C', Vector3::z()), axis('B', Vector3::y()), axis('A', Vector3::x())];
     let rotary = Rotary { axes, always_of_tip: true };
     let options = GcodeOptions { dialect: Some(dialect), rotary, ..GcodeOptions::default() };
-    let program = Program::parse(source, "p.nc", &options).map_err(|refused| refused.to_string())?;
+    let program = GcodeProgram::parse(source, "p.nc", &options).map_err(|refused| refused.to_string())?;
     let path = program.toolpath(Sampling::new(0.01, 2.5).unwrap()).unwrap();
     let goals: Vec<_> = path.positions_mm().iter().map(|p| p + Vector3::y() * (p.x * 0.7).sin()).collect();
-    let rewritten =
-        program.rewrite(&path, &goals, NumberFormat::new(3, 4).unwrap()).map_err(|refused| refused.to_string())?;
+    let rewritten = program
+        .rewrite(&path, &goals, WriteOptions::with_decimals(NumberFormat::new(3, 4).unwrap()))
+        .map_err(|refused| refused.to_string())?;
     let text = String::from_utf8(rewritten.bytes().to_vec()).unwrap();
     let lines: Vec<String> = text.lines().map(str::to_owned).collect();
     let is_at = |line: &String, x: &str| {
@@ -156,15 +157,16 @@ fn an_axis_of_another_name_is_refused_by_it() {
     assert!(refused.starts_with("p.nc:4:8: `E30`: an axis that moves with the tool, or an extruder"), "{refused}");
     // On a line that stays one, it moves as it did.
     let source = "G90 G21\nG0 X0 Y0 Z0\nG1 X10 E30 F100\nM30\n";
-    let program = Program::parse(source, "p.nc", &GcodeOptions::default()).unwrap();
+    let program = GcodeProgram::parse(source, "p.nc", &GcodeOptions::default()).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     let goals: Vec<_> = path.positions_mm().iter().map(|p| p + Vector3::y()).collect();
-    let written = program.rewrite(&path, &goals, NumberFormat::new(3, 4).unwrap()).unwrap();
+    let written =
+        program.rewrite(&path, &goals, WriteOptions::with_decimals(NumberFormat::new(3, 4).unwrap())).unwrap();
     assert!(String::from_utf8_lossy(written.bytes()).contains("G0 X0 Y1.000 Z0\nG1 X10 E30 F100\n"));
     // Nor does it wait behind a corner that the control cuts.
     for words in ["E30", "A30", "M5"] {
         let source = format!("G90 G21\nG0 X0 Y0 Z0\nG1 X10 {words} F100 ,R1\nY10\nM30\n");
-        let refused = Program::parse_expanded(source, "p.nc", &GcodeOptions::default(), &|_| None).unwrap_err();
+        let refused = GcodeProgram::parse_expanded(source, "p.nc", &GcodeOptions::default(), &|_| None).unwrap_err();
         assert!(refused.to_string().contains(words), "{refused}");
     }
 }

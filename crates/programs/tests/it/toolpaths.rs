@@ -2,7 +2,7 @@
 
 use kinetostat_programs::{
     Circle, Load, NumberFormat, PathPoint, Plane, Sampling, Toolpath, TurnDirection,
-    gcode::{Dialect, GcodeOptions, Program},
+    gcode::{Dialect, GcodeOptions, GcodeProgram},
     internals::{decimals_in, format_fixed},
     polyline::{Polyline, write},
 };
@@ -176,7 +176,7 @@ fn moves_are_split_as_those_of_a_program() {
     // Points of the file stay what they are.
     assert_eq!(points[21], polyline.toolpath().points()[2]);
     let program = "G0 X0 Y0 Z9\nG0 Z0\nG1 X20 F100\nG1 Y5\n";
-    let program = Program::parse(program, "p.nc", &GcodeOptions::default()).unwrap();
+    let program = GcodeProgram::parse(program, "p.nc", &GcodeOptions::default()).unwrap();
     let same = program.toolpath(Sampling::new(0.01, 1.0).unwrap()).unwrap();
     let apart = |(a, b): (&Vector3<f64>, &Vector3<f64>)| (a - b).norm();
     assert_eq!(same.len(), path.len());

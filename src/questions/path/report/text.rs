@@ -29,7 +29,6 @@ use crate::{
     redundancy,
     simulation::{ROUNDING_MM, Source, along_path::PathSummary},
     spatial::Wrench,
-    toolpath::line_in_words,
 };
 
 /// Returns the sentences of the report for `summary`, which holds all points.
@@ -49,8 +48,9 @@ pub(super) fn point_words(summary: &Summary<'_>, k: usize) -> String {
     let station = &summary.study.stations[k];
     let angle = station.phi_deg.filter(|_| summary.shown.is_circle);
     let angle = angle.map(|phi| format!(" (tool angle φ = {phi:.0}°)")).unwrap_or_default();
-    let of_file = |line| format!("{}, ", line_in_words(&summary.study.called_files, station.file, line));
-    let line = station.line.map(of_file).unwrap_or_default();
+    let file = station.file.checked_sub(1).and_then(|file| summary.study.called_files.get(file));
+    let file = file.map_or_else(String::new, |file| format!("{file} "));
+    let line = station.line.map(|line| format!("{file}line {line}, ")).unwrap_or_default();
     format!("{line}{:.1} mm along the path{angle}", station.arc_length_mm)
 }
 

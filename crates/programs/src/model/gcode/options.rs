@@ -13,7 +13,7 @@ use crate::model::{
 /// What a G-code program does not say itself: unit, start, work offsets, dialect, rotary axes and how to read it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GcodeOptions {
-    /// The unit before the first G20 or G21; `None` is mm, and [`Program::notes`](crate::gcode::Program::notes) then say so.
+    /// The unit before the first G20 or G21; `None` is mm, and [`GcodeProgram::notes`](crate::gcode::GcodeProgram::notes) then say so.
     pub unit: Option<LengthUnit>,
     /// Where the tool is before the program begins, mm in the workpiece frame; unknown by default, so that motions stay as
     /// they are until X, Y and Z are known.
@@ -37,7 +37,7 @@ pub struct GcodeOptions {
     pub rotary_columns: Vec<RotaryColumn>,
     /// How the tool stands in programs that do not say it, from its tip to the spindle, a unit vector in W; the normal of their plane if not given.
     pub tool_axis: Option<Vector3<f64>>,
-    /// Whether to expand the program first, by [`Program::parse_expanded`](crate::gcode::Program::parse_expanded).
+    /// Whether to expand the program first, by [`GcodeProgram::parse_expanded`](crate::gcode::GcodeProgram::parse_expanded).
     pub expand: Expand,
     /// Numbers of programs whose calls (M98, M198, G65) move nothing: these lines stay as they are and are not followed.
     pub calls_kept: Vec<u32>,
@@ -167,10 +167,10 @@ pub struct WriteOptions {
 }
 
 impl WriteOptions {
-    /// Creates options with this tolerance and format, in which flat arcs may become helical.
+    /// Creates options with these decimals and no tolerance; flat arcs may become helical.
     #[must_use]
-    pub fn with_tolerance(tolerance_mm: f64, format: NumberFormat) -> WriteOptions {
-        WriteOptions { format, tolerance_mm, helical_arcs: true }
+    pub fn with_decimals(format: NumberFormat) -> WriteOptions {
+        WriteOptions { format, ..WriteOptions::default() }
     }
 
     /// Returns the options if the tolerance is finite and not negative, or an error.
@@ -182,10 +182,9 @@ impl WriteOptions {
     }
 }
 
-/// To a unit of the last decimal, a line to each point of a block that is split.
-impl From<NumberFormat> for WriteOptions {
-    /// Creates options with this format and no tolerance, in which flat arcs may become helical.
-    fn from(format: NumberFormat) -> WriteOptions {
-        WriteOptions::with_tolerance(0.0, format)
+impl Default for WriteOptions {
+    /// The default decimals and no tolerance; flat arcs may become helical.
+    fn default() -> WriteOptions {
+        WriteOptions { format: NumberFormat::default(), tolerance_mm: 0.0, helical_arcs: true }
     }
 }

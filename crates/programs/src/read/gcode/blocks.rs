@@ -7,7 +7,7 @@ use crate::{
         MotionGeometry,
         gcode::{GcodeError, Motion, MotionCode},
     },
-    read::gcode::Program,
+    read::gcode::GcodeProgram,
 };
 
 /// A line or arc at feed rate.
@@ -19,7 +19,7 @@ pub struct Move {
     pub turn_rad: Option<f64>,
 }
 
-impl Program {
+impl GcodeProgram {
     /// Number of lines of the program.
     #[must_use]
     pub fn line_count(&self) -> usize {

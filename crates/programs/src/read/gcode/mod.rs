@@ -24,16 +24,15 @@ pub(crate) use {
 
 use crate::{
     model::{
-        NumberFormat, PathPoint, SampleFault, Sampler, Sampling, Toolpath,
+        NumberFormat, PathPoint, Rewritable, SampleFault, Sampler, Sampling, Toolpath,
         gcode::{Dialect, Fault, GcodeError, GcodeOptions, LengthUnit, Motion, Notes, Refusal, RotaryColumn, rotary},
-        program,
     },
     read::gcode::lines::Lines,
 };
 
 /// A G-code program that has been read and followed. It is held as its bytes: each walk through it reads the lines anew.
 #[derive(Clone, Debug)]
-pub struct Program {
+pub struct GcodeProgram {
     pub(crate) name: String,
     pub(crate) options: GcodeOptions,
     pub(crate) dialect: Dialect,
@@ -51,32 +50,32 @@ pub struct Program {
     pub(crate) expansion: Option<Expansion>,
 }
 
-impl Program {
+impl GcodeProgram {
     /// Most points that a path of the program may have.
     pub const MAX_POINTS: usize = Sampling::MAX_PIECES;
 
     /// Reads and follows a program. `name` is its file name, for messages; in `source`, comments may have any encoding, all else is ASCII.
     /// `Err` for a word or motion that cannot be followed.
-    pub fn parse(source: impl Into<Vec<u8>>, name: &str, options: &GcodeOptions) -> Result<Program, GcodeError> {
-        Program::parse_or_give_back(source.into(), name, options).map_err(|refused| refused.0)
+    pub fn parse(source: impl Into<Vec<u8>>, name: &str, options: &GcodeOptions) -> Result<GcodeProgram, GcodeError> {
+        GcodeProgram::parse_or_give_back(source.into(), name, options).map_err(|refused| refused.0)
     }
 
-    /// Reads a program as [`Program::parse`] does; an error comes with the bytes.
+    /// Reads a program as [`GcodeProgram::parse`] does; an error comes with the bytes.
     pub(crate) fn parse_or_give_back(
         source: Vec<u8>,
         name: &str,
         options: &GcodeOptions,
-    ) -> Result<Program, Box<(GcodeError, Vec<u8>)>> {
+    ) -> Result<GcodeProgram, Box<(GcodeError, Vec<u8>)>> {
         let dialect = match dialect::resolve_dialect(&source, name, options.dialect) {
             Ok(dialect) => dialect,
             Err(refused) => return Err(Box::new((refused, source))),
         };
         let lines = Lines::split(&source);
-        if lines.len() > Program::MAX_POINTS {
-            let fault = Fault::TooMany { what: "lines", count: lines.len(), most: Program::MAX_POINTS };
+        if lines.len() > GcodeProgram::MAX_POINTS {
+            let fault = Fault::TooMany { what: "lines", count: lines.len(), most: GcodeProgram::MAX_POINTS };
             return Err(Box::new((Refusal::new(0..0, fault).locate(name, 1, b"").with_dialect(dialect), source)));
         }
-        let mut program = Program {
+        let mut program = GcodeProgram {
             name: name.to_owned(),
             options: GcodeOptions { dialect: Some(dialect), ..options.clone() },
             dialect,
@@ -113,7 +112,7 @@ impl Program {
         self.source
     }
 
-    /// Bytes of its file, which differ from [`Program::source`] if it was expanded.
+    /// Bytes of its file, which differ from [`GcodeProgram::source`] if it was expanded.
     pub fn file_bytes(&self) -> &[u8] {
         self.expansion.as_ref().map_or(&self.source, Expansion::file_bytes)
     }
@@ -143,7 +142,7 @@ impl Program {
         line.map(|line| self.expansion.as_ref().map_or(line, |expansion| expansion.line_of(line)))
     }
 
-    /// Number of the file that motion `segment` comes from: 0 is the program's own, then come [`Program::called_files`].
+    /// Number of the file that motion `segment` comes from: 0 is the program's own, then come [`GcodeProgram::called_files`].
     #[must_use]
     pub fn file_of(&self, segment: usize) -> usize {
         let line = self.motions.get(segment).map(|motion| motion.line);
@@ -173,7 +172,7 @@ impl Program {
         self.toolpath_up_to(sampling, Sampling::MAX_POINTS)
     }
 
-    /// Returns the path as [`Program::toolpath`] does, with at most `most` points (up to [`Program::MAX_POINTS`]); `Err` if it has more.
+    /// Returns the path as [`GcodeProgram::toolpath`] does, with at most `most` points (up to [`GcodeProgram::MAX_POINTS`]); `Err` if it has more.
     pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, GcodeError> {
         let mut points = Vec::with_capacity(self.motions.len().min(most));
         // Of moves in mm and in inches, whether there are any.
@@ -184,8 +183,7 @@ impl Program {
         };
         self.sample(most, parameters, |point| points.push(*point))?;
         let led = self.rotary_columns(true).iter().map(|axis| axis.column.clone()).collect();
-        let path =
-            Toolpath::assemble(points).with_external_axes(&program::Program::external_axes(self)).with_led_axes(led);
+        let path = Toolpath::assemble(points).with_external_axes(&Rewritable::external_axes(self)).with_led_axes(led);
         if cfg!(target_family = "wasm") || !self.options.tool_comments {
             return Ok(path);
         }
@@ -279,13 +277,13 @@ impl Program {
     }
 }
 
-impl program::Program for Program {
+impl Rewritable for GcodeProgram {
     type Error = GcodeError;
     type Reading = (String, GcodeOptions);
 
     /// Reads a written program with the name and options of the original.
     fn read_written(bytes: Vec<u8>, (name, options): &Self::Reading) -> Result<Self, GcodeError> {
-        Program::parse(bytes, name, options)
+        GcodeProgram::parse(bytes, name, options)
     }
 
     /// Passes the points of each motion, at the parameters that `parameters` returns for its index, to `take`.
@@ -294,7 +292,7 @@ impl program::Program for Program {
         mut parameters: impl FnMut(usize) -> Option<Vec<f64>>,
         take: impl FnMut(&PathPoint),
     ) -> Result<(), GcodeError> {
-        self.sample(Program::MAX_POINTS, |segment, _| parameters(segment), take)
+        self.sample(GcodeProgram::MAX_POINTS, |segment, _| parameters(segment), take)
     }
 
     /// Returns the path columns of the rotary drives that the program commands.

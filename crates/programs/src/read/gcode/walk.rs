@@ -7,7 +7,7 @@ use crate::{
         number,
     },
     read::gcode::{
-        Effect, Interpreter, LineReader, ObservedStyle, Pole, Program, Statement, Style, ZeroSetting, lines,
+        Effect, GcodeProgram, Interpreter, LineReader, ObservedStyle, Pole, Statement, Style, ZeroSetting, lines,
     },
 };
 
@@ -80,7 +80,7 @@ impl PoleArcs {
     }
 }
 
-impl Program {
+impl GcodeProgram {
     /// Returns all blocks of the program at once. `Err` for a line that cannot be followed.
     pub(crate) fn all_blocks(&self) -> Result<Vec<Block>, GcodeError> {
         let mut blocks = Vec::new();
@@ -101,7 +101,7 @@ impl Program {
         self.walk_words(|_, _| (), |block, ()| block.map_or(Ok(()), &mut visit))
     }
 
-    /// Passes each line of words to `visit` with its block, if it is one, as [`Program::walk`] does, and with what `look` has found in its words; that gets the index of the line, too.
+    /// Passes each line of words to `visit` with its block, if it is one, as [`GcodeProgram::walk`] does, and with what `look` has found in its words; that gets the index of the line, too.
     pub(crate) fn walk_words<T, E: From<GcodeError>>(
         &self,
         look: impl Fn(usize, &[Word]) -> T,
@@ -163,8 +163,8 @@ impl Program {
             };
             motions.extend(block.motions.iter().map(at));
             match block.motions.last() {
-                Some(last) if motions.len() > Program::MAX_POINTS => {
-                    let (count, most) = (motions.len(), Program::MAX_POINTS);
+                Some(last) if motions.len() > GcodeProgram::MAX_POINTS => {
+                    let (count, most) = (motions.len(), GcodeProgram::MAX_POINTS);
                     Err(self.error_at(last, Fault::TooMany { what: "motions", count, most }))
                 }
                 _ => Ok(()),

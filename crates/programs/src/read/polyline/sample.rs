@@ -1,7 +1,7 @@
 //! Paths through the points of a polyline file, split like the moves of a program.
 
 use crate::{
-    model::{Load, PathPoint, PointSource, Program, Sampling, Toolpath, direction, even_parameters},
+    model::{Load, PathPoint, PointSource, Rewritable, Sampling, Toolpath, direction, even_parameters},
     read::polyline::{Polyline, PolylineError, PolylineFault},
 };
 
@@ -25,7 +25,7 @@ impl Polyline {
     }
 }
 
-impl Program for Polyline {
+impl Rewritable for Polyline {
     type Error = PolylineError;
     type Reading = ();
 

@@ -17,7 +17,7 @@ pub(crate) mod walk;
 pub(crate) use {expansion::*, follow::*, frames::*, source::*, walk::*};
 
 use crate::model::{
-    NumberFormat, PathPoint, SampleFault, Sampler, Sampling, Toolpath, program,
+    NumberFormat, PathPoint, Rewritable, SampleFault, Sampler, Sampling, Toolpath,
     robot::{Decimals, Language, RobotError, RobotFault, RobotOptions},
 };
 
@@ -184,7 +184,7 @@ impl RobotProgram {
     }
 }
 
-impl program::Program for RobotProgram {
+impl Rewritable for RobotProgram {
     type Error = RobotError;
     type Reading = (String, Language, Vec<(String, Vec<u8>)>, RobotOptions);
 

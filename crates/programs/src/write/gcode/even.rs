@@ -10,10 +10,10 @@ use nalgebra::Vector3;
 
 use crate::{
     model::{NumberFormat, PathPoint, Toolpath, gcode::LengthUnit},
-    read::gcode::{Expansion, Origin, Program},
+    read::gcode::{Expansion, GcodeProgram, Origin},
 };
 
-impl Program {
+impl GcodeProgram {
     /// Returns `corrected_mm`, one position for each point of `path`, with equal corrections in all runs of a line that runs several times,
     /// where they differ by at most a unit of the last decimal. Unchanged unless the program keeps its calls.
     pub(crate) fn even_out_corrections<'a>(

@@ -10,11 +10,12 @@ use thiserror::Error;
 use crate::{
     expand::edit::LineEdit,
     model::{
+        Rewritten,
         gcode::{Dialect, FeedMode, GWord, GcodeError, MotionCode, Word},
         number::{decimals_in, format_plain, format_shortest},
     },
-    read::gcode::{Block, CalledFile, Program, effective_words, lines},
-    write::gcode::{Calls, FoldFailure, Rewritten},
+    read::gcode::{Block, CalledFile, GcodeProgram, effective_words, lines},
+    write::gcode::{Calls, FoldFailure},
 };
 
 /// Largest share by which a feed is rounded down.
@@ -149,7 +150,7 @@ fn is_same(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME * b.abs()
 }
 
-impl Program {
+impl GcodeProgram {
     /// Returns the lines that move the tool at a feed that is known.
     ///
     /// # Errors
@@ -231,7 +232,11 @@ impl Program {
     ///
     /// # Errors
     /// A program that cannot be followed, or whose calls leave a line no feed of its own.
-    pub fn with_feeds(&self, lines: &[FedLine], numbers: &[Option<String>]) -> Result<(Program, usize), FeedFault> {
+    pub fn with_feeds(
+        &self,
+        lines: &[FedLine],
+        numbers: &[Option<String>],
+    ) -> Result<(GcodeProgram, usize), FeedFault> {
         let mut in_force = None;
         let mut written = BTreeSet::new();
         for (line, number) in lines.iter().zip(numbers) {
@@ -282,7 +287,7 @@ impl Program {
                 let of = |name: &str| {
                     beside.iter().find(|file| file.name == name).map(|CalledFile { bytes, .. }| bytes.clone())
                 };
-                Program::parse_with_calls(program, &self.name, &self.options, &of)?
+                GcodeProgram::parse_with_calls(program, &self.name, &self.options, &of)?
             }
             None => {
                 let mut program = rewritten.read()?;

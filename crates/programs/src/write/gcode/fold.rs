@@ -9,13 +9,12 @@ use thiserror::Error;
 
 use crate::{
     expand::{line::SourceLine, run::Run},
-    model::gcode::Dialect,
+    model::{Rewritten, gcode::Dialect},
     read::gcode::{
-        CalledFile, Expansion, Origin, Program,
+        CalledFile, Expansion, GcodeProgram, Origin,
         dialect::block_numbers,
         lines::{self, Lines},
     },
-    write::gcode::Rewritten,
 };
 
 /// What becomes of the calls of a program that is written back: they stay, or it stays expanded.
@@ -69,17 +68,17 @@ enum Change<'a> {
     Text { was: Cow<'a, [u8]>, text: Cow<'a, [u8]> },
 }
 
-impl Program {
+impl GcodeProgram {
     /// Puts `rewritten` back into the program's files with calls, or says why not; `None` if it has no calls or need not keep them.
     #[must_use]
-    pub fn folded_calls(&self, rewritten: &Rewritten) -> Option<Calls> {
+    pub fn folded_calls(&self, rewritten: &Rewritten<GcodeProgram>) -> Option<Calls> {
         let expansion = self.expansion.as_ref().filter(|expansion| expansion.keeps_calls)?;
         let fold = self.fold(expansion, rewritten);
         Some(fold.unwrap_or_else(|(at, how)| Calls::WrittenOut(expansion.failure(at, how))))
     }
 
     /// Returns the program's files with the lines of `rewritten` in place; fails with the first line that cannot be put back, and why.
-    fn fold(&self, expansion: &Expansion, rewritten: &Rewritten) -> Result<Calls, (Origin, FoldFault)> {
+    fn fold(&self, expansion: &Expansion, rewritten: &Rewritten<GcodeProgram>) -> Result<Calls, (Origin, FoldFault)> {
         let mut changes: BTreeMap<Origin, Change<'_>> = BTreeMap::new();
         let mut run = Vec::with_capacity(rewritten.bytes().len());
         let mut first = 0;

@@ -14,8 +14,3 @@ mod write_holes;
 mod writer;
 
 pub(crate) use {check::*, fit::*, fold::*, place::*, split::*, turn_words::*, write_holes::*, writer::*};
-
-use crate::read::gcode::Program;
-
-/// A G-code program written back.
-pub type Rewritten = crate::Rewritten<Program>;

@@ -6,22 +6,22 @@ use nalgebra::Vector3;
 
 use crate::{
     model::{
-        MotionGeometry, Orientation, PathPoint, RewriteError, Toolpath, check_corrected, end_of_segment,
+        MotionGeometry, Orientation, PathPoint, RewriteError, Rewritten, Toolpath, check_corrected, end_of_segment,
         gcode::{Angles, Coordinates, Dialect, Motion, MotionCode, Rotary, RotaryMotion, WriteOptions},
     },
-    read::gcode::{Program, lines::Lines},
-    write::gcode::{Calls, Rewritten, Targets, Writer},
+    read::gcode::{GcodeProgram, lines::Lines},
+    write::gcode::{Calls, Targets, Writer},
 };
 
 /// A path and the corrected positions and orientations of its points.
 #[derive(Clone, Copy)]
-struct CorrectedPath<'a> {
+struct MovedPath<'a> {
     path: &'a Toolpath,
     positions: &'a [Vector3<f64>],
     orientations: Option<&'a [Orientation]>,
 }
 
-impl CorrectedPath<'_> {
+impl MovedPath<'_> {
     /// Returns the corrected rotary angles at the `points` of `motion`, degrees; `None` if the axes neither turn nor are corrected.
     fn angles(&self, motion: &Motion, points: Range<usize>, rotary: &Rotary) -> Option<Vec<Angles>> {
         // In an inclined plane the tool stands along its z.
@@ -43,10 +43,10 @@ impl CorrectedPath<'_> {
     }
 }
 
-impl Program {
+impl GcodeProgram {
     /// Rewrites the program with the points of `path` moved to `corrected_mm`, positions in the workpiece frame.
     ///
-    /// `path` is what [`Program::toolpath`] gave. A motion block stays one block where one block of its kind passes all its corrected points to
+    /// `path` is what [`GcodeProgram::toolpath`] gave. A motion block stays one block where one block of its kind passes all its corrected points to
     /// one unit of the last decimal, or within the tolerance; where the correction varies so that none does, it becomes a sequence of blocks, each
     /// of which passes as many points within the tolerance as it can: arcs of the same plane and turn, with the words for centres that the block
     /// has, where an arc does, lines otherwise. Blocks end at corrected points, to half a unit of the last decimal. Of a block that stays, only
@@ -68,26 +68,26 @@ impl Program {
         &self,
         path: &Toolpath,
         corrected_mm: &[Vector3<f64>],
-        writing: impl Into<WriteOptions>,
-    ) -> Result<Rewritten, RewriteError> {
+        writing: WriteOptions,
+    ) -> Result<Rewritten<GcodeProgram>, RewriteError> {
         self.rewrite_turned(path, corrected_mm, None, writing)
     }
 
-    /// Rewrites the program like [`Program::rewrite`], with the tool axis turned to `orientations` as well, if they are given: by the rotary
+    /// Rewrites the program like [`GcodeProgram::rewrite`], with the tool axis turned to `orientations` as well, if they are given: by the rotary
     /// axes of the options, by the least rotations from the programmed angles, near a pole as far as a few degrees can. Fails like
-    /// [`Program::rewrite`], and where a hole of a cycle would have to be turned.
+    /// [`GcodeProgram::rewrite`], and where a hole of a cycle would have to be turned.
     pub fn rewrite_turned(
         &self,
         path: &Toolpath,
         corrected_mm: &[Vector3<f64>],
         orientations: Option<&[Orientation]>,
-        writing: impl Into<WriteOptions>,
-    ) -> Result<Rewritten, RewriteError> {
+        writing: WriteOptions,
+    ) -> Result<Rewritten<GcodeProgram>, RewriteError> {
         check_corrected(path, corrected_mm, orientations)?;
         let orientations = orientations.filter(|_| !self.options.rotary.is_empty());
-        let writing = writing.into().checked()?;
+        let writing = writing.checked()?;
         let corrected_mm = &*self.even_out_corrections(path, corrected_mm, writing.format);
-        let corrected = CorrectedPath { path, positions: corrected_mm, orientations };
+        let corrected = MovedPath { path, positions: corrected_mm, orientations };
         let rewritten = self.rewrite_with(corrected, writing, &BTreeSet::new())?;
         if !matches!(self.folded_calls(&rewritten), Some(Calls::WrittenOut(_))) {
             return Ok(rewritten);
@@ -101,10 +101,10 @@ impl Program {
     /// Rewrites the program in one pass; moves on the lines `full_lines` (from 1) get a word for every axis.
     fn rewrite_with(
         &self,
-        corrected @ CorrectedPath { path, positions: corrected_mm, .. }: CorrectedPath<'_>,
+        corrected @ MovedPath { path, positions: corrected_mm, .. }: MovedPath<'_>,
         writing: WriteOptions,
         full_lines: &BTreeSet<usize>,
-    ) -> Result<Rewritten, RewriteError> {
+    ) -> Result<Rewritten<GcodeProgram>, RewriteError> {
         let foreign = || RewriteError::ForeignPath { program: self.name.clone() };
         let mut writer = Writer::new(self, writing, full_lines);
         let (mut segment, mut next, mut line) = (0, 0, 0);

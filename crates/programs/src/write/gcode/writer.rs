@@ -13,7 +13,7 @@ use crate::{
             located,
         },
     },
-    read::gcode::{Block, Pole, Program, Style, ZeroSetting, motion_geometry},
+    read::gcode::{Block, GcodeProgram, Pole, Style, ZeroSetting, motion_geometry},
     write::gcode::{
         AxisWord, CoordinateFormat, CycleState, RotaryWords, Stretch, WriteTolerance, angle_tolerance_deg,
         inverse_time_feed, set_feed,
@@ -47,7 +47,7 @@ struct OneBlock {
 
 /// The writer of a corrected program: the text written so far, and where it has led the tool.
 pub(crate) struct Writer<'p> {
-    pub(crate) program: &'p Program,
+    pub(crate) program: &'p GcodeProgram,
     pub(crate) writing: WriteOptions,
     pub(crate) style: Style,
     newline: &'p [u8],
@@ -82,7 +82,7 @@ pub(crate) struct Writer<'p> {
 
 impl<'p> Writer<'p> {
     /// Creates a writer with nothing written; moves on the lines `full_lines` (from 1) get a word for every axis.
-    pub fn new(program: &'p Program, writing: WriteOptions, full_lines: &'p BTreeSet<usize>) -> Writer<'p> {
+    pub fn new(program: &'p GcodeProgram, writing: WriteOptions, full_lines: &'p BTreeSet<usize>) -> Writer<'p> {
         let mut endings = (0..program.lines.len()).map(|line| &program.source[program.lines.ending(line)]);
         Writer {
             program,

@@ -7,17 +7,15 @@ use std::collections::BTreeMap;
 
 use crate::{
     expand::robot::expand,
+    model::Rewritten,
     read::robot::{RobotExpansion, RobotProgram},
-    write::{
-        gcode::fold::{Calls, FoldFailure, FoldFault},
-        robot::RewrittenRobot,
-    },
+    write::gcode::fold::{Calls, FoldFailure, FoldFault},
 };
 
 impl RobotProgram {
     /// Puts `rewritten` back into the program with its calls, or says why not; `None` if it has none or need not keep them.
     #[must_use]
-    pub fn folded_calls(&self, rewritten: &RewrittenRobot) -> Option<Calls> {
+    pub fn folded_calls(&self, rewritten: &Rewritten<RobotProgram>) -> Option<Calls> {
         let expansion = self.expansion.as_ref().filter(|expansion| expansion.keeps_calls)?;
         let fold = self.fold(expansion, rewritten);
         Some(fold.unwrap_or_else(|(at, how)| {
@@ -26,7 +24,11 @@ impl RobotProgram {
     }
 
     /// Returns the program with the statements of `rewritten` in place; fails with the byte of the first that cannot be put back, and why.
-    fn fold(&self, expansion: &RobotExpansion, rewritten: &RewrittenRobot) -> Result<Calls, (usize, FoldFault)> {
+    fn fold(
+        &self,
+        expansion: &RobotExpansion,
+        rewritten: &Rewritten<RobotProgram>,
+    ) -> Result<Calls, (usize, FoldFault)> {
         let mut changes: BTreeMap<[usize; 2], (bool, &[u8])> = BTreeMap::new();
         for (chunk, ends) in expansion.chunks.iter().zip(rewritten.line_ends.chunks(2)) {
             let (Some(now), Some(was)) = (rewritten.bytes().get(ends[0]..ends[1]), self.source.get(chunk.at.clone()))

@@ -10,8 +10,3 @@ mod split;
 mod target_text;
 
 pub(crate) use {blend::*, listing::*, split::*, target_text::*};
-
-use crate::read::robot::RobotProgram;
-
-/// A program of poses written back.
-pub type RewrittenRobot = crate::Rewritten<RobotProgram>;

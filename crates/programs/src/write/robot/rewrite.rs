@@ -4,10 +4,11 @@ use nalgebra::Vector3;
 
 use crate::{
     model::{
-        MotionGeometry, Orientation, RewriteError, Toolpath, check_corrected, end_of_segment, gcode::WriteOptions,
+        MotionGeometry, Orientation, RewriteError, Rewritten, Toolpath, check_corrected, end_of_segment,
+        gcode::WriteOptions,
     },
     read::robot::RobotProgram,
-    write::robot::{Points, PoseFormat, RewrittenRobot, Writer},
+    write::robot::{Points, PoseFormat, Writer},
 };
 
 impl RobotProgram {
@@ -25,10 +26,10 @@ impl RobotProgram {
         path: &Toolpath,
         corrected_mm: &[Vector3<f64>],
         orientations: Option<&[Orientation]>,
-        writing: impl Into<WriteOptions>,
-    ) -> Result<RewrittenRobot, RewriteError> {
+        writing: WriteOptions,
+    ) -> Result<Rewritten<RobotProgram>, RewriteError> {
         check_corrected(path, corrected_mm, orientations)?;
-        let writing = writing.into().checked()?;
+        let writing = writing.checked()?;
         let format = PoseFormat { language: self.language, format: writing.format, decimals: self.decimals };
         let mut writer = Writer::new(&self.source, format, writing.tolerance_mm);
         let foreign = || RewriteError::ForeignPath { program: self.name.clone() };
@@ -55,6 +56,6 @@ impl RobotProgram {
         let line_ends = writer.places(&edges);
         let (bytes, pieces, parameters) = writer.finish();
         let reading = (self.name.clone(), self.language, self.beside.clone(), self.options.clone());
-        Ok(RewrittenRobot { bytes, pieces, parameters, line_ends, reading })
+        Ok(Rewritten { bytes, pieces, parameters, line_ends, reading })
     }
 }
