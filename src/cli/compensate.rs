@@ -14,8 +14,8 @@ use kinetostat::{
     process::{GammaChoice, file::Process},
     products::program::{
         Asked, CommandSource, Pass, ProgramJob, Refusal,
-        files::{ProgramFiles, ProgramOutcome, WrittenProgram, compensate_into},
-        report::{holes_text, limits_text, outside_workspace, passes_table, residual_text},
+        files::{ProgramFiles, ProgramOutcome, compensate_into},
+        report::{outside_workspace, passes_table},
     },
     questions::path::report::{facts_text, failures_text},
     toolpath::{CommandedPath, gcode::Expand, polyline::Polyline},
@@ -112,53 +112,38 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let file_name = arguments.path.file_name().unwrap_or_default().to_string_lossy();
     let outcome = compensate_into(job, &asked, &files, &file_name, &progress.work());
     progress.end();
-    let written = match outcome? {
-        ProgramOutcome::Written(written) => written,
+    let results = match outcome? {
+        ProgramOutcome::Written(results) => *results,
         ProgramOutcome::Refused(job, refused) => {
             reporting.print(&refusal_text(&job, &refused)?)?;
             return Ok(Ending::SomeUnsolved);
         }
     };
-    let WrittenProgram {
-        headline,
-        proved,
-        machine,
-        process,
-        exceeds_feed_limits,
-        gamma,
-        blocks,
-        used,
-        knows_no_force,
-        spread,
-        feed,
-        rows,
-        page,
-    } = *written;
-    reporting.print_styled(&headline::result_text(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
-    if let Some(gamma) = gamma {
+    let (headline, proved) = (&results.headline, &results.proved);
+    reporting.print_styled(&headline::result_text(headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
+    if let Some(gamma) = &results.gamma {
         reporting.print(&format!("\n{gamma}"))?;
     }
     if reporting.is_verbose() {
-        reporting.print(&format!("\n{}", facts_text(&process.facts())))?;
+        reporting.print(&format!("\n{}", results.facts))?;
     }
     reporting.print(&format!("\n{}\n{}", TABLE, pass_table(&proved.passes)))?;
     if is_long && !arguments.all_methods {
         reporting.print("Of so many points, other methods are simulated with --all-methods only.\n")?;
     }
-    let residual = residual_text(&machine, proved.commanded_max_mm()) + &holes_text(proved.written.in_holes_mm);
-    let limits = limits_text(&machine, &process.limits, &proved);
-    reporting.print_styled(&headline::sentences(&(feed + &limits + &residual + &spread + &blocks)))?;
+    reporting.print_styled(&headline::sentences(&results.findings))?;
     if proved.uncorrected > 0 {
         let positions = counted(proved.uncorrected, "position");
         reporting.print(&format!("Left as written, as there is no correction: {positions} where nothing is cut.\n"))?;
     }
-    if let Some(rows) = rows {
+    if let Some(rows) = &results.rows {
         reporting.print(&format!("{rows}\n"))?;
     }
-    reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
-    reporting.print_styled(&headline::sentences(&used))?;
+    reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), results.page.display()))?;
+    reporting.print_styled(&headline::sentences(&results.used))?;
     let does_harm = proved.worse_as_written().is_some() || proved.is_probably_worse();
-    Ok(Ending::of(headline.unsolved.is_none() && !does_harm && !exceeds_feed_limits && !knows_no_force))
+    let is_unsure = results.exceeds_feed_limits || results.knows_no_force;
+    Ok(Ending::of(headline.unsolved.is_none() && !does_harm && !is_unsure))
 }
 
 /// Opens the program to compensate, with progress where γ is sought or stock is cut.

@@ -12,10 +12,7 @@ use sha2::{Digest, Sha256};
 
 use super::{
     Asked, Compensated, ProgramJob, ProvedPart, ProvedProgram, Receiver, Refusal,
-    report::{
-        self, Findings, PROGRAM_RANKS, Report, blocks_text, program_columns, program_json, program_table, spread_text,
-        use_text,
-    },
+    report::{self, Findings, PROGRAM_RANKS, Report, program_columns, program_json, program_table, use_text},
 };
 use crate::{
     compensation::BoundedPath,
@@ -29,39 +26,33 @@ use crate::{
         error::{Error, Result},
         file, to_hex,
     },
-    machine::Machine,
     page::{Description, ResultFolder, headline::Headline, page_with},
-    process::{KnownForce, Process},
+    process::KnownForce,
+    questions::path::report::facts_text,
     redundancy,
     toolpath::{CommandedPath, gcode::CalledFile},
     work::Work,
 };
 
-/// A program that was written, with its results and the texts about it.
+/// What was found of a program that stands in its files.
 #[derive(Debug)]
-pub struct WrittenProgram {
+pub struct ProgramResults {
     /// Main sentence, numbers and cautions.
     pub headline: Headline,
     /// Simulated passes and residual errors; the program's bytes are only in its file.
     pub proved: ProvedProgram,
-    /// The machine that the program commands.
-    pub machine: Machine,
-    /// The process.
-    pub process: Process,
     /// Whether limits of its feed are exceeded, though the feed is as slow as it may be.
     pub exceeds_feed_limits: bool,
-    /// Effect of the rotation about the tool axis, as sentences and a table, if the best γ was sought.
-    pub gamma: Option<String>,
-    /// What its blocks demand of a control, in sentences.
-    pub blocks: String,
-    /// How to use it, in sentences.
-    pub used: String,
     /// Whether no motion of the program counts as cutting, or the force of none is known.
     pub knows_no_force: bool,
-    /// How sure the errors are, in sentences; empty where inputs are taken as exact.
-    pub spread: String,
-    /// How its feeds were chosen, in sentences; empty where they are as programmed.
-    pub feed: String,
+    /// The process, a line for each fact.
+    pub facts: String,
+    /// Effect of the rotation about the tool axis, as sentences and a table, if the best γ was sought.
+    pub gamma: Option<String>,
+    /// Its feeds, limits, errors and how sure they are, and what its blocks demand of a control, in sentences.
+    pub findings: String,
+    /// How to use it, in sentences.
+    pub used: String,
     /// Which rows its table of points has, if not all, in a sentence.
     pub rows: Option<String>,
     /// Path of its page.
@@ -72,7 +63,7 @@ pub struct WrittenProgram {
 #[derive(Debug)]
 pub enum ProgramOutcome {
     /// It was written.
-    Written(Box<WrittenProgram>),
+    Written(Box<ProgramResults>),
     /// No program was written, and earlier files stay.
     Refused(Box<ProgramJob>, Refusal),
 }
@@ -93,7 +84,7 @@ pub fn compensate_into(
     let mut receiver = FileReceiver { job: &job, files, under_way: None };
     let found = job.compensate(&asked, &mut receiver, work)?;
     let under_way = receiver.under_way;
-    let mut proved = match found {
+    let proved = match found {
         Compensated::Proved(proved) => *proved,
         Compensated::Refused(refused) => return Ok(ProgramOutcome::Refused(Box::new(job), refused)),
     };
@@ -125,37 +116,25 @@ pub fn compensate_into(
     if let Some(found) = &job.redundancy {
         json["redundancy"] = redundancy::report::json(found, settings);
     }
-    let gamma = job.redundancy.as_ref().map(|found| redundancy::report::text(found, settings));
-    let (blocks, used) = (blocks_text(&job, proved.written.blocks.as_ref()), use_text(&report));
-    let mut spread = spread_text(&report);
-    if !spread.is_empty() {
-        spread.insert_str(0, "The table is of nominal numbers.\n");
-    }
-    let feed = report::feed_text(&report);
-    let exceeds_feed_limits = job.feed.as_ref().is_some_and(|feed| !feed.exceeded.is_empty());
-    let knows_no_force = job.cuts_nowhere() || job.process.known_force(&job.path) == KnownForce::Nowhere;
-    let (machine, process) = (job.machine.clone(), job.process.clone());
-    // A page takes memory; nothing more is asked of the points.
-    proved.written.sent = CommandedPath { positions: Vec::new(), orientations: None };
-    drop((job, findings));
-    let bytes = std::mem::take(&mut proved.written.bytes);
-    let page = files.write((bytes, proved.written.callees(), points, json), made.path(), (page, &figures))?;
-    let written = WrittenProgram {
+    points.extend(files.called(proved.written.callees()));
+    let mut results = ProgramResults {
         headline,
-        proved,
-        machine,
-        process,
-        exceeds_feed_limits,
-        gamma,
-        blocks,
-        used,
-        knows_no_force,
-        spread,
-        feed,
+        exceeds_feed_limits: job.feed.as_ref().is_some_and(|feed| !feed.exceeded.is_empty()),
+        knows_no_force: job.cuts_nowhere() || job.process.known_force(&job.path) == KnownForce::Nowhere,
+        facts: facts_text(&job.process.facts()),
+        gamma: job.redundancy.as_ref().map(|found| redundancy::report::text(found, settings)),
+        findings: report::findings_text(&report),
+        used: use_text(&report),
         rows,
-        page,
+        page: PathBuf::new(),
+        proved,
     };
-    Ok(ProgramOutcome::Written(Box::new(written)))
+    // A page takes memory; nothing more is asked of the points.
+    results.proved.written.sent = CommandedPath { positions: Vec::new(), orientations: None };
+    drop((job, findings));
+    let bytes = std::mem::take(&mut results.proved.written.bytes);
+    results.page = files.write(bytes, points, json, made.path(), page, &figures)?;
+    Ok(ProgramOutcome::Written(Box::new(results)))
 }
 
 /// Receives the proved parts and writes their points into files.
@@ -278,18 +257,25 @@ impl ProgramFiles {
         format!("{}.csv", self.file_named(POINTS))
     }
 
-    /// Writes the program, the called files that are missing, the table of points, the report and the page of `description` and `figures`, by
-    /// way of the folder `made`. Returns the path of the page.
+    /// Returns the files to write of those that the program calls: the ones that are not there.
+    fn called<'a>(&'a self, called: &'a [CalledFile]) -> impl Iterator<Item = OutputFile> + 'a {
+        let missing = called.iter().filter(|file| !self.is_there(file));
+        missing.map(|file| OutputFile::new(&file.name, file.bytes.as_slice()))
+    }
+
+    /// Writes the program, the `files` beside it, the report and the page of `description` and `figures`, by way of the folder `made`. Returns
+    /// the path of the page.
     fn write(
         &self,
-        (program, called, mut files, mut report): (Vec<u8>, &[CalledFile], Vec<OutputFile>, Value),
+        program: Vec<u8>,
+        mut files: Vec<OutputFile>,
+        mut report: Value,
         made: &Path,
-        (description, figures): (Description, &[(String, Figure)]),
+        description: Description,
+        figures: &[(String, Figure)],
     ) -> Result<PathBuf> {
         let manifest = json!({ "program": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") });
         (report["program"], report["version"]) = (manifest["program"].clone(), manifest["version"].clone());
-        let called = called.iter().filter(|file| !self.is_there(file));
-        files.extend(called.map(|file| OutputFile::new(&file.name, file.bytes.as_slice())));
         files.push(OutputFile::new(self.file_named(""), program));
         let mut names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
         write_all(made, files).map_err(|error| self.with_final_path(error))?;

@@ -1,4 +1,17 @@
 //! A program for the machine: read, compensated, written back, read again and simulated as written.
+//!
+//! What it is, from what was read ([`ProgramFile`]) to its proof; the stages before are those of [`toolpath`](crate::toolpath):
+//!
+//! | stage | what it is |
+//! |---|---|
+//! | [`ProgramJob`] | the program with machine, process and force along its path |
+//! | [`Asked`], [`CommandSource`] | what is asked for, and of what the drive commands are made |
+//! | [`ProgramCommands`] | the drive commands along the program, as they are simulated |
+//! | [`CorrectedPath`] | where these commands send the tool, point by point |
+//! | [`ProgramAsWritten`] | the text through that path, and the [`CommandedPath`] that was read back from it |
+//! | [`Proof`] | residual errors of what was read back, part by part ([`ProvedPart`]) |
+//! | [`ProvedProgram`] | the program as written with its proof; [`Compensated`]: that, or why there is none |
+//! | `files::ProgramResults` | what was found of a program that stands in its files; `files::ProgramOutcome`: that, or why there is none |
 
 pub mod bounded;
 mod compensate;

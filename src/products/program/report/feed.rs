@@ -52,7 +52,7 @@ pub(super) fn caution(job: &ProgramJob) -> String {
 }
 
 /// Returns how the feed changes and what stops it, in sentences; empty where it is as programmed.
-pub fn feed_text(report: &Report<'_>) -> String {
+pub(super) fn feed_text(report: &Report<'_>) -> String {
     let Some(feed) = &report.job.feed else { return String::new() };
     let FoundFeeds { minutes: [before, after], lines: [faster, slower, same, in_air], words, .. } = feed;
     let mut text = format!(

@@ -9,15 +9,11 @@ mod page;
 mod tables;
 mod words;
 
-pub use feed::feed_text;
 pub use findings::{Findings, outside_workspace};
 pub use notes::{notes_text, use_text};
 pub use page::{figures, page};
 pub use tables::{PROGRAM_RANKS, passes_table, program_columns, program_json, program_table};
-pub use words::{
-    blocks_text, bounded_text, budget_table, exceeded_text, headline, holes_text, limits_text, residual_text,
-    spread_text,
-};
+pub use words::{blocks_text, bounded_text, budget_table, exceeded_text, findings_text, headline};
 
 use super::{ProgramJob, ProvedProgram};
 

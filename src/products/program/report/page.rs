@@ -5,10 +5,10 @@ use nalgebra::Vector3;
 use super::{
     Report, feed,
     findings::{DrawnPoint, Findings, WorstPoint},
-    limits_text, passes_table, residual_text, spread_text,
+    passes_table,
     tables::{error_before_column, spread_quantities},
     use_text, words,
-    words::{blocks_table, deflected_cut_text, written_text},
+    words::{blocks_table, deflected_cut_text, limits_text, residual_text, spread_text, written_text},
 };
 use crate::{
     answer::{

@@ -33,7 +33,7 @@ use crate::{
 };
 
 /// Returns in sentences how limits change the path of `proved`, if it was corrected within them, or that limits were not regarded; empty without limits.
-pub fn limits_text(machine: &Machine, limits: &CorrectionLimits, proved: &ProvedProgram) -> String {
+pub(super) fn limits_text(machine: &Machine, limits: &CorrectionLimits, proved: &ProvedProgram) -> String {
     match &proved.bounded {
         Some(path) => {
             let forces = proved.forces.as_ref().map_or_else(String::new, |forces| forces_text(machine, path, forces));
@@ -154,14 +154,14 @@ pub fn exceeded_text(job: &ProgramJob, exceeded: &[LimitExcess]) -> String {
 }
 
 /// Returns the residual error `residual_mm` along axes that the drives do not control; empty if they control all axes.
-pub fn residual_text(machine: &Machine, residual_mm: Option<f64>) -> String {
+pub(super) fn residual_text(machine: &Machine, residual_mm: Option<f64>) -> String {
     let (Some(axes), Some(residual)) = (machine.uncontrolled_names(), residual_mm) else { return String::new() };
     let residual = millimetres(residual, 4);
     format!("The residual error is up to {residual}: the drives do not control {axes}.\n")
 }
 
 /// Returns how far writing has moved positions on the ways into and out of holes of cycles; empty without such holes.
-pub fn holes_text(in_holes_mm: Option<f64>) -> String {
+fn holes_text(in_holes_mm: Option<f64>) -> String {
     in_holes_mm.map_or_else(String::new, |most| {
         let most = millimetres(most, 4);
         format!("Holes of cycles have the correction of their bottoms: on the ways in and out, the right correction differs by up to {most}.\n")
@@ -497,9 +497,24 @@ fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
 }
 
 /// Returns how sure the errors are, in sentences; empty where inputs are taken as exact.
-pub fn spread_text(report: &Report<'_>) -> String {
+pub(super) fn spread_text(report: &Report<'_>) -> String {
     let Some(whole) = &report.proved.spread else { return String::new() };
     spread_report::along_sentences(&along(report), whole) + &report.findings.spread.sentences("point")
+}
+
+/// Returns what is told of the program besides its table of passes, in sentences: feeds, limits, errors and how sure they are, and blocks.
+pub fn findings_text(report: &Report<'_>) -> String {
+    let Report { job, proved, .. } = report;
+    let mut spread = spread_text(report);
+    if !spread.is_empty() {
+        spread.insert_str(0, "The table is of nominal numbers.\n");
+    }
+    feed::feed_text(report)
+        + &limits_text(&job.machine, &job.process.limits, proved)
+        + &residual_text(&job.machine, proved.commanded_max_mm())
+        + &holes_text(proved.written.in_holes_mm)
+        + &spread
+        + &blocks_text(job, proved.written.blocks.as_ref())
 }
 
 /// Returns the cautions of the result, a sentence per line.
