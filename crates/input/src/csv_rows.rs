@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
+use thiserror::Error;
 
 /// A row of a CSV file that is not blank.
 pub struct Row {
@@ -12,6 +13,35 @@ pub struct Row {
     pub span: Range<usize>,
     /// Number of its first line, from 1.
     pub line: usize,
+}
+
+/// Why the rows of a file cannot be read as values; the message says what was expected.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum RowFault {
+    /// The CSV reader could not make out the row.
+    #[error("{reason}; expected comma-separated values")]
+    NotCsv {
+        /// What it says.
+        reason: String,
+    },
+    /// A row with more or fewer values than the header has columns.
+    #[error("{found} values; expected {expected}, as many as columns in the header")]
+    Width {
+        /// Values in the row.
+        found: usize,
+        /// Columns in the header.
+        expected: usize,
+    },
+    /// A value that its column cannot hold.
+    #[error("{column} = `{value}`; expected {expected}")]
+    Value {
+        /// The column's name.
+        column: String,
+        /// The value as written.
+        value: String,
+        /// What the column holds.
+        expected: &'static str,
+    },
 }
 
 /// Reads all rows of `source`, the header included; `Err` has the byte where it cannot be parsed, and the reason.

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::input::csv_rows::RowFault;
+
 /// Why the cutting force along a path cannot be computed.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LoadError {
@@ -111,24 +113,9 @@ pub enum TableFault {
         /// The names it should have.
         expected: String,
     },
-    /// A row with more or fewer values than the header has columns.
-    #[error("{found} values; expected {expected}, as many as columns in the header")]
-    Width {
-        /// Values in the row.
-        found: usize,
-        /// Columns in the header.
-        expected: usize,
-    },
-    /// A value that is no number.
-    #[error("{column} = `{value}`; expected {expected}")]
-    Value {
-        /// The column's name.
-        column: &'static str,
-        /// The value as written.
-        value: String,
-        /// What the column holds.
-        expected: &'static str,
-    },
+    /// A row that cannot be read, of another width, or with a value that is no number.
+    #[error(transparent)]
+    Row(#[from] RowFault),
     /// A row that does not lie after the one before it.
     #[error("arc_length_mm = {found} after {before}; expected rows in order of increasing length")]
     Order {
@@ -142,11 +129,5 @@ pub enum TableFault {
     TooFewRows {
         /// Number of rows.
         found: usize,
-    },
-    /// The CSV reader could not make out the row.
-    #[error("{reason}; expected comma-separated values")]
-    NotCsv {
-        /// The CSV reader's message.
-        reason: String,
     },
 }

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::{LoadError, TableError, TableFault};
 use crate::{
-    input::csv_rows::{self, Row, line_number},
+    input::csv_rows::{self, Row, RowFault, line_number},
     toolpath::{Load, Toolpath},
 };
 
@@ -83,7 +83,7 @@ impl WrenchTable {
 
 /// Parses the rows of a table: arc length (mm) and load each; a fault comes with its byte in the file.
 fn parse(source: &[u8]) -> Result<Vec<(f64, Load)>, (usize, TableFault)> {
-    let rows = csv_rows::read(source).map_err(|(at, reason)| (at, TableFault::NotCsv { reason }))?;
+    let rows = csv_rows::read(source).map_err(|(at, reason)| (at, RowFault::NotCsv { reason }.into()))?;
     let Some((header, rows)) = rows.split_first() else {
         return Err((0, TableFault::TooFewRows { found: 0 }));
     };
@@ -91,7 +91,7 @@ fn parse(source: &[u8]) -> Result<Vec<(f64, Load)>, (usize, TableFault)> {
     let mut table: Vec<(f64, Load)> = Vec::with_capacity(rows.len());
     for row in rows {
         let at = row.span.start;
-        let [length, fx, fy, fz, mx, my, mz] = row_numbers(row, &order).map_err(|fault| (at, fault))?;
+        let [length, fx, fy, fz, mx, my, mz] = row_numbers(row, &order).map_err(|fault| (at, fault.into()))?;
         if let Some(&(before, _)) = table.last().filter(|last| last.0 >= length) {
             return Err((at, TableFault::Order { found: length, before }));
         }
@@ -115,16 +115,16 @@ fn column_order(header: &Row) -> Result<[usize; 7], TableFault> {
 }
 
 /// Parses the numbers of a row, in the order of [`COLUMNS`], which stand at the indices `order`.
-fn row_numbers(row: &Row, order: &[usize; 7]) -> Result<[f64; 7], TableFault> {
+fn row_numbers(row: &Row, order: &[usize; 7]) -> Result<[f64; 7], RowFault> {
     if row.fields.len() != COLUMNS.len() {
-        return Err(TableFault::Width { found: row.fields.len(), expected: COLUMNS.len() });
+        return Err(RowFault::Width { found: row.fields.len(), expected: COLUMNS.len() });
     }
     let mut numbers = [0.0; 7];
     for (column, (&position, number)) in order.iter().zip(&mut numbers).enumerate() {
         let text = String::from_utf8_lossy(&row.fields[position]);
         let read = text.parse::<f64>().ok().filter(|value| value.abs() <= MOST && (column > 0 || *value >= 0.0));
-        *number = read.ok_or_else(|| TableFault::Value {
-            column: COLUMNS[column],
+        *number = read.ok_or_else(|| RowFault::Value {
+            column: COLUMNS[column].into(),
             value: text.into_owned(),
             expected: if column == 0 { "a length in mm, from 0 to 1e12" } else { "a number up to 1e12" },
         })?;

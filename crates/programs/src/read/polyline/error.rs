@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use crate::model::Sampling;
+use kinetostat_input::csv_rows::RowFault;
 use kinetostat_spatial::MOST_EXTERNAL_AXES;
 
 /// A polyline file that cannot be read: which file and line, and why.
@@ -48,24 +49,9 @@ pub enum PolylineFault {
         /// Why it must be there.
         because: &'static str,
     },
-    /// A row with more or fewer values than the header has columns.
-    #[error("{found} values; expected {expected}, as many as columns in the header")]
-    Width {
-        /// Values in the row.
-        found: usize,
-        /// Columns in the header.
-        expected: usize,
-    },
-    /// A value its column cannot hold.
-    #[error("{column} = `{value}`; expected {expected}")]
-    Value {
-        /// The column's name.
-        column: String,
-        /// The value as written.
-        value: String,
-        /// What the column holds.
-        expected: &'static str,
-    },
+    /// A row that cannot be read, of another width, or with a value that its column cannot hold.
+    #[error(transparent)]
+    Row(#[from] RowFault),
     /// Columns of both the tool's axis and the platform's orientation.
     #[error("columns of the tool's axis and of the platform's orientation; expected one of them")]
     TwoOrientations,
@@ -84,10 +70,4 @@ pub enum PolylineFault {
     /// More rows than a path may have points.
     #[error("more than {most} points; expected fewer", most = Sampling::MAX_POINTS)]
     TooManyPoints,
-    /// The CSV reader could not make out the row.
-    #[error("{reason}; expected comma-separated values")]
-    NotCsv {
-        /// What it says.
-        reason: String,
-    },
 }

@@ -9,7 +9,7 @@ use crate::{
     model::{Load, NumberFormat, Orientation, PathPoint, PointSource, Sampling, Toolpath, direction, number},
     read::polyline::{Column, EXTERNAL_WORDS, Polyline, PolylineError, PolylineFault},
 };
-use kinetostat_input::csv_rows::{self, Row, line_number};
+use kinetostat_input::csv_rows::{self, Row, RowFault, line_number};
 use kinetostat_spatial::MOST_EXTERNAL_AXES;
 
 impl Polyline {
@@ -43,7 +43,7 @@ struct Parsed {
 
 /// Parses a polyline file; the tangents and arc lengths of its points are set. `Err` gives the byte of the fault.
 fn parse(source: &[u8]) -> Result<Parsed, (usize, PolylineFault)> {
-    let rows = csv_rows::read(source).map_err(|(at, reason)| (at, PolylineFault::NotCsv { reason }))?;
+    let rows = csv_rows::read(source).map_err(|(at, reason)| (at, RowFault::NotCsv { reason }.into()))?;
     let Some((header, rows)) = rows.split_first() else {
         return Err((0, PolylineFault::NoPoints));
     };
@@ -57,7 +57,7 @@ fn parse(source: &[u8]) -> Result<Parsed, (usize, PolylineFault)> {
     let mut points = Vec::with_capacity(rows.len());
     let mut decimals = 0;
     for Row { fields, span, .. } in rows {
-        let values = row_values(&columns, &external, fields).map_err(|fault| (span.start, fault))?;
+        let values = row_values(&columns, &external, fields).map_err(|fault| (span.start, fault.into()))?;
         let orientation = row_orientation(&columns, &values).map_err(|fault| (span.start, fault))?;
         points.push(PathPoint { orientation, ..row_point(&columns, &values, points.len()) });
         decimals = decimals.max(most_decimals(&columns, fields));
@@ -99,13 +99,13 @@ fn header_columns(header: &ByteRecord) -> Result<(Vec<Column>, Vec<String>), Pol
 }
 
 /// Parses the numbers of a row, in the order of `columns`; `Err` if one is missing or out of range.
-fn row_values(columns: &[Column], external: &[String], record: &ByteRecord) -> Result<Vec<f64>, PolylineFault> {
+fn row_values(columns: &[Column], external: &[String], record: &ByteRecord) -> Result<Vec<f64>, RowFault> {
     if record.len() != columns.len() {
-        return Err(PolylineFault::Width { found: record.len(), expected: columns.len() });
+        return Err(RowFault::Width { found: record.len(), expected: columns.len() });
     }
     let value = |(column, field): (&Column, &[u8])| {
         let read = std::str::from_utf8(field).ok().and_then(|text| column.parse(text));
-        read.ok_or_else(|| PolylineFault::Value {
+        read.ok_or_else(|| RowFault::Value {
             column: column.name(external).into_owned(),
             value: String::from_utf8_lossy(field).into_owned(),
             expected: column.expected(),
