@@ -39,23 +39,6 @@ pub use model::{
 };
 pub use rewritten::{CommandedPath, RewrittenFile};
 
-/// What tests hold against closed forms: no part of the interface.
-#[doc(hidden)]
-pub mod internals {
-    pub use super::{
-        model::{
-            number::{decimals_in, format_fixed},
-            robot::arc::Arc,
-        },
-        read::{
-            gcode::tool_comments::tool_comments,
-            robot::frames::{Base, Bases, Tool, Tools},
-            scan::Scan,
-        },
-        write::gcode::fit::centre_through,
-    };
-}
-
 /// Faults of programs and paths, of which the one error of the program is made.
 macro_rules! program_faults {
     ($($fault:ty),+) => {

@@ -3,9 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use kinetostat_programs::{
-    Plane, Sampling, Toolpath,
+    NumberFormat, Sampling, Toolpath, WriteOptions,
     gcode::{ArcFault, Fault, GcodeOptions, GcodeProgram},
-    internals::{Arc, centre_through},
+    robot::{Language, RobotOptions, RobotProgram},
 };
 use nalgebra::Vector3;
 
@@ -82,41 +82,91 @@ fn tangent_is_the_derivative_of_position() {
     }
 }
 
+/// The program of a circle in KRL from X1 Y0 Z5, in frames that are those of the workpiece.
+fn circ(words: &str) -> Result<RobotProgram, String> {
+    let source = format!("DEF c ( )\nLIN {{X 1,Y 0,Z 5,A 0,B 0,C 0}}\nCIRC {words}\nEND\n");
+    RobotProgram::parse(source, "c.src", Language::Krl, None, &RobotOptions::default())
+        .map_err(|error| error.to_string())
+}
+
 #[test]
 fn a_circle_passes_its_three_points_and_goes_on_as_asked() {
     let points = [Vector3::new(1.0, 0.0, 5.0), Vector3::new(0.0, 1.0, 5.0), Vector3::new(0.0, -1.0, 5.0)];
-    let arc = Arc::through(points, None).unwrap();
-    assert!((arc.sweep_rad() - 1.5 * PI).abs() < 1e-12 && (arc.radius() - 1.0).abs() < 1e-12);
-    for (t, point) in [(0.0, points[0]), (arc.via, points[1]), (1.0, points[2])] {
-        assert!((arc.at(t).0 - point).norm() < 1e-12);
-        assert!((arc.nearest(&point, t) - t).abs() < 1e-12);
+    let quarters = Sampling::new(10.0, FRAC_PI_2 * 1.000_001).unwrap();
+    let path = |words: &str| circ(words).unwrap().toolpath(quarters).unwrap();
+    let is_at = |path: &Toolpath, point: usize, wanted: Vector3<f64>| {
+        (path.points()[point].position_mm - wanted).norm() < 1e-12
+    };
+    let through = "{X 0,Y 1,Z 5},{X 0,Y -1,Z 5}";
+    let three = path(through);
+    assert!(three.len() == 4 && (three.length_mm() - 1.5 * PI).abs() < 1e-12, "{}", three.length_mm());
+    assert!(is_at(&three, 0, points[0]) && is_at(&three, 1, points[1]) && is_at(&three, 3, points[2]));
+    let back = path(&format!("{through},CA -90"));
+    assert!(back.len() == 2 && is_at(&back, 1, points[2]) && (back.length_mm() - FRAC_PI_2).abs() < 1e-12);
+    let twice = path(&format!("{through},CA 720"));
+    assert!(twice.len() == 9 && is_at(&twice, 8, points[0]) && (twice.length_mm() - 2.0 * TAU).abs() < 1e-12);
+    assert!(is_at(&twice, 1, points[1]) && is_at(&twice, 5, points[1]));
+    for words in ["{X 1,Y 0,Z 5},{X 0,Y 1,Z 5}", "{X 2,Y 0,Z 5},{X 3,Y 0,Z 5}"] {
+        assert!(circ(words).unwrap_err().contains("start, middle and end are on no circle"), "{words}");
     }
-    let back = Arc::through(points, Some(-FRAC_PI_2)).unwrap();
-    assert!((back.at(1.0).0 - points[2]).norm() < 1e-12, "{:?}", back.at(1.0));
-    let twice = Arc::through(points, Some(4.0 * PI)).unwrap();
-    assert!((twice.at(1.0).0 - points[0]).norm() < 1e-12);
-    assert!((twice.nearest(&points[1], 0.6) - 0.625).abs() < 1e-12);
-    assert_eq!(Arc::through([points[0], points[0], points[1]], None), None);
-    let [x, y] = [Vector3::x(), Vector3::x() * 2.0];
-    assert_eq!(Arc::through([Vector3::zeros(), x, y], None), None);
 }
 
-fn circle(angle: f64) -> Vector3<f64> {
-    Vector3::new(3.0 + 5.0 * angle.cos(), 7.0, -2.0 + 5.0 * angle.sin())
+/// A circle of two turns through points that move along it: each is found where the circle passes it, in its own turn.
+#[test]
+fn a_circle_of_two_turns_is_followed_turn_by_turn() {
+    let program = circ("{X 0,Y 1,Z 5},{X 0,Y -1,Z 5},CA 720").unwrap();
+    let path = program.toolpath(Sampling::new(1e-3, 0.2).unwrap()).unwrap();
+    let angle = |s: f64| s + 0.05 * (s / 2.0).sin();
+    let goal = |s: f64| Vector3::new(angle(s).cos(), angle(s).sin(), 5.0);
+    let goals: Vec<Vector3<f64>> = path.points().iter().map(|point| goal(point.arc_length_mm)).collect();
+    let writing = WriteOptions { tolerance_mm: 1e-6, ..WriteOptions::with_decimals(NumberFormat::new(6, 6).unwrap()) };
+    let written = program.rewrite(&path, &goals, None, writing).unwrap();
+    let text = String::from_utf8_lossy(written.bytes()).into_owned();
+    assert!(text.matches("CIRC").count() == 1 && text.lines().count() == 4, "{text}");
+    let back = written.read_back().unwrap();
+    for (own, point) in back.points().iter().zip(path.points()) {
+        let s = point.arc_length_mm;
+        assert!((own.position_mm - goal(s)).norm() < 1e-6, "{s}: {}", own.position_mm);
+        assert!((own.arc_length_mm - angle(s)).abs() < 1e-6, "{s}: {}", own.arc_length_mm);
+    }
 }
 
+/// Returns the blocks of an arc in G18 whose points are moved to those at `goal` of their angle, rad, written with nine decimals.
+fn moved_arc(angles: [f64; 2], goal: impl Fn(f64) -> Vector3<f64>) -> String {
+    // In G18 angles turn from z to x.
+    let at = |angle: f64| Vector3::new(5.0 * angle.sin(), 7.0, 5.0 * angle.cos());
+    let [start, end] = angles.map(at);
+    let source = format!(
+        "G21 G90 G18\nG0 X{:.12} Y7. Z{:.12}\nG3 X{:.12} Z{:.12} I{:.12} K{:.12} F100\n",
+        start.x, start.z, end.x, end.z, -start.x, -start.z
+    );
+    let program = GcodeProgram::parse(source, "arc.nc", &GcodeOptions::default()).unwrap();
+    let path = program.toolpath(Sampling::new(0.01, 0.003).unwrap()).unwrap();
+    let goals: Vec<Vector3<f64>> = path.points().iter().map(|p| goal(p.position_mm.x.atan2(p.position_mm.z))).collect();
+    let nine = WriteOptions { tolerance_mm: 1e-6, ..WriteOptions::with_decimals(NumberFormat::new(9, 9).unwrap()) };
+    String::from_utf8(program.rewrite(&path, &goals, nine).unwrap().into_bytes()).unwrap()
+}
+
+/// Of a circle of another radius about another centre.
 #[test]
 fn points_of_a_circle_have_its_centre() {
-    for ends in [[0.1, 0.6], [0.2, 4.0], [1.0, 7.2], [0.0, std::f64::consts::TAU]] {
-        let between = (1..9).map(|k| circle(ends[0] + (ends[1] - ends[0]) * f64::from(k) / 9.0));
-        let centre = centre_through(Plane::Zx, &circle(ends[0]), &circle(ends[1]), between).unwrap();
-        assert!((centre[0] + 2.0).abs() < 1e-9 && (centre[1] - 3.0).abs() < 1e-9, "{ends:?} {centre:?}");
+    let circle = |angle: f64| Vector3::new(-0.02 + 5.01 * angle.sin(), 7.0, 0.03 + 5.01 * angle.cos());
+    for angles in [[0.1, 0.6], [0.2, 4.0], [1.0, 7.2], [0.0, TAU]] {
+        let text = moved_arc(angles, circle);
+        let arcs: Vec<&str> = text.lines().filter(|line| line.contains('I')).collect();
+        let [arc] = arcs[..] else { panic!("{text}") };
+        let number =
+            |letter: char| arc.split(letter).nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
+        let start = circle(angles[0]);
+        let [x, z] = [start.x + number('I'), start.z + number('K')];
+        assert!((x + 0.02).abs() < 1e-7 && (z - 0.03).abs() < 1e-7 && arc.starts_with("G3"), "{text}");
+        assert_eq!(text.lines().count(), 3, "{text}");
     }
 }
 
 #[test]
 fn points_of_a_line_have_none() {
-    let at = |t: f64| Vector3::new(t, 2.0 * t, 0.0);
-    assert_eq!(centre_through(Plane::Xy, &at(0.0), &at(1.0), [at(0.3), at(0.5)].into_iter()), None);
-    assert_eq!(centre_through(Plane::Xy, &at(0.0), &at(0.0), [at(0.3), at(0.5)].into_iter()), None);
+    let text = moved_arc([0.1, 1.4], |angle| Vector3::new(4.0 * angle, 7.0, 5.0 - 3.0 * angle));
+    let blocks: Vec<&str> = text.lines().skip(2).collect();
+    assert!(matches!(blocks[..], [line] if line.starts_with("G1") && !line.contains('I')), "{text}");
 }

@@ -5,7 +5,6 @@ use std::{f64::consts::FRAC_PI_2, fs, path::PathBuf};
 
 use kinetostat_programs::{
     NumberFormat, Orientation, Sampling, Toolpath, WriteOptions,
-    internals::{Base, Bases, Scan, Tool, Tools},
     robot::{CutcomPoints, Language, RobotOptions, RobotProgram, abc_of_rotation, rotation_of_abc},
 };
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -1516,57 +1515,95 @@ fn angles_are_those_of_kuka() {
     assert!((rotation_of_abc([0.0, 0.0, 90.0]) * Vector3::z() + Vector3::y()).norm() < 1e-15);
 }
 
-fn base(name: &str, x: Option<f64>) -> Base {
-    Base { name: name.into(), in_world: x.map(|x| Isometry3::translation(x, 0.0, 0.0)) }
+/// The first coordinates, mm, to which the motions of a KRL program in base 1, 2 or 3 lead, whose bases in the world `data` says; or why it is refused.
+fn in_bases(bases: &[usize], data: &str, options: &RobotOptions) -> Result<Vec<f64>, String> {
+    let motion = |base: &usize| format!("$BASE=BASE_DATA[{base}]\nLIN {{X 0,Y 0,Z 0,A 0,B 0,C 0}}\n");
+    let source = format!("DEF a ( )\n{}END\n", bases.iter().map(motion).collect::<String>());
+    let beside = ("a.dat".to_owned(), data.as_bytes().to_vec());
+    let program = RobotProgram::parse(source, "a.src", Language::Krl, Some(beside), options);
+    let path = program.map_err(|refused| refused.to_string())?.toolpath(coarse()).unwrap();
+    let ends = path.points().iter().filter(|point| point.source.parameter == 1.0);
+    Ok(ends.map(|point| (point.position_mm.x * 1e9).round() / 1e9 + 0.0).collect())
+}
+
+/// The frame `name` at `x` mm, as a data list says it.
+fn frame(name: &str, x: f64) -> String {
+    format!("{name}={{X {x},Y 0,Z 0,A 0,B 0,C 0}}\n")
 }
 
 #[test]
 fn the_first_base_is_the_workpiece_and_others_stand_to_it() {
     let mut options = RobotOptions::default();
-    let mut bases = Bases::new(&options, b"");
-    assert_eq!(bases.pose(Some(&base("a", Some(100.0)))).unwrap(), Isometry3::identity());
-    assert_eq!(bases.pose(Some(&base("b", Some(130.0)))).unwrap(), Isometry3::translation(30.0, 0.0, 0.0));
-    assert!(bases.pose(Some(&base("c", None))).is_err());
-    assert!(bases.pose(None).is_err());
-    let mut bases = Bases::new(&options, b"");
-    assert_eq!(bases.pose(Some(&base("a", None))).unwrap(), Isometry3::identity());
-    // The same name is another base once it is said where it is.
-    assert!(bases.pose(Some(&base("a", Some(1.0)))).is_err());
-    options.bases.insert("b".into(), Isometry3::translation(5.0, 0.0, 0.0));
-    let mut bases = Bases::new(&options, b"$BASE=B");
-    assert!(bases.pose(Some(&base("a", Some(1.0)))).is_err());
-    assert_eq!(bases.pose(Some(&base("b", Some(3.0)))).unwrap(), Isometry3::translation(5.0, 0.0, 0.0));
-    assert_eq!(bases.pose(Some(&base("a", Some(1.0)))).unwrap(), Isometry3::translation(3.0, 0.0, 0.0));
+    let data = format!("DEFDAT a\n{}{}ENDDAT\n", frame("BASE_DATA[1]", 100.0), frame("BASE_DATA[2]", 130.0));
+    assert_eq!(in_bases(&[1, 2, 1], &data, &options).unwrap(), [0.0, 30.0, 0.0]);
+    assert_eq!(in_bases(&[2, 1], &data, &options).unwrap(), [0.0, -30.0]);
+    assert!(in_bases(&[1, 3], &data, &options).unwrap_err().contains("base_data[3] stands to the base"));
+    // One that is nowhere is the workpiece as well, and nothing stands to it.
+    assert_eq!(in_bases(&[3, 3], &data, &options).unwrap(), [0.0, 0.0]);
+    assert!(in_bases(&[3, 1], &data, &options).is_err());
+    // Before any base is named there is one without a name, to which none stands.
+    let bare = "DEF a ( )\nLIN {X 7,Y 0,Z 0,A 0,B 0,C 0}\n";
+    let unnamed = |rest: &str| parse(Language::Krl, &format!("{bare}{rest}END\n"), &RobotOptions::default());
+    assert_eq!(unnamed("").unwrap().toolpath(coarse()).unwrap().points()[0].position_mm.x, 7.0);
+    assert!(unnamed("$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\nLIN {X 7,Y 0,Z 0,A 0,B 0,C 0}\n").is_err());
+    options.bases.insert("base_data[2]".into(), Isometry3::translation(5.0, 0.0, 0.0));
+    assert!(in_bases(&[1, 2], &data, &options).is_err());
+    assert_eq!(in_bases(&[2, 1], &data, &options).unwrap(), [5.0, -25.0]);
 }
 
 #[test]
 fn a_second_tool_is_refused_unless_its_tip_is_the_same() {
-    let options = RobotOptions::default();
-    let mut tools = Tools::new(&options);
-    let tool = |name: &str, x: f64| Tool { name: name.into(), in_flange: Some(Isometry3::translation(x, 0.0, 0.0)) };
-    assert!(tools.rotation(Some(&tool("t1", 1.0))).is_ok() && tools.rotation(Some(&tool("t2", 1.0))).is_ok());
-    assert_eq!(
-        tools.rotation(Some(&tool("t3", 2.0))).unwrap_err().to_string(),
-        "uses t3 after t1; expected one tool, or tools whose orientation the program gives and whose tips are the same"
+    let tools = [1.0, 1.0, 2.0].iter().enumerate().map(|(k, x)| frame(&format!("TOOL_DATA[{}]", k + 1), *x));
+    let data = format!("DEFDAT a\n{}ENDDAT\n", tools.collect::<String>());
+    let of_tools = |tools: &[usize]| {
+        let motion = |tool: &usize| format!("$TOOL=TOOL_DATA[{tool}]\nLIN {{X 0,Y 0,Z 0,A 0,B 0,C 0}}\n");
+        let source = format!("DEF a ( )\n{}END\n", tools.iter().map(motion).collect::<String>());
+        let beside = ("a.dat".to_owned(), data.as_bytes().to_vec());
+        RobotProgram::parse(source, "a.src", Language::Krl, Some(beside), &RobotOptions::default())
+    };
+    let refused = of_tools(&[1, 2, 3]).unwrap_err().to_string();
+    assert!(
+        refused.ends_with(
+            "uses tool_data[3] after tool_data[1]; expected one tool, or tools whose orientation the program gives and whose tips are the same"
+        ),
+        "{refused}"
     );
-    assert_eq!(tools.tip_mm().unwrap().1.x, 1.0);
+    let same = of_tools(&[1, 2]).unwrap();
+    assert_eq!(same.notes().tool_tip_mm, Some(("tool_data[1]".into(), Vector3::new(1.0, 0.0, 0.0))));
 }
 
 #[test]
 fn numbers_end_where_they_end() {
-    let text = b" -1.5E-3,E1 .25 7. 3EX";
-    let mut scan = Scan::new(text);
-    assert_eq!(scan.number().unwrap(), (-0.0015, 1..8));
-    assert!(scan.takes(b','));
-    assert_eq!(scan.name().0, "E1");
-    assert_eq!(scan.number().unwrap().0, 0.25);
-    assert_eq!(scan.number().unwrap().0, 7.0);
-    assert_eq!(scan.number().unwrap().0, 3.0);
-    assert_eq!(scan.name().0, "EX");
-    assert!(scan.is_done() && scan.number().is_err());
-    assert!(Scan::new(b"1234567890.123456789012345").number().is_err());
-    assert_eq!(Scan::new(b"-0.000000000000125000000000000000000").number().unwrap().0, -1.25e-13);
-    assert!(Scan::new(b"1e999").number().is_err());
+    let x = |text: &str| {
+        let source = format!("DEF a ( )\nLIN {{X{text},Y .25,Z 7. ,A 0,B 0,C 0,E1 -1.5E-3}}\nEND\n");
+        Ok::<f64, String>(
+            parse(Language::Krl, &source, &RobotOptions::default())?.toolpath(coarse()).unwrap().points()[0]
+                .position_mm
+                .x,
+        )
+    };
+    for (text, number) in [
+        (" -1.5E-3", -0.0015),
+        (" +.25", 0.25),
+        (" 7.", 7.0),
+        (" 2.5e1", 25.0),
+        (" -0.000000000000125000000000000000000", -1.25e-13),
+    ] {
+        assert_eq!(x(text), Ok(number), "{text}");
+    }
+    // The exponent is none without digits: what follows the number is not part of it.
+    for (text, is_number) in [
+        (" 3EX", true),
+        (" 3E", true),
+        ("", false),
+        (" .", false),
+        (" 1234567890.123456789012345", false),
+        (" 1e999", false),
+    ] {
+        let refused = x(text).unwrap_err();
+        assert!(refused.contains("a plain number"), "{text}: {refused}");
+        assert_eq!(refused.contains("behind a plain number"), is_number, "{text}: {refused}");
+    }
 }
 
 /// A base that is given for other programs says nothing of one that writes its own.

@@ -1,6 +1,9 @@
 //! Tools in comments of programs, on lines as posts write them.
 
-use kinetostat_programs::{ToolDescription, gcode::LengthUnit, internals::tool_comments};
+use kinetostat_programs::{
+    ToolDescription,
+    gcode::{LengthUnit, tool_comments},
+};
 
 /// What a program in mm, or in inches, says about its tools in words: number, name, diameter, corner, point and teeth.
 fn tools(program: &str, unit: LengthUnit) -> Vec<String> {

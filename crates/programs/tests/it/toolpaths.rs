@@ -3,7 +3,6 @@
 use kinetostat_programs::{
     Circle, Load, NumberFormat, PathPoint, Plane, Sampling, Toolpath, TurnDirection,
     gcode::{Dialect, GcodeOptions, GcodeProgram},
-    internals::{decimals_in, format_fixed},
     polyline::{Polyline, write},
 };
 use nalgebra::Vector3;
@@ -318,16 +317,22 @@ fn a_generated_path_is_read_back_as_it_was() {
 
 #[test]
 fn zero_has_no_sign_and_small_numbers_no_exponent() {
-    assert_eq!(format_fixed(-0.00001, 4), "0.0000");
-    assert_eq!(format_fixed(-0.0, 3), "0.000");
-    assert_eq!(format_fixed(1e-7, 9), "0.000000100");
-    assert_eq!(format_fixed(-12.34567, 4), "-12.3457");
+    let path = Polyline::read("x_mm,y_mm,z_mm\n1,2,3\n", "path.csv").unwrap().toolpath().clone();
+    let written = |decimals: u8, x: f64, y: f64| {
+        let format = NumberFormat::new(decimals, 4).unwrap();
+        String::from_utf8(write(&path, &[Vector3::new(x, y, 0.0)], format).unwrap()).unwrap()
+    };
+    assert_eq!(written(4, -0.00001, -12.34567), "x_mm,y_mm,z_mm\n0.0000,-12.3457,0.0000\n");
+    assert_eq!(written(3, -0.0, -0.00051), "x_mm,y_mm,z_mm\n0.000,-0.001,0.000\n");
+    assert_eq!(written(9, 1e-7, -1e-10), "x_mm,y_mm,z_mm\n0.000000100,0.000000000,0.000000000\n");
 }
 
 #[test]
 fn decimals_are_counted_and_kept_in_range() {
-    assert_eq!(decimals_in("-12.340"), 3);
-    assert_eq!(decimals_in("7."), 0);
-    assert_eq!(decimals_in("7"), 0);
+    let decimals = |x: &str| {
+        let read = Polyline::read(format!("x_mm,y_mm,z_mm\n{x},2,3\n"), "path.csv").unwrap();
+        read.own_format().mm_decimals()
+    };
+    assert_eq!(["-12.34050", "-12.340", "7.", "7", "7.12345678901"].map(decimals), [5, 3, 3, 3, 9]);
     assert_eq!(NumberFormat::of_source(0, 20), NumberFormat::new(3, 9).unwrap());
 }
