@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::gcode::{GcodeError, GcodeProgram, Move};
+use crate::gcode::{GcodeError, GcodeProgram};
 
 /// Demands on a control of the lines and arcs that are driven with the feed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -45,7 +45,7 @@ impl Blocks {
     /// The program cannot be followed.
     pub fn of(program: &GcodeProgram) -> Result<Self, GcodeError> {
         let (mut moves, mut per_second, mut turns_deg) = (0, Vec::new(), Vec::new());
-        program.each_move(|one: Move| {
+        program.each_move(|one| {
             moves += 1;
             per_second.extend(one.seconds.map(f64::recip));
             turns_deg.extend(one.turn_rad.map(f64::to_degrees));

@@ -44,6 +44,6 @@ pub use super::{
         rotary::{Rotary, RotaryAxis, RotaryColumn, RotarySide},
         work_offset::WorkOffset,
     },
-    read::gcode::{GcodeProgram, blocks::Move, tool_comments::tool_comments, written_out::CalledFile},
+    read::gcode::{GcodeProgram, tool_comments::tool_comments, written_out::CalledFile},
     write::gcode::fold::{Calls, FoldFailure, FoldFault},
 };

@@ -103,15 +103,13 @@ impl Module {
             }
             match word.as_str() {
                 "MODULE" => module.head_end = unit.at.end,
-                kind @ ("PROC" | "FUNC" | "TRAP") => {
-                    found.push(read_routine((source, length), unit, kind, &mut units)?)
-                }
+                kind @ ("PROC" | "FUNC" | "TRAP") => found.push(read_routine(source, length, unit, kind, &mut units)?),
                 kind @ ("DEF" | "DEFFCT") if language == Language::Krl => {
                     if found.is_empty() {
                         module.head_end = end_of_line(source, unit.at.end);
                     }
                     let kind = if kind == "DEF" { "PROC" } else { "FUNC" };
-                    found.push(read_routine((source, length), unit, kind, &mut units)?);
+                    found.push(read_routine(source, length, unit, kind, &mut units)?);
                 }
                 word if language == Language::Krl && word != ";" && unit.at.start < length => {
                     return Err(refuse(&unit, RobotFault::Form { expected: "DEF before it" }));
@@ -184,7 +182,8 @@ fn first_word(source: &[u8], unit: &CodeUnit, language: Language) -> String {
 
 /// Reads a routine that begins at `head` up to its end.
 fn read_routine(
-    (source, length): (&[u8], usize),
+    source: &[u8],
+    length: usize,
     head: CodeUnit,
     kind: &str,
     units: &mut Units<'_>,

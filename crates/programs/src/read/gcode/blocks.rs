@@ -12,7 +12,7 @@ use crate::{
 
 /// A line or arc at feed rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Move {
+pub(crate) struct Move {
     /// Duration at the programmed feed, s; `None` without feed or length.
     pub seconds: Option<f64>,
     /// Angle between the end of the feed move before and its start, rad; `None` without one, or if either has no direction.
@@ -27,7 +27,7 @@ impl GcodeProgram {
     }
 
     /// Passes the lines and arcs at feed rate to `take`, in order; holes of cycles are left out. `Err` if the program cannot be followed.
-    pub fn each_move(&self, mut take: impl FnMut(Move)) -> Result<(), GcodeError> {
+    pub(crate) fn each_move(&self, mut take: impl FnMut(Move)) -> Result<(), GcodeError> {
         // The direction in which the move before ends; zero where that is not driven with the feed.
         let mut arrival = Vector3::zeros();
         self.walk(|block| {
