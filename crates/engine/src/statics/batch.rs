@@ -2,7 +2,7 @@
 
 use super::{
     equilibrium::equilibrium,
-    lane_solver::{Commands, LaneSolver},
+    lane_solver::{CommandedPoses, LaneSolver},
     outcome::{Outcome, Settings, TaskError},
     state::{State, Workspace},
 };
@@ -100,14 +100,14 @@ impl Batch {
         poses: &mut [Pose],
         settings: &Settings,
     ) -> Vec<Option<Outcome>> {
-        self.solve(cases, Some(Commands { nominal, starts, poses }), settings)
+        self.solve(cases, Some(CommandedPoses { nominal, starts, poses }), settings)
     }
 
     /// Solves the cases in lanes; `None` for those that full Newton steps in lanes cannot solve.
     fn solve(
         &mut self,
         cases: &mut [Case<'_>],
-        commands: Option<Commands<'_>>,
+        commands: Option<CommandedPoses<'_>>,
         settings: &Settings,
     ) -> Vec<Option<Outcome>> {
         match &mut self.solvers {
@@ -130,7 +130,7 @@ fn solve_in_rows<R: Real>(
     solvers: &mut [LaneSolver<R>],
     machine: &Machine,
     cases: &mut [Case<'_>],
-    mut commands: Option<Commands<'_>>,
+    mut commands: Option<CommandedPoses<'_>>,
     settings: &Settings,
 ) -> Vec<Option<Outcome>> {
     let mut outcomes = Vec::with_capacity(cases.len());

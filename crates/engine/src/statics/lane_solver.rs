@@ -62,16 +62,16 @@ struct LaneChain<R> {
 }
 
 /// A nominal machine, and for each case where it stands and what is commanded: a pose whose rotation stays.
-pub(super) struct Commands<'a> {
+pub(super) struct CommandedPoses<'a> {
     pub nominal: &'a Machine,
     pub starts: &'a [&'a Configuration],
     pub poses: &'a mut [Pose],
 }
 
-impl Commands<'_> {
+impl CommandedPoses<'_> {
     /// The commands of the cases in the range `cases`.
-    pub fn part(&mut self, cases: Range<usize>) -> Commands<'_> {
-        Commands { nominal: self.nominal, starts: &self.starts[cases.clone()], poses: &mut self.poses[cases] }
+    pub fn part(&mut self, cases: Range<usize>) -> CommandedPoses<'_> {
+        CommandedPoses { nominal: self.nominal, starts: &self.starts[cases.clone()], poses: &mut self.poses[cases] }
     }
 }
 
@@ -145,7 +145,7 @@ impl<R: Real> LaneSolver<R> {
         &mut self,
         machine: &Machine,
         cases: &mut [Case<'_>],
-        mut commands: Option<Commands<'_>>,
+        mut commands: Option<CommandedPoses<'_>>,
         settings: &Settings,
         outcomes: &mut Vec<Option<Outcome>>,
     ) {
