@@ -27,24 +27,24 @@ impl ProgramFile {
         match self {
             ProgramFile::Polyline(polyline) => {
                 let rewritten = polyline.rewrite_turned(path, positions, orientations, writing.format)?;
-                let back = CommandedPath::read_back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
-                Ok(RewrittenFile { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
+                let sent = CommandedPath::read_back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
+                Ok(RewrittenFile { bytes: rewritten.into_bytes(), sent, blocks: None, calls: None })
             }
             ProgramFile::Gcode(program) => {
                 let mut rewritten = program.rewrite_turned(path, positions, orientations, writing)?;
                 let calls = program.folded_calls(&rewritten);
                 let written = rewritten.take_and_read()?;
-                let back = CommandedPath::read_back(&rewritten, &written, path.len(), is_turned)?;
+                let sent = CommandedPath::read_back(&rewritten, &written, path.len(), is_turned)?;
                 drop(rewritten);
                 let blocks = BlocksBeforeAfter { before: Blocks::of(program)?, after: Blocks::of(&written)? };
-                Ok(RewrittenFile { bytes: written.into_source(), back, blocks: Some(blocks), calls })
+                Ok(RewrittenFile { bytes: written.into_source(), sent, blocks: Some(blocks), calls })
             }
             #[cfg(not(target_family = "wasm"))]
             ProgramFile::Robot(program) => {
                 let rewritten = program.rewrite(path, positions, orientations, writing)?;
                 let calls = program.folded_calls(&rewritten);
-                let back = CommandedPath::read_back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
-                Ok(RewrittenFile { bytes: rewritten.into_bytes(), back, blocks: None, calls })
+                let sent = CommandedPath::read_back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
+                Ok(RewrittenFile { bytes: rewritten.into_bytes(), sent, blocks: None, calls })
             }
         }
     }
@@ -87,7 +87,7 @@ pub struct RewrittenFile {
     /// Its bytes.
     pub bytes: Vec<u8>,
     /// Path read back, rounding included.
-    pub back: CommandedPath,
+    pub sent: CommandedPath,
     /// Demands of its blocks on a control, before and as written; `None` except for G-code.
     pub blocks: Option<BlocksBeforeAfter>,
     /// What becomes of its calls, if it has any; `bytes` has none.

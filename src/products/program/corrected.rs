@@ -147,10 +147,10 @@ impl ProgramJob {
             false => Cow::Owned(Toolpath::clone(&self.path).with_postures(corrected.postures.clone())),
         };
         let writing = self.process.write_options(self.file.own_format())?;
-        let RewrittenFile { bytes, back, blocks, calls } =
+        let RewrittenFile { bytes, sent, blocks, calls } =
             self.file.rewrite(&path, &wanted.positions, wanted.orientations.as_deref(), writing)?;
         let (mut rounded_mm, mut in_holes_mm) = (0.0, None);
-        let positions = wanted.positions.iter().zip(&back.positions);
+        let positions = wanted.positions.iter().zip(&sent.positions);
         for (point, (wanted, written)) in self.path.points().iter().zip(positions) {
             let moved = (written - wanted).norm();
             rounded_mm = f64::max(rounded_mm, moved);
@@ -168,7 +168,7 @@ impl ProgramJob {
         {
             super::check_unit(&self.file, "the program")?;
         }
-        Ok(ProgramAsWritten { bytes, sent: back, rounded_mm, in_holes_mm, blocks, calls })
+        Ok(ProgramAsWritten { bytes, sent, rounded_mm, in_holes_mm, blocks, calls })
     }
 }
 
