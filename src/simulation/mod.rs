@@ -14,6 +14,7 @@ pub mod spread;
 pub mod spread_along;
 mod status;
 pub mod tasks;
+mod tracked_path;
 pub(crate) mod tracking;
 pub(crate) mod within_limits;
 
@@ -23,3 +24,4 @@ pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};
 pub use status::{Failure, SOLVED, status_of};
 #[cfg(feature = "report")]
 pub(crate) use status::{STATUSES, is_result_status, is_solved_status};
+pub use tracked_path::TrackedPath;

@@ -157,7 +157,8 @@ pub(crate) fn machines_at_ends(
 pub(crate) struct DrawnMachines {
     /// What varies.
     pub uncertainty: Uncertainty,
-    nominal: Machines,
+    /// The nominal and actual machines, with nominal numbers.
+    pub machines: Machines,
     errors: Vec<ChainError>,
     /// Machines with each parameter alone at its ends ([`Response::ENDS`]), as far as they are solved.
     pub ends: Vec<[Option<Machines>; 2]>,
@@ -172,13 +173,13 @@ pub(crate) struct DrawnMachines {
 }
 
 impl DrawnMachines {
-    /// Makes the machines with each parameter at its ends; `None` where inputs are exact. `errors` are the chain errors of `nominal`.
+    /// Makes the machines with each parameter at its ends; `None` where inputs are exact. `errors` are the chain errors of `machines`.
     ///
     /// # Errors
     /// As [`Machines::drawn`].
     pub fn new(
         uncertainty: Option<&Uncertainty>,
-        nominal: &Machines,
+        machines: &Machines,
         errors: &[ChainError],
     ) -> error::Result<Option<Self>> {
         // Pages compute with nominal numbers.
@@ -187,11 +188,11 @@ impl DrawnMachines {
             (0..Draws::COUNT).map(|index| (index < Draws::PER_SCRAMBLE).then(OnceLock::new)).collect();
         let weakest = uncertainty.draws.from_weakest.iter().flat_map(|order| &order[..KEPT]);
         weakest.for_each(|index| drawn[*index] = Some(OnceLock::new()));
-        let (ends, end_coordinates) = (machines_at_ends(uncertainty, nominal, errors)?, uncertainty.end_coordinates());
+        let (ends, end_coordinates) = (machines_at_ends(uncertainty, machines, errors)?, uncertainty.end_coordinates());
         let causes = uncertainty.causes().collect();
         let weakest = OnceLock::new();
-        let (uncertainty, nominal, errors) = (uncertainty.clone(), nominal.clone(), errors.to_vec());
-        Ok(Some(Self { uncertainty, nominal, errors, ends, end_coordinates, causes, drawn, weakest }))
+        let (uncertainty, machines, errors) = (uncertainty.clone(), machines.clone(), errors.to_vec());
+        Ok(Some(Self { uncertainty, machines, errors, ends, end_coordinates, causes, drawn, weakest }))
     }
 
     /// The same machines with the cause called `name` measured, and how well it is known then ([`Uncertainty::measured`]).
@@ -200,7 +201,7 @@ impl DrawnMachines {
     /// As [`DrawnMachines::new`].
     pub fn measured(&self, name: &str) -> error::Result<Option<(Self, &'static str)>> {
         let Some((uncertainty, known)) = self.uncertainty.measured(name) else { return Ok(None) };
-        Ok(Self::new(Some(&uncertainty), &self.nominal, &self.errors)?.map(|own| (own, known)))
+        Ok(Self::new(Some(&uncertainty), &self.machines, &self.errors)?.map(|own| (own, known)))
     }
 
     /// Returns the surrogate of displacements without load and under each load where this `cut` is made; where components of the force vary by
@@ -295,7 +296,7 @@ impl DrawnMachines {
 
     /// Makes the machines with these values of parameters.
     fn machines_with(&self, values: [Values<'_>; 2]) -> Result<Machines, Failure> {
-        let machines = self.nominal.drawn(&self.uncertainty.machine, &values, &self.errors);
+        let machines = self.machines.drawn(&self.uncertainty.machine, &values, &self.errors);
         machines.map_err(|error| Failure::no_machine(&error))
     }
 }

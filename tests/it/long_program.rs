@@ -70,7 +70,7 @@ fn parts_answer_as_the_whole_does() {
     assert!(tasks.len() > 4096);
     let case = PathCase {
         nominal: &job.machine,
-        real: &job.real,
+        real: &job.machines.real,
         unloaded: &job.machine,
         before: None,
         tasks: &tasks,
@@ -109,7 +109,7 @@ fn parts_answer_as_the_whole_does() {
     assert!(as_written == read_back);
     // Point by point, of a session that begins anew at each: where the written program leads the unloaded machine.
     let off = |k: usize| {
-        let mut session = Session::new(&job.machine, &job.real, settings());
+        let mut session = Session::new(&job.machine, &job.machines.real, settings());
         let task = TaskPoint { load: Wrench::zero(), ..tasks[k] };
         simulate(&mut session, &task, as_written[k].target.as_ref().unwrap()).position_error
     };

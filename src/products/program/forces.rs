@@ -10,7 +10,6 @@ use crate::{
     input::error::{Error, Result},
     process::uncertainty::{Draws, P95, Uncertainty},
     simulation::{
-        Machines,
         along_path::Commands,
         drawn_forces::{DrawnForces, larger_forces},
         spread::DrawnMachines,
@@ -80,8 +79,7 @@ impl ProgramJob {
         let is_limited = force_limits(&self.machine, &self.process.limits).iter().any(|limit| limit.is_finite());
         let varies = self.uncertainty.as_ref().filter(|own| is_limited && own.varies_machine_or_force());
         let Some(uncertainty) = varies else { return Ok(None) };
-        let machines = Machines::new(&self.machine, &self.process.errors)?;
-        DrawnMachines::new(Some(&draws(uncertainty)), &machines, &self.process.errors)
+        DrawnMachines::new(Some(&draws(uncertainty)), &self.machines, &self.errors)
     }
 
     /// Returns the largest forces in each of `draws` at `commands` over the points that `path` corrects.
