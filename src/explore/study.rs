@@ -63,7 +63,7 @@ impl PageStudy {
     pub(super) fn errors(&self) -> &[ChainError] {
         match self {
             PageStudy::Placement(study) => study.features.first().map_or(&[], |job| &job.tracked.errors),
-            PageStudy::Map(study) => &study.scene.errors,
+            PageStudy::Map(study) => &study.load_case.errors,
         }
     }
 }
