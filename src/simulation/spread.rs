@@ -344,7 +344,8 @@ impl WantedSpread<'_> {
     /// Size at `point` in the draw `index`, mm, solved unless it is in `solved`; `None` if it has none.
     fn solve_once(
         &self,
-        (point, index): (usize, usize),
+        point: usize,
+        index: usize,
         solved: &mut BTreeMap<usize, Option<f64>>,
         spread: &mut DeflectionSpread,
     ) -> error::Result<Option<f64>> {
@@ -375,7 +376,7 @@ impl WantedSpread<'_> {
         'all: for from_weakest in &uncertainty.draws.from_weakest {
             let mut standing = 0;
             for &index in from_weakest {
-                if self.solve_once((point, index), &mut solved, spread)?.is_some() {
+                if self.solve_once(point, index, &mut solved, spread)?.is_some() {
                     standing += 1;
                 } else {
                     (standing, sizes[index]) = (0, f64::INFINITY);
@@ -408,7 +409,7 @@ impl WantedSpread<'_> {
             let causes = self.drawn.causes.iter().map(|(_, cause)| cause);
             let mut spread = self.spread_with_cause(&surrogate.variances(draws, causes));
             let solved = self.solve_weakest(point, &mut sizes, &mut spread)?;
-            self.estimate((point, solved), Cow::Owned(sizes), spread).map(Some)
+            self.estimate(point, solved, Cow::Owned(sizes), spread).map(Some)
         };
         let estimates: Vec<_> = points.iter().enumerate().map(estimate).collect::<error::Result<_>>()?;
         let nearby: Vec<f64> = estimates.iter().flatten().filter_map(Estimate::first_share).collect();
@@ -443,7 +444,7 @@ impl WantedSpread<'_> {
     /// Distribution of `sizes` at the first point in the draws (infinite without equilibrium), begun as `spread`: checked, and corrected where the
     /// engine differs. Returns also whether the engine agrees or corrected it.
     pub fn check(&self, sizes: &[f64], spread: DeflectionSpread) -> error::Result<(DeflectionSpread, bool)> {
-        let mut own = self.estimate((0, BTreeMap::new()), Cow::Borrowed(sizes), spread)?;
+        let mut own = self.estimate(0, BTreeMap::new(), Cow::Borrowed(sizes), spread)?;
         let agrees = self.correct(&mut own, None)?;
         Ok((own.spread, agrees))
     }
@@ -451,7 +452,8 @@ impl WantedSpread<'_> {
     /// The distribution of `sizes` at `point`, where the engine has `solved` some draws, begun as `spread`, with a draw next to its 95 % quantile solved by it.
     fn estimate<'s>(
         &self,
-        (point, solved): (usize, BTreeMap<usize, Option<f64>>),
+        point: usize,
+        solved: BTreeMap<usize, Option<f64>>,
         sizes: Cow<'s, [f64]>,
         mut spread: DeflectionSpread,
     ) -> error::Result<Estimate<'s>> {
@@ -492,7 +494,7 @@ impl WantedSpread<'_> {
 
     /// Engine less surrogate in the draw `index`, mm, solved once; `None` where the engine has no equilibrium.
     fn difference(&self, index: usize, estimate: &mut Estimate<'_>) -> error::Result<Option<f64>> {
-        let solved = self.solve_once((estimate.point, index), &mut estimate.solved, &mut estimate.spread)?;
+        let solved = self.solve_once(estimate.point, index, &mut estimate.solved, &mut estimate.spread)?;
         Ok(solved.map(|size| size - estimate.sizes[index]))
     }
 
@@ -511,11 +513,13 @@ impl WantedSpread<'_> {
         let found_at = |estimate: &mut Estimate<'_>, value: f64, nearby: Option<f64>, is_known: &IsKnown<'_>| {
             let most_next = self.most_next.unwrap_or(usize::MAX).max(FEWEST_NEXT);
             let [most, most_of_all] = MOST_NEXT.map(|most| most.min(most_next));
-            match self.differences_next_to(value, (&few, most), (true, nearby), is_known, estimate)? {
+            let nearest = estimate.next_to(&few, value, most);
+            match self.differences_next_to(&nearest, true, nearby, is_known, estimate)? {
                 // What has just been seen to differ does not agree after all.
                 None if estimate.foresees_failures() => {
                     let all = all.get_or_init(|| estimate.in_order(count));
-                    self.differences_next_to(value, (all, most_of_all), (false, None), is_known, estimate)
+                    let nearest = estimate.next_to(all, value, most_of_all);
+                    self.differences_next_to(&nearest, false, None, is_known, estimate)
                 }
                 found => Ok(found),
             }
@@ -561,21 +565,20 @@ impl WantedSpread<'_> {
         Ok(true)
     }
 
-    /// What the engine says in the `most` draws of `order` (by ascending size) on both sides of `value`. It agrees, if it `may`, where four of them are
+    /// What the engine says in the draws `nearest` to a value, on both sides of it. It agrees, if it `may`, where four of them are
     /// close, or one where `nearby`, the root mean square of the first differences at points next to it as shares of their quantiles, is. `None` where
     /// differences are not known well enough after so many draws, or one has no equilibrium.
     fn differences_next_to(
         &self,
-        value: f64,
-        (order, most): (&[usize], usize),
-        (may_agree, nearby): (bool, Option<f64>),
+        nearest: &[usize],
+        may_agree: bool,
+        nearby: Option<f64>,
         is_known: &IsKnown<'_>,
         estimate: &mut Estimate<'_>,
     ) -> error::Result<Option<Found>> {
         let p95 = estimate.quantiles.p95;
         let (mut differences, mut shares): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-        let nearest = estimate.next_to(order, value, most);
-        for &index in &nearest {
+        for &index in nearest {
             let Some(difference) = self.difference(index, estimate)? else { return Ok(None) };
             differences.push(difference);
             shares.push(share_of(difference, p95));

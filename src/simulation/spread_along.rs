@@ -279,7 +279,7 @@ impl SpreadPath<'_> {
     ) -> Result<Vec<Option<PointSpread>>> {
         let work = work.part("spread").numbered_after(passes - 1);
         let items = |block: &SpreadBlock| block.points.len();
-        let blocks = block_pieces(part.tasks.len(), (part.first, passes), &work, items, |points, work| {
+        let blocks = block_pieces(part.tasks.len(), part.first, passes, &work, items, |points, work| {
             let solved = Block::new(self, part, &points, work).spread()?;
             work.tell(Event::Computed(points.len()));
             Ok(solved)
@@ -307,7 +307,7 @@ impl SpreadPath<'_> {
                 let Some((drawn, known)) = self.drawn.measured(cause)? else { continue };
                 let path = SpreadPath { drawn: &drawn, audits: 0, ..*self };
                 let point = Block { path: &path, tools: point.tools.clone(), ..point };
-                let found = point.spreads_at(0, (&commanded, 0), &point.responses(&commanded)?)?;
+                let found = point.spreads_at(0, &commanded, 0, &point.responses(&commanded)?)?;
                 let then = found.into_iter().flatten().find_map(|(spread, _)| spread.p95_mm);
                 all.extend(then.map(|then| IfMeasured {
                     cause: cause.into(),
@@ -361,7 +361,7 @@ impl SpreadPath<'_> {
         let mut largest = Ok(0.0);
         each_part(&mut |part| {
             let items = |_: &std::result::Result<f64, Failure>| 0;
-            let blocks = block_pieces(part.tasks.len(), (part.first, 1), work, items, |points, work| {
+            let blocks = block_pieces(part.tasks.len(), part.first, 1, work, items, |points, work| {
                 Block::new(self, part, &points, work).largest(draw, command)
             })?;
             work.barrier()?;
@@ -708,7 +708,8 @@ impl<'a> Block<'a> {
     fn spreads_at(
         &self,
         first: usize,
-        (commanded, audits): (&Commanded, usize),
+        commanded: &Commanded,
+        audits: usize,
         points: &[Option<Solved>],
     ) -> Result<Vec<Option<(DeflectionSpread, Sizes)>>> {
         let solve = |k, draw: Draw<'_>| self.size_at(first + k, commanded, draw);
@@ -774,8 +775,8 @@ impl<'a> Block<'a> {
             all_plain.chunks(Batch::WIDTH).zip(all_compensated.chunks(Batch::WIDTH)).enumerate()
         {
             let first = group * Batch::WIDTH;
-            let of_plain = self.spreads_at(first, (&plain, 0), at_plain)?;
-            let of_compensated = self.spreads_at(first, (&compensated, self.path.audits), at_compensated)?;
+            let of_plain = self.spreads_at(first, &plain, 0, at_plain)?;
+            let of_compensated = self.spreads_at(first, &compensated, self.path.audits, at_compensated)?;
             for (k, (own, with)) in (first..).zip(of_plain.into_iter().zip(of_compensated)) {
                 let Some((own, sizes)) = own else {
                     points.push(None);

@@ -92,7 +92,7 @@ fn parts_answer_as_the_whole_does() {
     let (mut before, mut as_written, mut without_force) = (Vec::new(), Vec::new(), Vec::new());
     let asked = Asked { compared: vec![Method::Linear], sources_apart: true, ..Asked::by(Method::Direct) };
     let proof = job
-        .prove(("as written".into(), &written), &asked, &Work::default(), |proved| {
+        .prove("as written".into(), &written, &asked, &Work::default(), |proved| {
             before.extend_from_slice(&proved.before[Source::All]);
             as_written.extend_from_slice(&proved.written);
             without_force.extend_from_slice(&proved.without_force);

@@ -100,7 +100,7 @@ pub fn compensate_into(
     let UnfinishedFiles { made, points, findings } = under_way.map_or_else(|| UnfinishedFiles::new(&job, files), Ok)?;
     let (mut points, rows) = points.finish()?;
     let mut findings = findings;
-    findings.find_machined(&job, (&proved.written, name), work)?;
+    findings.find_machined(&job, &proved.written, name, work)?;
     if let Some(part) = findings.part(&job) {
         points.push(part.ply(files.file_named(PART)));
         let fault = |source| Error::Write { file: files.out.with_file_name(files.file_named(PART_VTK)), source };
@@ -139,7 +139,10 @@ pub fn compensate_into(
     proved.written.sent = CommandedPath { positions: Vec::new(), orientations: None };
     drop((job, findings));
     let bytes = std::mem::take(&mut proved.written.bytes);
-    let page = files.write((bytes, proved.written.callees(), points, json), made.path(), (page, &figures))?;
+    let called = proved.written.callees().iter().filter(|file| !files.is_there(file));
+    points.extend(called.map(|file| OutputFile::new(&file.name, file.bytes.as_slice())));
+    points.push(OutputFile::new(files.file_named(""), bytes));
+    let page = files.write(points, json, made.path(), page, &figures)?;
     let written = WrittenProgram {
         headline,
         proved,
@@ -278,19 +281,18 @@ impl ProgramFiles {
         format!("{}.csv", self.file_named(POINTS))
     }
 
-    /// Writes the program, the called files that are missing, the table of points, the report and the page of `description` and `figures`, by
-    /// way of the folder `made`. Returns the path of the page.
+    /// Writes `files`, the last of which is the program, the report and the page of `description` and `figures`, by way of the folder `made`. Returns the path
+    /// of the page.
     fn write(
         &self,
-        (program, called, mut files, mut report): (Vec<u8>, &[CalledFile], Vec<OutputFile>, Value),
+        files: Vec<OutputFile>,
+        mut report: Value,
         made: &Path,
-        (description, figures): (Description, &[(String, Figure)]),
+        description: Description,
+        figures: &[(String, Figure)],
     ) -> Result<PathBuf> {
         let manifest = json!({ "program": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") });
         (report["program"], report["version"]) = (manifest["program"].clone(), manifest["version"].clone());
-        let called = called.iter().filter(|file| !self.is_there(file));
-        files.extend(called.map(|file| OutputFile::new(&file.name, file.bytes.as_slice())));
-        files.push(OutputFile::new(self.file_named(""), program));
         let mut names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
         write_all(made, files).map_err(|error| self.with_final_path(error))?;
         let folder = ResultFolder { path: made.to_path_buf(), description, manifest };

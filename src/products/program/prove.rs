@@ -69,7 +69,8 @@ impl ProgramJob {
     /// `unloaded_gouge_mm` off the path without it.
     pub fn prove(
         &self,
-        (name, written): (String, &ProgramAsWritten),
+        name: String,
+        written: &ProgramAsWritten,
         asked: &Asked,
         work: &Work,
         mut take: impl FnMut(&ProvedPart<'_>) -> Result<()> + Send,

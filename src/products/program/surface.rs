@@ -79,8 +79,10 @@ impl ProgramJob {
     /// Of `work`; a field of removal too large.
     pub(super) fn surface_spread(
         &self,
-        (surface, rotations): (&MachinedSurface, &[Vec<Vector3<f64>>; 2]),
-        (written, tolerance_mm): (&ProgramAsWritten, &ToleranceOf<'_>),
+        surface: &MachinedSurface,
+        rotations: &[Vec<Vector3<f64>>; 2],
+        written: &ProgramAsWritten,
+        tolerance_mm: &ToleranceOf<'_>,
         work: &Work,
     ) -> Result<Option<SurfaceSpread>> {
         let (Some(drawn), Some(stock)) = (self.drawn(&self.machines)?, &self.process.stock) else { return Ok(None) };

@@ -317,7 +317,7 @@ fn compute_part(
     let case = PathCase::new(machines, Source::All, &study.tasks[points.clone()]);
     let residuals = |(index, &method): (usize, &Method)| {
         let work = work.part(&format!("method {index}")).numbered_after(source_passes(study) + index);
-        run_pieces(&case, track, (first, pass_count(study)), method, &work, |answer| {
+        run_pieces(&case, track, first, pass_count(study), method, &work, |answer| {
             PointResidual::of(&answer, &study.machine)
         })
     };
@@ -342,7 +342,7 @@ fn compute_sources(
         let case = PathCase::new(machines, source, &tasks);
         let pass = |method, number: usize, command: &str| -> Result<Vec<PathPointResult>> {
             let work = work.part(source.label()).part(command).numbered_after(number);
-            run_pieces(&case, track, (first, pass_count(study)), method, &work, |result| result)
+            run_pieces(&case, track, first, pass_count(study), method, &work, |result| result)
         };
         let (plain, compensated) = rayon::join(
             || pass(Method::None, 2 * number, "plain"),

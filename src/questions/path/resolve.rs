@@ -50,8 +50,8 @@ impl Question for PathStudy {
         let (uncertainty, read) = context.uncertainty(table, &study.machine, &study.errors, &cut)?;
         if let Some(uncertainty) = &uncertainty {
             let components = process.component_loads(&toolpath, &uncertainty.force);
-            let there = (&study.machine, &study.placement);
-            study.drawn_forces = drawn_forces_at(uncertainty, there, &toolpath, components.as_ref());
+            let TrackedPath { machine, placement, .. } = &study.tracked;
+            study.drawn_forces = drawn_forces_at(uncertainty, machine, placement, &toolpath, components.as_ref());
         }
         study.tracked.uncertainty = uncertainty.map(Arc::new);
         if study.uncertainty.is_some() && study.gamma_search.is_some() {

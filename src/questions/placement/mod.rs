@@ -183,7 +183,7 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let evaluator = Evaluator::new(study, &study.objective.metrics());
     let Found { cells, ranking, gaps, refinements, front } = search(&evaluator, study, work)?;
     let evaluators = study.entry_evaluators();
-    let places = outcome::entry_places(study, (&cells, &ranking, &refinements));
+    let places = outcome::entry_places(study, &cells, &ranking, &refinements);
     let mut entries = outcome::evaluate_entries(&evaluators, study, work, places);
     work.barrier()?;
     uncertain::add_spread(&evaluators, study, &mut entries, work)?;
@@ -210,7 +210,7 @@ fn compute(study: &PlacementStudy, work: &Work) -> Result<()> {
     let best = work.summary("best", || {
         let places = work.summary("entries", || {
             let Found { cells, ranking, refinements, .. } = search(&evaluator, study, work)?;
-            Ok(outcome::entry_places(study, (&cells, &ranking, &refinements)))
+            Ok(outcome::entry_places(study, &cells, &ranking, &refinements))
         })?;
         let evaluators = study.entry_evaluators();
         let mut entries = outcome::evaluate_entries(&evaluators, study, work, places);
@@ -253,7 +253,7 @@ fn refinement_starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize], 
 
 /// Evaluates only the named places of `study`, with all metrics, each at its best γ if one is sought, best first.
 pub fn compare(study: &PlacementStudy) -> Vec<Entry> {
-    let places = outcome::entry_places(study, (&[], &[], &[]));
+    let places = outcome::entry_places(study, &[], &[], &[]);
     let evaluators = EntryEvaluators { found: Evaluator::new(study, &Metric::ALL), programmed: None };
     outcome::evaluate_entries(&evaluators, study, &Work::default(), places)
 }

@@ -102,8 +102,8 @@ impl Question for PlacementStudy {
             machine: machine.clone(),
             features,
         };
-        let (machine, named_by) = (&study.machine, (reference, study.seeks_gamma()));
-        study.candidates = resolve_candidates(&spec.candidate, today, machine, named_by, check)?;
+        let seeks_gamma = study.seeks_gamma();
+        study.candidates = resolve_candidates(&spec.candidate, today, &study.machine, reference, seeks_gamma, check)?;
         let inputs = inputs.and(grid_input(study.grid.counts()));
         Ok(Resolved { study, shown: (), inputs })
     }
@@ -556,7 +556,8 @@ fn resolve_candidates(
     specs: &[CandidateSpec],
     today: Option<Candidate>,
     machine: &Machine,
-    (reference, seeks_gamma): (PathReference, bool),
+    reference: PathReference,
+    seeks_gamma: bool,
     check: &Check,
 ) -> Result<Vec<Candidate>> {
     let mut candidates: Vec<Candidate> = today.into_iter().collect();

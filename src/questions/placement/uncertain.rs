@@ -131,12 +131,12 @@ fn passes(evaluator: &Evaluator) -> Vec<Vec<u32>> {
 /// Returns what draws change of the force at each point of feature `f` at `site`.
 fn drawn_forces(evaluator: &Evaluator, drawn: &DrawnMachines, site: &Site, f: usize) -> Vec<DrawnForceAt> {
     let job = &evaluator.study.features[f];
-    let there = (job.machine(), &site.placement(job.feature.reference));
+    let placement = site.placement(job.feature.reference);
     #[cfg(target_family = "wasm")]
     let path = std::borrow::Cow::Borrowed(&job.feature.path);
     #[cfg(not(target_family = "wasm"))]
     let path = evaluator.path_at_best_gamma(site, f);
-    drawn_forces_at(&drawn.uncertainty, there, &path, job.components.as_ref())
+    drawn_forces_at(&drawn.uncertainty, job.machine(), &placement, &path, job.components.as_ref())
 }
 
 /// Returns the distributions at a place, and the largest distances in the draws; `None` where they are of no point.
