@@ -7,12 +7,12 @@
 
 use std::sync::Arc;
 
-use kinetostat::{Event, Grid, Machine, MillingForce, Scene, Source, Target, Work, WorkspaceMapStudy, map};
+use kinetostat::{Event, Grid, LoadCase, Machine, MillingForce, Source, Target, Work, WorkspaceMapStudy, map};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let machine = Machine::named("orthoglide")?;
     let grid = Grid::new(machine.workspace.min, machine.workspace.max, [9, 9, 9]);
-    let scene = Scene {
+    let load_case = LoadCase {
         // Each chain turned by so many degrees about the axis of its drive.
         errors: machine.assembly_errors(&[1.0, -1.0, 1.0]),
         force: MillingForce::PAPER,
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         tolerance_mm: None,
         machine,
     };
-    let study = WorkspaceMapStudy { scene, grid, uncertainty: None };
+    let study = WorkspaceMapStudy { load_case, grid, uncertainty: None };
 
     // Any range of points, such as the share of one machine of several.
     for point in map::run_range(&study, 0..2, &Work::default())? {

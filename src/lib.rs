@@ -114,7 +114,7 @@ pub use questions::{
 };
 #[cfg(feature = "report")]
 pub use run::{FinishedRun, RunOptions, Start};
-pub use simulation::{Failure, Scene, Source};
+pub use simulation::{Failure, LoadCase, Source};
 pub use spatial::{Grid, Pose, Wrench};
 pub use statics::{Batch, Case, Solution, Solver, Status};
 pub use toolpath::{Orientation, PathPoint, ProgramFile, Toolpath};

@@ -216,7 +216,7 @@ fn one_point(kind: StudyKind) {
     match kind {
         StudyKind::WorkspaceMap(mut map, _) => {
             map.grid.axes.iter_mut().for_each(|axis| axis.truncate(1));
-            map.scene.phis.truncate(1);
+            map.load_case.phis.truncate(1);
             for (_, effect) in map::run(&map, &Work::default()).expect("nothing stops it").points[0].effects.iter() {
                 match effect {
                     Ok(effect) => {
@@ -231,7 +231,7 @@ fn one_point(kind: StudyKind) {
         StudyKind::Online(study, ()) => first_point(&study.path),
         StudyKind::RedundancyMap(mut map, _) => {
             map.grid.axes.iter_mut().for_each(|axis| axis.truncate(1));
-            map.scene.phis.truncate(1);
+            map.load_case.phis.truncate(1);
             map.axes.truncate(1);
             map.settings.step_deg = map.settings.step_deg.max(90.0);
             if let Ok(found) = redundancy_map::run(&map, &Work::default()) {

@@ -5,7 +5,7 @@ use crate::{
     answer::point_words,
     figures::{Figure, Limit, PlaneMark, Shading, SliceFigure, SlicePanel, SpaceMark, VolumeFigure},
     files::words::{millimetres, typographic, with_minus_signs},
-    simulation::Scene,
+    simulation::LoadCase,
     spatial::Grid,
 };
 
@@ -31,7 +31,7 @@ pub struct MapLayer<P> {
 
 /// Values over a grid, of which figures are drawn.
 pub struct GridMap<'a, P> {
-    scene: &'a Scene,
+    load_case: &'a LoadCase,
     grid: &'a Grid,
     /// Legend of points without a value.
     pub missing: &'static str,
@@ -56,7 +56,7 @@ const MOST_IN_3D: usize = 41;
 
 impl<'a, P> GridMap<'a, P> {
     /// Starts a map of these layers without points; slices are at the heights `slices_z`, mm.
-    pub fn new(scene: &'a Scene, grid: &'a Grid, slices_z: &[f64], drawn: Vec<MapLayer<P>>) -> Self {
+    pub fn new(load_case: &'a LoadCase, grid: &'a Grid, slices_z: &[f64], drawn: Vec<MapLayer<P>>) -> Self {
         let [nx, ny, _] = grid.counts();
         let slices = [thinned_indices(nx, MOST_NODES), thinned_indices(ny, MOST_NODES), nearest_planes(grid, slices_z)];
         let volume = grid.counts().map(|count| thinned_indices(count, MOST_IN_3D));
@@ -64,7 +64,7 @@ impl<'a, P> GridMap<'a, P> {
         nodes.sort_unstable();
         nodes.dedup();
         let (missing, has_points) = ("no solution", true);
-        Self { scene, grid, missing, has_points, drawn, slices, volume, nodes, values: Vec::new(), next: 0 }
+        Self { load_case, grid, missing, has_points, drawn, slices, volume, nodes, values: Vec::new(), next: 0 }
     }
 
     /// Adds the result at the next point, in grid order.
@@ -97,7 +97,7 @@ impl<'a, P> GridMap<'a, P> {
                 limit: drawn.limit,
                 shading: drawn.shading,
                 remark: match k == 0 && self.has_points {
-                    true => point_words::named_points_words(&self.scene.machine),
+                    true => point_words::named_points_words(&self.load_case.machine),
                     false => String::new(),
                 },
                 ..self.empty_slices(k)
@@ -145,7 +145,7 @@ impl<'a, P> GridMap<'a, P> {
     /// Draws layer `k` in 3-D; `None` if the grid is a plane.
     pub fn in_3d(&self, k: usize, title: String) -> Option<Figure> {
         let coordinates = |i: usize| self.volume[i].iter().map(|&node| self.grid.axes[i][node]).collect();
-        let points = self.scene.machine.points.iter().filter(|_| self.has_points);
+        let points = self.load_case.machine.points.iter().filter(|_| self.has_points);
         self.grid.counts().iter().all(|&count| count > 1).then(|| {
             Figure::Volume(VolumeFigure {
                 title,
@@ -199,7 +199,7 @@ impl<'a, P> GridMap<'a, P> {
     fn points_on(&self, plane: usize) -> Vec<PlaneMark> {
         let zs = &self.grid.axes[2];
         let half_step = if zs.len() > 1 { 0.5 * (zs[1] - zs[0]) } else { f64::INFINITY };
-        let points = self.scene.machine.points.iter().filter(|_| self.has_points);
+        let points = self.load_case.machine.points.iter().filter(|_| self.has_points);
         let near = points.filter(|p| (p.position.z - zs[plane]).abs() <= half_step);
         near.map(|p| PlaneMark { label: p.name.clone(), x: p.position.x, y: p.position.y }).collect()
     }
@@ -208,7 +208,7 @@ impl<'a, P> GridMap<'a, P> {
     /// not all.
     fn subtitle(&self, k: usize, nodes: &[Vec<usize>]) -> String {
         let mut text =
-            format!("{}, {}, grid {}", self.scene.machine.name, self.drawn[k].setting, size_words(self.grid));
+            format!("{}, {}, grid {}", self.load_case.machine.name, self.drawn[k].setting, size_words(self.grid));
         if nodes.iter().zip(self.grid.counts()).any(|(drawn, count)| drawn.len() != count) {
             let drawn: Vec<String> = nodes.iter().map(|axis| axis.len().to_string()).collect();
             text += &format!(", {} nodes drawn", drawn.join(" × "));

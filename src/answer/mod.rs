@@ -2,7 +2,7 @@
 //!
 //! A question names each number that it computes once, as a `Quantity` with unit, meaning and how it is had of what was found.
 //! Columns of tables (`QuantityTable`), layers of pages, labels of figures (`GridMap`), extremes and their JSON (`Extremes`) follow
-//! from that; setting, cautions and description follow from the [`Scene`](crate::simulation::Scene).
+//! from that; setting, cautions and description follow from the [`LoadCase`](crate::simulation::LoadCase).
 
 pub(crate) mod budget;
 pub mod cautions;

@@ -1,4 +1,4 @@
-//! What reports say of a scene: setting, cautions, and the views and captions of its maps.
+//! What reports say of a load case: setting, cautions, and the views and captions of its maps.
 
 use nalgebra::Vector3;
 
@@ -11,11 +11,11 @@ use crate::{
     machine::{ChainError, Machine, NamedPoint, ToolAxisSource},
     page::{Column, Description, Explorer, Fact, Group, Mark, Quantity, Shape},
     process::MillingForce,
-    simulation::Scene,
+    simulation::LoadCase,
     spatial::Grid,
 };
 
-impl Scene {
+impl LoadCase {
     /// Returns the cautions about results over `positions` of P (O, mm), each called a `noun`, and about process tables that are `not_used`.
     pub(crate) fn cautions(
         &self,

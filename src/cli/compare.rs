@@ -15,7 +15,7 @@ use kinetostat::{
         Candidate, FeatureJob, PlacementStudy, compare as evaluate, parse_place,
         report::{candidates_table, cautions_text, entries_table, force_text, known_force},
     },
-    simulation::{Machines, with_drives_left},
+    simulation::{TrackedPath, with_drives_left},
     toolpath::Toolpath,
 };
 
@@ -139,16 +139,16 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
     }
     let loads = process.loads(&path).map_err(|source| Error::argument(&name, source.to_string()))?;
     let force_words = ForceWords::of(&process, &path, &|segment| program.line_name(segment));
+    let tracked = TrackedPath { tolerance_mm: Some(tolerance_mm), ..TrackedPath::of(&process) };
     let job = FeatureJob {
         feature: Feature { name, loads, path, reference, tolerance_mm },
-        machines: Machines::new(&machine, &process.errors)?,
-        errors: process.errors,
+        machines: tracked.machines()?,
+        tracked,
         limits: process.limits,
         target: process.target,
         cuts: process.cutting_rule,
         force_words,
         verdict: process.verdict,
-        uncertainty: None,
         components: None,
         gamma_search: None,
     };

@@ -54,14 +54,14 @@ pub struct EffectResult {
 impl Map {
     /// Prepares the machines of a map study.
     pub(super) fn new(study: WorkspaceMapStudy) -> Result<Self> {
-        Ok(Self { machines: study.scene.machines()?, study })
+        Ok(Self { machines: study.load_case.machines()?, study })
     }
 
     /// Computes the effect of the requested source at tool angle `phi`, rad (`None` without cutting force); `Err` if there is no solution.
     fn effect(&self, request: &EffectRequest, phi: Option<f64>) -> std::result::Result<EffectResult, Failure> {
-        let Self { study: WorkspaceMapStudy { scene, .. }, machines } = self;
-        let pose = scene.machine.command(request.position.into())?.pose;
-        let task = scene.task_point(pose, phi);
+        let Self { study: WorkspaceMapStudy { load_case, .. }, machines } = self;
+        let pose = load_case.machine.command(request.position.into())?.pose;
+        let task = load_case.task_point(pose, phi);
         let found = lines_under(machines, request.source, &task)?;
         Ok(EffectResult {
             status: SOLVED.into(),

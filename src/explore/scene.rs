@@ -62,7 +62,7 @@ impl Scene {
         let text = match &study.kind {
             StudyKind::Placement(..) => study.files.text.clone(),
             StudyKind::Path(..) => placement_from_path(&study.files)?,
-            StudyKind::WorkspaceMap(map, _) => on_branch(&study.files.text, map.scene.machine.branch)?,
+            StudyKind::WorkspaceMap(map, _) => on_branch(&study.files.text, map.load_case.machine.branch)?,
             #[cfg_attr(target_family = "wasm", allow(unreachable_patterns, reason = "pages have no others"))]
             _ => return Ok(None),
         };

@@ -62,8 +62,8 @@ impl PageStudy {
     /// Returns the errors of the machine's chains; of a placement those of its first feature.
     pub(super) fn errors(&self) -> &[ChainError] {
         match self {
-            PageStudy::Placement(study) => study.features.first().map_or(&[], |job| &job.errors),
-            PageStudy::Map(study) => &study.scene.errors,
+            PageStudy::Placement(study) => study.features.first().map_or(&[], |job| &job.tracked.errors),
+            PageStudy::Map(study) => &study.load_case.errors,
         }
     }
 }

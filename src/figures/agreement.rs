@@ -1,8 +1,8 @@
 //! Figure that compares published numbers with computed ones, each against its own tolerance.
 
 use super::axis::{self, Axis, Plot, Spacing};
+use super::drawing::{Anchor, Drawing, Point, Rect, Rgb, Stroke, Text};
 use super::error::{FigureError, check_drawable};
-use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, CURVES, GRID, INK, MUTED, Sizes, outline};
 use super::text::{self, Weight};
 
@@ -59,12 +59,12 @@ pub struct AgreementFigure {
 }
 
 /// Lays the figure out; `Err` when it has no rows or a difference cannot be drawn.
-pub(super) fn scene(figure: &AgreementFigure, sizes: Sizes) -> Result<Scene, FigureError> {
+pub(super) fn drawing(figure: &AgreementFigure, sizes: Sizes) -> Result<Drawing, FigureError> {
     if figure.rows.is_empty() {
         return Err(FigureError::Empty { what: "figure of agreement".into() });
     }
     check_drawable(figure.rows.iter().filter_map(|row| row.difference), || "agreement".into())?;
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let (mut drawing, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let (size, room) = (sizes.body, sizes.width - 2.0 * BORDER);
     let widest = if sizes.is_portrait() { WIDEST_OF_PORTRAIT } else { WIDEST };
     let lines = |content: &str, share: f64| text::wrap(content, size, Weight::Regular, share * room);
@@ -86,7 +86,7 @@ pub(super) fn scene(figure: &AgreementFigure, sizes: Sizes) -> Result<Scene, Fig
     let columns = [(Anchor::Start, BORDER), (Anchor::End, quoted_end), (Anchor::End, left - GAP)];
     let head = top + ROW * size;
     for (words, (anchor, x)) in heads.into_iter().zip(columns) {
-        scene.text(Text::new(words, size, [x, top + size], anchor).bold());
+        drawing.text(Text::new(words, size, [x, top + size], anchor).bold());
     }
     let heights: Vec<f64> =
         cells.iter().map(|cell| cell.iter().map(Vec::len).max().unwrap_or(1) as f64 * ROW * size).collect();
@@ -98,22 +98,22 @@ pub(super) fn scene(figure: &AgreementFigure, sizes: Sizes) -> Result<Scene, Fig
     };
     let mut y = head;
     for ((row, cell), height) in figure.rows.iter().zip(&cells).zip(&heights) {
-        draw_row(&mut scene, &plot, row, (cell, columns), (y, *height), size);
+        draw_row(&mut drawing, &plot, row, (cell, columns), (y, *height), size);
         y += height;
     }
     let zero = plot.page_point(0.0, 0.0)[0];
-    scene.line(vec![[zero, rect.y], [zero, rect.bottom()]], Stroke { colour: MUTED, width: 2.0, dash: &[8.0, 8.0] });
-    scene.outline(&rect.corners(), outline());
-    plot.draw_x_axis(&mut scene, "", size, sizes.tick);
+    drawing.line(vec![[zero, rect.y], [zero, rect.bottom()]], Stroke { colour: MUTED, width: 2.0, dash: &[8.0, 8.0] });
+    drawing.outline(&rect.corners(), outline());
+    plot.draw_x_axis(&mut drawing, "", size, sizes.tick);
     let below = rect.bottom() + axis::depth_below(sizes.tick) + 1.2 * size;
-    scene.text(Text::new("(ours − quoted) / tolerance", size, [sizes.width - BORDER, below], Anchor::End));
-    scene.height = draw_legend(&mut scene, below + 1.5 * size, size) + BORDER;
-    Ok(scene)
+    drawing.text(Text::new("(ours − quoted) / tolerance", size, [sizes.width - BORDER, below], Anchor::End));
+    drawing.height = draw_legend(&mut drawing, below + 1.5 * size, size) + BORDER;
+    Ok(drawing)
 }
 
 /// Draws one row at height `y`, with `cell` as its wrapped label and numbers in `columns`: texts, the band in which the numbers agree, and a mark.
 fn draw_row(
-    scene: &mut Scene,
+    drawing: &mut Drawing,
     plot: &Plot,
     row: &AgreementRow,
     (cell, columns): (&[Vec<String>; 3], [(Anchor, f64); 3]),
@@ -129,23 +129,23 @@ fn draw_row(
     };
     let inset = 0.14 * size;
     let band = Rect { x: from, y: y + inset, width: to - from, height: height - 2.0 * inset };
-    scene.convex(band.corners().to_vec(), BAND);
-    scene.line(vec![[BORDER, y], [rect.right(), y]], Stroke { colour: GRID, width: 2.0, dash: &[] });
+    drawing.convex(band.corners().to_vec(), BAND);
+    drawing.line(vec![[BORDER, y], [rect.right(), y]], Stroke { colour: GRID, width: 2.0, dash: &[] });
     for (lines, (anchor, x)) in cell.iter().zip(columns) {
         for (k, line) in lines.iter().enumerate() {
             let baseline = y + (k as f64 + 0.5) * ROW * size + text::capital_height(size) / 2.0;
-            scene.text(Text::new(line, size, [x, baseline], anchor));
+            drawing.text(Text::new(line, size, [x, baseline], anchor));
         }
     }
     let middle = y + 0.5 * ROW * size;
     match row.difference {
-        None => scene.text(Text::new("no number", size, [rect.centre()[0], middle + 0.36 * size], Anchor::Middle)),
-        Some(difference) => draw_mark(scene, [x_of(difference.clamp(-ENDS, ENDS)), middle], difference, row.agrees),
+        None => drawing.text(Text::new("no number", size, [rect.centre()[0], middle + 0.36 * size], Anchor::Middle)),
+        Some(difference) => draw_mark(drawing, [x_of(difference.clamp(-ENDS, ENDS)), middle], difference, row.agrees),
     }
 }
 
 /// Draws a disc where the numbers agree, a square on its tip where they differ, and a triangle for a `difference` beyond the axis.
-fn draw_mark(scene: &mut Scene, [x, y]: Point, difference: f64, agrees: bool) {
+fn draw_mark(drawing: &mut Drawing, [x, y]: Point, difference: f64, agrees: bool) {
     let colour = if agrees { CURVES[2] } else { CURVES[1] };
     let corner = |angle: f64, radius: f64| [x + radius * libm::cos(angle), y - radius * libm::sin(angle)];
     let angle = |k: usize, of: usize| std::f64::consts::TAU * k as f64 / of as f64;
@@ -157,33 +157,33 @@ fn draw_mark(scene: &mut Scene, [x, y]: Point, difference: f64, agrees: bool) {
     } else {
         (0..4).map(|k| corner(angle(k, 4), 1.35 * MARK)).collect()
     };
-    scene.convex(corners, colour);
+    drawing.convex(corners, colour);
 }
 
 /// Draws the legend of marks and band with its baseline at `y`, and returns its lower end.
-fn draw_legend(scene: &mut Scene, y: f64, size: f64) -> f64 {
+fn draw_legend(drawing: &mut Drawing, y: f64, size: f64) -> f64 {
     let (mut x, mut y) = (BORDER, y);
-    let mut entry = |scene: &mut Scene, draw: &dyn Fn(&mut Scene, Point), words: &str| {
+    let mut entry = |drawing: &mut Drawing, draw: &dyn Fn(&mut Drawing, Point), words: &str| {
         let width = 54.0 + text::width(words, size, Weight::Regular);
-        if x > BORDER && x + width > scene.width - BORDER {
+        if x > BORDER && x + width > drawing.width - BORDER {
             (x, y) = (BORDER, y + 1.5 * size);
         }
         let middle = y - text::capital_height(size) / 2.0;
-        draw(scene, [x + 22.0, middle]);
-        scene.text(Text::new(words, size, [x + 54.0, y], Anchor::Start).coloured(INK));
+        draw(drawing, [x + 22.0, middle]);
+        drawing.text(Text::new(words, size, [x + 54.0, y], Anchor::Start).coloured(INK));
         x += width + 0.8 * size;
     };
-    entry(scene, &|scene, at| draw_mark(scene, at, 0.0, true), "agrees");
-    entry(scene, &|scene, at| draw_mark(scene, at, 0.0, false), "differs");
-    let both = |scene: &mut Scene, [x, middle]: Point| {
-        draw_mark(scene, [x - 15.0, middle], -2.0 * ENDS, true);
-        draw_mark(scene, [x + 9.0, middle], 2.0 * ENDS, false);
+    entry(drawing, &|drawing, at| draw_mark(drawing, at, 0.0, true), "agrees");
+    entry(drawing, &|drawing, at| draw_mark(drawing, at, 0.0, false), "differs");
+    let both = |drawing: &mut Drawing, [x, middle]: Point| {
+        draw_mark(drawing, [x - 15.0, middle], -2.0 * ENDS, true);
+        draw_mark(drawing, [x + 9.0, middle], 2.0 * ENDS, false);
     };
-    entry(scene, &both, "beyond the axis");
-    let swatch = |scene: &mut Scene, [x, middle]: Point| {
+    entry(drawing, &both, "beyond the axis");
+    let swatch = |drawing: &mut Drawing, [x, middle]: Point| {
         let rect = Rect { x: x - 22.0, y: middle - 16.0, width: 44.0, height: 32.0 };
-        scene.convex(rect.corners().to_vec(), BAND);
+        drawing.convex(rect.corners().to_vec(), BAND);
     };
-    entry(scene, &swatch, "agreement");
+    entry(drawing, &swatch, "agreement");
     y + 0.3 * size
 }

@@ -1,6 +1,6 @@
 //! Axes of plots: from values to points on the page, and the ticks of an axis or colour bar with their labels.
 
-use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
+use super::drawing::{Anchor, Drawing, Point, Rect, Stroke, Text};
 use super::style::{INK, outline};
 use super::text::{self, Weight};
 
@@ -125,47 +125,47 @@ impl Plot {
     }
 
     /// Draws the border of the plot.
-    pub(crate) fn draw_frame(&self, scene: &mut Scene) {
-        scene.outline(&self.rect.corners(), outline());
+    pub(crate) fn draw_frame(&self, drawing: &mut Drawing) {
+        drawing.outline(&self.rect.corners(), outline());
     }
 
     /// Draws lines through the labelled ticks of both axes.
-    pub(crate) fn draw_grid(&self, scene: &mut Scene, stroke: Stroke) {
+    pub(crate) fn draw_grid(&self, drawing: &mut Drawing, stroke: Stroke) {
         for value in &self.x.ticks.values {
             let x = self.page_point(*value, self.y.low)[0];
-            scene.line(vec![[x, self.rect.y], [x, self.rect.bottom()]], stroke);
+            drawing.line(vec![[x, self.rect.y], [x, self.rect.bottom()]], stroke);
         }
         for value in &self.y.ticks.values {
             let y = self.page_point(self.x.low, *value)[1];
-            scene.line(vec![[self.rect.x, y], [self.rect.right(), y]], stroke);
+            drawing.line(vec![[self.rect.x, y], [self.rect.right(), y]], stroke);
         }
     }
 
     /// Draws ticks, tick labels and axis label below the plot.
-    pub(crate) fn draw_x_axis(&self, scene: &mut Scene, label: &str, size: f64, tick_size: f64) {
+    pub(crate) fn draw_x_axis(&self, drawing: &mut Drawing, label: &str, size: f64, tick_size: f64) {
         let bottom = self.rect.bottom();
         for (value, tick) in ticks_with_labels(&self.x.ticks) {
             let x = self.page_point(value, self.y.low)[0];
-            scene.line(vec![[x, bottom], [x, bottom + tick_length(tick)]], tick_stroke());
+            drawing.line(vec![[x, bottom], [x, bottom + tick_length(tick)]], tick_stroke());
             let at = [x, bottom + TICK + GAP + text::capital_height(tick_size)];
-            scene.text(Text::new(tick, tick_size, at, Anchor::Middle));
+            drawing.text(Text::new(tick, tick_size, at, Anchor::Middle));
         }
         let label = label_with_power(label, self.x.ticks.exponent);
         let at = [self.rect.centre()[0], bottom + depth_below(tick_size) + 1.1 * size];
-        scene.text(Text::new(label, size, at, Anchor::Middle));
+        drawing.text(Text::new(label, size, at, Anchor::Middle));
     }
 
     /// Draws ticks, tick labels and axis label left of the plot.
-    pub(crate) fn draw_y_axis(&self, scene: &mut Scene, label: &str, size: f64, tick_size: f64) {
+    pub(crate) fn draw_y_axis(&self, drawing: &mut Drawing, label: &str, size: f64, tick_size: f64) {
         for (value, tick) in ticks_with_labels(&self.y.ticks) {
             let y = self.page_point(self.x.low, value)[1];
-            scene.line(vec![[self.rect.x - tick_length(tick), y], [self.rect.x, y]], tick_stroke());
+            drawing.line(vec![[self.rect.x - tick_length(tick), y], [self.rect.x, y]], tick_stroke());
             let at = [self.rect.x - TICK - GAP, y + text::capital_height(tick_size) / 2.0];
-            scene.text(Text::new(tick, tick_size, at, Anchor::End));
+            drawing.text(Text::new(tick, tick_size, at, Anchor::End));
         }
         let label = label_with_power(label, self.y.ticks.exponent);
         let at = [self.rect.x - self.y.depth_beside(tick_size) - 0.6 * size, self.rect.centre()[1]];
-        scene.text(Text::new(label, size, at, Anchor::Middle).upward());
+        drawing.text(Text::new(label, size, at, Anchor::Middle).upward());
     }
 }
 

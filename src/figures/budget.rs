@@ -1,8 +1,8 @@
 //! Figure of what a verdict rests on: what each cause of error takes of the tolerance, and which nobody knows.
 
 use super::axis::{self, Axis, Plot, Spacing};
+use super::drawing::{Anchor, Drawing, Rect, Rgb, Stroke, Text};
 use super::error::{FigureError, check_drawable};
-use super::scene::{Anchor, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, CURVES, GRID, HATCH, MUTED, Sizes, outline};
 use super::text::{self, Weight};
 
@@ -69,12 +69,12 @@ impl BudgetFigure {
 }
 
 /// Lays the figure out; `Err` when it has no rows or a length cannot be drawn.
-pub(super) fn scene(figure: &BudgetFigure, sizes: Sizes) -> Result<Scene, FigureError> {
+pub(super) fn drawing(figure: &BudgetFigure, sizes: Sizes) -> Result<Drawing, FigureError> {
     if figure.rows.is_empty() {
         return Err(FigureError::Empty { what: "figure of a budget".into() });
     }
     check_drawable(figure.lengths(), || "budget".into())?;
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let (mut drawing, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let (size, room) = (sizes.body, sizes.width - 2.0 * BORDER);
     let widest = if sizes.is_portrait() { WIDEST_OF_PORTRAIT } else { WIDEST };
     let lines = |content: &str, share: f64| text::wrap(content, size, Weight::Regular, share * room);
@@ -98,11 +98,11 @@ pub(super) fn scene(figure: &BudgetFigure, sizes: Sizes) -> Result<Scene, Figure
     let x_of = |mm: f64| plot.page_point(mm, 0.0)[0];
     let mut y = top;
     for ((row, [label, words]), height) in figure.rows.iter().zip(&cells).zip(&heights) {
-        scene.line(vec![[BORDER, y], [sizes.width - BORDER, y]], Stroke { colour: GRID, width: 2.0, dash: &[] });
+        drawing.line(vec![[BORDER, y], [sizes.width - BORDER, y]], Stroke { colour: GRID, width: 2.0, dash: &[] });
         for (lines, x) in [(label, BORDER), (words, right + GAP)] {
             for (k, line) in lines.iter().enumerate() {
                 let baseline = y + (k as f64 + 0.5) * ROW * size + text::capital_height(size) / 2.0;
-                scene.text(Text::new(line, size, [x, baseline], Anchor::Start));
+                drawing.text(Text::new(line, size, [x, baseline], Anchor::Start));
             }
         }
         let between = |from: f64, to: f64| {
@@ -110,29 +110,29 @@ pub(super) fn scene(figure: &BudgetFigure, sizes: Sizes) -> Result<Scene, Figure
             Rect { x: from, y: y + inset, width: x_of(to) - from, height: BAR * size }
         };
         match row.bar {
-            BudgetBar::Length(mm) => scene.convex(between(0.0, mm).corners().to_vec(), CURVES[0]),
+            BudgetBar::Length(mm) => drawing.convex(between(0.0, mm).corners().to_vec(), CURVES[0]),
             BudgetBar::IfKnown([left, total]) => {
-                scene.convex(between(0.0, left.min(total)).corners().to_vec(), CURVES[0]);
-                scene.convex(between(left.min(total), total).corners().to_vec(), REST);
+                drawing.convex(between(0.0, left.min(total)).corners().to_vec(), CURVES[0]);
+                drawing.convex(between(left.min(total), total).corners().to_vec(), REST);
             }
-            BudgetBar::Unknown => hatch(&mut scene, between(0.0, most)),
+            BudgetBar::Unknown => hatch(&mut drawing, between(0.0, most)),
         }
         y += height;
     }
     if let Some(tolerance) = figure.tolerance_mm {
         let x = x_of(tolerance);
         let stroke = Stroke { colour: TOLERANCE, width: 5.0, dash: &[14.0, 8.0] };
-        scene.line(vec![[x, rect.y], [x, rect.bottom()]], stroke);
+        drawing.line(vec![[x, rect.y], [x, rect.bottom()]], stroke);
     }
-    scene.outline(&rect.corners(), outline());
-    plot.draw_x_axis(&mut scene, "mm", size, sizes.tick);
+    drawing.outline(&rect.corners(), outline());
+    plot.draw_x_axis(&mut drawing, "mm", size, sizes.tick);
     let below = rect.bottom() + axis::depth_below(sizes.tick) + 2.6 * size;
-    scene.height = legend(&mut scene, figure, below, size) + BORDER;
-    Ok(scene)
+    drawing.height = legend(&mut drawing, figure, below, size) + BORDER;
+    Ok(drawing)
 }
 
 /// Hatches `rect`.
-fn hatch(scene: &mut Scene, rect: Rect) {
+fn hatch(drawing: &mut Drawing, rect: Rect) {
     let stroke = Stroke { colour: HATCH, width: 3.0, dash: &[] };
     let count = ((rect.width + rect.height) / HATCHED).ceil() as usize;
     for k in 0..count {
@@ -141,40 +141,40 @@ fn hatch(scene: &mut Scene, rect: Rect) {
         let to = ((rect.right() - x) / rect.height).min(1.0);
         if from < to {
             let at = |share: f64| [x + share * rect.height, rect.bottom() - share * rect.height];
-            scene.line(vec![at(from), at(to)], stroke);
+            drawing.line(vec![at(from), at(to)], stroke);
         }
     }
-    scene.outline(&rect.corners(), Stroke { colour: HATCH, width: 2.0, dash: &[] });
+    drawing.outline(&rect.corners(), Stroke { colour: HATCH, width: 2.0, dash: &[] });
 }
 
 /// Draws what bars and line mean with its baseline at `y`, and returns its lower end.
-fn legend(scene: &mut Scene, figure: &BudgetFigure, y: f64, size: f64) -> f64 {
+fn legend(drawing: &mut Drawing, figure: &BudgetFigure, y: f64, size: f64) -> f64 {
     let (mut x, mut y) = (BORDER, y);
-    let mut entry = |scene: &mut Scene, draw: &dyn Fn(&mut Scene, Rect), words: &str| {
+    let mut entry = |drawing: &mut Drawing, draw: &dyn Fn(&mut Drawing, Rect), words: &str| {
         let width = 64.0 + text::width(words, size, Weight::Regular);
-        if x > BORDER && x + width > scene.width - BORDER {
+        if x > BORDER && x + width > drawing.width - BORDER {
             (x, y) = (BORDER, y + 1.5 * size);
         }
         let middle = y - text::capital_height(size) / 2.0;
-        draw(scene, Rect { x, y: middle - 16.0, width: 48.0, height: 32.0 });
-        scene.text(Text::new(words, size, [x + 64.0, y], Anchor::Start).coloured(MUTED));
+        draw(drawing, Rect { x, y: middle - 16.0, width: 48.0, height: 32.0 });
+        drawing.text(Text::new(words, size, [x + 64.0, y], Anchor::Start).coloured(MUTED));
         x += width + 0.8 * size;
     };
-    let filled = |colour: Rgb| move |scene: &mut Scene, rect: Rect| scene.convex(rect.corners().to_vec(), colour);
+    let filled = |colour: Rgb| move |drawing: &mut Drawing, rect: Rect| drawing.convex(rect.corners().to_vec(), colour);
     let any = |is: &dyn Fn(&BudgetBar) -> bool| figure.rows.iter().any(|row| is(&row.bar));
     if any(&|bar| matches!(bar, BudgetBar::IfKnown(_))) {
-        entry(scene, &filled(CURVES[0]), "left if this were perfectly known");
-        entry(scene, &filled(REST), "what it takes");
+        entry(drawing, &filled(CURVES[0]), "left if this were perfectly known");
+        entry(drawing, &filled(REST), "what it takes");
     }
     if any(&|bar| *bar == BudgetBar::Unknown) {
-        entry(scene, &|scene, rect| hatch(scene, rect), "nobody knows how much");
+        entry(drawing, &|drawing, rect| hatch(drawing, rect), "nobody knows how much");
     }
     if figure.tolerance_mm.is_some() {
-        let line = |scene: &mut Scene, rect: Rect| {
+        let line = |drawing: &mut Drawing, rect: Rect| {
             let stroke = Stroke { colour: TOLERANCE, width: 5.0, dash: &[14.0, 8.0] };
-            scene.line(vec![[rect.x, rect.centre()[1]], [rect.right(), rect.centre()[1]]], stroke);
+            drawing.line(vec![[rect.x, rect.centre()[1]], [rect.right(), rect.centre()[1]]], stroke);
         };
-        entry(scene, &line, "tolerance");
+        entry(drawing, &line, "tolerance");
     }
     y + 0.3 * size
 }

@@ -2,9 +2,9 @@
 
 use super::axis::{self, Axis, Spacing};
 use super::colours::{self, Colours, Shading};
+use super::drawing::{Anchor, Drawing, Point, Rect, Rgb, Text};
 use super::error::{FigureError, check_drawable};
 use super::field::{Picture, Rgba};
-use super::scene::{Anchor, Point, Rect, Rgb, Scene, Text};
 use super::style::outline;
 use super::text::{self, LINE_PITCH, Weight};
 
@@ -162,18 +162,18 @@ impl ColourBar<'_> {
     }
 
     /// Draws the legend with its upper left corner at (`x`, `y`), `height` pixels high.
-    pub fn draw(&self, scene: &mut Scene, x: f64, y: f64, height: f64) {
+    pub fn draw(&self, drawing: &mut Drawing, x: f64, y: f64, height: f64) {
         let side = self.thickness();
         if self.missing.is_some() {
-            self.draw_swatch(scene, Rect { x, y: y + height - self.swatch_height(), width: side, height: side });
+            self.draw_swatch(drawing, Rect { x, y: y + height - self.swatch_height(), width: side, height: side });
         }
         if let Some(scale) = self.scale {
-            self.draw_bar(scene, scale, Rect { x, y, width: side, height: self.bar_height(height) });
+            self.draw_bar(drawing, scale, Rect { x, y, width: side, height: self.bar_height(height) });
         }
     }
 
     /// Draws the legend with its upper left corner at (`x`, `y`), `width` pixels wide, the bar lying; returns its lower end.
-    pub fn draw_across(&self, scene: &mut Scene, x: f64, mut y: f64, width: f64) -> f64 {
+    pub fn draw_across(&self, drawing: &mut Drawing, x: f64, mut y: f64, width: f64) -> f64 {
         let side = self.thickness();
         if let Some(scale) = self.scale {
             // Drawn upright at the origin, and laid down.
@@ -183,43 +183,43 @@ impl ColourBar<'_> {
             let place = |[across, down]: Point| [x + width - down, y + across];
             let rect = Rect { x: x + below, y, width: upright.height, height: side };
             let edges: Vec<f64> = (0..=SHADES).map(|k| k as f64).collect();
-            scene.picture(Picture::new(rect.frame(), &edges, &[0.0, 1.0], |column, _| Some(scale.shade(column))));
-            draw_outline(scene, scale, (upright, tip), place);
+            drawing.picture(Picture::new(rect.frame(), &edges, &[0.0, 1.0], |column, _| Some(scale.shade(column))));
+            draw_outline(drawing, scale, (upright, tip), place);
             let axis = Axis::horizontal(scale.low, scale.high, scale.spacing(), rect.width, self.tick_size);
             for (value, label) in axis.ticks.values.iter().zip(&axis.ticks.labels) {
                 let at = rect.x + rect.width * axis.fraction(*value);
-                scene.line(vec![[at, rect.bottom() - 7.0], [at, rect.bottom() + 5.0]], axis::tick_stroke());
+                drawing.line(vec![[at, rect.bottom() - 7.0], [at, rect.bottom() + 5.0]], axis::tick_stroke());
                 let half = 0.5 * text::width(label, self.tick_size, Weight::Regular);
                 let at = [at.clamp(x + half, x + width - half), rect.bottom() + GAP + self.tick_size];
-                scene.text(Text::new(label, self.tick_size, at, Anchor::Middle));
+                drawing.text(Text::new(label, self.tick_size, at, Anchor::Middle));
             }
             y = rect.bottom() + GAP + self.tick_size;
             for line in self.quantity_lines(&axis, width) {
                 y += LINE_PITCH * self.size;
-                scene.text(Text::new(line, self.size, [x + 0.5 * width, y], Anchor::Middle));
+                drawing.text(Text::new(line, self.size, [x + 0.5 * width, y], Anchor::Middle));
             }
             y += 0.6 * self.size;
         }
         if self.missing.is_some() {
-            self.draw_swatch(scene, Rect { x, y, width: side, height: side });
+            self.draw_swatch(drawing, Rect { x, y, width: side, height: side });
             y += self.swatch_height() + 0.4 * self.size;
         }
         y
     }
 
     /// Draws a hatched square at `rect` and the name of hatched cells beside it.
-    fn draw_swatch(&self, scene: &mut Scene, rect: Rect) {
-        scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &[0.0, 1.0], |_, _| None));
-        scene.outline(&rect.corners(), outline());
+    fn draw_swatch(&self, drawing: &mut Drawing, rect: Rect) {
+        drawing.picture(Picture::new(rect.frame(), &[0.0, 1.0], &[0.0, 1.0], |_, _| None));
+        drawing.outline(&rect.corners(), outline());
         for (row, line) in self.missing_lines().into_iter().enumerate() {
             let baseline = rect.centre()[1] + text::capital_height(self.tick_size) / 2.0;
             let at = [rect.right() + GAP, baseline + row as f64 * LINE_PITCH * self.tick_size];
-            scene.text(Text::new(line, self.tick_size, at, Anchor::Start));
+            drawing.text(Text::new(line, self.tick_size, at, Anchor::Start));
         }
     }
 
     /// Draws the bar within `area`, with pointed tips where values lie beyond its ends.
-    fn draw_bar(&self, scene: &mut Scene, scale: Scale, area: Rect) {
+    fn draw_bar(&self, drawing: &mut Drawing, scale: Scale, area: Rect) {
         let tip = 0.8 * area.width;
         let mut rect = area;
         if scale.above {
@@ -230,31 +230,31 @@ impl ColourBar<'_> {
             rect.height -= tip;
         }
         let edges: Vec<f64> = (0..=SHADES).map(|k| k as f64).collect();
-        scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &edges, |_, row| Some(scale.shade(row))));
-        draw_outline(scene, scale, (rect, tip), |at| at);
-        self.draw_numbers(scene, scale, rect, area);
+        drawing.picture(Picture::new(rect.frame(), &[0.0, 1.0], &edges, |_, row| Some(scale.shade(row))));
+        draw_outline(drawing, scale, (rect, tip), |at| at);
+        self.draw_numbers(drawing, scale, rect, area);
     }
 
     /// Draws ticks and their labels right of the bar `rect`, and beside them the quantity, centred on `area`.
-    fn draw_numbers(&self, scene: &mut Scene, scale: Scale, rect: Rect, area: Rect) {
+    fn draw_numbers(&self, drawing: &mut Drawing, scale: Scale, rect: Rect, area: Rect) {
         let axis = self.axis(scale, rect.height);
         for (value, label) in axis.ticks.values.iter().zip(&axis.ticks.labels) {
             let y = rect.bottom() - rect.height * axis.fraction(*value);
-            scene.line(vec![[rect.right() - 7.0, y], [rect.right() + 5.0, y]], axis::tick_stroke());
+            drawing.line(vec![[rect.right() - 7.0, y], [rect.right() + 5.0, y]], axis::tick_stroke());
             let at = [rect.right() + GAP, y + text::capital_height(self.tick_size) / 2.0];
-            scene.text(Text::new(label, self.tick_size, at, Anchor::Start));
+            drawing.text(Text::new(label, self.tick_size, at, Anchor::Start));
         }
         let numbers = axis::label_width(&axis.ticks, self.tick_size);
         let mut x = rect.right() + 2.0 * GAP + numbers + 0.8 * self.size;
         for line in self.quantity_lines(&axis, area.height) {
-            scene.text(Text::new(line, self.size, [x, area.centre()[1]], Anchor::Middle).upward());
+            drawing.text(Text::new(line, self.size, [x, area.centre()[1]], Anchor::Middle).upward());
             x += LINE_PITCH * self.size;
         }
     }
 }
 
 /// Draws the outline of the bar `rect`, and a filled tip at each end beyond which there are values; `place` says where its points are on the page.
-fn draw_outline(scene: &mut Scene, scale: Scale, (rect, tip): (Rect, f64), place: impl Fn(Point) -> Point) {
+fn draw_outline(drawing: &mut Drawing, scale: Scale, (rect, tip): (Rect, f64), place: impl Fn(Point) -> Point) {
     let [left_top, right_top, right_bottom, left_bottom] = rect.corners();
     let lower = |[x, y]: Point, by: f64| [x, y + by];
     let middle = rect.centre()[0];
@@ -263,7 +263,7 @@ fn draw_outline(scene: &mut Scene, scale: Scale, (rect, tip): (Rect, f64), place
         let top = [middle, rect.y - tip];
         let base = [lower(right_top, SEAM), lower(left_top, SEAM)];
         let corners = [left_top, top, right_top, base[0], base[1]];
-        scene.convex(corners.map(&place).to_vec(), scale.end_colour(scale.high));
+        drawing.convex(corners.map(&place).to_vec(), scale.end_colour(scale.high));
         rim.push(top);
     }
     rim.extend([right_top, right_bottom]);
@@ -271,9 +271,9 @@ fn draw_outline(scene: &mut Scene, scale: Scale, (rect, tip): (Rect, f64), place
         let bottom = [middle, rect.bottom() + tip];
         let base = [lower(left_bottom, -SEAM), lower(right_bottom, -SEAM)];
         let corners = [right_bottom, bottom, left_bottom, base[0], base[1]];
-        scene.convex(corners.map(&place).to_vec(), scale.end_colour(scale.low));
+        drawing.convex(corners.map(&place).to_vec(), scale.end_colour(scale.low));
         rim.push(bottom);
     }
     rim.push(left_bottom);
-    scene.outline(&rim.into_iter().map(place).collect::<Vec<_>>(), outline());
+    drawing.outline(&rim.into_iter().map(place).collect::<Vec<_>>(), outline());
 }

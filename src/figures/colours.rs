@@ -6,7 +6,7 @@ use colorgrad::{BlendMode, Color, Gradient, GradientBuilder, LinearGradient};
 use plotters::style::RGBColor;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 
-use super::scene::Rgb;
+use super::drawing::Rgb;
 
 /// Sequential colour maps, from the smallest to the largest value. Lightness rises steadily, so that a grey print keeps the order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

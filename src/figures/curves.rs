@@ -1,6 +1,6 @@
 //! Curves in a plot: colours, dashes and markers that distinguish them, and their legend.
 
-use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
+use super::drawing::{Anchor, Drawing, Point, Rect, Rgb, Stroke, Text};
 use super::style::{CURVES, DASHES, WHITE};
 use super::text::{self, LINE_PITCH, Weight};
 
@@ -46,51 +46,51 @@ impl CurveStyle {
     }
 
     /// Draws the curve through `points`, without markers.
-    pub(crate) fn draw_line(&self, scene: &mut Scene, points: &[Point]) {
+    pub(crate) fn draw_line(&self, drawing: &mut Drawing, points: &[Point]) {
         if points.len() > 1 {
-            scene.line(points.to_vec(), self.stroke);
+            drawing.line(points.to_vec(), self.stroke);
         }
     }
 
     /// Draws a pale band between the low and the high point of each pair in `ends`, with its two edges.
-    pub(crate) fn draw_band(&self, scene: &mut Scene, ends: &[[Point; 2]]) {
+    pub(crate) fn draw_band(&self, drawing: &mut Drawing, ends: &[[Point; 2]]) {
         let pale = self.stroke.colour.map(|part| 255 - (255 - part) / 5);
         for pair in ends.windows(2) {
             let ([low, high], [next_low, next_high]) = (pair[0], pair[1]);
-            scene.convex(vec![low, next_low, next_high, high], pale);
+            drawing.convex(vec![low, next_low, next_high, high], pale);
         }
         for side in 0..2 {
             let edge: Vec<Point> = ends.iter().map(|ends| ends[side]).collect();
             if edge.len() > 1 {
-                scene.line(edge, Stroke { width: BAND_EDGE, ..self.stroke });
+                drawing.line(edge, Stroke { width: BAND_EDGE, ..self.stroke });
             }
         }
     }
 
     /// Draws markers at `points`, the whole curve; `index` shifts sparse ones so that those of different curves do not coincide.
-    pub(crate) fn draw_markers(&self, scene: &mut Scene, points: &[Point], index: usize) {
+    pub(crate) fn draw_markers(&self, drawing: &mut Drawing, points: &[Point], index: usize) {
         if self.marker.is_empty() {
             return;
         }
         let stride = if points.len() <= EVERY_POINT { 1 } else { points.len().div_ceil(SPARSE) };
         let first = (index * stride / 3) % stride;
         for point in points.iter().skip(first).step_by(stride) {
-            self.draw_marker(scene, *point);
+            self.draw_marker(drawing, *point);
         }
     }
 
     /// Draws one marker with a white rim at the point `at`.
-    fn draw_marker(&self, scene: &mut Scene, at: Point) {
+    fn draw_marker(&self, drawing: &mut Drawing, at: Point) {
         let corners: Vec<Point> = self.marker.iter().map(|[x, y]| [at[0] + x, at[1] + y]).collect();
-        scene.outline(&corners, Stroke { colour: WHITE, width: 3.0, dash: &[] });
-        scene.convex(corners, self.stroke.colour);
+        drawing.outline(&corners, Stroke { colour: WHITE, width: 3.0, dash: &[] });
+        drawing.convex(corners, self.stroke.colour);
     }
 
     /// Draws the curve's sample in the legend, to the right from the point `left`.
-    fn draw_sample(&self, scene: &mut Scene, left: Point) {
-        scene.line(vec![left, [left[0] + SAMPLE, left[1]]], self.stroke);
+    fn draw_sample(&self, drawing: &mut Drawing, left: Point) {
+        drawing.line(vec![left, [left[0] + SAMPLE, left[1]]], self.stroke);
         if !self.marker.is_empty() {
-            self.draw_marker(scene, [left[0] + SAMPLE / 2.0, left[1]]);
+            self.draw_marker(drawing, [left[0] + SAMPLE / 2.0, left[1]]);
         }
     }
 }
@@ -122,7 +122,7 @@ impl Legend<'_> {
     }
 
     /// Draws the entries side by side in rows as wide as `room`, then the note; returns the y below them.
-    pub fn draw(&self, scene: &mut Scene, room: Rect) -> f64 {
+    pub fn draw(&self, drawing: &mut Drawing, room: Rect) -> f64 {
         let [mut x, mut y, mut row_height] = [room.x, room.y, 0.0];
         for (name, style) in self.entries.iter().filter(|(name, _)| !name.is_empty()) {
             let entry = Paragraph::new(name, self.size, Weight::Regular, room.width - SAMPLE - SAMPLE_GAP);
@@ -132,14 +132,14 @@ impl Legend<'_> {
                 y += row_height;
                 row_height = 0.0;
             }
-            style.draw_sample(scene, [x, y + 0.65 * self.size]);
-            entry.draw(scene, [x + SAMPLE + SAMPLE_GAP, y]);
+            style.draw_sample(drawing, [x, y + 0.65 * self.size]);
+            entry.draw(drawing, [x + SAMPLE + SAMPLE_GAP, y]);
             x += width + 1.2 * self.size;
             row_height = entry.height().max(row_height);
         }
         y += row_height + 0.3 * self.size;
         let note = Paragraph::new(self.note, self.size, Weight::Bold, room.width);
-        note.draw(scene, [room.x, y]);
+        note.draw(drawing, [room.x, y]);
         y + note.height()
     }
 }
@@ -166,11 +166,11 @@ impl Paragraph {
     }
 
     /// Draws the lines with the upper left corner of the text at `corner`.
-    fn draw(&self, scene: &mut Scene, corner: Point) {
+    fn draw(&self, drawing: &mut Drawing, corner: Point) {
         for (row, line) in self.lines.iter().enumerate() {
             let baseline = corner[1] + row as f64 * LINE_PITCH * self.size + self.size;
             let text = Text::new(line, self.size, [corner[0], baseline], Anchor::Start);
-            scene.text(Text { weight: self.weight, ..text });
+            drawing.text(Text { weight: self.weight, ..text });
         }
     }
 }

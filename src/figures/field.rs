@@ -1,6 +1,6 @@
 //! Values on a grid, drawn as coloured cells.
 
-use super::scene::Point;
+use super::drawing::Point;
 
 /// Distance between hatching lines along the sides of a picture, in pixels.
 const HATCH_PITCH: f64 = 22.0;

@@ -1,6 +1,6 @@
 //! Placement of labels beside what they name without overlaps, and labelled rings over colour maps.
 
-use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
+use super::drawing::{Anchor, Drawing, Point, Rect, Stroke, Text};
 use super::style::{INK, WHITE};
 use super::text::{self, Weight};
 
@@ -114,28 +114,34 @@ fn ring_radius(size: f64) -> f64 {
 }
 
 /// Draws a ring at each mark, and labels where they cover no other mark and, if possible, neither `lines` nor the border of `bounds`.
-pub(super) fn draw_marks(scene: &mut Scene, marks: &[PlacedMark<'_>], lines: &[[Point; 2]], bounds: Rect, size: f64) {
+pub(super) fn draw_marks(
+    drawing: &mut Drawing,
+    marks: &[PlacedMark<'_>],
+    lines: &[[Point; 2]],
+    bounds: Rect,
+    size: f64,
+) {
     let radius = ring_radius(size);
     for mark in marks {
-        scene.circle(mark.at, radius, RIM);
-        scene.circle(mark.at, radius, if mark.hidden { HIDDEN_RING } else { RING });
+        drawing.circle(mark.at, radius, RIM);
+        drawing.circle(mark.at, radius, if mark.hidden { HIDDEN_RING } else { RING });
     }
     let reach = radius + 2.0;
     let rings = marks.iter().map(|mark| rect_around(mark.at, [reach; 2])).collect();
     let mut occupied = Occupied { marks: rings, ..Occupied::default() };
     lines.iter().for_each(|line| occupied.add_line(line, RIM.width));
     for mark in marks.iter().filter(|mark| !mark.label.is_empty()) {
-        draw_label(scene, &mut occupied, mark, bounds, size);
+        draw_label(drawing, &mut occupied, mark, bounds, size);
     }
 }
 
 /// Places and draws the label of a mark, with a line to it if it stands far off.
-fn draw_label(scene: &mut Scene, occupied: &mut Occupied, mark: &PlacedMark<'_>, bounds: Rect, size: f64) {
+fn draw_label(drawing: &mut Drawing, occupied: &mut Occupied, mark: &PlacedMark<'_>, bounds: Rect, size: f64) {
     let half = [text::width(mark.label, size, Weight::Bold) / 2.0 + 4.0, text::capital_height(size) / 2.0 + 5.0];
     let Spot { rect, leader } = occupied.place_label(mark.at, ring_radius(size), half, bounds);
     if let Some(leader) = leader {
-        scene.line(leader.to_vec(), LEADER);
+        drawing.line(leader.to_vec(), LEADER);
     }
     let at = [rect.centre()[0], rect.centre()[1] + text::capital_height(size) / 2.0];
-    scene.text(Text::new(mark.label, size, at, Anchor::Middle).bold().with_halo());
+    drawing.text(Text::new(mark.label, size, at, Anchor::Middle).bold().with_halo());
 }

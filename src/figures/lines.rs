@@ -2,8 +2,8 @@
 
 use super::axis::{self, Axis, Plot, Spacing};
 use super::curves::{CurveStyle, Legend};
+use super::drawing::{Drawing, Point, Rect, Stroke};
 use super::error::{FigureError, check_drawable};
-use super::scene::{Point, Rect, Scene, Stroke};
 use super::style::{self, BORDER, GRID, Sizes};
 
 /// Height of the plot with free axes, and the most with equal ones, in pixels.
@@ -135,25 +135,25 @@ impl LineFigure {
 }
 
 /// Lays the figure out; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &LineFigure, sizes: Sizes) -> Result<Scene, FigureError> {
+pub(super) fn drawing(figure: &LineFigure, sizes: Sizes) -> Result<Drawing, FigureError> {
     figure.check()?;
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let (mut drawing, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let styles = CurveStyle::of(figure.series.iter().map(|s| (s.points.len(), s.dashed)));
     let plot = plot(figure, &styles, top + 0.3 * sizes.body, sizes);
-    plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
-    plot.draw_x_axis(&mut scene, &figure.x_label, sizes.body, sizes.tick);
-    plot.draw_y_axis(&mut scene, &figure.y_label, sizes.body, sizes.tick);
+    plot.draw_grid(&mut drawing, Stroke { colour: GRID, width: 1.5, dash: &[] });
+    plot.draw_x_axis(&mut drawing, &figure.x_label, sizes.body, sizes.tick);
+    plot.draw_y_axis(&mut drawing, &figure.y_label, sizes.body, sizes.tick);
     for (series, style) in figure.series.iter().zip(&styles) {
         let of_band: Vec<[Point; 2]> =
             series.band.iter().map(|[x, low, high]| [plot.page_point(*x, *low), plot.page_point(*x, *high)]).collect();
-        style.draw_band(&mut scene, &of_band);
+        style.draw_band(&mut drawing, &of_band);
     }
     for (index, (series, style)) in figure.series.iter().zip(&styles).enumerate() {
         let points: Vec<Point> = series.points.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
-        style.draw_line(&mut scene, &points);
-        style.draw_markers(&mut scene, &points, index);
+        style.draw_line(&mut drawing, &points);
+        style.draw_markers(&mut drawing, &points, index);
     }
-    plot.draw_frame(&mut scene);
+    plot.draw_frame(&mut drawing);
     let below = plot.rect.bottom() + axis::depth_below(sizes.tick) + axis::label_depth(sizes.body);
     let room = if figure.legend_beside() {
         let x = plot.rect.right() + LEGEND_GAP;
@@ -162,9 +162,9 @@ pub(super) fn scene(figure: &LineFigure, sizes: Sizes) -> Result<Scene, FigureEr
         let y = below + 0.3 * sizes.body;
         Rect { x: plot.rect.x, y, width: plot.rect.width, height: 0.0 }
     };
-    let legend_bottom = figure.legend(&styles, sizes).draw(&mut scene, room);
-    scene.height = legend_bottom.max(below) + BORDER;
-    Ok(scene)
+    let legend_bottom = figure.legend(&styles, sizes).draw(&mut drawing, room);
+    drawing.height = legend_bottom.max(below) + BORDER;
+    Ok(drawing)
 }
 
 /// Returns the plot with its axes, its upper side at `top` pixels.

@@ -1,6 +1,6 @@
 //! Figures of the results in one style: plain data in, SVG or PNG bytes out.
 //!
-//! Each kind of figure lays itself out as a scene of lines, shapes, texts and images in floating-point
+//! Each kind of figure lays itself out as a drawing of lines, shapes, texts and images in floating-point
 //! pixels; `svg` writes it, and `png` has plotters draw it. The same data give the same bytes.
 
 mod agreement;
@@ -11,6 +11,7 @@ mod budget;
 mod colour_bar;
 mod colours;
 mod curves;
+pub mod drawing;
 mod error;
 pub mod field;
 pub mod labels;
@@ -22,7 +23,6 @@ mod plan;
 pub mod png;
 mod pose;
 mod projection;
-pub mod scene;
 pub mod shapes;
 mod slices;
 mod style;
@@ -72,18 +72,18 @@ impl Figure {
     /// Returns the figure as an SVG document, 1600 px wide, with maps in `colours`; texts are outlines with their words as labels. `Err`
     /// when the data contradict each other or cannot be drawn; see [`FigureError`].
     pub fn svg(&self, colours: Colours) -> Result<String, FigureError> {
-        svg::svg(&self.scene(colours)?)
+        svg::svg(&self.drawing(colours)?)
     }
 
     /// Returns the bytes of the figure as a PNG file, 1600 px wide, with maps in `colours`; `Err` as [`Figure::svg`].
     pub fn png(&self, colours: Colours) -> Result<Vec<u8>, FigureError> {
-        png::png(&self.scene(colours)?)
+        png::png(&self.drawing(colours)?)
     }
 
     /// Returns the figure for the width of a telephone, 1100 px, one panel in a row, with maps in `colours`: SVG and the bytes of a PNG file; `Err` as [`Figure::svg`].
     pub fn portrait(&self, colours: Colours) -> Result<(String, Vec<u8>), FigureError> {
-        let scene = self.laid_out(colours, Sizes::PORTRAIT)?;
-        Ok((svg::svg(&scene)?, png::png(&scene)?))
+        let drawing = self.laid_out(colours, Sizes::PORTRAIT)?;
+        Ok((svg::svg(&drawing)?, png::png(&drawing)?))
     }
 
     /// Returns the SVG document `svg` with a style that turns its colours dark where the page that shows it is dark.
@@ -91,23 +91,23 @@ impl Figure {
         svg::with_dark_theme(svg)
     }
 
-    /// Lays the figure out as a scene, with maps in `colours`; `Err` when its data contradict each other or cannot be drawn.
-    pub fn scene(&self, colours: Colours) -> Result<scene::Scene, FigureError> {
+    /// Lays the figure out as a drawing, with maps in `colours`; `Err` when its data contradict each other or cannot be drawn.
+    pub fn drawing(&self, colours: Colours) -> Result<drawing::Drawing, FigureError> {
         self.laid_out(colours, Sizes::FIGURE)
     }
 
-    /// Lays the figure out as [`Figure::scene`], in `sizes`.
-    fn laid_out(&self, colours: Colours, sizes: Sizes) -> Result<scene::Scene, FigureError> {
+    /// Lays the figure out as [`Figure::drawing`], in `sizes`.
+    fn laid_out(&self, colours: Colours, sizes: Sizes) -> Result<drawing::Drawing, FigureError> {
         match self {
-            Self::Slices(figure) => slices::scene(figure, colours, sizes),
-            Self::Volume(figure) => volume::scene(figure, colours, sizes),
-            Self::Lines(figure) => lines::scene(figure, sizes),
-            Self::Panels(figure) => panels::scene(figure, sizes),
-            Self::Plan(figure) => plan::scene(figure, colours, sizes),
-            Self::Agreement(figure) => agreement::scene(figure, sizes),
-            Self::Budget(figure) => budget::scene(figure, sizes),
-            Self::Pose(figure) => pose::scene(figure, sizes),
-            Self::Part(figure) => part::scene(figure, colours, sizes),
+            Self::Slices(figure) => slices::drawing(figure, colours, sizes),
+            Self::Volume(figure) => volume::drawing(figure, colours, sizes),
+            Self::Lines(figure) => lines::drawing(figure, sizes),
+            Self::Panels(figure) => panels::drawing(figure, sizes),
+            Self::Plan(figure) => plan::drawing(figure, colours, sizes),
+            Self::Agreement(figure) => agreement::drawing(figure, sizes),
+            Self::Budget(figure) => budget::drawing(figure, sizes),
+            Self::Pose(figure) => pose::drawing(figure, sizes),
+            Self::Part(figure) => part::drawing(figure, colours, sizes),
         }
     }
 }

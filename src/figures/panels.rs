@@ -2,8 +2,8 @@
 
 use super::axis::{self, Axis, Plot, Spacing};
 use super::curves::{CurveStyle, Legend};
+use super::drawing::{Anchor, Drawing, Point, Rect, Stroke, Text};
 use super::error::{FigureError, check_drawable};
-use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
 use super::style::{self, BORDER, GRID, Sizes};
 use super::text::{self, LINE_PITCH, Weight};
 
@@ -99,9 +99,9 @@ fn centred_range(range: (f64, f64), length: f64) -> (f64, f64) {
 }
 
 /// Lays the figure out; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &PanelFigure, sizes: Sizes) -> Result<Scene, FigureError> {
+pub(super) fn drawing(figure: &PanelFigure, sizes: Sizes) -> Result<Drawing, FigureError> {
     figure.check()?;
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let (mut drawing, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let longest = |index: usize| {
         let count = |panel: &CurvePanel| panel.curves.get(index).map_or(0, |c| c.pieces.iter().map(Vec::len).sum());
         figure.panels.iter().map(count).max().unwrap_or(0)
@@ -112,20 +112,20 @@ pub(super) fn scene(figure: &PanelFigure, sizes: Sizes) -> Result<Scene, FigureE
         let plot = grid.plot(index);
         for (above, line) in title_lines(panel, plot.rect.width, sizes).into_iter().rev().enumerate() {
             let title_at = [plot.rect.x, plot.rect.y - (0.45 + above as f64 * LINE_PITCH) * sizes.body];
-            scene.text(Text::new(line, sizes.body, title_at, Anchor::Start).bold());
+            drawing.text(Text::new(line, sizes.body, title_at, Anchor::Start).bold());
         }
-        plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
+        plot.draw_grid(&mut drawing, Stroke { colour: GRID, width: 1.5, dash: &[] });
         let is_lowest = index / grid.columns + 1 == figure.panels.len().div_ceil(grid.columns);
-        plot.draw_x_axis(&mut scene, if is_lowest { &figure.x_label } else { "" }, sizes.body, sizes.tick);
+        plot.draw_x_axis(&mut drawing, if is_lowest { &figure.x_label } else { "" }, sizes.body, sizes.tick);
         let is_first = index.is_multiple_of(grid.columns);
-        plot.draw_y_axis(&mut scene, if is_first { &figure.y_label } else { "" }, sizes.body, sizes.tick);
+        plot.draw_y_axis(&mut drawing, if is_first { &figure.y_label } else { "" }, sizes.body, sizes.tick);
         for (curve_index, (curve, style)) in panel.curves.iter().zip(&styles).enumerate() {
             let placed = |piece: &Vec<(f64, f64)>| piece.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
             let pieces: Vec<Vec<Point>> = curve.pieces.iter().map(placed).collect();
-            pieces.iter().for_each(|piece| style.draw_line(&mut scene, piece));
-            style.draw_markers(&mut scene, &pieces.concat(), curve_index);
+            pieces.iter().for_each(|piece| style.draw_line(&mut drawing, piece));
+            style.draw_markers(&mut drawing, &pieces.concat(), curve_index);
         }
-        plot.draw_frame(&mut scene);
+        plot.draw_frame(&mut drawing);
     }
     let legend = Legend {
         entries: figure.curves.iter().map(|(name, _)| name.as_str()).zip(&styles).collect(),
@@ -133,8 +133,8 @@ pub(super) fn scene(figure: &PanelFigure, sizes: Sizes) -> Result<Scene, FigureE
         size: sizes.body,
     };
     let room = Rect { x: grid.left, y: grid.bottom(figure), width: sizes.width - BORDER - grid.left, height: 0.0 };
-    scene.height = legend.draw(&mut scene, room) + BORDER;
-    Ok(scene)
+    drawing.height = legend.draw(&mut drawing, room) + BORDER;
+    Ok(drawing)
 }
 
 /// Returns the title of a panel, wrapped to `width` pixels.

@@ -2,10 +2,10 @@
 
 use super::colour_bar::{ColourBar, Scale};
 use super::colours::{Colours, Shading};
+use super::drawing::{Anchor, Drawing, Text};
 use super::error::{FigureError, check_drawable};
 use super::field::{Picture, Rgba};
 use super::projection::Projection;
-use super::scene::{Anchor, Scene, Text};
 use super::style::{self, BORDER, Sizes};
 use super::text::LINE_PITCH;
 
@@ -59,7 +59,7 @@ pub struct PartFigure {
 }
 
 /// Lays the figure out in `colours`; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &PartFigure, colours: Colours, sizes: Sizes) -> Result<Scene, FigureError> {
+pub(super) fn drawing(figure: &PartFigure, colours: Colours, sizes: Sizes) -> Result<Drawing, FigureError> {
     if figure.faces.is_empty() || figure.views.is_empty() {
         return Err(FigureError::Empty { what: "part".into() });
     }
@@ -75,7 +75,7 @@ pub(super) fn scene(figure: &PartFigure, colours: Colours, sizes: Sizes) -> Resu
     let scale = Scale::new(values, Some(figure.range), (colours, Shading::Ordered))?;
     let missing = all().any(|face| *face == FaceValue::Unknown).then_some(UNKNOWN);
     let bar = ColourBar { scale, quantity: &figure.quantity, missing, size: sizes.body, tick_size: sizes.tick };
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let (mut drawing, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let azimuth = azimuth_of(figure);
     let mut projection = Projection::new(azimuth, ELEVATION);
     let [(x0, x1), (y0, y1)] = projection.ranges(figure.faces.iter().flatten().copied());
@@ -95,24 +95,24 @@ pub(super) fn scene(figure: &PartFigure, colours: Colours, sizes: Sizes) -> Resu
         let below = (number / columns) as f64 * pitch;
         for (line, words) in title.lines().enumerate() {
             let at = [left + 0.5 * drawn, top + below + sizes.body * (1.0 + LINE_PITCH * line as f64)];
-            scene.text(Text::new(words, sizes.body, at, Anchor::Middle));
+            drawing.text(Text::new(words, sizes.body, at, Anchor::Middle));
         }
         let pixels = draw(&figure.faces, values, (&projection, light_at(azimuth)), [drawn, height], scale);
-        scene.picture(pixels.picture([left, view_top + below], [drawn, height]));
+        drawing.picture(pixels.picture([left, view_top + below], [drawn, height]));
     }
     let mut bottom = view_top + height + (figure.views.len().div_ceil(columns) - 1) as f64 * pitch;
     if sizes.is_portrait() {
-        bottom = bar.draw_across(&mut scene, 2.0 * BORDER, bottom + sizes.body, sizes.width - 4.0 * BORDER);
+        bottom = bar.draw_across(&mut drawing, 2.0 * BORDER, bottom + sizes.body, sizes.width - 4.0 * BORDER);
     } else {
         let bar_height = height.clamp(0.5 * TALLEST, 0.6 * TALLEST);
-        bar.draw(&mut scene, sizes.width - BORDER - bar.width(bar_height), view_top, bar_height);
+        bar.draw(&mut drawing, sizes.width - BORDER - bar.width(bar_height), view_top, bar_height);
         bottom = bottom.max(view_top + bar_height);
     }
     if !figure.note.is_empty() {
-        bottom = style::draw_paragraph(&mut scene, &figure.note, bottom + sizes.body, sizes.body);
+        bottom = style::draw_paragraph(&mut drawing, &figure.note, bottom + sizes.body, sizes.body);
     }
-    scene.height = bottom + BORDER;
-    Ok(scene)
+    drawing.height = bottom + BORDER;
+    Ok(drawing)
 }
 
 /// A picture with the depth of each pixel.

@@ -3,11 +3,11 @@
 use super::axis::{self, Axis, Plot, Spacing};
 use super::colour_bar::{ColourBar, Scale};
 use super::colours::{Colours, Shading};
+use super::drawing::{Anchor, Drawing, Point, Rect, Rgb, Stroke, Text};
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
 use super::labels::{Occupied, Spot, rect_around};
 use super::legend::{self, Sample};
-use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::shapes::hatching_lines;
 use super::style::{self, BORDER, GRID, HATCH, INK, MUTED, Sizes, WHITE};
 use super::text::{self, Weight};
@@ -157,7 +157,7 @@ impl PlanFigure {
 }
 
 /// Lays the figure out, its map in `colours`; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &PlanFigure, colours: Colours, sizes: Sizes) -> Result<Scene, FigureError> {
+pub(super) fn drawing(figure: &PlanFigure, colours: Colours, sizes: Sizes) -> Result<Drawing, FigureError> {
     figure.check()?;
     let scale = figure.scale(colours)?;
     let missing = figure.field.as_ref().filter(|field| field.values.iter().any(Option::is_none));
@@ -168,7 +168,7 @@ pub(super) fn scene(figure: &PlanFigure, colours: Colours, sizes: Sizes) -> Resu
         size: sizes.body,
         tick_size: sizes.tick,
     };
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let (mut drawing, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let has_bar = scale.is_some() && !sizes.is_portrait();
     let beside = if has_bar { bar.width(0.7 * TALLEST) + BAR_GAP } else { 0.0 };
     let plot = plot(figure, top + 0.2 * sizes.body, beside, sizes);
@@ -176,42 +176,42 @@ pub(super) fn scene(figure: &PlanFigure, colours: Colours, sizes: Sizes) -> Resu
         let [x, y] = field::edges([&field.x, &field.y]);
         let colour =
             |column: usize, row: usize| field.values[row * field.x.len() + column].map(|value| scale.colour(value));
-        scene.picture(Picture::new(plot.cell_rect(&x, &y).frame(), &x, &y, colour));
+        drawing.picture(Picture::new(plot.cell_rect(&x, &y).frame(), &x, &y, colour));
     } else {
-        plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
+        plot.draw_grid(&mut drawing, Stroke { colour: GRID, width: 1.5, dash: &[] });
     }
     let mut occupied = Occupied::default();
     for shape in &figure.shapes {
-        draw_shape(&mut scene, &plot, shape, &mut occupied);
+        draw_shape(&mut drawing, &plot, shape, &mut occupied);
     }
     for piece in &figure.coloured {
-        draw_coloured(&mut scene, &plot, piece, scale, &mut occupied);
+        draw_coloured(&mut drawing, &plot, piece, scale, &mut occupied);
     }
-    plot.draw_frame(&mut scene);
-    plot.draw_x_axis(&mut scene, &figure.x_label, sizes.body, sizes.tick);
-    plot.draw_y_axis(&mut scene, &figure.y_label, sizes.body, sizes.tick);
-    draw_labels(&mut scene, &plot, figure, occupied, sizes);
+    plot.draw_frame(&mut drawing);
+    plot.draw_x_axis(&mut drawing, &figure.x_label, sizes.body, sizes.tick);
+    plot.draw_y_axis(&mut drawing, &figure.y_label, sizes.body, sizes.tick);
+    draw_labels(&mut drawing, &plot, figure, occupied, sizes);
     let height = plot.rect.height.clamp(SHORTEST, 0.7 * TALLEST);
     if has_bar {
-        bar.draw(&mut scene, plot.rect.right() + BAR_GAP, plot.rect.y, height);
+        bar.draw(&mut drawing, plot.rect.right() + BAR_GAP, plot.rect.y, height);
     }
     let mut bottom = plot.rect.bottom() + axis::depth_below(sizes.tick) + axis::label_depth(sizes.body);
     if scale.is_some() && !has_bar {
-        bottom = bar.draw_across(&mut scene, plot.rect.x, bottom + 0.6 * sizes.body, plot.rect.width);
+        bottom = bar.draw_across(&mut drawing, plot.rect.x, bottom + 0.6 * sizes.body, plot.rect.width);
     }
     bottom = bottom.max(plot.rect.y + height);
     let mut samples = legend_samples(figure);
     if sizes.is_portrait() && figure.shapes.iter().any(|shape| shape.look == Look::Place) {
         samples.push((
-            Box::new(|scene: &mut Scene, [x, y]: Point| draw_cross(scene, [x + 0.5 * legend::WIDTH, y])),
+            Box::new(|drawing: &mut Drawing, [x, y]: Point| draw_cross(drawing, [x + 0.5 * legend::WIDTH, y])),
             "other places",
         ));
     }
     if !samples.is_empty() {
-        bottom = legend::draw(&mut scene, samples, sizes.tick, bottom + 1.6 * sizes.body);
+        bottom = legend::draw(&mut drawing, samples, sizes.tick, bottom + 1.6 * sizes.body);
     }
-    scene.height = style::draw_note(&mut scene, &figure.note, bottom, sizes.body) + BORDER;
-    Ok(scene)
+    drawing.height = style::draw_note(&mut drawing, &figure.note, bottom, sizes.body) + BORDER;
+    Ok(drawing)
 }
 
 /// Returns the legend entries of the lines, where the plan shows paths before or after compensation; otherwise none.
@@ -248,7 +248,7 @@ fn plot(figure: &PlanFigure, top: f64, beside: f64, sizes: Sizes) -> Plot {
 }
 
 /// Draws a shape, and marks its line as occupied for labels.
-fn draw_shape(scene: &mut Scene, plot: &Plot, shape: &PlanShape, occupied: &mut Occupied) {
+fn draw_shape(drawing: &mut Drawing, plot: &Plot, shape: &PlanShape, occupied: &mut Occupied) {
     let points: Vec<Point> = shape.points.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
     if points.is_empty() {
         return;
@@ -256,50 +256,50 @@ fn draw_shape(scene: &mut Scene, plot: &Plot, shape: &PlanShape, occupied: &mut 
     let line = |colour, width, dash| Stroke { colour, width, dash };
     match shape.look {
         Look::Part => {
-            scene.convex(points.clone(), PART[1]);
-            scene.outline(&points, line(PART[0], 6.0, &[]));
+            drawing.convex(points.clone(), PART[1]);
+            drawing.outline(&points, line(PART[0], 6.0, &[]));
         }
         Look::Room => {
-            scene.convex(points.clone(), ROOM[1]);
-            scene.outline(&points, line(ROOM[0], 5.0, &[]));
+            drawing.convex(points.clone(), ROOM[1]);
+            drawing.outline(&points, line(ROOM[0], 5.0, &[]));
         }
-        Look::Ghost => scene.outline(&points, line(HATCH, 4.0, &[16.0, 12.0])),
+        Look::Ghost => drawing.outline(&points, line(HATCH, 4.0, &[16.0, 12.0])),
         Look::Place => {
-            points.iter().for_each(|at| draw_cross(scene, *at));
+            points.iter().for_each(|at| draw_cross(drawing, *at));
         }
         Look::Obstacle => {
             for piece in hatching_lines(&points, PITCH) {
-                scene.line(piece.to_vec(), line(OBSTACLE, 2.5, &[]));
+                drawing.line(piece.to_vec(), line(OBSTACLE, 2.5, &[]));
             }
-            scene.outline(&points, line(OBSTACLE, 5.0, &[]));
+            drawing.outline(&points, line(OBSTACLE, 5.0, &[]));
         }
         Look::Path | Look::TargetPath | Look::Before | Look::After => {
-            shape.look.stroke().into_iter().for_each(|stroke| scene.line(points.clone(), stroke));
+            shape.look.stroke().into_iter().for_each(|stroke| drawing.line(points.clone(), stroke));
         }
     }
     occupied.add_line(&points, 10.0);
 }
 
 /// Draws the cross of a place.
-fn draw_cross(scene: &mut Scene, [x, y]: Point) {
+fn draw_cross(drawing: &mut Drawing, [x, y]: Point) {
     for way in [1.0, -1.0] {
         let arm = [[x - CROSS, y - way * CROSS], [x + CROSS, y + way * CROSS]];
         for (colour, width) in [(WHITE, 9.0), (INK, 4.0)] {
-            scene.line(arm.to_vec(), Stroke { colour, width, dash: &[] });
+            drawing.line(arm.to_vec(), Stroke { colour, width, dash: &[] });
         }
     }
 }
 
 /// Draws a line in the colours of its values, with a dark border that pale colours need.
 fn draw_coloured(
-    scene: &mut Scene,
+    drawing: &mut Drawing,
     plot: &Plot,
     piece: &[(f64, f64, f64)],
     scale: Option<Scale>,
     occupied: &mut Occupied,
 ) {
     let points: Vec<Point> = piece.iter().map(|(x, y, _)| plot.page_point(*x, *y)).collect();
-    scene.line(points.clone(), Stroke { colour: INK, width: 14.0, dash: &[] });
+    drawing.line(points.clone(), Stroke { colour: INK, width: 14.0, dash: &[] });
     occupied.add_line(&points, 14.0);
     let Some(scale) = scale else { return };
     let colour = |k: usize| {
@@ -311,22 +311,22 @@ fn draw_coloured(
     for k in 0..points.len().saturating_sub(1) {
         let is_last = k + 2 == points.len();
         if is_last || colour(k + 1) != colour(k) {
-            scene.line(points[start..=k + 1].to_vec(), Stroke { colour: colour(k), width: 10.0, dash: &[] });
+            drawing.line(points[start..=k + 1].to_vec(), Stroke { colour: colour(k), width: 10.0, dash: &[] });
             start = k + 1;
         }
     }
 }
 
 /// Draws rings at the marks, then labels of marks and of shapes.
-fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied: Occupied, sizes: Sizes) {
+fn draw_labels(drawing: &mut Drawing, plot: &Plot, figure: &PlanFigure, mut occupied: Occupied, sizes: Sizes) {
     let points_of_marks: Vec<Point> = figure.marks.iter().map(|(x, y, _)| plot.page_point(*x, *y)).collect();
     for at in &points_of_marks {
-        scene.circle(*at, MARK, Stroke { colour: WHITE, width: 8.0, dash: &[] });
-        scene.circle(*at, MARK, Stroke { colour: INK, width: 4.0, dash: &[] });
+        drawing.circle(*at, MARK, Stroke { colour: WHITE, width: 8.0, dash: &[] });
+        drawing.circle(*at, MARK, Stroke { colour: INK, width: 4.0, dash: &[] });
         occupied.marks.push(rect_around(*at, [MARK + 2.0; 2]));
     }
     for (at, (_, _, label)) in points_of_marks.into_iter().zip(&figure.marks).filter(|(_, mark)| !mark.2.is_empty()) {
-        draw_label(scene, &mut occupied, plot.rect, (at, MARK), (label, INK, Weight::Bold));
+        draw_label(drawing, &mut occupied, plot.rect, (at, MARK), (label, INK, Weight::Bold));
     }
     // Where there is little room, the legend says what crosses are.
     let is_left_out = |shape: &&PlanShape| shape.label.is_empty() || sizes.is_portrait() && shape.look == Look::Place;
@@ -342,13 +342,13 @@ fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied
         // The highest corner.
         let top = points.iter().copied().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
         let (weight, reach) = if shape.look == Look::Place { (Weight::Regular, CROSS) } else { (Weight::Bold, 4.0) };
-        draw_label(scene, &mut occupied, plot.rect, (top, reach), (&shape.label, colour, weight));
+        draw_label(drawing, &mut occupied, plot.rect, (top, reach), (&shape.label, colour, weight));
     }
 }
 
 /// Places and draws a label of one or several lines for what reaches `reach` pixels around the point `at`.
 fn draw_label(
-    scene: &mut Scene,
+    drawing: &mut Drawing,
     occupied: &mut Occupied,
     bounds: Rect,
     (at, reach): (Point, f64),
@@ -361,11 +361,11 @@ fn draw_label(
     let half = [widest / 2.0 + 6.0, height / 2.0 + 7.0];
     let Spot { rect, leader } = occupied.place_label(at, reach, half, bounds);
     if let Some(leader) = leader {
-        scene.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.5, dash: &[] });
+        drawing.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.5, dash: &[] });
     }
     for (row, line) in lines.into_iter().enumerate() {
         let baseline = rect.y + 7.0 + text::capital_height(size) + row as f64 * 1.15 * size;
         let text = Text::new(line, size, [rect.centre()[0], baseline], Anchor::Middle);
-        scene.text(Text { weight, ..text }.coloured(colour).with_halo());
+        drawing.text(Text { weight, ..text }.coloured(colour).with_halo());
     }
 }

@@ -1,4 +1,4 @@
-//! Writes a scene as a PNG file, drawn by plotters.
+//! Writes a drawing as a PNG file, drawn by plotters.
 //!
 //! plotters places everything on whole units, and its bitmaps (as of 0.3.7, plotters-rs/plotters#350) smooth only lines one
 //! unit wide and some borders of other shapes. A page pixel is divided into several units, which are averaged.
@@ -9,9 +9,9 @@ use plotters::backend::{BitMapBackend, DrawingBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontTransform, RGBColor, TextStyle};
 
+use super::drawing::{Drawing, Item, Point, Rect, Rgb, Stroke, Text};
 use super::error::FigureError;
 use super::field::Picture;
-use super::scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::WHITE;
 use super::svg::HATCHING;
 use super::text::{self, Letter};
@@ -27,11 +27,11 @@ const SEAM: f64 = 4.0;
 /// Fewest pixels of an embedded image along a side with several cells: viewers that smooth images blur a cell's border by one.
 const FINE: u32 = 160;
 
-/// Returns the scene as the bytes of a PNG file; `Err` when it cannot be drawn or encoded.
-pub fn png(scene: &Scene) -> Result<Vec<u8>, FigureError> {
-    let [width, height] = [scene.width, scene.height].map(|length| (SCALE * length.round()) as u32);
+/// Returns the drawing as the bytes of a PNG file; `Err` when it cannot be drawn or encoded.
+pub fn png(drawing: &Drawing) -> Result<Vec<u8>, FigureError> {
+    let [width, height] = [drawing.width, drawing.height].map(|length| (SCALE * length.round()) as u32);
     let mut units = RgbImage::new(width, height);
-    Painter { backend: BitMapBackend::with_buffer(&mut units, (width, height)) }.draw_scene(scene)?;
+    Painter { backend: BitMapBackend::with_buffer(&mut units, (width, height)) }.draw(drawing)?;
     let mut out = Vec::new();
     let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Best, FilterType::Adaptive);
     let [width, height] = [width, height].map(|length| length / BLOCK as u32);
@@ -106,17 +106,17 @@ fn to_plotters([r, g, b]: Rgb) -> RGBColor {
     RGBColor(r, g, b)
 }
 
-/// Draws a scene on a plotters backend.
+/// Draws a drawing on a plotters backend.
 struct Painter<B> {
     backend: B,
 }
 
 impl<B: DrawingBackend> Painter<B> {
-    /// Draws all items of the scene over a white page.
-    fn draw_scene(mut self, scene: &Scene) -> Result<(), FigureError> {
-        let page = Rect { x: 0.0, y: 0.0, width: scene.width, height: scene.height.round() };
+    /// Draws all items of the drawing over a white page.
+    fn draw(mut self, drawing: &Drawing) -> Result<(), FigureError> {
+        let page = Rect { x: 0.0, y: 0.0, width: drawing.width, height: drawing.height.round() };
         self.draw_rectangle(page, &to_plotters(WHITE).mix(1.0))?;
-        for item in &scene.items {
+        for item in &drawing.items {
             match item {
                 Item::Line { points, stroke } => {
                     dashes(points, stroke.dash).iter().try_for_each(|part| self.draw_line(part, stroke))?;

@@ -1,11 +1,11 @@
 //! Figure of a machine as lines in one or two poses, seen from above, right and front.
 
+use super::drawing::{Anchor, Drawing, Point, Rect, Rgb, Stroke, Text};
 use super::error::{FigureError, check_drawable};
 use super::labels::{Occupied, Spot, rect_around};
 use super::legend::{self, Sample, line_sample};
 use super::plan;
 use super::projection::Projection;
-use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, Sizes, WHITE};
 use super::text::{self, Weight};
 use crate::spatial::Skeleton;
@@ -158,8 +158,8 @@ impl View {
     }
 
     /// Draws the projection of a polyline in O (mm).
-    fn draw_line(&self, scene: &mut Scene, points: &[[f64; 3]], stroke: Stroke) {
-        scene.line(points.iter().map(|p| self.project(*p)).collect(), stroke);
+    fn draw_line(&self, drawing: &mut Drawing, points: &[[f64; 3]], stroke: Stroke) {
+        drawing.line(points.iter().map(|p| self.project(*p)).collect(), stroke);
     }
 }
 
@@ -169,41 +169,41 @@ fn box_corners([low, high]: [[f64; 3]; 2]) -> [[f64; 3]; 8] {
 }
 
 /// Lays the figure out; `Err` when there is no chain or a point cannot be drawn.
-pub(super) fn scene(figure: &PoseFigure, sizes: Sizes) -> Result<Scene, FigureError> {
+pub(super) fn drawing(figure: &PoseFigure, sizes: Sizes) -> Result<Drawing, FigureError> {
     check_drawable(figure.points().flatten(), || "pose figure".into())?;
     if figure.pose.chains.is_empty() {
         return Err(FigureError::Empty { what: "pose figure".into() });
     }
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let (mut drawing, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let view = View::fitted(figure, top, sizes);
     if figure.has_workspace() {
-        box_edges(box_corners(figure.workspace)).for_each(|edge| view.draw_line(&mut scene, &edge, BOX));
+        box_edges(box_corners(figure.workspace)).for_each(|edge| view.draw_line(&mut drawing, &edge, BOX));
     }
     for rail in &figure.rails {
-        view.draw_line(&mut scene, rail, RAIL);
+        view.draw_line(&mut drawing, rail, RAIL);
     }
     for solid in figure.surroundings.solids() {
-        box_edges(solid.corners).for_each(|edge| view.draw_line(&mut scene, &edge, figure.solid_stroke(solid)));
+        box_edges(solid.corners).for_each(|edge| view.draw_line(&mut drawing, &edge, figure.solid_stroke(solid)));
     }
     match &figure.displaced {
-        None => draw_machine(&mut scene, &view, &figure.pose, LINK, figure.largest_mass()),
+        None => draw_machine(&mut drawing, &view, &figure.pose, LINK, figure.largest_mass()),
         Some(displaced) => {
-            draw_lines(&mut scene, &view, &figure.pose, GHOST, GHOST);
-            draw_machine(&mut scene, &view, displaced, BENT, figure.largest_mass());
+            draw_lines(&mut drawing, &view, &figure.pose, GHOST, GHOST);
+            draw_machine(&mut drawing, &view, displaced, BENT, figure.largest_mass());
         }
     }
     let Surroundings { paths, before, after, .. } = &figure.surroundings;
     for (lines, stroke) in [(paths, PATH), (before, legend::BEFORE), (after, legend::AFTER)] {
-        lines.iter().for_each(|path| view.draw_line(&mut scene, path, stroke));
+        lines.iter().for_each(|path| view.draw_line(&mut drawing, path, stroke));
     }
     let mut occupied = occupied_areas(&view, figure);
-    draw_frame(&mut scene, &view, &mut occupied);
-    draw_labels(&mut scene, &view, figure, occupied);
-    let lowest = view.bottom.max(scene.lowest());
-    let mut bottom = legend::draw(&mut scene, legend_samples(figure), sizes.tick, lowest + 1.6 * sizes.body);
-    bottom = style::draw_note(&mut scene, figure.note.as_deref().unwrap_or_default(), bottom, sizes.body);
-    scene.height = bottom + BORDER;
-    Ok(scene)
+    draw_frame(&mut drawing, &view, &mut occupied);
+    draw_labels(&mut drawing, &view, figure, occupied);
+    let lowest = view.bottom.max(drawing.lowest());
+    let mut bottom = legend::draw(&mut drawing, legend_samples(figure), sizes.tick, lowest + 1.6 * sizes.body);
+    bottom = style::draw_note(&mut drawing, figure.note.as_deref().unwrap_or_default(), bottom, sizes.body);
+    drawing.height = bottom + BORDER;
+    Ok(drawing)
 }
 
 /// Yields the edges of a box with these corners, as pairs of ends.
@@ -213,14 +213,14 @@ fn box_edges(corners: [[f64; 3]; 8]) -> impl Iterator<Item = [[f64; 3]; 2]> {
 }
 
 /// Draws the links of the machine with stroke `link` and its tool, from P to T, with stroke `tool`.
-fn draw_lines(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke, tool: Stroke) {
+fn draw_lines(drawing: &mut Drawing, view: &View, skeleton: &Skeleton, link: Stroke, tool: Stroke) {
     for line in skeleton.chains.iter().flat_map(|chain| &chain.links) {
-        view.draw_line(scene, line, link);
+        view.draw_line(drawing, line, link);
     }
     for rod in telescopic_legs(skeleton) {
-        view.draw_line(scene, &rod, link);
+        view.draw_line(drawing, &rod, link);
     }
-    view.draw_line(scene, &[skeleton.platform_mm, skeleton.tool_tip_mm], tool);
+    view.draw_line(drawing, &[skeleton.platform_mm, skeleton.tool_tip_mm], tool);
 }
 
 /// Yields lines from the joint before each slide to the slide: legs that extend with the slide.
@@ -230,27 +230,27 @@ fn telescopic_legs(skeleton: &Skeleton) -> impl Iterator<Item = [[f64; 3]; 2]> {
 }
 
 /// Draws a machine: links, tool, springs, masses and joints.
-fn draw_machine(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke, largest_mass: f64) {
-    draw_lines(scene, view, skeleton, link, TOOL);
+fn draw_machine(drawing: &mut Drawing, view: &View, skeleton: &Skeleton, link: Stroke, largest_mass: f64) {
+    draw_lines(drawing, view, skeleton, link, TOOL);
     for spring in skeleton.springs() {
         if let [from, to] = spring.as_slice() {
-            draw_spring(scene, view.project(*from), view.project(*to), link.colour);
+            draw_spring(drawing, view.project(*from), view.project(*to), link.colour);
         }
     }
     for mass in skeleton.masses() {
-        draw_mass(scene, view.project(mass.position_mm), libm::cbrt(mass.kilograms / largest_mass), link.colour);
+        draw_mass(drawing, view.project(mass.position_mm), libm::cbrt(mass.kilograms / largest_mass), link.colour);
     }
     for joint in skeleton.chains.iter().flat_map(|chain| &chain.joints) {
-        draw_joint(scene, view.project(joint.position_mm), joint.is_drive, link.colour);
+        draw_joint(drawing, view.project(joint.position_mm), joint.is_drive, link.colour);
     }
-    scene.circle(view.project(skeleton.tool_tip_mm), 0.8 * MARK, Stroke { width: 6.0, ..TOOL });
+    drawing.circle(view.project(skeleton.tool_tip_mm), 0.8 * MARK, Stroke { width: 6.0, ..TOOL });
 }
 
 /// Draws a filled square for a drive, a ring for a passive joint.
-fn draw_joint(scene: &mut Scene, [x, y]: Point, is_drive: bool, colour: Rgb) {
+fn draw_joint(drawing: &mut Drawing, [x, y]: Point, is_drive: bool, colour: Rgb) {
     let radius = if is_drive { MARK } else { 0.75 * MARK };
     if is_drive {
-        scene.convex(
+        drawing.convex(
             vec![
                 [x - radius, y - radius],
                 [x + radius, y - radius],
@@ -261,13 +261,13 @@ fn draw_joint(scene: &mut Scene, [x, y]: Point, is_drive: bool, colour: Rgb) {
         );
     } else {
         let corners = (0..20).map(|k| f64::from(k) / 20.0 * std::f64::consts::TAU);
-        scene.convex(corners.map(|a| [x + radius * libm::cos(a), y + radius * libm::sin(a)]).collect(), WHITE);
-        scene.circle([x, y], radius, Stroke { colour, width: 4.0, dash: &[] });
+        drawing.convex(corners.map(|a| [x + radius * libm::cos(a), y + radius * libm::sin(a)]).collect(), WHITE);
+        drawing.circle([x, y], radius, Stroke { colour, width: 4.0, dash: &[] });
     }
 }
 
 /// Draws a spring as a zigzag between two straight ends.
-fn draw_spring(scene: &mut Scene, from: Point, to: Point, colour: Rgb) {
+fn draw_spring(drawing: &mut Drawing, from: Point, to: Point, colour: Rgb) {
     let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
     let length = libm::hypot(dx, dy).max(1.0);
     let [nx, ny] = [-dy / length * COIL, dx / length * COIL];
@@ -280,7 +280,7 @@ fn draw_spring(scene: &mut Scene, from: Point, to: Point, colour: Rgb) {
     let mut points = vec![from, along(0.15)];
     points.extend((0..TURNS).map(turn));
     points.extend([along(0.85), to]);
-    scene.line(points, Stroke { colour, width: 3.5, dash: &[] });
+    drawing.line(points, Stroke { colour, width: 3.5, dash: &[] });
 }
 
 /// Returns the radius in pixels of the symbol of a mass of relative `size` (1: the largest).
@@ -289,38 +289,39 @@ fn mass_radius(size: f64) -> f64 {
 }
 
 /// Draws the symbol of a centre of gravity, a disc in quarters, with the relative `size` (1: the largest).
-fn draw_mass(scene: &mut Scene, [x, y]: Point, size: f64, colour: Rgb) {
+fn draw_mass(drawing: &mut Drawing, [x, y]: Point, size: f64, colour: Rgb) {
     let radius = mass_radius(size);
     let at = |k: usize| {
         let angle = k as f64 / 40.0 * std::f64::consts::TAU;
         [x + radius * libm::cos(angle), y + radius * libm::sin(angle)]
     };
-    scene.convex((0..40).map(at).collect(), WHITE);
+    drawing.convex((0..40).map(at).collect(), WHITE);
     for first in [0, 20] {
-        scene.convex(std::iter::once([x, y]).chain((first..=first + 10).map(at)).collect(), colour);
+        drawing.convex(std::iter::once([x, y]).chain((first..=first + 10).map(at)).collect(), colour);
     }
-    scene.circle([x, y], radius, Stroke { colour, width: 2.5, dash: &[] });
+    drawing.circle([x, y], radius, Stroke { colour, width: 2.5, dash: &[] });
 }
 
 /// Draws the axes of frame O as three arrows with their names.
-fn draw_frame(scene: &mut Scene, view: &View, occupied: &mut Occupied) {
+fn draw_frame(drawing: &mut Drawing, view: &View, occupied: &mut Occupied) {
     let mut names = Vec::new();
     for (axis, (name, colour)) in [("x", CURVES[1]), ("y", CURVES[3]), ("z", CURVES[2])].into_iter().enumerate() {
         let mut along = [0.0; 3];
         along[axis] = FRAME * view.size;
         let (start, end) = (view.project([0.0; 3]), view.project(along));
-        scene.line(vec![start, end], Stroke { colour, width: 5.0, dash: &[] });
+        drawing.line(vec![start, end], Stroke { colour, width: 5.0, dash: &[] });
         let [dx, dy] = [end[0] - start[0], end[1] - start[1]];
         let reach = libm::hypot(dx, dy).max(1.0);
         let [ux, uy] = [dx / reach * 18.0, dy / reach * 18.0];
         let tip = [end[0] + ux, end[1] + uy];
-        scene.convex(vec![tip, [end[0] - 0.5 * uy, end[1] + 0.5 * ux], [end[0] + 0.5 * uy, end[1] - 0.5 * ux]], colour);
+        drawing
+            .convex(vec![tip, [end[0] - 0.5 * uy, end[1] + 0.5 * ux], [end[0] + 0.5 * uy, end[1] - 0.5 * ux]], colour);
         occupied.marks.extend([rect_around(end, [14.0; 2])]);
         occupied.add_line(&[start, end], 6.0);
         names.push((name, colour, end));
     }
     for (name, colour, end) in names {
-        draw_label(scene, view, occupied, end, (name, colour));
+        draw_label(drawing, view, occupied, end, (name, colour));
     }
 }
 
@@ -354,24 +355,24 @@ fn occupied_areas(view: &View, figure: &PoseFigure) -> Occupied {
 }
 
 /// Draws the names of the chains at their first joints, of boxes, and of the tool tip.
-fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure, mut occupied: Occupied) {
+fn draw_labels(drawing: &mut Drawing, view: &View, figure: &PoseFigure, mut occupied: Occupied) {
     let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
     let tip = view.project(shown.tool_tip_mm);
-    draw_label(scene, view, &mut occupied, tip, ("tool tip T", INK));
+    draw_label(drawing, view, &mut occupied, tip, ("tool tip T", INK));
     for solid in figure.surroundings.solids() {
         let corners = solid.corners.map(|corner| view.project(corner));
         let top = corners.into_iter().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
-        draw_label(scene, view, &mut occupied, top, (&solid.name, figure.solid_stroke(solid).colour));
+        draw_label(drawing, view, &mut occupied, top, (&solid.name, figure.solid_stroke(solid).colour));
     }
     for chain in &shown.chains {
         let Some(first) = chain.joints.first() else { continue };
         let at = view.project(first.position_mm);
-        draw_label(scene, view, &mut occupied, at, (&format!("chain {}", chain.name), INK));
+        draw_label(drawing, view, &mut occupied, at, (&format!("chain {}", chain.name), INK));
     }
 }
 
 /// Places and draws a label beside the point `at` on the page.
-fn draw_label(scene: &mut Scene, view: &View, occupied: &mut Occupied, at: Point, (words, colour): (&str, Rgb)) {
+fn draw_label(drawing: &mut Drawing, view: &View, occupied: &mut Occupied, at: Point, (words, colour): (&str, Rgb)) {
     let half = [
         text::width(words, view.sizes.tick, Weight::Bold) / 2.0 + 0.12 * view.sizes.tick,
         text::capital_height(view.sizes.tick) / 2.0 + 0.12 * view.sizes.tick,
@@ -384,17 +385,17 @@ fn draw_label(scene: &mut Scene, view: &View, occupied: &mut Occupied, at: Point
     };
     let Spot { rect, leader } = occupied.place_label(at, MARK, half, page);
     if let Some(leader) = leader {
-        scene.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.0, dash: &[] });
+        drawing.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.0, dash: &[] });
     }
     let place = [rect.centre()[0], rect.centre()[1] + text::capital_height(view.sizes.tick) / 2.0];
-    scene.text(Text::new(words, view.sizes.tick, place, Anchor::Middle).bold().coloured(colour).with_halo());
+    drawing.text(Text::new(words, view.sizes.tick, place, Anchor::Middle).bold().coloured(colour).with_halo());
 }
 
 /// Returns the legend entries for what the figure shows.
 fn legend_samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
     let colour = if figure.displaced.is_some() { BENT.colour } else { LINK.colour };
     let joint = move |is_drive| {
-        Box::new(move |scene: &mut Scene, [x, y]: Point| draw_joint(scene, [x + 35.0, y], is_drive, colour))
+        Box::new(move |drawing: &mut Drawing, [x, y]: Point| draw_joint(drawing, [x + 35.0, y], is_drive, colour))
     };
     let mut samples: Vec<Sample<'_>> = Vec::new();
     if figure.displaced.is_some() {
@@ -407,11 +408,11 @@ fn legend_samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
     }
     samples.push((line_sample(TOOL), "tool, P to T"));
     if figure.pose.springs().next().is_some() {
-        let draw = move |scene: &mut Scene, [x, y]: Point| draw_spring(scene, [x, y], [x + 70.0, y], colour);
+        let draw = move |drawing: &mut Drawing, [x, y]: Point| draw_spring(drawing, [x, y], [x + 70.0, y], colour);
         samples.push((Box::new(draw), "spring"));
     }
     if figure.largest_mass() > 0.0 {
-        let draw = move |scene: &mut Scene, [x, y]: Point| draw_mass(scene, [x + 35.0, y], 0.6, colour);
+        let draw = move |drawing: &mut Drawing, [x, y]: Point| draw_mass(drawing, [x + 35.0, y], 0.6, colour);
         samples.push((Box::new(draw), "mass (diameter: cube root)"));
     }
     if !figure.rails.is_empty() {

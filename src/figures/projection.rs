@@ -1,6 +1,6 @@
 //! Parallel projection of frame O onto the page.
 
-use super::scene::Point;
+use super::drawing::Point;
 
 /// Parallel projection of frame O (mm) onto the page (pixels).
 pub(super) struct Projection {

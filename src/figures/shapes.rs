@@ -1,6 +1,6 @@
 //! Geometry of lines: hatching of a polygon, level lines of a map, and lines thinned to fewer points that look the same.
 
-use super::scene::Point;
+use super::drawing::Point;
 
 /// Returns the parts within a convex polygon of hatching lines that rise to the right, `pitch` pixels apart; `corners` are in turn.
 pub fn hatching_lines(corners: &[Point], pitch: f64) -> Vec<[Point; 2]> {

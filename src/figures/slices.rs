@@ -3,10 +3,10 @@
 use super::axis::{self, Axis, Plot, Spacing};
 use super::colour_bar::{ColourBar, Scale};
 use super::colours::{Colours, Shading};
+use super::drawing::{Anchor, Drawing, Point, Rect, Stroke, Text};
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
 use super::labels::{self, PlacedMark};
-use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
 use super::shapes::{contour, hatching_beyond};
 use super::style::{self, BORDER, INK, Sizes, WHITE};
 use super::text::{self, LINE_PITCH, Weight};
@@ -122,7 +122,7 @@ impl SlicePanel {
 }
 
 /// Lays the figure out, its maps in `colours`; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &SliceFigure, colours: Colours, sizes: Sizes) -> Result<Scene, FigureError> {
+pub(super) fn drawing(figure: &SliceFigure, colours: Colours, sizes: Sizes) -> Result<Drawing, FigureError> {
     if figure.panels.is_empty() {
         return Err(FigureError::Empty { what: "slice figure".into() });
     }
@@ -139,7 +139,7 @@ pub(super) fn scene(figure: &SliceFigure, colours: Colours, sizes: Sizes) -> Res
         size: sizes.body,
         tick_size: sizes.tick,
     };
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let (mut drawing, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let legend_height = |maps: Rect| maps.height.max(LOWEST_BAR);
     let bar_width = if sizes.is_portrait() {
         0.0
@@ -150,17 +150,17 @@ pub(super) fn scene(figure: &SliceFigure, colours: Colours, sizes: Sizes) -> Res
     };
     let layout = Layout::new(figure, sizes, top, bar_width);
     for (panel, place) in figure.panels.iter().zip(&layout.places) {
-        draw_panel(&mut scene, figure, panel, place, scale, sizes);
+        draw_panel(&mut drawing, figure, panel, place, scale, sizes);
     }
     let maps = layout.maps;
     if sizes.is_portrait() {
-        scene.height = bar.draw_across(&mut scene, maps.x, layout.bottom, maps.width) + BORDER;
-        return Ok(scene);
+        drawing.height = bar.draw_across(&mut drawing, maps.x, layout.bottom, maps.width) + BORDER;
+        return Ok(drawing);
     }
     let height = legend_height(maps);
-    bar.draw(&mut scene, maps.right() + BAR_GAP, maps.y, height);
-    scene.height = layout.bottom.max(maps.y + height + BORDER);
-    Ok(scene)
+    bar.draw(&mut drawing, maps.right() + BAR_GAP, maps.y, height);
+    drawing.height = layout.bottom.max(maps.y + height + BORDER);
+    Ok(drawing)
 }
 
 /// Position of one panel on the page, with the width for its title in pixels, and which of its axes are labelled.
@@ -312,7 +312,7 @@ fn widest_line(panel: &SlicePanel, width: f64, sizes: Sizes) -> f64 {
 
 /// Draws one panel: cells, level line, axes, title and marks.
 fn draw_panel(
-    scene: &mut Scene,
+    drawing: &mut Drawing,
     figure: &SliceFigure,
     panel: &SlicePanel,
     place: &PanelPlace,
@@ -326,15 +326,15 @@ fn draw_panel(
         value.zip(scale).map(|(value, scale)| scale.colour(value))
     };
     let rect = plot.cell_rect(&column_edges, &row_edges);
-    scene.picture(Picture::new(rect.frame(), &column_edges, &row_edges, colour));
-    let lines = figure.limit.map_or_else(Vec::new, |limit| draw_limit(scene, panel, plot, limit));
-    plot.draw_frame(scene);
-    draw_title(scene, panel, place, sizes);
+    drawing.picture(Picture::new(rect.frame(), &column_edges, &row_edges, colour));
+    let lines = figure.limit.map_or_else(Vec::new, |limit| draw_limit(drawing, panel, plot, limit));
+    plot.draw_frame(drawing);
+    draw_title(drawing, panel, place, sizes);
     if place.labelled_x {
-        plot.draw_x_axis(scene, &figure.x_label, sizes.body, sizes.tick);
+        plot.draw_x_axis(drawing, &figure.x_label, sizes.body, sizes.tick);
     }
     if place.labelled_y {
-        plot.draw_y_axis(scene, &figure.y_label, sizes.body, sizes.tick);
+        plot.draw_y_axis(drawing, &figure.y_label, sizes.body, sizes.tick);
     }
     let label = |mark| if panel.is_titled_by(mark) { "" } else { &mark.label };
     let placed: Vec<PlacedMark<'_>> = panel
@@ -342,12 +342,12 @@ fn draw_panel(
         .iter()
         .map(|mark| PlacedMark { at: plot.page_point(mark.x, mark.y), label: label(mark), hidden: false })
         .collect();
-    labels::draw_marks(scene, &placed, &lines, plot.rect, sizes.tick);
+    labels::draw_marks(drawing, &placed, &lines, plot.rect, sizes.tick);
 }
 
 /// Hatches the map beyond its limit and draws the line between, dark with a light rim so that both show on every colour; returns the line's
 /// segments on the page.
-fn draw_limit(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, limit: Limit) -> Vec<[Point; 2]> {
+fn draw_limit(drawing: &mut Drawing, panel: &SlicePanel, plot: &Plot, limit: Limit) -> Vec<[Point; 2]> {
     let (Limit::Most(level) | Limit::Least(level)) = limit;
     let [x, y] = panel.edges();
     let [corner, opposite] =
@@ -359,7 +359,7 @@ fn draw_limit(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, limit: Limit) 
         for [a, b] in hatching_beyond(&panel.x, &panel.y, &beyond, [from, to], HATCH_PITCH) {
             for (colour, aside) in [(WHITE, 1.5), (INK, 0.0)] {
                 let line = [a, b].map(|[x, y]| [x + aside, y + aside]);
-                scene.line(line.to_vec(), Stroke { colour, width: 1.5, dash: &[] });
+                drawing.line(line.to_vec(), Stroke { colour, width: 1.5, dash: &[] });
             }
         }
     }
@@ -367,20 +367,20 @@ fn draw_limit(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, limit: Limit) 
     let lines: Vec<[Point; 2]> = pieces.iter().map(|piece| piece.map(|(x, y)| plot.page_point(x, y))).collect();
     for (colour, width) in [(WHITE, 9.0), (INK, 4.5)] {
         for line in &lines {
-            scene.line(line.to_vec(), Stroke { colour, width, dash: &[] });
+            drawing.line(line.to_vec(), Stroke { colour, width, dash: &[] });
         }
     }
     lines
 }
 
 /// Draws the title of a panel above its map.
-fn draw_title(scene: &mut Scene, panel: &SlicePanel, place: &PanelPlace, sizes: Sizes) {
+fn draw_title(drawing: &mut Drawing, panel: &SlicePanel, place: &PanelPlace, sizes: Sizes) {
     let lines = title_lines(panel, place.slot_width, sizes);
     for (above, line) in lines.iter().rev().enumerate() {
         let at = [
             place.plot.rect.centre()[0],
             place.plot.rect.y - 0.45 * sizes.body - above as f64 * LINE_PITCH * sizes.body,
         ];
-        scene.text(Text::new(line, sizes.body, at, Anchor::Middle));
+        drawing.text(Text::new(line, sizes.body, at, Anchor::Middle));
     }
 }

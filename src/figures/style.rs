@@ -1,6 +1,6 @@
 //! Style that all figures share: page, heading, type sizes and colours.
 
-use super::scene::{Anchor, Rgb, Scene, Stroke, Text};
+use super::drawing::{Anchor, Drawing, Rgb, Stroke, Text};
 use super::text::{self, LINE_PITCH, Weight};
 
 /// Blank border of every figure in pixels.
@@ -53,38 +53,38 @@ pub(super) fn outline() -> Stroke {
 }
 
 /// Returns a page with title and subtitle only, and the y below them.
-pub(super) fn page_with_heading(title: &str, subtitle: &str, sizes: Sizes) -> (Scene, f64) {
-    let mut scene = Scene { title: title.to_owned(), width: sizes.width, ..Scene::default() };
+pub(super) fn page_with_heading(title: &str, subtitle: &str, sizes: Sizes) -> (Drawing, f64) {
+    let mut drawing = Drawing { title: title.to_owned(), width: sizes.width, ..Drawing::default() };
     let mut y = BORDER;
-    for line in page_lines(&scene, title, sizes.title, Weight::Bold) {
+    for line in page_lines(&drawing, title, sizes.title, Weight::Bold) {
         y += sizes.title;
-        scene.text(Text::new(line, sizes.title, [BORDER, y], Anchor::Start).bold());
+        drawing.text(Text::new(line, sizes.title, [BORDER, y], Anchor::Start).bold());
         y += (LINE_PITCH - 1.0) * sizes.title;
     }
-    y = draw_paragraph(&mut scene, subtitle, y + 0.1 * sizes.body, sizes.body);
-    (scene, y + 0.4 * sizes.body)
+    y = draw_paragraph(&mut drawing, subtitle, y + 0.1 * sizes.body, sizes.body);
+    (drawing, y + 0.4 * sizes.body)
 }
 
 /// Draws a muted text, wrapped to the page, from `y` on; returns the y below it.
-pub(super) fn draw_paragraph(scene: &mut Scene, content: &str, mut y: f64, body: f64) -> f64 {
-    for line in page_lines(scene, content, body, Weight::Regular) {
+pub(super) fn draw_paragraph(drawing: &mut Drawing, content: &str, mut y: f64, body: f64) -> f64 {
+    for line in page_lines(drawing, content, body, Weight::Regular) {
         y += body;
-        scene.text(Text::new(line, body, [BORDER, y], Anchor::Start).coloured(MUTED));
+        drawing.text(Text::new(line, body, [BORDER, y], Anchor::Start).coloured(MUTED));
         y += (LINE_PITCH - 1.0) * body;
     }
     y
 }
 
 /// Draws a remark in bold below `y`; returns its lower end.
-pub(super) fn draw_note(scene: &mut Scene, note: &str, mut y: f64, body: f64) -> f64 {
-    for line in text::wrap(note, body, Weight::Bold, scene.width - 2.0 * BORDER) {
+pub(super) fn draw_note(drawing: &mut Drawing, note: &str, mut y: f64, body: f64) -> f64 {
+    for line in text::wrap(note, body, Weight::Bold, drawing.width - 2.0 * BORDER) {
         y += 1.3 * body;
-        scene.text(Text::new(line, body, [BORDER, y], Anchor::Start).bold());
+        drawing.text(Text::new(line, body, [BORDER, y], Anchor::Start).bold());
     }
     y
 }
 
 /// Returns a text wrapped to the width of the page, in lines of similar width.
-fn page_lines(scene: &Scene, content: &str, size: f64, weight: Weight) -> Vec<String> {
-    text::wrap_balanced(content, size, weight, scene.width - 2.0 * BORDER)
+fn page_lines(drawing: &Drawing, content: &str, size: f64, weight: Weight) -> Vec<String> {
+    text::wrap_balanced(content, size, weight, drawing.width - 2.0 * BORDER)
 }

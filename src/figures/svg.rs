@@ -1,4 +1,4 @@
-//! Writes a scene as an SVG document.
+//! Writes a drawing as an SVG document.
 //!
 //! Colours stand as plain attributes, so that every viewer shows them; a page's styles may turn those of ink and paper for a dark theme.
 //! Maps are small embedded images stretched over their place: an element for each cell would be several times as long.
@@ -12,10 +12,10 @@ use std::fmt::Write as _;
 use ab_glyph::{Font, OutlineCurve, Point as Corner};
 use base64::{Engine, engine::general_purpose::STANDARD};
 
+use super::drawing::{Drawing, Item, Point, Rect, Rgb, Stroke, Text};
 use super::error::FigureError;
 use super::field::Picture;
 use super::png;
-use super::scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::shapes::simplify_line;
 use super::style::{HATCH, WHITE};
 use super::text::{self, Letter, Weight};
@@ -28,19 +28,19 @@ const BACKING: f64 = 0.8;
 /// Stroke of the hatching over cells without a value.
 pub(super) const HATCHING: Stroke = Stroke { colour: HATCH, width: 2.0, dash: &[] };
 
-/// Returns the scene as an SVG document; texts are outlines with their words as labels. `Err` when a map cannot be encoded.
-pub fn svg(scene: &Scene) -> Result<String, FigureError> {
-    let [width, height] = [scene.width, scene.height].map(f64::round);
+/// Returns the drawing as an SVG document; texts are outlines with their words as labels. `Err` when a map cannot be encoded.
+pub fn svg(drawing: &Drawing) -> Result<String, FigureError> {
+    let [width, height] = [drawing.width, drawing.height].map(f64::round);
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {} {}\" \
          fill=\"none\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n<title>{}</title>\n",
         SCALE * width,
         SCALE * height,
-        text::printable(&scene.title).replace('&', "&amp;").replace('<', "&lt;")
+        text::printable(&drawing.title).replace('&', "&amp;").replace('<', "&lt;")
     );
     write_rectangle(&mut out, Rect { x: 0.0, y: 0.0, width, height }, WHITE, 1.0);
     let mut lines = Lines::default();
-    for item in &scene.items {
+    for item in &drawing.items {
         match item {
             Item::Line { points, stroke } => {
                 lines.flush_unless(*stroke, &mut out);
@@ -63,7 +63,7 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
         }
     }
     lines.flush(&mut out);
-    let texts = || scene.items.iter().filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None });
+    let texts = || drawing.items.iter().filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None });
     for text in texts().filter(|text| text.halo) {
         write_rectangle(&mut out, text.bounds(), WHITE, BACKING);
     }

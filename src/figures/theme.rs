@@ -1,8 +1,8 @@
 //! Colours of figures on a dark page.
 
 use super::agreement::BAND;
+use super::drawing::Rgb;
 use super::plan::{OBSTACLE, PART, ROOM};
-use super::scene::Rgb;
 use super::style::{CURVES, GRID, HATCH, INK, MUTED, WHITE};
 
 /// Colours of figures on a light page, each with its replacement on a dark page. Colours of maps stay.

@@ -3,11 +3,11 @@
 use super::axis::{self, Axis, Spacing};
 use super::colour_bar::{ColourBar, NO_SOLUTION, Scale};
 use super::colours::{Colours, Shading};
+use super::drawing::{Anchor, Drawing, Point, Rect, Stroke, Text};
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
 use super::labels::{self, PlacedMark};
 use super::projection::Projection;
-use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
 use super::style::{self, BORDER, INK, Sizes, WHITE, outline};
 use super::text::{self, Weight};
 
@@ -87,7 +87,7 @@ impl VolumeFigure {
 }
 
 /// Lays the figure out, its faces in `colours`; `Err` when its data cannot be drawn.
-pub(super) fn scene(figure: &VolumeFigure, colours: Colours, sizes: Sizes) -> Result<Scene, FigureError> {
+pub(super) fn drawing(figure: &VolumeFigure, colours: Colours, sizes: Sizes) -> Result<Drawing, FigureError> {
     figure.check()?;
     let scale = Scale::new(figure.values.iter().copied().flatten(), figure.range, (colours, Shading::Ordered))?;
     let bar = ColourBar {
@@ -97,31 +97,31 @@ pub(super) fn scene(figure: &VolumeFigure, colours: Colours, sizes: Sizes) -> Re
         size: sizes.body,
         tick_size: sizes.tick,
     };
-    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
+    let (mut drawing, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let edges = figure.edges();
     let bar_width = bar.width(BAR_HEIGHT);
     let beside = if sizes.is_portrait() { 0.0 } else { bar_width + BAR_GAP };
     let view = View::fitted(figure, &edges, top, sizes.width - BORDER - beside, sizes);
-    draw_faces(&mut scene, figure, &edges, &view, scale);
+    draw_faces(&mut drawing, figure, &edges, &view, scale);
     // The nine visible edges of the box.
-    FACES.iter().for_each(|face| scene.outline(&face.corners(&view), outline()));
+    FACES.iter().for_each(|face| drawing.outline(&face.corners(&view), outline()));
     for axis in 0..3 {
-        draw_axis(&mut scene, &view, axis, &figure.axis_labels[axis]);
+        draw_axis(&mut drawing, &view, axis, &figure.axis_labels[axis]);
     }
-    let any_hidden = draw_marks(&mut scene, figure, &view);
+    let any_hidden = draw_marks(&mut drawing, figure, &view);
     let mut bottom = if sizes.is_portrait() {
-        let below = scene.lowest() + sizes.body;
-        bar.draw_across(&mut scene, 2.0 * BORDER, below, sizes.width - 4.0 * BORDER)
+        let below = drawing.lowest() + sizes.body;
+        bar.draw_across(&mut drawing, 2.0 * BORDER, below, sizes.width - 4.0 * BORDER)
     } else {
         let bar_top = (view.bounds.centre()[1] - BAR_HEIGHT / 2.0).max(top);
-        bar.draw(&mut scene, sizes.width - BORDER - bar_width, bar_top, BAR_HEIGHT);
-        scene.lowest()
+        bar.draw(&mut drawing, sizes.width - BORDER - bar_width, bar_top, BAR_HEIGHT);
+        drawing.lowest()
     };
     if any_hidden {
-        bottom = style::draw_paragraph(&mut scene, HIDDEN_NOTE, bottom + sizes.body, sizes.body);
+        bottom = style::draw_paragraph(&mut drawing, HIDDEN_NOTE, bottom + sizes.body, sizes.body);
     }
-    scene.height = bottom + BORDER;
-    Ok(scene)
+    drawing.height = bottom + BORDER;
+    Ok(drawing)
 }
 
 /// The box (mm), and where it stands on the page.
@@ -211,7 +211,7 @@ const FACES: [Face; 3] = [
 ];
 
 /// Draws the cells of the three visible faces.
-fn draw_faces(scene: &mut Scene, figure: &VolumeFigure, edges: &[Vec<f64>; 3], view: &View, scale: Option<Scale>) {
+fn draw_faces(drawing: &mut Drawing, figure: &VolumeFigure, edges: &[Vec<f64>; 3], view: &View, scale: Option<Scale>) {
     for face in FACES {
         let [low, _, far, origin] = face.corners(view);
         let [across, down] = [far, low].map(|to| [to[0] - origin[0], to[1] - origin[1]]);
@@ -221,7 +221,7 @@ fn draw_faces(scene: &mut Scene, figure: &VolumeFigure, edges: &[Vec<f64>; 3], v
             node[face.rows] = row;
             figure.value(node).zip(scale).map(|(value, scale)| scale.colour(value))
         };
-        scene.picture(Picture::new([origin, across, down], &edges[face.columns], &edges[face.rows], colour));
+        drawing.picture(Picture::new([origin, across, down], &edges[face.columns], &edges[face.rows], colour));
     }
 }
 
@@ -239,7 +239,7 @@ fn tick_edge(view: &View, axis: usize) -> ([Point; 2], Point) {
 }
 
 /// Draws ticks, numbers and label of one axis.
-fn draw_axis(scene: &mut Scene, view: &View, axis: usize, label: &str) {
+fn draw_axis(drawing: &mut Drawing, view: &View, axis: usize, label: &str) {
     let ([[x0, y0], [x1, y1]], outward) = tick_edge(view, axis);
     let (low, high) = (view.low[axis], view.high[axis]);
     let span = [(x1 - x0).abs(), (y1 - y0).abs()];
@@ -252,23 +252,23 @@ fn draw_axis(scene: &mut Scene, view: &View, axis: usize, label: &str) {
         let share = scale.fraction(*value);
         let start = [x0 + share * (x1 - x0), y0 + share * (y1 - y0)];
         let end = [start[0] + TICK * outward[0], start[1] + TICK * outward[1]];
-        scene.line(vec![start, end], axis::tick_stroke());
-        draw_centred_text(scene, number, view.sizes.tick, centre_beside(number, view.sizes.tick, end, outward));
+        drawing.line(vec![start, end], axis::tick_stroke());
+        draw_centred_text(drawing, number, view.sizes.tick, centre_beside(number, view.sizes.tick, end, outward));
     }
     let label = axis::label_with_power(label, scale.ticks.exponent);
     let middle = [(x0 + x1) / 2.0, (y0 + y1) / 2.0];
     if axis == 2 {
         let size = view.sizes.body;
         let x = middle[0] - scale.depth_beside(view.sizes.tick) - 0.6 * size - GAP;
-        scene.text(Text::new(label, size, [x, middle[1]], Anchor::Middle).upward());
+        drawing.text(Text::new(label, size, [x, middle[1]], Anchor::Middle).upward());
     } else {
         let numbers = axis::label_width(&scale.ticks, view.sizes.tick);
-        draw_slanted_label(scene, view, axis, &label, middle, numbers);
+        draw_slanted_label(drawing, view, axis, &label, middle, numbers);
     }
 }
 
 /// Draws the label of x or y: beside the numbers at the middle of its edge if the page is wide enough, else in a row below the box.
-fn draw_slanted_label(scene: &mut Scene, view: &View, axis: usize, label: &str, middle: Point, numbers: f64) {
+fn draw_slanted_label(drawing: &mut Drawing, view: &View, axis: usize, label: &str, middle: Point, numbers: f64) {
     let size = view.sizes.body;
     let half_width = text::width(label, size, Weight::Regular) / 2.0;
     let side = if axis == 0 { -1.0 } else { 1.0 };
@@ -279,7 +279,7 @@ fn draw_slanted_label(scene: &mut Scene, view: &View, axis: usize, label: &str, 
         let row = axis as f64 * 1.3 * view.sizes.body;
         centre = [centre[0].min(last).max(first), view.bounds.bottom() + 2.4 * view.sizes.tick + row];
     }
-    draw_centred_text(scene, label, size, centre);
+    draw_centred_text(drawing, label, size, centre);
 }
 
 /// Returns the centre of a text next to the point `at`, on the side that `outward` points to.
@@ -291,13 +291,13 @@ fn centre_beside(content: &str, size: f64, at: Point, outward: Point) -> Point {
 }
 
 /// Draws a text centred on a point of the page.
-fn draw_centred_text(scene: &mut Scene, content: &str, size: f64, centre: Point) {
+fn draw_centred_text(drawing: &mut Drawing, content: &str, size: f64, centre: Point) {
     let at = [centre[0], centre[1] + text::capital_height(size) / 2.0];
-    scene.text(Text::new(content, size, at, Anchor::Middle));
+    drawing.text(Text::new(content, size, at, Anchor::Middle));
 }
 
 /// Draws the marks; returns whether any of them is not on a visible face.
-fn draw_marks(scene: &mut Scene, figure: &VolumeFigure, view: &View) -> bool {
+fn draw_marks(drawing: &mut Drawing, figure: &VolumeFigure, view: &View) -> bool {
     let mut placed = Vec::with_capacity(figure.marks.len());
     for mark in &figure.marks {
         let at = view.project(mark.position);
@@ -305,16 +305,16 @@ fn draw_marks(scene: &mut Scene, figure: &VolumeFigure, view: &View) -> bool {
         if hidden {
             let [x, y, _] = mark.position;
             let foot = view.project([x, y, view.high[2]]);
-            scene.line(vec![foot, at], LEADER_RIM);
-            scene.line(vec![foot, at], LEADER);
+            drawing.line(vec![foot, at], LEADER_RIM);
+            drawing.line(vec![foot, at], LEADER);
             let cross = |dx: f64| vec![[foot[0] - dx, foot[1] - 5.0], [foot[0] + dx, foot[1] + 5.0]];
-            scene.line(cross(9.0), LEADER_RIM);
-            scene.line(cross(-9.0), LEADER_RIM);
-            scene.line(cross(9.0), outline());
-            scene.line(cross(-9.0), outline());
+            drawing.line(cross(9.0), LEADER_RIM);
+            drawing.line(cross(-9.0), LEADER_RIM);
+            drawing.line(cross(9.0), outline());
+            drawing.line(cross(-9.0), outline());
         }
         placed.push(PlacedMark { at, label: &mark.label, hidden });
     }
-    labels::draw_marks(scene, &placed, &[], view.bounds, view.sizes.tick);
+    labels::draw_marks(drawing, &placed, &[], view.bounds, view.sizes.tick);
     placed.iter().any(|mark| mark.hidden)
 }

@@ -11,15 +11,15 @@ use crate::{
         cutting::CuttingLaw,
         uncertainty::{CutBy, Uncertainty},
     },
-    simulation::Scene,
+    simulation::LoadCase,
     spatial::Grid,
 };
 
 /// Default step between tool angles φ over one revolution, degrees.
 const PHI_STEP_DEG: f64 = 10.0;
 
-/// The keys of a workspace study that its scene depends on.
-pub(super) struct SceneKeys {
+/// The keys of a workspace study that its load case depends on.
+pub(super) struct LoadCaseKeys {
     /// Step between tool angles φ, degrees; [`PHI_STEP_DEG`] if `None`.
     pub phi_step_deg: Option<f64>,
     /// Whether the study compensates, so that target and tolerance matter.
@@ -35,15 +35,21 @@ pub struct Shown {
     pub not_used: Vec<&'static str>,
 }
 
-/// Returns what is uncertain of `scene`, which has no path, and the files read for it. `Err` as of [`StudyContext::uncertainty`].
-pub(super) fn uncertainty_anywhere(context: &StudyContext<'_>, scene: &Scene) -> Result<(Option<Uncertainty>, Inputs)> {
+/// Returns what is uncertain of `case`, which has no path, and the files read for it. `Err` as of [`StudyContext::uncertainty`].
+pub(super) fn uncertainty_anywhere(
+    context: &StudyContext<'_>,
+    case: &LoadCase,
+) -> Result<(Option<Uncertainty>, Inputs)> {
     let table = context.uncertainty_of_process.borrow().clone();
-    let cut = CutBy::anywhere(!scene.force.is_zero());
-    context.uncertainty(table.as_ref(), &scene.machine, &scene.errors, &cut)
+    let cut = CutBy::anywhere(!case.force.is_zero());
+    context.uncertainty(table.as_ref(), &case.machine, &case.errors, &cut)
 }
 
-/// Returns the scene of a workspace study, process tables that it does not use, and its inputs. `Err` without a force in the tool frame.
-pub(super) fn scene(context: &StudyContext<'_>, keys: SceneKeys) -> Result<(Scene, Vec<&'static str>, Inputs)> {
+/// Returns the load case of a workspace study, process tables that it does not use, and its inputs. `Err` without a force in the tool frame.
+pub(super) fn load_case(
+    context: &StudyContext<'_>,
+    keys: LoadCaseKeys,
+) -> Result<(LoadCase, Vec<&'static str>, Inputs)> {
     let process = context.process(None, &context.check)?;
     let force = match process.cutting {
         CuttingLaw::PathFrame(frame) => Some(frame.force),
@@ -72,7 +78,7 @@ pub(super) fn scene(context: &StudyContext<'_>, keys: SceneKeys) -> Result<(Scen
         let problem = format!("{} has no use for it", context.name);
         return context.check.root().key("process").key(table).fail(problem);
     }
-    let scene = Scene {
+    let load_case = LoadCase {
         force,
         force_of_turn,
         phis: tool_angles(keys.phi_step_deg.unwrap_or(PHI_STEP_DEG), &context.check.key("phi_step_deg"))?,
@@ -81,7 +87,7 @@ pub(super) fn scene(context: &StudyContext<'_>, keys: SceneKeys) -> Result<(Scen
         target: process.target,
         tolerance_mm: process.tolerance_mm,
     };
-    Ok((scene, not_used, process.inputs))
+    Ok((load_case, not_used, process.inputs))
 }
 
 /// Returns the tool angles φ of one revolution in steps of `step` degrees, rad. `Err` if `step` does not divide 360.

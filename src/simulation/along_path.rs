@@ -259,7 +259,8 @@ impl<'a> TrackBlocks<'a> {
 pub(crate) fn run_pieces<T: Serialize + DeserializeOwned + Send>(
     case: &PathCase<'_>,
     track: &TrackBlocks<'_>,
-    place: (usize, usize),
+    first: usize,
+    passes: usize,
     method: Method,
     work: &Work,
     keep: impl Fn(PathPointResult) -> T + Sync,
@@ -277,7 +278,7 @@ pub(crate) fn run_pieces<T: Serialize + DeserializeOwned + Send>(
         }
         Ok(answers.into_iter().map(&keep).collect())
     };
-    Ok(block_pieces(case.tasks.len(), place, work, Vec::len, compute)?.into_iter().flatten().collect())
+    Ok(block_pieces(case.tasks.len(), first, passes, work, Vec::len, compute)?.into_iter().flatten().collect())
 }
 
 /// Computes the blocks of `count` points from `first` on as pieces of `work`, in parallel, and returns them in order; pieces of other shards are
@@ -287,7 +288,8 @@ pub(crate) fn run_pieces<T: Serialize + DeserializeOwned + Send>(
 /// Of `work` and of `compute`.
 pub(crate) fn block_pieces<T: Serialize + DeserializeOwned + Send>(
     count: usize,
-    (first, passes): (usize, usize),
+    first: usize,
+    passes: usize,
     work: &Work,
     items: impl Fn(&T) -> usize + Sync,
     compute: impl Fn(Range<usize>, &Work) -> Result<T> + Sync,

@@ -23,17 +23,28 @@ pub(crate) fn larger_forces(all: Vec<DrawnForces>, next: Vec<DrawnForces>) -> Ve
     all.into_iter().zip(next).map(of_draw).collect()
 }
 
+/// A part of a path at which drive forces are wanted.
+pub(crate) struct ForcedPart<'a> {
+    /// Index of its first point.
+    pub first: usize,
+    /// The nominal machine along it, by blocks.
+    pub track: &'a [Vec<TrackPoint>],
+    /// Poses and loads at its points.
+    pub tasks: &'a [TaskPoint],
+    /// What draws change of the force at each; empty where one factor is for all of it.
+    pub forces: &'a [DrawnForceAt],
+}
+
 impl DrawnMachines {
-    /// Returns the largest drive forces in each of `draws` at `commands`, over those of the points `tasks` whose index, from `first` on, `counts`, with what draws change of the force at each; the
-    /// nominal machine is tracked as in `track`, by blocks. The results do not depend on the number of threads.
+    /// Returns the largest drive forces in each of `draws` at `commands`, over those points of the part whose index in the path `counts`. The results do not
+    /// depend on the number of threads.
     ///
     /// # Errors
     /// Of `work`.
     pub fn largest_forces(
         &self,
         draws: Range<usize>,
-        (first, track): (usize, &[Vec<TrackPoint>]),
-        (tasks, at): (&[TaskPoint], &[DrawnForceAt]),
+        &ForcedPart { first, track, tasks, forces }: &ForcedPart<'_>,
         commands: &Commands<'_>,
         counts: &(dyn Fn(usize) -> bool + Sync),
         work: &Work,
@@ -44,8 +55,8 @@ impl DrawnMachines {
         let blocks: Vec<TrackedBlock<'_>> =
             long.flat_map(|(block, track)| (block * BLOCK..).step_by(length).zip(track.chunks(length))).collect();
         let solve = |index: usize| {
-            let forces = |machines: &Machines| -> error::Result<DrawnForces> {
-                let tasks: Vec<TaskPoint> = self.under_draw(index, tasks, at);
+            let largest = |machines: &Machines| -> error::Result<DrawnForces> {
+                let tasks: Vec<TaskPoint> = self.under_draw(index, tasks, forces);
                 let case = PathCase::new(machines, Source::All, &tasks);
                 let mut largest = vec![(0.0, first); case.nominal.drive_count()];
                 for together in blocks.chunks(Batch::WIDTH) {
@@ -63,7 +74,7 @@ impl DrawnMachines {
                 }
                 Ok(Ok(largest))
             };
-            self.on_draw(index, forces).unwrap_or_else(|failure| Ok(Err(failure)))
+            self.on_draw(index, largest).unwrap_or_else(|failure| Ok(Err(failure)))
         };
         draws.into_par_iter().map(solve).collect()
     }

@@ -4,22 +4,24 @@
 pub mod along_path;
 pub(crate) mod drawn_forces;
 pub(crate) mod external_axes;
+mod load_case;
 pub(crate) mod path_blocks;
 mod path_sums;
 pub mod play;
-mod scene;
 pub(crate) mod settled;
 pub(crate) mod sources;
 pub mod spread;
 pub mod spread_along;
 mod status;
 pub mod tasks;
+mod tracked_path;
 pub(crate) mod tracking;
 pub(crate) mod within_limits;
 
 pub use external_axes::with_drives_left;
-pub use scene::Scene;
+pub use load_case::LoadCase;
 pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};
 pub use status::{Failure, SOLVED, status_of};
 #[cfg(feature = "report")]
 pub(crate) use status::{STATUSES, is_result_status, is_solved_status};
+pub use tracked_path::TrackedPath;

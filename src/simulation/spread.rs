@@ -157,7 +157,8 @@ pub(crate) fn machines_at_ends(
 pub(crate) struct DrawnMachines {
     /// What varies.
     pub uncertainty: Uncertainty,
-    nominal: Machines,
+    /// The nominal and actual machines, with nominal numbers.
+    pub machines: Machines,
     errors: Vec<ChainError>,
     /// Machines with each parameter alone at its ends ([`Response::ENDS`]), as far as they are solved.
     pub ends: Vec<[Option<Machines>; 2]>,
@@ -172,13 +173,13 @@ pub(crate) struct DrawnMachines {
 }
 
 impl DrawnMachines {
-    /// Makes the machines with each parameter at its ends; `None` where inputs are exact. `errors` are the chain errors of `nominal`.
+    /// Makes the machines with each parameter at its ends; `None` where inputs are exact. `errors` are the chain errors of `machines`.
     ///
     /// # Errors
     /// As [`Machines::drawn`].
     pub fn new(
         uncertainty: Option<&Uncertainty>,
-        nominal: &Machines,
+        machines: &Machines,
         errors: &[ChainError],
     ) -> error::Result<Option<Self>> {
         // Pages compute with nominal numbers.
@@ -187,11 +188,11 @@ impl DrawnMachines {
             (0..Draws::COUNT).map(|index| (index < Draws::PER_SCRAMBLE).then(OnceLock::new)).collect();
         let weakest = uncertainty.draws.from_weakest.iter().flat_map(|order| &order[..KEPT]);
         weakest.for_each(|index| drawn[*index] = Some(OnceLock::new()));
-        let (ends, end_coordinates) = (machines_at_ends(uncertainty, nominal, errors)?, uncertainty.end_coordinates());
+        let (ends, end_coordinates) = (machines_at_ends(uncertainty, machines, errors)?, uncertainty.end_coordinates());
         let causes = uncertainty.causes().collect();
         let weakest = OnceLock::new();
-        let (uncertainty, nominal, errors) = (uncertainty.clone(), nominal.clone(), errors.to_vec());
-        Ok(Some(Self { uncertainty, nominal, errors, ends, end_coordinates, causes, drawn, weakest }))
+        let (uncertainty, machines, errors) = (uncertainty.clone(), machines.clone(), errors.to_vec());
+        Ok(Some(Self { uncertainty, machines, errors, ends, end_coordinates, causes, drawn, weakest }))
     }
 
     /// The same machines with the cause called `name` measured, and how well it is known then ([`Uncertainty::measured`]).
@@ -200,7 +201,7 @@ impl DrawnMachines {
     /// As [`DrawnMachines::new`].
     pub fn measured(&self, name: &str) -> error::Result<Option<(Self, &'static str)>> {
         let Some((uncertainty, known)) = self.uncertainty.measured(name) else { return Ok(None) };
-        Ok(Self::new(Some(&uncertainty), &self.nominal, &self.errors)?.map(|own| (own, known)))
+        Ok(Self::new(Some(&uncertainty), &self.machines, &self.errors)?.map(|own| (own, known)))
     }
 
     /// Returns the surrogate of displacements without load and under each load where this `cut` is made; where components of the force vary by
@@ -295,7 +296,7 @@ impl DrawnMachines {
 
     /// Makes the machines with these values of parameters.
     fn machines_with(&self, values: [Values<'_>; 2]) -> Result<Machines, Failure> {
-        let machines = self.nominal.drawn(&self.uncertainty.machine, &values, &self.errors);
+        let machines = self.machines.drawn(&self.uncertainty.machine, &values, &self.errors);
         machines.map_err(|error| Failure::no_machine(&error))
     }
 }
@@ -343,7 +344,8 @@ impl WantedSpread<'_> {
     /// Size at `point` in the draw `index`, mm, solved unless it is in `solved`; `None` if it has none.
     fn solve_once(
         &self,
-        (point, index): (usize, usize),
+        point: usize,
+        index: usize,
         solved: &mut BTreeMap<usize, Option<f64>>,
         spread: &mut DeflectionSpread,
     ) -> error::Result<Option<f64>> {
@@ -374,7 +376,7 @@ impl WantedSpread<'_> {
         'all: for from_weakest in &uncertainty.draws.from_weakest {
             let mut standing = 0;
             for &index in from_weakest {
-                if self.solve_once((point, index), &mut solved, spread)?.is_some() {
+                if self.solve_once(point, index, &mut solved, spread)?.is_some() {
                     standing += 1;
                 } else {
                     (standing, sizes[index]) = (0, f64::INFINITY);
@@ -407,7 +409,7 @@ impl WantedSpread<'_> {
             let causes = self.drawn.causes.iter().map(|(_, cause)| cause);
             let mut spread = self.spread_with_cause(&surrogate.variances(draws, causes));
             let solved = self.solve_weakest(point, &mut sizes, &mut spread)?;
-            self.estimate((point, solved), Cow::Owned(sizes), spread).map(Some)
+            self.estimate(point, solved, Cow::Owned(sizes), spread).map(Some)
         };
         let estimates: Vec<_> = points.iter().enumerate().map(estimate).collect::<error::Result<_>>()?;
         let nearby: Vec<f64> = estimates.iter().flatten().filter_map(Estimate::first_share).collect();
@@ -442,7 +444,7 @@ impl WantedSpread<'_> {
     /// Distribution of `sizes` at the first point in the draws (infinite without equilibrium), begun as `spread`: checked, and corrected where the
     /// engine differs. Returns also whether the engine agrees or corrected it.
     pub fn check(&self, sizes: &[f64], spread: DeflectionSpread) -> error::Result<(DeflectionSpread, bool)> {
-        let mut own = self.estimate((0, BTreeMap::new()), Cow::Borrowed(sizes), spread)?;
+        let mut own = self.estimate(0, BTreeMap::new(), Cow::Borrowed(sizes), spread)?;
         let agrees = self.correct(&mut own, None)?;
         Ok((own.spread, agrees))
     }
@@ -450,7 +452,8 @@ impl WantedSpread<'_> {
     /// The distribution of `sizes` at `point`, where the engine has `solved` some draws, begun as `spread`, with a draw next to its 95 % quantile solved by it.
     fn estimate<'s>(
         &self,
-        (point, solved): (usize, BTreeMap<usize, Option<f64>>),
+        point: usize,
+        solved: BTreeMap<usize, Option<f64>>,
         sizes: Cow<'s, [f64]>,
         mut spread: DeflectionSpread,
     ) -> error::Result<Estimate<'s>> {
@@ -491,7 +494,7 @@ impl WantedSpread<'_> {
 
     /// Engine less surrogate in the draw `index`, mm, solved once; `None` where the engine has no equilibrium.
     fn difference(&self, index: usize, estimate: &mut Estimate<'_>) -> error::Result<Option<f64>> {
-        let solved = self.solve_once((estimate.point, index), &mut estimate.solved, &mut estimate.spread)?;
+        let solved = self.solve_once(estimate.point, index, &mut estimate.solved, &mut estimate.spread)?;
         Ok(solved.map(|size| size - estimate.sizes[index]))
     }
 
@@ -510,11 +513,13 @@ impl WantedSpread<'_> {
         let found_at = |estimate: &mut Estimate<'_>, value: f64, nearby: Option<f64>, is_known: &IsKnown<'_>| {
             let most_next = self.most_next.unwrap_or(usize::MAX).max(FEWEST_NEXT);
             let [most, most_of_all] = MOST_NEXT.map(|most| most.min(most_next));
-            match self.differences_next_to(value, (&few, most), (true, nearby), is_known, estimate)? {
+            let nearest = estimate.next_to(&few, value, most);
+            match self.differences_next_to(&nearest, true, nearby, is_known, estimate)? {
                 // What has just been seen to differ does not agree after all.
                 None if estimate.foresees_failures() => {
                     let all = all.get_or_init(|| estimate.in_order(count));
-                    self.differences_next_to(value, (all, most_of_all), (false, None), is_known, estimate)
+                    let nearest = estimate.next_to(all, value, most_of_all);
+                    self.differences_next_to(&nearest, false, None, is_known, estimate)
                 }
                 found => Ok(found),
             }
@@ -560,21 +565,20 @@ impl WantedSpread<'_> {
         Ok(true)
     }
 
-    /// What the engine says in the `most` draws of `order` (by ascending size) on both sides of `value`. It agrees, if it `may`, where four of them are
+    /// What the engine says in the draws `nearest` to a value, on both sides of it. It agrees, if it `may`, where four of them are
     /// close, or one where `nearby`, the root mean square of the first differences at points next to it as shares of their quantiles, is. `None` where
     /// differences are not known well enough after so many draws, or one has no equilibrium.
     fn differences_next_to(
         &self,
-        value: f64,
-        (order, most): (&[usize], usize),
-        (may_agree, nearby): (bool, Option<f64>),
+        nearest: &[usize],
+        may_agree: bool,
+        nearby: Option<f64>,
         is_known: &IsKnown<'_>,
         estimate: &mut Estimate<'_>,
     ) -> error::Result<Option<Found>> {
         let p95 = estimate.quantiles.p95;
         let (mut differences, mut shares): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-        let nearest = estimate.next_to(order, value, most);
-        for &index in &nearest {
+        for &index in nearest {
             let Some(difference) = self.difference(index, estimate)? else { return Ok(None) };
             differences.push(difference);
             shares.push(share_of(difference, p95));

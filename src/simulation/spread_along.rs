@@ -244,9 +244,7 @@ pub(crate) fn numbers_of_passes(first: u32, cuts: impl Iterator<Item = bool>) ->
 
 /// A path whose spread is wanted.
 pub(crate) struct SpreadPath<'a> {
-    /// Nominal and actual machine.
-    pub machines: &'a Machines,
-    /// The machines that uncertain inputs make of them.
+    /// The nominal and actual machines, and those that uncertain inputs make of them.
     pub drawn: &'a DrawnMachines,
     /// Where the workpiece stands.
     pub placement: Placement,
@@ -264,8 +262,6 @@ pub(crate) struct SpreadPath<'a> {
     pub by_drive: bool,
     /// Whether the compensated commands are computed as well, and each point is checked by itself; a search wants the largest distance alone.
     pub compensates: bool,
-    /// As in [`PathCase`].
-    pub play: bool,
 }
 
 impl SpreadPath<'_> {
@@ -283,7 +279,7 @@ impl SpreadPath<'_> {
     ) -> Result<Vec<Option<PointSpread>>> {
         let work = work.part("spread").numbered_after(passes - 1);
         let items = |block: &SpreadBlock| block.points.len();
-        let blocks = block_pieces(part.tasks.len(), (part.first, passes), &work, items, |points, work| {
+        let blocks = block_pieces(part.tasks.len(), part.first, passes, &work, items, |points, work| {
             let solved = Block::new(self, part, &points, work).spread()?;
             work.tell(Event::Computed(points.len()));
             Ok(solved)
@@ -311,7 +307,7 @@ impl SpreadPath<'_> {
                 let Some((drawn, known)) = self.drawn.measured(cause)? else { continue };
                 let path = SpreadPath { drawn: &drawn, audits: 0, ..*self };
                 let point = Block { path: &path, tools: point.tools.clone(), ..point };
-                let found = point.spreads_at(0, (&commanded, 0), &point.responses(&commanded)?)?;
+                let found = point.spreads_at(0, &commanded, 0, &point.responses(&commanded)?)?;
                 let then = found.into_iter().flatten().find_map(|(spread, _)| spread.p95_mm);
                 all.extend(then.map(|then| IfMeasured {
                     cause: cause.into(),
@@ -365,7 +361,7 @@ impl SpreadPath<'_> {
         let mut largest = Ok(0.0);
         each_part(&mut |part| {
             let items = |_: &std::result::Result<f64, Failure>| 0;
-            let blocks = block_pieces(part.tasks.len(), (part.first, 1), work, items, |points, work| {
+            let blocks = block_pieces(part.tasks.len(), part.first, 1, work, items, |points, work| {
                 Block::new(self, part, &points, work).largest(draw, command)
             })?;
             work.barrier()?;
@@ -503,7 +499,8 @@ impl<'a> Block<'a> {
         let (tasks, track) = (&part.tasks[points.clone()], part.track.block(points.start));
         let written = part.written.map(|poses| &poses[points.clone()]);
         let forces = part.forces.get(points.clone()).unwrap_or_default();
-        let mut tools = tools_on_workpiece(&path.machines.nominal, &path.placement, &path.drawn.uncertainty, tasks);
+        let mut tools =
+            tools_on_workpiece(&path.drawn.machines.nominal, &path.placement, &path.drawn.uncertainty, tasks);
         for (tool, pass) in tools.iter_mut().zip(path.passes.get(part.first + points.start..).unwrap_or_default()) {
             tool.pass = *pass as usize;
         }
@@ -569,7 +566,7 @@ impl<'a> Block<'a> {
         tasks: Vec<TaskPoint>,
         commands: &Commands<'_>,
     ) -> Result<Vec<PathPointResult>> {
-        let case = PathCase { play: self.path.play, ..PathCase::new(machines, Source::All, &tasks) };
+        let case = PathCase::new(machines, Source::All, &tasks);
         let points = self.track.len().div_ceil(Batch::WIDTH).clamp(1, SHORT_BLOCK);
         let block = |(k, track)| (k * points, track);
         let blocks: Vec<TrackedBlock<'_>> = self.track.chunks(points).enumerate().map(block).collect();
@@ -585,7 +582,7 @@ impl<'a> Block<'a> {
             (Command::Compensated, None) => {}
         }
         let tasks: Vec<TaskPoint> = self.tasks.iter().map(|task| Source::All.task(task)).collect();
-        let case = PathCase { play: self.path.play, ..PathCase::new(self.path.machines, Source::All, &tasks) };
+        let case = PathCase::new(&self.path.drawn.machines, Source::All, &tasks);
         let commands = Commands::Method(Method::Direct);
         let answers = solve_blocks(&case, &commands, &[(0, self.track)], &|| self.work.check())?.concat();
         let targets = answers.into_iter().map(|answer| answer.target.filter(|_| answer.status.is_success()));
@@ -606,7 +603,7 @@ impl<'a> Block<'a> {
             factors
         });
         let loads: Vec<ForceFactors> = [0.0, 1.0].map(ForceFactors::of_all).into_iter().chain(twice).collect();
-        let solved = |load: &ForceFactors| self.solve_under(self.path.machines, *load, &commands);
+        let solved = |load: &ForceFactors| self.solve_under(&self.path.drawn.machines, *load, &commands);
         let all = loads.iter().map(solved).collect::<Result<Vec<_>>>()?;
         let [unloaded, loaded, twice @ ..] = &all[..] else { return Ok(Vec::new()) };
         // Play is no part of what grows with the force; all draws are taken to stand on the sides of the nominal machine.
@@ -662,7 +659,7 @@ impl<'a> Block<'a> {
 
     /// Why there is no equilibrium in `answer`; `words` say with which machine, empty of a draw.
     fn failure(&self, answer: &PathPointResult, words: &str) -> Failure {
-        Failure::of(&answer.status, &self.path.machines.nominal).on(words)
+        Failure::of(&answer.status, &self.path.drawn.machines.nominal).on(words)
     }
 
     /// Distance from the path at point `k` in a draw, mm.
@@ -711,7 +708,8 @@ impl<'a> Block<'a> {
     fn spreads_at(
         &self,
         first: usize,
-        (commanded, audits): (&Commanded, usize),
+        commanded: &Commanded,
+        audits: usize,
         points: &[Option<Solved>],
     ) -> Result<Vec<Option<(DeflectionSpread, Sizes)>>> {
         let solve = |k, draw: Draw<'_>| self.size_at(first + k, commanded, draw);
@@ -727,7 +725,7 @@ impl<'a> Block<'a> {
     /// Returns for each drive by how much the tool is moved at each point where the correction of that drive alone is left out, with nominal numbers, mm (O axes); `None` where
     /// there is no equilibrium.
     fn without_drives(&self, commanded: &Commanded) -> Result<Vec<Vec<Option<Vector3<f64>>>>> {
-        let all = self.solve(self.path.machines, 1.0, &commanded.of(0..self.tasks.len()))?;
+        let all = self.solve(&self.path.drawn.machines, 1.0, &commanded.of(0..self.tasks.len()))?;
         let without = |drive: usize| {
             let drives = |own: &PathPointResult| {
                 let mut drives = own.drives.clone();
@@ -737,12 +735,12 @@ impl<'a> Block<'a> {
                 drives
             };
             let drives: Vec<Vec<f64>> = all.iter().map(drives).collect();
-            let found = self.solve(self.path.machines, 1.0, &Commands::Drives(&drives))?;
+            let found = self.solve(&self.path.drawn.machines, 1.0, &Commands::Drives(&drives))?;
             let moved =
                 |(own, with): (&PathPointResult, &PathPointResult)| Some(own.solved_error()? - with.solved_error()?);
             Ok(found.iter().zip(&all).map(moved).collect())
         };
-        (0..self.path.machines.nominal.drives().count()).map(without).collect()
+        (0..self.path.drawn.machines.nominal.drives().count()).map(without).collect()
     }
 
     /// Sizes at point `k` in the first draws with the correction of each drive left out, which moves the tool by `shifts`; none where it is not known.
@@ -777,8 +775,8 @@ impl<'a> Block<'a> {
             all_plain.chunks(Batch::WIDTH).zip(all_compensated.chunks(Batch::WIDTH)).enumerate()
         {
             let first = group * Batch::WIDTH;
-            let of_plain = self.spreads_at(first, (&plain, 0), at_plain)?;
-            let of_compensated = self.spreads_at(first, (&compensated, self.path.audits), at_compensated)?;
+            let of_plain = self.spreads_at(first, &plain, 0, at_plain)?;
+            let of_compensated = self.spreads_at(first, &compensated, self.path.audits, at_compensated)?;
             for (k, (own, with)) in (first..).zip(of_plain.into_iter().zip(of_compensated)) {
                 let Some((own, sizes)) = own else {
                     points.push(None);
@@ -817,7 +815,7 @@ impl<'a> Block<'a> {
     fn largest(&self, draw: (usize, &Machines), command: Command) -> Result<std::result::Result<f64, Failure>> {
         let commanded = self.commanded(command)?;
         let commands = commanded.of(0..self.tasks.len());
-        let nominal = self.solve(self.path.machines, 1.0, &commands)?;
+        let nominal = self.solve(&self.path.drawn.machines, 1.0, &commands)?;
         let mut largest = 0.0f64;
         let tasks = self.path.drawn.under_draw(draw.0, self.tasks, self.forces);
         for (k, (nominal, size)) in nominal.iter().zip(self.sizes(draw, tasks, &commands)?).enumerate() {

@@ -116,7 +116,8 @@ pub(crate) fn against_bend(path: &CutPath, k: usize, there: &PlacedWorkpiece) ->
 /// Returns what draws change of the force at each point of a path at `placement`, whose force has these `components`; nothing where one factor is for all of it.
 pub(crate) fn drawn_forces_at(
     uncertainty: &Uncertainty,
-    (machine, placement): (&Machine, &Placement),
+    machine: &Machine,
+    placement: &Placement,
     path: &CutPath,
     components: Option<&[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]>,
 ) -> Vec<DrawnForceAt> {

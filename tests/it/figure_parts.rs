@@ -1,4 +1,4 @@
-//! Of what figures are laid out: ticks, texts, shapes, cells, labels and colours, and how a scene is written.
+//! Of what figures are laid out: ticks, texts, shapes, cells, labels and colours, and how a drawing is written.
 
 use kinetostat::{
     Machine,
@@ -6,10 +6,10 @@ use kinetostat::{
         Colours, Figure, PoseFigure, Surroundings,
         axis::{degree_ticks, label_with_power, linear_ticks, logarithmic_ticks, widened},
         cyclic_colour, diverging_colour,
+        drawing::{Drawing, Item, Point, Rect, Rgb, Stroke, Text},
         field::{Picture, edges},
         labels::{Occupied, rect_around},
         png::dashes,
-        scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text},
         shapes::{contour, hatching_beyond, hatching_lines, simplify_line},
         svg::{svg, with_dark_theme},
         text::{Weight, width, wrap},
@@ -30,12 +30,12 @@ fn at_home(machine: &Machine) -> PoseFigure {
     }
 }
 
-fn scene(figure: PoseFigure) -> Scene {
-    Figure::Pose(Box::new(figure)).scene(Colours::Viridis).unwrap()
+fn drawing(figure: PoseFigure) -> Drawing {
+    Figure::Pose(Box::new(figure)).drawing(Colours::Viridis).unwrap()
 }
 
 fn texts(figure: PoseFigure) -> Vec<Text> {
-    let items = scene(figure).items.into_iter();
+    let items = drawing(figure).items.into_iter();
     items.filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None }).collect()
 }
 
@@ -75,7 +75,7 @@ fn what_stands_beside_the_links_is_on_the_page() {
         let figure = at_home(&Machine::named_or_file(name).unwrap());
         let told = (figure.pose.springs().count(), figure.pose.masses().count());
         assert!(told.0 + told.1 > 0, "{name}");
-        let page = scene(figure);
+        let page = drawing(figure);
         // Springs are zigzags, masses discs; those of the legend come last.
         let spring = |item: &Item| match item {
             Item::Line { points, stroke } if stroke.width == 3.5 && points.len() == 11 => Some(points.clone()),
@@ -248,7 +248,7 @@ fn read(hex: &str) -> Rgb {
 
 #[test]
 fn what_can_be_read_on_paper_can_be_read_on_a_dark_page() {
-    let page = with_dark_theme(&svg(&Scene { width: 100.0, height: 50.0, ..Scene::default() }).unwrap());
+    let page = with_dark_theme(&svg(&Drawing { width: 100.0, height: 50.0, ..Drawing::default() }).unwrap());
     let rules = page.split("[fill=\"#").skip(1).map(|rule| rule.split_once("\"]{fill:#").unwrap());
     let dark: Vec<(Rgb, Rgb)> = rules.map(|(light, dark)| (read(light), read(&dark[..6]))).collect();
     let paper = dark[0];
@@ -264,19 +264,19 @@ fn what_can_be_read_on_paper_can_be_read_on_a_dark_page() {
 
 #[test]
 fn lines_of_one_stroke_are_one_element_with_relative_places() {
-    let mut scene = Scene { width: 100.0, height: 50.0, ..Scene::default() };
+    let mut drawing = Drawing { width: 100.0, height: 50.0, ..Drawing::default() };
     let stroke = Stroke { colour: [1, 2, 3], width: 2.0, dash: &[4.0, 3.0] };
-    scene.line(vec![[1.0, 1.0], [11.0, 1.0], [11.0, 0.0]], stroke);
-    scene.line(vec![[0.0, 0.0], [0.0, 5.0]], stroke);
-    let document = svg(&scene).unwrap();
+    drawing.line(vec![[1.0, 1.0], [11.0, 1.0], [11.0, 0.0]], stroke);
+    drawing.line(vec![[0.0, 0.0], [0.0, 5.0]], stroke);
+    let document = svg(&drawing).unwrap();
     let path = "<path stroke=\"#010203\" stroke-width=\"6\" stroke-dasharray=\"12 9\" d=\"m3 3l30 0 0-3m-33 0l0 15\"/>";
     assert!(document.contains(path), "{document}");
 }
 
 #[test]
 fn colours_of_a_dark_page_stand_in_what_is_shown_there_alone() {
-    let scene = Scene { title: "a".into(), width: 100.0, height: 50.0, ..Scene::default() };
-    let bare = svg(&scene).unwrap();
+    let drawing = Drawing { title: "a".into(), width: 100.0, height: 50.0, ..Drawing::default() };
+    let bare = svg(&drawing).unwrap();
     assert!(bare.contains("fill=\"#ffffff\"") && !bare.contains("<style>"), "{bare}");
     let shown = with_dark_theme(&bare);
     assert!(shown.contains("prefers-color-scheme:dark"), "{shown}");

@@ -90,7 +90,7 @@ fn superposition_is_the_golden_one() {
     let overrides = Overrides { grid: Some([2, 2, 2]), ..Overrides::default() };
     let StudyKind::Superposition(mut study, _) = open("05_superposition", &overrides) else { panic!("superposition") };
     // A quarter of the tool angles, as tables are long.
-    study.scene.phis = study.scene.phis.into_iter().step_by(4).collect();
+    study.load_case.phis = study.load_case.phis.into_iter().step_by(4).collect();
     let results = superposition::run(&study, &Work::default()).unwrap();
     for (name, tolerance, table) in [
         ("map", SUPERPOSITION_ERROR_TOLERANCE, superposition_report::map_table(&results.points)),

@@ -70,7 +70,7 @@ fn parts_answer_as_the_whole_does() {
     assert!(tasks.len() > 4096);
     let case = PathCase {
         nominal: &job.machine,
-        real: &job.real,
+        real: &job.machines.real,
         unloaded: &job.machine,
         before: None,
         tasks: &tasks,
@@ -92,7 +92,7 @@ fn parts_answer_as_the_whole_does() {
     let (mut before, mut as_written, mut without_force) = (Vec::new(), Vec::new(), Vec::new());
     let asked = Asked { compared: vec![Method::Linear], sources_apart: true, ..Asked::by(Method::Direct) };
     let proof = job
-        .prove(("as written".into(), &written), &asked, &Work::default(), |proved| {
+        .prove("as written".into(), &written, &asked, &Work::default(), |proved| {
             before.extend_from_slice(&proved.before[Source::All]);
             as_written.extend_from_slice(&proved.written);
             without_force.extend_from_slice(&proved.without_force);
@@ -109,7 +109,7 @@ fn parts_answer_as_the_whole_does() {
     assert!(as_written == read_back);
     // Point by point, of a session that begins anew at each: where the written program leads the unloaded machine.
     let off = |k: usize| {
-        let mut session = Session::new(&job.machine, &job.real, settings());
+        let mut session = Session::new(&job.machine, &job.machines.real, settings());
         let task = TaskPoint { load: Wrench::zero(), ..tasks[k] };
         simulate(&mut session, &task, as_written[k].target.as_ref().unwrap()).position_error
     };

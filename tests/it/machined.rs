@@ -317,7 +317,7 @@ type Off = (Vector3<f64>, Vector3<f64>);
 /// Errors of the tip (mm) and rotations of the tool (rad) without compensation where it cuts, W axes (those of the base): solved for each point by itself.
 fn errors_without(job: &ProgramJob) -> Vec<Off> {
     use kinetostat::compensation::{CompensationSettings, Session, compensate};
-    let mut session = Session::new(&job.machine, &job.real, CompensationSettings::default());
+    let mut session = Session::new(&job.machine, &job.machines.real, CompensationSettings::default());
     let mut errors = Vec::new();
     for part in job.parts() {
         let part = part.unwrap();

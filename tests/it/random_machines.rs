@@ -12,7 +12,7 @@ use kinetostat::{
     machine::{Chain, ChainError, Configuration, Machine, Motion, SpringLaw},
     process::MillingForce,
     questions::map::{self, WorkspaceMapStudy},
-    simulation::Scene,
+    simulation::LoadCase,
     spatial::{Grid, Pose, Twist, Wrench, rotation_log},
     statics::{
         Outcome, Settings, Solution, State, Status, Workspace, aggregate_errors, equilibrium, unloaded_stiffness,
@@ -296,7 +296,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
 
 fn check_map(machine: &Machine, trial: &Trial) {
     let (min, max) = (machine.workspace.min, machine.workspace.max);
-    let scene = Scene {
+    let load_case = LoadCase {
         force_of_turn: String::new(),
         machine: machine.clone(),
         errors: trial.chain_errors(machine),
@@ -305,7 +305,7 @@ fn check_map(machine: &Machine, trial: &Trial) {
         phis: vec![0.0, 2.0],
         target: Target::ToolTip,
     };
-    let study = WorkspaceMapStudy { scene, grid: Grid::new(min, max, [2; 3]), uncertainty: None };
+    let study = WorkspaceMapStudy { load_case, grid: Grid::new(min, max, [2; 3]), uncertainty: None };
     for point in map::run(&study, &Work::default()).unwrap().points {
         for (_, effect) in point.effects.iter() {
             match effect {

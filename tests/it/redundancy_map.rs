@@ -34,24 +34,24 @@ fn map(study: &RedundancyMapStudy) -> RedundancyMap {
 
 /// The largest deflection over the directions of the force with the platform turned so, by the machine tracked there on its own.
 fn alone(study: &RedundancyMapStudy, point: &RedundancyMapPoint, at: &AtGamma) -> f64 {
-    let machine =
-        at.branch.map_or_else(|| study.scene.machine.clone(), |branch| study.scene.machine.on_branch(branch).unwrap());
-    let machines = Machines::new(&machine, &study.scene.errors).unwrap();
+    let case = &study.load_case;
+    let machine = at.branch.map_or_else(|| case.machine.clone(), |branch| case.machine.on_branch(branch).unwrap());
+    let machines = Machines::new(&machine, &case.errors).unwrap();
     let axis = study.axes[point.axis];
-    let placed = Placement::default().on_machine(&study.scene.machine.home.pose.rotation, &study.scene.machine.tool());
+    let placed = Placement::default().on_machine(&case.machine.home.pose.rotation, &case.machine.tool());
     let placed = placed.with_tool_orientation(&Orientation::ToolAxis(axis));
     let turned = rotation_exp(-axis * at.gamma_deg.to_radians()) * placed.orientation();
     let placed = placed.with_platform_rotation(&turned);
     let pose = placed.platform_pose(point.position_mm.into());
     assert!((pose.rotation * machine.tool_axes.column(2) + axis).norm() < 1e-9);
     let deflection = |phi: f64| {
-        let force = frame_about(-axis) * PathFrame { force: study.scene.force }.force.force(phi);
+        let force = frame_about(-axis) * PathFrame { force: case.force }.force.force(phi);
         let load = placed.wrench(&kinetostat::toolpath::Load { force_N: force, moment_Nmm: Vector3::zeros() });
         let task = TaskPoint::new(pose, load, Target::ToolTip);
         let mut session = machines.session(Source::All);
         compensate(&mut session, &task, Method::None).position_error.norm()
     };
-    study.scene.phis.iter().map(|phi| deflection(*phi)).fold(0.0, f64::max)
+    case.phis.iter().map(|phi| deflection(*phi)).fold(0.0, f64::max)
 }
 
 #[test]

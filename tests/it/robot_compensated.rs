@@ -126,7 +126,7 @@ fn the_tool_is_turned_back_where_the_full_pose_is_compensated() {
         let more = if files[0].0 == "part.nc" { rotary } else { "" };
         let (job, written) = compensated(process(&format!("{FULL_POSE}{more}")), files);
         let proof = job
-            .prove(("as written".into(), &written), &Asked::by(Method::Direct), &Work::default(), |_| Ok(()))
+            .prove("as written".into(), &written, &Asked::by(Method::Direct), &Work::default(), |_| Ok(()))
             .unwrap()
             .passes;
         let [none, proved] = &proof[..] else { panic!("{proof:?}") };

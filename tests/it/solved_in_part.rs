@@ -59,7 +59,7 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
     // Straight ahead, the first drive stands at 0 and must go to -1 deg; on the right, it cannot go at all.
     let file = Path::new(FOLDER).join("tests/machines/kr270.toml");
     let arm = std::fs::read_to_string(file).unwrap().replace("[-185.0, 185.0]", "[-0.5, 60.0]");
-    study.scene.machine = Machine::from_toml(&arm, "kr270.toml").unwrap();
+    study.load_case.machine = Machine::from_toml(&arm, "kr270.toml").unwrap();
     let map = run(&study, &Work::default()).unwrap();
     for point in &map.points {
         let ahead = point.position_mm[1] == 0.0;
@@ -69,7 +69,7 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
             _ => ["solved"; 3],
         };
         assert_eq!(
-            Source::of(&map.study.scene.machine).iter().map(|source| point.status(*source)).collect::<Vec<_>>(),
+            Source::of(&map.study.load_case.machine).iter().map(|source| point.status(*source)).collect::<Vec<_>>(),
             expected,
             "{:?}",
             point.position_mm
@@ -79,7 +79,7 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
     let table = table(&study, &map.points);
     let column = |name: &str| table.columns().iter().position(|column| column.name == name).unwrap();
     let known = |row: &Vec<Cell>, name: &str| row[column(name)] != Cell::Missing;
-    let correction = format!("delta_rho_{}_deg", study.scene.machine.drive_labels()[0]);
+    let correction = format!("delta_rho_{}_deg", study.load_case.machine.drive_labels()[0]);
     let (mut whole, mut in_part) = (0, 0);
     for row in table.rows() {
         let has = |name: &str| known(row, name);

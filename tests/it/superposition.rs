@@ -20,7 +20,7 @@ use kinetostat::{
             superposition_error::{Followed, Sum},
         },
     },
-    simulation::Scene,
+    simulation::LoadCase,
     spatial::{Grid, Pose, Wrench},
     statics::{Workspace, tool_compliance, unloaded_stiffness},
     work::Work,
@@ -39,11 +39,11 @@ fn study(grid: [usize; 3]) -> SuperpositionStudy {
 
 /// The study with both sources multiplied.
 fn scaled(study: &SuperpositionStudy, load: f64, errors: f64) -> SuperpositionStudy {
-    let MillingForce { radial, tangential, axial, law } = study.scene.force;
+    let MillingForce { radial, tangential, axial, law } = study.load_case.force;
     let mut scaled = study.clone();
-    scaled.scene.force =
+    scaled.load_case.force =
         MillingForce { radial: radial * load, tangential: tangential * load, axial: axial * load, law };
-    scaled.scene.errors = study.scene.errors.iter().map(|error| error.scale(errors)).collect();
+    scaled.load_case.errors = study.load_case.errors.iter().map(|error| error.scale(errors)).collect();
     scaled
 }
 
@@ -126,16 +126,16 @@ fn maps_have_the_symmetry_of_the_machine() {
     machine.tool_tip = Vector3::zeros();
     let whole = study([1, 1, 1]);
     let box_ = machine.workspace;
-    let scene = Scene {
+    let load_case = LoadCase {
         // At φ = 0 the law as printed gives the force (radial, tangential, axial).
         force: MillingForce { radial: 120.0, tangential: 120.0, axial: 120.0, law: ForceLaw::Printed },
         phis: vec![0.0],
         errors: machine.assembly_errors(&[1.0; 3]),
         machine,
-        ..whole.scene.clone()
+        ..whole.load_case.clone()
     };
     let grid = Grid::new(box_.min, box_.max, [3; 3]);
-    let symmetric = SuperpositionStudy { scene, grid, locations: Vec::new(), ..whole };
+    let symmetric = SuperpositionStudy { load_case, grid, locations: Vec::new(), ..whole };
     let results = solve(&symmetric);
     let turn = Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
     let at = |position: Vector3<f64>| {
@@ -165,8 +165,8 @@ fn maps_have_the_symmetry_of_the_machine() {
 #[test]
 fn parts_of_the_superposition_error_add_up_to_it() {
     let mut tripteron = study([1, 1, 1]);
-    tripteron.scene.machine = catalogue_machine("tripteron");
-    tripteron.scene.errors = [0.3, 0.2, -0.4].map(assembly_error).to_vec();
+    tripteron.load_case.machine = catalogue_machine("tripteron");
+    tripteron.load_case.errors = [0.3, 0.2, -0.4].map(assembly_error).to_vec();
     tripteron.locations.truncate(1);
     tripteron.locations[0].position = Vector3::new(400.0, 650.0, 550.0);
     for study in [study([1, 1, 1]), tripteron] {
@@ -187,14 +187,14 @@ fn parts_of_the_superposition_error_add_up_to_it() {
 /// Displacement of the tool tip by the load at the scale `load` and the errors at the scale `errors`.
 fn moved(study: &SuperpositionStudy, position: Vector3<f64>, phi: f64, load: f64, errors: f64) -> Vector3<f64> {
     let (pose, _) = pose_under(study, position, phi, load, errors);
-    study.scene.machine.tool_displacement(&study.scene.machine.pose_at(position), &pose)
+    study.load_case.machine.tool_displacement(&study.load_case.machine.pose_at(position), &pose)
 }
 
 fn pose_under(study: &SuperpositionStudy, position: Vector3<f64>, phi: f64, load: f64, errors: f64) -> (Pose, Wrench) {
-    let errors: Vec<ChainError> = study.scene.errors.iter().map(|error| error.scale(errors)).collect();
-    let at = at_position(&study.scene.machine, position);
-    let wrench = study.scene.force.wrench(phi, &study.scene.machine.tool());
-    (settle(&study.scene.machine.with_errors(&errors), &at, &wrench.scale(load)).0.pose, wrench)
+    let errors: Vec<ChainError> = study.load_case.errors.iter().map(|error| error.scale(errors)).collect();
+    let at = at_position(&study.load_case.machine, position);
+    let wrench = study.load_case.force.wrench(phi, &study.load_case.machine.tool());
+    (settle(&study.load_case.machine.with_errors(&errors), &at, &wrench.scale(load)).0.pose, wrench)
 }
 
 /// Tool displacement per force on the nominal machine, unloaded, P at `position`.
@@ -236,8 +236,8 @@ fn the_shift_of_the_point_is_what_the_unloaded_stiffness_elsewhere_says() {
         for angle in location.ablation.unwrap().into_iter().step_by(7) {
             let phi = angle.phi_deg.to_radians();
             let (shifted, _) = pose_under(&whole, position, phi, 0.0, 1.0);
-            let force = whole.scene.force.force(phi);
-            let response = |position| unloaded_response(&whole.scene.machine, position, force);
+            let force = whole.load_case.force.force(phi);
+            let response = |position| unloaded_response(&whole.load_case.machine, position, force);
             let expected = response(position) - response(shifted.translation);
             let found = angle.parts[Cause::Point as usize].tool;
             assert!((found - expected).norm() < 1e-9, "{}: {found:?} {expected:?}", location.location.name);

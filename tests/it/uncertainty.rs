@@ -338,10 +338,10 @@ fn what_a_model_leaves_out_has_a_default() {
 /// bits that they have one by one, as the first of every 500 draws shows.
 fn brute_force(study: &WorkspaceMapStudy, positions: &[Vector3<f64>], count: usize) -> Vec<Vec<f64>> {
     const IN_A_PIECE: usize = 500;
-    let (scene, uncertainty) = (&study.scene, study.uncertainty.as_ref().unwrap());
-    let commands: Vec<_> = positions.iter().map(|position| scene.machine.command(*position).unwrap()).collect();
+    let (load_case, uncertainty) = (&study.load_case, study.uncertainty.as_ref().unwrap());
+    let commands: Vec<_> = positions.iter().map(|position| load_case.machine.command(*position).unwrap()).collect();
     let sizes = |Drawn { unloaded, real, factor }: &Drawn, is_alone: bool| -> Vec<f64> {
-        let at_home = Session::new(&scene.machine, real, settings()).with_unloaded_machine(unloaded);
+        let at_home = Session::new(&load_case.machine, real, settings()).with_unloaded_machine(unloaded);
         let begin = |at| {
             let mut session = at_home.clone();
             session.set_rigid(at);
@@ -350,10 +350,10 @@ fn brute_force(study: &WorkspaceMapStudy, positions: &[Vector3<f64>], count: usi
         let mut sessions: Vec<Session> = commands.iter().map(begin).collect();
         let mut batch = Batch::new(real);
         let mut longest = vec![0.0f64; commands.len()];
-        for phi in &scene.phis {
+        for phi in &load_case.phis {
             let task = |at: &Configuration| {
-                let load = scene.force.wrench(*phi, &scene.machine.tool_at(&at.pose.rotation)).scale(*factor);
-                TaskPoint::new(at.pose, load, scene.target)
+                let load = load_case.force.wrench(*phi, &load_case.machine.tool_at(&at.pose.rotation)).scale(*factor);
+                TaskPoint::new(at.pose, load, load_case.target)
             };
             let tasks: Vec<TaskPoint> = commands.iter().map(task).collect();
             let answers = if is_alone {
@@ -372,9 +372,9 @@ fn brute_force(study: &WorkspaceMapStudy, positions: &[Vector3<f64>], count: usi
     let piece = |first: usize| -> Vec<Vec<f64>> {
         let draw = |index: usize| {
             let z: Vec<f64> = points.iter().map(|own| normal_quantile(own[first + index])).collect();
-            let drawn = drawn(uncertainty, &scene.errors, &z);
+            let drawn = drawn(uncertainty, &load_case.errors, &z);
             let own = sizes(&drawn, false);
-            assert!(index > 0 || own == sizes(&drawn, true), "{}", scene.machine.name);
+            assert!(index > 0 || own == sizes(&drawn, true), "{}", load_case.machine.name);
             own
         };
         (0..IN_A_PIECE.min(count - first)).map(draw).collect()
@@ -386,7 +386,7 @@ fn brute_force(study: &WorkspaceMapStudy, positions: &[Vector3<f64>], count: usi
 
 /// Compares the spread at `points` of `study` with brute force of `count` draws: quantiles within `share`, probabilities within 1.5 %.
 fn check_against_brute_force(study: &WorkspaceMapStudy, points: &[&MapPoint], count: usize, share: f64) {
-    let name = &study.scene.machine.name;
+    let name = &study.load_case.machine.name;
     let positions: Vec<_> = points.iter().map(|point| Vector3::from(point.position_mm)).collect();
     for (point, mut sizes) in points.iter().zip(brute_force(study, &positions, count)) {
         let spread = point.effect(Source::All).unwrap().spread.clone().unwrap();
@@ -400,7 +400,7 @@ fn check_against_brute_force(study: &WorkspaceMapStudy, points: &[&MapPoint], co
                 point.position_mm
             );
         }
-        if let (Some(tolerance), Some(found)) = (study.scene.tolerance_mm, spread.within_tolerance) {
+        if let (Some(tolerance), Some(found)) = (study.load_case.tolerance_mm, spread.within_tolerance) {
             let expected = sizes.iter().filter(|size| **size <= tolerance).count() as f64 / count as f64;
             assert!((found - expected).abs() < 0.015, "{name} {:?}: {found} instead of {expected}", point.position_mm);
         }
@@ -705,7 +705,7 @@ fn long_maps_of_all_machines_agree_with_brute_force() {
         let mut bins = [Bin::default(); 10];
         for share in [0.1, 0.3, 0.5, 0.7, 0.9] {
             let tolerance = quantile(&mut brute.concat(), share);
-            study.scene.tolerance_mm = Some(tolerance);
+            study.load_case.tolerance_mm = Some(tolerance);
             for point in map::run(&study, &Work::default()).unwrap().points {
                 let Some(spread) = point.effect(Source::All).and_then(|own| own.spread.as_ref()) else { continue };
                 let Some(at) = known.iter().position(|(own, _)| own.position_mm == point.position_mm) else { continue };

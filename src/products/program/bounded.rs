@@ -119,7 +119,8 @@ impl ProgramJob {
         take: impl FnMut(&Part<'_>, &[PathPointResult]) -> Result<()>,
     ) -> Result<BoundedPass> {
         let (tasks, limits) = (self.all_tasks()?, &self.process.limits);
-        let correct = |force: Vec<f64>| correct_within_forces(&self.machine, &self.real, &tasks, limits, force);
+        let correct =
+            |force: Vec<f64>| correct_within_forces(&self.machine, &self.machines.real, &tasks, limits, force);
         let path = correct(force_limits(&self.machine, limits))?;
         let (path, forces) = self.tighten_forces(path, &correct, work)?;
         let done = || work.tell(Event::Computed(1));

@@ -195,14 +195,14 @@ impl ProgramJob {
         let uncorrected = corrected.uncorrected;
         drop(corrected);
         let forces = match (tightened, &bounded) {
-            (Some(tightened), Some(path)) => self.check_forces(tightened, (path, &written), work)?,
+            (Some(tightened), Some(path)) => self.check_forces(tightened, path, &written, work)?,
             _ => None,
         };
         let mut excess = bounded.as_ref().map(|bounded| ExcessSearch::new(self, bounded));
         let name = format!("{}, as written", sought.name);
         #[cfg(not(target_family = "wasm"))]
         let mut errors_before = Vec::new();
-        let Proof { mut passes, without_force, spread } = self.prove((name, &written), asked, work, |proved| {
+        let Proof { mut passes, without_force, spread } = self.prove(name, &written, asked, work, |proved| {
             work.check()?;
             excess.iter_mut().for_each(|excess| excess.add(proved.part.first, &proved.written));
             #[cfg(not(target_family = "wasm"))]

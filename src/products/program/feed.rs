@@ -169,7 +169,7 @@ pub(super) fn with_feeds(
         exceeded: exceeded(&job, limits, &uses),
         ratios: vec![1.0; line_of.len()],
     };
-    found.count(&lines, &numbers, (&sought, &uses));
+    found.count(&lines, &numbers, &sought, &uses);
     let mut job = ProgramJob::as_programmed(process.clone(), source, name, work)?;
     job.feed = Some(found);
     Ok(job)
@@ -197,7 +197,7 @@ impl Uses {
 
 impl FoundFeeds {
     /// Counts lines by what becomes of their feed, each once.
-    fn count(&mut self, lines: &[FedLine], numbers: &[Option<String>], (sought, uses): (&[Sought], &[Option<Uses>])) {
+    fn count(&mut self, lines: &[FedLine], numbers: &[Option<String>], sought: &[Sought], uses: &[Option<Uses>]) {
         let mut places = BTreeMap::new();
         for (k, line) in lines.iter().enumerate() {
             let ratio = line.ratio_of(numbers[k].as_ref());

@@ -91,7 +91,7 @@ pub fn compensate_into(
     let UnfinishedFiles { made, points, findings } = under_way.map_or_else(|| UnfinishedFiles::new(&job, files), Ok)?;
     let (mut points, rows) = points.finish()?;
     let mut findings = findings;
-    findings.find_machined(&job, (&proved.written, name), work)?;
+    findings.find_machined(&job, &proved.written, name, work)?;
     if let Some(part) = findings.part(&job) {
         points.push(part.ply(files.file_named(PART)));
         let fault = |source| Error::Write { file: files.out.with_file_name(files.file_named(PART_VTK)), source };

@@ -10,9 +10,8 @@ use crate::{
     input::error::{Error, Result},
     process::uncertainty::{Draws, P95, Uncertainty},
     simulation::{
-        Machines,
         along_path::Commands,
-        drawn_forces::{DrawnForces, larger_forces},
+        drawn_forces::{DrawnForces, ForcedPart, larger_forces},
         spread::DrawnMachines,
         within_limits::force_limits,
     },
@@ -80,15 +79,16 @@ impl ProgramJob {
         let is_limited = force_limits(&self.machine, &self.process.limits).iter().any(|limit| limit.is_finite());
         let varies = self.uncertainty.as_ref().filter(|own| is_limited && own.varies_machine_or_force());
         let Some(uncertainty) = varies else { return Ok(None) };
-        let machines = Machines::new(&self.machine, &self.process.errors)?;
-        DrawnMachines::new(Some(&draws(uncertainty)), &machines, &self.process.errors)
+        DrawnMachines::new(Some(&draws(uncertainty)), &self.machines, &self.errors)
     }
 
     /// Returns the largest forces in each of `draws` at `commands` over the points that `path` corrects.
     fn forces_in(
         &self,
-        (drawn, draws): (&DrawnMachines, Range<usize>),
-        (path, commands): (&BoundedPath, &ProgramCommands<'_>),
+        drawn: &DrawnMachines,
+        draws: Range<usize>,
+        path: &BoundedPath,
+        commands: &ProgramCommands<'_>,
         work: &Work,
     ) -> Result<Vec<DrawnForces>> {
         let (mut before, mut track) = (None, self.tracker());
@@ -98,8 +98,8 @@ impl ProgramJob {
             let part = part?;
             let along = self.track(&part, &mut before);
             let run = |commands: &Commands<'_>| {
-                let (track, tasks) = ((part.first, &along[..]), (part.tasks(), part.forces()));
-                drawn.largest_forces(draws.clone(), track, tasks, commands, &counts, work)
+                let part = ForcedPart { first: part.first, track: &along, tasks: part.tasks(), forces: part.forces() };
+                drawn.largest_forces(draws.clone(), &part, commands, &counts, work)
             };
             all = larger_forces(all, self.part_results(&part, &mut track, commands, &run)?);
         }
@@ -123,7 +123,7 @@ impl ProgramJob {
         for _ in 0..MOST_TIGHTENINGS {
             let drives = self.drives_along(&path);
             let commands = ProgramCommands::Drives(&drives);
-            let mut found = self.forces_in((&drawn, 0..TIGHTENING), (&path, &commands), work)?;
+            let mut found = self.forces_in(&drawn, 0..TIGHTENING, &path, &commands, work)?;
             found.sort_by(|a, b| nearest(a, &limits).share().total_cmp(&nearest(b, &limits).share()));
             found.truncate(TIGHTENING - MOST_ABOVE);
             let kept: Vec<Vec<(f64, usize)>> = found.iter().flatten().cloned().collect();
@@ -157,7 +157,8 @@ impl ProgramJob {
     pub(super) fn check_forces(
         &self,
         forces: TightenedForces,
-        (path, written): (&BoundedPath, &ProgramAsWritten),
+        path: &BoundedPath,
+        written: &ProgramAsWritten,
         work: &Work,
     ) -> Result<Option<ForceCheck>> {
         let TightenedForces { tightened, untightened_mm, hindrance } = forces;
@@ -165,7 +166,7 @@ impl ProgramJob {
         let Some(drawn) = self.machines_under_limits(independent)? else { return Ok(None) };
         let limits = force_limits(&self.machine, &self.process.limits);
         let commands = ProgramCommands::CommandedPath(&written.sent);
-        let found = self.forces_in((&drawn, 0..CHECKING), (path, &commands), work)?;
+        let found = self.forces_in(&drawn, 0..CHECKING, path, &commands, work)?;
         let mut all: Vec<LimitExcess> = found.iter().map(|own| nearest(own, &limits)).collect();
         all.sort_by(|a, b| a.share().total_cmp(&b.share()));
         let within = all.iter().filter(|own| is_within(own)).count();

@@ -32,7 +32,11 @@ mod surface;
 #[cfg(not(target_family = "wasm"))]
 mod turned;
 
-use std::{path::Path, sync::OnceLock};
+use std::{
+    ops::Deref,
+    path::Path,
+    sync::{Arc, OnceLock},
+};
 
 use serde::Serialize;
 
@@ -52,16 +56,16 @@ pub use prove::{CuttingLawCheck, Proof, ProvedPart, WithoutForce};
 use crate::{
     compensation::{Method, Target, TaskPoint},
     input::error::{Error, Result},
-    machine::{Coordinate, Machine},
+    machine::Coordinate,
     process::{
         CutPath, PathReference,
         cutting::LoadError,
         file::Process,
-        uncertainty::{ForceSpread, Uncertainty, UncertaintyTable},
+        uncertainty::{ForceSpread, UncertaintyTable},
     },
     redundancy::FoundGamma,
     simulation::{
-        Machines,
+        Machines, TrackedPath,
         along_path::{Commands, PathPointResult, PathSummary, PathSums, PointResidual, run_tracked},
         spread_along,
         tasks::PoseTracker,
@@ -75,14 +79,12 @@ use crate::{
 /// A program ready to be compensated: its machine, process and path, with the cutting force along it.
 #[derive(Debug, Clone)]
 pub struct ProgramJob {
-    /// The nominal machine with the tool of the process.
-    pub machine: Machine,
-    /// The actual machine: `machine` with the chain errors of the process.
-    pub real: Machine,
+    /// Its machine, where the workpiece stands, and what is uncertain.
+    pub tracked: TrackedPath,
+    /// The nominal machine and the actual ones, which have the chain errors of the process.
+    pub machines: Machines,
     /// The process.
     pub process: Process,
-    /// What is not known exactly; `None` where all inputs are taken as exact.
-    pub uncertainty: Option<Uncertainty>,
     /// The process with each component of its forces alone, where one varies by itself. Each is blended at corners by itself: behind one on an arc their sum may differ from
     /// the whole as blended.
     components: Vec<Process>,
@@ -106,6 +108,14 @@ pub struct ProgramJob {
     cuts_nowhere: bool,
     /// Whether the path ends where it begins.
     is_closed: bool,
+}
+
+impl Deref for ProgramJob {
+    type Target = TrackedPath;
+
+    fn deref(&self) -> &TrackedPath {
+        &self.tracked
+    }
 }
 
 /// Where the drive commands along a program come from.
@@ -190,15 +200,15 @@ impl ProgramJob {
         }
         let path = process.mark_cutting_and_tell(path, name, &mut || work.tell(Event::Computed(1)))?;
         let process = with_drives_left(process, &path, Some(&program), name)?;
-        let machine = process.machine.clone();
+        let mut tracked = TrackedPath::of(&process);
         process.check_loads(&path).map_err(|fault| Error::argument(name, load_problem(&fault, &program)))?;
         let tasks = part::stored_tasks(&process, &path, name)?;
-        let real = Machines::new(&machine, &process.errors)?.real;
+        let machines = tracked.machines()?;
         let tools = path.cutting_tools();
         let cut = process.cut_by(&tools);
-        let uncertain = |table: &UncertaintyTable| table.of_path(&machine, &process.errors, &cut);
-        let uncertainty = process.uncertainty.as_ref().map(uncertain).transpose()?;
-        let has_components = uncertainty.as_ref().is_some_and(|own| own.force.has_components());
+        let uncertain = |table: &UncertaintyTable| table.of_path(&process.machine, &process.errors, &cut);
+        tracked.uncertainty = process.uncertainty.as_ref().map(uncertain).transpose()?.map(Arc::new);
+        let has_components = tracked.uncertainty.as_ref().is_some_and(|own| own.force.has_components());
         let components = (0..ForceSpread::COMPONENTS.len()).filter(|_| has_components);
         let components = components.filter_map(|own| process.with_only(own)).collect();
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
@@ -206,10 +216,9 @@ impl ProgramJob {
         let (name, part_tracks) = (name.to_string(), part::empty_tracks(&path));
         let file = program;
         let job = Self {
-            real,
-            machine,
+            tracked,
+            machines,
             process,
-            uncertainty,
             components,
             file,
             redundancy,
@@ -264,7 +273,7 @@ impl ProgramJob {
         let (mut sums, mut track, mut before) = (PathSums::default(), self.tracker(), None);
         for part in self.parts() {
             let part = part?;
-            let case = part.case([&self.machine, &self.real, &self.machine]);
+            let case = part.case([&self.machine, &self.machines.real, &self.machine]);
             let along = self.track(&part, &mut before);
             let results =
                 self.part_results(&part, &mut track, commands, &|commands| run_tracked(&case, commands, &along, done));

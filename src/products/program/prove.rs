@@ -10,10 +10,9 @@ use crate::{
     input::error::{Error, Result},
     process::cutting::PathLoad,
     simulation::{
-        BySource, Machines, Source,
+        BySource, Source,
         along_path::{self, Commands, PathPointResult, PathSums, TrackBlocks, run_tracked},
         play::Reversals,
-        spread::DrawnMachines,
         spread_along::{self, LargestBoth, PathSpread, PointSpread, SpreadPart, SpreadPath},
         tasks::PoseTracker,
     },
@@ -70,27 +69,26 @@ impl ProgramJob {
     /// `unloaded_gouge_mm` off the path without it.
     pub fn prove(
         &self,
-        (name, written): (String, &ProgramAsWritten),
+        name: String,
+        written: &ProgramAsWritten,
         asked: &Asked,
         work: &Work,
         mut take: impl FnMut(&ProvedPart<'_>) -> Result<()> + Send,
     ) -> Result<Proof> {
-        let machines = Machines::new(&self.machine, &self.process.errors)?;
         let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
         let (mut sums, mut as_written) = (vec![PathSums::default(); methods.len()], PathSums::default());
         let (mut law, mut absent) = (CuttingLawCheck::new(self), WithoutForce::default());
         let (mut written_tracked, mut tracked_before) = (self.tracker(), None);
         let done = &|| work.tell(Event::Computed(1));
-        let drawn = DrawnMachines::new(self.uncertainty.as_ref(), &machines, &self.process.errors)?;
-        let counts = |k: usize| self.is_counted(k);
-        let passes = self.passes();
-        let uncertain = drawn.as_ref().map(|drawn| self.spread_path((&machines, drawn), &passes, &counts, written));
+        let (drawn, passes, counts) = (self.drawn(&self.machines)?, self.passes(), |k: usize| self.is_counted(k));
+        let (passes, counts, margin_mm) = (&passes[..], &counts, written.rounded_mm);
+        let uncertain = drawn.as_ref().map(|drawn| SpreadPath { margin_mm, passes, counts, ..self.spread(drawn) });
         let (mut largest, mut reversals) = (LargestBoth::default(), Reversals::default());
         let mut parts = self.parts();
         let prove_part = |_: Range<usize>| {
             let Some(part) = parts.next().transpose()? else { return Ok(None) };
             law.check(&part)?;
-            let case = part.case([&self.machine, &self.real, &self.machine]);
+            let case = part.case([&self.machine, &self.machines.real, &self.machine]);
             let track = self.track(&part, &mut tracked_before);
             let mut rotations_before = Vec::new();
             let before = BySource::of(&self.machine, |source| {
@@ -98,6 +96,7 @@ impl ProgramJob {
                     return Vec::new();
                 }
                 let alone = part.with_tasks(|task| source.task(task));
+                let machines = &self.machines;
                 let case = alone.case([machines.nominal(source), machines.actual(source), machines.unloaded()]);
                 let answers = run_tracked(&case, &Commands::Method(Method::None), &track, done);
                 if source == Source::All {
@@ -116,7 +115,7 @@ impl ProgramJob {
             answers.iter_mut().for_each(|answer| reversals.note(answer.play.as_mut()));
             self.sum_up(&mut as_written, part.first, &answers);
             let unloaded = part.with_tasks(TaskPoint::without_force);
-            let case = unloaded.case([&self.machine, &self.real, &self.machine]);
+            let case = unloaded.case([&self.machine, &self.machines.real, &self.machine]);
             let without_force = run_tracked(&case, &commands, &track, done);
             let without_force: Vec<_> = without_force.iter().map(PathPointResult::solved_error).collect();
             self.add_without_force(&mut absent, &part, &without_force);
@@ -137,29 +136,6 @@ impl ProgramJob {
         let largest_along = |path| spread_along::whole(&[(path, &each_part)], &largest, work);
         let spread = uncertain.as_ref().map(largest_along).transpose()?;
         Ok(Proof { passes, without_force: absent, spread: spread.flatten() })
-    }
-
-    /// Returns the path of the program as `written`, whose spread is wanted on the drawn machines over the points that count.
-    pub(super) fn spread_path<'a>(
-        &'a self,
-        (machines, drawn): (&'a Machines, &'a DrawnMachines),
-        passes: &'a [u32],
-        counts: &'a (dyn Fn(usize) -> bool + Sync),
-        written: &ProgramAsWritten,
-    ) -> SpreadPath<'a> {
-        SpreadPath {
-            machines,
-            drawn,
-            placement: self.process.placement,
-            tolerance_mm: self.process.tolerance_mm,
-            margin_mm: written.rounded_mm,
-            audits: 1,
-            passes,
-            counts,
-            by_drive: true,
-            compensates: true,
-            play: true,
-        }
     }
 
     /// Hands each part of the program with the poses that it commands as `written` to `take`, in order.

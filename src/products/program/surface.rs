@@ -17,8 +17,7 @@ use crate::{
         uncertainty::{Draws, P95, quantile},
     },
     simulation::{
-        Failure, Machines,
-        spread::DrawnMachines,
+        Failure,
         spread_along::{Command, SpreadPart, SpreadPath},
     },
     work::{Event, Stage, Work},
@@ -80,15 +79,15 @@ impl ProgramJob {
     /// Of `work`; a field of removal too large.
     pub(super) fn surface_spread(
         &self,
-        (surface, rotations): (&MachinedSurface, &[Vec<Vector3<f64>>; 2]),
-        (written, tolerance_mm): (&ProgramAsWritten, &ToleranceOf<'_>),
+        surface: &MachinedSurface,
+        rotations: &[Vec<Vector3<f64>>; 2],
+        written: &ProgramAsWritten,
+        tolerance_mm: &ToleranceOf<'_>,
         work: &Work,
     ) -> Result<Option<SurfaceSpread>> {
-        let machines = Machines::new(&self.machine, &self.process.errors)?;
-        let drawn = DrawnMachines::new(self.uncertainty.as_ref(), &machines, &self.process.errors)?;
-        let (Some(drawn), Some(stock)) = (drawn, &self.process.stock) else { return Ok(None) };
-        let (counts, passes) = (|_| true, self.passes());
-        let path = self.spread_path((&machines, &drawn), &passes, &counts, written);
+        let (Some(drawn), Some(stock)) = (self.drawn(&self.machines)?, &self.process.stock) else { return Ok(None) };
+        let passes = &self.passes()[..];
+        let path = SpreadPath { margin_mm: written.rounded_mm, passes, ..self.spread(&drawn) };
         let wanted = Wanted { job: self, stock, surface, rotations, tolerance_mm, path: &path, written, work };
         let mut draws = Draws::PER_SCRAMBLE;
         while draws > FEWEST_DRAWS

@@ -19,7 +19,7 @@ use crate::{
     machine::{Configuration, Machine, Unreachable},
     process::uncertainty::Uncertainty,
     simulation::{
-        BySource, Failure, Machines, Scene, Source,
+        BySource, Failure, LoadCase, Machines, Source,
         spread::{DeflectionSpread, DrawnMachines},
         status_of,
     },
@@ -32,7 +32,7 @@ use crate::{
 #[derive(Debug, Clone)]
 pub struct WorkspaceMapStudy {
     /// Machine, cutting force, tool angles and chain errors.
-    pub scene: Scene,
+    pub load_case: LoadCase,
     /// Commanded positions of P, O, mm.
     pub grid: Grid,
     /// What is not known exactly; `None` where all inputs are taken as exact.
@@ -43,7 +43,7 @@ impl WorkspaceMapStudy {
     /// Returns the tool angle φ of the study nearest to `phi`, rad; `phi` itself if the study has none.
     pub(crate) fn nearest_phi(&self, phi: f64) -> f64 {
         let difference = |candidate: &f64| (candidate - phi).abs();
-        self.scene.phis.iter().copied().min_by(|a, b| difference(a).total_cmp(&difference(b))).unwrap_or(phi)
+        self.load_case.phis.iter().copied().min_by(|a, b| difference(a).total_cmp(&difference(b))).unwrap_or(phi)
     }
 }
 
@@ -129,7 +129,7 @@ const MOST_ANGLES: usize = 1 << 18;
 
 /// Returns the number of grid points of a block, a multiple of [`Batch::WIDTH`].
 fn block_size(study: &WorkspaceMapStudy) -> usize {
-    let points = (MOST_ANGLES / study.scene.phis.len().max(1)).min(MOST_POINTS);
+    let points = (MOST_ANGLES / study.load_case.phis.len().max(1)).min(MOST_POINTS);
     (points / Batch::WIDTH).max(1) * Batch::WIDTH
 }
 
@@ -140,7 +140,7 @@ pub fn run_in_blocks(
     work: &Work,
     take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
-    let machines = study.scene.machines()?;
+    let machines = study.load_case.machines()?;
     let drawn = drawn_machines(study, &machines)?;
     let (total, size) = (study.grid.len(), block_size(study));
     let compute = |start: usize| {
@@ -163,13 +163,13 @@ pub(super) fn block_count(study: &WorkspaceMapStudy) -> usize {
 /// inputs a range that is not between multiples of 8 may differ from the whole map by what its check lets pass. `Err` as [`run`].
 pub fn run_range(study: &WorkspaceMapStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<MapPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    let machines = study.scene.machines()?;
+    let machines = study.load_case.machines()?;
     run_block(study, &machines, drawn_machines(study, &machines)?.as_ref(), indices, work)
 }
 
 /// Returns the machines that draws of uncertain inputs make of `machines`; `None` where inputs are exact. `Err` if they make no machine.
 fn drawn_machines(study: &WorkspaceMapStudy, machines: &Machines) -> error::Result<Option<DrawnMachines>> {
-    DrawnMachines::new(study.uncertainty.as_ref(), machines, &study.scene.errors)
+    DrawnMachines::new(study.uncertainty.as_ref(), machines, &study.load_case.errors)
 }
 
 /// Computes the grid points with these `indices` in parallel, [`Batch::WIDTH`] solved side by side at a time. `Err` if `work` was stopped.
@@ -182,7 +182,7 @@ fn run_block(
 ) -> error::Result<Vec<MapPoint>> {
     let solver = || GroupSolver {
         study,
-        groups: BySource::of(&study.scene.machine, |source| Group::new(machines, source)),
+        groups: BySource::of(&study.load_case.machine, |source| Group::new(machines, source)),
         spread: drawn.map(|drawn| SpreadSolver::new(study, machines, drawn)),
     };
     let groups = (0..indices.len().div_ceil(Batch::WIDTH))
@@ -267,10 +267,10 @@ struct GroupSolver<'a> {
 impl GroupSolver<'_> {
     /// Computes the grid points at `positions` (P, O, mm) and reports progress to `work`; `Err` if that is stopped.
     fn solve(&mut self, positions: &[Vector3<f64>], work: &Work) -> error::Result<Vec<MapPoint>> {
-        let machine = &self.study.scene.machine;
+        let machine = &self.study.load_case.machine;
         let reached: Vec<_> = positions.iter().map(|position| machine.command(*position)).collect();
         let configurations: Vec<&Configuration> = reached.iter().flatten().collect();
-        let phis: Vec<Option<f64>> = self.study.scene.phis.iter().copied().map(Some).collect();
+        let phis: Vec<Option<f64>> = self.study.load_case.phis.iter().copied().map(Some).collect();
         let mut sweeps = BySource::of(machine, |source| {
             let group = &mut self.groups[source];
             group.plain.set_rigid(&configurations);
@@ -332,10 +332,10 @@ fn sweep_phi(
     configurations: &[&Configuration],
     phis: &[Option<f64>],
 ) -> Vec<Result<PhiSweep, Failure>> {
-    let machine = &study.scene.machine;
+    let machine = &study.load_case.machine;
     let mut tallies: Vec<Result<Tally, Failure>> =
         configurations.iter().map(|_| Ok(Tally::new(machine, phis.len()))).collect();
-    let task_at = |phi: Option<f64>, i: usize| source.task(&study.scene.task_point(configurations[i].pose, phi));
+    let task_at = |phi: Option<f64>, i: usize| source.task(&study.load_case.task_point(configurations[i].pose, phi));
     for (index, &phi) in phis.iter().enumerate() {
         let task = |i: usize| task_at(phi, i);
         let indices = select(&tallies, |_| true);

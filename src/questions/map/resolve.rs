@@ -5,7 +5,7 @@ use crate::{
     input::error::Result,
     questions::{
         Question, Resolved, StudyContext, Template,
-        over_workspace::{Region, SceneKeys, Shown, scene, uncertainty_anywhere},
+        over_workspace::{LoadCaseKeys, Region, Shown, load_case, uncertainty_anywhere},
     },
     work::Work,
 };
@@ -24,19 +24,19 @@ impl Question for WorkspaceMapStudy {
     };
     const TABLES: &[&str] = &["map"];
 
-    /// Checks the map's table and makes its scene and grid.
+    /// Checks the map's table and makes its load case and grid.
     fn resolve(spec: &WorkspaceMapSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
         context.overrides.refuse_points(context.name)?;
-        let scene_keys = SceneKeys { phi_step_deg: spec.phi_step_deg, uses_target: true };
-        let (scene, not_used, inputs) = scene(context, scene_keys)?;
+        let keys = LoadCaseKeys { phi_step_deg: spec.phi_step_deg, uses_target: true };
+        let (load_case, not_used, inputs) = load_case(context, keys)?;
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
-        let (grid, slices_z, size) =
-            region.checked_grid(context, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
+        let box_of_p = [load_case.machine.workspace.min, load_case.machine.workspace.max];
+        let (grid, slices_z, size) = region.checked_grid(context, box_of_p, MAX_POINTS)?;
         let shown = Shown { slices_z, not_used };
-        let (uncertainty, read) = uncertainty_anywhere(context, &scene)?;
+        let (uncertainty, read) = uncertainty_anywhere(context, &load_case)?;
         let inputs = inputs.and(read).and(size);
-        Ok(Resolved { study: WorkspaceMapStudy { scene, grid, uncertainty }, shown, inputs })
+        Ok(Resolved { study: WorkspaceMapStudy { load_case, grid, uncertainty }, shown, inputs })
     }
 
     /// Returns the number of grid points of the map.

@@ -41,14 +41,14 @@ impl Nodes {
 
     /// Makes those of `study`; `None` where there are hardly more angles, or loads are not of these harmonics.
     fn of(study: &WorkspaceMapStudy) -> Option<Self> {
-        let phis = &study.scene.phis;
+        let phis = &study.load_case.phis;
         let every = phis.len() / Harmonics::NODES;
         if every < 2 || every * Harmonics::NODES != phis.len() {
             return None;
         }
         let waves: Vec<_> = (0..phis.len()).map(|own| Harmonics::waves(own as f64 / phis.len() as f64)).collect();
-        let pose = study.scene.machine.home.pose;
-        let loads: Vec<Wrench> = phis.iter().map(|phi| study.scene.task_point(pose, Some(*phi)).load).collect();
+        let pose = study.load_case.machine.home.pose;
+        let loads: Vec<Wrench> = phis.iter().map(|phi| study.load_case.task_point(pose, Some(*phi)).load).collect();
         let follows = |part: fn(&Wrench) -> Vector3<f64>| {
             let harmonics = Harmonics::through(&std::array::from_fn(|node| part(&loads[node * every])));
             let is_near = |(load, waves): (&Wrench, _)| {
@@ -122,7 +122,7 @@ impl<'a> SpreadSolver<'a> {
         let is_node = |load: &usize| {
             nodes.as_ref().is_none_or(|nodes| load.checked_sub(1).is_none_or(|angle| angle.is_multiple_of(nodes.every)))
         };
-        let (at_nodes, others): (Vec<usize>, Vec<usize>) = (0..=study.scene.phis.len()).partition(is_node);
+        let (at_nodes, others): (Vec<usize>, Vec<usize>) = (0..=study.load_case.phis.len()).partition(is_node);
         for (own, ends) in ends.iter_mut().enumerate() {
             for (end, group) in ends.iter_mut().enumerate() {
                 let Some(group) = group else { continue };
@@ -146,7 +146,7 @@ impl<'a> SpreadSolver<'a> {
             work.check()?;
             Ok(largest_displacement((study, drawn), configurations[point], draw))
         };
-        let (tolerance_mm, audits) = (study.scene.tolerance_mm, FEWEST_AUDITS.div_ceil(study.grid.len()));
+        let (tolerance_mm, audits) = (study.load_case.tolerance_mm, FEWEST_AUDITS.div_ceil(study.grid.len()));
         let audits = audits.min(MOST_AUDITS_AT_POINT);
         let seed = |point: usize| configurations[point].pose.translation.iter().fold(0, place_bits);
         let (checks, most_next) = (true, None);
@@ -176,17 +176,17 @@ fn largest_displacement(
     group.set_rigid(&[at; Batch::WIDTH]);
     let (mut largest, mut free) = (0.0f64, None);
     if drawn.has_model_error() {
-        let task = under(&study.scene.task_point(at.pose, None), 0.0);
-        let found = group.command(&study.scene.machine, None, Method::None, &[0], |_| task);
+        let task = under(&study.load_case.task_point(at.pose, None), 0.0);
+        let found = group.command(&study.load_case.machine, None, Method::None, &[0], |_| task);
         for answer in found {
             free = Some(answer?.tool_displacement);
         }
     }
-    for phis in study.scene.phis.chunks(Batch::WIDTH) {
+    for phis in study.load_case.phis.chunks(Batch::WIDTH) {
         let tasks: Vec<TaskPoint> =
-            phis.iter().map(|phi| under(&study.scene.task_point(at.pose, Some(*phi)), factors.all)).collect();
+            phis.iter().map(|phi| under(&study.load_case.task_point(at.pose, Some(*phi)), factors.all)).collect();
         let lanes: Vec<usize> = (0..tasks.len()).collect();
-        for answer in group.command(&study.scene.machine, None, Method::None, &lanes, |lane| tasks[lane]) {
+        for answer in group.command(&study.load_case.machine, None, Method::None, &lanes, |lane| tasks[lane]) {
             largest = largest.max(drawn.real_displacement(index, free, answer?.tool_displacement).norm());
         }
     }
@@ -216,11 +216,11 @@ impl Sweep<'_> {
     ) {
         let Self { study, configurations, points } = self;
         for &load in loads {
-            let phi = load.checked_sub(1).map(|load| study.scene.phis[load]);
+            let phi = load.checked_sub(1).map(|load| study.load_case.phis[load]);
             let is_wanted = |lane: &usize| wanted[*lane] && matches!(points[*lane], Some(Ok(_)));
             let lanes: Vec<usize> = (0..points.len()).filter(is_wanted).collect();
-            let task = |lane: usize| under(&study.scene.task_point(configurations[lane].pose, phi), 1.0);
-            let found = group.command(&study.scene.machine, None, Method::None, &lanes, task);
+            let task = |lane: usize| under(&study.load_case.task_point(configurations[lane].pose, phi), 1.0);
+            let found = group.command(&study.load_case.machine, None, Method::None, &lanes, task);
             for (lane, found) in lanes.into_iter().zip(found) {
                 match (found, &mut points[lane]) {
                     (Ok(answer), Some(Ok(responses))) => put(&mut responses[load], answer.tool_displacement),

@@ -34,7 +34,7 @@ use crate::{
     process::{file::CorrectionLimits, uncertainty::ToolOnWorkpiece},
     questions::path::PathStudy,
     simulation::{
-        Machines, Source,
+        Machines, Source, TrackedPath,
         along_path::{Commands, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, run as along_path},
         settings,
         spread::DrawnMachines,
@@ -114,11 +114,12 @@ pub struct OnlineResults {
 /// Runs the study on the current rayon pool. `Err` if `work` was stopped, could not be kept, or another shard computes a trial; or if the
 /// machine has no equilibrium under its weight.
 pub fn run(study: &OnlineStudy, work: &Work) -> Result<OnlineResults> {
-    let machines = Machines::new(&study.path.machine, &study.path.errors)?;
+    let machines = study.path.machines()?;
     let model = Machines::new(&study.path.machine, &study.known_errors)?;
-    let drawn = DrawnMachines::new(study.path.uncertainty.as_ref(), &machines, &study.path.errors)?;
-    let PathStudy { machine, placement, tasks, .. } = &study.path;
-    let on_workpiece = |drawn: &DrawnMachines| tools_on_workpiece(machine, placement, &drawn.uncertainty, tasks);
+    let drawn = study.path.drawn(&machines)?;
+    let TrackedPath { machine, placement, .. } = &study.path.tracked;
+    let on_workpiece =
+        |drawn: &DrawnMachines| tools_on_workpiece(machine, placement, &drawn.uncertainty, &study.path.tasks);
     let tools = drawn.as_ref().map_or_else(Vec::new, on_workpiece);
     let cut = CutSimulation { study, machines: &machines, model: &model, drawn: drawn.as_ref(), tools };
     let uncorrected = || {

@@ -1,5 +1,7 @@
 //! Checks an online study as written and makes a study of it.
 
+use std::sync::Arc;
+
 use super::{OnlineStudy, Sensor, spec::OnlineSpec};
 use crate::{
     input::{Inputs, check::Check, error::Result},
@@ -68,7 +70,7 @@ impl Question for OnlineStudy {
                 .key(key)
                 .fail("is given by force_errors_percent in an online study: expected none".into());
         }
-        path.uncertainty = uncertainty;
+        path.tracked.uncertainty = uncertainty.map(Arc::new);
         let feed_mm_per_min = check.key("feed_mm_per_min").positive(spec.feed)?;
         let times_s: Vec<f64> = path.stations.iter().map(|at| at.arc_length_mm * 60.0 / feed_mm_per_min).collect();
         let sensor = sensor(spec, check)?;

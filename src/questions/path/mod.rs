@@ -7,7 +7,7 @@ pub(crate) mod spec;
 #[cfg_attr(target_family = "wasm", path = "not_turned.rs")]
 mod turned;
 
-use std::ops::Range;
+use std::ops::{Deref, Range};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -16,16 +16,12 @@ use serde::Serialize;
 use crate::{
     compensation::{Method, TaskPoint},
     input::error::Result,
-    machine::{ChainError, Configuration, Machine},
-    process::{
-        KnownForce, Placement, VerdictTable,
-        uncertainty::{DrawnForceAt, Uncertainty},
-    },
+    machine::{Configuration, Machine},
+    process::{KnownForce, VerdictTable, uncertainty::DrawnForceAt},
     simulation::{
-        BySource, Machines, Source,
+        BySource, Machines, Source, TrackedPath,
         along_path::{self, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, TrackBlocks, run_pieces},
         play::Reversals,
-        spread::DrawnMachines,
         spread_along::{self, LargestBoth, SpreadPart, SpreadPath},
     },
     work::{Work, compute_overlapped},
@@ -54,22 +50,16 @@ pub struct Station {
 /// A checked path study.
 #[derive(Debug, Clone)]
 pub struct PathStudy {
-    /// The nominal machine.
-    pub machine: Machine,
-    /// Errors of each chain of the real machine.
-    pub errors: Vec<ChainError>,
+    /// Its machine, where the workpiece stands, and what is uncertain.
+    pub tracked: TrackedPath,
     /// Lengths, tool angles and program lines of the path's points.
     pub stations: Vec<Station>,
     /// Pose and load at each point.
     pub tasks: Vec<TaskPoint>,
-    /// Where the workpiece stands.
-    pub placement: Placement,
     /// What draws change of the force at each point; empty where one factor is for all of it.
     pub(crate) drawn_forces: Vec<DrawnForceAt>,
     /// Largest programmed feed where the tool cuts, mm/s; `None` unless all cuts have one.
     pub fastest_mm_per_s: Option<f64>,
-    /// Largest deviation of the tool from its path that the process allows, mm.
-    pub tolerance_mm: Option<f64>,
     /// Compensation methods compared.
     pub methods: Vec<Method>,
     /// Whether the path of a file ends at its first point, which is then counted once in the residual errors. Circles count their closing point.
@@ -86,8 +76,14 @@ pub struct PathStudy {
     pub gamma_search: Option<PathGammaSearch>,
     /// Names of the files that its program calls.
     pub called_files: Vec<String>,
-    /// What is not known exactly; `None` where all inputs are taken as exact.
-    pub uncertainty: Option<Uncertainty>,
+}
+
+impl Deref for PathStudy {
+    type Target = TrackedPath;
+
+    fn deref(&self) -> &TrackedPath {
+        &self.tracked
+    }
 }
 
 /// Display settings of a path report.
@@ -116,24 +112,6 @@ impl PathStudy {
     /// Returns the number of the pass of each point.
     fn passes(&self) -> Vec<u32> {
         spread_along::numbers_of_passes(0, self.stations.iter().map(|own| own.cutting))
-    }
-
-    /// Returns the path with the machines `drawn` from uncertain inputs, of which the spread of the distance is computed.
-    fn spread_path<'a>(&self, machines: &'a Machines, drawn: &'a DrawnMachines, passes: &'a [u32]) -> SpreadPath<'a> {
-        let tolerance_mm = self.tolerance_mm;
-        SpreadPath {
-            machines,
-            drawn,
-            placement: self.placement,
-            tolerance_mm,
-            margin_mm: 0.0,
-            audits: 1,
-            passes,
-            counts: &|_| true,
-            by_drive: true,
-            compensates: true,
-            play: true,
-        }
     }
 
     /// Returns the part of the path with the indices `points`, along which `track` holds the configurations of the nominal machine.
@@ -273,10 +251,9 @@ pub fn run_in_parts(
     work: &Work,
     take: impl FnMut(PathPart) -> Result<()> + Send,
 ) -> Result<WholePath> {
-    let machines = Machines::new(&study.machine, &study.errors)?;
-    let drawn = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)?;
-    let passes = study.passes();
-    let spread_path = drawn.as_ref().map(|drawn| study.spread_path(&machines, drawn, &passes));
+    let machines = study.machines()?;
+    let (drawn, passes) = (study.drawn(&machines)?, study.passes());
+    let spread_path = drawn.as_ref().map(|drawn| SpreadPath { passes: &passes, ..study.spread(drawn) });
     let mut largest = LargestBoth::default();
     let mut methods = vec![PathSums::default(); study.methods.len()];
     let (mut before, mut reversals): (Option<Configuration>, _) = (None, Reversals::default());
@@ -314,14 +291,13 @@ type ResidualsByMethod = Vec<Vec<PointResidual>>;
 /// or could not be kept.
 pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result<PathPart> {
     let points = points.start.min(study.tasks.len())..points.end.min(study.tasks.len());
-    let machines = Machines::new(&study.machine, &study.errors)?;
+    let machines = study.machines()?;
     let passed = TrackBlocks::new(&machines.nominal, None, &study.tasks[..points.start]);
     let track = TrackBlocks::new(&machines.nominal, passed.last().as_ref(), &study.tasks[points.clone()]);
     let mut part = compute_sources(study, &machines, &track, points.clone(), work)?;
     part.note_reversals(&mut Reversals::default());
-    if let Some(drawn) = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)? {
-        let passes = study.passes();
-        let spread_path = study.spread_path(&machines, &drawn, &passes);
+    if let Some(drawn) = study.drawn(&machines)? {
+        let spread_path = SpreadPath { passes: &study.passes(), ..study.spread(&drawn) };
         let (own, mut largest) = (study.spread_part(points, &track), LargestBoth::default());
         part.set_spread(spread_path.solve_part(&own, pass_count(study), work, &mut largest)?);
     }
@@ -341,7 +317,7 @@ fn compute_part(
     let case = PathCase::new(machines, Source::All, &study.tasks[points.clone()]);
     let residuals = |(index, &method): (usize, &Method)| {
         let work = work.part(&format!("method {index}")).numbered_after(source_passes(study) + index);
-        run_pieces(&case, track, (first, pass_count(study)), method, &work, |answer| {
+        run_pieces(&case, track, first, pass_count(study), method, &work, |answer| {
             PointResidual::of(&answer, &study.machine)
         })
     };
@@ -366,7 +342,7 @@ fn compute_sources(
         let case = PathCase::new(machines, source, &tasks);
         let pass = |method, number: usize, command: &str| -> Result<Vec<PathPointResult>> {
             let work = work.part(source.label()).part(command).numbered_after(number);
-            run_pieces(&case, track, (first, pass_count(study)), method, &work, |result| result)
+            run_pieces(&case, track, first, pass_count(study), method, &work, |result| result)
         };
         let (plain, compensated) = rayon::join(
             || pass(Method::None, 2 * number, "plain"),

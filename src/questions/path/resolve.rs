@@ -1,5 +1,7 @@
 //! Checks of a path study as written, which make it a [`PathStudy`].
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use crate::{
@@ -16,6 +18,7 @@ use crate::{
         spec::CircleSpec,
     },
     simulation::{
+        TrackedPath,
         tasks::{PoseTracker, drawn_forces_at, tasks},
         with_drives_left,
     },
@@ -47,10 +50,10 @@ impl Question for PathStudy {
         let (uncertainty, read) = context.uncertainty(table, &study.machine, &study.errors, &cut)?;
         if let Some(uncertainty) = &uncertainty {
             let components = process.component_loads(&toolpath, &uncertainty.force);
-            let there = (&study.machine, &study.placement);
-            study.drawn_forces = drawn_forces_at(uncertainty, there, &toolpath, components.as_ref());
+            let TrackedPath { machine, placement, .. } = &study.tracked;
+            study.drawn_forces = drawn_forces_at(uncertainty, machine, placement, &toolpath, components.as_ref());
         }
-        study.uncertainty = uncertainty;
+        study.tracked.uncertainty = uncertainty.map(Arc::new);
         if study.uncertainty.is_some() && study.gamma_search.is_some() {
             let problem = "is not computed where γ is sought: compensate with the γ found first, and give that program";
             return context.check.root().key("uncertainty").fail(problem.into());
@@ -101,22 +104,18 @@ pub(crate) fn path(
         [("force not known", unknown), ("mean or peak", of_turn)].into_iter().filter(|own| !own.1.is_empty());
     let of_force = of_force.map(|(label, text)| (label, text.trim_end_matches(['.', '\n']).to_string()));
     let study = PathStudy {
-        errors: process.errors.clone(),
+        tracked: TrackedPath::of(process),
         stations: stations(process, toolpath.points(), &tasks, program.as_ref()),
         tasks,
-        placement: process.placement,
         fastest_mm_per_s: toolpath.largest_cutting_feed_mm_per_min().map(|own| own / 60.0),
-        tolerance_mm: process.tolerance_mm,
         methods: named_methods(spec, &check.key("methods"))?,
         is_closed: spec.file.is_some() && toolpath.is_closed(),
         facts: process.facts(),
         assumed: process.assumed().into_iter().chain(of_force).collect(),
         gamma_search: PathGammaSearch::of(process, &toolpath, &origin),
         called_files: program.as_ref().map_or_else(Vec::new, ProgramFile::called_files),
-        machine: process.machine.clone(),
         known_force: known,
         verdict: process.verdict.clone(),
-        uncertainty: None,
         drawn_forces: Vec::new(),
     };
     Ok((study, toolpath, program_input(spec.file.as_deref(), program.as_ref())))

@@ -68,7 +68,7 @@ impl PathStudy {
         work.tell(Event::Stage(Stage { of, items }));
         let mut study = self.clone();
         if let Some(Ok(at_gamma)) = found.result_for(search.choice()) {
-            study.machine = at_gamma.machine.clone();
+            study.tracked.machine = at_gamma.machine.clone();
             study.tasks = tasks_under(&at_gamma.machine, &process.placement, process.target, &at_gamma.path, &loads);
         }
         study.gamma_search = Some(PathGammaSearch { found: Some(Arc::new(found)), ..search.clone() });

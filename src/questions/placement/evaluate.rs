@@ -123,10 +123,7 @@ impl Evaluator {
         #[cfg(not(target_family = "wasm"))]
         let drawn = {
             let asked = study.features.iter().filter(|_| needs.uncertain);
-            let of_feature = |job: &FeatureJob| {
-                let found = DrawnMachines::new(job.uncertainty.as_deref(), &job.machines, &job.errors);
-                found.map_err(|error| error.to_string())
-            };
+            let of_feature = |job: &FeatureJob| job.drawn().map_err(|error| error.to_string());
             asked.map(of_feature).collect()
         };
         let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
@@ -349,8 +346,8 @@ impl Evaluator {
         }
         #[cfg(not(target_family = "wasm"))]
         if self.needs.uncertain {
-            let is_bounded =
-                self.study.features.iter().flat_map(|job| &job.uncertainty).all(|own| own.has_nominal_medians());
+            let mut uncertain = self.study.features.iter().flat_map(|job| &job.tracked.uncertainty);
+            let is_bounded = uncertain.all(|own| own.has_nominal_medians());
             let nominal = metrics.get(Metric::WorstDeflection).filter(|_| is_bounded);
             metrics.set(Metric::P95Deflection, nominal.unwrap_or(0.0));
             metrics.set(Metric::WithinProbability, 1.0);

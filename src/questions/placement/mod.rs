@@ -51,19 +51,15 @@ pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
 pub use sweep::{Cell, Verdict};
 pub use uncertain::PlaceSpread;
 
-use std::sync::Arc;
-
 use crate::{
     compensation::Target,
     input::error::Result,
-    machine::{ChainError, Machine},
+    machine::Machine,
     process::{
-        CuttingRule, Extent, Feature, ForbiddenBox, ForceWords, PathReference, VerdictTable,
-        cutting::PathLoad,
-        file::CorrectionLimits,
-        uncertainty::{ForceSpread, Uncertainty},
+        CuttingRule, Extent, Feature, ForbiddenBox, ForceWords, PathReference, VerdictTable, cutting::PathLoad,
+        file::CorrectionLimits, uncertainty::ForceSpread,
     },
-    simulation::Machines,
+    simulation::{Machines, TrackedPath, spread::DrawnMachines, spread_along::SpreadPath},
     spatial::Pose,
     work::{Event, Stage, Work},
 };
@@ -73,10 +69,10 @@ use crate::{
 pub struct FeatureJob {
     /// Path, cutting force and tolerance.
     pub feature: Feature,
+    /// Its machine, tolerance and what is uncertain, with the workpiece where its process file places it.
+    pub tracked: TrackedPath,
     /// The nominal machine and the actual ones, which have the chain errors.
     pub machines: Machines,
-    /// Errors of each chain.
-    pub errors: Vec<ChainError>,
     /// Limits of corrections and forces.
     pub limits: CorrectionLimits,
     /// Components of the pose error that compensation corrects.
@@ -87,8 +83,6 @@ pub struct FeatureJob {
     pub force_words: ForceWords,
     /// What the verdict is about, and bounds of what is not computed.
     pub verdict: VerdictTable,
-    /// What is not known exactly; `None` where all inputs are taken as exact.
-    pub uncertainty: Option<Arc<Uncertainty>>,
     /// Loads of the components of the force at each point of its path, where one of them varies by itself.
     pub components: Option<[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]>,
     /// Settings of the search for γ, the rotation about the tool axis, at each place, if there is one.
@@ -100,6 +94,17 @@ impl FeatureJob {
     /// Returns the nominal machine with the feature's tool.
     pub fn machine(&self) -> &Machine {
         &self.machines.nominal
+    }
+
+    /// Returns what uncertain inputs make of its machines; `None` where all are exact. `Err` as [`Machines::drawn`].
+    fn drawn(&self) -> Result<Option<DrawnMachines>> {
+        self.tracked.drawn(&self.machines)
+    }
+
+    /// Returns its path with the workpiece at `site`, of which the spread of the largest distance alone is wanted.
+    fn spread<'a>(&self, site: &Site, drawn: &'a DrawnMachines) -> SpreadPath<'a> {
+        let placement = site.placement(self.feature.reference);
+        SpreadPath { placement, audits: 0, by_drive: false, ..self.tracked.spread(drawn) }
     }
 
     /// Returns the feature without a search for γ: the tool keeps its programmed rotation about its axis.
@@ -178,7 +183,7 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let evaluator = Evaluator::new(study, &study.objective.metrics());
     let Found { cells, ranking, gaps, refinements, front } = search(&evaluator, study, work)?;
     let evaluators = study.entry_evaluators();
-    let places = outcome::entry_places(study, (&cells, &ranking, &refinements));
+    let places = outcome::entry_places(study, &cells, &ranking, &refinements);
     let mut entries = outcome::evaluate_entries(&evaluators, study, work, places);
     work.barrier()?;
     uncertain::add_spread(&evaluators, study, &mut entries, work)?;
@@ -205,7 +210,7 @@ fn compute(study: &PlacementStudy, work: &Work) -> Result<()> {
     let best = work.summary("best", || {
         let places = work.summary("entries", || {
             let Found { cells, ranking, refinements, .. } = search(&evaluator, study, work)?;
-            Ok(outcome::entry_places(study, (&cells, &ranking, &refinements)))
+            Ok(outcome::entry_places(study, &cells, &ranking, &refinements))
         })?;
         let evaluators = study.entry_evaluators();
         let mut entries = outcome::evaluate_entries(&evaluators, study, work, places);
@@ -248,7 +253,7 @@ fn refinement_starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize], 
 
 /// Evaluates only the named places of `study`, with all metrics, each at its best γ if one is sought, best first.
 pub fn compare(study: &PlacementStudy) -> Vec<Entry> {
-    let places = outcome::entry_places(study, (&[], &[], &[]));
+    let places = outcome::entry_places(study, &[], &[], &[]);
     let evaluators = EntryEvaluators { found: Evaluator::new(study, &Metric::ALL), programmed: None };
     outcome::evaluate_entries(&evaluators, study, &Work::default(), places)
 }

@@ -171,7 +171,9 @@ pub(super) fn choose_best(study: &PlacementStudy, entries: &[Entry], refinements
 /// Returns named places, the best of the sweep and the ends of the refinements, each once: name, origin, coordinates.
 pub(super) fn entry_places(
     study: &PlacementStudy,
-    (cells, ranking, refinements): (&[Cell], &[usize], &[Refinement]),
+    cells: &[Cell],
+    ranking: &[usize],
+    refinements: &[Refinement],
 ) -> Vec<(String, Origin, Site)> {
     let mut places: Vec<(String, Origin, Site)> =
         study.candidates.iter().map(|c| (c.name.clone(), Origin::Named, c.site)).collect();

@@ -160,7 +160,7 @@ impl RefinementSearch<'_> {
         while !is_converged && best.1.is_finite() && rounds < ROUNDS && continued < CONTINUATIONS {
             let before = best.1;
             let is_ended_by_count;
-            (best, is_ended_by_count) = cost.descend(best, size, (tolerance, settings.max_iterations), &history)?;
+            (best, is_ended_by_count) = cost.descend(best, size, tolerance, settings.max_iterations, &history)?;
             if is_ended_by_count {
                 continued += 1;
                 continue;
@@ -280,7 +280,8 @@ impl Cost<'_> {
         &self,
         start: (Site, f64),
         size: f64,
-        (tolerance, iterations): (f64, usize),
+        tolerance: f64,
+        iterations: usize,
         history: &Arc<Mutex<Vec<f64>>>,
     ) -> Option<((Site, f64), bool)> {
         let solver = NelderMead::new(self.simplex(&start.0, size)).with_sd_tolerance(tolerance);

@@ -34,7 +34,7 @@ use crate::{
             TableSpec,
         },
     },
-    simulation::{Machines, with_drives_left, within_limits},
+    simulation::{TrackedPath, with_drives_left, within_limits},
     toolpath::{Orientation, PathPoint},
     work::Work,
 };
@@ -102,8 +102,8 @@ impl Question for PlacementStudy {
             machine: machine.clone(),
             features,
         };
-        let (machine, named_by) = (&study.machine, (reference, study.seeks_gamma()));
-        study.candidates = resolve_candidates(&spec.candidate, today, machine, named_by, check)?;
+        let seeks_gamma = study.seeks_gamma();
+        study.candidates = resolve_candidates(&spec.candidate, today, &study.machine, reference, seeks_gamma, check)?;
         let inputs = inputs.and(grid_input(study.grid.counts()));
         Ok(Resolved { study, shown: (), inputs })
     }
@@ -175,7 +175,7 @@ fn all_features(
             context.uncertainty(process.uncertainty.as_ref(), &process.machine, &process.errors, &cut)?;
         let loads = |own: &Uncertainty| process.component_loads(&job.feature.path, &own.force);
         job.components = uncertainty.as_ref().and_then(loads);
-        job.uncertainty = uncertainty.map(Arc::new);
+        job.tracked.uncertainty = uncertainty.map(Arc::new);
         inputs = inputs.and(read);
     }
     check_same_draws(&jobs, &check.key("feature"))?;
@@ -188,9 +188,9 @@ fn check_same_draws(jobs: &[FeatureJob], check: &Check) -> Result<()> {
         (&a.parameters, a.force, a.model) == (&b.parameters, b.force, b.model)
             && (&a.draws.normal, &a.draws.force) == (&b.draws.normal, &b.draws.force)
     };
-    let have_different_draws = |pair: &&[FeatureJob]| match (&pair[0].uncertainty, &pair[1].uncertainty) {
-        (Some(a), Some(b)) => !is_same(a, b),
-        (a, b) => a.is_some() != b.is_some(),
+    let have_different_draws = |pair: &&[FeatureJob]| match [0, 1].map(|k| &pair[k].tracked.uncertainty) {
+        [Some(a), Some(b)] => !is_same(a, b),
+        [a, b] => a.is_some() != b.is_some(),
     };
     match jobs.windows(2).find(have_different_draws) {
         None => Ok(()),
@@ -245,17 +245,16 @@ fn resolve_feature(
         .or_else(|problem| context.process_location(spec.process.as_deref()).key("limits").misfit(problem, ()))?;
     let today = Candidate::from_process(&process);
     let cuts = process.cutting_rule;
-    let machines = Machines::new(&process.machine, &process.errors)?;
+    let tracked = TrackedPath { tolerance_mm: Some(feature.tolerance_mm), ..TrackedPath::of(&process) };
     let job = FeatureJob {
         feature,
-        machines,
-        errors: process.errors.clone(),
+        machines: tracked.machines()?,
+        tracked,
         limits: process.limits,
         target: process.target,
         cuts,
         force_words,
         verdict: process.verdict.clone(),
-        uncertainty: None,
         components: None,
         #[cfg(not(target_family = "wasm"))]
         gamma_search: Some(process.redundancy.clone()).filter(crate::process::RedundancySettings::is_sought),
@@ -535,7 +534,7 @@ fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check:
         if features.iter().any(|job| job.gamma_search.is_some()) {
             return check.fail("is not computed where [compensate.redundancy] seeks γ: expected another metric".into());
         }
-        if features.iter().any(|job| job.uncertainty.is_none()) {
+        if features.iter().any(|job| job.tracked.uncertainty.is_none()) {
             return check.fail("needs the table [uncertainty]".into());
         }
         let tolerances = features.windows(2).all(|pair| pair[0].feature.tolerance_mm == pair[1].feature.tolerance_mm);
@@ -557,7 +556,8 @@ fn resolve_candidates(
     specs: &[CandidateSpec],
     today: Option<Candidate>,
     machine: &Machine,
-    (reference, seeks_gamma): (PathReference, bool),
+    reference: PathReference,
+    seeks_gamma: bool,
     check: &Check,
 ) -> Result<Vec<Candidate>> {
     let mut candidates: Vec<Candidate> = today.into_iter().collect();

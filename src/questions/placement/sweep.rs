@@ -85,7 +85,7 @@ pub(super) fn piece_count(study: &PlacementStudy) -> usize {
 pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) -> error::Result<Vec<Cell>> {
     let sites: Vec<Site> = (0..study.grid.len()).map(|index| study.grid.site(index)).collect();
     let verdicts = work.summary("verdicts", || {
-        let mut states = states_before_level(evaluator, study, (&sites, evaluator.levels), work)?;
+        let mut states = states_before_level(evaluator, study, &sites, evaluator.levels, work)?;
         step_open_states(&mut states, &work.part("rest"), |state| complete(evaluator, state, work))?;
         work.barrier()?;
         let verdict = |state| match state {
@@ -102,7 +102,8 @@ pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) 
 fn states_before_level(
     evaluator: &Evaluator,
     study: &PlacementStudy,
-    (sites, level): (&[Site], usize),
+    sites: &[Site],
+    level: usize,
     work: &Work,
 ) -> error::Result<Vec<State>> {
     let open = |site: &Site| match evaluator.begin_evaluation(site) {
@@ -111,7 +112,7 @@ fn states_before_level(
     };
     let Some(last) = level.checked_sub(1) else { return Ok(sites.par_iter().map(open).collect()) };
     let advanced = || {
-        let mut states = states_before_level(evaluator, study, (sites, last), work)?;
+        let mut states = states_before_level(evaluator, study, sites, last, work)?;
         step_open_states(&mut states, &work.part(&format!("level {last}")), |state| advance(evaluator, state, work))?;
         Ok(states)
     };

@@ -51,7 +51,7 @@ impl FeatureJob {
     fn gamma_problem<'a>(&'a self, settings: &'a RedundancySettings, placement: &'a Placement) -> GammaProblem<'a> {
         GammaProblem {
             machine: self.machine(),
-            errors: &self.errors,
+            errors: &self.tracked.errors,
             placement,
             target: self.target,
             path: &self.feature.path,

@@ -51,8 +51,7 @@ pub(super) fn add_spread(
     if cfg!(target_family = "wasm") {
         return Ok(());
     }
-    let drawn =
-        study.features.iter().map(|job| DrawnMachines::new(job.uncertainty.as_deref(), &job.machines, &job.errors));
+    let drawn = study.features.iter().map(FeatureJob::drawn);
     let Some(drawn) = drawn.collect::<Result<Option<Vec<_>>>>()? else { return Ok(()) };
     let can_be_cut: Vec<usize> = (0..entries.len()).filter(|own| entries[*own].feasible().is_some()).collect();
     let points: usize = study.features.iter().map(|job| job.feature.path.len()).sum();
@@ -106,20 +105,8 @@ pub(super) fn write_metrics(
         let tasks: Vec<TaskPoint> = points.iter().map(|k| all[*k]).collect();
         let of_all = drawn_forces(evaluator, drawn, site, f);
         let forces: Vec<DrawnForceAt> = points.iter().filter_map(|k| of_all.get(*k)).copied().collect();
-        let (machines, tolerance_mm) = (&job.machines, Some(job.feature.tolerance_mm));
-        let path = SpreadPath {
-            machines,
-            drawn,
-            placement: site.placement(job.feature.reference),
-            tolerance_mm,
-            margin_mm: 0.0,
-            audits: 0,
-            passes: &points.iter().map(|k| all_passes[f][*k]).collect::<Vec<_>>(),
-            counts: &|_| true,
-            by_drive: false,
-            compensates: false,
-            play: true,
-        };
+        let passes: Vec<u32> = points.iter().map(|k| all_passes[f][*k]).collect();
+        let path = SpreadPath { passes: &passes, compensates: false, ..job.spread(site, drawn) };
         let mut add = |part: &SpreadPart<'_>| path.solve_part(part, 1, &Work::default(), &mut largest).map(drop);
         parts_of(job.machine(), &tasks, &forces)(&mut add).map_err(|error| none(error.to_string()))?;
     }
@@ -144,12 +131,12 @@ fn passes(evaluator: &Evaluator) -> Vec<Vec<u32>> {
 /// Returns what draws change of the force at each point of feature `f` at `site`.
 fn drawn_forces(evaluator: &Evaluator, drawn: &DrawnMachines, site: &Site, f: usize) -> Vec<DrawnForceAt> {
     let job = &evaluator.study.features[f];
-    let there = (job.machine(), &site.placement(job.feature.reference));
+    let placement = site.placement(job.feature.reference);
     #[cfg(target_family = "wasm")]
     let path = std::borrow::Cow::Borrowed(&job.feature.path);
     #[cfg(not(target_family = "wasm"))]
     let path = evaluator.path_at_best_gamma(site, f);
-    drawn_forces_at(&drawn.uncertainty, there, &path, job.components.as_ref())
+    drawn_forces_at(&drawn.uncertainty, job.machine(), &placement, &path, job.components.as_ref())
 }
 
 /// Returns the distributions at a place, and the largest distances in the draws; `None` where they are of no point.
@@ -163,23 +150,7 @@ fn spread_at(
     let tasks: Vec<Vec<TaskPoint>> = (0..jobs.len()).map(|f| evaluator.tasks(site, f)).collect();
     let counts: Vec<_> = evaluator.features.iter().map(|own| |k: usize| own.is_counted[k]).collect();
     let all_passes = passes(evaluator);
-    let path = |f: usize| {
-        let (machines, tolerance_mm) = (&jobs[f].machines, Some(jobs[f].feature.tolerance_mm));
-        let (drawn, counts) = (&drawn[f], &counts[f]);
-        SpreadPath {
-            machines,
-            drawn,
-            placement: site.placement(jobs[f].feature.reference),
-            tolerance_mm,
-            margin_mm: 0.0,
-            audits: 0,
-            passes: &all_passes[f],
-            counts,
-            by_drive: false,
-            compensates: true,
-            play: true,
-        }
-    };
+    let path = |f: usize| SpreadPath { passes: &all_passes[f], counts: &counts[f], ..jobs[f].spread(site, &drawn[f]) };
     let paths: Vec<SpreadPath<'_>> = (0..jobs.len()).map(path).collect();
     let forces: Vec<_> = drawn.iter().enumerate().map(|(f, drawn)| drawn_forces(evaluator, drawn, site, f)).collect();
     let with_forces = jobs.iter().zip(tasks.iter().zip(&forces));

@@ -111,7 +111,7 @@ impl<'a> PathWalk<'a> {
         let elastic = uncompensated.position_error;
         let at = self.all_sources.command().clone();
         let open = self.add_play(task, &at, &mut uncompensated, true);
-        let values = self.point_values((task, &at), &uncompensated, elastic);
+        let values = self.point_values(task, &at, &uncompensated, elastic);
         self.last.uncompensated = Some(uncompensated);
         values.map(|values| values.with_open(open))
     }
@@ -139,7 +139,8 @@ impl<'a> PathWalk<'a> {
     /// there, `elastic` (O axes, mm), and solves what other numbers need.
     fn point_values(
         &mut self,
-        (task, at): (&TaskPoint, &Configuration),
+        task: &TaskPoint,
+        at: &Configuration,
         uncompensated: &Compensation,
         elastic: Vector3<f64>,
     ) -> Result<PointValues, Refusal> {
@@ -164,7 +165,7 @@ impl<'a> PathWalk<'a> {
             values.superposition_error = superposition_error.norm();
         }
         if self.exact != ExactMode::NotAsked {
-            self.correct((task, at), uncompensated, &mut values)?;
+            self.correct(task, at, uncompensated, &mut values)?;
         }
         Ok(values)
     }
@@ -192,7 +193,8 @@ impl<'a> PathWalk<'a> {
     /// Solves the exact correction of a point and adds its numbers to `values`. `Err` as of [`PathWalk::add_exact`].
     fn correct(
         &mut self,
-        (task, at): (&TaskPoint, &Configuration),
+        task: &TaskPoint,
+        at: &Configuration,
         uncompensated: &Compensation,
         values: &mut PointValues,
     ) -> Result<(), Refusal> {

@@ -18,7 +18,7 @@ use crate::{
         cutting::{PathFrame, PathLoad},
     },
     redundancy::{GammaProblem, Infeasible, Node, nodes_at_points},
-    simulation::{Failure, Scene},
+    simulation::{Failure, LoadCase},
     spatial::{Grid, frame_about},
     toolpath::{Orientation, PathPoint, PointSource, Toolpath, cutting_point},
     work::{Event, Work, if_this_shard},
@@ -28,7 +28,7 @@ use crate::{
 #[derive(Debug, Clone)]
 pub struct RedundancyMapStudy {
     /// Machine, cutting force, its directions, and chain errors.
-    pub scene: Scene,
+    pub load_case: LoadCase,
     /// Positions of the tool tip, O, mm.
     pub grid: Grid,
     /// Tool directions from the tip to the spindle, unit vectors in O.
@@ -119,19 +119,19 @@ fn run_block(
 ) -> Result<Vec<RedundancyMapPoint>> {
     let positions: Vec<Vector3<f64>> = indices.map(|index| study.grid.position(index)).collect();
     let path = block_path(study, axis, &positions);
-    let frame = PathFrame { force: study.scene.force };
+    let frame = PathFrame { force: study.load_case.force };
     let loads = vec![PathLoad::PathFrame(frame); path.len()];
     let problem = GammaProblem {
-        machine: &study.scene.machine,
-        errors: &study.scene.errors,
+        machine: &study.load_case.machine,
+        errors: &study.load_case.errors,
         placement: &Placement::default(),
-        target: study.scene.target,
+        target: study.load_case.target,
         path: &path,
         loads: &loads,
         settings: &study.settings,
     };
     let lattice = nodes_at_points(problem, || work.check())?;
-    let by_position = lattice.nodes.chunks(study.scene.phis.len()).zip(&positions);
+    let by_position = lattice.nodes.chunks(study.load_case.phis.len()).zip(&positions);
     let points: Vec<RedundancyMapPoint> = by_position
         .map(|(nodes, position)| RedundancyMapPoint {
             position_mm: (*position).into(),
@@ -161,7 +161,7 @@ fn block_path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>
             ..cutting_point(*position, tangent, 0.0, 1.0)
         }
     };
-    let pairs = positions.iter().flat_map(|position| study.scene.phis.iter().map(move |phi| (position, *phi)));
+    let pairs = positions.iter().flat_map(|position| study.load_case.phis.iter().map(move |phi| (position, *phi)));
     Toolpath::assemble(pairs.enumerate().map(point).collect()).into()
 }
 
@@ -201,7 +201,7 @@ fn largest_over_phi(
     nodes: &[Vec<Node>],
     node: usize,
 ) -> std::result::Result<(f64, f64), Infeasible> {
-    nodes.iter().zip(&study.scene.phis).try_fold((-1.0, 0.0), |largest, (nodes, phi)| {
+    nodes.iter().zip(&study.load_case.phis).try_fold((-1.0, 0.0), |largest, (nodes, phi)| {
         let cost_mm = nodes[node]?.cost_mm;
         Ok(if cost_mm > largest.0 { (cost_mm, *phi) } else { largest })
     })

@@ -17,7 +17,7 @@ use crate::{
     process::{Placement, RedundancySettings},
     questions::{
         Question, Resolved, StudyContext, Template,
-        over_workspace::{Region, SceneKeys, Shown, scene},
+        over_workspace::{LoadCaseKeys, Region, Shown, load_case},
     },
     redundancy,
     spatial::{frame_about, rotation_exp},
@@ -43,12 +43,12 @@ impl Question for RedundancyMapStudy {
     };
     const TABLES: &[&str] = &["redundancy_map"];
 
-    /// Checks the map's table and makes its scene, grid and tool directions.
+    /// Checks the map's table and makes its load case, grid and tool directions.
     fn resolve(spec: &RedundancyMapSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
         context.overrides.refuse_points(context.name)?;
         let phi_step_deg = Some(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG));
-        let (scene, not_used, inputs) = scene(context, SceneKeys { phi_step_deg, uses_target: true })?;
-        let machine = &scene.machine;
+        let (load_case, not_used, inputs) = load_case(context, LoadCaseKeys { phi_step_deg, uses_target: true })?;
+        let machine = &load_case.machine;
         check_free_rotation(machine).or_else(|problem| context.check.root().key("machine").misfit(problem, ()))?;
         let check = &context.check;
         let axes = tool_directions(spec, machine, check)?;
@@ -66,7 +66,7 @@ impl Question for RedundancyMapStudy {
         let min_singularity_distance = check.key("min_singularity_distance").not_negative(distance)?;
         let settings = RedundancySettings { step_deg, min_singularity_distance, ..default };
         let shown = Shown { slices_z, not_used };
-        Ok(Resolved { study: RedundancyMapStudy { scene, grid, axes, settings }, shown, inputs: inputs.and(size) })
+        Ok(Resolved { study: RedundancyMapStudy { load_case, grid, axes, settings }, shown, inputs: inputs.and(size) })
     }
 
     /// Returns the number of grid points of all tool directions.

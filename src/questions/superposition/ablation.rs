@@ -110,7 +110,7 @@ impl AtRest {
             machine.tool_tip = Vector3::zeros();
             machine
         };
-        let (nominal, real) = (without_tool(&case.study.scene.machine), without_tool(machine));
+        let (nominal, real) = (without_tool(&case.study.load_case.machine), without_tool(machine));
         let mut session = Session::new(&nominal, &real, CompensationSettings::default());
         session.set_rigid(&case.at);
         let task = TaskPoint { wanted: Some(*pose), ..TaskPoint::new(*pose, Wrench::zero(), Target::FullPose) };
@@ -158,7 +158,7 @@ fn without_internal_forces(machine: &Machine, at_rest: &AtRest) -> (Machine, Sta
 
 /// Divides the superposition error by cause, at each φ of the study; `Err` where a machine cannot be solved, or weight is a source.
 pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
-    let nominal = &case.study.scene.machine;
+    let nominal = &case.study.load_case.machine;
     if Source::parts(nominal).contains(&Source::Weight) {
         let reason =
             "can be separated only for machines that are zeroed at rest under their weight (zeroed = \"at_rest\")";
@@ -177,7 +177,7 @@ pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
     let superposition_errors = displacements.errors_over_phi(displacements.assembly);
     let loads = case.cutting_wrenches(1.0);
     let solved = displacements.cutting.iter().zip(&displacements.both).zip(superposition_errors);
-    let parts = solved.zip(loads.iter().zip(&case.study.scene.phis)).map(
+    let parts = solved.zip(loads.iter().zip(&case.study.load_case.phis)).map(
         |(((cutting, both), superposition_error), (load, phi))| {
             let [here, there, freed_here, real_here, real_there] =
                 [&nominal_here, &nominal_there, &freed_here, &real_here, &real_there]

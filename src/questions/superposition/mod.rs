@@ -38,7 +38,7 @@ use serde::{Deserialize, Serialize};
 use superposition_error::{Case, SuperpositionErrors};
 
 use crate::simulation::{
-    Failure, Machines, Scene,
+    Failure, LoadCase, Machines,
     spread::{DeflectionSpread, DrawnMachines},
 };
 use crate::{
@@ -61,7 +61,7 @@ pub struct Location {
 #[derive(Debug, Clone)]
 pub struct SuperpositionStudy {
     /// Machine, chain errors, cutting force and tool angles.
-    pub scene: Scene,
+    pub load_case: LoadCase,
     /// Grid of positions of P on which the map is computed.
     pub grid: Grid,
     /// Locations studied in detail.
@@ -173,7 +173,7 @@ pub fn run_map(
     work: &Work,
     take: impl FnMut(Vec<GridPoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
-    let machines = study.scene.machines()?;
+    let machines = study.load_case.machines()?;
     let (map, total) = (work.part("map"), study.grid.len());
     let compute = |start: usize| map_part(study, &machines, start..total.min(start + PART), &map).map(Some);
     compute_overlapped((0..total).step_by(PART), compute, take)?;
@@ -189,7 +189,7 @@ pub(super) fn map_pieces(study: &SuperpositionStudy) -> usize {
 /// `work` was stopped or cannot be kept.
 pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<GridPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    let points = map_part(study, &study.scene.machines()?, indices, work)?;
+    let points = map_part(study, &study.load_case.machines()?, indices, work)?;
     work.barrier()?;
     Ok(points)
 }
@@ -222,8 +222,8 @@ fn map_part(
 
 /// Computes the locations, in parallel on the current rayon pool. `Err` if `work` was stopped or cannot be kept.
 pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<Vec<LocationResult>> {
-    let machines = study.scene.machines()?;
-    let drawn = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.scene.errors)?;
+    let machines = study.load_case.machines()?;
+    let drawn = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.load_case.errors)?;
     let named = work.part("locations").numbered_after(map_pieces(study));
     let locations = study.locations.par_iter().enumerate().filter_map(|(index, location)| {
         let compute = || {

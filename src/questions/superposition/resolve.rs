@@ -10,7 +10,7 @@ use crate::{
     process::uncertainty::Uncertainty,
     questions::{
         Question, Resolved, StudyContext, Template,
-        over_workspace::{Region, SceneKeys, Shown, scene, uncertainty_anywhere},
+        over_workspace::{LoadCaseKeys, Region, Shown, load_case, uncertainty_anywhere},
         path::resolve::named_point,
     },
     simulation::ROUNDING_MM,
@@ -33,16 +33,16 @@ impl Question for SuperpositionStudy {
     };
     const TABLES: &[&str] = &["map", "safe_load", "locations", "largest_factors", "scaling", "slopes", "ablation"];
 
-    /// Checks the study and makes its scene, grid and locations.
+    /// Checks the study and makes its load case, grid and locations.
     fn resolve(spec: &SuperpositionSpec, context: &StudyContext<'_>) -> Result<Resolved<Self>> {
         context.overrides.refuse_points(context.name)?;
         context.refuse_carrier("this question does not take apart")?;
-        let scene_keys = SceneKeys { phi_step_deg: spec.phi_step_deg, uses_target: false };
-        let (scene, not_used, inputs) = scene(context, scene_keys)?;
+        let keys = LoadCaseKeys { phi_step_deg: spec.phi_step_deg, uses_target: false };
+        let (load_case, not_used, inputs) = load_case(context, keys)?;
         let check = &context.check;
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
-        let box_of_p = [scene.machine.workspace.min, scene.machine.workspace.max];
+        let box_of_p = [load_case.machine.workspace.min, load_case.machine.workspace.max];
         let (grid, slices_z, size) = region.checked_grid(context, box_of_p, MAX_POINTS)?;
         let tolerance = check.key("tolerance_mm").positive(spec.tolerance_mm)?;
         if tolerance < ROUNDING_MM {
@@ -55,8 +55,8 @@ impl Question for SuperpositionStudy {
         if !(1.0..=1e6).contains(&largest_factor) {
             return check.key("largest_factor").fail(format!("must be between 1 and 1e6, got {largest_factor}"));
         }
-        let locations = locations(spec.location.as_deref(), &scene.machine, check)?;
-        let (uncertainty, read) = uncertainty_anywhere(context, &scene)?;
+        let locations = locations(spec.location.as_deref(), &load_case.machine, check)?;
+        let (uncertainty, read) = uncertainty_anywhere(context, &load_case)?;
         let uncertainty = uncertainty.map(Uncertainty::without_model);
         if let Some(own) = &uncertainty {
             if !own.varies_machine_or_force() {
@@ -74,7 +74,7 @@ impl Question for SuperpositionStudy {
             tolerance,
             largest_factor,
             grid,
-            scene,
+            load_case,
             uncertainty,
         };
         Ok(Resolved { study, shown: Shown { slices_z, not_used }, inputs: inputs.and(read).and(size) })

@@ -186,7 +186,7 @@ pub(super) struct Case<'a> {
 impl<'a> Case<'a> {
     /// Commands P of the nominal machine to `position`, O, mm; `Err` if it cannot be reached or has no equilibrium.
     pub fn new(study: &'a SuperpositionStudy, machines: &'a Machines, position: Vector3<f64>) -> Result<Self, Failure> {
-        let machine = &study.scene.machine;
+        let machine = &study.load_case.machine;
         let at = machine.command(position)?;
         let rest_of = |machine: &Machine| -> Result<Pose, Failure> {
             let mut rig = LockedMachine::at_command(machine, &at);
@@ -203,22 +203,23 @@ impl<'a> Case<'a> {
 
     /// Returns the nominal machine and the real ones with the chain errors of the study times `factor`.
     pub fn machines_with_errors(&self, factor: f64) -> Machines {
-        let errors: Vec<ChainError> = self.study.scene.errors.iter().map(|error| error.scale(factor)).collect();
+        let errors: Vec<ChainError> = self.study.load_case.errors.iter().map(|error| error.scale(factor)).collect();
         self.machines.with_errors(&errors)
     }
 
     /// Returns the wrench at P, O axes, of the cutting force times `factor`, at each φ.
     pub fn cutting_wrenches(&self, factor: f64) -> Vec<Wrench> {
-        let tool = self.study.scene.machine.tool_at(&self.at.pose.rotation);
-        self.study.scene.phis.iter().map(|phi| self.study.scene.force.wrench(*phi, &tool).scale(factor)).collect()
+        let case = &self.study.load_case;
+        let tool = case.machine.tool_at(&self.at.pose.rotation);
+        case.phis.iter().map(|phi| case.force.wrench(*phi, &tool).scale(factor)).collect()
     }
 
     /// Solves the displacements by the cutting force times `load_factor`, by chain errors of `machines`, and by both. `Err` if one fails.
     pub fn displacements(&self, machines: &Machines, load_factor: f64) -> Result<Displacements, Failure> {
-        let machine = &self.study.scene.machine;
+        let machine = &self.study.load_case.machine;
         let displacement_from = |from: Pose| move |pose: &Pose| Displacement::between(machine, &from, pose);
         let displacement = displacement_from(self.rest);
-        let (loads, phis) = (self.cutting_wrenches(load_factor), &self.study.scene.phis);
+        let (loads, phis) = (self.cutting_wrenches(load_factor), &self.study.load_case.phis);
         let cutting =
             LockedMachine::at_command(machines.actual(Source::Cutting), &self.at).poses_under(&loads, phis)?;
         let mut alone = LockedMachine::at_command(machines.actual(Source::Errors), &self.at);
@@ -238,7 +239,7 @@ impl<'a> Case<'a> {
 
     /// Returns the displacement by linear aggregation of the chain errors of `machines`, eq. (15).
     fn aggregated_displacement(&self, machines: &Machines) -> Result<Displacement, Failure> {
-        let machine = &self.study.scene.machine;
+        let machine = &self.study.load_case.machine;
         let twist = aggregate_errors(machine, machines.actual(Source::Errors), &self.at, &mut Workspace::new(machine));
         match twist {
             Some(twist) => Ok(Displacement::by_twist(machine, twist, &self.at.pose)),
@@ -271,7 +272,7 @@ impl<'a> Case<'a> {
         let mut worst = Worst::default();
         let superposition_errors = displacements.errors_over_phi(errors);
         for (index, ((superposition_error, both), phi)) in
-            superposition_errors.zip(&displacements.both).zip(&self.study.scene.phis).enumerate()
+            superposition_errors.zip(&displacements.both).zip(&self.study.load_case.phis).enumerate()
         {
             let (vector, simultaneous) = (superposition_error.of(followed), both.of(followed).norm());
             if index == 0 || vector.norm() > worst.superposition_error_mm {

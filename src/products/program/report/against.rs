@@ -177,7 +177,7 @@ impl Machined {
             millimetres(found.map_or(0.0, |own| if own.0 < 1e-5 { 0.0 } else { own.0 }), 4)
         };
         let at = |found: Option<(f64, usize)>| {
-            let place = found.filter(|own| own.0 >= GOUGE_MM).and_then(|own| self.place(job, (own.1, 1)));
+            let place = found.filter(|own| own.0 >= GOUGE_MM).and_then(|own| self.place(job, own.1, 1));
             of(found) + &place.map_or_else(String::new, |place| format!(" ({place})"))
         };
         let [programmed, before, after] = &own.sides;
@@ -232,7 +232,7 @@ impl Machined {
 
     /// Returns the line that makes a patch as written, or that there is none.
     fn line_words(&self, job: &ProgramJob, patch: usize) -> String {
-        self.place(job, (patch, 1)).unwrap_or_else(|| "where nothing is to be cut".into())
+        self.place(job, patch, 1).unwrap_or_else(|| "where nothing is to be cut".into())
     }
 
     /// Returns the tables of lines out of tolerance and of tools.
@@ -307,7 +307,7 @@ impl Machined {
     pub fn add_against(&self, job: &ProgramJob, report: &mut Value) {
         let named = |names: &[(&str, usize)], sides: &[Side]| -> Value {
             let own = |((name, course), side): (&(&str, usize), &Side)| {
-                (name.to_string(), self.side_json(job, (side, *course)))
+                (name.to_string(), self.side_json(job, side, *course))
             };
             names.iter().zip(sides).map(own).collect()
         };
@@ -315,7 +315,7 @@ impl Machined {
         if let Some((part, own)) = self.part() {
             let line = |patch: &usize| {
                 let [programmed, before, written] = [0, 1, 2].map(|own| part.surfaces[own][*patch]);
-                let mut line = self.patch_json(job, (Some((written.unwrap_or(0.0), *patch)), 1));
+                let mut line = self.patch_json(job, Some((written.unwrap_or(0.0), *patch)), 1);
                 (line["without_compensation_mm"], line["as_programmed_mm"]) = (json!(before), json!(programmed));
                 line["tolerance_mm"] = json!(tolerance_mm(job, self.surface.patches[*patch].tag));
                 line

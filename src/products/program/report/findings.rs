@@ -125,11 +125,12 @@ impl Findings {
     pub fn find_machined(
         &mut self,
         job: &ProgramJob,
-        (written, name): (&ProgramAsWritten, &str),
+        written: &ProgramAsWritten,
+        name: &str,
         work: &Work,
     ) -> Result<()> {
         if let Some(courses) = self.courses.take() {
-            self.machined = courses.surface(job, (written, name), work)?;
+            self.machined = courses.surface(job, written, name, work)?;
         }
         Ok(())
     }

@@ -69,7 +69,8 @@ impl Courses {
     pub fn surface(
         self,
         job: &ProgramJob,
-        (written, name): (&ProgramAsWritten, &str),
+        written: &ProgramAsWritten,
+        name: &str,
         work: &Work,
     ) -> Result<Option<Machined>> {
         let Some(stock) = &job.process.stock else { return Ok(None) };
@@ -78,7 +79,7 @@ impl Courses {
         let tolerance = |patch: &Patch| tolerance_mm(job, patch.tag);
         let sides = [0, 1].map(|course| Side::new(&surface, &surface.deviations[course], &tolerance, &|_| true));
         let part = PartSides::new(&surface, job);
-        let spread = job.surface_spread((&surface, &self.rotations), (written, &tolerance), work)?;
+        let spread = job.surface_spread(&surface, &self.rotations, written, &tolerance, work)?;
         let mut machined = Machined { surface, errors: self.errors, sides, part, tools: Vec::new(), spread };
         machined.tools = machined.tools(job);
         Ok(Some(machined))
@@ -196,7 +197,7 @@ impl Machined {
     }
 
     /// Returns the index of the point whose move makes the surface at a patch on a course; as programmed on [`PROGRAMMED`].
-    pub(super) fn maker(&self, (patch, course): (usize, usize)) -> Option<u32> {
+    pub(super) fn maker(&self, patch: usize, course: usize) -> Option<u32> {
         match self.surface.makers.get(course) {
             Some(makers) => makers[patch].or(self.surface.patches[patch].tag),
             None => self.surface.patches[patch].tag,
@@ -271,18 +272,18 @@ impl Machined {
     }
 
     /// Returns the place in the program whose move makes the surface at a patch on a course, in words.
-    pub(super) fn place(&self, job: &ProgramJob, at: (usize, usize)) -> Option<String> {
-        self.maker(at).map(|point| job.place_words(point as usize))
+    pub(super) fn place(&self, job: &ProgramJob, patch: usize, course: usize) -> Option<String> {
+        self.maker(patch, course).map(|point| job.place_words(point as usize))
     }
 
     /// Returns largest values and shares as JSON.
     pub fn json(&self, job: &ProgramJob) -> Value {
-        let [before, after] = [0, 1].map(|course| self.side_json(job, (&self.sides[course], course)));
+        let [before, after] = [0, 1].map(|course| self.side_json(job, &self.sides[course], course));
         let mut report =
             json!({ "against": "programmed envelope", "without_compensation": before, "as_written": after });
         self.add_against(job, &mut report);
         if let Some(spread) = &self.spread {
-            let [before, after] = spread.courses.each_ref().map(|own| distribution_json(job, (own, spread.draws)));
+            let [before, after] = spread.courses.each_ref().map(|own| distribution_json(job, own, spread.draws));
             let against = if self.part.is_some() { "part" } else { "programmed envelope" };
             report["distribution"] = json!({ "against": against, "draws": spread.draws, "without_compensation": before, "as_written": after });
         }
@@ -290,9 +291,9 @@ impl Machined {
     }
 
     /// Returns a depth with its place as JSON.
-    pub(super) fn patch_json(&self, job: &ProgramJob, (found, course): (Option<(f64, usize)>, usize)) -> Value {
+    pub(super) fn patch_json(&self, job: &ProgramJob, found: Option<(f64, usize)>, course: usize) -> Value {
         let position = found.map(|own| self.surface.axes.tr_mul(&self.surface.patches[own.1].position));
-        let maker = found.and_then(|own| self.maker((own.1, course)));
+        let maker = found.and_then(|own| self.maker(own.1, course));
         json!({
             "mm": found.map_or(0.0, |own| own.0),
             "point": maker,
@@ -301,10 +302,10 @@ impl Machined {
         })
     }
 
-    pub(super) fn side_json(&self, job: &ProgramJob, (side, course): (&Side, usize)) -> Value {
+    pub(super) fn side_json(&self, job: &ProgramJob, side: &Side, course: usize) -> Value {
         json!({
-            "most_left": self.patch_json(job, (side.left, course)),
-            "most_missing": self.patch_json(job, (side.missing, course)),
+            "most_left": self.patch_json(job, side.left, course),
+            "most_missing": self.patch_json(job, side.missing, course),
             "area_mm2": side.area,
             "area_within_tolerance_mm2": (side.judged > 0.0).then_some(side.within),
             "area_unknown_mm2": side.unknown,
@@ -316,7 +317,7 @@ impl Machined {
         let row = |((name, side), course): ((&str, &Side), usize)| {
             let of = |found: Option<(f64, usize)>| found.map_or_else(|| "–".into(), |own| millimetres(own.0, 4));
             let place = |found: Option<(f64, usize)>| {
-                found.and_then(|own| self.place(report.job, (own.1, course))).unwrap_or_else(|| "–".into())
+                found.and_then(|own| self.place(report.job, own.1, course)).unwrap_or_else(|| "–".into())
             };
             vec![name.into(), of(side.left), place(side.left), of(side.missing), place(side.missing)]
         };
@@ -392,7 +393,7 @@ impl Machined {
     /// Returns the interactive view of the part: a click tells the line, the engagement, the force and the errors of the tool where it made a face.
     pub fn view(&self, job: &ProgramJob) -> PartView {
         let surface = &self.surface;
-        let makers: Vec<Option<u32>> = (0..surface.patches.len()).map(|k| self.maker((k, 1))).collect();
+        let makers: Vec<Option<u32>> = (0..surface.patches.len()).map(|k| self.maker(k, 1)).collect();
         let tags: BTreeSet<u32> = makers.iter().copied().flatten().collect();
         let tags: Vec<u32> = tags.into_iter().collect();
         let made = |k: usize| tags.binary_search(&makers[k]?).ok();
@@ -487,7 +488,7 @@ impl Machined {
         let quantiles = ["as_written_p05_mm", "as_written_p95_mm"].map(String::from);
         let quantiles = quantiles.into_iter().zip(uncertain.iter().map(|own| &own.1));
         let line = |k: usize| {
-            let segment = self.maker((k, 1)).map(|tag| job.path.points()[tag as usize].source.segment);
+            let segment = self.maker(k, 1).map(|tag| job.path.points()[tag as usize].source.segment);
             segment.and_then(|segment| job.file.line_of(segment)).unwrap_or(0) as i32
         };
         let corner = |own: &Vector3<f64>| surface.axes.tr_mul(own).map(|own| own as f32).into();
@@ -553,7 +554,7 @@ fn uncertain_tables(job: &ProgramJob, spread: &SurfaceSpread) -> Option<SmallTab
 }
 
 /// Returns what is known of the distribution of a surface as JSON.
-fn distribution_json(job: &ProgramJob, (own, draws): (&CourseSpread, usize)) -> Value {
+fn distribution_json(job: &ProgramJob, own: &CourseSpread, draws: usize) -> Value {
     let [left, missing] = own.most_mm;
     let share = |count: usize| count as f64 / draws as f64;
     let gouge =

@@ -77,13 +77,13 @@ pub fn page(
 
 /// Returns the facts about machine and process that the page lists.
 fn setting_facts(job: &ProgramJob) -> Vec<Fact> {
-    let ProgramJob { machine, process, .. } = job;
+    let (machine, process) = (&job.machine, &job.process);
     let mut facts: Vec<Fact> = process.facts().into_iter().map(|(label, words)| Fact::new(label, words)).collect();
     facts.push(Fact::new("compensation holds", process.target.words()));
     let teeth = process.stock.as_ref().and_then(|stock| stock.tooth_passing(&job.path));
     facts.extend(teeth.map(|(words, _)| Fact::new("teeth pass at", words)));
     facts.extend(process.tolerance_mm.map(|tolerance| Fact::new("tolerance", format!("±{tolerance} mm"))));
-    facts.push(spread_report::fact(job.uncertainty.as_ref()));
+    facts.push(spread_report::fact(job.uncertainty.as_deref()));
     facts_of(machine, &process.errors, facts)
 }
 

@@ -261,7 +261,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let cutting = report.job.path.points().iter().filter(|point| point.cutting).count();
     let length = report.job.path.length_mm();
     let (points, inputs) =
-        (counted(report.job.path.len(), "point"), spread_report::basis(report.job.uncertainty.as_ref()));
+        (counted(report.job.path.len(), "point"), spread_report::basis(report.job.uncertainty.as_deref()));
     let verdict_force = VerdictForce::of(&report.job.process, &report.job.path);
     let force = force_words("up to ", report.findings.force.largest);
     let force = match &verdict_force {
@@ -284,7 +284,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
             (main_sentence(report), numbers)
         }
     };
-    let uncertain = report.job.uncertainty.as_ref();
+    let uncertain = report.job.uncertainty.as_deref();
     let forces = report.proved.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
     let of_tool = feed::verdict(report.job) + &verdict + &sure + &forces;
     // What is cut is what will be measured; how the tool goes is behind it.
@@ -342,7 +342,7 @@ pub(super) fn budget(report: &Report<'_>) -> Budget {
     let known = job.process.known_force(&job.path);
     let force = (report.findings.force.largest > 0.0 || known != KnownForce::Everywhere).then_some(known);
     let (machine, errors) = (&job.machine, &job.process.errors[..]);
-    let uncertainty = job.uncertainty.as_ref().filter(|_| report.proved.spread.is_some());
+    let uncertainty = job.uncertainty.as_deref().filter(|_| report.proved.spread.is_some());
     let open_backlash_mm = report.findings.play.open_mm();
     let fastest_mm_per_s = job.path.largest_cutting_feed_mm_per_min().map(|own| own / 60.0);
     Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: true }
@@ -478,7 +478,7 @@ fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
         path: report.name.into(),
         missing: "have no equilibrium",
         commands: if is_programmed { spread_report::AS_PROGRAMMED } else { "with the compensated program" },
-        uncertainty: report.job.uncertainty.as_ref(),
+        uncertainty: report.job.uncertainty.as_deref(),
         points: report.proved.passes.first().map_or(0, |pass| pass.summary.points),
         tolerance_mm: report.job.process.tolerance_mm,
         unjudged: match off {

@@ -23,7 +23,7 @@ pub(super) fn advise<'c>(
             return Ok(None);
         };
         let grid = Grid { axes: worst.position_mm.map(|own| vec![own]) };
-        let there = WorkspaceMapStudy { grid, uncertainty: Some(uncertainty), scene: study.scene.clone() };
+        let there = WorkspaceMapStudy { grid, uncertainty: Some(uncertainty), load_case: study.load_case.clone() };
         let points = run_range(&there, 0..1, &work)?;
         let effect = points.first().and_then(|point| point.effect(Source::All));
         let then = effect.and_then(|own| own.spread.as_ref()?.p95_mm);

@@ -58,7 +58,7 @@ impl Answered for WorkspaceMapStudy {
             bent: run.figures.then(|| pictures::worst_deflected_pose(self)).flatten(),
             details: text.details(),
             ..Output::of(
-                json!({ "grid": self.grid.counts(), "tool_angles": self.scene.phis.len() }),
+                json!({ "grid": self.grid.counts(), "tool_angles": self.load_case.phis.len() }),
                 summary.statuses.clone(),
                 summary.json(),
                 Description { headline: text::headline(&summary, &text), ..page(&summary, &text) },
@@ -72,12 +72,12 @@ const MAP: &str = "Workspace map";
 
 /// Returns the page without first screen, figures and question, which the run adds.
 fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
-    let scene = &summary.study.scene;
+    let load_case = &summary.study.load_case;
     let caption = "One row per grid point and source of error, worst over the tool angle.";
     let layers = layers(&quantities::page_quantities(summary.study, &summary.drives));
     Description {
         setting: setting(summary.study),
-        explorers: vec![scene.view(MAP, "map.csv", Some(source_group(&scene.machine)), layers)],
+        explorers: vec![load_case.view(MAP, "map.csv", Some(source_group(&load_case.machine)), layers)],
         tables: vec![TableNote::ranked("map.csv", caption, &quantities::DEFLECTION.name)],
         sections: vec![
             Section::new("How far does the tool move, and where?", "the map, to slice, turn and click")
@@ -94,7 +94,7 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
                 .text(&text.remedy)
                 .figures(&["slices_delta_rho"]),
         ],
-        ..scene.description("workspace_map", &positions_words(&scene.machine))
+        ..load_case.description("workspace_map", &positions_words(&load_case.machine))
     }
 }
 
@@ -108,7 +108,7 @@ fn positions_words(machine: &Machine) -> String {
 }
 
 /// Returns the facts about machine, force, tool angles and grid that head the page.
-fn setting(WorkspaceMapStudy { scene, grid, uncertainty }: &WorkspaceMapStudy) -> Vec<Fact> {
+fn setting(WorkspaceMapStudy { load_case, grid, uncertainty }: &WorkspaceMapStudy) -> Vec<Fact> {
     let span = |axis: usize| {
         let values = &grid.axes[axis];
         // The way to the middle of a box leaves rounding that must not show.
@@ -122,16 +122,16 @@ fn setting(WorkspaceMapStudy { scene, grid, uncertainty }: &WorkspaceMapStudy) -
     let over = format!(
         "over these {} and {}; between grid points, and on a path with another force, values differ",
         counted(grid.len(), "grid point"),
-        counted(scene.phis.len(), "tool angle")
+        counted(load_case.phis.len(), "tool angle")
     );
-    let mut facts = scene.facts([
-        scene.angles_fact("tool angles"),
+    let mut facts = load_case.facts([
+        load_case.angles_fact("tool angles"),
         Fact::new("grid", format!("{} positions of P, x {}, y {}, z {}", size_words(grid), span(0), span(1), span(2))),
         Fact::new("best and worst", over),
-        Fact::new("compensation holds", scene.target.words()),
+        Fact::new("compensation holds", load_case.target.words()),
         spread_report::fact(uncertainty.as_ref()),
     ]);
-    facts[1].value += match scene.force.law {
+    facts[1].value += match load_case.force.law {
         ForceLaw::Printed => "; eq. (17) as printed",
         ForceLaw::Rotated => "; eq. (17) as a rotation",
     };

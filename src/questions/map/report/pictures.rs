@@ -21,19 +21,19 @@ const P95: usize = 2;
 
 /// Makes the figures of a map of `study`, to which points are then added one by one.
 pub(super) fn pictures<'a>(study: &'a WorkspaceMapStudy, slices_z: &[f64]) -> GridMap<'a, MapPoint> {
-    GridMap::new(&study.scene, &study.grid, slices_z, drawn_quantities(study))
+    GridMap::new(&study.load_case, &study.grid, slices_z, drawn_quantities(study))
 }
 
 /// Lists the quantities drawn. Corrections of slides and of hinges are separate figures.
 fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
-    let machine = &study.scene.machine;
+    let machine = &study.load_case.machine;
     let layer = |stem, title: &str, source, quantity: Quantity<SourceEffect>| MapLayer {
         stem,
         title: title.into(),
         label: quantity.axis_label(),
         setting: match source {
             Source::Weight => "without cutting force".into(),
-            _ => study.scene.worst_words(),
+            _ => study.load_case.worst_words(),
         },
         limit: None,
         of_limit: String::new(),
@@ -83,7 +83,7 @@ fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
 
 /// Returns all figures with their file stems: the result, slices of every quantity, and the workspace in 3-D.
 pub(super) fn figures(map: &GridMap<'_, MapPoint>, summary: &Summary<'_>) -> Vec<(String, Figure)> {
-    let tolerance = summary.study.scene.tolerance_mm.map(Tolerance);
+    let tolerance = summary.study.load_case.tolerance_mm.map(Tolerance);
     let (layer, quantity, title) = match summary.study.uncertainty {
         None => (IN_3D, &DEFLECTION, "Where the tool is moved least and most"),
         Some(_) => (P95, &P95_DEFLECTION, "Where the tool is moved least and most with 95 % probability"),
@@ -103,8 +103,8 @@ pub(super) fn figures(map: &GridMap<'_, MapPoint>, summary: &Summary<'_>) -> Vec
 }
 
 /// Returns the deflected machine at that named point (or home) and φ where all sources move the tool farthest; `None` without equilibrium.
-pub(super) fn worst_deflected_pose(WorkspaceMapStudy { scene, .. }: &WorkspaceMapStudy) -> Option<DeflectedPose> {
-    let machine = &scene.machine;
+pub(super) fn worst_deflected_pose(WorkspaceMapStudy { load_case, .. }: &WorkspaceMapStudy) -> Option<DeflectedPose> {
+    let machine = &load_case.machine;
     let mut places: Vec<(&str, Vector3<f64>)> = machine.points.iter().map(|p| (p.name.as_str(), p.position)).collect();
     if places.is_empty() {
         places.push(("home", machine.home.pose.translation));
@@ -112,10 +112,10 @@ pub(super) fn worst_deflected_pose(WorkspaceMapStudy { scene, .. }: &WorkspaceMa
     let mut worst: Option<DeflectedPose> = None;
     for (name, position) in places {
         let Ok(at) = machine.command(position) else { continue };
-        for &phi in &scene.phis {
+        for &phi in &load_case.phis {
             let place = format!("at {name}, tool angle {:.0}°", phi.to_degrees());
-            let task = scene.task_point(at.pose, Some(phi));
-            let Some(bent) = deflected_pose(machine, &scene.errors, &task, place) else { continue };
+            let task = load_case.task_point(at.pose, Some(phi));
+            let Some(bent) = deflected_pose(machine, &load_case.errors, &task, place) else { continue };
             let size = |bent: &DeflectedPose| bent.tool_displacement_mm.norm();
             if worst.as_ref().is_none_or(|worst| size(&bent) > size(worst)) {
                 worst = Some(bent);

@@ -67,7 +67,7 @@ fn spread_quantities(study: &WorkspaceMapStudy) -> Vec<Of> {
     if study.uncertainty.is_none() {
         return Vec::new();
     }
-    let probability = study.scene.tolerance_mm.map(|_| PROBABILITY);
+    let probability = study.load_case.tolerance_mm.map(|_| PROBABILITY);
     [P95_DEFLECTION, MEDIAN].into_iter().chain(probability).collect()
 }
 
@@ -99,7 +99,7 @@ pub(super) fn page_quantities(study: &WorkspaceMapStudy, drives: &DriveQuantitie
 
 /// Returns the columns of the table of the map, in order; see [`table()`].
 pub(super) fn columns(study: &WorkspaceMapStudy) -> QuantityTable<SourceEffect> {
-    let machine = &study.scene.machine;
+    let machine = &study.load_case.machine;
     // What has no equilibrium to start from is not corrected either.
     /// Returns status and reason of the correction as cells; those of the equilibrium where there is none.
     fn correction(effect: FoundOr<'_, SourceEffect>) -> [Cell; 2] {

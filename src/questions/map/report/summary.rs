@@ -79,7 +79,7 @@ pub struct Summary<'a> {
 impl<'a> Summary<'a> {
     /// Makes an empty summary of a map of `study`.
     pub fn new(study: &'a WorkspaceMapStudy) -> Self {
-        let machine = &study.scene.machine;
+        let machine = &study.load_case.machine;
         let drives = drives(machine);
         let of_source = |_| SourceExtremes {
             known: 0,
@@ -105,7 +105,7 @@ impl<'a> Summary<'a> {
 
     /// Adds the next point, in grid order.
     pub fn add(&mut self, point: &MapPoint) {
-        if let Some(tolerance) = self.study.scene.tolerance_mm {
+        if let Some(tolerance) = self.study.load_case.tolerance_mm {
             // Each grid point stands for the cell around it.
             let is_within = point.effect(Source::All).map(|effect| effect.deflection_mm <= tolerance);
             self.within.add(self.study.grid.cell_share(self.points), is_within);
@@ -119,7 +119,7 @@ impl<'a> Summary<'a> {
             self.spread.add(spread);
         }
         self.points += 1;
-        let machine = &self.study.scene.machine;
+        let machine = &self.study.load_case.machine;
         let tip = Vector3::from(point.position_mm) + machine.home.pose.rotation * machine.tool_tip;
         // The way through a rotation must not show.
         let tool_tip_mm = tip.map(|own| (own * 1e9).round() / 1e9).into();

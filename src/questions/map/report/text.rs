@@ -21,16 +21,16 @@ pub fn text(summary: &Summary<'_>, not_used: &[&str]) -> ReportText {
     ReportText {
         cautions: cautions_text(summary, not_used),
         place: deflection_text(summary, Source::All)
-            + &summary.within.sentence(summary.study.scene.tolerance_mm, BOX)
+            + &summary.within.sentence(summary.study.load_case.tolerance_mm, BOX)
             + &spread_text(summary),
         cause: cause_text(summary),
         remedy: corrections_text(summary),
     }
 }
 
-/// Returns the cautions of the report: missing corrections, unused process tables, and those of the scene.
+/// Returns the cautions of the report: missing corrections, unused process tables, and those of the load case.
 fn cautions_text(summary: &Summary<'_>, not_used: &[&str]) -> String {
-    let WorkspaceMapStudy { scene, grid, .. } = summary.study;
+    let WorkspaceMapStudy { load_case, grid, .. } = summary.study;
     let missing = match summary.uncorrected_rows() {
         0 => String::new(),
         rows => format!("At {} the correction is missing; the deflection is known.\n", counted(rows, "row")),
@@ -43,12 +43,12 @@ fn cautions_text(summary: &Summary<'_>, not_used: &[&str]) -> String {
             "point",
             next_step(summary).as_deref(),
         )
-        + &scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)))
+        + &load_case.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)))
 }
 
 /// Returns the sentence about the deflection by `source` at the best and at the worst grid point.
 fn deflection_text(summary: &Summary<'_>, source: Source) -> String {
-    let (sums, cause) = (summary.of(source), source.moves(&summary.study.scene.machine));
+    let (sums, cause) = (summary.of(source), source.moves(&summary.study.load_case.machine));
     let Some([least, most]) = sums.of(&DEFLECTION).filter(|_| summary.is_enough(sums.known)) else {
         return format!(
             "{cause}: known at {} of {}, too few to speak of best and worst.\n",
@@ -107,7 +107,7 @@ const BOX: &str = "in … of the box";
 
 /// Returns the sentences about the single sources and the superposition error.
 fn cause_text(summary: &Summary<'_>) -> String {
-    let parts = Source::parts(&summary.study.scene.machine);
+    let parts = Source::parts(&summary.study.load_case.machine);
     let mut text: String = parts.iter().map(|source| deflection_text(summary, *source)).collect();
     let moves = |source: &&Source| {
         let sums = summary.of(**source);
@@ -144,7 +144,7 @@ fn superposition_error_text(summary: &Summary<'_>) -> String {
 
 /// Returns a sentence about corrections and forces for each kind of drive, and one about the residual error.
 fn corrections_text(summary: &Summary<'_>) -> String {
-    let (extremes, machine) = (summary.of(Source::All), &summary.study.scene.machine);
+    let (extremes, machine) = (summary.of(Source::All), &summary.study.load_case.machine);
     if !summary.is_enough(extremes.known - extremes.uncorrected) {
         return String::new();
     }
@@ -189,12 +189,12 @@ fn residual_error_text(extremes: &SourceExtremes, machine: &Machine) -> String {
 
 /// Returns the first screen: one sentence, key numbers and cautions.
 pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
-    let (scene, all) = (&summary.study.scene, summary.of(Source::All));
-    let name = &scene.machine.name;
+    let (case, all) = (&summary.study.load_case, summary.of(Source::All));
+    let name = &case.machine.name;
     let points = counted(summary.study.grid.len(), "grid point");
     let inputs = spread_report::basis(summary.study.uncertainty.as_ref());
-    let angles = counted(scene.phis.len(), "tool angle");
-    let basis = format!("{points}, {angles}, {}, {inputs}", force_words("", scene.force.size()));
+    let angles = counted(case.phis.len(), "tool angle");
+    let basis = format!("{points}, {angles}, {}, {inputs}", force_words("", case.force.size()));
     let Some([least, most]) = all.of(&DEFLECTION).filter(|_| summary.is_enough(all.known)) else {
         let sentence = match all.known {
             0 => format!("How far the tool of {name} moves could be computed at none of the {points}."),
@@ -205,9 +205,9 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         let verdict = Verdict::new(State::Bad, "Too little could be computed");
         return Headline::new(sentence, basis).judged(verdict, false).with_cautions(&text.cautions);
     };
-    let acting = acting_words(&scene.machine, &scene.errors, !scene.force.is_zero());
+    let acting = acting_words(&case.machine, &case.errors, !case.force.is_zero());
     let judged = if spread_is_known(summary) { summary.within_p95 } else { summary.within };
-    let verdict_of_share = Verdict::of_deflection(judged.get(), scene.tolerance_mm);
+    let verdict_of_share = Verdict::of_deflection(judged.get(), case.tolerance_mm);
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
     let spread = all.of(&P95_DEFLECTION);
     let sure = spread.map_or_else(String::new, |[least, most]| {
@@ -230,9 +230,9 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     };
     let clamp = spread.as_ref().map_or(least, |ends| &ends[0]).tip();
     let best = || {
-        let against = scene.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(least.value)).unwrap_or_default();
+        let against = case.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(least.value)).unwrap_or_default();
         let what = format!("smallest, {}", least.tip());
-        KeyNumber::new(&low, what, against).held_to(scene.tolerance_mm, least.value).found(in_map_table(
+        KeyNumber::new(&low, what, against).held_to(case.tolerance_mm, least.value).found(in_map_table(
             &DEFLECTION,
             Extreme::Smallest,
             least.value,
@@ -241,7 +241,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let next = match 2 * all.known < summary.study.grid.len() {
         true => "see in map.csv why points fail, and make the box smaller.".into(),
         false => {
-            let tolerance = if scene.tolerance_mm.is_none() { "give tolerance_mm in the process, " } else { "" };
+            let tolerance = if case.tolerance_mm.is_none() { "give tolerance_mm in the process, " } else { "" };
             format!("{tolerance}place the part near the {clamp}, and compute its path there.")
         }
     };
@@ -250,7 +250,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         .next(next)
         .with_cautions(&(verdict(summary) + &sure))
         .with_cautions(&text.cautions)
-        .with_numbers(spread.map(|ends| p95_number(ends).held_to(scene.tolerance_mm, ends[1].value)))
+        .with_numbers(spread.map(|ends| p95_number(ends).held_to(case.tolerance_mm, ends[1].value)))
         .with(worst_number(summary, [least, most], &high))
         .with_numbers((low != high && spread.is_none()).then(best))
         .with_numbers(correction_number(all, summary))
@@ -282,7 +282,7 @@ fn spread_is_known(summary: &Summary<'_>) -> bool {
 
 /// Returns the share of the box within tolerance with 95 % probability, also in words; `None` without tolerance or uncertain inputs.
 fn probably_within(summary: &Summary<'_>) -> Option<(f64, String)> {
-    let (share, tolerance) = (summary.within_p95.get()?, summary.study.scene.tolerance_mm?);
+    let (share, tolerance) = (summary.within_p95.get()?, summary.study.load_case.tolerance_mm?);
     // Not to be within with 95 % probability is not to be out of tolerance with it.
     let words = match share {
         0.0 => format!("nowhere within tolerance ({tolerance} mm)"),
@@ -309,22 +309,22 @@ fn in_map_table(quantity: &Quantity<SourceEffect>, extreme: Extreme, value: f64)
 
 /// Returns the key number of the largest deflection, against the tolerance or the smallest deflection.
 fn worst_number(summary: &Summary<'_>, [least, most]: [&ValueAt<AtAngle>; 2], high: &str) -> KeyNumber {
-    let against = match summary.within.against(summary.study.scene.tolerance_mm, most.value, BOX) {
+    let against = match summary.within.against(summary.study.load_case.tolerance_mm, most.value, BOX) {
         Some(met) => met,
         None if least.value > ROUNDING_MM => format!("{:.1} times the smallest", most.value / least.value),
         None => String::new(),
     };
     let nominal = if summary.study.uncertainty.is_some() { "nominal " } else { "" };
-    let scene = &summary.study.scene;
-    let acting = acting_words(&scene.machine, &scene.errors, !scene.force.is_zero()).to_lowercase();
+    let case = &summary.study.load_case;
+    let acting = acting_words(&case.machine, &case.errors, !case.force.is_zero()).to_lowercase();
     let what = format!("largest {nominal}tool deflection {acting}, {}", most.tip());
     let found = in_map_table(&DEFLECTION, Extreme::Largest, most.value);
-    KeyNumber::new(high, what, against).held_to(summary.study.scene.tolerance_mm, most.value).found(found)
+    KeyNumber::new(high, what, against).held_to(case.tolerance_mm, most.value).found(found)
 }
 
 /// Returns the key number of the largest drive correction, of slides where the machine has slides and hinges.
 fn correction_number(all: &SourceExtremes, summary: &Summary<'_>) -> Option<KeyNumber> {
-    let machine = &summary.study.scene.machine;
+    let machine = &summary.study.load_case.machine;
     let mut kinds = summary.drives.corrections.iter().filter_map(|(kind, own)| Some((*kind, own, all.of(own)?)));
     let (kind, quantity, [least, most]) = kinds.next()?;
     let drives = if machine.has_mixed_drives() { kind_word(machine, kind) } else { "drive" };

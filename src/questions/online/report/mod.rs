@@ -64,7 +64,7 @@ impl<'a> Compared<'a> {
 
     /// Returns what varies and the probabilities at the largest force error, as JSON; `None` where inputs are taken as exact.
     fn uncertainty_json(&self) -> Option<Value> {
-        let mut all = spread_report::json(self.study.path.uncertainty.as_ref()?, &SpreadCounts::default());
+        let mut all = spread_report::json(self.study.path.uncertainty.as_deref()?, &SpreadCounts::default());
         all["draws"] = json!(self.study.seeds);
         all["measured_is_smaller"] = json!(self.measured_is_smaller());
         all["within_tolerance"] = json!(self.within_tolerance());
@@ -179,7 +179,7 @@ fn setting(study: &OnlineStudy) -> Vec<Fact> {
     let limit = |label: &str, limit: Option<f64>| limit.map(|limit| Fact::new(label, millimetres(limit, 4)));
     facts.extend(limit("largest correction", study.limits.correction_mm));
     facts.extend(limit("largest change of the correction", study.limits.correction_change_mm));
-    facts.extend(path.uncertainty.as_ref().map(|own| spread_report::fact_of_draws(Some(own), study.seeds)));
+    facts.extend(path.uncertainty.as_deref().map(|own| spread_report::fact_of_draws(Some(own), study.seeds)));
     facts.extend(path.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
     facts_of(&path.machine, &path.errors, facts)
 }

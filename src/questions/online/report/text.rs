@@ -17,7 +17,7 @@ use crate::{
 
 /// Returns the cautions that a reader must know before the results, a line each.
 pub(super) fn cautions(compared: &Compared<'_>) -> String {
-    let uncertainty = compared.study.path.uncertainty.as_ref();
+    let uncertainty = compared.study.path.uncertainty.as_deref();
     let drawn = uncertainty.map_or_else(String::new, |own| {
         format!(
             "With {}: each seed cuts on a machine of its own, the same for both ways to correct; their model stays as it is.\n",
@@ -164,7 +164,7 @@ fn break_even_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
 /// Returns with which probability measured forces leave less at the largest force error as a key number; `None` where inputs are taken as exact.
 fn sure_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
     let study = compared.study;
-    study.path.uncertainty.as_ref()?;
+    study.path.uncertainty.as_deref()?;
     let words = |share| spread_report::share_words(share, study.seeds);
     let largest = percent_of(study.force_errors.last().copied()?);
     let what = format!("probability that measured forces leave less, if their prediction is off by {largest}");

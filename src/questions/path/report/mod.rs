@@ -194,7 +194,7 @@ fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
     facts.extend(
         study.gamma_search.as_ref().map(|search| Fact::new("rotation about the tool axis", search.choice().words())),
     );
-    facts.push(spread_report::fact(study.uncertainty.as_ref()));
+    facts.push(spread_report::fact(study.uncertainty.as_deref()));
     facts_of(&study.machine, &study.errors, facts)
 }
 

@@ -27,7 +27,7 @@ use crate::{
         spread_report::{self, Along},
     },
     redundancy,
-    simulation::{ROUNDING_MM, Source, along_path::PathSummary},
+    simulation::{ROUNDING_MM, Source, TrackedPath, along_path::PathSummary},
     spatial::Wrench,
 };
 
@@ -70,7 +70,7 @@ fn cautions_text(summary: &Summary<'_>) -> String {
         + &play_text(summary)
         + &spread_report::along_cautions(&along(summary), summary.whole.as_ref())
         + &spread_report::cautions(
-            study.uncertainty.as_ref(),
+            study.uncertainty.as_deref(),
             summary.spread_counts(),
             "point",
             spread_report::next_along(summary.whole.as_ref()).as_deref(),
@@ -106,7 +106,7 @@ fn along<'a>(summary: &'a Summary<'_>) -> Along<'a> {
         commands: "compensated",
         missing: "could not be compensated",
         points: summary.study.stations.len(),
-        uncertainty: summary.study.uncertainty.as_ref(),
+        uncertainty: summary.study.uncertainty.as_deref(),
         tolerance_mm: summary.study.tolerance_mm,
         unjudged: match (has_force(summary.study), outside_positions(summary.study).outside() == 0) {
             _ if summary.study.cuts_nowhere() => Some(spread_report::NOTHING_CUT),
@@ -242,7 +242,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         study.length_mm(),
         counted(study.stations.len(), "point"),
         force_words("up to ", study.tasks.iter().map(|task| task.load.force.norm()).fold(0.0, f64::max)),
-        spread_report::basis(study.uncertainty.as_ref())
+        spread_report::basis(study.uncertainty.as_deref())
     );
     let name = &study.machine.name;
     let Some((worst, k)) = summary.largest_displacement() else {
@@ -311,8 +311,8 @@ fn next_step(positions: &OutsidePositions, summary: &Summary<'_>) -> &'static st
 pub(super) fn budget(summary: &Summary<'_>) -> Budget {
     let study = summary.study;
     let force = (has_force(study) || study.known_force != KnownForce::Everywhere).then_some(study.known_force);
-    let PathStudy { machine, errors, verdict, .. } = study;
-    let uncertainty = study.uncertainty.as_ref().filter(|_| summary.whole.is_some());
+    let (TrackedPath { machine, errors, .. }, verdict) = (&study.tracked, &study.verdict);
+    let uncertainty = study.uncertainty.as_deref().filter(|_| summary.whole.is_some());
     let open_backlash_mm = summary.play.open_mm();
     let fastest_mm_per_s = study.fastest_mm_per_s;
     Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: false }.budget(verdict)

@@ -43,7 +43,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
             .with_cautions(rest)
             .with_cautions(&cautions_text(study));
     };
-    let uncertainty = study.features[0].uncertainty.as_deref();
+    let uncertainty = study.features[0].tracked.uncertainty.as_deref();
     basis += &format!(", {}", spread_report::basis(uncertainty));
     let clamp = clamp_sentence(results, entry, evaluation);
     let (sentence, details, numbers): (String, String, Vec<KeyNumber>) = match &entry.spread {
@@ -216,8 +216,8 @@ fn budget(study: &PlacementStudy, entry: &Entry) -> Budget {
     let of = |job: &FeatureJob| {
         let known = job.force_words.known;
         let force = (largest_force_n(job) > 0.0 || known != KnownForce::Everywhere).then_some(known);
-        let (machine, errors) = (job.machine(), &job.errors[..]);
-        let uncertainty = job.uncertainty.as_deref().filter(|_| entry.spread.is_some());
+        let (machine, errors) = (job.machine(), &job.tracked.errors[..]);
+        let uncertainty = job.tracked.uncertainty.as_deref().filter(|_| entry.spread.is_some());
         // The correction within limits does not know it.
         let open_backlash_mm = entry.feasible().filter(|_| !study.has_limits()).and_then(|own| own.open_backlash_mm);
         let fastest_mm_per_s = job.feature.path.largest_cutting_feed_mm_per_min().map(|own| own / 60.0);
@@ -282,7 +282,7 @@ pub(super) fn along(study: &PlacementStudy) -> Along<'_> {
         commands: if study.has_limits() { "compensated without the limits given" } else { "compensated" },
         missing: "could not be compensated",
         points: points.sum(),
-        uncertainty: study.features[0].uncertainty.as_deref(),
+        uncertainty: study.features[0].tracked.uncertainty.as_deref(),
         tolerance_mm: common_tolerance(study),
         unjudged: match common_tolerance(study) {
             _ if study.features.iter().all(cuts_nowhere) => Some(spread_report::NOTHING_CUT),

@@ -194,18 +194,18 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
         let value = if low == high { format!("fixed at {low}{unit}") } else { format!("{low} to {high}{unit}") };
         facts.push(Fact::new(*name, typographic(&value)));
     }
-    let is_alike = study.features.windows(2).all(|pair| pair[0].errors == pair[1].errors);
+    let is_alike = study.features.windows(2).all(|pair| pair[0].tracked.errors == pair[1].tracked.errors);
     for (index, job) in study.features.iter().enumerate() {
         let name = &job.feature.name;
         facts.push(Fact::new(format!("feature {name}"), feature_words(job)));
-        let errors = error_facts(&study.machine, &job.errors);
+        let errors = error_facts(&study.machine, &job.tracked.errors);
         match is_alike {
             true if index + 1 == study.features.len() => facts.extend(errors),
             true => {}
             false => facts.extend(errors.into_iter().map(|e| Fact::new(format!("{}, {name}", e.label), e.value))),
         }
     }
-    facts.push(spread_report::fact(study.features[0].uncertainty.as_deref()));
+    facts.push(spread_report::fact(study.features[0].tracked.uncertainty.as_deref()));
     facts.extend(study.machine.uncontrolled_words().map(|words| Fact::new(NOT_CONTROLLED, words)));
     facts.extend(locked_fact(&study.machine));
     facts.push(Fact::new("P on all paths within", {

@@ -81,7 +81,7 @@ pub(super) fn spread_values(study: &PlacementStudy) -> Vec<Quantity<Entry>> {
         }),
     ];
     let judged = all.into_iter().filter(|own| !study.has_limits() || !own.name.starts_with("compensated"));
-    if study.features[0].uncertainty.is_some() { judged.collect() } else { Vec::new() }
+    if study.features[0].tracked.uncertainty.is_some() { judged.collect() } else { Vec::new() }
 }
 
 /// Returns the columns of the coordinates, their names after `lead`.
@@ -300,7 +300,7 @@ pub fn summary_json(results: &PlacementResults) -> Value {
         "entries": results.entries.iter().map(|entry| entry_json(study, entry)).collect::<Vec<_>>(),
         "pareto_front": results.front.len(),
     });
-    if let Some(uncertainty) = &study.features[0].uncertainty {
+    if let Some(uncertainty) = &study.features[0].tracked.uncertainty {
         summary["uncertainty"] = spread_report::json(uncertainty, &spread_counts(results));
     }
     summary

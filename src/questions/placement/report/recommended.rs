@@ -270,7 +270,7 @@ pub(super) fn pose_figure(results: &PlacementResults) -> Option<Figure> {
     let machine = job.machine();
     let gamma = entry.gammas[trace.feature].unwrap_or_default();
     let tasks = job.tasks_at_gamma(&entry.site, gamma).ok()?;
-    let deflected = deflected_pose(machine, &job.errors, tasks.get(farthest)?, String::new())?;
+    let deflected = deflected_pose(machine, &job.tracked.errors, tasks.get(farthest)?, String::new())?;
     let described = described(machine);
     let solid = |name: String, corners: [Vector3<f64>; 8]| Solid { name, corners: corners.map(Into::into) };
     let obstacles = study.forbidden.iter().map(|forbidden| solid(forbidden.name.clone(), forbidden.extent.corners()));

@@ -39,7 +39,7 @@ impl Answered for RedundancyMapStudy {
                     "grid": self.grid.counts(),
                     "directions": self.axes.len(),
                     "gammas": self.gamma_count(),
-                    "tool_angles": self.scene.phis.len(),
+                    "tool_angles": self.load_case.phis.len(),
                 }),
                 Manifest::count(map.points.iter().map(|point| status_of(&point.gammas))),
                 report.json(),
@@ -56,7 +56,7 @@ const MAP: &str = "Redundancy map";
 fn page(report: &Report<'_>) -> Description {
     let caption =
         "One row per place and direction of the tool; of several directions, then one per place for the worst of them.";
-    let mut description = report.study.scene.description("redundancy_map", "the tool tip");
+    let mut description = report.study.load_case.description("redundancy_map", "the tool tip");
     description.terms.push(Fact::new(
         "γ",
         "rotation of the platform about the tool axis, right-handed about the direction from the spindle to the tip, counted \
@@ -79,16 +79,16 @@ fn page(report: &Report<'_>) -> Description {
 
 /// Returns the facts about directions, values of γ, force and grid that head the page.
 fn setting(report: &Report<'_>) -> Vec<Fact> {
-    let RedundancyMapStudy { scene, grid, axes, settings } = report.study;
+    let RedundancyMapStudy { load_case, grid, axes, settings } = report.study;
     let directions: Vec<String> = (0..axes.len()).map(|axis| report.axis_name(axis)).collect();
-    scene.facts([
+    load_case.facts([
         Fact::new("directions of the tool", typographic(&format!("{}, from tip to spindle", directions.join(", ")))),
         Fact::new("values of γ", format!("{} in steps of {}°", report.study.gamma_count(), settings.step_deg)),
         Fact::new(
             "kept from singularities",
             format!("inverse condition number of {} at least", settings.min_singularity_distance),
         ),
-        scene.angles_fact("directions of the force"),
+        load_case.angles_fact("directions of the force"),
         Fact::new("grid", format!("{}, {}", size_words(grid), counted(grid.len(), "grid point"))),
     ])
 }
@@ -100,27 +100,27 @@ fn map_view(report: &Report<'_>) -> Explorer {
     let worst = (axes > 1).then(|| (quantities::ALL.into(), "the worst of all directions".into()));
     let group = Group::by_column("direction", "direction of the tool", worst.into_iter().chain(directions));
     let layers = layers(&quantities::page_quantities());
-    Explorer { marks: Vec::new(), ..report.study.scene.view(MAP, "redundancy_map.csv", Some(group), layers) }
+    Explorer { marks: Vec::new(), ..report.study.load_case.view(MAP, "redundancy_map.csv", Some(group), layers) }
 }
 
 /// Returns the first screen: one sentence, key numbers and cautions.
 fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
-    let RedundancyMapStudy { scene, grid, axes, .. } = report.study;
+    let RedundancyMapStudy { load_case, grid, axes, .. } = report.study;
     let basis = format!(
         "{}, {} of the tool, {} values of γ, {} of the force",
         counted(grid.len(), "grid point"),
         counted(axes.len(), "direction"),
         report.study.gamma_count(),
-        counted(scene.phis.len(), "direction"),
+        counted(load_case.phis.len(), "direction"),
     );
-    let tip = scene.machine.home.pose.rotation * scene.machine.tool_tip;
+    let tip = load_case.machine.home.pose.rotation * load_case.machine.tool_tip;
     let positions = (0..grid.len()).map(|place| grid.position(place) - tip);
     let at_best = |found: Option<FoundValue<'_>>, what: &str, extreme| {
         found.map(|found| best_gamma_number(report, &found, what, extreme))
     };
     let verdict = match report.smallest_at_best() {
         None => Verdict::new(State::Bad, "No rotation about the tool is possible"),
-        Some(_) => Verdict::of_deflection(report.share_within().get(), scene.tolerance_mm),
+        Some(_) => Verdict::of_deflection(report.share_within().get(), load_case.tolerance_mm),
     };
     let sentence = match (report.smallest_at_best(), report.largest_at_best()) {
         (Some(least), Some(most)) => {
@@ -133,7 +133,7 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
         .judged(verdict, true)
         .next("rotate the tool by the best γ: [redundancy] in a process file finds it along a path.")
         .with_cautions(&answer_sentence(report))
-        .with_cautions(&scene.cautions(not_used, "place", positions))
+        .with_cautions(&load_case.cautions(not_used, "place", positions))
         .with_numbers(at_best(report.largest_at_best(), "largest deflection at the best γ", Extreme::Largest))
         .with_numbers(at_best(report.smallest_at_best(), "smallest", Extreme::Smallest))
         .with_numbers(report.largest_gain().map(|widest| gain_number(report, &widest)))
@@ -142,7 +142,7 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
 /// Returns the answer of the first screen: smallest and largest deflection at the best γ, share within tolerance, factor at the worst γ; or that
 /// no γ is possible anywhere.
 fn answer_sentence(report: &Report<'_>) -> String {
-    let name = &report.study.scene.machine.name;
+    let name = &report.study.load_case.machine.name;
     let (Some(least), Some(most)) = (report.smallest_at_best(), report.largest_at_best()) else {
         return format!("No γ is possible for {name} at any grid point and direction; redundancy_map.csv says why.");
     };
@@ -150,7 +150,7 @@ fn answer_sentence(report: &Report<'_>) -> String {
         1 => ("in … of the box", ""),
         _ => ("in … of the box over all directions", " over all grid points and directions"),
     };
-    let within = report.share_within().words(report.study.scene.tolerance_mm, share_template);
+    let within = report.share_within().words(report.study.load_case.tolerance_mm, share_template);
     let tolerance_words = within.map_or_else(String::new, |share| format!(" So rotated, the tool is {share}."));
     let gain = |at: FoundValue<'_>| format!(" At the worst γ the tool moves up to {:.1} times as far.", at.value);
     let gain_sentence = report.largest_gain().map_or_else(String::new, gain);

@@ -87,7 +87,7 @@ pub(super) fn figures(report: &Report<'_>, slices_z: &[f64]) -> Vec<(String, Fig
         stem,
         title: title.into(),
         label,
-        setting: format!("{tool}, {}, {} values of γ", study.scene.force_words(), study.gamma_count()),
+        setting: format!("{tool}, {}, {} values of γ", study.load_case.force_words(), study.gamma_count()),
         limit: None,
         of_limit: String::new(),
         shading: Shading::Ordered,
@@ -102,14 +102,14 @@ pub(super) fn figures(report: &Report<'_>, slices_z: &[f64]) -> Vec<(String, Fig
     });
     let drawn = vec![
         MapLayer {
-            limit: study.scene.tolerance_mm.map(Limit::Most),
-            of_limit: study.scene.tolerance_mm.map_or_else(String::new, |most| Tolerance(most).hatched()),
+            limit: study.load_case.tolerance_mm.map(Limit::Most),
+            of_limit: study.load_case.tolerance_mm.map_or_else(String::new, |most| Tolerance(most).hatched()),
             ..best
         },
         MapLayer { shading: Shading::Cyclic, ..gamma },
         gain,
     ];
-    let mut map = GridMap::new(&study.scene, &study.grid, slices_z, drawn);
+    let mut map = GridMap::new(&study.load_case, &study.grid, slices_z, drawn);
     (map.missing, map.has_points) = ("no γ", false);
     (0..study.grid.len()).for_each(|place| map.add(&report.worst_direction(place).map(|found| *found.gammas)));
     let slices: Vec<(String, Figure)> = map.slices().collect();
@@ -167,7 +167,7 @@ impl<'a> Report<'a> {
     /// Returns the share of the box, over all directions, in which the best γ is within tolerance; an empty share without a tolerance.
     pub fn share_within(&self) -> ShareWithin {
         let mut share = ShareWithin::default();
-        if let Some(tolerance) = self.study.scene.tolerance_mm {
+        if let Some(tolerance) = self.study.load_case.tolerance_mm {
             for (index, point) in self.map.points.iter().enumerate() {
                 // Each grid point stands for the cell around it.
                 let cell = self.study.grid.cell_share(index % self.study.grid.len());

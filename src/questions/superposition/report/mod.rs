@@ -74,7 +74,7 @@ impl Answered for SuperpositionStudy {
             ..Output::of(
                 json!({
                     "grid": self.grid.counts(),
-                    "tool_angles": self.scene.phis.len(),
+                    "tool_angles": self.load_case.phis.len(),
                     "tolerance_mm": self.tolerance,
                     "scales": self.scales,
                     "largest_factor": self.largest_factor,
@@ -96,14 +96,14 @@ const SAFE: &str = "Largest load within tolerance";
 
 /// Returns sections, setting, views and tables of the page; first screen, figures and question are added by the run.
 fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
-    let SuperpositionStudy { scene, grid, locations: study_locations, tolerance, uncertainty, .. } = summary.study;
+    let SuperpositionStudy { load_case, grid, locations: study_locations, tolerance, uncertainty, .. } = summary.study;
     let meaning = "sum of the effects less both at once, worst over φ";
     let names: Vec<&str> = study_locations.iter().map(|location| location.name.as_str()).collect();
     let largest = &quantities::SUPERPOSITION_ERROR.name;
-    let safe = scene.view(SAFE, "safe_load.csv", None, layers(&[quantities::LARGEST_LOAD]));
+    let safe = load_case.view(SAFE, "safe_load.csv", None, layers(&[quantities::LARGEST_LOAD]));
     Description {
-        setting: scene.facts([
-            scene.angles_fact("tool angles"),
+        setting: load_case.facts([
+            load_case.angles_fact("tool angles"),
             spread_report::fact_of_draws(uncertainty.as_ref(), Draws::PER_SCRAMBLE),
             Fact::new("grid", format!("{} positions of P", size_words(grid))),
             Fact::new("locations", names.join(", ")),
@@ -123,7 +123,7 @@ fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
             TableNote::new("scaling.csv", "Superposition error at each factor on load, errors and both."),
             TableNote::ranked("ablation.csv", "Causes of the superposition error, at each φ.", &quantities::PART.name),
         ],
-        ..scene.description("superposition", "the platform point P")
+        ..load_case.description("superposition", "the platform point P")
     }
 }
 
@@ -166,7 +166,7 @@ fn superposition_error_view(study: &SuperpositionStudy) -> Explorer {
         label: "sum and point followed".into(),
         values: quantities::sums_and_points().map(value).collect(),
     };
-    study.scene.view(SUPERPOSITION_ERROR, "map.csv", Some(group), layers(&quantities::page_quantities()))
+    study.load_case.view(SUPERPOSITION_ERROR, "map.csv", Some(group), layers(&quantities::page_quantities()))
 }
 
 /// Formats the position of a location.

@@ -16,7 +16,7 @@ use crate::{
 
 /// Returns the empty map of `study`, to which points are added.
 pub(super) fn pictures<'a>(study: &'a SuperpositionStudy, slices_z: &[f64]) -> GridMap<'a, GridPoint> {
-    GridMap::new(&study.scene, &study.grid, slices_z, map_layers(study))
+    GridMap::new(&study.load_case, &study.grid, slices_z, map_layers(study))
 }
 
 /// Returns the quantities of the map that are drawn.
@@ -25,7 +25,7 @@ fn map_layers(study: &SuperpositionStudy) -> Vec<MapLayer<GridPoint>> {
         stem,
         title: title.into(),
         label: label.into(),
-        setting: study.scene.worst_words(),
+        setting: study.load_case.worst_words(),
         limit: None,
         of_limit: String::new(),
         shading: Shading::Ordered,
@@ -130,7 +130,8 @@ fn growth_figure(study: &SuperpositionStudy, location: &LocationResult) -> Optio
     }
     (!series.is_empty()).then(|| {
         let title = format!("How the superposition error grows at {}", location.location.name);
-        let (machine, at, of) = (&study.scene.machine.name, position_words(location), study.scene.worst_words());
+        let (case, at) = (&study.load_case, position_words(location));
+        let (machine, of) = (&case.machine.name, case.worst_words());
         let subtitle = format!("{machine}, {at}, {of}; factor 1: load and errors of the study");
         let labels = ["factor on the scaled sources [1]", "superposition error of the tool tip [mm]"];
         LineFigure { log_x: true, log_y: true, ..LineFigure::new(title, subtitle, labels, series) }
@@ -163,9 +164,9 @@ fn ablation_figure(study: &SuperpositionStudy, location: &LocationResult) -> Opt
     let title = format!("Causes of the superposition error at {}", location.location.name);
     let subtitle = format!(
         "{}, {}, {}; parts along the superposition error of the tool tip, which at each angle add up to it",
-        study.scene.machine.name,
+        study.load_case.machine.name,
         position_words(location),
-        study.scene.force_words()
+        study.load_case.force_words()
     );
     let labels = ["tool angle φ [°]", "part of the superposition error [mm]"];
     Some(LineFigure::new(title, subtitle, labels, series))

@@ -273,22 +273,22 @@ fn main_causes(locations: &[LocationResult]) -> String {
 
 /// Returns the first screen: main sentence, cautions and key numbers.
 pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_used: &[&str]) -> Headline {
-    let SuperpositionStudy { scene, grid, tolerance, uncertainty, .. } = summary.study;
+    let SuperpositionStudy { load_case, grid, tolerance, uncertainty, .. } = summary.study;
     let places = counted(summary.points, "grid point");
     let inputs =
         uncertainty.as_ref().map_or_else(|| spread_report::basis(None), |_| counted(Draws::PER_SCRAMBLE, "draw"));
-    let angles = counted(scene.phis.len(), "tool angle");
-    let basis = format!("{places}, {angles}, {}, {inputs}", force_words("", scene.force.size()));
+    let angles = counted(load_case.phis.len(), "tool angle");
+    let basis = format!("{places}, {angles}, {}, {inputs}", force_words("", load_case.force.size()));
     let probable = probable_verdict(summary, locations);
     let cautions = spread_cautions(summary, locations)
-        + &scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)));
+        + &load_case.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)));
     let most = summary.largest(Sum::Superposition, Followed::Tool, &SUPERPOSITION_ERROR);
     let (Some(most), Some(share)) = (most, summary.safe_share()) else {
         let sentence = format!("{probable}Nothing can be said about adding effects: none of the {places} was solved.");
         let verdict = Verdict::new(State::Bad, "Nothing could be computed");
         return Headline::new(sentence, basis).judged(verdict, false).with_cautions(&cautions);
     };
-    let parts: Vec<&str> = Source::parts(&scene.machine).iter().map(|source| source.words()).collect();
+    let parts: Vec<&str> = Source::parts(&load_case.machine).iter().map(|source| source.words()).collect();
     let effects = join_words(&parts);
     let wrong = millimetres(most.value, 4);
     let relative = most.at.relative().map_or_else(String::new, |r| format!(" ({:.1} %)", 100.0 * r));

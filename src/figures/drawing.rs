@@ -183,7 +183,7 @@ pub enum Item {
 
 /// Everything on the page of a figure, in drawing order.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Scene {
+pub struct Drawing {
     /// Title, which SVG documents carry.
     pub title: String,
     /// Width of the page in pixels.
@@ -194,7 +194,7 @@ pub struct Scene {
     pub items: Vec<Item>,
 }
 
-impl Scene {
+impl Drawing {
     /// Returns the largest y of any item's points, in pixels: y points downward.
     pub(crate) fn lowest(&self) -> f64 {
         let largest_y = |points: &[Point]| points.iter().map(|p| p[1]).fold(0.0, f64::max);

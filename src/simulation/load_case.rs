@@ -1,4 +1,4 @@
-//! The scene of questions over the workspace: a machine, its errors and cutting force, and what is compensated.
+//! The load case of questions over the workspace: a machine, its errors and cutting force, and what is compensated.
 
 use super::Machines;
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
 
 /// A machine, and the errors and forces that act on it everywhere in its workspace.
 #[derive(Debug, Clone)]
-pub struct Scene {
+pub struct LoadCase {
     /// The nominal machine with the tool of the process, which computes commands.
     pub machine: Machine,
     /// Chain errors of the actual machine.
@@ -28,13 +28,13 @@ pub struct Scene {
     pub tolerance_mm: Option<f64>,
 }
 
-impl Scene {
+impl LoadCase {
     /// Returns the nominal and actual machines of its error sources.
     pub(crate) fn machines(&self) -> Result<Machines> {
         Machines::new(&self.machine, &self.errors)
     }
 
-    /// Returns the task point at `pose` with the scene's target, under the cutting force with angle φ = `phi` (rad), or unloaded if `None`.
+    /// Returns the task point at `pose` with the load case's target, under the cutting force with angle φ = `phi` (rad), or unloaded if `None`.
     pub(crate) fn task_point(&self, pose: Pose, phi: Option<f64>) -> TaskPoint {
         let cutting_force = |angle| self.force.wrench(angle, &self.machine.tool_at(&pose.rotation));
         let load = phi.map_or(Wrench::zero(), cutting_force);
