@@ -132,7 +132,8 @@ fn main() {
     }
     operations_per_second(is_test);
     rigid_links(if is_test { 1 } else { 100 });
-    random_poses(if is_test { (8, 1) } else { (2000, 20) });
+    let (count, rounds) = if is_test { (8, 1) } else { (2000, 20) };
+    random_poses(count, rounds);
     linear_cost(if is_test { &[16, 32] } else { &[64, 128, 256, 512, 1024, 2048, 4096] }, if is_test { 1 } else { 60 });
     two_threads(if is_test { 1 } else { 400 });
 }
@@ -218,7 +219,7 @@ const KINDS: [(&str, f64); 6] = [
 
 /// Equilibria from the rigid configuration at random poses under random forces, residual 1e-10; all machines in turns, best
 /// of all rounds.
-fn random_poses((count, rounds): (usize, usize)) {
+fn random_poses(count: usize, rounds: usize) {
     let mut machines: Vec<_> = KINDS
         .iter()
         .map(|&(name, goal)| {

@@ -43,7 +43,7 @@ pub fn predict_by_study<'py>(
     };
     let source = rows(source, name)?;
     let work = |stop: &Arc<AtomicBool>| Work::new(None, Arc::clone(stop), Box::new(|_| ()));
-    let found = wait_for(py, |_| Ok(()), |stop| predict_rows(study, (&source, name), &work(stop)))?;
+    let found = wait_for(py, |_| Ok(()), |stop| predict_rows(study, &source, name, &work(stop)))?;
     in_python(py, found.map_err(raised)?)
 }
 
@@ -56,7 +56,7 @@ pub fn predict_by_machine<'py>(
     name: &str,
 ) -> PyResult<Predicted<'py>> {
     let source = rows(source, name)?;
-    let found = wait_for(py, |_| Ok(()), |_| predict_rows_of(machine.own(), (&source, name)))?;
+    let found = wait_for(py, |_| Ok(()), |_| predict_rows_of(machine.own(), &source, name))?;
     in_python(py, found.map_err(raised)?)
 }
 

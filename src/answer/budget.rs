@@ -112,8 +112,10 @@ impl OfVerdict<'_> {
         rows.extend(self.budget.unknown().into_iter().map(|own| BudgetRow {
             label: self.label(own),
             bar: BudgetBar::Unknown,
-            words:
-                self.known_part(own).map_or_else(|| "unknown".into(), |mm| format!("more than {}", millimetres(mm, 3))),
+            words: match self.entry(own).and_then(|entry| entry.mm) {
+                Some(mm) => format!("more than {}", millimetres(mm, 3)),
+                None => "unknown".into(),
+            },
         }));
         if rows.len() < 2 {
             return None;
@@ -131,11 +133,6 @@ impl OfVerdict<'_> {
         };
         let title = "What each cause takes of the tolerance".into();
         Some(Figure::Budget(BudgetFigure { title, subtitle, tolerance_mm: self.tolerance_mm, rows }))
-    }
-
-    /// What is known of a cause of which nobody knows all, mm.
-    fn known_part(&self, cause: Cause) -> Option<f64> {
-        self.entry(cause)?.mm
     }
 
     fn entry(&self, cause: Cause) -> Option<&Entry> {

@@ -153,7 +153,7 @@ impl Output {
         files.extend(figure_files(std::mem::take(&mut self.figures), colours, run.work)?);
         let names = files.iter().map(|file| file.name.clone()).chain(has_page.then(|| PAGE.into()));
         let (settings, statuses) = (self.settings.clone(), self.statuses.clone());
-        let manifest = Manifest::new(&self.page.name, inputs, (settings, statuses), names.collect());
+        let manifest = Manifest::new(&self.page.name, inputs, settings, statuses, names.collect());
         Manifest::check_may_write(out, manifest.files.iter().map(String::as_str))?;
         // Everything is made before the first file takes the place of another.
         let temporary = staging(out)?;

@@ -52,7 +52,7 @@ impl LoadCase {
 
     /// Returns the interactive view of a `table` over a grid.
     pub(crate) fn view(&self, title: &str, table: &str, group: Option<Group>, quantities: Vec<Quantity>) -> Explorer {
-        grid_view(&self.machine, (title, table), group, quantities)
+        grid_view(&self.machine, title, table, group, quantities)
     }
 
     /// Returns the components of the cutting force in words, for captions.
@@ -84,7 +84,8 @@ pub(crate) fn locked_fact(machine: &Machine) -> Option<Fact> {
 /// Returns the interactive view of a table over a grid of positions of P, from its title and the name of its file.
 pub(crate) fn grid_view(
     machine: &Machine,
-    (title, table): (&str, &str),
+    title: &str,
+    table: &str,
     group: Option<Group>,
     quantities: Vec<Quantity>,
 ) -> Explorer {

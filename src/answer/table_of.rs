@@ -61,17 +61,18 @@ impl<'a, B: ?Sized> Streams<'a, B> {
 
     /// Adds the table `stem`: `empty` has its columns and no rows, `table` makes the rows of a block; `Err` if its files cannot be written.
     pub fn with(self, stem: &str, empty: Table, table: impl Fn(&B) -> Table + Send + Sync + 'a) -> Result<Self> {
-        self.with_kept(stem, (empty, None), table)
+        self.with_kept(stem, empty, None, table)
     }
 
     /// Adds a table as [`Streams::with`] does, whose CSV file gets only the rows `kept`, if given.
     pub fn with_kept(
         mut self,
         stem: &str,
-        (empty, kept): (Table, Option<KeptRows>),
+        empty: Table,
+        kept: Option<KeptRows>,
         table: impl Fn(&B) -> Table + Send + Sync + 'a,
     ) -> Result<Self> {
-        let streamed = StreamedTable::new(self.run.out, stem, empty.columns(), (self.run.formats, kept))?;
+        let streamed = StreamedTable::new(self.run.out, stem, empty.columns(), self.run.formats, kept)?;
         self.tables.push((stem.into(), Box::new(table), streamed, empty));
         Ok(self)
     }

@@ -101,7 +101,7 @@ pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
     };
     let file = arguments.poses.display().to_string();
     let bytes = Folder::from(PathBuf::new()).bytes(&file)?;
-    let predictions = predicted::predict_rows(study, (&bytes, &file), &Work::default())?;
+    let predictions = predicted::predict_rows(study, &bytes, &file, &Work::default())?;
     let rows = csv(&predictions.table).map_err(|e| Error::Write { file: "the answer".into(), source: e.into() })?;
     match &arguments.out {
         None => print(&String::from_utf8_lossy(&rows))?,
@@ -134,5 +134,5 @@ fn run_study_of(one: &OneStudy, table: &str, is_one: impl Fn(&StudyKind) -> bool
     if !is_one(&study.kind) {
         return Err(wrong_kind(&one.study, table));
     }
-    run::compute(&[study], one.out.as_ref(), (&one.writing, &one.computing), WrittenRows::default())
+    run::compute(&[study], one.out.as_ref(), &one.writing, &one.computing, WrittenRows::default())
 }

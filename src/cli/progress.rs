@@ -65,7 +65,7 @@ struct State {
 
 impl Progress {
     /// Starts the progress of `total` items called `of`, 0 where the number is unknown; `is_quiet` suppresses all but errors.
-    pub fn start((form, is_quiet): (Form, bool), study: &str, total: usize, of: &str) -> Self {
+    pub fn start(form: Form, is_quiet: bool, study: &str, total: usize, of: &str) -> Self {
         let is_drawn = form == Form::Auto && std::io::stderr().is_terminal();
         let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total as u64), target);

@@ -101,7 +101,7 @@ impl Reporting {
     /// Starts the progress of `total` items called `of`.
     pub fn progress(&self, study: &str, total: usize, of: &str) -> Arc<Progress> {
         let form = if self.quiet && self.progress == Form::Auto { Form::None } else { self.progress };
-        Arc::new(Progress::start((form, self.quiet), study, total, of))
+        Arc::new(Progress::start(form, self.quiet, study, total, of))
     }
 }
 

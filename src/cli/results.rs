@@ -70,7 +70,8 @@ impl Computing {
     pub fn report_unfinished(
         &self,
         study: &Study,
-        (progress, done): (&Progress, &str),
+        progress: &Progress,
+        done: &str,
         is_kept: bool,
         error: Error,
     ) -> Result<Ending> {
@@ -149,10 +150,10 @@ pub fn run_study<'a>(
             let seconds = started.elapsed().as_secs_f64();
             print_result(&computing.reporting, writing, run, &finished, seconds)?;
             let threads = pool.current_num_threads();
-            log_finished(&progress, run, &finished, (seconds, threads));
+            log_finished(&progress, run, &finished, seconds, threads);
             Ok(Ending::of(finished.is_complete))
         }
-        Err(error) => computing.report_unfinished(study, (&progress, &done), run.is_unfinished(), error),
+        Err(error) => computing.report_unfinished(study, &progress, &done, run.is_unfinished(), error),
     }
 }
 
@@ -180,7 +181,7 @@ fn print_result(
 }
 
 /// Reports the end of the run to the log and to programs that watch.
-fn log_finished(progress: &Progress, run: &FolderRun<'_>, finished: &FinishedRun, (seconds, threads): (f64, usize)) {
+fn log_finished(progress: &Progress, run: &FolderRun<'_>, finished: &FinishedRun, seconds: f64, threads: usize) {
     let (study, out, statuses) = (run.study(), run.out(), &finished.statuses);
     let counts: Vec<String> = statuses.iter().map(|count| format!("{} {}", count.rows, count.status)).collect();
     let (counts, count, folder) = (counts.join(", "), finished.files.len(), out.display());

@@ -134,14 +134,15 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
             return refuse(&arguments.studies[i].display().to_string(), problem);
         }
     }
-    compute(&studies, arguments.out.as_ref(), (writing, computing), rows)
+    compute(&studies, arguments.out.as_ref(), writing, computing, rows)
 }
 
 /// Computes `studies`, one after another, into the folder `out` or folders of their names; of long tables of path points the `rows`.
 pub fn compute(
     studies: &[Study],
     out: Option<&PathBuf>,
-    (writing, computing): (&Writing, &Computing),
+    writing: &Writing,
+    computing: &Computing,
     rows: WrittenRows,
 ) -> Result<Ending> {
     let options = writing.options(computing, rows);
@@ -219,10 +220,10 @@ fn compute_part(asked: &PartRequest<'_>, computing: &Computing) -> Result<Ending
                 "threads": pool.current_num_threads(),
                 "file": part.file,
             }));
-            computing.reporting.print(&part_report(&study, asked, &out, &part, (pieces, seconds)))?;
+            computing.reporting.print(&part_report(&study, asked, &out, &part, pieces, seconds))?;
             Ok(Ending::Complete)
         }
-        Err(error) => computing.report_unfinished(&study, (&progress, &done), false, error).map_err(as_option_error),
+        Err(error) => computing.report_unfinished(&study, &progress, &done, false, error).map_err(as_option_error),
     }
 }
 
@@ -232,7 +233,8 @@ fn part_report(
     request: &PartRequest<'_>,
     out: &Path,
     part: &PartInFolder,
-    (pieces, seconds): (usize, f64),
+    pieces: usize,
+    seconds: f64,
 ) -> String {
     let (share, round, file) = (request.share, request.round, part.file.display());
     if part.was_there {

@@ -94,9 +94,11 @@ impl Uncertain {
 
 /// Solves `task` on the machine of `session`, whose commands are those of `nominal`, from `state`; `words` say in the reason which machine has no equilibrium.
 fn solve(
-    (nominal, session): (&Machine, &mut Session),
+    nominal: &Machine,
+    session: &mut Session,
     task: &TaskPoint,
-    (at, state): (&Configuration, &State),
+    at: &Configuration,
+    state: &State,
     words: &str,
 ) -> std::result::Result<Vector3<f64>, Failure> {
     session.set_state(at, state);
@@ -121,9 +123,9 @@ impl Drawn {
         let mut session = nominal.session(Source::All);
         let response = |nominal| Response { nominal, ends: vec![[None; 2]; self.ends.len()] };
         let (words, rigid) = ("with nominal numbers", State::rigid(machine, at));
-        let mut free = response(solve((machine, &mut session), &tasks[0], (at, &rigid), words)?);
+        let mut free = response(solve(machine, &mut session, &tasks[0], at, &rigid, words)?);
         let unloaded = session.state().clone();
-        let mut loaded = response(solve((machine, &mut session), &tasks[1], (at, &unloaded), words)?);
+        let mut loaded = response(solve(machine, &mut session, &tasks[1], at, &unloaded, words)?);
         let bent = session.state().clone();
         for (own, ends) in self.ends.iter().enumerate() {
             // What only bends does nothing to a machine without load, unless it sinks under its weight.
@@ -133,9 +135,9 @@ impl Drawn {
                 let (mut session, words) = (machines.session(Source::All), self.uncertainty.end_words(own, end));
                 free.ends[own][end] = Some(match stays {
                     true => free.nominal,
-                    false => solve((machine, &mut session), &tasks[0], (at, &unloaded), &words)?,
+                    false => solve(machine, &mut session, &tasks[0], at, &unloaded, &words)?,
                 });
-                loaded.ends[own][end] = Some(solve((machine, &mut session), &tasks[1], (at, &bent), &words)?);
+                loaded.ends[own][end] = Some(solve(machine, &mut session, &tasks[1], at, &bent, &words)?);
             }
         }
         let surrogate = Surrogate::under_one_load(&self.end_coordinates, &free, &loaded);

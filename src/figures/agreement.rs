@@ -88,18 +88,17 @@ pub(super) fn drawing(figure: &AgreementFigure, sizes: Sizes) -> Result<Drawing,
     for (words, (anchor, x)) in heads.into_iter().zip(columns) {
         drawing.text(Text::new(words, size, [x, top + size], anchor).bold());
     }
-    let heights: Vec<f64> =
-        cells.iter().map(|cell| cell.iter().map(Vec::len).max().unwrap_or(1) as f64 * ROW * size).collect();
-    let rect = Rect { x: left, y: head, width: sizes.width - BORDER - 0.5 * size - left, height: heights.iter().sum() };
+    let height = cells.iter().map(|cell| row_height(cell, size)).sum();
+    let rect = Rect { x: left, y: head, width: sizes.width - BORDER - 0.5 * size - left, height };
     let plot = Plot {
         rect,
         x: Axis::horizontal(-ENDS - 0.3, ENDS + 0.3, Spacing::Linear, rect.width, sizes.tick),
         y: Axis::vertical(0.0, 1.0, Spacing::Linear, 1.0, sizes.tick),
     };
     let mut y = head;
-    for ((row, cell), height) in figure.rows.iter().zip(&cells).zip(&heights) {
-        draw_row(&mut drawing, &plot, row, (cell, columns), (y, *height), size);
-        y += height;
+    for (row, cell) in figure.rows.iter().zip(&cells) {
+        draw_row(&mut drawing, &plot, row, cell, columns, y, size);
+        y += row_height(cell, size);
     }
     let zero = plot.page_point(0.0, 0.0)[0];
     drawing.line(vec![[zero, rect.y], [zero, rect.bottom()]], Stroke { colour: MUTED, width: 2.0, dash: &[8.0, 8.0] });
@@ -111,13 +110,19 @@ pub(super) fn drawing(figure: &AgreementFigure, sizes: Sizes) -> Result<Drawing,
     Ok(drawing)
 }
 
+/// Returns the height of a row with `cell` as its wrapped label and numbers.
+fn row_height(cell: &[Vec<String>; 3], size: f64) -> f64 {
+    cell.iter().map(Vec::len).max().unwrap_or(1) as f64 * ROW * size
+}
+
 /// Draws one row at height `y`, with `cell` as its wrapped label and numbers in `columns`: texts, the band in which the numbers agree, and a mark.
 fn draw_row(
     drawing: &mut Drawing,
     plot: &Plot,
     row: &AgreementRow,
-    (cell, columns): (&[Vec<String>; 3], [(Anchor, f64); 3]),
-    (y, height): (f64, f64),
+    cell: &[Vec<String>; 3],
+    columns: [(Anchor, f64); 3],
+    y: f64,
     size: f64,
 ) {
     let rect = plot.rect;
@@ -128,7 +133,7 @@ fn draw_row(
         Criterion::AtMost => (rect.x, x_of(0.0)),
     };
     let inset = 0.14 * size;
-    let band = Rect { x: from, y: y + inset, width: to - from, height: height - 2.0 * inset };
+    let band = Rect { x: from, y: y + inset, width: to - from, height: row_height(cell, size) - 2.0 * inset };
     drawing.convex(band.corners().to_vec(), BAND);
     drawing.line(vec![[BORDER, y], [rect.right(), y]], Stroke { colour: GRID, width: 2.0, dash: &[] });
     for (lines, (anchor, x)) in cell.iter().zip(columns) {

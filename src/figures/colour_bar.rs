@@ -40,7 +40,8 @@ impl Scale {
     pub fn new(
         values: impl Iterator<Item = f64>,
         range: Option<(f64, f64)>,
-        (colours, shading): (Colours, Shading),
+        colours: Colours,
+        shading: Shading,
     ) -> Result<Option<Self>, FigureError> {
         let value_range = values.fold(None, |ends: Option<(f64, f64)>, v| match ends {
             Some((low, high)) => Some((low.min(v), high.max(v))),
@@ -184,7 +185,7 @@ impl ColourBar<'_> {
             let rect = Rect { x: x + below, y, width: upright.height, height: side };
             let edges: Vec<f64> = (0..=SHADES).map(|k| k as f64).collect();
             drawing.picture(Picture::new(rect.frame(), &edges, &[0.0, 1.0], |column, _| Some(scale.shade(column))));
-            draw_outline(drawing, scale, (upright, tip), place);
+            draw_outline(drawing, scale, upright, tip, place);
             let axis = Axis::horizontal(scale.low, scale.high, scale.spacing(), rect.width, self.tick_size);
             for (value, label) in axis.ticks.values.iter().zip(&axis.ticks.labels) {
                 let at = rect.x + rect.width * axis.fraction(*value);
@@ -231,7 +232,7 @@ impl ColourBar<'_> {
         }
         let edges: Vec<f64> = (0..=SHADES).map(|k| k as f64).collect();
         drawing.picture(Picture::new(rect.frame(), &[0.0, 1.0], &edges, |_, row| Some(scale.shade(row))));
-        draw_outline(drawing, scale, (rect, tip), |at| at);
+        draw_outline(drawing, scale, rect, tip, |at| at);
         self.draw_numbers(drawing, scale, rect, area);
     }
 
@@ -254,7 +255,7 @@ impl ColourBar<'_> {
 }
 
 /// Draws the outline of the bar `rect`, and a filled tip at each end beyond which there are values; `place` says where its points are on the page.
-fn draw_outline(drawing: &mut Drawing, scale: Scale, (rect, tip): (Rect, f64), place: impl Fn(Point) -> Point) {
+fn draw_outline(drawing: &mut Drawing, scale: Scale, rect: Rect, tip: f64, place: impl Fn(Point) -> Point) {
     let [left_top, right_top, right_bottom, left_bottom] = rect.corners();
     let lower = |[x, y]: Point, by: f64| [x, y + by];
     let middle = rect.centre()[0];

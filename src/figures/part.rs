@@ -72,7 +72,7 @@ pub(super) fn drawing(figure: &PartFigure, colours: Colours, sizes: Sizes) -> Re
     }
     let all = || figure.views.iter().flat_map(|view| &view.1);
     let values = all().filter_map(|face| if let FaceValue::Value(value) = face { Some(*value) } else { None });
-    let scale = Scale::new(values, Some(figure.range), (colours, Shading::Ordered))?;
+    let scale = Scale::new(values, Some(figure.range), colours, Shading::Ordered)?;
     let missing = all().any(|face| *face == FaceValue::Unknown).then_some(UNKNOWN);
     let bar = ColourBar { scale, quantity: &figure.quantity, missing, size: sizes.body, tick_size: sizes.tick };
     let (mut drawing, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
@@ -97,7 +97,7 @@ pub(super) fn drawing(figure: &PartFigure, colours: Colours, sizes: Sizes) -> Re
             let at = [left + 0.5 * drawn, top + below + sizes.body * (1.0 + LINE_PITCH * line as f64)];
             drawing.text(Text::new(words, sizes.body, at, Anchor::Middle));
         }
-        let pixels = draw(&figure.faces, values, (&projection, light_at(azimuth)), [drawn, height], scale);
+        let pixels = draw(&figure.faces, values, &projection, light_at(azimuth), [drawn, height], scale);
         drawing.picture(pixels.picture([left, view_top + below], [drawn, height]));
     }
     let mut bottom = view_top + height + (figure.views.len().div_ceil(columns) - 1) as f64 * pitch;
@@ -126,7 +126,8 @@ struct Pixels {
 fn draw(
     faces: &[[[f64; 3]; 4]],
     values: &[FaceValue],
-    (projection, light): (&Projection, [f64; 3]),
+    projection: &Projection,
+    light: [f64; 3],
     size: [f64; 2],
     scale: Option<Scale>,
 ) -> Pixels {

@@ -137,8 +137,8 @@ impl PlanFigure {
     /// Returns the colour scale of the map, or else of the coloured lines; `None` without values.
     fn scale(&self, colours: Colours) -> Result<Option<Scale>, FigureError> {
         match &self.field {
-            Some(field) => Scale::new(field.values.iter().copied().flatten(), None, (colours, Shading::Faint)),
-            None => Scale::new(self.coloured.iter().flatten().map(|p| p.2), None, (colours, Shading::Ordered)),
+            Some(field) => Scale::new(field.values.iter().copied().flatten(), None, colours, Shading::Faint),
+            None => Scale::new(self.coloured.iter().flatten().map(|p| p.2), None, colours, Shading::Ordered),
         }
     }
 
@@ -326,7 +326,8 @@ fn draw_labels(drawing: &mut Drawing, plot: &Plot, figure: &PlanFigure, mut occu
         occupied.marks.push(rect_around(*at, [MARK + 2.0; 2]));
     }
     for (at, (_, _, label)) in points_of_marks.into_iter().zip(&figure.marks).filter(|(_, mark)| !mark.2.is_empty()) {
-        draw_label(drawing, &mut occupied, plot.rect, (at, MARK), (label, INK, Weight::Bold));
+        let label = Label { at, reach: MARK, words: label, colour: INK, weight: Weight::Bold };
+        label.draw(drawing, &mut occupied, plot.rect);
     }
     // Where there is little room, the legend says what crosses are.
     let is_left_out = |shape: &&PlanShape| shape.label.is_empty() || sizes.is_portrait() && shape.look == Look::Place;
@@ -342,30 +343,36 @@ fn draw_labels(drawing: &mut Drawing, plot: &Plot, figure: &PlanFigure, mut occu
         // The highest corner.
         let top = points.iter().copied().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
         let (weight, reach) = if shape.look == Look::Place { (Weight::Regular, CROSS) } else { (Weight::Bold, 4.0) };
-        draw_label(drawing, &mut occupied, plot.rect, (top, reach), (&shape.label, colour, weight));
+        Label { at: top, reach, words: &shape.label, colour, weight }.draw(drawing, &mut occupied, plot.rect);
     }
 }
 
-/// Places and draws a label of one or several lines for what reaches `reach` pixels around the point `at`.
-fn draw_label(
-    drawing: &mut Drawing,
-    occupied: &mut Occupied,
-    bounds: Rect,
-    (at, reach): (Point, f64),
-    (label, colour, weight): (&str, Rgb, Weight),
-) {
-    let size = Sizes::FIGURE.tick;
-    let lines: Vec<&str> = label.lines().collect();
-    let widest = lines.iter().map(|line| text::width(line, size, weight)).fold(0.0, f64::max);
-    let height = text::capital_height(size) + lines.len().saturating_sub(1) as f64 * 1.15 * size;
-    let half = [widest / 2.0 + 6.0, height / 2.0 + 7.0];
-    let Spot { rect, leader } = occupied.place_label(at, reach, half, bounds);
-    if let Some(leader) = leader {
-        drawing.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.5, dash: &[] });
-    }
-    for (row, line) in lines.into_iter().enumerate() {
-        let baseline = rect.y + 7.0 + text::capital_height(size) + row as f64 * 1.15 * size;
-        let text = Text::new(line, size, [rect.centre()[0], baseline], Anchor::Middle);
-        drawing.text(Text { weight, ..text }.coloured(colour).with_halo());
+/// A label of one or several lines for what reaches `reach` pixels around the point `at`.
+struct Label<'a> {
+    at: Point,
+    reach: f64,
+    words: &'a str,
+    colour: Rgb,
+    weight: Weight,
+}
+
+impl Label<'_> {
+    /// Places the label and draws it.
+    fn draw(&self, drawing: &mut Drawing, occupied: &mut Occupied, bounds: Rect) {
+        let Self { at, reach, words, colour, weight } = *self;
+        let size = Sizes::FIGURE.tick;
+        let lines: Vec<&str> = words.lines().collect();
+        let widest = lines.iter().map(|line| text::width(line, size, weight)).fold(0.0, f64::max);
+        let height = text::capital_height(size) + lines.len().saturating_sub(1) as f64 * 1.15 * size;
+        let half = [widest / 2.0 + 6.0, height / 2.0 + 7.0];
+        let Spot { rect, leader } = occupied.place_label(at, reach, half, bounds);
+        if let Some(leader) = leader {
+            drawing.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.5, dash: &[] });
+        }
+        for (row, line) in lines.into_iter().enumerate() {
+            let baseline = rect.y + 7.0 + text::capital_height(size) + row as f64 * 1.15 * size;
+            let text = Text::new(line, size, [rect.centre()[0], baseline], Anchor::Middle);
+            drawing.text(Text { weight, ..text }.coloured(colour).with_halo());
+        }
     }
 }

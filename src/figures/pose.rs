@@ -321,7 +321,7 @@ fn draw_frame(drawing: &mut Drawing, view: &View, occupied: &mut Occupied) {
         names.push((name, colour, end));
     }
     for (name, colour, end) in names {
-        draw_label(drawing, view, occupied, end, (name, colour));
+        draw_label(drawing, view, occupied, end, name, colour);
     }
 }
 
@@ -358,21 +358,21 @@ fn occupied_areas(view: &View, figure: &PoseFigure) -> Occupied {
 fn draw_labels(drawing: &mut Drawing, view: &View, figure: &PoseFigure, mut occupied: Occupied) {
     let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
     let tip = view.project(shown.tool_tip_mm);
-    draw_label(drawing, view, &mut occupied, tip, ("tool tip T", INK));
+    draw_label(drawing, view, &mut occupied, tip, "tool tip T", INK);
     for solid in figure.surroundings.solids() {
         let corners = solid.corners.map(|corner| view.project(corner));
         let top = corners.into_iter().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
-        draw_label(drawing, view, &mut occupied, top, (&solid.name, figure.solid_stroke(solid).colour));
+        draw_label(drawing, view, &mut occupied, top, &solid.name, figure.solid_stroke(solid).colour);
     }
     for chain in &shown.chains {
         let Some(first) = chain.joints.first() else { continue };
         let at = view.project(first.position_mm);
-        draw_label(drawing, view, &mut occupied, at, (&format!("chain {}", chain.name), INK));
+        draw_label(drawing, view, &mut occupied, at, &format!("chain {}", chain.name), INK);
     }
 }
 
 /// Places and draws a label beside the point `at` on the page.
-fn draw_label(drawing: &mut Drawing, view: &View, occupied: &mut Occupied, at: Point, (words, colour): (&str, Rgb)) {
+fn draw_label(drawing: &mut Drawing, view: &View, occupied: &mut Occupied, at: Point, words: &str, colour: Rgb) {
     let half = [
         text::width(words, view.sizes.tick, Weight::Bold) / 2.0 + 0.12 * view.sizes.tick,
         text::capital_height(view.sizes.tick) / 2.0 + 0.12 * view.sizes.tick,

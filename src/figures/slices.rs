@@ -131,7 +131,7 @@ pub(super) fn drawing(figure: &SliceFigure, colours: Colours, sizes: Sizes) -> R
     }
     figure.panels.iter().try_for_each(SlicePanel::check)?;
     let values = || figure.panels.iter().flat_map(|p| &p.values);
-    let scale = Scale::new(values().copied().flatten(), figure.range, (colours, figure.shading))?;
+    let scale = Scale::new(values().copied().flatten(), figure.range, colours, figure.shading)?;
     let bar = ColourBar {
         scale,
         quantity: &figure.quantity,

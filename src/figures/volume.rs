@@ -89,7 +89,7 @@ impl VolumeFigure {
 /// Lays the figure out, its faces in `colours`; `Err` when its data cannot be drawn.
 pub(super) fn drawing(figure: &VolumeFigure, colours: Colours, sizes: Sizes) -> Result<Drawing, FigureError> {
     figure.check()?;
-    let scale = Scale::new(figure.values.iter().copied().flatten(), figure.range, (colours, Shading::Ordered))?;
+    let scale = Scale::new(figure.values.iter().copied().flatten(), figure.range, colours, Shading::Ordered)?;
     let bar = ColourBar {
         scale,
         quantity: &figure.quantity,

@@ -87,7 +87,8 @@ impl Manifest {
     pub(crate) fn new(
         study: &str,
         inputs: &Inputs,
-        (settings, statuses): (serde_json::Value, Vec<StatusCount>),
+        settings: serde_json::Value,
+        statuses: Vec<StatusCount>,
         files: Vec<String>,
     ) -> Self {
         Self {

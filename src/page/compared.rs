@@ -228,7 +228,7 @@ fn wins_rows(aligned: &Aligned) -> Vec<WinsRow> {
     for (q, quantity) in aligned.shared.quantities.iter().enumerate() {
         for group in 0..aligned.group_count() {
             for (other, letter) in aligned.letters.iter().enumerate().skip(1) {
-                rows.extend(Wins::new(aligned, (q, group), other).map(|wins| WinsRow {
+                rows.extend(Wins::new(aligned, q, group, other).map(|wins| WinsRow {
                     quantity: label_with_unit(&quantity.label, &quantity.unit),
                     group: aligned.group_name(group).to_string(),
                     other: *letter,
@@ -242,7 +242,7 @@ fn wins_rows(aligned: &Aligned) -> Vec<WinsRow> {
 
 impl Wins {
     /// Compares the first result with `other`; `None` if no node can be compared or neither small nor large values are better.
-    fn new(aligned: &Aligned, (q, group): (usize, usize), other: usize) -> Option<Self> {
+    fn new(aligned: &Aligned, q: usize, group: usize, other: usize) -> Option<Self> {
         let pair = [&aligned.common[0], &aligned.common[other]];
         let Quantity { unit, better, .. } = &aligned.shared.quantities[q];
         let winners = Winners::new(&pair, q, group, *better, aligned.floors[q])?.weighted(aligned.weights(pair[0]));

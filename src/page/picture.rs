@@ -176,7 +176,7 @@ fn curve_panel(aligned: &Aligned, quantity: usize, winners: &Winners) -> Option<
         let (x, y) = curve_of(who);
         let step = x.len().div_ceil(MOST_POINTS).max(1);
         let points = (0..x.len()).filter(|i| i % step == 0 || i + 1 == x.len()).filter(|i| y[*i].is_finite());
-        let points: Vec<String> = points.map(|i| frame.point_text(x[i], y[i])).collect();
+        let points: Vec<String> = points.map(|i| format!("{:.1},{:.1}", frame.x(x[i]), frame.y(y[i]))).collect();
         // Writing to a string cannot fail.
         let _ = write!(svg, "<polyline class=\"line w{who}\" points=\"{}\"/>", points.join(" "));
     }
@@ -239,11 +239,6 @@ impl Frame {
     fn y(&self, value: f64) -> f64 {
         let [low, high] = self.ends[1];
         EDGE + (high - value) / (high - low) * self.size[1]
-    }
-
-    /// Returns the coordinates of a point as text for a polyline.
-    fn point_text(&self, x: f64, y: f64) -> String {
-        format!("{:.1},{:.1}", self.x(x), self.y(y))
     }
 
     /// Returns the opening tag of the drawing.

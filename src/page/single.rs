@@ -199,7 +199,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
         }
         let mut data = Dataset::read(&read, &table, share)?;
         let wanted = data.values.split_off(explorer.quantities.len());
-        explorers.push(explorer_view(explorer, &data, description, (&keys, index), &wanted));
+        explorers.push(explorer_view(explorer, &data, description, &keys, index, &wanted));
     }
     let index = explorers.len();
     explorers.extend(description.part.as_ref().map(|part| part_view(part, index)));
@@ -319,7 +319,8 @@ fn explorer_view(
     explorer: &Explorer,
     data: &Dataset,
     description: &Description,
-    (keys, index): (&BTreeMap<(String, String), String>, usize),
+    keys: &BTreeMap<(String, String), String>,
+    index: usize,
     wanted: &[Vec<Vec<f64>>],
 ) -> ExplorerView {
     let precision = Precision::for_numbers(data.number_count());

@@ -6,9 +6,8 @@ use rayon::prelude::*;
 
 use crate::{
     input::error::{Error, Result},
-    machine::Machine,
     process::{
-        CutPath, Placement,
+        CutPath, PlacedWorkpiece,
         stock::{StockRemoval, is_rapid, is_unknown_way},
     },
     toolpath::Toolpath,
@@ -58,7 +57,7 @@ pub const GOUGE_MM: f64 = 1e-3;
 /// A surface that is left: how far it is beyond each patch, mm, and the points whose moves make it there.
 pub(crate) type Left = (Vec<Option<f64>>, Vec<Option<u32>>);
 /// Factor of the force on the way to a point.
-pub(crate) type FactorAt<'a> = dyn Fn(usize) -> f64 + Sync + 'a;
+type FactorAt<'a> = dyn Fn(usize) -> f64 + Sync + 'a;
 
 /// Patches over the plan of what is cut: what a picture shows; and most of them, for small tools.
 const PATCHES: f64 = 40_000.0;
@@ -78,12 +77,12 @@ impl StockRemoval {
     pub(crate) fn machined(
         &self,
         path: &CutPath,
-        (machine, placement): (&Machine, &Placement),
+        placed: &PlacedWorkpiece,
         courses: &[Course<'_>],
         origin: &str,
     ) -> Result<MachinedSurface> {
         let refused = |error: RemovalError| Error::argument(origin, error.to_string());
-        let axes = self.axes_along(path, (machine, placement));
+        let axes = self.axes_along(path, placed);
         let nominal = self.cut_along(path, &axes, |_| Some(Vector3::zeros()), origin)?;
         let (plan, patch_mm, is_coarse) = self.looked_at(&nominal, path, &axes);
         let mut patches = nominal.patches(plan, patch_mm).map_err(refused)?;
@@ -95,7 +94,7 @@ impl StockRemoval {
             None => Vec::new(),
         };
         drop(nominal);
-        let found = courses.iter().map(|course| self.deviations((path, &axes), &patches, (*course, &|_| 1.0), origin));
+        let found = courses.iter().map(|course| self.deviations(path, &axes, &patches, *course, &|_| 1.0, origin));
         let (deviations, makers): (Vec<_>, _) = found.collect::<Result<Vec<_>>>()?.into_iter().unzip();
         patches.iter_mut().for_each(|patch| patch.tag = patch.tag.filter(|tag| *tag != EARLIER));
         let mut surface =
@@ -139,9 +138,11 @@ impl StockRemoval {
     /// As [`StockRemoval::machined`].
     pub(crate) fn deviations(
         &self,
-        (path, axes): (&CutPath, &Matrix3<f64>),
+        path: &CutPath,
+        axes: &Matrix3<f64>,
         patches: &[Patch],
-        (course, factor): (Course<'_>, &FactorAt<'_>),
+        course: Course<'_>,
+        factor: &FactorAt<'_>,
         origin: &str,
     ) -> Result<Left> {
         let Course { errors_mm, rotations } = course;
@@ -166,7 +167,7 @@ impl StockRemoval {
             let beyond = own.map_or(0.0, |tag| {
                 let (tag, tool) = (tag as usize, &tools[&path.points()[tag as usize].tool]);
                 let by_rotation =
-                    tool.as_ref().map_or(0.0, |tool| by_rotation(path, (tag, rotations), axes, (patch, &tool.cutter)));
+                    tool.as_ref().map_or(0.0, |tool| by_rotation(path, tag, rotations, axes, patch, &tool.cutter));
                 factor(tag) * (beyond_aimed(path, tag, axes, patch) + by_rotation)
             });
             (Some(deviation.mm + beyond), maker)
@@ -212,16 +213,17 @@ impl StockRemoval {
     ) -> Result<Field> {
         let mut field = self.field(axes, path)?;
         for (origin, path) in self.earlier.iter() {
-            self.cut_moves(&mut field, (path, origin), axes, |_| Some(Vector3::zeros()), |_| EARLIER)?;
+            self.cut_moves(&mut field, path, origin, axes, |_| Some(Vector3::zeros()), |_| EARLIER)?;
         }
-        self.cut_moves(&mut field, (path, origin), axes, shift, |k| k as u32)?;
+        self.cut_moves(&mut field, path, origin, axes, shift, |k| k as u32)?;
         Ok(field)
     }
 
     fn cut_moves(
         &self,
         field: &mut Field,
-        (path, origin): (&Toolpath, &str),
+        path: &Toolpath,
+        origin: &str,
         axes: &Matrix3<f64>,
         shift: impl Fn(usize) -> Option<Vector3<f64>>,
         tag: impl Fn(usize) -> u32,
@@ -245,9 +247,11 @@ impl StockRemoval {
 /// Returns how far the rotation of the tool moves the surface along its normal where the move to point `tag` makes it, mm: positive where material is left.
 fn by_rotation(
     path: &Toolpath,
-    (tag, rotations): (usize, &[Vector3<f64>]),
+    tag: usize,
+    rotations: &[Vector3<f64>],
     axes: &Matrix3<f64>,
-    (patch, cutter): (&Patch, &Cutter),
+    patch: &Patch,
+    cutter: &Cutter,
 ) -> f64 {
     let before = tag.saturating_sub(1);
     let [from, to] = [before, tag].map(|k| axes * path.points()[k].position_mm);

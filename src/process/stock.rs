@@ -174,7 +174,9 @@ pub(super) type Tools = BTreeMap<Option<u32>, std::result::Result<StockTool, Str
 impl StockRemoval {
     /// Creates the stock of a `shape` with its largest cell, for paths sampled so.
     pub(super) fn new(
-        (shape, part, cell_mm): (StockShape, Option<FinishedPart>, Option<f64>),
+        shape: StockShape,
+        part: Option<FinishedPart>,
+        cell_mm: Option<f64>,
         tools: BTreeMap<u32, StockToolSpec>,
         frequencies: Vec<f64>,
         sampling: Sampling,
@@ -245,9 +247,11 @@ impl StockRemoval {
     pub(super) fn cut<'a>(
         &self,
         path: Toolpath,
-        (machine, placement): (&Machine, &Placement),
+        machine: &Machine,
+        placement: &Placement,
         law: impl Fn(&PathPoint) -> &'a CuttingLaw,
-        (origin, done): (&str, &mut dyn FnMut()),
+        origin: &str,
+        done: &mut dyn FnMut(),
     ) -> Result<CutPath> {
         if placement.reference != PathReference::ToolTip {
             let problem = "is cut by the tool tip, and the path is of the platform point: expected placement.reference = \"tool_tip\"";
@@ -264,9 +268,9 @@ impl StockRemoval {
         if path.is_empty() {
             return Ok(path.into());
         }
-        let axes = self.axes_along(&path, (machine, placement));
+        let axes = self.axes_along(&path, &placed);
         let mut cutting = self.cutting_before(&path, axes, &placed)?;
-        self.follow(&mut cutting, (&path, origin), &placed, (law, done))
+        self.follow(&mut cutting, &path, origin, &placed, law, done)
     }
 
     /// Returns `path` as it cuts the stock with its tool at `shifts` (W, mm) from its points, which stay where they are: otherwise as [`StockRemoval::cut`], but that rapid moves and
@@ -277,18 +281,18 @@ impl StockRemoval {
     pub(super) fn cut_shifted<'a>(
         &self,
         path: &Toolpath,
-        (machine, placement): (&Machine, &Placement),
+        placed: &PlacedWorkpiece,
         shifts: &[Vector3<f64>],
-        (law, origin): (impl Fn(&PathPoint) -> &'a CuttingLaw, &str),
+        law: impl Fn(&PathPoint) -> &'a CuttingLaw,
+        origin: &str,
     ) -> Result<CutPath> {
-        let placed = placement.place(machine);
-        let mut cutting = self.cutting_before(path, self.axes_along(path, (machine, placement)), &placed)?;
+        let mut cutting = self.cutting_before(path, self.axes_along(path, placed), placed)?;
         cutting.is_checked = false;
         let shifted = path.points().iter().zip(shifts);
         let shifted =
             shifted.map(|(point, shift)| PathPoint { position_mm: point.position_mm + shift, load: None, ..*point });
         let shifted = Toolpath::assemble(shifted.collect()).with_tools(path.tools().to_vec());
-        let cut = self.follow(&mut cutting, (&shifted, origin), &placed, (law, &mut || ()))?;
+        let cut = self.follow(&mut cutting, &shifted, origin, placed, law, &mut || ())?;
         let points = path.points().iter().zip(cut.points());
         let points = points.map(|(point, cut)| PathPoint { load: cut.load, ..*point }).collect();
         let own = Toolpath::assemble(points).with_tools(path.tools().to_vec());
@@ -299,7 +303,7 @@ impl StockRemoval {
     fn cutting_before(&self, path: &Toolpath, axes: Axes, placed: &PlacedWorkpiece) -> Result<Cutting> {
         let mut cutting = Cutting::new(self.field(&axes, path)?, axes, FREE_MM + self.sampling.chordal_tolerance_mm());
         for (origin, path) in self.earlier.iter() {
-            self.follow(&mut cutting, (path, origin), placed, (|_| &CuttingLaw::None, &mut || ()))?;
+            self.follow(&mut cutting, path, origin, placed, |_| &CuttingLaw::None, &mut || ())?;
         }
         Ok(cutting)
     }
@@ -308,9 +312,11 @@ impl StockRemoval {
     fn follow<'a>(
         &self,
         cutting: &mut Cutting,
-        (path, origin): (&Toolpath, &str),
+        path: &Toolpath,
+        origin: &str,
         placed: &PlacedWorkpiece,
-        (law, done): (impl Fn(&PathPoint) -> &'a CuttingLaw, &mut dyn FnMut()),
+        law: impl Fn(&PathPoint) -> &'a CuttingLaw,
+        done: &mut dyn FnMut(),
     ) -> Result<CutPath> {
         if let [first, ..] = path.external_axes() {
             let problem = format!("is cut along one direction of the tool, and {origin} commands {first}");
@@ -366,9 +372,8 @@ impl StockRemoval {
     }
 
     /// Returns the axes of a field that `path` cuts, in W.
-    pub(super) fn axes_along(&self, path: &Toolpath, (machine, placement): (&Machine, &Placement)) -> Axes {
-        let placed = placement.place(machine);
-        path.points().first().map_or_else(Axes::identity, |first| axes_of(&placed, first))
+    pub(super) fn axes_along(&self, path: &Toolpath, placed: &PlacedWorkpiece) -> Axes {
+        path.points().first().map_or_else(Axes::identity, |first| axes_of(placed, first))
     }
 
     /// Returns the tools with which `path` moves.
@@ -482,7 +487,7 @@ impl StockRemoval {
     /// # Errors
     /// Those of the stock for this path.
     pub fn field_size(&self, path: &Toolpath, machine: &Machine, placement: &Placement) -> Result<(f64, u64)> {
-        let (_, cell_mm, bytes) = self.uncut(&self.axes_along(path, (machine, placement)), path)?;
+        let (_, cell_mm, bytes) = self.uncut(&self.axes_along(path, &placement.place(machine)), path)?;
         Ok((cell_mm, bytes as u64))
     }
 
@@ -672,10 +677,10 @@ impl Cutting {
             let share = |part: f64| (piece as f64 + part) / pieces;
             // What moves into material at the end of a piece has not been where it is; where less is met there than before, the most may lie on the way.
             let before = std::mem::take(&mut self.removed_mm2);
-            self.meet(tool, &end, &direction(share(1.0)), (to, law), &mut heaviest)?;
+            self.meet(tool, &end, &direction(share(1.0)), to, law, &mut heaviest)?;
             if self.removed_mm2 < before {
                 let at_end = self.removed_mm2;
-                self.meet(tool, &(from + 0.5 * step), &direction(share(0.5)), (to, law), &mut heaviest)?;
+                self.meet(tool, &(from + 0.5 * step), &direction(share(0.5)), to, law, &mut heaviest)?;
                 self.removed_mm2 = at_end;
             }
             self.field.cut(&tool.cutter, &from, &end, to.source.segment as u32).map_err(|error| error.to_string())?;
@@ -691,7 +696,8 @@ impl Cutting {
         tool: &StockTool,
         at: &Vector3<f64>,
         way: &Vector3<f64>,
-        (to, law): (&PathPoint, &CuttingLaw),
+        to: &PathPoint,
+        law: &CuttingLaw,
         heaviest: &mut Option<(Option<Load>, Engaged)>,
     ) -> std::result::Result<(), String> {
         let found = self.field.engage(&tool.cutter, at, way, &self.slicing, &mut self.engagement);
@@ -703,9 +709,10 @@ impl Cutting {
         if let Some(refused) = &tool.refused {
             return Err(refused.clone());
         }
+        let contact = Contact { engagement: &self.engagement, tool, axes: &self.axes, way };
         *heaviest = Some(match law {
             CuttingLaw::EngagedMilling(milling) => {
-                let (load, c) = load(milling, (&self.engagement, tool), (&self.axes, way), to)?;
+                let (load, c) = contact.load(milling, to)?;
                 let mut engaged = summary(&self.engagement, milling.spindle, Some(c));
                 let (rise, mean) = (way.z, load.force_N.norm());
                 if engaged.end_mm2 * -rise > BY_END * engaged.removed_mm2 {
@@ -717,7 +724,7 @@ impl Cutting {
                     }
                 }
                 if let Some(stub) = &tool.stub {
-                    engaged.bend = bend((milling, stub), (&self.engagement, tool), (&self.axes, way), c)?;
+                    engaged.bend = contact.bend(milling, stub, c)?;
                 }
                 if mean > LARGER * self.largest_mean {
                     self.largest_mean = mean;
@@ -734,7 +741,7 @@ impl Cutting {
                     ));
                 }
                 let f = drill.feed_per_rev(to).map_err(|error| error.to_string())?;
-                let load = load_of_drill((drill, f), (&self.engagement, tool), (&self.axes, way))?;
+                let load = contact.load_of_drill(drill, f)?;
                 let own = summary(&self.engagement, drill.spindle, Some(0.5 * f));
                 (load.ok(), Engaged { unknown: load.err(), ..own })
             }
@@ -780,90 +787,93 @@ fn axes_of(placed: &PlacedWorkpiece, point: &PathPoint) -> Axes {
     Matrix3::from_rows(&[tool.column(0).transpose(), -tool.column(1).transpose(), -tool.column(2).transpose()])
 }
 
-/// Returns the mean load on a tool that engages so on its `way`, in W, and the feed per tooth, mm. `Err` says what is missing.
-fn load(
-    milling: &EngagedMilling,
-    (engagement, tool): (&Engagement, &StockTool),
-    (axes, way): (&Axes, &Vector3<f64>),
-    point: &PathPoint,
-) -> std::result::Result<(Load, f64), String> {
-    let teeth = tool.teeth.clone()?;
-    let c = milling.feed_per_tooth(point, teeth).map_err(|error| error.to_string())?;
-    let mean = milling.mean(engagement, teeth, c, way.z, lateral_share(*way));
-    Ok((in_workpiece(mean, (axes, way)), c))
+/// A tool in the stock, which engages so on its `way`: a unit vector in the `axes` of the field.
+struct Contact<'a> {
+    engagement: &'a Engagement,
+    tool: &'a StockTool,
+    axes: &'a Axes,
+    way: &'a Vector3<f64>,
 }
 
-/// Returns force (N) and moment (N·mm) along the heading of a `way` (a unit vector), to its left and to the spindle as a load in W.
-fn in_workpiece((force, moment): (Vector3<f64>, Vector3<f64>), (axes, way): (&Axes, &Vector3<f64>)) -> Load {
-    // As the field has it.
-    let heading = Vector3::new(way.x, way.y, 0.0).try_normalize(LEAST_HEADING).unwrap_or_else(Vector3::x);
-    let up = Vector3::z();
-    let frame = axes.transpose() * Matrix3::from_columns(&[heading, up.cross(&heading), up]);
-    Load { force_N: frame * force, moment_Nmm: frame * moment }
+impl Contact<'_> {
+    /// Returns the mean load on the tool, in W, and the feed per tooth, mm. `Err` says what is missing.
+    fn load(&self, milling: &EngagedMilling, point: &PathPoint) -> std::result::Result<(Load, f64), String> {
+        let teeth = self.tool.teeth.clone()?;
+        let c = milling.feed_per_tooth(point, teeth).map_err(|error| error.to_string())?;
+        let mean = milling.mean(self.engagement, teeth, c, self.way.z, lateral_share(*self.way));
+        Ok((self.in_workpiece(mean), c))
+    }
+
+    /// Returns force (N) and moment (N·mm) along the heading, to its left and to the spindle as a load in W.
+    fn in_workpiece(&self, (force, moment): (Vector3<f64>, Vector3<f64>)) -> Load {
+        // As the field has it.
+        let heading = Vector3::new(self.way.x, self.way.y, 0.0).try_normalize(LEAST_HEADING).unwrap_or_else(Vector3::x);
+        let up = Vector3::z();
+        let frame = self.axes.transpose() * Matrix3::from_columns(&[heading, up.cross(&heading), up]);
+        Load { force_N: frame * force, moment_Nmm: frame * moment }
+    }
+
+    /// Returns the load on a drill at the feed `f`, mm/rev, in W; within, why its law does not know it. `Err` if tool and law contradict.
+    fn load_of_drill(
+        &self,
+        drill: &Drilling,
+        f: f64,
+    ) -> std::result::Result<std::result::Result<Load, UnknownForce>, String> {
+        let Self { engagement, tool, axes, way } = self;
+        let radius = tool.cutter.radius_mm();
+        if !is_drilling(in_tool_axes(way)) {
+            return Ok(Err(UnknownForce::Aside));
+        }
+        if let (Some(lips), DrillingLaw::Kienzle { point_angle, .. }) = (drill.lips(), drill.law) {
+            let own_deg = 2.0 * libm::atan2(radius, tool.cutter.nose_height_mm()).to_degrees();
+            if (own_deg - point_angle.to_degrees()).abs() > SAME_ANGLE_DEG {
+                return Err(format!(
+                    "drills with a point of {own_deg:.1}° by its tool and {:.1}° by its force: expected one angle",
+                    point_angle.to_degrees()
+                ));
+            }
+            // It is fed along its axis, whatever its motion leans.
+            return Ok(Ok(self.in_workpiece(lips.mean(engagement, LIPS, f / f64::from(LIPS), -1.0, 0.0))));
+        }
+        let whole = std::f64::consts::PI * radius * radius;
+        if engagement.volume_per_mm < SOLID * whole {
+            return Ok(Err(UnknownForce::PartlySolid));
+        }
+        let rows = [0, 1, 2].map(|axis| axes.row(axis).transpose());
+        let tool_axes = Matrix3::from_columns(&[rows[0], -rows[1], -rows[2]]);
+        Ok(Ok(PathLoad::Drilling(drill.force(f)).on_tool(axes.transpose() * *way, &tool_axes)))
+    }
+
+    /// Returns how the tool bends in itself; `None` on a way along its axis. `Err` if it cuts with what is in its holder.
+    fn bend(&self, milling: &EngagedMilling, stub: &Stub, c: f64) -> std::result::Result<Option<Bend>, String> {
+        let Self { engagement, tool, axes, way } = self;
+        if engagement.depth_mm >= stub.stick_out_mm {
+            return Err(format!(
+                "cuts {:.2} mm deep with a tool that sticks out {} mm: expected less, as the holder would cut",
+                engagement.depth_mm, stub.stick_out_mm
+            ));
+        }
+        let share = lateral_share(**way);
+        let Some(heading) = Vector3::new(way.x, way.y, 0.0).try_normalize(LEAST_HEADING).filter(|_| share == 1.0)
+        else {
+            return Ok(None);
+        };
+        let left = axes.transpose() * Vector3::z().cross(&heading);
+        let bend = milling.bend(stub, engagement, tool.teeth.clone()?, c, way.z, left);
+        let walls = bend.walls.iter().flatten().flat_map(|wall| wall.bends_mm);
+        let most = walls.fold(bend.aimed_mm.norm(), |most, own| most.max(f64::from(own).abs()));
+        if most > MOST_BEND * tool.cutter.radius_mm() {
+            return Err(format!(
+                "bends its tool by {most:.3} mm, more than a tenth of its radius: expected another youngs_modulus_N_per_mm2, stick_out_mm or holder_N_per_mm"
+            ));
+        }
+        Ok(Some(bend))
+    }
 }
 
 /// Returns a direction of the field in axes of the tool.
 fn in_tool_axes(way: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(way.x, -way.y, -way.z)
-}
-
-/// Returns the load on a drill that engages so on its `way` at the feed `f`, mm/rev, in W; within, why its law does not know it. `Err` if tool and law contradict.
-fn load_of_drill(
-    (drill, f): (&Drilling, f64),
-    (engagement, tool): (&Engagement, &StockTool),
-    (axes, way): (&Axes, &Vector3<f64>),
-) -> std::result::Result<std::result::Result<Load, UnknownForce>, String> {
-    let radius = tool.cutter.radius_mm();
-    if !is_drilling(in_tool_axes(way)) {
-        return Ok(Err(UnknownForce::Aside));
-    }
-    if let (Some(lips), DrillingLaw::Kienzle { point_angle, .. }) = (drill.lips(), drill.law) {
-        let own_deg = 2.0 * libm::atan2(radius, tool.cutter.nose_height_mm()).to_degrees();
-        if (own_deg - point_angle.to_degrees()).abs() > SAME_ANGLE_DEG {
-            return Err(format!(
-                "drills with a point of {own_deg:.1}° by its tool and {:.1}° by its force: expected one angle",
-                point_angle.to_degrees()
-            ));
-        }
-        // It is fed along its axis, whatever its motion leans.
-        return Ok(Ok(in_workpiece(lips.mean(engagement, LIPS, f / f64::from(LIPS), -1.0, 0.0), (axes, way))));
-    }
-    let whole = std::f64::consts::PI * radius * radius;
-    if engagement.volume_per_mm < SOLID * whole {
-        return Ok(Err(UnknownForce::PartlySolid));
-    }
-    let rows = [0, 1, 2].map(|axis| axes.row(axis).transpose());
-    let tool_axes = Matrix3::from_columns(&[rows[0], -rows[1], -rows[2]]);
-    Ok(Ok(PathLoad::Drilling(drill.force(f)).on_tool(axes.transpose() * way, &tool_axes)))
-}
-
-/// Returns how the tool bends in itself; `None` on a way along its axis. `Err` if it cuts with what is in its holder.
-fn bend(
-    (milling, stub): (&EngagedMilling, &Stub),
-    (engagement, tool): (&Engagement, &StockTool),
-    (axes, way): (&Axes, &Vector3<f64>),
-    c: f64,
-) -> std::result::Result<Option<Bend>, String> {
-    if engagement.depth_mm >= stub.stick_out_mm {
-        return Err(format!(
-            "cuts {:.2} mm deep with a tool that sticks out {} mm: expected less, as the holder would cut",
-            engagement.depth_mm, stub.stick_out_mm
-        ));
-    }
-    let share = lateral_share(*way);
-    let Some(heading) = Vector3::new(way.x, way.y, 0.0).try_normalize(LEAST_HEADING).filter(|_| share == 1.0) else {
-        return Ok(None);
-    };
-    let left = axes.transpose() * Vector3::z().cross(&heading);
-    let bend = milling.bend(stub, engagement, tool.teeth.clone()?, c, way.z, left);
-    let walls = bend.walls.iter().flatten().flat_map(|wall| wall.bends_mm);
-    let most = walls.fold(bend.aimed_mm.norm(), |most, own| most.max(f64::from(own).abs()));
-    if most > MOST_BEND * tool.cutter.radius_mm() {
-        return Err(format!(
-            "bends its tool by {most:.3} mm, more than a tenth of its radius: expected another youngs_modulus_N_per_mm2, stick_out_mm or holder_N_per_mm"
-        ));
-    }
-    Ok(Some(bend))
 }
 
 /// Returns what is told of an engagement at feed per tooth `c`, mm.

@@ -129,7 +129,7 @@ impl VerdictTable {
             return check.key("causes").fail("is empty: expected at least one cause, or no such key".into());
         }
         let known = |(cause, spec): (&Cause, &KnownSpec)| -> Result<Entry> {
-            let name = serde_plain(*cause);
+            let name = cause.words().replace(' ', "_");
             let check = check.key(&format!("known.{name}"));
             if COMPUTED.contains(cause) {
                 return check.fail(format!(
@@ -165,11 +165,6 @@ impl VerdictTable {
         known.extend(heat.filter(|heat| known.iter().all(|own| own.cause != heat.cause)));
         Ok(Self { scope, known })
     }
-}
-
-/// Returns the name of a cause in files.
-fn serde_plain(cause: Cause) -> String {
-    cause.words().replace(' ', "_")
 }
 
 /// What of a path, a program or a place is known besides machine and process.

@@ -84,7 +84,7 @@ pub(super) fn cases<P, L>(
         let mut farthest: Option<(f64, FieldCase)> = None;
         for load in tried {
             let own = case(place, load)?;
-            let found = error_at(&mut session, &machines.nominal, (&own, 0), 1.0);
+            let found = error_at(&mut session, &machines.nominal, &own, 0, 1.0);
             let size = found.map_or(f64::INFINITY, |error| controlled_size(&machines.nominal, error));
             if farthest.as_ref().is_none_or(|(most, _)| size > *most) {
                 farthest = Some((size, own));
@@ -102,7 +102,8 @@ pub(super) fn cases<P, L>(
 fn error_at(
     session: &mut Session,
     nominal: &Machine,
-    (case, way): (&FieldCase, usize),
+    case: &FieldCase,
+    way: usize,
     factor: f64,
 ) -> Found<Vector3<f64>> {
     session.set_rigid(&case.at);
@@ -127,7 +128,8 @@ impl FieldSpread {
     /// Of `cases` and of `work`.
     pub(super) fn new(
         uncertainty: Option<&Uncertainty>,
-        (machines, errors): (&Machines, &[ChainError]),
+        machines: &Machines,
+        errors: &[ChainError],
         cases: impl FnOnce() -> Result<Vec<FieldCase>>,
         tolerance_mm: Option<f64>,
         work: &Work,
@@ -186,7 +188,7 @@ fn sizes(
 ) -> Vec<Found<f64>> {
     let mut session = machines.session(Source::All);
     let mut size = |case: &FieldCase, way: usize| {
-        let mut error = |factor: f64| error_at(&mut session, nominal, (case, way), factor);
+        let mut error = |factor: f64| error_at(&mut session, nominal, case, way, factor);
         let loaded = error(factors.all)?;
         let free = drawn.has_model_error().then(|| error(0.0)).transpose()?;
         // No workpiece is turned in a box.

@@ -86,7 +86,7 @@ impl Study {
         let (folder, check) = (folder.into().recording(), Check::collecting(origin));
         let spec: StudySpec = spec::parse(text, origin)?;
         let (header, table) = spec.split(&check)?;
-        let study = Self::resolved((text, origin), &folder, (&header, &table), overrides, &check);
+        let study = Self::resolved(text, origin, &folder, &header, &table, overrides, &check);
         let named = folder.recorded();
         let study = check.with_misfits(study, &format!("machine {}", header.machine), |file| match file == origin {
             true => Some(text),
@@ -100,9 +100,11 @@ impl Study {
 
     /// Checks the keys `header` that all studies have, and the `table` of the question; returns the study without its files.
     fn resolved(
-        (text, origin): (&str, &str),
+        text: &str,
+        origin: &str,
         folder: &Folder,
-        (header, table): (&spec::Header, &QuestionTable),
+        header: &spec::Header,
+        table: &QuestionTable,
         overrides: &Overrides,
         check: &Check,
     ) -> Result<Study> {

@@ -125,7 +125,7 @@ impl Region<'_> {
     ) -> Result<(Grid, Vec<f64>, Inputs)> {
         let check = &context.check;
         let corners = corners_or_default(self.min_mm, self.max_mm, default, check)?;
-        let grid = box_grid(corners, self.grid, context.overrides, (most, check))?;
+        let grid = box_grid(corners, self.grid, context.overrides, most, check)?;
         let size = grid_input(grid.counts());
         Ok((grid, self.checked_slice_heights(corners, check)?, size))
     }
@@ -173,7 +173,8 @@ pub(super) fn box_grid(
     [min, max]: [Vector3<f64>; 2],
     counts: [usize; 3],
     overrides: &Overrides,
-    (most, check): (usize, &Check),
+    most: usize,
+    check: &Check,
 ) -> Result<Grid> {
     match overrides.grid {
         Some(counts) => grid_between(min, max, counts, most, &Overrides::location("grid")),

@@ -118,7 +118,7 @@ impl BegunRun<'_> {
     pub fn run(self, stop: Arc<AtomicBool>, watch: impl Fn(Event) + Send + Sync + 'static) -> Result<FinishedRun> {
         let Self { run, checkpoint, parts, lock: _lock } = self;
         let resumed = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged_count() };
-        let work = Work::with_parts((Some(checkpoint), parts, None), stop, Box::new(watch));
+        let work = Work::with_parts(Some(checkpoint), parts, None, stop, Box::new(watch));
         work.tell(resumed);
         match run.answer(&work) {
             // Nothing is left to go on with once the results are written.

@@ -148,7 +148,8 @@ impl Study {
         let before = if before.is_empty() { None } else { Some(Parts::before(before, &origin)?) };
         before.as_ref().map_or(Ok(()), |before| check_same_division(before, share))?;
         let mut head = self.part_head(&origin, share, before.as_ref().map_or(1, |parts| parts.rounds() + 1));
-        let work = Work::with_parts((Some(Checkpoint::unnamed(&origin)?), before, Some(share)), stop, Box::new(watch));
+        let checkpoint = Some(Checkpoint::unnamed(&origin)?);
+        let work = Work::with_parts(checkpoint, before, Some(share), stop, Box::new(watch));
         head.is_complete = if_this_shard(self.kind.compute(&work))?.is_some();
         let mut bytes = Vec::new();
         work.write_part(head, &mut bytes)?;
@@ -204,7 +205,7 @@ impl Study {
         protect_unfinished_run(&state, &origin, options.begin)?;
         let checkpoint = open_checkpoint(&state, &origin, options.begin)?;
         let resumed = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged_count() };
-        let work = Work::with_parts((Some(checkpoint), before, Some(share)), stop, Box::new(watch));
+        let work = Work::with_parts(Some(checkpoint), before, Some(share), stop, Box::new(watch));
         work.tell(resumed);
         let mut head = self.part_head(&origin, share, options.round);
         head.opened = options.opened.to_json()?;

@@ -165,13 +165,15 @@ impl Default for Work {
 impl Work {
     /// Returns work that is kept in `checkpoint`, stopped by setting `stop`, and observed by `watch`.
     pub fn new(checkpoint: Option<Checkpoint>, stop: Arc<AtomicBool>, watch: Watch) -> Self {
-        Self::with_parts((checkpoint, None, None), stop, watch)
+        Self::with_parts(checkpoint, None, None, stop, watch)
     }
 
     /// Returns work as [`Work::new`] does, but the pieces of `parts`, found before, need not be computed, and of sharded pieces only those
     /// that `share` holds are computed.
     pub fn with_parts(
-        (checkpoint, parts, share): (Option<Checkpoint>, Option<Parts>, Option<Share>),
+        checkpoint: Option<Checkpoint>,
+        parts: Option<Parts>,
+        share: Option<Share>,
         stop: Arc<AtomicBool>,
         watch: Watch,
     ) -> Self {

@@ -98,7 +98,8 @@ struct BruteForce([Vec<f64>; 2]);
 impl BruteForce {
     /// Solves each of `cases`: task, configuration and drives of each way.
     fn new(
-        (machines, uncertainty): (&Machines, &Uncertainty),
+        machines: &Machines,
+        uncertainty: &Uncertainty,
         errors: &[kinetostat::machine::ChainError],
         cases: &[(TaskPoint, kinetostat::machine::Configuration, [Vec<f64>; 2])],
         count: usize,
@@ -174,7 +175,7 @@ fn tables_agree_with_brute_force() {
         }
         let machines = Machines::new(&asked.machine, &asked.errors).unwrap();
         let uncertainty = asked.uncertainty.as_ref().unwrap();
-        let expected = BruteForce::new((&machines, uncertainty), &asked.errors, &cases, count);
+        let expected = BruteForce::new(&machines, uncertainty, &asked.errors, &cases, count);
         let spread = found.spread.unwrap();
         expected.check(name, &spread, 0.03);
         assert!(spread.ways[1].largest.p95_mm.unwrap() > 5.0 * found.with_table.error_mm, "{name}");
@@ -216,7 +217,7 @@ fn code_agrees_with_brute_force() {
             cases.push((task, at.clone(), [at.drives.clone(), corrected]));
         }
     }
-    let expected = BruteForce::new((&machines, &uncertainty), &errors, &cases, 512);
+    let expected = BruteForce::new(&machines, &uncertainty, &errors, &cases, 512);
     expected.check("code", made.spread.as_ref().unwrap(), 0.0);
     assert!(made.field_words().unwrap()[0].contains("better than no correction with"));
 }

@@ -81,11 +81,12 @@ struct PointRows {
 }
 
 impl KeptRows {
-    /// Starts the choice from a table with `columns` of so many `points`, in which the largest values of the columns `ranked_by` are the worst.
+    /// Starts the choice from a table with `columns` of so many `points` with `rows_per_point` each, in which the largest values of the columns `ranked_by` are the worst.
     /// `None` where all rows are written.
     pub fn new(
         columns: &[Column],
-        (points, rows_per_point): (usize, usize),
+        points: usize,
+        rows_per_point: usize,
         ranked_by: &[&str],
         written: WrittenRows,
     ) -> Option<Self> {

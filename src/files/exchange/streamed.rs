@@ -30,7 +30,8 @@ impl StreamedTable {
         folder: &Path,
         stem: &str,
         columns: &[Column],
-        (formats, kept): (&[Format], Option<KeptRows>),
+        formats: &[Format],
+        kept: Option<KeptRows>,
     ) -> Result<Self> {
         let open = |ending: &str| {
             let path = folder.join(format!("{stem}.{ending}"));

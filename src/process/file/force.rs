@@ -25,7 +25,8 @@ const MAX_TEETH: u32 = 100;
 
 /// Checks the cutting forces of single tools (by number) and features (by text); returns them with the files that they come from.
 pub(super) fn own_forces(
-    (of_tool, of_feature): (&BTreeMap<String, ForceSpec>, &BTreeMap<String, ForceSpec>),
+    of_tool: &BTreeMap<String, ForceSpec>,
+    of_feature: &BTreeMap<String, ForceSpec>,
     has_stock: bool,
     folder: &Folder,
     top: &Check,

@@ -202,7 +202,7 @@ impl Process {
         #[cfg(not(target_family = "wasm"))]
         if let Some(stock) = &self.stock {
             let law = |point: &PathPoint| self.own_forces.law_at(point).unwrap_or(&self.cutting);
-            return stock.cut(path, (&self.machine, &self.placement), law, (origin, done));
+            return stock.cut(path, &self.machine, &self.placement, law, origin, done);
         }
         #[cfg(target_family = "wasm")]
         let _ = done;
@@ -218,8 +218,8 @@ impl Process {
         origin: &str,
     ) -> Result<Option<CutPath>> {
         let law = |point: &PathPoint| self.own_forces.law_at(point).unwrap_or(&self.cutting);
-        let cut =
-            |stock: &StockRemoval| stock.cut_shifted(path, (&self.machine, &self.placement), shifts, (law, origin));
+        let placed = self.placement.place(&self.machine);
+        let cut = |stock: &StockRemoval| stock.cut_shifted(path, &placed, shifts, law, origin);
         self.stock.as_ref().map(cut).transpose()
     }
 

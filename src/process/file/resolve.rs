@@ -67,7 +67,7 @@ fn process(
     #[cfg(target_family = "wasm")]
     let (has_stock, mesh) = (false, Default::default());
     let (cutting, wrenches) = cutting_law(&spec.force, has_stock, folder, &check.key("force"))?;
-    let (own_forces, own_tables) = own_forces((&spec.force_of_tool, &spec.force_of_feature), has_stock, folder, check)?;
+    let (own_forces, own_tables) = own_forces(&spec.force_of_tool, &spec.force_of_feature, has_stock, folder, check)?;
     if has_stock && cutting == CuttingLaw::None && own_forces.is_empty() {
         return check.key("force").fail("missing: expected end_milling or drilling, as [stock] is cut".into());
     }

@@ -183,7 +183,7 @@ pub(super) fn stock(
     }
     let cell_mm = check_stock.key("cell_mm").optional_positive(spec.cell_mm)?;
     let frequencies = spec.natural_frequencies_hz.clone();
-    Ok((Some(StockRemoval::new((shape, part, cell_mm), by_number, frequencies, sampling, check_stock)), inputs))
+    Ok((Some(StockRemoval::new(shape, part, cell_mm, by_number, frequencies, sampling, check_stock)), inputs))
 }
 
 /// Reads the programs that have cut the stock of `process` before.

@@ -38,6 +38,18 @@ impl ForceDraws {
     }
 }
 
+/// How all that is drawn is distributed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Distributions<'a> {
+    pub parameters: &'a [UncertainParameter],
+    /// Indices of the parameters whose numbers are the products of `factor` with independent ones.
+    pub correlated: &'a [usize],
+    pub factor: &'a DMatrix<f64>,
+    pub force: ForceSpread,
+    /// By how much the model is wrong.
+    pub model_std: f64,
+}
+
 /// Draws of all uncertain quantities, in scrambles that are independent of one another.
 #[derive(Debug, Clone)]
 pub struct Draws {
@@ -83,26 +95,20 @@ impl Draws {
     /// Number of draws.
     pub const COUNT: usize = Self::SCRAMBLES * Self::PER_SCRAMBLE;
 
-    /// Draws of `parameters`, of a force with the distribution `force`, and of a model that is wrong by `model_std`. Those of the parameters with the
-    /// indices `correlated` are the products of `factor` with independent ones.
-    pub fn new(
-        parameters: &[UncertainParameter],
-        correlated: (&[usize], &DMatrix<f64>),
-        force_and_model: (ForceSpread, f64),
-        seed: u32,
-    ) -> Self {
-        let layout = (Self::SCRAMBLES, Self::PER_SCRAMBLE);
-        Self::in_scrambles(parameters, correlated, force_and_model, (seed, seed.into()), layout)
+    /// Draws of what is distributed so, made from `seed`.
+    pub(super) fn new(distributions: Distributions<'_>, seed: u32) -> Self {
+        Self::in_scrambles(distributions, seed, seed.into(), Self::SCRAMBLES, Self::PER_SCRAMBLE)
     }
 
-    /// The draws as in [`Self::new`], but in other `scrambles` with as many draws each. Their random numbers are those of `random`, made from `seed`.
+    /// The draws as in [`Self::new`], but in other `scrambles` with `per_scramble` draws each. Their random numbers are those of `random`, made from `seed`.
     pub(super) fn in_scrambles(
-        parameters: &[UncertainParameter],
-        (correlated, factor): (&[usize], &DMatrix<f64>),
-        (force, model_std): (ForceSpread, f64),
-        (seed, random): (u32, u64),
-        (scrambles, per_scramble): (usize, usize),
+        distributions: Distributions<'_>,
+        seed: u32,
+        random: u64,
+        scrambles: usize,
+        per_scramble: usize,
     ) -> Self {
+        let Distributions { parameters, correlated, factor, force, model_std } = distributions;
         let (of_model, count) = (if model_std > 0.0 { MODEL_DIMENSIONS } else { 0 }, scrambles * per_scramble);
         // Those of tool wear, of further tools and of components come last, behind those of the model whether they are drawn or not, so that they change no
         // others.

@@ -13,6 +13,7 @@ mod spread;
 mod surrogate;
 
 pub use covariance::{COVARIANCE_COLUMNS, DISTRIBUTIONS, MODEL};
+use draws::Distributions;
 pub use draws::Draws;
 pub use resolve::{CutBy, UNMEASURED_FORCE_STD, UncertaintyTable, refuse};
 pub use shares::{CauseShare, Shares, Varying};
@@ -475,21 +476,22 @@ impl Uncertainty {
             }
             Cause::Model => return None,
         };
-        let Draws { correlated, factor, seed, .. } = &self.draws;
-        own.draws = Draws::new(&own.parameters, (correlated, factor), (own.force, own.model.relative_std), *seed);
+        own.draws = Draws::new(own.distributions(), own.draws.seed);
         Some((own, words))
     }
 
     /// The same with `count` draws that are independent of one another and of these.
     #[must_use]
     pub fn with_independent_draws(&self, count: usize) -> Self {
-        let Draws { correlated, factor, seed, .. } = &self.draws;
-        let force_and_model = (self.force, self.model.relative_std);
+        let seed = self.draws.seed;
         // One draw of each scramble; no other random numbers of a seed have this bit ([`sobol::points`]).
-        let (random, layout) = (u64::from(*seed) | 1 << 44, (count, 1));
-        let draws =
-            Draws::in_scrambles(&self.parameters, (correlated, factor), force_and_model, (*seed, random), layout);
+        let draws = Draws::in_scrambles(self.distributions(), seed, u64::from(seed) | 1 << 44, count, 1);
         Self { draws, ..self.clone() }
+    }
+
+    fn distributions(&self) -> Distributions<'_> {
+        let (Draws { correlated, factor, .. }, model_std) = (&self.draws, self.model.relative_std);
+        Distributions { parameters: &self.parameters, correlated, factor, force: self.force, model_std }
     }
 
     /// Whether the median of each parameter and of the force is its nominal value, so that a 95 % quantile of a distance is not below the nominal one.

@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 use super::{
     Draws, ForceSpread, ModelError, Role, Setup, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
     covariance::Covariance,
+    draws::Distributions,
     spec::{
         ChainErrorToleranceSpec, ForceComponentsSpec, MachineUncertaintySpec, ParameterUncertaintySpec,
         ProcessUncertaintySpec, SpreadSpec, UncertaintySpec,
@@ -179,7 +180,7 @@ impl UncertaintyTable {
             return self.check.key("process.wear_force_increase").fail(problem);
         }
         let covariance = self.covariance.as_ref().map(|(bytes, origin)| (&bytes[..], &origin[..]));
-        resolve(&self.spec, covariance, (machine, errors), cut.tools, &self.check)
+        resolve(&self.spec, covariance, machine, errors, cut.tools, &self.check)
     }
 }
 
@@ -228,7 +229,8 @@ fn stated_accuracy(accuracy: &Accuracy) -> impl Iterator<Item = UncertainParamet
 fn resolve(
     spec: &UncertaintySpec,
     covariance: Option<(&[u8], &str)>,
-    (machine, errors): (&Machine, &[ChainError]),
+    machine: &Machine,
+    errors: &[ChainError],
     cutting: &[Option<u32>],
     check: &Check,
 ) -> Result<Uncertainty> {
@@ -306,7 +308,8 @@ fn resolve(
         };
         return check.fail(nothing.into());
     }
-    let draws = Draws::new(&parameters, (&correlated, &factor), (force, model.relative_std), spec.seed);
+    let (correlated, factor, model_std) = (&correlated[..], &factor, model.relative_std);
+    let draws = Draws::new(Distributions { parameters: &parameters, correlated, factor, force, model_std }, spec.seed);
     Ok(Uncertainty { machine, parameters, cut, finds_no_provenance, is_exact_by_choice, force, tools, model, draws })
 }
 

@@ -69,12 +69,7 @@ impl Polynomial {
 
     /// Computes its components in the draws from `from` on, on this pass of the tool, of its constant and these `terms`.
     #[inline(always)]
-    fn evaluate(
-        &self,
-        terms: &[usize],
-        (draws, from, pass): (&Draws, usize, usize),
-        [xs, ys, zs]: &mut [[f64; CHUNK]; 3],
-    ) {
+    fn evaluate(&self, terms: &[usize], draws: &Draws, from: usize, pass: usize, [xs, ys, zs]: &mut [[f64; CHUNK]; 3]) {
         let [x, y, z]: [f64; 3] = self.constant.into();
         (*xs, *ys, *zs) = ([x; CHUNK], [y; CHUNK], [z; CHUNK]);
         for &term in terms {
@@ -218,22 +213,23 @@ impl Sampling<'_> {
         let (mut free, mut own, mut more) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
         let mut buffers = [[[0.0; CHUNK]; 3]; Harmonics::COUNT];
         let turning = surrogate.turning.as_ref().filter(|_| terms.len() >= Turning::FEWEST_TERMS);
-        let (sizes, _) = sizes.as_chunks_mut::<CHUNK>();
+        let ((sizes, _), pass) = (sizes.as_chunks_mut::<CHUNK>(), surrogate.pass);
         for (number, sizes) in sizes.iter_mut().enumerate() {
             let from = number * CHUNK;
-            let at = (*draws, from, surrogate.pass);
-            surrogate.unloaded.evaluate(terms, at, &mut free);
+            surrogate.unloaded.evaluate(terms, draws, from, pass, &mut free);
             let force = force.map_or(&[1.0; CHUNK], |own| chunk(own, from));
             if let Some(own) = turning {
-                own.harmonics.iter().zip(&mut buffers).for_each(|(own, all)| own.evaluate(terms, at, all));
+                for (own, all) in own.harmonics.iter().zip(&mut buffers) {
+                    own.evaluate(terms, draws, from, pass, all);
+                }
             }
             for (number, load) in surrogate.by_load.iter().enumerate() {
                 match turning {
-                    None => load.evaluate(terms, at, &mut own),
+                    None => load.evaluate(terms, draws, from, pass, &mut own),
                     Some(Turning { waves, .. }) => add_harmonics(load.constant, &waves[number], &buffers, &mut own),
                 }
                 for (polynomial, factor) in *added {
-                    polynomial.evaluate(terms, at, &mut more);
+                    polynomial.evaluate(terms, draws, from, pass, &mut more);
                     let factor = chunk(factor, from);
                     for (all, more) in own.iter_mut().zip(&more) {
                         (0..CHUNK).for_each(|i| all[i] += factor[i] * more[i]);
@@ -388,7 +384,7 @@ impl Surrogate {
         let added = self.components.iter().filter(|_| varying.force);
         let added: Vec<_> = added.map(|(own, added)| (added, draws.component(self.tool, *own))).collect();
         let force = varying.force.then(|| draws.force_of(self.tool));
-        self.sample(draws, &varying.terms, (force, &added), varying.model, count)
+        self.sample(draws, &varying.terms, force, &added, varying.model, count)
     }
 
     /// As [`Surrogate::largest_displacements`], where only the parameters `terms` vary, `force` is the factor of the force and `added` what its components do, and the
@@ -397,7 +393,8 @@ impl Surrogate {
         &self,
         draws: &Draws,
         terms: &[usize],
-        (force, added): (Option<&[f64]>, &Added<'_>),
+        force: Option<&[f64]>,
+        added: &Added<'_>,
         model: bool,
         count: usize,
     ) -> Vec<f64> {
@@ -420,12 +417,12 @@ impl Surrogate {
     /// Variance of the length of the longest displacement under all loads, mm², by each of `causes` alone, over the draws of the first scramble.
     pub fn variances<'a>(&self, draws: &Draws, causes: impl Iterator<Item = &'a Cause>) -> Vec<f64> {
         let alone = |terms: &[usize], force: Option<&[f64]>, model| {
-            variance(&self.sample(draws, terms, (force, &[]), model, Draws::PER_SCRAMBLE))
+            variance(&self.sample(draws, terms, force, &[], model, Draws::PER_SCRAMBLE))
         };
         let of_component = |which: usize| {
             let (_, added) = self.components.iter().find(|(own, _)| *own == which)?;
             let added = [(added, draws.component(self.tool, which))];
-            Some(variance(&self.sample(draws, &[], (None, &added), false, Draws::PER_SCRAMBLE)))
+            Some(variance(&self.sample(draws, &[], None, &added, false, Draws::PER_SCRAMBLE)))
         };
         let factors = |which: usize| -> Vec<f64> {
             (0..Draws::PER_SCRAMBLE).map(|draw| draws.sharp_and_wear(self.tool, draw)[which]).collect()

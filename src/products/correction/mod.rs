@@ -159,8 +159,8 @@ pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionRe
     let tables = per_joint.as_ref().ok().map(|(tables, _)| Corrector::PerJoint(tables));
     let ways: Vec<_> = [Corrector::Nothing, Corrector::Table(&table)].into_iter().chain(tables).collect();
     let cases = || field_cases(question, &machines, &ways, [&without, &with_table]);
-    let inputs = (&machines, &question.errors[..]);
-    let spread = FieldSpread::new(question.uncertainty.as_ref(), inputs, cases, Some(question.judged_mm), work)?;
+    let (uncertainty, tolerance_mm) = (question.uncertainty.as_ref(), Some(question.judged_mm));
+    let spread = FieldSpread::new(uncertainty, &machines, &question.errors, cases, tolerance_mm, work)?;
     Ok(CorrectionResult { table, with_table, at_nodes_mm, without, per_joint, spread })
 }
 

@@ -158,9 +158,9 @@ impl UnfinishedFiles {
     fn new(job: &ProgramJob, files: &ProgramFiles) -> Result<Self> {
         let made = staging_beside(&files.out)?;
         let columns = program_columns(job);
-        let kept = KeptRows::new(&columns, (job.path.len(), 1), &PROGRAM_RANKS, files.rows);
+        let kept = KeptRows::new(&columns, job.path.len(), 1, &PROGRAM_RANKS, files.rows);
         let name = files.file_named(POINTS);
-        let points = StreamedTable::new(made.path(), &name, &columns, (&[Format::Csv], kept))?;
+        let points = StreamedTable::new(made.path(), &name, &columns, &[Format::Csv], kept)?;
         Ok(Self { made, points, findings: Findings::new(job)? })
     }
 }

@@ -12,7 +12,7 @@ use super::{ProgramAsWritten, ProgramJob};
 use crate::{
     input::error::Result,
     process::{
-        machined::{Course, FactorAt, GOUGE_MM, Left, MachinedSurface},
+        machined::{Course, GOUGE_MM, Left, MachinedSurface},
         stock::StockRemoval,
         uncertainty::{Draws, P95, quantile},
     },
@@ -184,11 +184,13 @@ impl Wanted<'_> {
         let draws = &self.path.drawn.uncertainty.draws;
         let factor = |k: usize| draws.factors(self.tool_index(k), draw).all;
         let rotations = &self.rotations[usize::from(command == Command::Compensated)];
-        let course = (Course { errors_mm: &course, rotations }, &factor as &FactorAt<'_>);
+        let course = Course { errors_mm: &course, rotations };
         let (deviations, makers) = self.stock.deviations(
-            (&self.job.path, &self.surface.axes),
+            &self.job.path,
+            &self.surface.axes,
             &self.surface.patches,
             course,
+            &factor,
             &self.job.name,
         )?;
         let against = self.stock.against_part(self.surface, &deviations);

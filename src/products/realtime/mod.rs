@@ -182,8 +182,8 @@ pub fn generate(question: Question) -> Result<Realtime> {
         question,
     };
     let Question { machines, errors, uncertainty, tolerance_mm, .. } = &realtime.question;
-    let (inputs, cases) = ((machines, &errors[..]), || realtime.field_cases());
-    realtime.spread = FieldSpread::new(uncertainty.as_ref(), inputs, cases, *tolerance_mm, &Work::default())?;
+    let (uncertainty, cases) = (uncertainty.as_ref(), || realtime.field_cases());
+    realtime.spread = FieldSpread::new(uncertainty, machines, errors, cases, *tolerance_mm, &Work::default())?;
     Ok(realtime)
 }
 

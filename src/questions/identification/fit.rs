@@ -100,6 +100,15 @@ pub struct Fit {
     pub is_converged: bool,
 }
 
+/// Where a search ended, as in [`Fit`]; `scale` is the factor on standard deviations of readings.
+struct SearchEnd {
+    x: DVector<f64>,
+    predicted: Predicted,
+    scale: f64,
+    steps: usize,
+    is_converged: bool,
+}
+
 /// Returns the values of all readings of `measurements` in order, mm and rad.
 pub(super) fn measured_values(measurements: &[&Measurement]) -> DVector<f64> {
     let values: Vec<f64> = measurements.iter().flat_map(|m| m.readings.iter().map(|reading| reading.value)).collect();
@@ -184,7 +193,7 @@ impl Search<'_> {
             // The scatter is that of the values found so far.
             scale = self.noise_scale(&((&values - &predicted.values).component_div(&noise_stds)));
         }
-        Ok(self.fit_at(x, predicted, measurements, &noise_stds, scale, (steps, is_converged)))
+        Ok(self.fit_at(SearchEnd { x, predicted, scale, steps, is_converged }, measurements, &noise_stds))
     }
 
     /// Clamps coordinates `x` to the limits of the search.
@@ -234,16 +243,9 @@ impl Search<'_> {
         (information, gradient)
     }
 
-    /// Returns the fit at coordinates `x` with the readings `predicted` there: residuals of `measurements`, covariance, null space, noise test.
-    fn fit_at(
-        &self,
-        x: DVector<f64>,
-        predicted: Predicted,
-        measurements: &[&Measurement],
-        noise_stds: &DVector<f64>,
-        scale: f64,
-        (steps, is_converged): (usize, bool),
-    ) -> Fit {
+    /// Returns the fit where a search ended: residuals of `measurements`, covariance, null space, noise test.
+    fn fit_at(&self, end: SearchEnd, measurements: &[&Measurement], noise_stds: &DVector<f64>) -> Fit {
+        let SearchEnd { x, predicted, scale, steps, is_converged } = end;
         let residuals = measured_values(measurements) - &predicted.values;
         let r = residuals.component_div(noise_stds) / scale;
         let weights = r.map(|r| self.loss.weight(r));

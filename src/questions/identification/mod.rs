@@ -212,14 +212,14 @@ pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Resu
         true => None,
         false => advice::advise(&search, &fit, &study.measurements, work)?,
     };
-    let mut models = vec![score_model(study, "the study", (&search, Some(&fit)), work)?];
+    let mut models = vec![score_model(study, "the study", &search, Some(&fit), work)?];
     for (name, unknowns) in &study.alternatives {
-        models.push(score_model(study, name, (&study.fitting_problem(unknowns, &[], work), None), work)?);
+        models.push(score_model(study, name, &study.fitting_problem(unknowns, &[], work), None, work)?);
     }
-    let mut estimates: Vec<Estimate> = (0..study.unknowns.len()).map(|k| estimate(study, (&fit, misfit), k)).collect();
+    let mut estimates: Vec<Estimate> = (0..study.unknowns.len()).map(|k| estimate(study, &fit, misfit, k)).collect();
     work.check()?;
-    add_profile_intervals(study, &search, (&fit, &measurements), &mut estimates, work)?;
-    let partial = partial_machine(study, &search, (&fit, &measurements), &estimates);
+    add_profile_intervals(study, &search, &fit, &measurements, &mut estimates, work)?;
+    let partial = partial_machine(study, &search, &fit, &measurements, &estimates);
     let unit_factor = unit_factor::unit_factor(study, &fit);
     let leave_one_out = validate::leave_one_out(&fit, &study.measurements);
     let patterns = patterns::patterns(&study.machine, &fit, &study.measurements);
@@ -245,7 +245,8 @@ pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Resu
 fn partial_machine(
     study: &IdentificationStudy,
     search: &Search<'_>,
-    (fit, measurements): (&Fit, &[&Measurement]),
+    fit: &Fit,
+    measurements: &[&Measurement],
     estimates: &[Estimate],
 ) -> Option<PartialMachine> {
     let unidentified: Vec<usize> = (0..estimates.len()).filter(|&k| estimates[k].open.is_some()).collect();
@@ -265,7 +266,8 @@ fn partial_machine(
 fn add_profile_intervals(
     study: &IdentificationStudy,
     search: &Search<'_>,
-    (fit, measurements): (&Fit, &[&Measurement]),
+    fit: &Fit,
+    measurements: &[&Measurement],
     estimates: &mut [Estimate],
     work: &Work,
 ) -> Result<()> {
@@ -319,7 +321,8 @@ fn failure_at(study: &IdentificationStudy, at: Option<usize>, failure: Failure) 
 fn score_model(
     study: &IdentificationStudy,
     name: &str,
-    (search, fit): (&Search<'_>, Option<&Fit>),
+    search: &Search<'_>,
+    fit: Option<&Fit>,
     work: &Work,
 ) -> Result<SetScore> {
     let measurements: Vec<&Measurement> = study.measurements.iter().collect();
@@ -345,7 +348,7 @@ fn score_model(
 }
 
 /// Estimates unknown `k` from the fit: value, linear 95 % interval, strongest correlation.
-fn estimate(study: &IdentificationStudy, (fit, misfit): (&Fit, Option<f64>), k: usize) -> Estimate {
+fn estimate(study: &IdentificationStudy, fit: &Fit, misfit: Option<f64>, k: usize) -> Estimate {
     let (unknown, x) = (&study.unknowns[k], fit.x[k]);
     let half_width = scatter::half_width(degrees_of_freedom(study, fit)) * fit.std(k);
     let ends = [x - half_width, x + half_width].map(|x| unknown.value(x));
@@ -358,7 +361,7 @@ fn estimate(study: &IdentificationStudy, (fit, misfit): (&Fit, Option<f64>), k: 
         profile: None,
         has_no_profile: false,
         half_width,
-        open: why_not_identified(study, (fit, misfit), k, half_width),
+        open: why_not_identified(study, fit, misfit, k, half_width),
         correlated: correlated.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())),
     }
 }
@@ -366,7 +369,8 @@ fn estimate(study: &IdentificationStudy, (fit, misfit): (&Fit, Option<f64>), k: 
 /// Returns why unknown `k` is not identified; `None` if it is.
 fn why_not_identified(
     study: &IdentificationStudy,
-    (fit, misfit): (&Fit, Option<f64>),
+    fit: &Fit,
+    misfit: Option<f64>,
     k: usize,
     half_width: f64,
 ) -> Option<String> {

@@ -60,7 +60,7 @@ impl Nodes {
     }
 
     /// Fills in what the end `end` of the parameter `own` does at the other angles; `false` where the nodes show more than the first two harmonics.
-    fn fill(&self, responses: &mut [Response], (own, end): (usize, usize)) -> bool {
+    fn fill(&self, responses: &mut [Response], own: usize, end: usize) -> bool {
         // Behind that without load.
         let loaded = &mut responses[1..];
         let mut changes = [Vector3::zeros(); Harmonics::NODES];
@@ -118,7 +118,7 @@ impl<'a> SpreadSolver<'a> {
         let mut sweep = Sweep { study, configurations, points: &mut points };
         let all = vec![true; configurations.len()];
         group.set_rigid(configurations);
-        sweep.solve(group, (&[0], &all), "without cutting force", |response, found| response.nominal = found);
+        sweep.solve(group, &[0], &all, "without cutting force", |response, found| response.nominal = found);
         let is_node = |load: &usize| {
             nodes.as_ref().is_none_or(|nodes| load.checked_sub(1).is_none_or(|angle| angle.is_multiple_of(nodes.every)))
         };
@@ -130,21 +130,21 @@ impl<'a> SpreadSolver<'a> {
                     response.ends[own][end] = Some(found);
                 });
                 group.set_rigid(configurations);
-                sweep.solve(group, (&at_nodes, &all), &words, put);
+                sweep.solve(group, &at_nodes, &all, &words, put);
                 let Some(nodes) = &nodes else { continue };
                 let is_rough = |point: &mut Option<Responses>| match point {
-                    Some(Ok(responses)) => !nodes.fill(responses, (own, end)),
+                    Some(Ok(responses)) => !nodes.fill(responses, own, end),
                     _ => false,
                 };
                 let rough: Vec<bool> = sweep.points.iter_mut().map(is_rough).collect();
                 if rough.contains(&true) {
-                    sweep.solve(group, (&others, &rough), &words, put);
+                    sweep.solve(group, &others, &rough, &words, put);
                 }
             }
         }
         let solve = |point: usize, draw: Draw<'_>| {
             work.check()?;
-            Ok(largest_displacement((study, drawn), configurations[point], draw))
+            Ok(largest_displacement(study, drawn, configurations[point], draw))
         };
         let (tolerance_mm, audits) = (study.load_case.tolerance_mm, FEWEST_AUDITS.div_ceil(study.grid.len()));
         let audits = audits.min(MOST_AUDITS_AT_POINT);
@@ -168,7 +168,8 @@ impl<'a> SpreadSolver<'a> {
 
 /// Length of the longest displacement over φ at `at` in a draw, mm, undeflected to begin with.
 fn largest_displacement(
-    (study, drawn): (&WorkspaceMapStudy, &DrawnMachines),
+    study: &WorkspaceMapStudy,
+    drawn: &DrawnMachines,
     at: &Configuration,
     (index, machines, factors): Draw<'_>,
 ) -> Result<f64, Failure> {
@@ -210,7 +211,8 @@ impl Sweep<'_> {
     fn solve(
         &mut self,
         group: &mut SessionGroup,
-        (loads, wanted): (&[usize], &[bool]),
+        loads: &[usize],
+        wanted: &[bool],
         words: &str,
         put: impl Fn(&mut Response, Vector3<f64>),
     ) {

@@ -135,7 +135,7 @@ fn subtract_pivot_rows<R: Real>(below: &mut [R], mut length: usize, [(a, mut a_r
             Some(&b_first) if !b_first.all_zero() => {
                 let b_factor = b_first * b;
                 if uses_a {
-                    subtract_both(target, (a_first * a, a_row), (b_factor, b_row));
+                    subtract_both(target, a_first * a, a_row, b_factor, b_row);
                 } else {
                     subtract(target, b_factor, b_row);
                 }
@@ -150,7 +150,7 @@ fn subtract_pivot_rows<R: Real>(below: &mut [R], mut length: usize, [(a, mut a_r
 
 /// Subtracts `a` times `a_row` and `b` times `b_row` from `target`.
 #[inline(always)]
-fn subtract_both<R: Real>(target: &mut [R], (a, a_row): (R, &[R]), (b, b_row): (R, &[R])) {
+fn subtract_both<R: Real>(target: &mut [R], a: R, a_row: &[R], b: R, b_row: &[R]) {
     let (target, b_row) = (&mut target[..a_row.len()], &b_row[..a_row.len()]);
     for i in 0..a_row.len() {
         target[i] = target[i] - a * a_row[i] - b * b_row[i];

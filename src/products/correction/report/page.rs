@@ -115,7 +115,7 @@ fn residual_explorer(report: &Report<'_>) -> Explorer {
     let methods = ResidualPoint::CORRECTION_METHODS.into_iter().take(method_count);
     let group = Group::by_column("correction", "correction", methods.map(|[word, label, _]| (word, label)));
     let quantity = Quantity::new(["error_mm"], "largest error of the tool", "mm", Better::Smaller);
-    grid_view(&report.question.machine, (MAP, "residual.csv"), Some(group), vec![quantity])
+    grid_view(&report.question.machine, MAP, "residual.csv", Some(group), vec![quantity])
 }
 
 /// Most planes of a figure.

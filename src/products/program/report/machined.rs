@@ -75,7 +75,7 @@ impl Courses {
     ) -> Result<Option<Machined>> {
         let Some(stock) = &job.process.stock else { return Ok(None) };
         let courses = [0, 1].map(|k| Course { errors_mm: &self.errors[k], rotations: &self.rotations[k] });
-        let surface = stock.machined(&job.path, (&job.machine, &job.process.placement), &courses, name)?;
+        let surface = stock.machined(&job.path, &job.process.placement.place(&job.machine), &courses, name)?;
         let tolerance = |patch: &Patch| tolerance_mm(job, patch.tag);
         let sides = [0, 1].map(|course| Side::new(&surface, &surface.deviations[course], &tolerance, &|_| true));
         let part = PartSides::new(&surface, job);

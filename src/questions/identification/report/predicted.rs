@@ -29,11 +29,7 @@ pub struct PredictedRows {
 
 /// Fits the study and predicts the readings of the rows in the CSV text `source`, called `file` in messages. Without a fit each row says
 /// why. `Err` as of [`identification::read`], or if the work was stopped.
-pub fn predict_rows(
-    study: &IdentificationStudy,
-    (source, file): (&[u8], &str),
-    work: &Work,
-) -> InputResult<PredictedRows> {
+pub fn predict_rows(study: &IdentificationStudy, source: &[u8], file: &str, work: &Work) -> InputResult<PredictedRows> {
     let poses = identification::read(source, file, &study.machine, RowUse::Predictions)?;
     // Intervals of predictions rest on the fit alone.
     let study = &IdentificationStudy { profile: false, folds: 0, alternatives: Vec::new(), ..study.clone() };
@@ -55,7 +51,7 @@ pub fn predict_rows(
 
 /// Predicts the readings of the rows in the CSV text `source`, called `file` in messages, for `machine` as it is, without intervals; its
 /// chain errors act, but the commands do not know of them. `Err` as of [`identification::read`].
-pub fn predict_rows_of(machine: &Machine, (source, file): (&[u8], &str)) -> InputResult<PredictedRows> {
+pub fn predict_rows_of(machine: &Machine, source: &[u8], file: &str) -> InputResult<PredictedRows> {
     let poses = identification::read(source, file, &machine.nominal()?, RowUse::Predictions)?;
     let predictions = identification::predict_as_is(machine, &poses)?;
     let words = text::beyond_travel(machine, &poses, |i| format!("pose {}", poses[i].name)).unwrap_or_default();

@@ -51,12 +51,10 @@ impl Answered for PathStudy {
         let at_gamma = self.with_gamma(run.work)?;
         let (study, machine) = (at_gamma.as_ref(), &at_gamma.machine);
         let empty = points_table(study, &PathPart::empty(machine));
-        let (sizes, ranked_by) = (
-            (study.stations.len(), Source::of(machine).len()),
-            [&*DISPLACEMENT.name, &*quantities::RESIDUAL_ERROR.name],
-        );
-        let kept = KeptRows::new(empty.columns(), sizes, &ranked_by, run.rows);
-        let mut table = Streams::new(run, None).with_kept("points", (empty, kept), |part| points_table(study, part))?;
+        let ranked_by = [&*DISPLACEMENT.name, &*quantities::RESIDUAL_ERROR.name];
+        let (points, sources) = (study.stations.len(), Source::of(machine).len());
+        let kept = KeptRows::new(empty.columns(), points, sources, &ranked_by, run.rows);
+        let mut table = Streams::new(run, None).with_kept("points", empty, kept, |part| points_table(study, part))?;
         let mut summary = Summary::new(study, *shown);
         let mut pictures = run.figures.then(|| Pictures::new(study, *shown));
         let WholePath { methods, spread, draws } = run_in_parts(study, run.work, |part| {
@@ -100,11 +98,11 @@ impl Answered for PathStudy {
         if let Some((found, how)) = found_gamma(study) {
             let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
             let table = redundancy::report::table(found, arc_lengths_mm);
-            match KeptRows::new(table.columns(), (table.rows().len(), 1), &[COST], run.rows) {
+            match KeptRows::new(table.columns(), table.rows().len(), 1, &[COST], run.rows) {
                 None => output.tables.push(("redundancy".into(), table)),
                 kept => {
                     let empty = Table::new(table.columns().to_vec(), []);
-                    let mut part = Streams::new(run, None).with_kept("redundancy", (empty, kept), Table::clone)?;
+                    let mut part = Streams::new(run, None).with_kept("redundancy", empty, kept, Table::clone)?;
                     part.write_block(&table)?;
                     let (files, described) = part.finish()?;
                     output.streamed.0.extend(files);

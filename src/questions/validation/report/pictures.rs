@@ -152,7 +152,8 @@ fn over_angle(path: &PathResults, source: Source, quantity: &Quantity<PointEffec
 fn panels(
     results: &ValidationResults,
     picture: &Picture,
-    (what, y_label): (&str, String),
+    what: &str,
+    y_label: String,
     curves: Vec<(String, bool)>,
     panels: Vec<CurvePanel>,
 ) -> Figure {
@@ -179,7 +180,7 @@ fn curves_by_case(results: &ValidationResults, picture: &Picture) -> Vec<Figure>
         };
         let frames = picture.cases.iter().map(frame).collect();
         let names = curves.iter().map(|(name, _)| (name.clone(), false)).collect();
-        panels(results, picture, (&what, y_label), names, frames)
+        panels(results, picture, &what, y_label, names, frames)
     };
     corrections(machine).chain([moved]).chain(forces(machine)).map(figure).collect()
 }
@@ -199,7 +200,7 @@ fn curves_by_source(results: &ValidationResults, picture: &Picture, path: &PathR
         };
         let frames = curves.into_iter().take(MOST_FRAMES).map(frame).collect();
         let names = sources.iter().map(|source| (name(source).to_string(), *source != Source::All)).collect();
-        panels(results, picture, (&format!("{what} by source"), y_label), names, frames)
+        panels(results, picture, &format!("{what} by source"), y_label, names, frames)
     };
     corrections(machine).chain([displacement("displacement")]).map(figure).collect()
 }

@@ -77,14 +77,9 @@ impl Machine {
             }
             _ => SHARE * value.abs(),
         };
-        let at =
-            |steps: f64| self.with_parameters(&[(name, value + steps * step)]).map_err(|error| step_error(name, error));
+        let not_alone = |error: Error| refusal(name, format!("cannot be varied alone: {error}"));
+        let at = |steps: f64| self.with_parameters(&[(name, value + steps * step)]).map_err(not_alone);
         let [less, more] = Variation::STEPS;
         Ok(Variation { name: name.into(), value, unit, step, machines: [at(less)?, at(more)?] })
     }
-}
-
-/// Error that a parameter cannot be varied by itself.
-fn step_error(name: &str, error: Error) -> Error {
-    refusal(name, format!("cannot be varied alone: {error}"))
 }
