@@ -171,14 +171,6 @@ fn search_along(path: RotatablePath<'_>, work: &Work) -> Result<FoundGamma> {
     Ok(FoundGamma { as_programmed, best_constant, best, on_lattice, refused: path.refused, counted, leaves_box })
 }
 
-/// Finds the best γ on the lattice without refinement, for searches over many workpiece placements; fails like [`search_gamma`].
-pub fn lattice_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<LatticePath, DeadEnd>> {
-    let path = RotatablePath::new(problem)?;
-    let lattice = Lattice::new(&path)?;
-    let walk = lattice.walk(problem.settings.objective, f64::INFINITY, work)?;
-    Ok(lattice.solution(&walk, problem.settings.objective).map(|(_, found)| found))
-}
-
 /// Values of γ on the lattice (rad) at which the machine reaches every point of the path, each on its own, least cost first; with γ = 0 if
 /// it is in range. The inner `Err` is the first point up to which none is left; `Err` if the machine cannot rotate its tool freely, or from `work`.
 #[cfg(not(target_family = "wasm"))]

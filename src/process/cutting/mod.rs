@@ -140,12 +140,6 @@ impl CuttingLaw {
         })
     }
 
-    /// Computes the load at every point of `path`, in order. Fails like [`CuttingLaw::check`] and [`CuttingLaw::load`].
-    pub fn loads(&self, path: &Toolpath) -> Result<Vec<PathLoad>, LoadError> {
-        self.check(path)?;
-        path.points().iter().map(|point| self.load(point)).collect()
-    }
-
     /// Whether there is a force at all, whether it depends on the feed of a program, and whether its mean torque about the tool's axis is known.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn knows(&self) -> [bool; 3] {
