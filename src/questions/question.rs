@@ -7,6 +7,8 @@ use std::{
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
+#[cfg(feature = "report")]
+use crate::page::PageKind;
 use crate::{
     input::{
         Folder, Inputs,
@@ -65,6 +67,9 @@ pub trait Question: Sized {
 /// A question whose results are written to a folder as a report.
 #[cfg(feature = "report")]
 pub trait Answered: Question {
+    /// What pages do with its results beyond what their description says.
+    const PAGE: PageKind = PageKind::PLAIN;
+
     /// Computes the study and makes its report: tables, figures and page. `Err` if the work of `run` was stopped, or files of streamed
     /// tables cannot be written.
     fn answer(&self, shown: &Self::Shown, run: &crate::answer::Run<'_>) -> Result<crate::answer::Output>;
@@ -376,6 +381,13 @@ macro_rules! questions {
 
         /// Study folders to start from, one for each question.
         pub const TEMPLATES: &[Template] = &[$($(#[$gate])* <$folder::$study as Question>::TEMPLATE),*];
+
+        /// Returns what pages do with results of a `kind`, as their description calls it.
+        #[cfg(feature = "report")]
+        pub fn page_kind(kind: &str) -> crate::page::PageKind {
+            let own = [$($(#[$gate])* (stringify!($key), <$folder::$study as Answered>::PAGE)),*];
+            own.into_iter().find(|(name, _)| *name == kind).map_or(crate::page::PageKind::PLAIN, |(_, own)| own)
+        }
 
         impl StudyKind {
             /// Returns how many items the study computes, and the plural noun for them.
