@@ -20,14 +20,17 @@ use crate::{
         GammaChoice, Process,
         uncertainty::{self, CutBy, Uncertainty, UncertaintyTable},
     },
-    questions::spec::{Header, ProcessRef},
+    questions::{
+        StudyKind,
+        spec::{Header, ProcessRef},
+    },
     work::Work,
 };
 
 /// A question: a checked study that can be run.
 pub trait Question: Sized {
     /// The question's table in a study file, as written.
-    type Spec: DeserializeOwned;
+    type Spec: DeserializeOwned + 'static;
     /// Display settings for its figures and pages, as far as the study file gives any.
     type Shown: Clone + std::fmt::Debug;
     /// Name of a study of this kind in sentences, with its article.
@@ -307,37 +310,54 @@ impl StudyContext<'_> {
     }
 }
 
-/// The list of questions: from one line each, the modules, the tables of a study file and the kinds of studies.
+/// The check of the table of the one question that a study asks; returns the study and its inputs.
+pub(super) type AskedTable = Box<dyn Fn(StudyContext<'_>) -> Result<(StudyKind, Inputs)>>;
+
+/// Returns the check of the table `spec` under `key` by its question, of which `kind` is a study.
+pub(super) fn asked<Q: Question + 'static>(
+    key: &'static str,
+    spec: Q::Spec,
+    kind: fn(Box<Q>, Q::Shown) -> StudyKind,
+) -> AskedTable {
+    Box::new(move |context| {
+        let context = StudyContext { check: context.check.key(key), name: Q::NAME, ..context };
+        let Resolved { study, shown, inputs } = Q::resolve(&spec, &context)?;
+        context.refuse_unused()?;
+        Ok((kind(Box::new(study), shown), inputs))
+    })
+}
+
+/// Completes the two types that list the questions, and makes of each line the module, the table in a study file and what is asked of a study.
 macro_rules! questions {
-    ($($(#[$gate:meta])* $key:ident: $kind:ident($folder:ident::$study:ident),)*) => {
+    (
+        $(#[$of_kinds:meta])*
+        pub enum StudyKind {
+            $($(#[$gate:meta])* $key:ident: $kind:ident($folder:ident::$study:ident),)*
+        }
+
+        $(#[$of_spec:meta])*
+        pub(crate) struct StudySpec {
+            $($fields:tt)*
+        }
+    ) => {
         $($(#[$gate])* pub mod $folder;)*
 
-        /// A checked study of one of the questions, with the display settings of its report.
-        #[derive(Debug, Clone)]
+        $(#[$of_kinds])*
         pub enum StudyKind {
             $($(#[$gate])*
             #[doc = concat!("[`", stringify!($folder), "`]: the study, and what its pictures show.")]
             $kind(Box<$folder::$study>, <$folder::$study as Question>::Shown),)*
         }
 
-        /// A study file as written.
-        #[derive(Debug, Clone, serde::Deserialize)]
-        #[serde(deny_unknown_fields)]
+        $(#[$of_spec])*
         pub(crate) struct StudySpec {
-            schema: u32,
-            question: String,
-            machine: String,
-            branch: Option<String>,
-            #[serde(default)]
-            locked: std::collections::BTreeMap<String, f64>,
-            process: Option<spec::ProcessRef>,
-            uncertainty: Option<crate::process::uncertainty::spec::UncertaintySpec>,
+            $($fields)*
             $($(#[$gate])* $key: Option<<$folder::$study as Question>::Spec>,)*
         }
 
         impl StudySpec {
             /// Separates the keys of every study from the table of the one question asked. `Err` unless exactly one is asked.
-            fn split(self, check: &Check) -> Result<(spec::Header, QuestionTable)> {
+            fn split(self, check: &Check) -> Result<(spec::Header, question::AskedTable)> {
                 let header = spec::Header {
                     schema: self.schema,
                     question: self.question,
@@ -348,33 +368,14 @@ macro_rules! questions {
                     uncertainty: self.uncertainty,
                 };
                 let mut tables = Vec::new();
-                $($(#[$gate])* tables.extend(self.$key.map(|table| QuestionTable::$kind(Box::new(table))));)*
+                $($(#[$gate])*
+                tables.extend(self.$key.map(|table| question::asked(stringify!($key), table, StudyKind::$kind)));)*
                 match tables.pop() {
                     Some(table) if tables.is_empty() => Ok((header, table)),
                     _ => {
                         let keys = [$($(#[$gate])* stringify!($key)),*];
                         check.key(keys[0]).fail(format!("give exactly one of {}", keys.join(", ")))
                     }
-                }
-            }
-        }
-
-        /// The table of the one question that a study asks.
-        enum QuestionTable {
-            $($(#[$gate])* $kind(Box<<$folder::$study as Question>::Spec>),)*
-        }
-
-        impl QuestionTable {
-            /// Checks the table with the question it belongs to; returns the study and its inputs.
-            fn resolve(&self, context: question::StudyContext<'_>) -> Result<(StudyKind, Inputs)> {
-                match self {
-                    $($(#[$gate])* QuestionTable::$kind(table) => {
-                        let (check, name) = (context.check.key(stringify!($key)), <$folder::$study>::NAME);
-                        let context = StudyContext { check, name, ..context };
-                        let Resolved { study, shown, inputs } = <$folder::$study>::resolve(table, &context)?;
-                        context.refuse_unused()?;
-                        Ok((StudyKind::$kind(Box::new(study), shown), inputs))
-                    })*
                 }
             }
         }
