@@ -96,6 +96,9 @@ pub use nalgebra;
 
 use kinetostat_engine::lanes;
 
+/// Whether this is the engine of pages: it is small, and computes with nominal numbers what the program has checked.
+pub(crate) const FOR_PAGES: bool = cfg!(target_family = "wasm");
+
 pub use compensation::{Compensation, CompensationSettings, Method, Session, Target, TaskPoint, compensate};
 pub use input::{
     Folder,

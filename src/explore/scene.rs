@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::study::{placement_from_path, to_toml};
 use crate::{
+    FOR_PAGES,
     input::{
         Folder,
         error::{Error, Result},
@@ -82,7 +83,7 @@ impl Scene {
         let is_foreign = |(name, bytes): &(&String, &Vec<u8>)| {
             // Programs of a page were checked when it was written.
             let is_program = !name.ends_with(".csv") && !name.ends_with(".toml");
-            is_program && !cfg!(target_family = "wasm") && Dialect::detect(bytes) != Dialect::Iso
+            is_program && !FOR_PAGES && Dialect::detect(bytes) != Dialect::Iso
         };
         if let Some((name, bytes)) = named.iter().find(is_foreign) {
             let fault = format!("{name} is in the language of {}; pages read ISO code", Dialect::detect(bytes).name());

@@ -38,17 +38,11 @@ question::questions! {
         workspace_map: WorkspaceMap(map::WorkspaceMapStudy),
         path: Path(path::PathStudy),
         placement: Placement(placement::PlacementStudy),
-        #[cfg(not(target_family = "wasm"))]
         superposition: Superposition(superposition::SuperpositionStudy),
-        #[cfg(not(target_family = "wasm"))]
         validation: Validation(validation::ValidationStudy),
-        #[cfg(not(target_family = "wasm"))]
         online: Online(online::OnlineStudy),
-        #[cfg(not(target_family = "wasm"))]
         redundancy_map: RedundancyMap(redundancy_map::RedundancyMapStudy),
-        #[cfg(not(target_family = "wasm"))]
         identification: Identification(identification::IdentificationStudy),
-        #[cfg(not(target_family = "wasm"))]
         measurement_design: MeasurementDesign(measurement_design::MeasurementDesignStudy),
     }
 
@@ -131,7 +125,6 @@ impl Study {
         let (machine, machine_text) = resolve::resolve_header(header, folder, overrides, check)?;
         let branch_input = overrides.branch.map_or_else(Inputs::default, |branch| Inputs::of("branch", branch.label()));
         let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text)).and(branch_input);
-        #[cfg(not(target_family = "wasm"))]
         let inputs = inputs
             .and(overrides.redundancy.map_or_else(Inputs::default, |choice| Inputs::of("redundancy", choice.label())));
         let context = StudyContext {

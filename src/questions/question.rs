@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 #[cfg(feature = "report")]
 use crate::page::PageKind;
 use crate::{
+    FOR_PAGES,
     input::{
         Folder, Inputs,
         check::Check,
@@ -173,13 +174,11 @@ impl StudyContext<'_> {
     /// files read. `Err` if there is none, it makes no sense, or it searches for γ.
     pub fn process(&self, file: Option<&str>, check: &Check) -> Result<Process> {
         let process = self.process_with_gamma(file, check)?;
-        #[cfg(not(target_family = "wasm"))]
         self.refuse_gamma_search(&process, file)?;
         Ok(process)
     }
 
     /// Refuses a process, from `file` or the study, that searches for the redundancy angle γ.
-    #[cfg(not(target_family = "wasm"))]
     fn refuse_gamma_search(&self, process: &Process, file: Option<&str>) -> Result<()> {
         if !process.redundancy.is_sought() {
             return Ok(());
@@ -197,9 +196,7 @@ impl StudyContext<'_> {
 
     /// Returns the process as [`StudyContext::process`] does, for a question that can search for the redundancy angle γ.
     pub(crate) fn process_with_gamma(&self, file: Option<&str>, check: &Check) -> Result<Process> {
-        #[cfg_attr(target_family = "wasm", allow(unused_mut, reason = "the process of pages seeks no γ"))]
         let mut process = self.process_as_written(file, check)?;
-        #[cfg(not(target_family = "wasm"))]
         if let Some(redundancy) = self.overrides.redundancy {
             process.redundancy.gamma = redundancy;
         }
@@ -254,7 +251,7 @@ impl StudyContext<'_> {
     ) -> Result<(Option<Uncertainty>, Inputs)> {
         self.is_uncertainty_read.set(true);
         let check = self.check.root().key("uncertainty");
-        if cfg!(target_family = "wasm") {
+        if FOR_PAGES {
             return Ok((None, Inputs::default()));
         }
         let of_study = self

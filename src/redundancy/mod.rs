@@ -6,7 +6,6 @@
 //! point (`refine`). Reported is what the machine does when it is tracked along the rotated path (`along`).
 
 mod along;
-#[cfg(not(target_family = "wasm"))]
 mod at_points;
 mod constant;
 mod knots;
@@ -23,13 +22,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 pub use along::PathCost;
-#[cfg(not(target_family = "wasm"))]
 pub(crate) use at_points::nodes_at_points;
 pub use lattice::DeadEnd;
 pub use nodes::Infeasible;
-#[cfg(not(target_family = "wasm"))]
 pub(crate) use nodes::Node;
-#[cfg(not(target_family = "wasm"))]
 pub(crate) use turnable::check;
 pub use turnable::{BranchMachine, GammaProblem};
 
@@ -173,7 +169,6 @@ fn search_along(path: RotatablePath<'_>, work: &Work) -> Result<FoundGamma> {
 
 /// Values of γ on the lattice (rad) at which the machine reaches every point of the path, each on its own, least cost first; with γ = 0 if
 /// it is in range. The inner `Err` is the first point up to which none is left; `Err` if the machine cannot rotate its tool freely, or from `work`.
-#[cfg(not(target_family = "wasm"))]
 pub fn gammas_by_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<Vec<f64>, DeadEnd>> {
     let path = RotatablePath::new(problem)?;
     let [low, high] = problem.settings.range_deg;
@@ -229,7 +224,6 @@ pub(crate) fn infeasible_step(
 }
 
 /// The path of `problem` with all its platform orientations rotated by `gamma` (rad) about the tool axis. `Err` if the machine cannot do so.
-#[cfg(not(target_family = "wasm"))]
 pub fn rotated_by(problem: GammaProblem<'_>, gamma: f64) -> Result<CutPath> {
     let path = RotatablePath::new(problem)?;
     Ok(path.rotated(&vec![gamma; path.points().len()]))

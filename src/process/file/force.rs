@@ -102,7 +102,6 @@ pub(super) fn cutting_law(
         ForceSpec { end_milling: Some(spec), .. } if has_stock => engaged_milling(spec, &check.key("end_milling"))?,
         ForceSpec { end_milling: Some(spec), .. } => end_milling(spec, &check.key("end_milling"))?,
         ForceSpec { drilling: Some(spec), .. } => match drilling(spec, &check.key("drilling"))? {
-            #[cfg(not(target_family = "wasm"))]
             CuttingLaw::Drilling(own) if has_stock => CuttingLaw::EngagedDrilling(own),
             own => own,
         },

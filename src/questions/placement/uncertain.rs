@@ -11,6 +11,7 @@ use super::{
     site::Site,
 };
 use crate::{
+    FOR_PAGES,
     compensation::TaskPoint,
     input::error::Result,
     process::uncertainty::{DrawnForceAt, P95, quantile},
@@ -48,7 +49,7 @@ pub(super) fn add_spread(
     work: &Work,
 ) -> Result<()> {
     // Pages compute with nominal numbers.
-    if cfg!(target_family = "wasm") {
+    if FOR_PAGES {
         return Ok(());
     }
     let drawn =
