@@ -64,7 +64,6 @@ impl Scene {
             StudyKind::Placement(..) => study.files.text.clone(),
             StudyKind::Path(..) => placement_from_path(&study.files)?,
             StudyKind::WorkspaceMap(map, _) => on_branch(&study.files.text, map.scene.machine.branch)?,
-            #[cfg_attr(target_family = "wasm", allow(unreachable_patterns, reason = "pages have no others"))]
             _ => return Ok(None),
         };
         Self::from_text(&text, &study.files.named).map(Some)

@@ -23,6 +23,16 @@ impl StockRemoval {
     }
 
     /// Never called.
+    pub(super) fn cut_shifted<Place, Shifts, Law>(&self, _: &Toolpath, _: Place, _: Shifts, _: Law) -> Result<CutPath> {
+        match *self {}
+    }
+
+    /// Never called.
+    pub fn check_movable<M, P>(&self, _: M, _: P) -> Result<()> {
+        match *self {}
+    }
+
+    /// Never called.
     pub(super) fn teeth_hz(&self, _: &CutPath) -> Option<[f64; 2]> {
         match *self {}
     }

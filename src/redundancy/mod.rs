@@ -39,14 +39,12 @@ use self::{
 use crate::{
     compensation::TaskPoint,
     input::error::{Error, Result},
-    machine::{Branch, Machine},
-    process::{CutPath, GammaChoice, RedundancyObjective},
+    machine::{Branch, Configuration, Machine},
+    process::{CutPath, GammaChoice, RedundancyObjective, RedundancySettings},
     simulation::Machines,
+    toolpath::PathPoint,
     work::{Event, Stage, Work},
 };
-
-#[cfg(not(target_family = "wasm"))]
-use crate::{machine::Configuration, process::RedundancySettings, toolpath::PathPoint};
 
 /// Items for tests, which compare the lattice with all its paths; not part of the interface.
 #[doc(hidden)]
@@ -202,7 +200,6 @@ pub fn gammas_by_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::res
 
 /// Why the machine cannot stand at the point `here` or cannot move there from the point `before`: margins to travel limits and singularities,
 /// a swing of a hinge, or speed limits; `None` if it can.
-#[cfg(not(target_family = "wasm"))]
 pub(crate) fn infeasible_step(
     settings: &RedundancySettings,
     machine: &Machine,

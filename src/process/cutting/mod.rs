@@ -138,7 +138,6 @@ impl CuttingLaw {
     }
 
     /// Whether there is a force at all, whether it depends on the feed of a program, and whether its mean torque about the tool's axis is known.
-    #[cfg(not(target_family = "wasm"))]
     pub(super) fn knows(&self) -> [bool; 3] {
         let (by_feed, torque) = match self {
             CuttingLaw::None => return [false; 3],

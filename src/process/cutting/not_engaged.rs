@@ -5,5 +5,7 @@ use std::convert::Infallible;
 /// No law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EngagedMilling {
+    /// As there is no law, none.
+    pub feed_per_tooth_mm: Option<f64>,
     never: Infallible,
 }

@@ -194,7 +194,6 @@ impl Process {
     }
 
     /// Returns `path`, which has cut the stock, with the loads of what its tool cuts at `shifts` from its points (W, mm); `None` without stock. Errors of the stock.
-    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn cut_shifted(
         &self,
         path: &Toolpath,

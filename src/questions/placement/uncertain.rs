@@ -89,7 +89,6 @@ pub(super) fn add_spread(
 
 /// Writes the metrics of the distribution without compensation at `site`, as estimated, over the points of the levels before `level`, into `metrics`. `Err`
 /// says why there is none.
-#[cfg(not(target_family = "wasm"))]
 pub(super) fn write_metrics(
     evaluator: &Evaluator,
     site: &Site,
@@ -146,9 +145,6 @@ fn passes(evaluator: &Evaluator) -> Vec<Vec<u32>> {
 fn drawn_forces(evaluator: &Evaluator, drawn: &DrawnMachines, site: &Site, f: usize) -> Vec<DrawnForceAt> {
     let job = &evaluator.study.features[f];
     let there = (job.machine(), &site.placement(job.feature.reference));
-    #[cfg(target_family = "wasm")]
-    let path = std::borrow::Cow::Borrowed(&job.feature.path);
-    #[cfg(not(target_family = "wasm"))]
     let path = evaluator.path_at_best_gamma(site, f);
     drawn_forces_at(&drawn.uncertainty, there, &path, job.components.as_ref())
 }
