@@ -152,11 +152,7 @@ impl CuttingLaw {
 
     /// Whether the loads of the path are its loads.
     pub(super) fn takes_loads(&self) -> bool {
-        match self {
-            CuttingLaw::FromPath => true,
-            CuttingLaw::EngagedMilling(_) | CuttingLaw::EngagedDrilling(_) => true,
-            _ => false,
-        }
+        matches!(self, CuttingLaw::FromPath | CuttingLaw::EngagedMilling(_) | CuttingLaw::EngagedDrilling(_))
     }
 
     /// Checks that the law suits `path` as a whole. Fails if a table does not cover all lengths at which the path is cutting, or the path has
