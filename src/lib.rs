@@ -59,6 +59,8 @@
 //! ```
 
 #![warn(missing_docs)]
+// The linker leaves out what pages do not ask for.
+#![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports, unused_variables))]
 
 #[cfg(all(doctest, feature = "report"))]
 #[doc = include_str!("../docs/library.md")]
@@ -78,6 +80,7 @@ pub mod inspect;
 #[cfg(feature = "report")]
 pub mod page;
 pub mod process;
+#[cfg(not(target_family = "wasm"))]
 pub mod products;
 pub mod questions;
 pub mod redundancy;
@@ -96,6 +99,9 @@ pub use nalgebra;
 
 use kinetostat_engine::lanes;
 
+/// Whether this is the engine of pages: it is small, and computes with nominal numbers what the program has checked.
+pub(crate) const FOR_PAGES: bool = cfg!(target_family = "wasm");
+
 pub use compensation::{Compensation, CompensationSettings, Method, Session, Target, TaskPoint, compensate};
 pub use input::{
     Folder,
@@ -103,6 +109,7 @@ pub use input::{
 };
 pub use machine::{Branch, ChainError, Machine};
 pub use process::{GammaChoice, MillingForce, Placement, Process};
+#[cfg(not(target_family = "wasm"))]
 pub use products::program::{
     Asked, CommandSource, Compensated, InMemory, ProgramJob, ProvedProgram, Receiver, Refusal,
 };

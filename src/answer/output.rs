@@ -13,7 +13,7 @@ use crate::{
         staging, write_all,
     },
     input::Inputs,
-    page::{self, ANSWER, DeflectedPose, Description, MACHINE_AT_HOME, PAGE, PORTRAIT, ResultFolder},
+    page::{self, ANSWER, DeflectedPose, Description, MACHINE_AT_HOME, PAGE, PORTRAIT, PageKind, ResultFolder},
 };
 use crate::{
     input::error::{Error, Result},
@@ -124,9 +124,15 @@ impl Output {
         self.summary["rows_unsolved"] = unsolved.into();
     }
 
-    /// Writes all files into the folder of `run`, with a manifest of what they were made from, and returns their paths, the manifest last.
-    /// `Err` if a figure, page or file cannot be made; then no file is replaced.
-    pub(crate) fn write(&mut self, run: &Run<'_>, colours: Colours, inputs: &Inputs) -> Result<Vec<PathBuf>> {
+    /// Writes all files into the folder of `run`, with a page as of `kind` and a manifest of what they were made from, and returns their paths, the
+    /// manifest last. `Err` if a figure, page or file cannot be made; then no file is replaced.
+    pub(crate) fn write(
+        &mut self,
+        run: &Run<'_>,
+        kind: PageKind,
+        colours: Colours,
+        inputs: &Inputs,
+    ) -> Result<Vec<PathBuf>> {
         if self.is_answered.is_none() {
             self.note_unsolved_rows();
         }
@@ -162,7 +168,8 @@ impl Output {
         run.work.check()?;
         // The page is made from what has been written, as `kinetostat report` makes it again.
         if has_page {
-            let page = page::page(&ResultFolder::open(temporary.path())?, &temporary.path().join(PAGE))?;
+            let folder = ResultFolder::open(temporary.path(), |_| kind)?;
+            let page = page::page(&folder, &temporary.path().join(PAGE))?;
             write_all(temporary.path(), vec![OutputFile::new(PAGE, page)])?;
         }
         run.work.check()?;

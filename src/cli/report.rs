@@ -7,6 +7,7 @@ use kinetostat::{
     files::{Foreign, OutputFile, check_may_replace, prepare_beside, write_beside},
     input::error::{Error, Result},
     page::{GENERATOR, PAGE, ResultFolder, comparison, page},
+    questions::page_kind,
 };
 
 use super::{Ending, headline::headline_text, print, print_styled, reporting::begin_of};
@@ -42,7 +43,8 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
     if arguments.tolerance.is_some() && arguments.results.len() < 2 {
         return Err(Error::argument("--tolerance", "is for the comparison of several result folders, got one"));
     }
-    let folders = arguments.results.iter().map(|path| ResultFolder::open(path)).collect::<Result<Vec<_>>>()?;
+    let folders =
+        arguments.results.iter().map(|path| ResultFolder::open(path, page_kind)).collect::<Result<Vec<_>>>()?;
     let out = match (&arguments.out, folders.as_slice()) {
         (Some(out), _) => out.clone(),
         (None, [folder]) => folder.path.join(PAGE),

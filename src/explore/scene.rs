@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::study::{placement_from_path, to_toml};
 use crate::{
+    FOR_PAGES,
     input::{
         Folder,
         error::{Error, Result},
@@ -63,7 +64,6 @@ impl Scene {
             StudyKind::Placement(..) => study.files.text.clone(),
             StudyKind::Path(..) => placement_from_path(&study.files)?,
             StudyKind::WorkspaceMap(map, _) => on_branch(&study.files.text, map.load_case.machine.branch)?,
-            #[cfg_attr(target_family = "wasm", allow(unreachable_patterns, reason = "pages have no others"))]
             _ => return Ok(None),
         };
         Self::from_text(&text, &study.files.named).map(Some)
@@ -82,7 +82,7 @@ impl Scene {
         let is_foreign = |(name, bytes): &(&String, &Vec<u8>)| {
             // Programs of a page were checked when it was written.
             let is_program = !name.ends_with(".csv") && !name.ends_with(".toml");
-            is_program && !cfg!(target_family = "wasm") && Dialect::detect(bytes) != Dialect::Iso
+            is_program && !FOR_PAGES && Dialect::detect(bytes) != Dialect::Iso
         };
         if let Some((name, bytes)) = named.iter().find(is_foreign) {
             let fault = format!("{name} is in the language of {}; pages read ISO code", Dialect::detect(bytes).name());

@@ -37,16 +37,6 @@ impl OutputFile {
     }
 }
 
-impl OutputFile {
-    /// Returns the file's text; `None` if it is not text or not in memory.
-    pub fn text(&self) -> Option<String> {
-        match &self.content {
-            Content::Bytes(bytes) => String::from_utf8(bytes.clone()).ok(),
-            Content::File(_) => None,
-        }
-    }
-}
-
 /// Beginning of the names of temporary files.
 const TEMPORARY: &str = ".partial-";
 

@@ -52,7 +52,6 @@ impl Folder {
     }
 
     /// Whether files that are read are recorded.
-    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn is_recording(&self) -> bool {
         self.recorded.is_some()
     }

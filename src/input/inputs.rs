@@ -26,7 +26,6 @@ impl Inputs {
     }
 
     /// Creates the inputs of one file of bytes called `name`: the SHA-256 of these stands for a text.
-    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn of_bytes(name: &str, bytes: &[u8]) -> Self {
         Self::of(name, format!("SHA-256 {}", to_hex(&Sha256::digest(bytes))))
     }

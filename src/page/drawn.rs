@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::{
     folder::ResultFolder,
     headline::{Headline, KeyNumber, State, Verdict},
+    kind::DrawsTable,
     sentences::three_digits,
     verdict::FirstScreen,
 };
@@ -18,11 +19,8 @@ use crate::{
     },
 };
 
-/// The largest distance from the path without compensation and with it: key in the summary, column of `draws.csv`, words.
-const DISTANCES: [[&str; 3]; 2] = [
-    ["plain", "largest_distance_mm", "without compensation"],
-    ["compensated", "compensated_largest_distance_mm", "compensated"],
-];
+/// The largest distance from the path without compensation and with it: key in the summary, words.
+const DISTANCES: [[&str; 2]; 2] = [["plain", "without compensation"], ["compensated", "compensated"]];
 
 /// The draws of a result along a path.
 struct Draws {
@@ -34,9 +32,9 @@ struct Draws {
 
 impl Draws {
     /// Reads the draws of `folder`, of which this is the summary.
-    fn read(folder: &ResultFolder, summary: &Value) -> Result<Self> {
-        let (table, mut sizes, mut wrong) = (folder.table("draws.csv")?, [Vec::new(), Vec::new()], None);
-        let columns = [table.column(DISTANCES[0][1])?, table.column(DISTANCES[1][1])?];
+    fn read(folder: &ResultFolder, own: &DrawsTable, summary: &Value) -> Result<Self> {
+        let (table, mut sizes, mut wrong) = (folder.table(own.file)?, [Vec::new(), Vec::new()], None);
+        let columns = [table.column(own.distances[0])?, table.column(own.distances[1])?];
         table.each_row(|row| {
             for (column, sizes) in columns.iter().zip(&mut sizes) {
                 match row.get(*column).unwrap_or_default() {
@@ -129,16 +127,17 @@ pub(super) fn compare_draws(
     let summaries: Vec<Value> = folders.iter().map(ResultFolder::summary).collect::<Result<_>>()?;
     let is_exact = |summary: &Value| summary["uncertainty"].is_null();
     let Some(exact) = summaries.iter().position(is_exact) else {
-        let has_draws = |folder: &ResultFolder| {
-            folder.manifest["files"].as_array().is_some_and(|files| files.contains(&json!("draws.csv")))
+        let has_draws = |folder: &ResultFolder, own: &DrawsTable| {
+            folder.manifest["files"].as_array().is_some_and(|files| files.contains(&json!(own.file)))
         };
-        if !folders.iter().all(has_draws) {
+        let kept = folders.first().and_then(|first| first.kind.draws);
+        let Some(kept) = kept.filter(|own| folders.iter().all(|folder| has_draws(folder, own))) else {
             let words = "Draws are not kept of these results: quantiles and probabilities are compared as they stand, each by itself, and with which \
                          probability one result is better than another is not known.";
             return Ok(Some(Err(words.into())));
-        }
-        let draws: Vec<Draws> =
-            folders.iter().zip(&summaries).map(|(own, summary)| Draws::read(own, summary)).collect::<Result<_>>()?;
+        };
+        let read = |(own, summary)| Draws::read(own, &kept, summary);
+        let draws: Vec<Draws> = folders.iter().zip(&summaries).map(read).collect::<Result<_>>()?;
         return Ok(Some(Ok(verdict(&draws, &letters, names))));
     };
     let words = format!("{} takes its inputs as exact: only nominal numbers are compared.", letters[exact]);
@@ -154,7 +153,7 @@ fn told_apart(
     letters: &[char],
     names: &[String],
 ) -> (Verdict, String, [String; 2]) {
-    let (words, count) = (DISTANCES[which][2], draws[0].sizes[which].len());
+    let (words, count) = (DISTANCES[which][1], draws[0].sizes[which].len());
     let called = |who: usize| format!("{} ({})", letters[who], names[who]);
     let [name, other_name] = [better, worse].map(|who| letters[who]);
     let [p95, other_p95] = [better, worse].map(|who| draws[who].p95_words(which));
@@ -214,7 +213,7 @@ fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> Headline {
     }
     // What the tool does as it is to be run comes first.
     for which in [1, 0] {
-        let (words, mut against) = (DISTANCES[which][2], Vec::new());
+        let (words, mut against) = (DISTANCES[which][1], Vec::new());
         if let Some(unknown) = draws.iter().position(|own| own.sizes[which].is_empty()) {
             further.push(format!("The largest distance {words} is known in no draw of {}.", letters[unknown]));
             continue;

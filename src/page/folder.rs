@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::{
     description::{Description, SCHEMA},
+    kind::PageKind,
     table::Table,
 };
 use crate::{
@@ -27,11 +28,14 @@ pub struct ResultFolder {
     pub description: Description,
     /// Contents of its `manifest.json`.
     pub manifest: Value,
+    /// What pages do with results of its kind.
+    pub kind: PageKind,
 }
 
 impl ResultFolder {
-    /// Reads `report.json` and `manifest.json` of `path`; `Err` for what is no complete result folder of this version of the program.
-    pub fn open(path: &Path) -> Result<Self> {
+    /// Reads `report.json` and `manifest.json` of `path`; `kinds` gives what pages do with results of the kind so called. `Err` for what is no
+    /// complete result folder of this version of the program.
+    pub fn open(path: &Path, kinds: impl Fn(&str) -> PageKind) -> Result<Self> {
         let not_a_result = |problem: String| Error::Argument { argument: path.display().to_string(), problem };
         if !path.is_dir() {
             return Err(not_a_result(
@@ -64,7 +68,9 @@ impl ResultFolder {
             let problem = format!("must be {SCHEMA}, got {schema}; run the study again with this version");
             return Check::new(&file.display().to_string()).key("schema").fail(problem);
         }
-        Ok(Self { path: path.to_path_buf(), description: parse_json(&file, &text)?, manifest })
+        let description: Description = parse_json(&file, &text)?;
+        let kind = kinds(&description.kind);
+        Ok(Self { path: path.to_path_buf(), description, manifest, kind })
     }
 
     /// Opens a table of the folder; `Err` when it cannot be read or its name leads out of the folder.

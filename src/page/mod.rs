@@ -11,6 +11,7 @@ mod drawn;
 mod explore;
 mod folder;
 pub mod headline;
+mod kind;
 mod machine;
 mod of_parts;
 mod packed;
@@ -31,6 +32,7 @@ pub use description::{
 };
 pub use explore::{ToTry, explore_page};
 pub use folder::{ResultFolder, href, relative_display};
+pub use kind::{DrawsTable, PageKind};
 pub use machine::DeflectedPose;
 pub use machine::MachineDescription;
 pub use packed::{Packed, Precision};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::description::{Description, Explorer};
+use super::{description::Explorer, single::group_sources};
 
 /// A command with placeholders: `{position}`, and `{phi}` where the tool angle matters.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -19,17 +19,8 @@ pub struct PointCommand {
 type Keys = BTreeMap<(String, String), String>;
 
 /// Returns the command for each group of `explorer`, with the tool angle as quantity `phi`, and a note on what the commands leave out.
-pub fn point_commands(
-    description: &Description,
-    explorer: &Explorer,
-    phi: Option<usize>,
-    keys: &Keys,
-) -> (Vec<Option<PointCommand>>, String) {
-    let sources = explorer.group.iter().flat_map(|group| &group.values).map(|value| value.cells.join(" "));
-    if description.kind != "workspace_map" {
-        return (Vec::new(), String::new());
-    }
-    let commands: Vec<Option<PointCommand>> = sources.map(|source| point_command(&source, phi, keys)).collect();
+pub fn point_commands(explorer: &Explorer, phi: Option<usize>, keys: &Keys) -> (Vec<Option<PointCommand>>, String) {
+    let commands = group_sources(explorer).iter().map(|source| point_command(source, phi, keys)).collect();
     (commands, omission_note(keys))
 }
 

@@ -101,14 +101,10 @@ struct Pointed {
 }
 
 impl Pointed {
-    /// Returns the quantity of the first key number, if the first figure of a map or a path shows it; `None` for others.
-    fn of(description: &Description) -> Option<Self> {
+    /// Returns the quantity of the first key number, if the view in place of the first figure shows it.
+    fn of(ResultFolder { description, kind, .. }: &ResultFolder) -> Option<Self> {
         let found = description.headline.numbers.first()?.found.as_ref()?;
-        let shape = match description.kind.as_str() {
-            "workspace_map" => Shape::Grid,
-            "path" => Shape::Curve,
-            _ => return None,
-        };
+        let shape = kind.pointed?;
         let mut views = description.explorers.iter().enumerate();
         let (index, view) = views.find(|(_, view)| view.table == found.file && view.shape == shape)?;
         let quantity = view.quantities.iter().find(|quantity| quantity.columns == found.columns)?.label.clone();
@@ -187,7 +183,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
     let mut explorers = Vec::new();
     let share = MOST_NUMBERS / description.explorers.len().max(1);
     let keys = recorded_keys(folder)?;
-    let mut pointed = Pointed::of(description);
+    let mut pointed = Pointed::of(folder);
     for explorer in &description.explorers {
         let (index, table) = (explorers.len(), folder.table(&explorer.table)?);
         let mut read = explorer.clone();
@@ -199,7 +195,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
         }
         let mut data = Dataset::read(&read, &table, share)?;
         let wanted = data.values.split_off(explorer.quantities.len());
-        explorers.push(explorer_view(explorer, &data, description, &keys, index, &wanted));
+        explorers.push(explorer_view(explorer, &data, folder, &keys, index, &wanted));
     }
     let index = explorers.len();
     explorers.extend(description.part.as_ref().map(|part| part_view(part, index)));
@@ -221,7 +217,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
     let sections = description.sections.iter().map(|section| SectionView { section, contents: rest.take_of(section) });
     let context = SinglePage {
         description,
-        pointed_script: if description.kind == "path" { PLAN } else { "" },
+        pointed_script: if folder.kind.pointed == Some(Shape::Curve) { PLAN } else { "" },
         pointed: pointed.filter(|_| hero.is_some()),
         hero,
         terms: terms(description),
@@ -232,17 +228,9 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
         reasons,
         more_reasons,
         manifest: manifest_facts(&folder.manifest),
-        engine: description.to_try.as_ref().map(|to_try| EngineView::new(engine_heading(description), to_try)),
+        engine: description.to_try.as_ref().map(|to_try| EngineView::new(folder.kind.to_try, to_try)),
     };
     render("single.html", &context)
-}
-
-/// Returns title and hint for the block in which a reader tries other places or forces.
-fn engine_heading(description: &Description) -> (&'static str, &'static str) {
-    match description.kind.as_str() {
-        "workspace_map" => ("Try another force", "pull the tool, change a number: computed in this page"),
-        _ => ("Try another place", "move the part, pull the tool, change a number: computed in this page"),
-    }
 }
 
 impl Contents {
@@ -318,7 +306,7 @@ fn wanted_quantity(column: &str) -> Quantity {
 fn explorer_view(
     explorer: &Explorer,
     data: &Dataset,
-    description: &Description,
+    ResultFolder { description, kind, .. }: &ResultFolder,
     keys: &BTreeMap<(String, String), String>,
     index: usize,
     wanted: &[Vec<Vec<f64>>],
@@ -338,7 +326,10 @@ fn explorer_view(
         .collect();
     let labels: Vec<&str> = quantities.iter().map(|q| q.label.as_str()).collect();
     let phi = labels.iter().position(|label| *label == WORST_ANGLE);
-    let (commands, command_note) = point_commands(description, explorer, phi, keys);
+    let (commands, command_note) = match kind.has_point_command {
+        true => point_commands(explorer, phi, keys),
+        false => Default::default(),
+    };
     let home = &description.machine.home;
     let lines = home.chains.iter().flat_map(|chain| &chain.links);
     let json = script_json(&ExplorerData {
@@ -356,7 +347,7 @@ fn explorer_view(
         marks: &explorer.marks,
         commands,
         command_note,
-        sources: group_sources(description, explorer),
+        sources: if kind.has_sources { group_sources(explorer) } else { Vec::new() },
         phi,
         plan: wanted.iter().zip(WANTED).map(|(of, column)| plan_axis(explorer, of, column)).collect(),
         machine: lines.collect(),
@@ -416,13 +407,9 @@ fn part_view(part: &PartView, index: usize) -> ExplorerView {
 /// Label of the quantity that is the tool angle.
 pub(crate) const WORST_ANGLE: &str = "tool angle of the worst deflection";
 
-/// Returns the source of error of each group of a workspace map or a path; empty for other results.
-fn group_sources(description: &Description, explorer: &Explorer) -> Vec<String> {
-    let groups = explorer.group.iter().flat_map(|group| &group.values);
-    groups
-        .filter(|_| ["workspace_map", "path"].contains(&description.kind.as_str()))
-        .map(|value| value.cells.join(" "))
-        .collect()
+/// Returns the source of error of each group.
+pub(super) fn group_sources(explorer: &Explorer) -> Vec<String> {
+    explorer.group.iter().flat_map(|group| &group.values).map(|value| value.cells.join(" ")).collect()
 }
 
 /// Returns the labels of the groups.

@@ -3,10 +3,9 @@
 mod cut_path;
 pub mod cutting;
 mod cutting_rule;
-#[cfg(not(target_family = "wasm"))]
 pub mod feed;
 pub mod file;
-#[cfg(all(not(target_family = "wasm"), feature = "report"))]
+#[cfg(feature = "report")]
 pub mod machined;
 mod milling;
 mod not_followed;
@@ -16,13 +15,14 @@ mod placement;
 mod program_file;
 mod redundancy;
 #[cfg(not(target_family = "wasm"))]
+mod robot_file;
+#[cfg_attr(target_family = "wasm", path = "no_stock.rs")]
 pub mod stock;
 pub(crate) mod tilt;
 mod tool_direction;
 pub mod uncertainty;
 mod unknown_force;
 mod verdict_basis;
-#[cfg(not(target_family = "wasm"))]
 mod verdict_force;
 mod workpiece;
 
@@ -36,6 +36,5 @@ pub use redundancy::{GammaChoice, RedundancyCost, RedundancyObjective, Redundanc
 pub use unknown_force::{ForceWords, KnownForce};
 pub use verdict_basis::{Basis, VerdictTable};
 pub(crate) use verdict_basis::{TemperatureSpec, VerdictSpec};
-#[cfg(not(target_family = "wasm"))]
 pub use verdict_force::{RightForce, VerdictForce};
 pub use workpiece::{Extent, Feature, ForbiddenBox};

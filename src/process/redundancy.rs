@@ -3,6 +3,8 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::FOR_PAGES;
+
 /// How the redundancy angle γ of the points of a path is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -148,9 +150,9 @@ impl Default for RedundancySettings {
 }
 
 impl RedundancySettings {
-    /// Whether γ is searched for, not taken from the path.
+    /// Whether γ is searched for, not taken from the path; never on pages, which are small and have no threads for the search.
     #[must_use]
     pub fn is_sought(&self) -> bool {
-        self.gamma != GammaChoice::AsProgrammed
+        !FOR_PAGES && self.gamma != GammaChoice::AsProgrammed
     }
 }

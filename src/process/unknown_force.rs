@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use super::{
-    Process,
+    Process, VerdictForce,
     cutting::{BY_END, CuttingLaw, is_drilling},
 };
 use crate::{
+    FOR_PAGES,
     process::{CutPath, UnknownForce},
     toolpath::PathPoint,
 };
@@ -113,21 +114,21 @@ impl ForceWords {
     /// Returns those of `path` by the laws of `process`, with the lines that `line_name` gives of its moves.
     #[must_use]
     pub fn of(process: &Process, path: &CutPath, line_name: &dyn Fn(usize) -> Option<String>) -> Self {
-        #[cfg(not(target_family = "wasm"))]
-        let of_turn = super::VerdictForce::of(process, path).map_or_else(String::new, |own| own.sentence());
-        #[cfg(target_family = "wasm")]
-        let of_turn = String::new();
+        let of_turn = sentence(|| VerdictForce::of(process, path));
         Self { unknown: process.unknown_force_text(path, line_name), known: process.known_force(path), of_turn }
     }
 
     /// Returns which force within a turn counts where `process` has one cut and no path, in a sentence; empty without one, and on pages.
     #[must_use]
     pub fn of_cut(process: &Process) -> String {
-        #[cfg(not(target_family = "wasm"))]
-        return super::VerdictForce::of_cut(process).map_or_else(String::new, |own| own.sentence());
-        #[cfg(target_family = "wasm")]
-        return String::new();
+        sentence(|| VerdictForce::of_cut(process))
     }
+}
+
+/// Returns what `found` says of the force that counts, if anything; nothing on pages.
+fn sentence(found: impl Fn() -> Option<VerdictForce>) -> String {
+    let found = if FOR_PAGES { None } else { found() };
+    found.map_or_else(String::new, |own| own.sentence())
 }
 
 /// How much of the force on a path its laws know.

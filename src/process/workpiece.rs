@@ -63,11 +63,6 @@ impl Extent {
         Self { min: self.min.add_scalar(-by), max: self.max.add_scalar(by) }
     }
 
-    /// Returns how far `point` is outside the box along the axis where it is farthest outside, mm; negative inside.
-    pub fn outside_distance(&self, point: &Vector3<f64>) -> f64 {
-        (self.min - point).sup(&(point - self.max)).max()
-    }
-
     /// Whether this box, with `workpiece`, `X_OW` (its axes are those of W), and the box `other` of O have more than their surface in common.
     #[must_use]
     pub fn overlaps(&self, workpiece: &Pose, other: &Extent) -> bool {

@@ -22,27 +22,43 @@ pub use template::StudyMachine;
 
 use std::{
     cell::{Cell, RefCell},
+    collections::BTreeMap,
     path::Path,
 };
 
-use crate::input::{Folder, Inputs, check::Check, error::Result};
+use crate::{
+    input::{Folder, Inputs, check::Check, error::Result},
+    process::uncertainty::spec::UncertaintySpec,
+};
 
 question::questions! {
-    workspace_map: WorkspaceMap(map::WorkspaceMapStudy),
-    path: Path(path::PathStudy),
-    placement: Placement(placement::PlacementStudy),
-    #[cfg(not(target_family = "wasm"))]
-    superposition: Superposition(superposition::SuperpositionStudy),
-    #[cfg(not(target_family = "wasm"))]
-    validation: Validation(validation::ValidationStudy),
-    #[cfg(not(target_family = "wasm"))]
-    online: Online(online::OnlineStudy),
-    #[cfg(not(target_family = "wasm"))]
-    redundancy_map: RedundancyMap(redundancy_map::RedundancyMapStudy),
-    #[cfg(not(target_family = "wasm"))]
-    identification: Identification(identification::IdentificationStudy),
-    #[cfg(not(target_family = "wasm"))]
-    measurement_design: MeasurementDesign(measurement_design::MeasurementDesignStudy),
+    /// A checked study of one of the questions, with the display settings of its report.
+    #[derive(Debug, Clone)]
+    pub enum StudyKind {
+        workspace_map: WorkspaceMap(map::WorkspaceMapStudy),
+        path: Path(path::PathStudy),
+        placement: Placement(placement::PlacementStudy),
+        superposition: Superposition(superposition::SuperpositionStudy),
+        validation: Validation(validation::ValidationStudy),
+        online: Online(online::OnlineStudy),
+        redundancy_map: RedundancyMap(redundancy_map::RedundancyMapStudy),
+        identification: Identification(identification::IdentificationStudy),
+        measurement_design: MeasurementDesign(measurement_design::MeasurementDesignStudy),
+    }
+
+    /// A study file as written: the keys of every study, and under its key the table of the question.
+    #[derive(Debug, Clone, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(crate) struct StudySpec {
+        schema: u32,
+        question: String,
+        machine: String,
+        branch: Option<String>,
+        #[serde(default)]
+        locked: BTreeMap<String, f64>,
+        process: Option<spec::ProcessRef>,
+        uncertainty: Option<UncertaintySpec>,
+    }
 }
 
 /// A checked study, ready to run.
@@ -66,7 +82,7 @@ pub struct StudyFiles {
     /// Text of the study file.
     pub text: String,
     /// Contents of the files that the study names, and of those that they name, by name.
-    pub named: std::collections::BTreeMap<String, Vec<u8>>,
+    pub named: BTreeMap<String, Vec<u8>>,
 }
 
 impl Study {
@@ -104,14 +120,13 @@ impl Study {
         origin: &str,
         folder: &Folder,
         header: &spec::Header,
-        table: &QuestionTable,
+        table: &question::AskedTable,
         overrides: &Overrides,
         check: &Check,
     ) -> Result<Study> {
         let (machine, machine_text) = resolve::resolve_header(header, folder, overrides, check)?;
         let branch_input = overrides.branch.map_or_else(Inputs::default, |branch| Inputs::of("branch", branch.label()));
         let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text)).and(branch_input);
-        #[cfg(not(target_family = "wasm"))]
         let inputs = inputs
             .and(overrides.redundancy.map_or_else(Inputs::default, |choice| Inputs::of("redundancy", choice.label())));
         let context = StudyContext {
@@ -125,7 +140,7 @@ impl Study {
             is_uncertainty_read: Cell::new(false),
             uncertainty_of_process: RefCell::default(),
         };
-        let (kind, settings) = table.resolve(context)?;
+        let (kind, settings) = table(context)?;
         Ok(Study {
             name: resolve::folder_name(folder.root()),
             question: header.question.trim().to_string(),

@@ -7,7 +7,10 @@ use std::{
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
+#[cfg(feature = "report")]
+use crate::page::PageKind;
 use crate::{
+    FOR_PAGES,
     input::{
         Folder, Inputs,
         check::Check,
@@ -18,14 +21,17 @@ use crate::{
         GammaChoice, Process,
         uncertainty::{self, CutBy, Uncertainty, UncertaintyTable},
     },
-    questions::spec::{Header, ProcessRef},
+    questions::{
+        StudyKind,
+        spec::{Header, ProcessRef},
+    },
     work::Work,
 };
 
 /// A question: a checked study that can be run.
 pub trait Question: Sized {
     /// The question's table in a study file, as written.
-    type Spec: DeserializeOwned;
+    type Spec: DeserializeOwned + 'static;
     /// Display settings for its figures and pages, as far as the study file gives any.
     type Shown: Clone + std::fmt::Debug;
     /// Name of a study of this kind in sentences, with its article.
@@ -65,6 +71,9 @@ pub trait Question: Sized {
 /// A question whose results are written to a folder as a report.
 #[cfg(feature = "report")]
 pub trait Answered: Question {
+    /// What pages do with its results beyond what their description says.
+    const PAGE: PageKind = PageKind::PLAIN;
+
     /// Computes the study and makes its report: tables, figures and page. `Err` if the work of `run` was stopped, or files of streamed
     /// tables cannot be written.
     fn answer(&self, shown: &Self::Shown, run: &crate::answer::Run<'_>) -> Result<crate::answer::Output>;
@@ -165,13 +174,11 @@ impl StudyContext<'_> {
     /// files read. `Err` if there is none, it makes no sense, or it searches for γ.
     pub fn process(&self, file: Option<&str>, check: &Check) -> Result<Process> {
         let process = self.process_with_gamma(file, check)?;
-        #[cfg(not(target_family = "wasm"))]
         self.refuse_gamma_search(&process, file)?;
         Ok(process)
     }
 
     /// Refuses a process, from `file` or the study, that searches for the redundancy angle γ.
-    #[cfg(not(target_family = "wasm"))]
     fn refuse_gamma_search(&self, process: &Process, file: Option<&str>) -> Result<()> {
         if !process.redundancy.is_sought() {
             return Ok(());
@@ -189,9 +196,7 @@ impl StudyContext<'_> {
 
     /// Returns the process as [`StudyContext::process`] does, for a question that can search for the redundancy angle γ.
     pub(crate) fn process_with_gamma(&self, file: Option<&str>, check: &Check) -> Result<Process> {
-        #[cfg_attr(target_family = "wasm", allow(unused_mut, reason = "the process of pages seeks no γ"))]
         let mut process = self.process_as_written(file, check)?;
-        #[cfg(not(target_family = "wasm"))]
         if let Some(redundancy) = self.overrides.redundancy {
             process.redundancy.gamma = redundancy;
         }
@@ -246,7 +251,7 @@ impl StudyContext<'_> {
     ) -> Result<(Option<Uncertainty>, Inputs)> {
         self.is_uncertainty_read.set(true);
         let check = self.check.root().key("uncertainty");
-        if cfg!(target_family = "wasm") {
+        if FOR_PAGES {
             return Ok((None, Inputs::default()));
         }
         let of_study = self
@@ -302,37 +307,54 @@ impl StudyContext<'_> {
     }
 }
 
-/// The list of questions: from one line each, the modules, the tables of a study file and the kinds of studies.
+/// The check of the table of the one question that a study asks; returns the study and its inputs.
+pub(super) type AskedTable = Box<dyn Fn(StudyContext<'_>) -> Result<(StudyKind, Inputs)>>;
+
+/// Returns the check of the table `spec` under `key` by its question, of which `kind` is a study.
+pub(super) fn asked<Q: Question + 'static>(
+    key: &'static str,
+    spec: Q::Spec,
+    kind: fn(Box<Q>, Q::Shown) -> StudyKind,
+) -> AskedTable {
+    Box::new(move |context| {
+        let context = StudyContext { check: context.check.key(key), name: Q::NAME, ..context };
+        let Resolved { study, shown, inputs } = Q::resolve(&spec, &context)?;
+        context.refuse_unused()?;
+        Ok((kind(Box::new(study), shown), inputs))
+    })
+}
+
+/// Completes the two types that list the questions, and makes of each line the module, the table in a study file and what is asked of a study.
 macro_rules! questions {
-    ($($(#[$gate:meta])* $key:ident: $kind:ident($folder:ident::$study:ident),)*) => {
+    (
+        $(#[$of_kinds:meta])*
+        pub enum StudyKind {
+            $($(#[$gate:meta])* $key:ident: $kind:ident($folder:ident::$study:ident),)*
+        }
+
+        $(#[$of_spec:meta])*
+        pub(crate) struct StudySpec {
+            $($fields:tt)*
+        }
+    ) => {
         $($(#[$gate])* pub mod $folder;)*
 
-        /// A checked study of one of the questions, with the display settings of its report.
-        #[derive(Debug, Clone)]
+        $(#[$of_kinds])*
         pub enum StudyKind {
             $($(#[$gate])*
             #[doc = concat!("[`", stringify!($folder), "`]: the study, and what its pictures show.")]
             $kind(Box<$folder::$study>, <$folder::$study as Question>::Shown),)*
         }
 
-        /// A study file as written.
-        #[derive(Debug, Clone, serde::Deserialize)]
-        #[serde(deny_unknown_fields)]
+        $(#[$of_spec])*
         pub(crate) struct StudySpec {
-            schema: u32,
-            question: String,
-            machine: String,
-            branch: Option<String>,
-            #[serde(default)]
-            locked: std::collections::BTreeMap<String, f64>,
-            process: Option<spec::ProcessRef>,
-            uncertainty: Option<crate::process::uncertainty::spec::UncertaintySpec>,
+            $($fields)*
             $($(#[$gate])* $key: Option<<$folder::$study as Question>::Spec>,)*
         }
 
         impl StudySpec {
             /// Separates the keys of every study from the table of the one question asked. `Err` unless exactly one is asked.
-            fn split(self, check: &Check) -> Result<(spec::Header, QuestionTable)> {
+            fn split(self, check: &Check) -> Result<(spec::Header, question::AskedTable)> {
                 let header = spec::Header {
                     schema: self.schema,
                     question: self.question,
@@ -343,7 +365,8 @@ macro_rules! questions {
                     uncertainty: self.uncertainty,
                 };
                 let mut tables = Vec::new();
-                $($(#[$gate])* tables.extend(self.$key.map(|table| QuestionTable::$kind(Box::new(table))));)*
+                $($(#[$gate])*
+                tables.extend(self.$key.map(|table| question::asked(stringify!($key), table, StudyKind::$kind)));)*
                 match tables.pop() {
                     Some(table) if tables.is_empty() => Ok((header, table)),
                     _ => {
@@ -354,28 +377,15 @@ macro_rules! questions {
             }
         }
 
-        /// The table of the one question that a study asks.
-        enum QuestionTable {
-            $($(#[$gate])* $kind(Box<<$folder::$study as Question>::Spec>),)*
-        }
-
-        impl QuestionTable {
-            /// Checks the table with the question it belongs to; returns the study and its inputs.
-            fn resolve(&self, context: question::StudyContext<'_>) -> Result<(StudyKind, Inputs)> {
-                match self {
-                    $($(#[$gate])* QuestionTable::$kind(table) => {
-                        let (check, name) = (context.check.key(stringify!($key)), <$folder::$study>::NAME);
-                        let context = StudyContext { check, name, ..context };
-                        let Resolved { study, shown, inputs } = <$folder::$study>::resolve(table, &context)?;
-                        context.refuse_unused()?;
-                        Ok((StudyKind::$kind(Box::new(study), shown), inputs))
-                    })*
-                }
-            }
-        }
-
         /// Study folders to start from, one for each question.
         pub const TEMPLATES: &[Template] = &[$($(#[$gate])* <$folder::$study as Question>::TEMPLATE),*];
+
+        /// Returns what pages do with results of a `kind`, as their description calls it.
+        #[cfg(feature = "report")]
+        pub fn page_kind(kind: &str) -> crate::page::PageKind {
+            let own = [$($(#[$gate])* (stringify!($key), <$folder::$study as Answered>::PAGE)),*];
+            own.into_iter().find(|(name, _)| *name == kind).map_or(crate::page::PageKind::PLAIN, |(_, own)| own)
+        }
 
         impl StudyKind {
             /// Returns how many items the study computes, and the plural noun for them.

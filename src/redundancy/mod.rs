@@ -6,7 +6,6 @@
 //! point (`refine`). Reported is what the machine does when it is tracked along the rotated path (`along`).
 
 mod along;
-#[cfg(not(target_family = "wasm"))]
 mod at_points;
 mod constant;
 mod knots;
@@ -23,13 +22,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 pub use along::PathCost;
-#[cfg(not(target_family = "wasm"))]
 pub(crate) use at_points::nodes_at_points;
 pub use lattice::DeadEnd;
 pub use nodes::Infeasible;
-#[cfg(not(target_family = "wasm"))]
 pub(crate) use nodes::Node;
-#[cfg(not(target_family = "wasm"))]
 pub(crate) use turnable::check;
 pub use turnable::{BranchMachine, GammaProblem};
 
@@ -43,14 +39,12 @@ use self::{
 use crate::{
     compensation::TaskPoint,
     input::error::{Error, Result},
-    machine::{Branch, Machine},
-    process::{CutPath, GammaChoice, RedundancyObjective},
+    machine::{Branch, Configuration, Machine},
+    process::{CutPath, GammaChoice, RedundancyObjective, RedundancySettings},
     simulation::Machines,
+    toolpath::PathPoint,
     work::{Event, Stage, Work},
 };
-
-#[cfg(not(target_family = "wasm"))]
-use crate::{machine::Configuration, process::RedundancySettings, toolpath::PathPoint};
 
 /// Items for tests, which compare the lattice with all its paths; not part of the interface.
 #[doc(hidden)]
@@ -171,17 +165,8 @@ fn search_along(path: RotatablePath<'_>, work: &Work) -> Result<FoundGamma> {
     Ok(FoundGamma { as_programmed, best_constant, best, on_lattice, refused: path.refused, counted, leaves_box })
 }
 
-/// Finds the best γ on the lattice without refinement, for searches over many workpiece placements; fails like [`search_gamma`].
-pub fn lattice_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<LatticePath, DeadEnd>> {
-    let path = RotatablePath::new(problem)?;
-    let lattice = Lattice::new(&path)?;
-    let walk = lattice.walk(problem.settings.objective, f64::INFINITY, work)?;
-    Ok(lattice.solution(&walk, problem.settings.objective).map(|(_, found)| found))
-}
-
 /// Values of γ on the lattice (rad) at which the machine reaches every point of the path, each on its own, least cost first; with γ = 0 if
 /// it is in range. The inner `Err` is the first point up to which none is left; `Err` if the machine cannot rotate its tool freely, or from `work`.
-#[cfg(not(target_family = "wasm"))]
 pub fn gammas_by_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<Vec<f64>, DeadEnd>> {
     let path = RotatablePath::new(problem)?;
     let [low, high] = problem.settings.range_deg;
@@ -215,7 +200,6 @@ pub fn gammas_by_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::res
 
 /// Why the machine cannot stand at the point `here` or cannot move there from the point `before`: margins to travel limits and singularities,
 /// a swing of a hinge, or speed limits; `None` if it can.
-#[cfg(not(target_family = "wasm"))]
 pub(crate) fn infeasible_step(
     settings: &RedundancySettings,
     machine: &Machine,
@@ -237,7 +221,6 @@ pub(crate) fn infeasible_step(
 }
 
 /// The path of `problem` with all its platform orientations rotated by `gamma` (rad) about the tool axis. `Err` if the machine cannot do so.
-#[cfg(not(target_family = "wasm"))]
 pub fn rotated_by(problem: GammaProblem<'_>, gamma: f64) -> Result<CutPath> {
     let path = RotatablePath::new(problem)?;
     Ok(path.rotated(&vec![gamma; path.points().len()]))

@@ -26,7 +26,7 @@ use crate::{
     },
     input::error::{Error, Remedy, Result},
     page::{PAGE, ToTry, headline::Headline},
-    questions::{Overrides, Study, StudyKind},
+    questions::{Overrides, Study, StudyKind, page_kind},
     work::{
         Event, Work,
         checkpoint::{Checkpoint, ExistingPieces, Origin},
@@ -279,7 +279,7 @@ impl FolderRun<'_> {
         (output.page.name, output.page.question) = (study.name.clone(), study.question.clone());
         output.page.to_try = interactive_scene(study, output.best_place.take())?;
         let rows = output.streamed.1.iter().filter_map(|(_, table)| table.note().map(String::from)).collect();
-        let files = output.write(&run, options.colours, &study.inputs)?;
+        let files = output.write(&run, page_kind(&output.page.kind), options.colours, &study.inputs)?;
         let is_complete = output.is_complete();
         let Output { page, details, statuses, .. } = output;
         Ok(FinishedRun { headline: page.headline, details, is_complete, rows, statuses, files })

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{along_path::PathCase, settings};
 use crate::{
+    FOR_PAGES,
     compensation::{Compensation, CompensationStatus, Session, TaskPoint, simulate_drives},
     machine::{Configuration, Machine, PositionedMachine, Unreachable, ZeroState},
     spatial::{Pose, Wrench},
@@ -67,7 +68,7 @@ impl PlayedPoint<'_> {
     pub fn add(&self, session: &mut Session, found: &mut Compensation, target: &mut Option<Pose>) -> Option<PointPlay> {
         let machine = self.case.real;
         // The engine of pages is small, and has no room for it.
-        if cfg!(target_family = "wasm") || !self.case.play || !has_play(machine) || found.outcome.is_none() {
+        if FOR_PAGES || !self.case.play || !has_play(machine) || found.outcome.is_none() {
             return None;
         }
         let calibrated = sides_as_calibrated(self.case.nominal, self.case.unloaded, self.at);

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Failure, Machines, ROUNDING_MM, Source};
 use crate::{
+    FOR_PAGES,
     compensation::TaskPoint,
     input::error,
     machine::ChainError,
@@ -183,7 +184,7 @@ impl DrawnMachines {
         errors: &[ChainError],
     ) -> error::Result<Option<Self>> {
         // Pages compute with nominal numbers.
-        let Some(uncertainty) = uncertainty.filter(|_| !cfg!(target_family = "wasm")) else { return Ok(None) };
+        let Some(uncertainty) = uncertainty.filter(|_| !FOR_PAGES) else { return Ok(None) };
         let mut drawn: Vec<_> =
             (0..Draws::COUNT).map(|index| (index < Draws::PER_SCRAMBLE).then(OnceLock::new)).collect();
         let weakest = uncertainty.draws.from_weakest.iter().flat_map(|order| &order[..KEPT]);

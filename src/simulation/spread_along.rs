@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-#[cfg(all(feature = "report", not(target_family = "wasm")))]
+#[cfg(feature = "report")]
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -325,7 +325,7 @@ impl SpreadPath<'_> {
     ///
     /// # Errors
     /// Of `work` and of the parts of the path.
-    #[cfg(all(feature = "report", not(target_family = "wasm")))]
+    #[cfg(feature = "report")]
     pub fn errors_along(
         &self,
         each_part: &EachPart<'_>,

@@ -223,6 +223,25 @@ fn figures_files_and_pages_know_no_machine_and_no_question() {
     }
 }
 
+/// What a page does with results of one question, that question declares: another one needs nothing here.
+#[test]
+fn pages_know_no_question_by_a_word() {
+    let list = fs::read_to_string(root().join("src/questions/mod.rs")).unwrap();
+    let is_word = |text: &&str| text.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'_');
+    let rows = list.lines().filter(|line| line.starts_with("        ") && line.ends_with("),"));
+    let words = rows.filter_map(|line| line.trim_start().split_once(": ")).map(|(key, _)| key).filter(is_word);
+    let words: Vec<String> = words.map(|key| format!("\"{key}\"")).collect();
+    assert!(words.len() >= 9 && words.contains(&"\"workspace_map\"".into()), "{words:?}");
+    for file in all_sources().iter().filter(|file| file.starts_with("src/page")) {
+        let code = code(file);
+        let known = words.iter().find(|word| code.contains(*word));
+        assert_eq!(known, None, "{}: the question declares it in its PageKind", file.display());
+        let names = code.match_indices(".csv\"").filter_map(|(end, _)| code[..end].rsplit('"').next());
+        let table = names.filter(|name| !name.contains('{')).last();
+        assert_eq!(table, None, "{} knows a table of a question", file.display());
+    }
+}
+
 /// A test inside is compiled with a library of its own, a second time.
 #[test]
 fn no_test_stands_in_the_sources() {

@@ -17,6 +17,8 @@ use kinetostat::{
     },
 };
 
+use crate::support::path_loads;
+
 fn read(source: &str) -> Toolpath {
     Polyline::read(source, "path.csv").unwrap().toolpath().clone()
 }
@@ -45,7 +47,7 @@ fn loads(law: &CuttingLaw, path: &Toolpath) -> Vec<Load> {
 
 /// Loads on a tool along `axis` of W.
 fn loads_on(law: &CuttingLaw, path: &Toolpath, axis: Vector3<f64>) -> Vec<Load> {
-    let loads = law.loads(path).unwrap();
+    let loads = path_loads(law, path).unwrap();
     path.points().iter().zip(loads).map(|(p, load)| load.on_tool(p.tangent, &frame_about(axis))).collect()
 }
 
@@ -112,20 +114,20 @@ fn loads_of_the_path_are_taken_as_they_are_and_missed_where_the_tool_cuts() {
     assert_eq!(loads[0].force_N, Vector3::new(1.0, 2.0, 3.0));
     assert_eq!(loads[1].force_N, Vector3::new(4.0, 5.0, 6.0));
     assert_eq!(
-        CuttingLaw::None.loads(&path).unwrap_err().to_string(),
+        path_loads(&CuttingLaw::None, &path).unwrap_err().to_string(),
         "the path brings loads along, but the process has no cutting force: expected force.from_path = true, or a \
          path without force columns"
     );
     for law in laws() {
         assert_eq!(
-            law.loads(&path).unwrap_err().to_string(),
+            path_loads(&law, &path).unwrap_err().to_string(),
             "the path brings loads along, but the process takes the cutting force from elsewhere: expected \
              force.from_path = true, or a path without force columns"
         );
     }
     let bare = read("x_mm,y_mm,z_mm,cutting\n0,0,0,0\n1,0,0,1\n");
     assert_eq!(
-        CuttingLaw::FromPath.loads(&bare).unwrap_err().to_string(),
+        path_loads(&CuttingLaw::FromPath, &bare).unwrap_err().to_string(),
         "the path gives no load for move 2: expected the columns force_x_N, force_y_N, force_z_N"
     );
 }

@@ -11,9 +11,7 @@ use kinetostat::{
     compensation::{Session, TaskPoint, simulate_drives},
     machine::Machine,
     process::{Process, cutting::CuttingLaw},
-    products::correction::{
-        CorrectionQuestion, CorrectionResult, CorrectionTable, Corrector, ForceTerms, MOST_ENTRIES, answer,
-    },
+    products::correction::{CorrectionQuestion, CorrectionResult, CorrectionTable, Corrector, ForceTerms, answer},
     simulation::{Machines, Source},
     spatial::{Pose, Wrench},
     statics::State,
@@ -25,6 +23,9 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use serde_json::Value;
 
 use crate::support::command::told;
+
+/// Most entries that LinuxCNC reads from a `COMP_FILE`.
+const MOST_ENTRIES: usize = 256;
 
 const FORCE: &str = "[force.path_frame]\nradial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n";
 /// An offset of a drive, which a table for that drive alone takes.

@@ -12,7 +12,7 @@ use kinetostat::{
         cutting::PathLoad,
     },
     products::program::{Asked, Compensated, InMemory, ProgramJob},
-    redundancy::{FoundGamma, GammaProblem, Infeasible, LatticePath, lattice_cost, search_gamma},
+    redundancy::{FoundGamma, GammaProblem, Infeasible, LatticePath, search_gamma},
     spatial::{Pose, Wrench},
     statics::{State, Status, Workspace, drive_forces, equilibrium},
     toolpath::{Load, Orientation, polyline::Polyline},
@@ -62,10 +62,10 @@ fn sought(machine: &Machine, path: &CutPath, turn: &RedundancySettings) -> Found
     search_gamma(asked(machine, &Placement::default(), path, &loads, turn), &Work::default()).unwrap()
 }
 
+/// The best γ on the lattice, of a search that refines only the best constant one.
 fn on_lattice(machine: &Machine, path: &CutPath, turn: &RedundancySettings) -> Result<LatticePath, String> {
-    let loads = loads(path);
-    let found = lattice_cost(asked(machine, &Placement::default(), path, &loads, turn), &Work::default()).unwrap();
-    found.map_err(|dead_end| dead_end.label().to_string())
+    let turn = RedundancySettings { gamma: GammaChoice::BestConstant, ..turn.clone() };
+    sought(machine, path, &turn).on_lattice.map_err(|dead_end| dead_end.label().to_string())
 }
 
 fn seeking(objective: RedundancyObjective) -> RedundancySettings {

@@ -4,17 +4,13 @@ use std::{collections::BTreeMap, fs, io::Read as _, path::Path};
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use brotli_decompressor::Decompressor;
-use kinetostat::{
-    Machine,
-    answer::machine::described,
-    page::{
-        Better, Column, Description, Explorer, Group, GroupValue, Packed, PointCommand, Precision, Quantity, Shape,
-        TableNote, count_reasons,
-        dataset::{Dataset, thin_axes},
-        explore_page, href, point_commands, relative_display,
-        table::{Table, TableView, format_number},
-        winners::{NodeWinner, Winners, difference_words, percent},
-    },
+use kinetostat::page::{
+    Better, Column, Explorer, Group, GroupValue, Packed, PointCommand, Precision, Quantity, Shape, TableNote,
+    count_reasons,
+    dataset::{Dataset, thin_axes},
+    explore_page, href, point_commands, relative_display,
+    table::{Table, TableView, format_number},
+    winners::{NodeWinner, Winners, difference_words, percent},
 };
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -236,12 +232,10 @@ fn single_precision_keeps_small_numbers_beside_large_ones() {
 
 /// The commands of a map for all sources and for errors alone, and what they leave out.
 fn told(phi: Option<usize>, keys: &BTreeMap<(String, String), String>) -> ([Option<PointCommand>; 2], String) {
-    let machine = Machine::named_or_file("orthoglide").unwrap();
-    let description = Description::new("workspace_map", described(&machine));
     let sources = ["all", "errors"].map(|source| GroupValue { cells: vec![source.into()], label: source.into() });
     let group = Group { columns: vec!["source".into()], label: "source".into(), values: sources.into() };
     let view = Explorer { group: Some(group), ..explorer(Shape::Grid) };
-    let (commands, left) = point_commands(&description, &view, phi, keys);
+    let (commands, left) = point_commands(&view, phi, keys);
     (commands.try_into().unwrap(), left)
 }
 

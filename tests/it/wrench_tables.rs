@@ -6,6 +6,8 @@ use kinetostat::{
     toolpath::{Sampling, Toolpath, polyline::Polyline},
 };
 
+use crate::support::path_loads;
+
 const HEADER: &str = "arc_length_mm,force_x_N,force_y_N,force_z_N,moment_x_Nmm,moment_y_Nmm,moment_z_Nmm\n";
 
 fn table(rows: &str) -> Result<WrenchTable, TableError> {
@@ -46,14 +48,14 @@ fn columns_stand_in_any_order() {
 #[test]
 fn a_table_shorter_than_the_cut_is_refused_with_both_lengths() {
     let law = CuttingLaw::Table(table("0,0,1,2,3,4,5\n40,10,1,2,3,4,-5\n").unwrap());
-    assert_eq!(law.loads(&line(40.0)).unwrap().len(), 41);
+    assert_eq!(path_loads(&law, &line(40.0)).unwrap().len(), 41);
     assert_eq!(
-        law.loads(&line(50.5)).unwrap_err().to_string(),
+        path_loads(&law, &line(50.5)).unwrap_err().to_string(),
         "the wrench table covers the path from 0 to 40 mm, but the tool cuts from 0 to 50.5 mm: expected rows \
          over the whole cut"
     );
     let late = CuttingLaw::Table(table("1,0,1,2,3,4,5\n40,10,1,2,3,4,-5\n").unwrap());
-    assert!(late.loads(&line(40.0)).is_err());
+    assert!(path_loads(&late, &line(40.0)).is_err());
 }
 
 #[test]
@@ -61,7 +63,7 @@ fn only_lengths_at_which_the_tool_cuts_need_rows() {
     let source = "x_mm,y_mm,z_mm,cutting\n0,0,0,0\n90,0,0,0\n95,0,0,1\n99,0,0,0\n";
     let path = Polyline::read(source, "path.csv").unwrap();
     let law = CuttingLaw::Table(table("94,1,0,0,0,0,0\n96,3,0,0,0,0,0\n").unwrap());
-    let loads = law.loads(path.toolpath()).unwrap();
+    let loads = path_loads(&law, path.toolpath()).unwrap();
     let force_x = |load: &PathLoad| match load {
         PathLoad::Workpiece(load) => load.force_N.x,
         other => panic!("{other:?}"),

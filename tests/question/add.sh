@@ -13,7 +13,7 @@ cp benches/*.rs "$copy/benches"
 cp -r benches/peers "$copy/benches"
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"
 cp -r tests/question/reach "$copy/src/questions/reach"
-sed -i 's|^    validation: Validation(validation::ValidationStudy),$|&\n    reach: Reach(reach::ReachStudy),|' "$copy/src/questions/mod.rs"
+sed -i 's|^        validation: Validation(validation::ValidationStudy),$|&\n        reach: Reach(reach::ReachStudy),|' "$copy/src/questions/mod.rs"
 diff -r src "$copy/src" || true
 changed=$(diff src/questions/mod.rs "$copy/src/questions/mod.rs" | grep -c '^[<>]' || true)
 if [ "$changed" != 1 ] || [ "$(diff -rq src "$copy/src" | wc -l)" != 2 ]; then

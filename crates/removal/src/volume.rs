@@ -20,14 +20,6 @@ pub struct Volumes {
     pub removed_mm3: f64,
 }
 
-impl Volumes {
-    /// What is left, mm³.
-    #[must_use]
-    pub fn left_mm3(&self) -> f64 {
-        self.stock_mm3 - self.removed_mm3
-    }
-}
-
 impl Field {
     /// Returns the volumes of stock and of what was removed. Cells in which the surface is smooth count with their height in the middle and its
     /// second differences, others, as those with walls and rims, with points at which the surface is evaluated from its lines.

@@ -3,8 +3,6 @@
 use nalgebra::Vector3;
 
 use super::{CutForce, Kienzle, LoadError, feed};
-#[cfg(not(target_family = "wasm"))]
-use super::{EdgeLaw, EngagedMilling};
 use crate::toolpath::{PathPoint, TurnDirection};
 
 /// How far a move of a drill may be from its axis, as the cosine of the angle: 5°.
@@ -88,11 +86,15 @@ impl Drilling {
     /// Returns the law of its lips as two teeth with the feed f/2 each, by which the force of a part of them is known; `None` for a law that does
     /// not tell lips from the chisel edge.
     #[cfg(not(target_family = "wasm"))]
-    pub(crate) fn lips(&self) -> Option<EngagedMilling> {
+    pub(crate) fn lips(&self) -> Option<super::EngagedMilling> {
         let DrillingLaw::Kienzle { lip, thrust_ratio, .. } = self.law else { return None };
-        let edge =
-            EdgeLaw::Kienzle { tangential: lip, tangential_share: 1.0, radial_ratio: thrust_ratio, axial_ratio: 0.0 };
-        Some(EngagedMilling { edge, feed_per_tooth_mm: None, spindle: self.spindle })
+        let edge = super::EdgeLaw::Kienzle {
+            tangential: lip,
+            tangential_share: 1.0,
+            radial_ratio: thrust_ratio,
+            axial_ratio: 0.0,
+        };
+        Some(super::EngagedMilling { edge, feed_per_tooth_mm: None, spindle: self.spindle })
     }
 
     /// Returns the feed per revolution f at `point`, mm/rev; fails if it follows from feed and spindle speed and one of them is missing.

@@ -27,7 +27,7 @@ mod cut_force;
 mod drilling;
 mod edge;
 mod end_milling;
-#[cfg(not(target_family = "wasm"))]
+#[cfg_attr(target_family = "wasm", path = "not_engaged.rs")]
 mod engaged_milling;
 mod error;
 mod feed;
@@ -45,8 +45,9 @@ pub(crate) use drilling::is_drilling;
 pub use drilling::{Drilling, DrillingLaw};
 pub use edge::{EdgeForce, EdgeLaw, Kienzle};
 pub use end_milling::{CutDirection, EndMilling, MeanOrPeak};
+pub use engaged_milling::EngagedMilling;
 #[cfg(not(target_family = "wasm"))]
-pub use engaged_milling::{EngagedMilling, Stub};
+pub use engaged_milling::Stub;
 pub use error::{LoadError, TableError, TableFault};
 pub use own_forces::OwnForces;
 pub use path_frame::PathFrame;
@@ -79,10 +80,8 @@ pub enum CuttingLaw {
     /// Thrust and torque of a twist drill.
     Drilling(Drilling),
     /// A mechanistic model of milling whose engagement is found from the stock: [`PathPoint::load`].
-    #[cfg(not(target_family = "wasm"))]
     EngagedMilling(EngagedMilling),
     /// Thrust and torque of a twist drill where it touches the stock: [`PathPoint::load`].
-    #[cfg(not(target_family = "wasm"))]
     EngagedDrilling(Drilling),
 }
 
@@ -98,7 +97,6 @@ impl CuttingLaw {
             },
             _ if !point.cutting => PathLoad::NONE,
             CuttingLaw::None => PathLoad::NONE,
-            #[cfg(not(target_family = "wasm"))]
             CuttingLaw::EngagedMilling(_) | CuttingLaw::EngagedDrilling(_) => {
                 point.load.map_or(PathLoad::NONE, PathLoad::Workpiece)
             }
@@ -134,20 +132,12 @@ impl CuttingLaw {
             }
             CuttingLaw::Drilling(own) if component == 2 => CuttingLaw::Drilling(own),
             CuttingLaw::Drilling(_) => CuttingLaw::None,
-            #[cfg(not(target_family = "wasm"))]
             CuttingLaw::EngagedMilling(_) | CuttingLaw::EngagedDrilling(_) => return None,
             CuttingLaw::Table(_) | CuttingLaw::FromPath | CuttingLaw::EndMilling(_) => return None,
         })
     }
 
-    /// Computes the load at every point of `path`, in order. Fails like [`CuttingLaw::check`] and [`CuttingLaw::load`].
-    pub fn loads(&self, path: &Toolpath) -> Result<Vec<PathLoad>, LoadError> {
-        self.check(path)?;
-        path.points().iter().map(|point| self.load(point)).collect()
-    }
-
     /// Whether there is a force at all, whether it depends on the feed of a program, and whether its mean torque about the tool's axis is known.
-    #[cfg(not(target_family = "wasm"))]
     pub(super) fn knows(&self) -> [bool; 3] {
         let (by_feed, torque) = match self {
             CuttingLaw::None => return [false; 3],
@@ -162,12 +152,7 @@ impl CuttingLaw {
 
     /// Whether the loads of the path are its loads.
     pub(super) fn takes_loads(&self) -> bool {
-        match self {
-            CuttingLaw::FromPath => true,
-            #[cfg(not(target_family = "wasm"))]
-            CuttingLaw::EngagedMilling(_) | CuttingLaw::EngagedDrilling(_) => true,
-            _ => false,
-        }
+        matches!(self, CuttingLaw::FromPath | CuttingLaw::EngagedMilling(_) | CuttingLaw::EngagedDrilling(_))
     }
 
     /// Checks that the law suits `path` as a whole. Fails if a table does not cover all lengths at which the path is cutting, or the path has

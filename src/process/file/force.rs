@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-#[cfg(not(target_family = "wasm"))]
-use super::tool_force::engaged_milling;
 use super::{
     force_spec::{CoefficientsSpec, ForceSpec, PathFrameSpec, SlotMillingSpec, TableSpec},
     tool_force::{drilling, end_milling},
@@ -100,10 +98,11 @@ pub(super) fn cutting_law(
         ForceSpec { path_frame: Some(spec), .. } => path_frame(spec, &check.key("path_frame"))?,
         ForceSpec { slot_milling: Some(spec), .. } => slot_milling(spec, &check.key("slot_milling"))?,
         #[cfg(not(target_family = "wasm"))]
-        ForceSpec { end_milling: Some(spec), .. } if has_stock => engaged_milling(spec, &check.key("end_milling"))?,
+        ForceSpec { end_milling: Some(spec), .. } if has_stock => {
+            super::tool_force::engaged_milling(spec, &check.key("end_milling"))?
+        }
         ForceSpec { end_milling: Some(spec), .. } => end_milling(spec, &check.key("end_milling"))?,
         ForceSpec { drilling: Some(spec), .. } => match drilling(spec, &check.key("drilling"))? {
-            #[cfg(not(target_family = "wasm"))]
             CuttingLaw::Drilling(own) if has_stock => CuttingLaw::EngagedDrilling(own),
             own => own,
         },

@@ -1,32 +1,19 @@
 //! The process file, checked: placement of the workpiece, cutting force, errors of the real machine, and limits of compensation.
 
 pub mod chain_errors;
-#[cfg(not(target_family = "wasm"))]
 mod cutter;
-#[cfg(not(target_family = "wasm"))]
-mod feed;
 mod force;
 pub(crate) mod force_spec;
-#[cfg(not(target_family = "wasm"))]
-mod redundancy;
 mod resolve;
-#[cfg(not(target_family = "wasm"))]
-mod robot;
-#[cfg(not(target_family = "wasm"))]
-mod rotary;
 pub(crate) mod spec;
-#[cfg(not(target_family = "wasm"))]
-mod stl;
-#[cfg(not(target_family = "wasm"))]
-mod stock;
+#[cfg_attr(target_family = "wasm", path = "no_tables.rs")]
+mod tables;
 mod tool_force;
 
-#[cfg(not(target_family = "wasm"))]
 pub use cutter::Cutter;
 
-#[cfg(not(target_family = "wasm"))]
-use crate::process::stock::StockRemoval;
 use crate::{
+    FOR_PAGES,
     compensation::{ErrorNorm, Target},
     input::{
         Folder, Inputs,
@@ -39,6 +26,7 @@ use crate::{
         cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
         not_followed::first_unreachable,
+        stock::StockRemoval,
         uncertainty::{self, CutBy, ForceSpread, UncertaintyTable},
     },
     toolpath::{FormatError, NumberFormat, PathPoint, Sampling, Toolpath, WriteOptions, gcode::GcodeOptions},
@@ -64,7 +52,6 @@ pub struct Process {
     /// Cutting forces specific to single tools and features.
     pub own_forces: OwnForces,
     /// What is cut, from which the engagement follows; `None`: as the cutting forces say.
-    #[cfg(not(target_family = "wasm"))]
     pub stock: Option<StockRemoval>,
     /// The rule that decides which moves cut.
     pub cutting_rule: CuttingRule,
@@ -81,19 +68,16 @@ pub struct Process {
     /// Natural frequencies of machine, tool and part, Hz.
     pub natural_frequencies_hz: Vec<f64>,
     /// What limits the feed of a program; `None`: the feed is as programmed.
-    #[cfg(not(target_family = "wasm"))]
     pub feed: Option<crate::process::feed::FeedLimits>,
     /// What is compensated: position or full pose.
     pub target: Target,
     /// Along a program, the length after a corner over which the cutting force is blended from one move to the next, mm; at 0 it jumps.
     pub corner_mm: f64,
-    /// How the redundancy angle γ is chosen; not for pages, which are small and have no threads for the search.
-    #[cfg(not(target_family = "wasm"))]
+    /// How the redundancy angle γ is chosen.
     pub redundancy: crate::process::RedundancySettings,
     /// What a G-code program does not say itself.
     pub gcode: GcodeOptions,
     /// What a program of a robot or an APT program does not say itself.
-    #[cfg(not(target_family = "wasm"))]
     pub robot_program: crate::toolpath::robot::RobotOptions,
     /// How written coordinates are rounded.
     pub decimals: Decimals,
@@ -199,18 +183,14 @@ impl Process {
             let problem = format!("nothing of {origin} is cut: what cuts is {}", self.cutting_rule.words());
             return Err(Error::Argument { argument: format!("{}cutting", self.key_prefix), problem });
         }
-        #[cfg(not(target_family = "wasm"))]
         if let Some(stock) = &self.stock {
             let law = |point: &PathPoint| self.own_forces.law_at(point).unwrap_or(&self.cutting);
             return stock.cut(path, &self.machine, &self.placement, law, origin, done);
         }
-        #[cfg(target_family = "wasm")]
-        let _ = done;
         Ok(path.into())
     }
 
     /// Returns `path`, which has cut the stock, with the loads of what its tool cuts at `shifts` from its points (W, mm); `None` without stock. Errors of the stock.
-    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn cut_shifted(
         &self,
         path: &Toolpath,
@@ -236,7 +216,6 @@ impl Process {
     /// # Errors
     /// It has a table `[feed]`, or a tool that stands.
     pub fn as_programmed(self, name: &str) -> Result<Self> {
-        #[cfg(not(target_family = "wasm"))]
         if let Some(limits) = &self.feed {
             return limits.check.fail(format!(
                 "is not for {name}, which leaves feeds as programmed: only compensate changes those of a G-code program"
@@ -269,7 +248,7 @@ impl Process {
     #[must_use]
     pub fn with_only(&self, component: usize) -> Option<Self> {
         // Pages compute with nominal numbers.
-        if cfg!(target_family = "wasm") {
+        if FOR_PAGES {
             return None;
         }
         let (cutting, own_forces) = (self.cutting.with_only(component)?, self.own_forces.with_only(component)?);
@@ -320,7 +299,6 @@ impl Process {
 
     /// Returns in words what counts as cutting.
     pub fn cutting_words(&self) -> String {
-        #[cfg(not(target_family = "wasm"))]
         if self.stock.is_some() {
             return "every move but rapid ones, with the force of what it touches of the stock".into();
         }
@@ -379,7 +357,7 @@ impl Process {
         if let Some(table) = &mut process.uncertainty {
             table.check = table.check.at_once();
         }
-        if let Some(table) = process.uncertainty.as_ref().filter(|_| !cfg!(target_family = "wasm")) {
+        if let Some(table) = process.uncertainty.as_ref().filter(|_| !FOR_PAGES) {
             let cut = CutBy { has_force: true, ..process.cut_by(&[Some(0)]) };
             table.of_path(&process.machine, &process.errors, &cut)?;
         }

@@ -4,10 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-#[cfg(not(target_family = "wasm"))]
-use super::rotary::rotary;
-#[cfg(target_family = "wasm")]
-use crate::toolpath::gcode::{Rotary, RotaryColumn};
+use super::tables::{feed, redundancy, robot, rotary::rotary, stock};
 use crate::{
     compensation::Target,
     input::{Folder, check::Check, error::Result},
@@ -60,12 +57,8 @@ fn process(
     key_prefix: &'static str,
 ) -> Result<Process> {
     let sampling = sampling(&spec.sampling, &check.key("sampling"))?;
-    #[cfg(not(target_family = "wasm"))]
-    let (stock, mesh) = super::stock::stock(spec, sampling, folder, check)?;
-    #[cfg(not(target_family = "wasm"))]
+    let (stock, mesh) = stock::stock(spec, sampling, folder, check)?;
     let has_stock = stock.is_some();
-    #[cfg(target_family = "wasm")]
-    let (has_stock, mesh) = (false, Default::default());
     let (cutting, wrenches) = cutting_law(&spec.force, has_stock, folder, &check.key("force"))?;
     let (own_forces, own_tables) = own_forces(&spec.force_of_tool, &spec.force_of_feature, has_stock, folder, check)?;
     if has_stock && cutting == CuttingLaw::None && own_forces.is_empty() {
@@ -76,8 +69,7 @@ fn process(
             .key("cutting")
             .fail("is given where [stock] is, which says what cuts: expected no such table".into());
     }
-    #[cfg(not(target_family = "wasm"))]
-    let feed = super::feed::limits(spec, [&cutting].into_iter().chain(own_forces.laws()), check)?;
+    let feed = feed::limits(spec, [&cutting].into_iter().chain(own_forces.laws()), check)?;
     let features = own_forces.by_feature.iter().map(|(text, _)| text.clone()).collect();
     let check_gcode = check.key("gcode");
     let machine = match &spec.tool {
@@ -104,23 +96,19 @@ fn process(
         is_placed: spec.placement.origin_mm.is_some(),
         cutting,
         own_forces,
-        #[cfg(not(target_family = "wasm"))]
         stock,
         cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
         errors: chain_errors(&spec.chain_error, machine, check)?,
         uncertainty,
         verdict: VerdictTable::resolve(&spec.verdict, spec.temperature.as_ref(), machine, check)?,
         sampling,
-        #[cfg(not(target_family = "wasm"))]
         feed,
         limits: limits(&spec.limits, &check.key("limits"))?,
         natural_frequencies_hz: natural_frequencies(spec, check)?,
         target,
         corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
-        #[cfg(not(target_family = "wasm"))]
-        redundancy: super::redundancy::settings(&spec.redundancy, machine, &check.key("redundancy"))?,
-        #[cfg(not(target_family = "wasm"))]
-        robot_program: super::robot::options(&spec.robot_program, tool_stands.is_some(), &check.key("robot_program"))?,
+        redundancy: redundancy::settings(&spec.redundancy, machine, &check.key("redundancy"))?,
+        robot_program: robot::options(&spec.robot_program, tool_stands.is_some(), &check.key("robot_program"))?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
         write_tolerance_mm: write_tolerance(spec, &check_gcode)?,
         helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),
@@ -128,9 +116,7 @@ fn process(
         key_prefix,
         inputs: wrenches.and(own_tables).and(covariance.unwrap_or_default()).and(mesh),
     };
-    #[cfg(not(target_family = "wasm"))]
-    let process = super::stock::with_earlier(process, spec.stock.as_ref(), folder, check)?;
-    Ok(process)
+    stock::with_earlier(process, spec.stock.as_ref(), folder, check)
 }
 
 /// Returns the tip of a tool that stands, mm, with its place in the file; what errors and uncertain inputs then do is not computed.
@@ -154,10 +140,7 @@ fn natural_frequencies(spec: &ProcessSpec, check: &Check) -> Result<Vec<f64>> {
         own.map(|(k, own)| check.key(&format!("natural_frequencies_Hz[{k}]")).positive(*own)).collect()
     };
     let own = positive(check, &spec.natural_frequencies_hz)?;
-    #[cfg(not(target_family = "wasm"))]
-    let of_stock = positive(&check.key("stock"), spec.stock.as_ref().map_or(&[], |own| &own.natural_frequencies_hz))?;
-    #[cfg(target_family = "wasm")]
-    let of_stock = Vec::new();
+    let of_stock = positive(&check.key("stock"), stock::natural_frequencies_hz(spec))?;
     Ok([own, of_stock].concat())
 }
 
@@ -216,12 +199,6 @@ fn limits(spec: &LimitsSpec, check: &Check) -> Result<CorrectionLimits> {
         objective: spec.objective,
         unloaded_gouge_mm: check.key("unloaded_gouge_mm").optional_positive(spec.unloaded_gouge_mm)?,
     })
-}
-
-/// Returns no rotary axes: pages get programs with rotary axes as points.
-#[cfg(target_family = "wasm")]
-fn rotary(_: &GcodeSpec, _: &Machine, _: &Placement, _: Target, _: &Check) -> Result<(Rotary, Vec<RotaryColumn>)> {
-    Ok(Default::default())
 }
 
 /// Checks the options for reading G-code: dialect, unit, start, work offsets and rotary axes; features are added later.

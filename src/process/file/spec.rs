@@ -4,7 +4,17 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::{chain_errors::ChainErrorSpec, force_spec::ForceSpec};
+use super::{
+    chain_errors::ChainErrorSpec,
+    force_spec::ForceSpec,
+    tables::{
+        feed::FeedSpec,
+        redundancy::RedundancySpec,
+        robot::RobotSpec,
+        rotary::RotaryList,
+        stock::{StockSpec, ToolSpec},
+    },
+};
 use crate::{
     compensation::{ErrorNorm, Target},
     machine::OtherToolSpec,
@@ -59,53 +69,25 @@ pub struct ProcessSpec {
     #[serde(default, rename = "natural_frequencies_Hz")]
     pub natural_frequencies_hz: Vec<f64>,
     /// What limits the feed of a program; as programmed if not given.
-    #[cfg(not(target_family = "wasm"))]
-    pub feed: Option<super::feed::FeedSpec>,
-    /// See there.
-    #[cfg(target_family = "wasm")]
-    #[serde(default, rename = "feed")]
-    pub _feed: serde::de::IgnoredAny,
+    pub feed: Option<FeedSpec>,
     /// What is compensated.
     #[serde(default)]
     pub compensate: CompensateTable,
     /// How the redundancy angle γ is chosen.
     #[serde(default)]
-    #[cfg_attr(target_family = "wasm", expect(dead_code, reason = "pages have the path as it was turned"))]
-    pub redundancy: RedundancyTable,
+    pub redundancy: RedundancySpec,
     /// What a G-code program does not say itself.
     #[serde(default)]
     pub gcode: GcodeSpec,
     /// What is cut, from which the engagement follows; as the cutting forces say if not given.
-    #[cfg(not(target_family = "wasm"))]
-    pub stock: Option<super::stock::StockSpec>,
+    pub stock: Option<StockSpec>,
     /// Tools that cut the stock, by number.
-    #[cfg(not(target_family = "wasm"))]
     #[serde(default)]
-    pub tools: BTreeMap<String, super::stock::ToolSpec>,
+    pub tools: BTreeMap<String, ToolSpec>,
     /// What a program of a robot or an APT program does not say itself. Pages get such programs as points.
-    #[cfg(not(target_family = "wasm"))]
     #[serde(default)]
-    pub robot_program: super::robot::RobotSpec,
-    /// Ignored where nothing is cut.
-    #[cfg(target_family = "wasm")]
-    #[serde(default, rename = "stock")]
-    pub _stock: serde::de::IgnoredAny,
-    /// See there.
-    #[cfg(target_family = "wasm")]
-    #[serde(default, rename = "tools")]
-    pub _tools: serde::de::IgnoredAny,
-    /// Ignored where there are no such programs.
-    #[cfg(target_family = "wasm")]
-    #[serde(default, rename = "robot_program")]
-    pub _robot_program: serde::de::IgnoredAny,
+    pub robot_program: RobotSpec,
 }
-
-/// The table `redundancy`.
-#[cfg(not(target_family = "wasm"))]
-pub(crate) type RedundancyTable = super::redundancy::RedundancySpec;
-/// The same on pages, which have the path as it was turned.
-#[cfg(target_family = "wasm")]
-pub(crate) type RedundancyTable = serde::de::IgnoredAny;
 
 impl ProcessSpec {
     /// Returns the names of the given tables that only apply to toolpaths.
@@ -117,15 +99,11 @@ impl ProcessSpec {
             ("cutting", self.cutting != CuttingRuleSpec::default()),
             ("sampling", self.sampling != SamplingSpec::default()),
             ("limits", self.limits != LimitsSpec::default()),
-            #[cfg(not(target_family = "wasm"))]
             ("feed", self.feed.is_some()),
-            #[cfg(not(target_family = "wasm"))]
-            ("redundancy", self.redundancy != RedundancyTable::default()),
+            ("redundancy", self.redundancy != RedundancySpec::default()),
             ("gcode", self.gcode != GcodeSpec::default()),
-            #[cfg(not(target_family = "wasm"))]
             ("stock", self.stock.is_some()),
-            #[cfg(not(target_family = "wasm"))]
-            ("robot_program", self.robot_program != super::robot::RobotSpec::default()),
+            ("robot_program", self.robot_program != RobotSpec::default()),
         ];
         given.iter().filter(|(_, says_something)| *says_something).map(|(name, _)| *name).collect()
     }
@@ -175,13 +153,6 @@ pub struct SamplingSpec {
     /// The largest rotation of the tool along a piece; 2 if not given.
     pub max_turn_deg: Option<f64>,
 }
-
-/// The list `rotary`.
-#[cfg(not(target_family = "wasm"))]
-pub(crate) type RotaryList = Vec<RotarySpec>;
-/// The same on pages, which have the path as points.
-#[cfg(target_family = "wasm")]
-pub(crate) type RotaryList = serde::de::IgnoredAny;
 
 /// An item of `[[gcode.rotary]]`: a rotary axis of the control.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

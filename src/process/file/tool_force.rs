@@ -6,8 +6,6 @@ use super::{
     force::{coefficients, teeth},
     force_spec::{CutSpec, DrillingSpec, EndMillingSpec, KienzleSpec, MeanOrPeakSpec},
 };
-#[cfg(not(target_family = "wasm"))]
-use crate::process::cutting::EngagedMilling;
 use crate::{
     input::{check::Check, error::Result},
     process::cutting::{
@@ -35,7 +33,7 @@ pub(super) fn engaged_milling(spec: &EndMillingSpec, check: &Check) -> Result<Cu
     if let Some((key, _, why)) = given.into_iter().find(|(_, given, _)| *given) {
         return check.key(key).fail(format!("{why}: expected no such key"));
     }
-    Ok(CuttingLaw::EngagedMilling(EngagedMilling {
+    Ok(CuttingLaw::EngagedMilling(crate::process::cutting::EngagedMilling {
         edge: edge_law(spec, check)?,
         feed_per_tooth_mm: check.key("feed_per_tooth_mm").optional_positive(spec.feed_per_tooth_mm)?,
         spindle: spec.spindle.turn(),

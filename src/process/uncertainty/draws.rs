@@ -159,7 +159,7 @@ impl Draws {
         let ranges = coordinates.iter().map(range).collect();
         let in_order = |weakness: &Vec<f64>| {
             let mut order: Vec<usize> = (0..count).collect();
-            if !cfg!(target_family = "wasm") {
+            if !crate::FOR_PAGES {
                 order.sort_by(|a, b| weakness[*b].total_cmp(&weakness[*a]));
             }
             order
@@ -170,7 +170,7 @@ impl Draws {
             Some([alone.iter().zip(&largest_force).map(|(own, factor)| own * factor).collect(), alone])
         };
         // Pages seek no draws that fall over.
-        let sought = if cfg!(target_family = "wasm") { &[] } else { parameters };
+        let sought = if crate::FOR_PAGES { &[] } else { parameters };
         let softest = sought.iter().zip(&normal).filter_map(softness).flatten();
         let weakness: Vec<Vec<f64>> = std::iter::once(largest_force.clone()).chain(softest).collect();
         let weakest = weakness.iter().flatten().fold(1.0, |most: f64, own| most.max(*own));

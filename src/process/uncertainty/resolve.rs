@@ -15,6 +15,7 @@ use super::{
     varies,
 };
 use crate::{
+    FOR_PAGES,
     input::{
         Folder, Inputs,
         check::Check,
@@ -125,7 +126,7 @@ impl UncertaintyTable {
     /// A file that is not there, or cannot be read.
     pub fn read(spec: &UncertaintySpec, folder: &Folder, check: Check) -> Result<(Self, Inputs)> {
         let (mut covariance, mut inputs) = (None, Inputs::default());
-        if let Some(file) = spec.covariance.as_ref().filter(|_| !cfg!(target_family = "wasm")) {
+        if let Some(file) = spec.covariance.as_ref().filter(|_| !FOR_PAGES) {
             if !folder.has_file(file) {
                 return check.key("covariance").fail(format!("\"{file}\" is not a file in its folder"));
             }
@@ -243,10 +244,10 @@ fn resolve(
         found.add_tolerances(entry, &check.key(&format!("chain_error[{i}]")))?;
     }
     // Its decompositions would make pages larger by a hundredth.
-    if cfg!(target_family = "wasm") && spec.covariance.is_some() {
+    if FOR_PAGES && spec.covariance.is_some() {
         return check.key("covariance").fail("is not read in pages".into());
     }
-    let covariance = covariance.filter(|_| !cfg!(target_family = "wasm"));
+    let covariance = covariance.filter(|_| !FOR_PAGES);
     let covariance = covariance.map(|(bytes, origin)| Covariance::read(bytes, origin)).transpose()?;
     let (mut correlated, mut cut, mut factor) = (Vec::new(), Vec::new(), DMatrix::zeros(0, 0));
     if let Some(covariance) = &covariance {
@@ -328,7 +329,7 @@ fn force_spread(
     let wear = wear.map(|largest| Spread::Uniform { least: 0.0, largest });
     let sharp = sharp.map(Spread::of_relative_std);
     let mut components = [None; ForceSpread::COMPONENTS.len()];
-    let given = process.force_component_relative_std.filter(|_| !cfg!(target_family = "wasm"));
+    let given = process.force_component_relative_std.filter(|_| !FOR_PAGES);
     if let Some(ForceComponentsSpec { tangential, radial, axial }) = given {
         let key = "process.force_component_relative_std";
         for (own, (name, given)) in

@@ -34,10 +34,7 @@ impl Corrector<'_> {
     }
 }
 
-/// Most entries of a table of a single drive: those that LinuxCNC reads from a `COMP_FILE`.
-pub const MOST_ENTRIES: usize = 256;
-
-/// Number of entries of a table of a single drive.
+/// Number of entries of a table of a single drive; LinuxCNC reads at most 256 from a `COMP_FILE`.
 const ENTRIES: usize = 65;
 /// Positions sampled for these tables, along the drive's own axis and along the others.
 const SAMPLES: [usize; 2] = [129, 9];

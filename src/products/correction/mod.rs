@@ -13,7 +13,7 @@ mod smallest;
 mod table;
 
 pub use bound::{Worst, worst};
-pub use corrector::{Corrector, JointTable, MOST_ENTRIES};
+pub use corrector::{Corrector, JointTable};
 pub use loaded::{ResidualPoint, residual_grid, residuals};
 pub use table::{CorrectionTable, ForceTerms};
 

@@ -1,6 +1,5 @@
 //! Compensates a program: finds the commands, writes the program that gives them, reads it back and proves it by simulation.
 
-#[cfg(not(target_family = "wasm"))]
 use super::deflected::{DeflectedCut, MOST_POINTS};
 use super::{
     CorrectedPath, ForceCheck, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, Proof, ProvedPart,
@@ -95,7 +94,6 @@ pub struct ProvedProgram {
     /// What the program as written does if the cutting force is absent.
     pub without_force: WithoutForce,
     /// The tool without compensation in the cut that it makes; `None` without stock, for long programs, and where nothing bends.
-    #[cfg(not(target_family = "wasm"))]
     pub deflected_cut: Option<DeflectedCut>,
     /// Distributions of the largest error over the points that count, without compensation and as written; `None` where inputs are taken as exact.
     pub spread: Option<PathSpread>,
@@ -153,7 +151,6 @@ impl ProgramJob {
             let problem = "is not computed for a measured pass: expected a method, or no such table";
             table.check.fail::<()>(problem.into())?;
         }
-        #[cfg(not(target_family = "wasm"))]
         if let (CommandSource::Mirror(_), Some(limits)) = (&asked.way, &self.process.feed) {
             let problem =
                 "changes feeds, and a measured pass is of the program as it was: expected a method, or no such table";
@@ -200,12 +197,10 @@ impl ProgramJob {
         };
         let mut excess = bounded.as_ref().map(|bounded| ExcessSearch::new(self, bounded));
         let name = format!("{}, as written", sought.name);
-        #[cfg(not(target_family = "wasm"))]
         let mut errors_before = Vec::new();
         let Proof { mut passes, without_force, spread } = self.prove(name, &written, asked, work, |proved| {
             work.check()?;
             excess.iter_mut().for_each(|excess| excess.add(proved.part.first, &proved.written));
-            #[cfg(not(target_family = "wasm"))]
             if self.process.stock.is_some() && self.path.len() <= MOST_POINTS {
                 errors_before.extend_from_slice(&proved.before[Source::All]);
             }
@@ -220,7 +215,6 @@ impl ProgramJob {
             exceeded,
             forces,
             without_force,
-            #[cfg(not(target_family = "wasm"))]
             deflected_cut: self.deflected_cut(errors_before, work)?,
             spread,
             uncorrected,

@@ -26,7 +26,7 @@ use crate::{
         error::{Error, Result},
         file, to_hex,
     },
-    page::{Description, ResultFolder, headline::Headline, page_with},
+    page::{Description, PageKind, ResultFolder, headline::Headline, page_with},
     process::KnownForce,
     questions::path::report::facts_text,
     redundancy,
@@ -279,7 +279,7 @@ impl ProgramFiles {
         files.push(OutputFile::new(self.file_named(""), program));
         let mut names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
         write_all(made, files).map_err(|error| self.with_final_path(error))?;
-        let folder = ResultFolder { path: made.to_path_buf(), description, manifest };
+        let folder = ResultFolder { path: made.to_path_buf(), description, manifest, kind: PageKind::PLAIN };
         let page = page_with(&folder, figures, &made.join(self.file_named(PAGE)))?;
         names.push(self.file_named(PAGE));
         let page = vec![OutputFile::new(self.file_named(PAGE), page)];

@@ -16,9 +16,7 @@
 pub mod bounded;
 mod compensate;
 mod corrected;
-#[cfg(not(target_family = "wasm"))]
 mod deflected;
-#[cfg(not(target_family = "wasm"))]
 mod feed;
 #[cfg(feature = "report")]
 pub mod files;
@@ -29,7 +27,6 @@ mod prove;
 pub mod report;
 #[cfg(feature = "report")]
 mod surface;
-#[cfg(not(target_family = "wasm"))]
 mod turned;
 
 use std::{
@@ -41,13 +38,10 @@ use std::{
 use serde::Serialize;
 
 use self::part::TrackPart;
-#[cfg(not(target_family = "wasm"))]
 use self::turned::with_best_gamma;
 pub use compensate::{Asked, CommandSource, Compensated, InMemory, ProvedProgram, Receiver, Refusal};
 pub use corrected::{CorrectedPath, ProgramAsWritten, WrittenCalls};
-#[cfg(not(target_family = "wasm"))]
 pub use deflected::DeflectedCut;
-#[cfg(not(target_family = "wasm"))]
 pub use feed::{FoundFeeds, Placed};
 pub use forces::ForceCheck;
 pub use part::Part;
@@ -93,7 +87,6 @@ pub struct ProgramJob {
     /// The γ (rotation about the tool axis) that was found, if the process asks for the best one.
     pub redundancy: Option<FoundGamma>,
     /// The feeds that were chosen, if the process asks for it; `file` has them.
-    #[cfg(not(target_family = "wasm"))]
     pub feed: Option<FoundFeeds>,
     /// The points of the program.
     pub path: CutPath,
@@ -155,7 +148,6 @@ impl ProgramJob {
     /// A target that a program cannot command, a program that moves nowhere or has too many points, or a path that lacks what the cutting
     /// force needs; no γ that is possible along the whole path, or a format that cannot express it; a program whose feeds cannot be chosen; errors of `work`.
     pub fn new(process: Process, program: ProgramFile, name: &str, work: &Work) -> Result<Self> {
-        #[cfg(not(target_family = "wasm"))]
         if let Some(limits) = &process.feed {
             return feed::with_feeds(limits, &process, program, name, work);
         }
@@ -165,9 +157,6 @@ impl ProgramJob {
     /// Prepares `program` as [`ProgramJob::new`] does, with the feeds that it has.
     fn as_programmed(process: Process, program: ProgramFile, name: &str, work: &Work) -> Result<Self> {
         // Pages get programs at the γ that was found.
-        #[cfg(target_family = "wasm")]
-        let (_, redundancy) = (work, None);
-        #[cfg(not(target_family = "wasm"))]
         let (process, program, redundancy) = match process.redundancy.is_sought() {
             true => with_best_gamma(&process, &program, name, work)?,
             false => (process, program, None),
@@ -178,7 +167,6 @@ impl ProgramJob {
                 ProgramFile::Gcode(program) if !program.notes().unlocated_lines.is_empty() => {
                     "moves nowhere known: a G0 or G1 to a position in X, Y and Z is expected, or start_mm in [gcode]"
                 }
-                #[cfg(not(target_family = "wasm"))]
                 ProgramFile::Robot(program) if !program.notes().unlocated_lines.is_empty() => {
                     "moves nowhere known: a motion to a full pose is expected (X, Y, Z and the orientation)"
                 }
@@ -190,7 +178,6 @@ impl ProgramJob {
         if process.has_force() || process.errors.iter().any(|errors| !errors.is_none()) {
             check_unit(&program, name)?;
         }
-        #[cfg(not(target_family = "wasm"))]
         if let Some(stock) = &process.stock {
             if process.placement.reference == PathReference::ToolTip {
                 let (cell_mm, bytes) = stock.field_size(&path, &process.machine, &process.placement)?;
@@ -222,7 +209,6 @@ impl ProgramJob {
             components,
             file,
             redundancy,
-            #[cfg(not(target_family = "wasm"))]
             feed: None,
             path,
             name,

@@ -55,7 +55,6 @@ pub(super) fn with_best_gamma(
     };
     let mut process = Process { machine: turned.machine.clone(), ..process.clone() };
     let file = match program {
-        #[cfg(not(target_family = "wasm"))]
         ProgramFile::Robot(robot_program) => {
             let orientations: Vec<_> = turned.path.points().iter().filter_map(|point| point.orientation).collect();
             let writing = process.write_options(robot_program.own_format())?;
@@ -72,7 +71,6 @@ pub(super) fn with_best_gamma(
 }
 
 /// Returns `path` with how the arm stands along it at the γ of `turned`, under `loads`, where `program` says how it stands.
-#[cfg(not(target_family = "wasm"))]
 fn with_postures_of(
     path: CutPath,
     turned: &RotatedPath,

@@ -43,15 +43,6 @@ impl DesignProblem<'_> {
         chosen.iter().fold(self.known.clone(), |sum, &i| sum + information(&self.candidates[i]))
     }
 
-    /// Returns the value of the criterion for an information matrix; `None` where it is not positive definite.
-    pub fn criterion_value(&self, information: &DMatrix<f64>) -> Option<f64> {
-        let factors = Cholesky::new(information.clone())?;
-        Some(match &self.criterion {
-            Criterion::AllNumbers => 2.0 * factors.l().diagonal().map(libm::log).sum(),
-            Criterion::Tested(tested) => -libm::log(factors.solve(tested).trace()),
-        })
-    }
-
     /// Returns by how much each candidate raises the criterion from this information matrix; minus infinity for those in `taken` (indices).
     pub fn gains(&self, information: &DMatrix<f64>, taken: &[usize]) -> Vec<f64> {
         let Some(factors) = Cholesky::new(information.clone()) else { return vec![0.0; self.candidates.len()] };

@@ -38,9 +38,4 @@ impl LoopGain {
             gain: stiffness.map(gain),
         }
     }
-
-    /// Whether the loop converges at the given cutting stiffness; `None` if none is given.
-    pub fn is_safe(&self) -> Option<bool> {
-        self.gain.map(|gain| gain < 1.0)
-    }
 }

@@ -4,7 +4,6 @@
 pub mod report;
 pub(crate) mod resolve;
 pub(crate) mod spec;
-#[cfg_attr(target_family = "wasm", path = "not_turned.rs")]
 mod turned;
 
 use std::ops::{Deref, Range};

@@ -15,6 +15,7 @@ use super::{
     walk::{ExactMode, PathWalk, Refusal, UNMEASURED, excess},
 };
 use crate::{
+    FOR_PAGES,
     compensation::TaskPoint,
     input::error::Error,
     machine::{Configuration, Machine},
@@ -39,13 +40,11 @@ pub struct Evaluator {
     exact: ExactMode,
     pub(super) features: Vec<PreparedFeature>,
     /// Machines of the draws, for each feature, or why there are none; `None` where the objective does not ask for them.
-    #[cfg(not(target_family = "wasm"))]
     pub(super) drawn: std::result::Result<Option<Vec<DrawnMachines>>, String>,
     /// Sum of the shares of all features: 1 up to multiples of [`GRAIN`].
     share: f64,
     /// Number of levels of the feature with most of them.
     pub(super) levels: usize,
-    #[cfg(not(target_family = "wasm"))]
     pub(super) gammas: super::turned::GammaCache,
 }
 
@@ -120,16 +119,14 @@ impl Evaluator {
         needs.across &= study.objective.has(Metric::WorstAcrossPath);
         needs.uncertain &= study.objective.has(Metric::P95Deflection);
         // Pages compute with nominal numbers.
-        #[cfg(not(target_family = "wasm"))]
         let drawn = {
-            let asked = study.features.iter().filter(|_| needs.uncertain);
+            let asked = study.features.iter().filter(|_| !FOR_PAGES && needs.uncertain);
             let of_feature = |job: &FeatureJob| job.drawn().map_err(|error| error.to_string());
             asked.map(of_feature).collect()
         };
         let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
         let share = features.iter().map(|feature| feature.share).sum();
         Self {
-            #[cfg(not(target_family = "wasm"))]
             gammas: super::turned::GammaCache::default(),
             study: study.clone(),
             needs,
@@ -137,7 +134,6 @@ impl Evaluator {
             asks_bounded,
             exact,
             features,
-            #[cfg(not(target_family = "wasm"))]
             drawn,
             share,
             levels,
@@ -153,7 +149,6 @@ impl Evaluator {
     /// Starts an evaluation at `site` also where the path leaves the workspace box. `Err` says why else the workpiece must not stand there.
     pub(super) fn begin_without_workspace_check(&self, site: &Site) -> Result<PartialEvaluation, Failure> {
         self.check_boxes(site)?;
-        #[cfg(not(target_family = "wasm"))]
         for f in 0..self.features.len() {
             self.gamma_at(site, f).transpose()?;
         }
@@ -174,7 +169,6 @@ impl Evaluator {
 
     /// Returns pose and load at each point of feature `f` with the workpiece at `site`; not kept, as a sweep has too many places.
     pub(super) fn tasks(&self, site: &Site, f: usize) -> Vec<TaskPoint> {
-        #[cfg(not(target_family = "wasm"))]
         if let Some(at_gamma) = self.tasks_at_best_gamma(site, f) {
             return at_gamma;
         }
@@ -344,8 +338,7 @@ impl Evaluator {
         if self.needs.bounded {
             ResidualTally::perfect().write_into(&mut metrics);
         }
-        #[cfg(not(target_family = "wasm"))]
-        if self.needs.uncertain {
+        if !FOR_PAGES && self.needs.uncertain {
             let mut uncertain = self.study.features.iter().flat_map(|job| &job.tracked.uncertainty);
             let is_bounded = uncertain.all(|own| own.has_nominal_medians());
             let nominal = metrics.get(Metric::WorstDeflection).filter(|_| is_bounded);
@@ -375,8 +368,7 @@ impl Evaluator {
         if self.needs.bounded {
             self.correct_within_limits(partial, &mut evaluation);
         }
-        #[cfg(not(target_family = "wasm"))]
-        if self.needs.uncertain {
+        if !FOR_PAGES && self.needs.uncertain {
             uncertain::write_metrics(self, &partial.site, self.levels, &mut evaluation.metrics)?;
         }
         match evaluation.not_corrected {
@@ -438,8 +430,7 @@ impl Evaluator {
                 return None;
             }
             // A few points tell most places apart, at a part of the price.
-            #[cfg(not(target_family = "wasm"))]
-            if self.needs.uncertain && partial.level == 1 && self.levels > 1 {
+            if !FOR_PAGES && self.needs.uncertain && partial.level == 1 && self.levels > 1 {
                 let mut of_few = best;
                 uncertain::write_metrics(self, site, partial.level, &mut of_few).ok()?;
                 if value(&of_few) >= below {
@@ -497,10 +488,7 @@ impl Evaluator {
 
     /// Returns γ of each feature at `site`, rad; `None` where none is sought or possible.
     pub(super) fn gammas_at(&self, site: &Site) -> Vec<Option<f64>> {
-        #[cfg(not(target_family = "wasm"))]
-        return (0..self.features.len()).map(|f| self.gamma_at(site, f)?.ok()).collect();
-        #[cfg(target_family = "wasm")]
-        vec![None; self.features.len()]
+        (0..self.features.len()).map(|f| self.gamma_at(site, f)?.ok()).collect()
     }
 
     /// Returns the actual machine of feature `f`, with its chain errors.

@@ -28,7 +28,6 @@ mod site;
 pub(crate) mod spec;
 mod sweep;
 mod tally;
-#[cfg(not(target_family = "wasm"))]
 mod turned;
 mod uncertain;
 mod walk;
@@ -86,7 +85,6 @@ pub struct FeatureJob {
     /// Loads of the components of the force at each point of its path, where one of them varies by itself.
     pub components: Option<[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]>,
     /// Settings of the search for γ, the rotation about the tool axis, at each place, if there is one.
-    #[cfg(not(target_family = "wasm"))]
     pub gamma_search: Option<crate::process::RedundancySettings>,
 }
 
@@ -109,16 +107,11 @@ impl FeatureJob {
 
     /// Returns the feature without a search for γ: the tool keeps its programmed rotation about its axis.
     fn as_programmed(&self) -> Self {
-        Self {
-            #[cfg(not(target_family = "wasm"))]
-            gamma_search: None,
-            ..self.clone()
-        }
+        Self { gamma_search: None, ..self.clone() }
     }
 
     /// Returns the words added to the reason of a place outside the workspace box where γ is searched for; else an empty string.
     fn gamma_note(&self) -> &'static str {
-        #[cfg(not(target_family = "wasm"))]
         if self.gamma_search.is_some() {
             return "; no rotation about the tool axis keeps the path within the box and the machine within its limits";
         }
@@ -270,10 +263,7 @@ impl PlacementStudy {
 
     /// Returns whether γ, the rotation about the tool axis, of a feature is sought.
     pub(crate) fn seeks_gamma(&self) -> bool {
-        #[cfg(not(target_family = "wasm"))]
-        return self.features.iter().any(|job| job.gamma_search.is_some());
-        #[cfg(target_family = "wasm")]
-        false
+        self.features.iter().any(|job| job.gamma_search.is_some())
     }
 
     /// Returns the study without searches for γ: tools keep their programmed rotation about their axes.

@@ -216,7 +216,6 @@ fn resolve_feature(
             format!("commands {first}: a place is sought for one position of such a drive, expected [locked] instead");
         return Err(Error::Argument { argument: origin, problem });
     }
-    #[cfg(not(target_family = "wasm"))]
     if let Some(stock) = &process.stock {
         stock.check_movable(&process.machine, &process.placement)?;
     }
@@ -256,16 +255,13 @@ fn resolve_feature(
         force_words,
         verdict: process.verdict.clone(),
         components: None,
-        #[cfg(not(target_family = "wasm"))]
         gamma_search: Some(process.redundancy.clone()).filter(crate::process::RedundancySettings::is_sought),
     };
-    #[cfg(not(target_family = "wasm"))]
     job.check_gamma_search()?;
     Ok((job, process, today, inputs))
 }
 
 /// Returns `process`, with the machine kept on the branch of home if it asks for one constant γ. `Err` if γ may vary along the path.
-#[cfg(not(target_family = "wasm"))]
 fn with_constant_gamma(process: Process, context: &StudyContext<'_>, spec: &FeatureSpec) -> Result<Process> {
     match process.redundancy.gamma {
         crate::process::GammaChoice::AsProgrammed => Ok(process),
@@ -282,12 +278,6 @@ fn with_constant_gamma(process: Process, context: &StudyContext<'_>, spec: &Feat
             Ok(Process { machine, ..process })
         }
     }
-}
-
-/// Returns `process` unchanged: pages do not search for γ.
-#[cfg(target_family = "wasm")]
-fn with_constant_gamma(process: Process, _: &StudyContext<'_>, _: &FeatureSpec) -> Result<Process> {
-    Ok(process)
 }
 
 /// Returns the box around the paths of all features, W, mm.
@@ -530,7 +520,6 @@ fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check:
         return check.fail("needs [limits] of corrections or forces in a process file".into());
     }
     if metric.is_uncertain() {
-        #[cfg(not(target_family = "wasm"))]
         if features.iter().any(|job| job.gamma_search.is_some()) {
             return check.fail("is not computed where [compensate.redundancy] seeks γ: expected another metric".into());
         }

@@ -42,7 +42,7 @@ pub(super) struct GammaCache(Mutex<HashMap<Key, Result<f64, Failure>>>);
 impl FeatureJob {
     /// Checks that the machine can rotate its tool freely, if γ is sought. `Err` says why it cannot.
     pub(super) fn check_gamma_search(&self) -> Result<(), Error> {
-        let Some(settings) = &self.gamma_search else { return Ok(()) };
+        let Some(settings) = self.gamma_search.as_ref().filter(|own| own.is_sought()) else { return Ok(()) };
         let placement = Placement { reference: self.feature.reference, ..Placement::default() };
         rotated_by(self.gamma_problem(settings, &placement), 0.0).map(drop)
     }
@@ -134,7 +134,7 @@ impl Evaluator {
     /// `Err` says why it can be cut at no γ.
     pub fn gamma_at(&self, site: &Site, f: usize) -> Option<Result<f64, Failure>> {
         let job = &self.study.features[f];
-        let settings = job.gamma_search.as_ref()?;
+        let settings = job.gamma_search.as_ref().filter(|own| own.is_sought())?;
         let key = (f, site.0.map(f64::to_bits));
         let known = self.gammas.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         if known.is_some() {

@@ -11,6 +11,7 @@ use super::{
     site::Site,
 };
 use crate::{
+    FOR_PAGES,
     compensation::TaskPoint,
     input::error::Result,
     process::uncertainty::{DrawnForceAt, P95, quantile},
@@ -48,7 +49,7 @@ pub(super) fn add_spread(
     work: &Work,
 ) -> Result<()> {
     // Pages compute with nominal numbers.
-    if cfg!(target_family = "wasm") {
+    if FOR_PAGES {
         return Ok(());
     }
     let drawn = study.features.iter().map(FeatureJob::drawn);
@@ -87,7 +88,6 @@ pub(super) fn add_spread(
 
 /// Writes the metrics of the distribution without compensation at `site`, as estimated, over the points of the levels before `level`, into `metrics`. `Err`
 /// says why there is none.
-#[cfg(not(target_family = "wasm"))]
 pub(super) fn write_metrics(
     evaluator: &Evaluator,
     site: &Site,
@@ -132,9 +132,6 @@ fn passes(evaluator: &Evaluator) -> Vec<Vec<u32>> {
 fn drawn_forces(evaluator: &Evaluator, drawn: &DrawnMachines, site: &Site, f: usize) -> Vec<DrawnForceAt> {
     let job = &evaluator.study.features[f];
     let placement = site.placement(job.feature.reference);
-    #[cfg(target_family = "wasm")]
-    let path = std::borrow::Cow::Borrowed(&job.feature.path);
-    #[cfg(not(target_family = "wasm"))]
     let path = evaluator.path_at_best_gamma(site, f);
     drawn_forces_at(&drawn.uncertainty, job.machine(), &placement, &path, job.components.as_ref())
 }

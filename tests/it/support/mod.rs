@@ -17,6 +17,10 @@ pub mod results;
 pub mod robot_data;
 pub mod uncertain;
 
+use kinetostat::{
+    process::cutting::{CuttingLaw, LoadError, PathLoad},
+    toolpath::Toolpath,
+};
 use serde_json::Value;
 
 /// Reference states of `machine`; the test fails if they are missing.
@@ -24,6 +28,12 @@ pub fn reference(machine: &str) -> Value {
     let file = format!("{}/tests/reference/{machine}.json", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("reference file {file} is missing: {e}"));
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("reference file {file} is broken: {e}"))
+}
+
+/// The load at each point of `path`, which `law` must suit.
+pub fn path_loads(law: &CuttingLaw, path: &Toolpath) -> Result<Vec<PathLoad>, LoadError> {
+    law.check(path)?;
+    path.points().iter().map(|point| law.load(point)).collect()
 }
 
 /// How close two arrays must be.

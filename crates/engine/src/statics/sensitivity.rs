@@ -16,7 +16,7 @@ use crate::{
     input::error::Result,
     lanes::{Frame, Vec3},
     machine::{Machine, Variation},
-    spatial::{Pose, Wrench, rotation_log},
+    spatial::{Wrench, rotation_log},
 };
 
 /// Machines varied in one parameter each, from which derivatives by the parameters are taken.
@@ -41,14 +41,6 @@ pub struct Sensitivity {
     pub twist: Vector6<f64>,
     /// Change of the tool tip in the platform's axes, mm per unit.
     pub tool_tip: Vector3<f64>,
-}
-
-impl Sensitivity {
-    /// Displacement of the tool tip per unit of the parameter, P at `pose`, mm in the axes of O.
-    pub fn tip_displacement(&self, machine: &Machine, pose: &Pose) -> Vector3<f64> {
-        let (linear, angular) = (self.twist.fixed_rows::<3>(0), self.twist.fixed_rows::<3>(3));
-        linear + angular.cross(&(pose.rotation * machine.tool_tip)) + pose.rotation * self.tool_tip
-    }
 }
 
 impl Sensitivities {

@@ -22,7 +22,7 @@ use crate::{
         lock_folder,
     },
     input::{Inputs, error::Result},
-    page::{Description, PAGE, headline::Headline},
+    page::{Description, PAGE, PageKind, headline::Headline},
     products::field_report::Field,
     questions::Overrides,
     spatial::Grid,
@@ -140,7 +140,7 @@ pub fn export(question: &CorrectionQuestion, export: &CorrectionExport, out: &Pa
     let report = Report { question, answer: &answer, grid: &grid, residuals: &residuals, formats: &formats };
     let run = Run { out, formats: &[Format::Csv], rows: WrittenRows::default(), figures: export.figures, work };
     let mut output = output(&report, export, &run);
-    let files = output.write(&run, Colours::default(), &export.inputs)?;
+    let files = output.write(&run, PageKind::PLAIN, Colours::default(), &export.inputs)?;
     Ok(Exported { headline: output.page.headline, details: output.details, is_within: report.is_answered(), files })
 }
 

@@ -441,7 +441,6 @@ fn cutting_motions(job: &ProgramJob) -> &'static str {
         ProgramFile::Polyline(_) => "points marked as cutting",
         ProgramFile::Gcode(program) if program.notes().dialect == Dialect::Heidenhain => "L, C and CR at feed",
         ProgramFile::Gcode(_) => "G1, G2, G3 and cycles",
-        #[cfg(not(target_family = "wasm"))]
         ProgramFile::Robot(program) => program.language().cutting_motions(),
     }
 }

@@ -20,7 +20,7 @@ use crate::{
     },
     input::error::Result,
     machine::Machine,
-    page::{Description, Fact, Section, TableNote},
+    page::{Description, Fact, PageKind, Section, Shape, TableNote},
     process::ForceLaw,
     questions::{
         Answered,
@@ -32,6 +32,14 @@ use crate::{
 };
 
 impl Answered for WorkspaceMapStudy {
+    const PAGE: PageKind = PageKind {
+        pointed: Some(Shape::Grid),
+        has_sources: true,
+        has_point_command: true,
+        to_try: ("Try another force", "pull the tool, change a number: computed in this page"),
+        draws: None,
+    };
+
     /// Computes the map block by block, and makes table, figures, page and summary.
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
         let image = Image {

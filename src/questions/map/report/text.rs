@@ -205,10 +205,10 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         let verdict = Verdict::new(State::Bad, "Too little could be computed");
         return Headline::new(sentence, basis).judged(verdict, false).with_cautions(&text.cautions);
     };
-    let acting = acting_words(&case.machine, &drawing.errors, !drawing.force.is_zero());
+    let acting = acting_words(&case.machine, &case.errors, !case.force.is_zero());
     // Where distributions were computed, the tolerance is judged by them.
     let judged = if summary.within_p95.get().is_some() { summary.within_p95 } else { summary.within };
-    let verdict_of_share = Verdict::of_deflection(judged.get(), drawing.tolerance_mm);
+    let verdict_of_share = Verdict::of_deflection(judged.get(), case.tolerance_mm);
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
     let spread = all.of(&P95_DEFLECTION);
     let sure = spread.map_or_else(String::new, |[least, most]| {

@@ -9,6 +9,7 @@ mod text;
 mod thinned;
 
 pub use on_part::view_axes;
+use quantities::DRAWS;
 pub(crate) use quantities::{ANGLE, ARC_LENGTH, DISPLACEMENT, displacement_components, drives, points_table};
 pub use summary::Summary;
 pub(crate) use text::{MOVE_INSIDE, cautions_of, outside_positions};
@@ -33,7 +34,7 @@ use crate::{
     },
     input::error::Result,
     machine::Machine,
-    page::{Better, Column, Description, Explorer, Fact, Section, Shape, TableNote},
+    page::{Better, Column, Description, Explorer, Fact, PageKind, Section, Shape, TableNote},
     process::RedundancySettings,
     questions::{
         Answered,
@@ -46,6 +47,9 @@ use crate::{
 use pictures::Pictures;
 
 impl Answered for PathStudy {
+    const PAGE: PageKind =
+        PageKind { pointed: Some(Shape::Curve), has_sources: true, draws: Some(DRAWS), ..PageKind::PLAIN };
+
     /// Computes the study part by part, and makes tables, figures, page and summary.
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
         let at_gamma = self.with_gamma(run.work)?;
@@ -88,7 +92,7 @@ impl Answered for PathStudy {
             output.tables.push(("draws".into(), quantities::draws_table(&draws)));
             let caption =
                 "One row per draw: the largest distance from the path, as estimated; nothing without equilibrium.";
-            output.page.tables.push(TableNote::ranked("draws.csv", caption, quantities::LARGEST_DISTANCE));
+            output.page.tables.push(TableNote::ranked(DRAWS.file, caption, DRAWS.distances[0]));
         }
         let budget = text::budget(&summary);
         let of_verdict = text::of_verdict(&summary, &budget);

@@ -9,7 +9,10 @@ use crate::{
     },
     files::exchange::{Row, Table, cells, counts, numbers, texts},
     machine::Machine,
-    page::Better::{Larger, Neither, Smaller},
+    page::{
+        Better::{Larger, Neither, Smaller},
+        DrawsTable,
+    },
     questions::{
         path::{MethodAlongPath, PathPart, PathStudy, PointEffect},
         spread_report::{self, WithSpread},
@@ -176,14 +179,15 @@ pub(super) fn methods_table(methods: &[MethodAlongPath]) -> Table {
     QuantityTable::without_status(texts(["method"]), quantities).table(rows)
 }
 
-/// Column of the largest distance without compensation in a draw.
-pub(super) const LARGEST_DISTANCE: &str = "largest_distance_mm";
+/// The largest distance in each draw.
+pub(super) const DRAWS: DrawsTable =
+    DrawsTable { file: "draws.csv", distances: ["largest_distance_mm", "compensated_largest_distance_mm"] };
 
 /// Makes the table of the largest distance in each draw without and with compensation, of the draws of which both are known, or one where the other is in none.
 pub(super) fn draws_table(draws: &[Vec<f64>; 2]) -> Table {
     let known = draws.iter().map(Vec::len).filter(|known| *known > 0).min().unwrap_or(0);
     let size = |sizes: &Vec<f64>, draw: usize| sizes.get(draw).copied().filter(|size| size.is_finite()).into();
     let row = |draw: usize| std::iter::once(draw.into()).chain(draws.iter().map(|own| size(own, draw))).collect();
-    let columns = numbers([LARGEST_DISTANCE, "compensated_largest_distance_mm"]);
+    let columns = numbers(DRAWS.distances);
     Table::new([counts(["draw"]), columns].concat(), (0..known).map(row))
 }

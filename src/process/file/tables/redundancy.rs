@@ -39,7 +39,7 @@ pub struct RedundancySpec {
 const FINEST_DEG: f64 = 0.25;
 
 /// Checks the table at `check`, with defaults for what is not given, and converts it to settings.
-pub(super) fn settings(spec: &RedundancySpec, machine: &Machine, check: &Check) -> Result<RedundancySettings> {
+pub(crate) fn settings(spec: &RedundancySpec, machine: &Machine, check: &Check) -> Result<RedundancySettings> {
     let default = RedundancySettings::default();
     let step_deg = check.key("step_deg").positive(spec.step_deg.unwrap_or(default.step_deg))?;
     if !(FINEST_DEG..=90.0).contains(&step_deg) {

@@ -55,7 +55,7 @@ pub struct BaseSpec {
 }
 
 /// Checks the table and converts it to options for reading programs.
-pub(super) fn options(spec: &RobotSpec, tool_stands: bool, check: &Check) -> Result<RobotOptions> {
+pub(crate) fn options(spec: &RobotSpec, tool_stands: bool, check: &Check) -> Result<RobotOptions> {
     let rotation = |check: &Check, degrees: [f64; 3]| -> Result<UnitQuaternion<f64>> {
         Ok(rotation_of_abc(check.finite(degrees)?.into()))
     };

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use kinetostat_removal::{RemovalError, Stock};
 use serde::Deserialize;
 
-use super::{force::teeth, spec::ProcessSpec, stl};
+use super::stl;
 use crate::{
     input::{
         Folder, Inputs,
@@ -14,6 +14,7 @@ use crate::{
     },
     process::{
         Process,
+        file::{force::teeth, spec::ProcessSpec},
         part::FinishedPart,
         program_inputs,
         stock::{StickOut, StockRemoval, StockShape, StockToolSpec, cutter},
@@ -113,7 +114,7 @@ pub struct ToolSpec {
 }
 
 /// Checks the stock with the tools that cut it, by number, and returns it with the file that it is read from; `None` where neither is given.
-pub(super) fn stock(
+pub(crate) fn stock(
     process: &ProcessSpec,
     sampling: Sampling,
     folder: &Folder,
@@ -186,8 +187,13 @@ pub(super) fn stock(
     Ok((Some(StockRemoval::new(shape, part, cell_mm, by_number, frequencies, sampling, check_stock)), inputs))
 }
 
+/// Returns the natural frequencies that the stock of `process` gives, Hz.
+pub(crate) fn natural_frequencies_hz(process: &ProcessSpec) -> &[f64] {
+    process.stock.as_ref().map_or(&[], |own| &own.natural_frequencies_hz)
+}
+
 /// Reads the programs that have cut the stock of `process` before.
-pub(super) fn with_earlier(
+pub(crate) fn with_earlier(
     mut process: Process,
     spec: Option<&StockSpec>,
     folder: &Folder,

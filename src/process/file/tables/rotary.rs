@@ -2,21 +2,26 @@
 
 use nalgebra::Vector3;
 
-use super::spec::{GcodeSpec, RotaryTip};
 use crate::{
     compensation::Target,
     input::{check::Check, error::Result},
     machine::{Coordinate, Machine, RotaryDrive},
-    process::{PathReference, Placement},
+    process::{
+        PathReference, Placement,
+        file::spec::{GcodeSpec, RotarySpec, RotaryTip},
+    },
     toolpath::gcode::{Rotary, RotaryAxis, RotaryColumn, RotarySide},
 };
+
+/// The list `rotary`.
+pub(crate) type RotaryList = Vec<RotarySpec>;
 
 /// Directions nearer to each other are the same, rad, and axes that pass each other nearer, mm: files have so many digits.
 const SAME_DIRECTION: f64 = 1e-5;
 const SAME_PLACE_MM: f64 = 1e-3;
 
 /// Returns the rotary axes of programs, and the path columns of those that are drives; fails if given axes contradict the drives.
-pub(super) fn rotary(
+pub(crate) fn rotary(
     spec: &GcodeSpec,
     machine: &Machine,
     placement: &Placement,

@@ -2,12 +2,12 @@
 
 use serde::Deserialize;
 
-use super::spec::ProcessSpec;
 use crate::{
     input::{check::Check, error::Result},
     process::{
         cutting::CuttingLaw,
         feed::{FeedLimits, FeedQuantity},
+        file::spec::ProcessSpec,
     },
 };
 
@@ -38,7 +38,7 @@ const CHANGE: [f64; 2] = [0.5, 1.5];
 const LEAST_CHANGE: f64 = 0.01;
 
 /// Checks the limits of the feed; fails where no force of the `laws` can be changed by it.
-pub(super) fn limits<'a>(
+pub(crate) fn limits<'a>(
     process: &ProcessSpec,
     laws: impl Iterator<Item = &'a CuttingLaw>,
     top: &Check,
