@@ -9,7 +9,7 @@ use kinetostat::{
     machine::{Configuration, Machine},
     process::MillingForce,
     spatial::Wrench,
-    statics::{Batch, Case, Level, Settings, State, Status, Workspace, equilibrium},
+    statics::{Batch, Case, Level, Scratch, Settings, State, Status, equilibrium},
 };
 use nalgebra::Vector3;
 
@@ -21,9 +21,9 @@ const GOAL_TWO_THREADS: f64 = 1.9;
 /// Floating-point operations of a warm equilibrium at Q1; counted by a test in `crates/engine/tests/it/operations.rs`.
 const OPERATIONS: f64 = 50_650.0;
 
-/// Points of the real machine under the loads of one turn.
+/// Points of the actual machine under the loads of one turn.
 struct Setting {
-    real: Machine,
+    actual: Machine,
     points: Vec<(Configuration, State)>,
     loads: Vec<Wrench>,
 }
@@ -31,19 +31,19 @@ struct Setting {
 impl Setting {
     fn new(positions: impl Iterator<Item = Vector3<f64>>, angles: u32) -> Self {
         let nominal = Machine::named_or_file("orthoglide").expect("built in");
-        let real = nominal.with_errors(&nominal.assembly_errors(&[1.0, -1.0, 1.0]));
-        Self::of(&nominal, real, positions, angles)
+        let actual = nominal.with_errors(&nominal.assembly_errors(&[1.0, -1.0, 1.0]));
+        Self::of(&nominal, actual, positions, angles)
     }
 
-    fn of(nominal: &Machine, real: Machine, positions: impl Iterator<Item = Vector3<f64>>, angles: u32) -> Self {
+    fn of(nominal: &Machine, actual: Machine, positions: impl Iterator<Item = Vector3<f64>>, angles: u32) -> Self {
         let points = positions.map(|position| {
             let at = nominal.inverse_kinematics(&nominal.pose_at(position)).expect("reachable");
             let state = State::rigid(nominal, &at);
             (at, state)
         });
         let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(angles);
-        let loads = (0..angles).map(|i| MillingForce::PAPER.wrench(angle(i), &nominal.tool())).collect();
-        Self { points: points.collect(), real, loads }
+        let loads = (0..angles).map(|i| MillingForce::KLIMCHIK_GROOVE.wrench(angle(i), &nominal.tool())).collect();
+        Self { points: points.collect(), actual, loads }
     }
 
     fn equilibria(&self) -> f64 {
@@ -51,11 +51,11 @@ impl Setting {
     }
 
     /// A turn at each point, each tool angle from the one before; Newton iterations made.
-    fn turn_alone(&self, states: &mut [State], workspace: &mut Workspace) -> usize {
+    fn turn_alone(&self, states: &mut [State], scratch: &mut Scratch) -> usize {
         let mut iterations = 0;
         for ((at, _), state) in self.points.iter().zip(states) {
             for load in &self.loads {
-                let outcome = equilibrium(&self.real, &at.drives, load, state, workspace, &Settings::default());
+                let outcome = equilibrium(&self.actual, &at.drives, load, state, scratch, &Settings::default());
                 assert_eq!(outcome.status, Status::Solved);
                 iterations += outcome.iterations;
             }
@@ -115,14 +115,14 @@ fn main() {
     let mut criterion = Criterion::default().configure_from_args();
     for name in ["Q0", "Q1"] {
         let setting = around(name);
-        let mut workspace = Workspace::new(&setting.real);
+        let mut scratch = Scratch::new(&setting.actual);
         let (at, rigid) = &setting.points[0];
         let mut state = rigid.clone();
         criterion.bench_function(&format!("equilibrium, cold, {name}"), |bencher| {
             bencher.iter(|| {
                 state.clone_from(rigid);
-                let (real, load) = (&setting.real, &setting.loads[13]);
-                black_box(equilibrium(real, &at.drives, load, &mut state, &mut workspace, &Settings::default()))
+                let (actual, load) = (&setting.actual, &setting.loads[13]);
+                black_box(equilibrium(actual, &at.drives, load, &mut state, &mut scratch, &Settings::default()))
             });
         });
     }
@@ -141,15 +141,15 @@ fn main() {
 /// The scalar path and all levels in turns, so that what else the computer does disturbs all of them; best of all rounds.
 fn compare_levels(name: &str, rounds: usize) {
     let setting = around(name);
-    let (mut states, mut workspace) = (setting.states(), Workspace::new(&setting.real));
+    let (mut states, mut scratch) = (setting.states(), Scratch::new(&setting.actual));
     let mut batches: Vec<(Level, Batch, Vec<State>)> = Level::available()
         .into_iter()
-        .map(|level| (level, Batch::at_level(&setting.real, level), setting.states()))
+        .map(|level| (level, Batch::at_level(&setting.actual, level), setting.states()))
         .collect();
     let mut best = vec![f64::INFINITY; 1 + batches.len()];
     let mut iterations = 0;
     for _ in 0..rounds {
-        best[0] = best[0].min(seconds(|| iterations = setting.turn_alone(&mut states, &mut workspace)));
+        best[0] = best[0].min(seconds(|| iterations = setting.turn_alone(&mut states, &mut scratch)));
         for ((_, batch, states), best) in batches.iter_mut().zip(&mut best[1..]) {
             *best = best.min(seconds(|| assert_eq!(setting.turn_together(states, batch), iterations)));
         }
@@ -182,15 +182,17 @@ fn rigid_links(rounds: usize) {
     };
     let mut settings = vec![("orthoglide, Q1".to_string(), around("Q1"))];
     settings.extend(["hexapod", "tricept", "linear_delta", "kr270"].map(foreign));
-    let mut workers: Vec<_> =
-        settings.iter().map(|(_, s)| (s.states(), Workspace::new(&s.real), s.states(), Batch::new(&s.real))).collect();
+    let mut workers: Vec<_> = settings
+        .iter()
+        .map(|(_, s)| (s.states(), Scratch::new(&s.actual), s.states(), Batch::new(&s.actual)))
+        .collect();
     let mut best = vec![[f64::INFINITY; 2]; settings.len()];
     for _ in 0..rounds {
-        for (((_, setting), (alone, workspace, together, batch)), best) in
+        for (((_, setting), (alone, scratch, together, batch)), best) in
             settings.iter().zip(&mut workers).zip(&mut best)
         {
             best[0] = best[0].min(seconds(|| {
-                setting.turn_alone(alone, workspace);
+                setting.turn_alone(alone, scratch);
             }));
             best[1] = best[1].min(seconds(|| {
                 setting.turn_together(together, batch);
@@ -234,7 +236,9 @@ fn random_poses(count: usize, rounds: usize) {
                 let size = machine.workspace.max - machine.workspace.min;
                 let at = Vector3::from_fn(|_, _| share());
                 let force = Vector3::from_fn(|_, _| 1000.0 * (share() - 0.5));
-                let Ok(at) = machine.command(machine.workspace.min + size.component_mul(&at)) else { continue };
+                let Ok(at) = machine.inverse_kinematics_at(machine.workspace.min + size.component_mul(&at)) else {
+                    continue;
+                };
                 let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
                 let start = State::rigid(&machine, &at);
                 problems.push((at, Wrench { force, moment }, start));
@@ -289,7 +293,7 @@ fn random_shares() -> impl FnMut() -> f64 {
 fn operations_per_second(is_test: bool) {
     let setting = around("Q1");
     for level in Level::available() {
-        let (mut states, mut batch) = (setting.states(), Batch::at_level(&setting.real, level));
+        let (mut states, mut batch) = (setting.states(), Batch::at_level(&setting.actual, level));
         let mut solving = f64::INFINITY;
         for _ in 0..if is_test { 1 } else { 200 } {
             solving = solving.min(seconds(|| {
@@ -306,7 +310,7 @@ fn linear_cost(counts: &[u32], rounds: usize) {
     let mut measured: Vec<(f64, f64)> = settings.iter().map(|s| (s.equilibria(), f64::INFINITY)).collect();
     for _ in 0..rounds {
         for (setting, (_, best)) in settings.iter().zip(&mut measured) {
-            let (mut states, mut batch) = (setting.states(), Batch::new(&setting.real));
+            let (mut states, mut batch) = (setting.states(), Batch::new(&setting.actual));
             *best = best.min(seconds(|| {
                 black_box(setting.turn_together(&mut states, &mut batch));
             }));
@@ -336,14 +340,14 @@ fn two_threads(rounds: usize) {
     let (begin, end) = (Barrier::new(2), Barrier::new(2));
     std::thread::scope(|scope| {
         scope.spawn(|| {
-            let (mut states, mut batch) = (setting.states(), Batch::new(&setting.real));
+            let (mut states, mut batch) = (setting.states(), Batch::new(&setting.actual));
             for _ in 0..rounds {
                 begin.wait();
                 work(&mut states, &mut batch);
                 end.wait();
             }
         });
-        let (mut states, mut batch) = (setting.states(), Batch::new(&setting.real));
+        let (mut states, mut batch) = (setting.states(), Batch::new(&setting.actual));
         for _ in 0..rounds {
             one = one.min(seconds(|| work(&mut states, &mut batch)));
             begin.wait();

@@ -19,14 +19,14 @@ fn main() {
     let points = if std::env::args().any(|argument| argument == "--test") { 10 } else { POINTS };
     let nominal = Machine::named_or_file("orthoglide").expect("built in");
     let errors = nominal.assembly_errors(&[1.0, -1.0, 1.0]);
-    let real = nominal.with_errors(&errors);
+    let actual = nominal.with_errors(&errors);
     let centre = nominal.point("Q1").expect("named point").position;
     let tasks: Vec<TaskPoint> = (0..points)
         .map(|i| {
             let phi = std::f64::consts::TAU * f64::from(i) / f64::from(points);
             TaskPoint {
                 pose: nominal.pose_at(centre + Vector3::new(phi.cos(), phi.sin(), 0.0) * 25.0),
-                load: MillingForce::PAPER.wrench(phi, &nominal.tool()),
+                load: MillingForce::KLIMCHIK_GROOVE.wrench(phi, &nominal.tool()),
                 target: Target::ToolTip,
                 wanted: None,
                 aside: nalgebra::Vector3::zeros(),
@@ -39,7 +39,7 @@ fn main() {
     let settings = CompensationSettings::with_equilibrium_tolerance(1e-12);
     println!("{points} points of a 50 mm circle at Q1, one core");
     for method in Method::ALL {
-        let mut session = Session::new(&nominal, &real, settings);
+        let mut session = Session::new(&nominal, &actual, settings);
         let (mut corrections, mut worst) = (0, 0.0f64);
         let started = Instant::now();
         for task in &tasks {

@@ -5,7 +5,7 @@ use std::{hint::black_box, time::Instant};
 use kinetostat::{
     machine::{Configuration, Machine},
     spatial::Wrench,
-    statics::{Sensitivities, Settings, State, Status, Workspace, equilibrium},
+    statics::{Scratch, Sensitivities, Settings, State, Status, equilibrium},
 };
 use nalgebra::Vector3;
 
@@ -34,7 +34,7 @@ fn places(machine: &Machine) -> Vec<Configuration> {
         let share = |k: usize| 0.3 + 0.4 * ((i * k) % 7) as f64 / 6.0;
         let size = machine.workspace.max - machine.workspace.min;
         let position = machine.workspace.min + size.component_mul(&Vector3::new(share(1), share(2), share(3)));
-        machine.command(position).ok()
+        machine.inverse_kinematics_at(position).ok()
     };
     (0..7).filter_map(at).collect()
 }
@@ -45,7 +45,7 @@ fn main() {
         let machine = Machine::named_or_file(name).expect("built in");
         let mut all = Sensitivities::new(&machine, parameters).unwrap_or_else(|e| panic!("{e}"));
         let mut none = Sensitivities::new::<&str>(&machine, &[]).expect("nothing to be wrong");
-        let mut workspace = Workspace::new(&machine);
+        let mut scratch = Scratch::new(&machine);
         let places = places(&machine);
         let (mut solve, mut shared, mut each) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
         for _ in 0..ROUNDS {
@@ -54,7 +54,7 @@ fn main() {
                 .map(|at| {
                     let mut state = State::rigid(&machine, at);
                     let outcome =
-                        equilibrium(&machine, &at.drives, &load, &mut state, &mut workspace, &Settings::default());
+                        equilibrium(&machine, &at.drives, &load, &mut state, &mut scratch, &Settings::default());
                     assert_eq!(outcome.status, Status::Solved);
                     state
                 })
@@ -64,7 +64,7 @@ fn main() {
             let mut time = |of: &mut Sensitivities| {
                 let start = Instant::now();
                 for (at, state) in places.iter().zip(&states) {
-                    black_box(of.at(&machine, &at.drives, state, &|_| load, &mut workspace)).expect("held");
+                    black_box(of.at(&machine, &at.drives, state, &|_| load, &mut scratch)).expect("held");
                 }
                 start.elapsed().as_secs_f64() * per_place
             };

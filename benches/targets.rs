@@ -31,7 +31,7 @@ fn turn(machine: &Machine, points: &[Vector3<f64>], angles: u32, target: Target,
     for (points, sessions) in points.chunks(Batch::WIDTH).zip(sessions.chunks_mut(Batch::WIDTH)) {
         for i in 0..angles {
             let phi = std::f64::consts::TAU * f64::from(i) / f64::from(angles);
-            let load = MillingForce::PAPER.wrench(phi, &machine.tool());
+            let load = MillingForce::KLIMCHIK_GROOVE.wrench(phi, &machine.tool());
             let task = |&at| TaskPoint::new(machine.pose_at(at), load, target);
             let tasks: Vec<TaskPoint> = points.iter().map(task).collect();
             let mut sessions: Vec<&mut Session> = sessions.iter_mut().collect();

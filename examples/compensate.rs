@@ -4,7 +4,7 @@
 //! cargo run --release --example compensate
 //! ```
 
-use kinetostat::{Asked, Compensated, Folder, InMemory, Machine, Method, Process, ProgramJob, Work};
+use kinetostat::{CompensateOptions, Compensated, Folder, Machine, Method, NoFiles, Process, ProgramJob, Work};
 
 const PROCESS: &str = r#"
 schema = 1
@@ -30,15 +30,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let job = ProgramJob::new(process, program, "quarter.nc", &Work::default())?;
 
     // Commands that put every point right, the program with these commands, and what it does as it is written, rounding included.
-    let proved = match job.compensate(&Asked::by(Method::Direct), &mut InMemory, &Work::default())? {
-        Compensated::Proved(proved) => proved,
+    let verified = match job.compensate(&CompensateOptions::by(Method::Direct), &mut NoFiles, &Work::default())? {
+        Compensated::Verified(verified) => verified,
         Compensated::Refused(refused) => {
             let (point, reason) = &refused.failures[0];
             return Err(format!("no command for point {point}: {reason}").into());
         }
     };
-    println!("{}", String::from_utf8_lossy(&proved.written.bytes));
-    for pass in &proved.passes {
+    println!("{}", String::from_utf8_lossy(&verified.written.bytes));
+    for pass in &verified.passes {
         println!("{:18} leaves up to {:.6} mm", pass.name, pass.summary.max_mm.unwrap_or(f64::NAN));
     }
     Ok(())

@@ -12,12 +12,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The middle of the workspace, with the platform oriented as at home: where P is commanded, O, mm.
     let position: Vector3<f64> = (machine.workspace.min + machine.workspace.max) / 2.0;
-    let commanded = machine.command(position)?;
+    let commanded = machine.inverse_kinematics_at(position)?;
     println!("{}, P at {:.1?} mm, drives at {:.3?}", machine.title, position.as_slice(), commanded.drives);
 
     // A milling force on the tool, in its own frame, as a wrench at P in axes of O, N and N·mm.
     let tool = machine.tool_at(&commanded.pose.rotation);
-    let load = MillingForce::PAPER.wrench(130f64.to_radians(), &tool);
+    let load = MillingForce::KLIMCHIK_GROOVE.wrench(130f64.to_radians(), &tool);
 
     // The same solver serves any number of drives and loads.
     let found = Solver::new(&machine).solve(&commanded.drives, &load)?;

@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let load_case = LoadCase {
         // Each chain turned by so many degrees about the axis of its drive.
         errors: machine.assembly_errors(&[1.0, -1.0, 1.0]),
-        force: MillingForce::PAPER,
+        force: MillingForce::KLIMCHIK_GROOVE,
         force_of_turn: String::new(),
         // Tool angles, rad: the worst of them counts.
         phis: (0..36).map(|i| f64::from(10 * i).to_radians()).collect(),

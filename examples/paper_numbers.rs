@@ -55,7 +55,7 @@ impl Law {
 
     fn keys(self) -> &'static str {
         match self {
-            Law::Printed => "radial_force_N = 215.0\ntangential_force_N = -10.0\nlaw = \"printed\"",
+            Law::Printed => "radial_force_N = 215.0\ntangential_force_N = -10.0\nlaw = \"paper_eq17\"",
             Law::Rotated => "radial_force_N = 215.0\ntangential_force_N = -10.0\nlaw = \"rotated\"",
             Law::AlongFeed => "radial_force_N = 10.0\ntangential_force_N = 215.0\nlaw = \"rotated\"",
             Law::AgainstFeed => "radial_force_N = -10.0\ntangential_force_N = -215.0\nlaw = \"rotated\"",

@@ -34,7 +34,7 @@
 //! | compensate a command | [`compensate`] on a [`Session`], a whole path within limits [`compensation::compensate_bounded`] |
 //! | map a workspace, or a range of it | [`map::run`], [`map::run_range`] |
 //! | judge places for a workpiece | [`Evaluator`], [`placement::run`] |
-//! | rewrite a program and prove it | [`ProgramJob::compensate`] |
+//! | rewrite a program and verify it | [`ProgramJob::compensate`] |
 //! | run a study file into a folder | [`Study::open`], [`Study::run_into`] |
 //! | share it out, and merge the parts | [`Study::part`], [`Study::merge_into`] |
 //!
@@ -49,8 +49,8 @@
 //! use kinetostat::{Machine, MillingForce, Solver, Status, nalgebra::Vector3};
 //!
 //! let machine = Machine::named("orthoglide")?;
-//! let commanded = machine.command(Vector3::new(30.0, -40.0, 75.0))?;
-//! let load = MillingForce::PAPER.wrench(0.0, &machine.tool_at(&commanded.pose.rotation));
+//! let commanded = machine.inverse_kinematics_at(Vector3::new(30.0, -40.0, 75.0))?;
+//! let load = MillingForce::KLIMCHIK_GROOVE.wrench(0.0, &machine.tool_at(&commanded.pose.rotation));
 //! let loaded = Solver::new(&machine).solve(&commanded.drives, &load)?;
 //! assert_eq!(loaded.status, Status::Solved);
 //! let moved = machine.tool_displacement(&commanded.pose, &loaded.pose);
@@ -111,7 +111,7 @@ pub use machine::{Branch, ChainError, Machine};
 pub use process::{GammaChoice, MillingForce, Placement, Process};
 #[cfg(not(target_family = "wasm"))]
 pub use products::program::{
-    Asked, CommandSource, Compensated, InMemory, ProgramJob, ProvedProgram, Receiver, Refusal,
+    CommandSource, CompensateOptions, Compensated, NoFiles, PartSink, ProgramJob, Refusal, VerifiedProgram,
 };
 pub use questions::{
     Overrides, Study, StudyKind, map,

@@ -9,7 +9,7 @@ use std::{
 use kinetostat::{
     machine::{ChainError, Configuration, Machine},
     process::MillingForce,
-    statics::{Batch, Case, Level, Settings, State, Status, Workspace, equilibrium},
+    statics::{Batch, Case, Level, Scratch, Settings, State, Status, equilibrium},
 };
 
 thread_local! {
@@ -56,11 +56,11 @@ struct Cost {
 }
 
 /// Solves from `start` under the milling wrench at `phi_deg`.
-fn solve(machine: &Machine, at: &Configuration, start: &State, phi_deg: f64, workspace: &mut Workspace) -> Cost {
-    let load = MillingForce::PAPER.wrench(phi_deg.to_radians(), &machine.tool());
+fn solve(machine: &Machine, at: &Configuration, start: &State, phi_deg: f64, scratch: &mut Scratch) -> Cost {
+    let load = MillingForce::KLIMCHIK_GROOVE.wrench(phi_deg.to_radians(), &machine.tool());
     let mut state = start.clone();
     let before = ALLOCATED.get();
-    let outcome = equilibrium(machine, &at.drives, &load, &mut state, workspace, &Settings::default());
+    let outcome = equilibrium(machine, &at.drives, &load, &mut state, scratch, &Settings::default());
     let after = ALLOCATED.get();
     assert_eq!((outcome.status, outcome.load_steps), (Status::Solved, 1));
     Cost { iterations: outcome.iterations, allocated: (after.0 - before.0, after.1 - before.1) }
@@ -72,24 +72,24 @@ fn more_newton_iterations_do_not_allocate_more() {
     let turns = nominal.chains.iter().zip([1.0f64, -1.0, 1.0]);
     let errors: Vec<_> =
         turns.map(|(chain, degrees)| ChainError::turn_about_drive_axis(chain, degrees.to_radians())).collect();
-    let real = nominal.with_errors(&errors);
+    let actual = nominal.with_errors(&errors);
     let at = nominal.inverse_kinematics(&nominal.pose_at(nominal.point("Q1").unwrap().position)).unwrap();
     let rigid = State::rigid(&nominal, &at);
-    let mut workspace = Workspace::new(&real);
-    let first = solve(&real, &at, &rigid, 0.0, &mut workspace);
+    let mut scratch = Scratch::new(&actual);
+    let first = solve(&actual, &at, &rigid, 0.0, &mut scratch);
     assert!(first.allocated.0 > 0, "the allocator does not count");
 
-    let load = MillingForce::PAPER.wrench(0.0, &nominal.tool());
+    let load = MillingForce::KLIMCHIK_GROOVE.wrench(0.0, &nominal.tool());
     let mut loaded = rigid.clone();
-    equilibrium(&real, &at.drives, &load, &mut loaded, &mut workspace, &Settings::default());
+    equilibrium(&actual, &at.drives, &load, &mut loaded, &mut scratch, &Settings::default());
     let costs: Vec<Cost> = [(&loaded, 0.0), (&loaded, 0.01), (&loaded, 20.0), (&rigid, 180.0)]
         .into_iter()
-        .map(|(start, phi_deg)| solve(&real, &at, start, phi_deg, &mut workspace))
+        .map(|(start, phi_deg)| solve(&actual, &at, start, phi_deg, &mut scratch))
         .collect();
 
     let iterations: Vec<usize> = costs.iter().map(|cost| cost.iterations).collect();
     let (least, most) = (iterations.iter().min().unwrap(), iterations.iter().max().unwrap());
-    assert!(most - least >= 2, "the solves must differ in their iterations to prove anything: {iterations:?}");
+    assert!(most - least >= 2, "the solves must differ in their iterations to verify anything: {iterations:?}");
     for cost in &costs {
         assert_eq!(cost.allocated, costs[0].allocated, "{costs:?}");
     }
@@ -106,12 +106,12 @@ fn more_newton_iterations_do_not_allocate_more_with_rigid_links() {
         let machine = machine.unwrap_or_else(|e| panic!("{e}"));
         let at = &machine.home;
         let rigid = State::rigid(&machine, at);
-        let mut workspace = Workspace::new(&machine);
-        let load = MillingForce::PAPER.wrench(0.0, &machine.tool());
+        let mut scratch = Scratch::new(&machine);
+        let load = MillingForce::KLIMCHIK_GROOVE.wrench(0.0, &machine.tool());
         let mut loaded = rigid.clone();
-        equilibrium(&machine, &at.drives, &load, &mut loaded, &mut workspace, &Settings::default());
+        equilibrium(&machine, &at.drives, &load, &mut loaded, &mut scratch, &Settings::default());
         let costs = [(&loaded, 0.0), (&loaded, 20.0), (&rigid, 180.0)]
-            .map(|(start, phi_deg)| solve(&machine, at, start, phi_deg, &mut workspace));
+            .map(|(start, phi_deg)| solve(&machine, at, start, phi_deg, &mut scratch));
         assert!(costs[2].iterations - costs[0].iterations >= 2, "{name}: {costs:?}");
         for cost in &costs {
             assert_eq!(cost.allocated, costs[0].allocated, "{name}: {costs:?}");
@@ -138,7 +138,12 @@ fn more_newton_iterations_do_not_allocate_more_in_lanes() {
                     .enumerate()
                     .map(|(i, (state, drives))| {
                         let phi = (phi_deg + 5.0 * i as f64).to_radians();
-                        Case { drives, load: MillingForce::PAPER.wrench(phi, &machine.tool()), state, task: None }
+                        Case {
+                            drives,
+                            load: MillingForce::KLIMCHIK_GROOVE.wrench(phi, &machine.tool()),
+                            state,
+                            task: None,
+                        }
                     })
                     .collect();
                 let before = ALLOCATED.get();

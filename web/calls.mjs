@@ -43,4 +43,4 @@ for (const [machine, position] of [["orthoglide", [10, 20, 30]], ["kr270", [1700
   ask(cloud);
 }
 ask({ call: "open", machine: "orthoglide", files: { orthoglide: read("crates/engine/src/machine/catalogue/orthoglide.toml") }, study: read("studies/01_workspace_map/study.toml") });
-for (const source of ["all", "cutting", "errors"]) ask({ call: "effect", position: [100, -50, 20], source, phi_deg: source === "errors" ? null : 40 });
+for (const source of ["all", "cutting", "geometry"]) ask({ call: "effect", position: [100, -50, 20], source, phi_deg: source === "geometry" ? null : 40 });

@@ -7,7 +7,7 @@ use kinetostat::{
     machine::{Configuration, Machine},
     process::MillingForce,
     spatial::Wrench,
-    statics::{Batch, Case, Level, Settings, State, Status, Workspace, equilibrium},
+    statics::{Batch, Case, Level, Scratch, Settings, State, Status, equilibrium},
 };
 use nalgebra::Vector3;
 use serde_json::{Value, json};
@@ -32,7 +32,8 @@ fn point(machine: &Machine, divided: &Machine, name: &str, rounds: usize) -> Val
     let at = machine.inverse_kinematics(&machine.pose_at(position)).expect("reachable");
     let rigid = State::rigid(machine, &at);
     let angle = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(ANGLES);
-    let loads: Vec<Wrench> = (0..ANGLES).map(|i| MillingForce::PAPER.wrench(angle(i), &machine.tool())).collect();
+    let loads: Vec<Wrench> =
+        (0..ANGLES).map(|i| MillingForce::KLIMCHIK_GROOVE.wrench(angle(i), &machine.tool())).collect();
 
     let mut cases = Vec::new();
     for share in LOAD_SHARES {
@@ -63,13 +64,13 @@ fn point(machine: &Machine, divided: &Machine, name: &str, rounds: usize) -> Val
 fn tool_displacement(machine: &Machine, position: Vector3<f64>, load: &Wrench) -> [f64; 3] {
     let at = machine.inverse_kinematics(&machine.pose_at(position)).expect("reachable");
     let mut state = State::rigid(machine, &at);
-    solve(machine, &at, load, &mut state, &mut Workspace::new(machine));
+    solve(machine, &at, load, &mut state, &mut Scratch::new(machine));
     (state.pose.transform(machine.tool_tip) - at.pose.transform(machine.tool_tip)).into()
 }
 
 /// One equilibrium after the other: from the rigid machine, and from the one before.
 fn alone(machine: &Machine, at: &Configuration, rigid: &State, loads: &[Wrench], rounds: usize) -> Vec<Value> {
-    let mut workspace = Workspace::new(machine);
+    let mut scratch = Scratch::new(machine);
     let mut state = rigid.clone();
     let (mut cold, mut warm) = (f64::INFINITY, f64::INFINITY);
     let (mut cold_iterations, mut warm_iterations) = (0, 0);
@@ -78,13 +79,13 @@ fn alone(machine: &Machine, at: &Configuration, rigid: &State, loads: &[Wrench],
         cold_iterations = 0;
         for load in loads {
             state.clone_from(rigid);
-            cold_iterations += solve(machine, at, load, &mut state, &mut workspace);
+            cold_iterations += solve(machine, at, load, &mut state, &mut scratch);
         }
         cold = cold.min(started.elapsed().as_secs_f64());
         let started = Instant::now();
         warm_iterations = 0;
         for load in loads {
-            warm_iterations += solve(machine, at, load, &mut state, &mut workspace);
+            warm_iterations += solve(machine, at, load, &mut state, &mut scratch);
         }
         warm = warm.min(started.elapsed().as_secs_f64());
     }
@@ -127,8 +128,8 @@ fn together(
     time(&format!("several at a time ({level:?}), from the rigid machine"), best, iterations, loads)
 }
 
-fn solve(machine: &Machine, at: &Configuration, load: &Wrench, state: &mut State, workspace: &mut Workspace) -> usize {
-    let outcome = equilibrium(machine, &at.drives, load, state, workspace, &Settings::default());
+fn solve(machine: &Machine, at: &Configuration, load: &Wrench, state: &mut State, scratch: &mut Scratch) -> usize {
+    let outcome = equilibrium(machine, &at.drives, load, state, scratch, &Settings::default());
     assert_eq!(outcome.status, Status::Solved);
     outcome.iterations
 }

@@ -249,8 +249,8 @@ fn one_point(kind: StudyKind) {
 
 fn first_point(path: &PathStudy) {
     path.tasks.iter().for_each(finite_task);
-    let real = path.machine.with_errors(&path.errors);
-    let mut session = Session::new(&path.machine, &real, CompensationSettings::default());
+    let actual = path.machine.with_errors(&path.errors);
+    let mut session = Session::new(&path.machine, &actual, CompensationSettings::default());
     if let Some(task) = path.tasks.first() {
         finite_answer(&compensate(&mut session, task, Method::Direct), &path.machine);
     }

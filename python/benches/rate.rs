@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let place = |i: usize| Vector3::new(share(i, 0.819_172_5), share(i, 0.671_043_6), share(i, 0.549_700_5));
     let size = machine.workspace.max - machine.workspace.min;
     let known = (0..poses).into_par_iter().flat_map_iter(|i| {
-        let at = machine.command(machine.workspace.min + size.component_mul(&place(i))).ok();
+        let at = machine.inverse_kinematics_at(machine.workspace.min + size.component_mul(&place(i))).ok();
         at.map(|at| (State::rigid(&machine, &at), at))
     });
     let known: Vec<(State, Configuration)> = known.collect();

@@ -282,7 +282,7 @@ def _components(argument: str, name: str, machine: Machine | None) -> list[str]:
     if name == "drives":
         if machine is None:
             raise ValueError(f"{argument}: drives: expected a column for each drive, as the machine is not given here")
-        units = ["rad" if is_hinge else "mm" for is_hinge in machine.hinges]
+        units = ["rad" if is_revolute else "mm" for is_revolute in machine.revolute]
         return [f"{drive}_{unit}" for drive, unit in zip(machine.drive_names, units, strict=True)]
     if name not in _VECTORS:
         expected = ", ".join(("drives", *_VECTORS))

@@ -92,7 +92,7 @@ class Machine:
     ) -> Machine:
         """The machine of the URDF `path`; :attr:`toml` is its machine file, :attr:`notes` what was not used or assumed.
 
-        A URDF does not say how stiff its drives are: `stiffness` does, from base to tip, N·m/rad of hinges and N/mm of
+        A URDF does not say how stiff its drives are: `stiffness` does, from base to tip, N·m/rad of revolute joints and N/mm of
         slides, or they are `like` those of another machine. `tip` is the link that carries the tool, if the robot has
         several ends; `tool_tip_mm` and `tool_rpy_deg` (roll, pitch, yaw; z along the tool) are the tool in its frame.
 
@@ -152,9 +152,9 @@ class Machine:
         return self._machine.drive_names
 
     @property
-    def hinges(self) -> list[bool]:
-        """Whether each drive is a hinge (rad, N·mm) and not a slide (mm, N)."""
-        return self._machine.hinges
+    def revolute(self) -> list[bool]:
+        """Whether each drive is a revolute joint (rad, N·mm) and not a prismatic joint (mm, N)."""
+        return self._machine.revolute
 
     @property
     def characteristic_length_mm(self) -> float:
@@ -255,7 +255,7 @@ class Machine:
         cases = Cases.of_drives(drives, len(self.drive_names), wrench)
         found = self._machine.equilibria_at_drives(cases.pose, cases.wrench, stiffness, _is_tip(at))
         kept: dict[str, Any] = {name: cases.shaped(found[name]) for name in ("stiffness", "compliance") if stiffness}
-        return Equilibrium(**shared(found, cases, self.drive_names, self.hinges), **kept)
+        return Equilibrium(**shared(found, cases, self.drive_names, self.revolute), **kept)
 
     def equilibrium(
         self,
@@ -278,7 +278,7 @@ class Machine:
         cases = Cases.of(pose, wrench)
         found = self._machine.equilibria(cases.pose, cases.wrench, stiffness, _is_tip(at))
         kept: dict[str, Any] = {name: cases.shaped(found[name]) for name in ("stiffness", "compliance") if stiffness}
-        return Equilibrium(**shared(found, cases, self.drive_names, self.hinges), **kept)
+        return Equilibrium(**shared(found, cases, self.drive_names, self.revolute), **kept)
 
     def stiffness(self, pose: ArrayLike, wrench: ArrayLike | None = None) -> NDArray[np.float64]:
         """``[n, 6, 6]``: Cartesian stiffness of P in the axes of O under a load, eq. (6): N/mm, N/rad; N·mm/mm,
@@ -313,7 +313,7 @@ class Machine:
         own: dict[str, Any] = {
             name: cases.shaped(found[name]) for name in ("nominal_drives", "command", "error", "corrections")
         }
-        return Compensation(**shared(found, cases, self.drive_names, self.hinges), **own)
+        return Compensation(**shared(found, cases, self.drive_names, self.revolute), **own)
 
     def deflection(
         self,

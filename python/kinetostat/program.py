@@ -23,11 +23,11 @@ class Followed:
     """What the commands of a method lead to along a path, a row for each point; NaN where there is none."""
 
     drives: Array
-    """``[n, d]``: drive positions commanded, mm of slides and rad of hinges."""
+    """``[n, d]``: drive positions commanded, mm of prismatic joints and rad of revolute joints."""
     nominal_drives: Array
     """``[n, d]``: the same without compensation."""
     drive_forces: Array
-    """``[n, d]``: forces of the drives, N, or N·mm of hinges."""
+    """``[n, d]``: forces of the drives, N, or N·mm of revolute joints."""
     command: Array
     """``[n, 4, 4]``: pose of P in O that is commanded, mm."""
     error: Array
@@ -174,7 +174,7 @@ class Path:
         return Followed(**{**found, "status": np.array(found["status"]), "reasons": dict(found["reasons"])})
 
     def compensate(self, method: str = "direct", *, progress: Progress = False) -> CompensatedProgram:
-        """The program that makes the loaded tool follow the path, proved by simulating what was written.
+        """The program that makes the loaded tool follow the path, verified by simulating what was written.
 
         What calls or loops cannot carry is written out; files beside the program are not made (the command line does).
         """

@@ -28,9 +28,9 @@ class Settled:
     first axis."""
 
     drives: Array
-    """``[n, d]``: drive positions commanded, mm of slides and rad of hinges."""
+    """``[n, d]``: drive positions commanded, mm of prismatic joints and rad of revolute joints."""
     drive_forces: Array
-    """``[n, d]``: forces of the drives, N, or N·mm of hinges."""
+    """``[n, d]``: forces of the drives, N, or N·mm of revolute joints."""
     pose: Array
     """``[n, 4, 4]``: pose of P in O as the machine settles under its load, mm."""
     deflection: Array
@@ -42,7 +42,7 @@ class Settled:
     reasons: dict[int, str]
     """Why there is no answer, by the number of the case."""
     drive_names: Sequence[str]
-    hinges: Sequence[bool]
+    revolute: Sequence[bool]
 
     @property
     def solved(self) -> NDArray[np.bool_]:
@@ -97,8 +97,8 @@ class Settled:
         return self.to_table()._repr_html_()
 
     def _arrays(self) -> list[tuple[str, NDArray[Any], str]]:
-        # Of slides and hinges together, there is no common unit.
-        unit, force = ("", "") if len(set(self.hinges)) > 1 else (("rad", "N mm") if any(self.hinges) else ("mm", "N"))
+        # Of prismatic and revolute joints together, there is no common unit.
+        unit, force = ("", "") if len(set(self.revolute)) > 1 else (("rad", "N mm") if any(self.revolute) else ("mm", "N"))
         return [
             ("drives", self.drives, unit),
             ("drive_forces", self.drive_forces, force),
@@ -130,7 +130,7 @@ class Settled:
 
     def _of_drives(self, name: str, values: Array, units: tuple[str, str]) -> list[Column]:
         rows = values.reshape(-1, len(self.drive_names))
-        unit = [units[is_hinge] for is_hinge in self.hinges]
+        unit = [units[is_revolute] for is_revolute in self.revolute]
         named = zip(self.drive_names, unit, rows.T, strict=True)
         return [Column(f"{name}_{drive}_{own}", column, own) for drive, own, column in named]
 
@@ -182,7 +182,7 @@ def _columns(name: str, values: Array, ends: Sequence[str], unit: str) -> list[C
     return [Column(f"{name}_{end}", rows[:, k], unit) for k, end in enumerate(ends)]
 
 
-def shared(found: dict[str, Any], cases: Cases, drive_names: Sequence[str], hinges: Sequence[bool]) -> dict[str, Any]:
+def shared(found: dict[str, Any], cases: Cases, drive_names: Sequence[str], revolute: Sequence[bool]) -> dict[str, Any]:
     """What all settled cases have, of what the engine `found`."""
     words = np.array(found["statuses"])
     arrays = {name: cases.shaped(found[name]) for name in ("drives", "drive_forces", "pose", "deflection", "rotation")}
@@ -192,5 +192,5 @@ def shared(found: dict[str, Any], cases: Cases, drive_names: Sequence[str], hing
         "status": np.asarray(cases.shaped(status)),
         "reasons": dict(found["reasons"]),
         "drive_names": tuple(drive_names),
-        "hinges": tuple(hinges),
+        "revolute": tuple(revolute),
     }

@@ -42,7 +42,7 @@ class Answer:
     verdict: str | None
     """Whether it may be acted on, with its sign."""
     causes: list[tuple[str, str, float | None, str]]
-    """What the verdict rests on: cause, ● measured or bounded, ◐ stated or assumed, ○ not looked at, its mm, source."""
+    """What the verdict rests on: cause, ● measured or bounded, ◐ stated or assumed, ○ not assessed, its mm, source."""
     unsolved: str | None
     """What was not solved and why, if anything was not."""
     basis: str

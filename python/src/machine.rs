@@ -212,9 +212,9 @@ impl Machine {
         self.own.drive_labels()
     }
 
-    /// Whether each drive is a hinge.
+    /// Whether each drive is a revolute joint.
     #[getter]
-    fn hinges(&self) -> Vec<bool> {
+    fn revolute(&self) -> Vec<bool> {
         self.own.drives().map(|(_, drive)| drive.motion == Motion::Revolute).collect()
     }
 

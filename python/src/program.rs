@@ -11,7 +11,7 @@ use std::{
 use kinetostat::{
     Method, Result,
     nalgebra::Vector3,
-    products::program::{Asked, Compensated, InMemory, Pass, ProgramJob},
+    products::program::{CompensateOptions, Compensated, NoFiles, Pass, ProgramJob},
     simulation::{along_path::PathPointResult, spread::DeflectionSpread, spread_along::LargestSpread},
     work::{Event, Work},
 };
@@ -151,10 +151,10 @@ impl Program {
         method: &str,
         told: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let asked = Asked::by(method_named(method)?);
+        let asked = CompensateOptions::by(method_named(method)?);
         let (passes, found) = self.wait(py, told, asked.pass_count(&self.job), |job, work| {
-            Ok(match job.compensate(&asked, &mut InMemory, work)? {
-                Compensated::Proved(proved) => (proved.passes, Ok((proved.written, proved.spread))),
+            Ok(match job.compensate(&asked, &mut NoFiles, work)? {
+                Compensated::Verified(verified) => (verified.passes, Ok((verified.written, verified.spread))),
                 Compensated::Refused(refused) => {
                     let none = job.pass_by(Method::None, &|| work.tell(Event::Computed(1)), |_, _| work.check())?;
                     ([none].into_iter().chain(refused.pass).collect(), Err(refused.failures))

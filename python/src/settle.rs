@@ -161,7 +161,7 @@ impl Settled {
     }
 }
 
-/// Commands the nominal machine of `machines` to all cases, or to `given` configurations, and lets the real one settle, on the threads of
+/// Commands the nominal machine of `machines` to all cases, or to `given` configurations, and lets the actual one settle, on the threads of
 /// the present pool.
 ///
 /// # Errors

@@ -8,7 +8,7 @@ use std::{
 use kinetostat::{
     Error, Result,
     machine::Unit,
-    process::uncertainty::{self, Spread},
+    process::uncertainty::{self, Distribution},
     simulation::Machines,
 };
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
@@ -39,10 +39,10 @@ pub struct Uncertainty {
 type Input = (String, f64, &'static str, (f64, f64), &'static str, (f64, f64), usize);
 
 /// What says how a distribution lies about its median: standard deviations below and above, or least and largest difference.
-fn numbers_of(spread: &Spread) -> (f64, f64) {
+fn numbers_of(spread: &Distribution) -> (f64, f64) {
     match *spread {
-        Spread::Logarithm { below, above } | Spread::Difference { below, above } => (below, above),
-        Spread::Uniform { least, largest } => (least, largest),
+        Distribution::Logarithm { below, above } | Distribution::Difference { below, above } => (below, above),
+        Distribution::Uniform { least, largest } => (least, largest),
     }
 }
 
@@ -71,7 +71,7 @@ impl Uncertainty {
     /// All numbers that vary.
     fn inputs(&self) -> Vec<Input> {
         let of = |(group, own): (usize, &uncertainty::UncertainParameter)| {
-            let (unit, spread): (Unit, Spread) = (own.unit, own.spread);
+            let (unit, spread): (Unit, Distribution) = (own.unit, own.spread);
             let input = |(name, nominal): &(String, f64)| {
                 let [low, high] = spread.interval_95(*nominal);
                 (name.clone(), *nominal, unit.in_files(), (low, high), spread.words(), numbers_of(&spread), group)

@@ -181,7 +181,7 @@ def test_an_arm_of_a_urdf() -> None:
     with pytest.raises(Error, match="stiffness: expected 6, one for each of a1, a2"):
         Machine.import_urdf(urdf, stiffness=[1e6])
     arm = Machine.import_urdf(urdf, stiffness=[1e6] * 6, tool_tip_mm=(0.0, 0.0, 100.0))
-    assert arm.hinges == [True] * 6 and any(note.startswith("mass of link") for note in arm.notes)
+    assert arm.revolute == [True] * 6 and any(note.startswith("mass of link") for note in arm.notes)
     pushed = arm.equilibrium(arm.home, [100.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     assert pushed.solved and 1e-6 < pushed.distance < 100.0
     again = Machine.from_toml(arm.toml).equilibrium(arm.home, [100.0, 0.0, 0.0, 0.0, 0.0, 0.0])

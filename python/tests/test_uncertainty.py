@@ -95,7 +95,7 @@ def test_total_indices_of_a_product_are_the_exact_ones() -> None:
     toml = """
 schema = 1
 name = "lever"
-title = "a slide"
+title = "a prismatic joint"
 gravity_m_per_s2 = [0.0, 0.0, 0.0]
 platform = { tool_tip_mm = [0.0, 0.0, 50.0], controls = ["x"] }
 workspace = { min_mm = [-1.0, 0.0, 0.0], max_mm = [1.0, 0.0, 0.0] }

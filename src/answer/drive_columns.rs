@@ -1,16 +1,16 @@
-//! Columns and quantities of drives in tables, figures and pages, and largest values of slides and hinges.
+//! Columns and quantities of drives in tables, figures and pages, and largest values of prismatic and revolute joints.
 
 use crate::{
     machine::{Drive, Machine, Motion},
     page::{Better, Quantity},
 };
 
-/// Returns "drives" for a machine with one kind of drives; else "slides" or "hinges".
+/// Returns "drives" for a machine with one kind of drives; else "slides" or "revolute joints".
 pub(crate) fn kind_word(machine: &Machine, motion: Motion) -> &'static str {
     match (machine.has_mixed_drives(), motion) {
         (false, _) => "drives",
-        (true, Motion::Prismatic) => "slides",
-        (true, Motion::Revolute) => "hinges",
+        (true, Motion::Prismatic) => "prismatic joints",
+        (true, Motion::Revolute) => "revolute joints",
     }
 }
 
@@ -66,7 +66,7 @@ pub(crate) fn largest_position(machine: &Machine, motion: Motion, values: &[f64]
     motion.to_shown(of_kind.fold(0.0, |most, (value, _)| most.max(value.abs())))
 }
 
-/// Returns the quantities "largest correction" and "largest force" over the drives, apart for slides and hinges if there are both.
+/// Returns the quantities "largest correction" and "largest force" over the drives, apart for prismatic and revolute joints if there are both.
 pub(crate) fn largest_drive_quantities(machine: &Machine) -> Vec<Quantity> {
     let name = |kind, what: &str| match machine.has_mixed_drives() {
         false => format!("largest drive {what}"),

@@ -13,7 +13,7 @@ pub(crate) fn acting_words(machine: &Machine, errors: &[ChainError], has_force: 
     let word = |source: &Source| match source {
         Source::Cutting => has_force.then_some("cutting force"),
         Source::Weight => Some(machine.own_load_words().unwrap_or("weight")),
-        Source::Errors => has_errors.then_some("chain errors"),
+        Source::Geometry => has_errors.then_some("chain errors"),
         Source::All => None,
     };
     match Source::parts(machine).iter().filter_map(word).collect::<Vec<_>>().as_slice() {
@@ -45,7 +45,7 @@ impl Source {
                 format!("The machine's {loads}, which {are} taken as zeroed, {moves}")
             }
             Source::Weight => format!("The machine's {loads} alone {moves}"),
-            Source::Errors => "Chain errors alone move the tool".into(),
+            Source::Geometry => "Chain errors alone move the tool".into(),
             Source::All if Self::parts(machine).len() > 2 => "All sources together move the tool".into(),
             Source::All => "Both sources together move the tool".into(),
         }

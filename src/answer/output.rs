@@ -69,7 +69,7 @@ pub struct Output {
     /// First screen, sections, setting, views and tables of the page; figures, name and question are added.
     pub page: Description,
     /// The machine deflected by the load, if it is drawn.
-    pub bent: Option<DeflectedPose>,
+    pub deflected: Option<DeflectedPose>,
     /// All results in sentences and small tables.
     pub details: String,
     /// Best place of a workpiece, with which a page compares others: its name, coordinates and objective.
@@ -88,7 +88,7 @@ impl Output {
             summary,
             figures: Vec::new(),
             page,
-            bent: None,
+            deflected: None,
             details: String::new(),
             best_place: None,
         }
@@ -182,8 +182,8 @@ impl Output {
         if !self.figures.is_empty() {
             self.figures.push((MACHINE_AT_HOME.into(), machine.figure()));
         }
-        if let Some(bent) = &self.bent {
-            self.figures.push(("machine_bent".into(), machine.bent_figure(bent)));
+        if let Some(deflected) = &self.deflected {
+            self.figures.push(("machine_deflected".into(), machine.deflected_figure(deflected)));
         }
     }
 }

@@ -45,7 +45,7 @@ pub fn play_cells(machine: &Machine, plain: Option<&PointPlay>, result: Option<&
     let labels = machine.drive_labels();
     let drives = labels.iter().zip(machine.drives()).zip(play.sides.iter().zip(&result.drive_forces));
     let sides =
-        drives.filter(|((_, (_, drive)), _)| drive.backlash > 0.0).map(|((label, _), (side, force))| match side {
+        drives.filter(|((_, (_, drive)), _)| drive.half_backlash > 0.0).map(|((label, _), (side, force))| match side {
             0 => format!("{label}±"),
             _ if *force > 0.0 => format!("{label}+"),
             _ => format!("{label}-"),

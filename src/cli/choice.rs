@@ -57,8 +57,8 @@ pub fn colours() -> impl TypedValueParser<Value = Colours> {
 /// Returns the parser of `--law`.
 pub fn law() -> impl TypedValueParser<Value = ForceLaw> {
     one_of(ForceLaw::ALL, ForceLaw::label, |law| match law {
-        ForceLaw::Printed => {
-            "As printed: F_x = F_r cos φ + F_t sin φ, F_y = F_r sin φ + F_t cos φ. Not a rotation: with 215 N and −10 N \
+        ForceLaw::PaperEq17 => {
+            "Eq. (17) as the paper prints it: F_x = F_r cos φ + F_t sin φ, F_y = F_r sin φ + F_t cos φ. Not a rotation: with 215 N and −10 N \
              the in-plane force varies between 205 N and 225 N"
         }
         ForceLaw::Rotated => {

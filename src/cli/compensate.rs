@@ -13,7 +13,7 @@ use kinetostat::{
     input::error::{Error, Result},
     process::{GammaChoice, file::Process},
     products::program::{
-        Asked, CommandSource, Pass, ProgramJob, Refusal,
+        CommandSource, CompensateOptions, Pass, ProgramJob, Refusal,
         files::{ProgramFiles, ProgramOutcome, compensate_into},
         report::{outside_workspace, passes_table},
     },
@@ -24,7 +24,7 @@ use kinetostat::{
 
 use super::{Ending, choice, headline, on_machine::OnMachine, reporting::Reporting};
 
-/// Write the program that makes the loaded tool follow its path, and prove it by simulating what was written.
+/// Write the program that makes the loaded tool follow its path, and verify it by simulating what was written.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The program keeps its format: in G-code only motion words change; comments, line numbers, other words and, without [feed] in the process,
@@ -98,7 +98,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let chosen = chosen_source(arguments)?;
     process.redundancy.gamma = arguments.redundancy.unwrap_or(process.redundancy.gamma);
     let job = open_job(process, &arguments.path, reporting)?;
-    let way = match &arguments.measured {
+    let commands = match &arguments.measured {
         Some(file) => CommandSource::Mirror(mirrored_pass(file, &job)?),
         None => chosen,
     };
@@ -106,7 +106,12 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?
         .with_rows(arguments.points.unwrap_or_default());
     let is_long = job.path.len() > COMPARED;
-    let asked = Asked { compared: compared_methods(arguments, is_long), way, sources_apart: true, ends_early: true };
+    let asked = CompensateOptions {
+        compared: compared_methods(arguments, is_long),
+        commands,
+        sources_apart: true,
+        ends_early: true,
+    };
     let (name, passes) = (arguments.path.display().to_string(), asked.pass_count(&job));
     let progress = reporting.progress(&name, passes * job.path.len(), &format!("points in {passes} passes"));
     let file_name = arguments.path.file_name().unwrap_or_default().to_string_lossy();
@@ -119,7 +124,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             return Ok(Ending::SomeUnsolved);
         }
     };
-    let (headline, proved) = (&results.headline, &results.proved);
+    let (headline, verified) = (&results.headline, &results.verified);
     reporting.print_styled(&headline::result_text(headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
     if let Some(gamma) = &results.gamma {
         reporting.print(&format!("\n{gamma}"))?;
@@ -127,13 +132,13 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     if reporting.is_verbose() {
         reporting.print(&format!("\n{}", results.facts))?;
     }
-    reporting.print(&format!("\n{}\n{}", TABLE, pass_table(&proved.passes)))?;
+    reporting.print(&format!("\n{}\n{}", TABLE, pass_table(&verified.passes)))?;
     if is_long && !arguments.all_methods {
         reporting.print("Of so many points, other methods are simulated with --all-methods only.\n")?;
     }
     reporting.print_styled(&headline::sentences(&results.findings))?;
-    if proved.uncorrected > 0 {
-        let positions = counted(proved.uncorrected, "position");
+    if verified.uncorrected > 0 {
+        let positions = counted(verified.uncorrected, "position");
         reporting.print(&format!("Left as written, as there is no correction: {positions} where nothing is cut.\n"))?;
     }
     if let Some(rows) = &results.rows {
@@ -141,7 +146,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     }
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), results.page.display()))?;
     reporting.print_styled(&headline::sentences(&results.used))?;
-    let does_harm = proved.worse_as_written().is_some() || proved.is_probably_worse();
+    let does_harm = verified.worse_as_written().is_some() || verified.is_probably_worse();
     let is_unsure = results.exceeds_feed_limits || results.knows_no_force;
     Ok(Ending::of(headline.unsolved.is_none() && !does_harm && !is_unsure))
 }

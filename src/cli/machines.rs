@@ -66,7 +66,7 @@ pub struct MachinesArguments {
     /// Stiffness of the drives from this machine, built in or a file, which has the same kinds of drives
     #[arg(long, value_name = "MACHINE", requires = "import", conflicts_with = "stiffness")]
     like: Option<String>,
-    /// Stiffness of each drive from base to tip: N·m/rad of hinges, N/mm of slides
+    /// Stiffness of each drive from base to tip: N·m/rad of revolute joints, N/mm of prismatic joints
     #[arg(long, value_parser = any_numbers, value_name = "K1,K2,…", requires = "import")]
     stiffness: Option<std::vec::Vec<f64>>,
     /// Write the machine file here, where nothing may be, instead of to standard output

@@ -36,7 +36,7 @@ the spindle. Picture: docs/forces.svg.
 
 Examples:
   kinetostat point --machine orthoglide --position 126.35,126.35,126.35 --phi 130 --chain-errors 1,-1,1
-  kinetostat point --machine orthoglide --at Q1 --phi 130 --law printed
+  kinetostat point --machine orthoglide --at Q1 --phi 130 --law paper_eq17
   kinetostat point --machine orthoglide --at Q1 --phi 130 --cutter D=10,z=4,ae=5,ap=8,fz=0.08,cut=down,n=8000 --material 'Al 6082-T6'
   kinetostat point --machine orthoglide --at Q0 --wrench 215,-10,-25,1000,21500,0 --json
   kinetostat point --machine robot.toml --pose 1600,200,900,0,180,30 --wrench 0,0,-500,0,0,0 --full-pose

@@ -60,7 +60,7 @@ impl Map {
     /// Computes the effect of the requested source at tool angle `phi`, rad (`None` without cutting force); `Err` if there is no solution.
     fn effect(&self, request: &EffectRequest, phi: Option<f64>) -> std::result::Result<EffectResult, Failure> {
         let Self { study: WorkspaceMapStudy { load_case, .. }, machines } = self;
-        let pose = load_case.machine.command(request.position.into())?.pose;
+        let pose = load_case.machine.inverse_kinematics_at(request.position.into())?.pose;
         let task = load_case.task_point(pose, phi);
         let found = lines_under(machines, request.source, &task)?;
         Ok(EffectResult {

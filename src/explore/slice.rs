@@ -44,9 +44,9 @@ pub struct SliceResult {
     pub nodes: [usize; 2],
     /// Largest displacement of the tool tip, mm.
     pub displacement: Vec<Option<f64>>,
-    /// Largest correction of a drive, mm, or degrees where all drives are hinges; of machines with both, of slides.
+    /// Largest correction of a drive, mm, or degrees where all drives are revolute joints; of machines with both, of prismatic joints.
     pub correction: Vec<Option<f64>>,
-    /// Largest force of a drive at the nominal command, N, or N·mm where all drives are hinges; of machines with both, of slides.
+    /// Largest force of a drive at the nominal command, N, or N·mm where all drives are revolute joints; of machines with both, of prismatic joints.
     pub force: Vec<Option<f64>>,
     /// Distance to singularity.
     pub conditioning: Vec<Option<f64>>,
@@ -72,7 +72,7 @@ impl Explorer {
         };
         let session = self.machines.session(Source::All);
         for index in answer.nodes[0]..answer.nodes[1] {
-            let at = self.machine.command(grid.position(index)).map_err(Failure::from);
+            let at = self.machine.inverse_kinematics_at(grid.position(index)).map_err(Failure::from);
             let node = at.as_ref().map_err(Clone::clone).and_then(|at| self.node(session.clone(), at, &loads));
             answer.conditioning.push(at.as_ref().ok().map(|at| self.machine.conditioning(at)));
             answer.displacement.push(node.as_ref().ok().map(|node| node.displacement));

@@ -48,7 +48,7 @@ pub struct PoseFigure {
     pub pose: Skeleton,
     /// The loaded machine in equilibrium, drawn over it; its displacements are amplified already.
     pub displaced: Option<Skeleton>,
-    /// Ends of the guideways of slides, mm.
+    /// Ends of the guideways of prismatic joints, mm.
     pub rails: Vec<[[f64; 3]; 2]>,
     /// Lower and upper corner of the workspace of P, mm; equal if there is none.
     pub workspace: [[f64; 3]; 2],
@@ -223,7 +223,7 @@ fn draw_lines(drawing: &mut Drawing, view: &View, skeleton: &Skeleton, link: Str
     view.draw_line(drawing, &[skeleton.platform_mm, skeleton.tool_tip_mm], tool);
 }
 
-/// Yields lines from the joint before each slide to the slide: legs that extend with the slide.
+/// Yields lines from the joint before each prismatic joint to the prismatic joint: legs that extend with the prismatic joint.
 fn telescopic_legs(skeleton: &Skeleton) -> impl Iterator<Item = [[f64; 3]; 2]> {
     let pairs = skeleton.chains.iter().flat_map(|chain| chain.joints.windows(2));
     pairs.filter(|pair| pair[1].slides).map(|pair| [pair[0].position_mm, pair[1].position_mm])
@@ -416,7 +416,7 @@ fn legend_samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
         samples.push((Box::new(draw), "mass (diameter: cube root)"));
     }
     if !figure.rails.is_empty() {
-        samples.push((line_sample(RAIL), "way of a slide"));
+        samples.push((line_sample(RAIL), "way of a prismatic joint"));
     }
     if figure.surroundings.part.is_some() {
         samples.push((line_sample(PART), "space of the part"));

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{explore::ToTry, machine::MachineDescription};
+use super::{explore::Interactive, machine::MachineDescription};
 use crate::{
     figures::{Colours, Figure},
     page::headline::Headline,
@@ -45,7 +45,7 @@ pub struct Description {
     pub colours: Option<String>,
     /// What a reader can try with the engine in the page.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub to_try: Option<ToTry>,
+    pub interactive: Option<Interactive>,
     /// The machined part, an interactive view.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part: Option<PartView>,
@@ -268,7 +268,7 @@ impl Description {
             figures: Vec::new(),
             tables: Vec::new(),
             colours: None,
-            to_try: None,
+            interactive: None,
             part: None,
         }
     }

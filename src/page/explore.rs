@@ -30,7 +30,7 @@ const STYLE: &str = include_str!("assets/explore.css");
 /// What a page lets its reader try with the engine, as in `report.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum ToTry {
+pub enum Interactive {
     /// The scene that the engine opens.
     Scene(Value),
     /// Nothing, with the reason.
@@ -53,10 +53,10 @@ pub(super) struct EngineView {
 
 impl EngineView {
     /// Returns the block with its title and hint, and with scene and engine unless there is nothing to try.
-    pub fn new((title, hint): (&'static str, &'static str), to_try: &ToTry) -> Self {
-        let (reason, scene) = match to_try {
-            ToTry::Scene(scene) => (None, Some(scene)),
-            ToTry::Nothing(reason) => (Some(reason.clone()), None),
+    pub fn new((title, hint): (&'static str, &'static str), interactive: &Interactive) -> Self {
+        let (reason, scene) = match interactive {
+            Interactive::Scene(scene) => (None, Some(scene)),
+            Interactive::Nothing(reason) => (Some(reason.clone()), None),
         };
         Self {
             title,
@@ -83,7 +83,7 @@ struct ExplorePage<'a> {
 /// of O, N and N·mm) first, or by 100 N along x; `Err` when the template is at fault.
 pub fn explore_page(name: &str, question: &str, scene: Value, wrench: Option<[f64; 6]>) -> Result<String> {
     let wrench = wrench.map(|wrench| wrench.map(|number| number.to_string()).join(",")).unwrap_or_default();
-    let engine = EngineView { wrench, ..EngineView::new(("Try", ""), &ToTry::Scene(scene)) };
+    let engine = EngineView { wrench, ..EngineView::new(("Try", ""), &Interactive::Scene(scene)) };
     render("explore.html", &ExplorePage { name, question, engine })
 }
 

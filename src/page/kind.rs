@@ -12,7 +12,7 @@ pub struct PageKind {
     /// Whether `kinetostat point` recomputes a node of a view.
     pub has_point_command: bool,
     /// Heading and hint of the block in which a reader asks the engine.
-    pub to_try: (&'static str, &'static str),
+    pub interactive: (&'static str, &'static str),
     /// Draws by which results with uncertain inputs are held against each other.
     pub draws: Option<DrawsTable>,
 }
@@ -32,7 +32,7 @@ impl PageKind {
         pointed: None,
         has_sources: false,
         has_point_command: false,
-        to_try: ("Try another place", "move the part, pull the tool, change a number: computed in this page"),
+        interactive: ("Try another place", "move the part, pull the tool, change a number: computed in this page"),
         draws: None,
     };
 }

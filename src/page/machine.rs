@@ -27,7 +27,7 @@ pub struct MachineDescription {
     pub provenance: Vec<Fact>,
     /// Its lines at home, in frame O.
     pub home: Skeleton,
-    /// Ends of the guideways of its slides, in O, mm.
+    /// Ends of the guideways of its prismatic joints, in O, mm.
     pub rails: Vec<[[f64; 3]; 2]>,
     /// Lower and upper corner of the workspace of P, mm.
     pub workspace_mm: [[f64; 3]; 2],
@@ -68,20 +68,20 @@ impl MachineDescription {
     }
 
     /// Returns a figure of the machine deflected by a load, with displacements amplified so that they can be seen.
-    pub(crate) fn bent_figure(&self, bent: &DeflectedPose) -> Figure {
-        let size = bent.tool_displacement_mm.norm();
-        let links = bent.commanded.chains.iter().flat_map(|chain| chain.links.iter().flatten());
+    pub(crate) fn deflected_figure(&self, deflected: &DeflectedPose) -> Figure {
+        let size = deflected.tool_displacement_mm.norm();
+        let links = deflected.commanded.chains.iter().flat_map(|chain| chain.links.iter().flatten());
         let points: Vec<_> = links.map(|point| (*point).into()).collect();
         let factor = amplification(&points, size);
-        let [x, y, z]: [f64; 3] = bent.force_n.map(|part| part.round() + 0.0).into();
+        let [x, y, z]: [f64; 3] = deflected.force_n.map(|part| part.round() + 0.0).into();
         Figure::Pose(Box::new(PoseFigure {
-            title: format!("How the machine bends {}", bent.place),
+            title: format!("How the machine bends {}", deflected.place),
             subtitle: with_minus_signs(&format!(
                 "{}, force on the tool ({x:.0}, {y:.0}, {z:.0}) N, tool displacement {size:.3} mm",
                 self.name
             )),
-            pose: bent.commanded.clone(),
-            displaced: Some(amplified_pose(&bent.commanded, &bent.loaded, factor)),
+            pose: deflected.commanded.clone(),
+            displaced: Some(amplified_pose(&deflected.commanded, &deflected.loaded, factor)),
             rails: self.rails.clone(),
             workspace: self.workspace_mm,
             surroundings: Surroundings::default(),

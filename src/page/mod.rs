@@ -30,7 +30,7 @@ pub use description::{
     Better, Column, Description, Explorer, Fact, FigureNote, Group, GroupValue, Mark, PartView, Quantity, Section,
     Shape, SmallTable, TableNote,
 };
-pub use explore::{ToTry, explore_page};
+pub use explore::{Interactive, explore_page};
 pub use folder::{ResultFolder, href, relative_display};
 pub use kind::{DrawsTable, PageKind};
 pub use machine::DeflectedPose;

@@ -31,7 +31,7 @@ fn point_command(source: &str, phi: Option<usize>, keys: &Keys) -> Option<PointC
     let (has_force, has_errors) = match source {
         "all" => (true, true),
         "cutting" => (true, false),
-        "errors" => (false, true),
+        "geometry" => (false, true),
         "weight" => (false, false),
         _ => return None,
     };

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{
     dataset::{Dataset, MOST_NUMBERS},
     description::{Better, Column, Description, Explorer, Fact, Mark, PartView, Quantity, Section, Shape},
-    explore::{EngineView, ToTry},
+    explore::{EngineView, Interactive},
     folder::{ResultFolder, href},
     packed::{Packed, Precision, data_url, script_json},
     point_command::{PointCommand, point_commands},
@@ -110,14 +110,14 @@ impl Pointed {
         let quantity = view.quantities.iter().find(|quantity| quantity.columns == found.columns)?.label.clone();
         let is_of_rows = |cells: &[String]| cells.iter().all(|cell| found.rows.iter().any(|[_, own]| own == cell));
         let group = view.group.as_ref().and_then(|group| group.values.iter().position(|one| is_of_rows(&one.cells)));
-        let tolerance_mm = description.to_try.as_ref().and_then(process_tolerance_mm);
+        let tolerance_mm = description.interactive.as_ref().and_then(process_tolerance_mm);
         Some(Self { index, quantity, group: group.unwrap_or(0), tolerance_mm })
     }
 }
 
 /// Returns the tolerance of the process in a scene, mm.
-fn process_tolerance_mm(to_try: &ToTry) -> Option<f64> {
-    let ToTry::Scene(scene) = to_try else { return None };
+fn process_tolerance_mm(interactive: &Interactive) -> Option<f64> {
+    let Interactive::Scene(scene) = interactive else { return None };
     let study: toml::Table = scene.get("study")?.as_str()?.parse().ok()?;
     let process = match study.get("process")? {
         toml::Value::String(file) => scene.get("files")?.get(file)?.as_str()?.parse().ok()?,
@@ -228,7 +228,10 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
         reasons,
         more_reasons,
         manifest: manifest_facts(&folder.manifest),
-        engine: description.to_try.as_ref().map(|to_try| EngineView::new(folder.kind.to_try, to_try)),
+        engine: description
+            .interactive
+            .as_ref()
+            .map(|interactive| EngineView::new(folder.kind.interactive, interactive)),
     };
     render("single.html", &context)
 }

@@ -9,9 +9,10 @@ use crate::spatial::{Pose, Wrench};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ForceLaw {
-    /// As printed: `F_x = F_r cos φ + F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. Not a rotation: with 215 N and −10 N the
+    /// Eq. (17) as the paper prints it: `F_x = F_r cos φ + F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. Not a rotation: with 215 N and −10 N the
     /// in-plane force varies between 205 N and 225 N.
-    Printed,
+    #[serde(rename = "paper_eq17")]
+    PaperEq17,
     /// A rotation: `F_x = F_r cos φ − F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. Used where no law is named.
     #[default]
     Rotated,
@@ -19,12 +20,12 @@ pub enum ForceLaw {
 
 impl ForceLaw {
     /// Both.
-    pub const ALL: [ForceLaw; 2] = [ForceLaw::Printed, ForceLaw::Rotated];
+    pub const ALL: [ForceLaw; 2] = [ForceLaw::PaperEq17, ForceLaw::Rotated];
 
     /// Returns the law's name in files and on the command line.
     pub fn label(self) -> &'static str {
         match self {
-            ForceLaw::Printed => "printed",
+            ForceLaw::PaperEq17 => "paper_eq17",
             ForceLaw::Rotated => "rotated",
         }
     }
@@ -53,7 +54,7 @@ pub struct MillingForce {
 
 impl MillingForce {
     /// The paper's groove: F_r = 215 N, F_t = −10 N, F_z = −25 N, eq. (17) as printed.
-    pub const PAPER: Self = Self { radial: 215.0, tangential: -10.0, axial: -25.0, law: ForceLaw::Printed };
+    pub const KLIMCHIK_GROOVE: Self = Self { radial: 215.0, tangential: -10.0, axial: -25.0, law: ForceLaw::PaperEq17 };
 
     /// Whether all force components are zero.
     pub fn is_zero(&self) -> bool {
@@ -69,7 +70,7 @@ impl MillingForce {
     pub fn force(&self, phi: f64) -> Vector3<f64> {
         let (sin, cos) = libm::sincos(phi);
         let sign = match self.law {
-            ForceLaw::Printed => 1.0,
+            ForceLaw::PaperEq17 => 1.0,
             ForceLaw::Rotated => -1.0,
         };
         Vector3::new(

@@ -12,18 +12,27 @@ pub enum StockRemoval {}
 
 impl StockRemoval {
     /// Never called.
-    pub(super) fn cut<'a, Place, Origin>(
+    pub(super) fn cut<'a, Machine, Placement, Origin, Done>(
         &self,
         _: Toolpath,
-        _: Place,
+        _: Machine,
+        _: Placement,
         _: impl Fn(&PathPoint) -> &'a CuttingLaw,
         _: Origin,
+        _: Done,
     ) -> Result<CutPath> {
         match *self {}
     }
 
     /// Never called.
-    pub(super) fn cut_shifted<Place, Shifts, Law>(&self, _: &Toolpath, _: Place, _: Shifts, _: Law) -> Result<CutPath> {
+    pub(super) fn cut_shifted<Placed, Shifts, Law, Origin>(
+        &self,
+        _: &Toolpath,
+        _: Placed,
+        _: Shifts,
+        _: Law,
+        _: Origin,
+    ) -> Result<CutPath> {
         match *self {}
     }
 

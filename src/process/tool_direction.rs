@@ -17,7 +17,7 @@ const GIVEN_DEG: f64 = 1.0;
 /// normal of the plane of its feed moves, in whichever sense, or what `[gcode]` says.
 ///
 /// # Errors
-/// A tool that stands otherwise.
+/// A stationary tool otherwise.
 pub(super) fn check(program: &GcodeProgram, process: &Process, name: &str) -> Result<()> {
     let Some(axis) = tool_axis(program, process) else { return Ok(()) };
     let [x, y, z]: [f64; 3] = axis.map(|v| (v * 1e4).round() / 1e4 + 0.0).into();

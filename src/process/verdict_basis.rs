@@ -178,7 +178,7 @@ pub struct Basis<'a> {
     pub uncertainty: Option<&'a Uncertainty>,
     /// How much of the force is known; `None` where there is no force.
     pub force: Option<KnownForce>,
-    /// Half the widest interval in which open backlash and friction leave the tool, mm; `None` where it was not looked at.
+    /// Half the widest interval in which open backlash and friction leave the tool, mm; `None` where it was not assessed.
     pub open_backlash_mm: Option<f64>,
     /// Largest programmed feed of the tool where it cuts, mm/s; `None` unless all cuts have one.
     pub fastest_mm_per_s: Option<f64>,
@@ -205,7 +205,7 @@ impl Basis<'_> {
                 false => Entry::unknown(Cause::Rounding, "no program is written here"),
             },
             Entry::unknown(Cause::Heat, "neither [temperature] nor a bound in [verdict.known]"),
-            Entry::unknown(Cause::Bodies, "not looked at: holder, clamps, wrist"),
+            Entry::unknown(Cause::Bodies, "not assessed: holder, clamps, wrist"),
             Entry::unknown(Cause::Vibration, "not computed"),
         ];
         for own in own {
@@ -334,18 +334,18 @@ impl Basis<'_> {
     }
 
     fn backlash(&self) -> Entry {
-        let without = self.machine.drives().filter(|(_, drive)| drive.backlash == 0.0).count();
+        let without = self.machine.drives().filter(|(_, drive)| drive.half_backlash == 0.0).count();
         match (without, self.open_backlash_mm) {
             (drives @ 1.., open) if open.is_none_or(|open| open == 0.0) => {
                 Entry::unknown(Cause::Backlash, format!("not in the machine file of {drives} drives"))
             }
-            (_, None) => Entry::unknown(Cause::Backlash, "not looked at by this question"),
+            (_, None) => Entry::unknown(Cause::Backlash, "not assessed by this question"),
             (drives, Some(open)) => {
-                let words = "machine file: what is open; pressed flanks are simulated";
+                let words = "machine file: what is open; loaded flanks are simulated";
                 let own = Entry::bound(Cause::Backlash, open, Mark::Half, words);
                 match drives {
                     _ if self.machine.carrier.as_ref().is_some_and(|own| own.drive_count() > 0) => {
-                        own.lacking("the workpiece carrier is not looked at")
+                        own.lacking("the workpiece carrier is not assessed")
                     }
                     0 => own,
                     drives => own.lacking(&format!("not in the machine file of {drives} drives")),

@@ -285,10 +285,10 @@ pub(crate) fn cautions(
             ),
         };
     }
-    if !uncertainty.cut.is_empty() {
+    if !uncertainty.dropped_correlations.is_empty() {
         text += &format!(
             "Not taken from the identification, but varied by themselves or not at all: {}.\n",
-            listed_up_to(MOST_NAMED, uncertainty.cut.iter().cloned())
+            listed_up_to(MOST_NAMED, uncertainty.dropped_correlations.iter().cloned())
         );
     }
     text

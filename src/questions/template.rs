@@ -29,7 +29,7 @@ use crate::{
         toml_file,
     },
     machine::{Machine, Motion, Parameter, catalogue, is_pattern_of},
-    statics::{Workspace, principal_stiffnesses, tool_compliance, unloaded_compliance},
+    statics::{Scratch, principal_stiffnesses, tool_compliance, unloaded_compliance},
 };
 
 /// A machine for which a study is begun.
@@ -415,7 +415,7 @@ fn tool_axes(machine: &Machine, middle: Vector3<f64>) -> [[f64; 3]; 2] {
 /// Returns the round force under which the tool yields by about [`YIELD_MM`] at home where it is softest, N.
 fn yielding_force(machine: &Machine) -> f64 {
     let lever = machine.home.pose.rotation * machine.tool_tip;
-    let softest = unloaded_compliance(machine, &machine.home, &mut Workspace::new(machine))
+    let softest = unloaded_compliance(machine, &machine.home, &mut Scratch::new(machine))
         .map(|compliance| principal_stiffnesses(&tool_compliance(&compliance, lever))[0]);
     let force = softest.map_or(LARGEST_N, |stiffness| YIELD_MM * stiffness).min(LARGEST_N);
     // NaN too.

@@ -44,7 +44,7 @@ pub struct Shape {
 /// Costs that differ by less are equal, mm: the tolerance of the solver.
 pub const TIE_MM: f64 = 1e-9;
 
-/// A hinge that moves by a larger share of a full turn between two knots has swung about and is not tracked.
+/// A revolute joint that moves by a larger share of a full turn between two knots has swung about and is not tracked.
 const SWUNG: f64 = 0.25;
 
 impl Shape {

@@ -199,7 +199,7 @@ pub fn gammas_by_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::res
 }
 
 /// Why the machine cannot stand at the point `here` or cannot move there from the point `before`: margins to travel limits and singularities,
-/// a swing of a hinge, or speed limits; `None` if it can.
+/// a swing of a revolute joint, or speed limits; `None` if it can.
 pub(crate) fn infeasible_step(
     settings: &RedundancySettings,
     machine: &Machine,
@@ -217,7 +217,8 @@ pub(crate) fn infeasible_step(
         drives
     };
     let is_tracked = Shape::with_limits_of(machine, settings).allows(&drives(last), &drives(here.1), seconds);
-    (!is_tracked).then_some("reached from the point before only by a swing of a hinge, or faster than the drives move")
+    (!is_tracked)
+        .then_some("reached from the point before only by a swing of a revolute joint, or faster than the drives move")
 }
 
 /// The path of `problem` with all its platform orientations rotated by `gamma` (rad) about the tool axis. `Err` if the machine cannot do so.

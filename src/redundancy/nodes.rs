@@ -9,9 +9,9 @@ use crate::{
     compensation::TaskPoint,
     machine::{Configuration, Machine, Unreachable, ZeroState},
     process::RedundancySettings,
-    simulation::play::{seated_offsets, sides_as_calibrated},
+    simulation::play::{flank_offsets, sides_as_calibrated},
     spatial::Wrench,
-    statics::{self, Batch, Case, State, Status, has_play, seated_sides},
+    statics::{self, Batch, Case, State, Status, has_play, loaded_flanks},
 };
 
 /// Why a γ is infeasible at a point.
@@ -179,9 +179,9 @@ impl<'a> Solver<'a> {
             let machine = on_branch.machines.actual(crate::simulation::Source::All);
             let seated = |((state, rest), mut command): ((&Option<State>, &Option<State>), Vec<f64>)| {
                 let state = state.as_ref()?;
-                let at_rest = || rest.as_ref().map(|rest| seated_sides(on_branch.machines.unloaded(), rest));
+                let at_rest = || rest.as_ref().map(|rest| loaded_flanks(on_branch.machines.unloaded(), rest));
                 let calibrated = if unloaded.is_some() { at_rest()? } else { calibrated.clone() };
-                let offsets = seated_offsets(machine, &seated_sides(machine, state), &calibrated)?;
+                let offsets = flank_offsets(machine, &loaded_flanks(machine, state), &calibrated)?;
                 command.iter_mut().zip(offsets).for_each(|(drive, offset)| *drive += offset);
                 Some(command)
             };

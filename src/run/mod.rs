@@ -25,7 +25,7 @@ use crate::{
         lock_folder, prepare, remove,
     },
     input::error::{Error, Remedy, Result},
-    page::{PAGE, ToTry, headline::Headline},
+    page::{Interactive, PAGE, headline::Headline},
     questions::{Overrides, Study, StudyKind, page_kind},
     work::{
         Event, Work,
@@ -200,8 +200,8 @@ impl Study {
 }
 
 /// Returns the scene in which a reader of the page can try the workpiece at other places, or why none can; `None` without a workpiece.
-fn interactive_scene(study: &Study, best: Option<Value>) -> Result<Option<ToTry>> {
-    let nothing = |why: &str| Ok(Some(ToTry::Nothing(format!("Other places cannot be tried here: {why}."))));
+fn interactive_scene(study: &Study, best: Option<Value>) -> Result<Option<Interactive>> {
+    let nothing = |why: &str| Ok(Some(Interactive::Nothing(format!("Other places cannot be tried here: {why}."))));
     match &study.kind {
         StudyKind::Path(path, _) if path.gamma_search.is_some() => {
             return nothing("the rotation about the tool axis was sought for this one");
@@ -227,7 +227,7 @@ fn interactive_scene(study: &Study, best: Option<Value>) -> Result<Option<ToTry>
     if let Some(best) = best {
         scene["best"] = best;
     }
-    Ok(Some(ToTry::Scene(scene)))
+    Ok(Some(Interactive::Scene(scene)))
 }
 
 impl FolderRun<'_> {
@@ -277,7 +277,7 @@ impl FolderRun<'_> {
         let run = Run { out, formats: &options.formats, rows: options.rows, figures: options.figures, work };
         let mut output = study.kind.answer(&run)?;
         (output.page.name, output.page.question) = (study.name.clone(), study.question.clone());
-        output.page.to_try = interactive_scene(study, output.best_place.take())?;
+        output.page.interactive = interactive_scene(study, output.best_place.take())?;
         let rows = output.streamed.1.iter().filter_map(|(_, table)| table.note().map(String::from)).collect();
         let files = output.write(&run, page_kind(&output.page.kind), options.colours, &study.inputs)?;
         let is_complete = output.is_complete();

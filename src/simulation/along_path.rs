@@ -32,7 +32,7 @@ pub struct PathCase<'a> {
     /// The nominal machine, which computes commands.
     pub nominal: &'a Machine,
     /// The actual machine.
-    pub real: &'a Machine,
+    pub actual: &'a Machine,
     /// The machine from whose unloaded equilibrium deflections are measured, if the nominal one is calibrated there.
     pub unloaded: &'a Machine,
     /// Configuration of the nominal machine at the point before; `None` at the beginning of the path.
@@ -46,8 +46,8 @@ pub struct PathCase<'a> {
 impl<'a> PathCase<'a> {
     /// Creates the case of a whole path on `machines` under `source`, in which play counts.
     pub(crate) fn new(machines: &'a Machines, source: Source, tasks: &'a [TaskPoint]) -> Self {
-        let (nominal, real) = (machines.nominal(source), machines.actual(source));
-        Self { nominal, real, unloaded: machines.unloaded(), before: None, tasks, play: true }
+        let (nominal, actual) = (machines.nominal(source), machines.actual(source));
+        Self { nominal, actual, unloaded: machines.unloaded(), before: None, tasks, play: true }
     }
 }
 
@@ -216,7 +216,7 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
     answers
 }
 
-/// Tracked points of the nominal machine along a path: found for all blocks at once if its hinges count turns, otherwise block by block when needed.
+/// Tracked points of the nominal machine along a path: found for all blocks at once if its revolute joints count turns, otherwise block by block when needed.
 #[derive(Debug)]
 pub(crate) struct TrackBlocks<'a> {
     nominal: &'a Machine,

@@ -38,7 +38,7 @@ pub(crate) fn solve_blocks<'a, E>(
     done: &(dyn Fn() -> Result<(), E> + Sync),
 ) -> Result<Vec<Vec<PathPointResult>>, E> {
     let begin = |&(first, track): &TrackedBlock<'a>| {
-        let mut session = Session::new(case.nominal, case.real, settings()).with_unloaded_machine(case.unloaded);
+        let mut session = Session::new(case.nominal, case.actual, settings()).with_unloaded_machine(case.unloaded);
         // From home the way would be long, and might end on another branch.
         let near = track.first().and_then(|point| point.at.as_ref()).filter(|_| case.tasks[first].external.is_none());
         if let Some(at) = near {
@@ -48,7 +48,7 @@ pub(crate) fn solve_blocks<'a, E>(
         OpenBlock { session, first, track, near, answers }
     };
     let mut blocks: Vec<OpenBlock<'a>> = tracked.iter().map(begin).collect();
-    let mut batch = Batch::new(case.real);
+    let mut batch = Batch::new(case.actual);
     for point in 0..tracked.iter().map(|(_, track)| track.len()).max().unwrap_or(0) {
         let mut going: Vec<&mut OpenBlock<'a>> = blocks.iter_mut().filter(|block| point < block.track.len()).collect();
         let found = solve_points(case, commands, point, &mut going, &mut batch);
@@ -148,7 +148,7 @@ impl<'a> OpenBlock<'a> {
         }
     }
 
-    /// Returns a posture change if the corrected command turns a hinge back within its travel where the path goes on.
+    /// Returns a posture change if the corrected command turns a revolute joint back within its travel where the path goes on.
     fn full_turn_jump(
         &self,
         nominal: &Machine,

@@ -14,7 +14,7 @@ use crate::{
     compensation::{Compensation, CompensationStatus, Session, TaskPoint, simulate_drives},
     machine::{Configuration, Machine, PositionedMachine, Unreachable, ZeroState},
     spatial::{Pose, Wrench},
-    statics::{State, Workspace, equilibrium, has_play, open_play, seated_commands, seated_sides},
+    statics::{Scratch, State, equilibrium, flank_commands, has_play, loaded_flanks, open_play},
 };
 
 /// Play of the drives at a point.
@@ -66,14 +66,14 @@ impl PlayedPoint<'_> {
     /// Adds the play of the drives to what was `found` without, with the `target` that is commanded. `session` is at that equilibrium. `None`
     /// where no drive has play, joints do not follow from drives one by one, or the machine is not there with its play.
     pub fn add(&self, session: &mut Session, found: &mut Compensation, target: &mut Option<Pose>) -> Option<PointPlay> {
-        let machine = self.case.real;
+        let machine = self.case.actual;
         // The engine of pages is small, and has no room for it.
         if FOR_PAGES || !self.case.play || !has_play(machine) || found.outcome.is_none() {
             return None;
         }
         let calibrated = sides_as_calibrated(self.case.nominal, self.case.unloaded, self.at);
-        let offsets_of = |sides: &[i8]| seated_offsets(machine, sides, &calibrated);
-        let mut sides = seated_sides(machine, session.state());
+        let offsets_of = |sides: &[i8]| flank_offsets(machine, sides, &calibrated);
+        let mut sides = loaded_flanks(machine, session.state());
         let mut offsets = offsets_of(&sides)?;
         let bare_error = found.position_error;
         let mut changes = vec![0; sides.len()];
@@ -82,7 +82,8 @@ impl PlayedPoint<'_> {
         while goes_on {
             self.solve(session, found, &drives, &offsets);
             goes_on = false;
-            for ((side, now), changes) in sides.iter_mut().zip(seated_sides(machine, session.state())).zip(&mut changes)
+            for ((side, now), changes) in
+                sides.iter_mut().zip(loaded_flanks(machine, session.state())).zip(&mut changes)
             {
                 if *side != now && *changes < 2 {
                     // Pressed by what the others do, or held by none of its sides.
@@ -166,17 +167,17 @@ pub(crate) fn sides_as_calibrated(nominal: &Machine, unloaded: &Machine, here: &
         ZeroState::AtHome if unloaded.own_load_words().is_some() => &nominal.home,
         _ => return vec![0; unloaded.drive_count()],
     };
-    let (mut state, mut workspace) = (State::rigid(nominal, at), Workspace::new(unloaded));
+    let (mut state, mut scratch) = (State::rigid(nominal, at), Scratch::new(unloaded));
     // Without an equilibrium here the point would have failed before.
-    equilibrium(unloaded, &at.drives, &Wrench::zero(), &mut state, &mut workspace, &settings().equilibrium);
-    seated_sides(unloaded, &state)
+    equilibrium(unloaded, &at.drives, &Wrench::zero(), &mut state, &mut scratch, &settings().equilibrium);
+    loaded_flanks(unloaded, &state)
 }
 
 /// Changes of the commands, mm or rad, by which joints that are pressed to `sides` stand beside where they were when they were `calibrated`; `None` where
 /// joints do not follow from drives one by one.
-pub(crate) fn seated_offsets(machine: &Machine, sides: &[i8], calibrated: &[i8]) -> Option<Vec<f64>> {
+pub(crate) fn flank_offsets(machine: &Machine, sides: &[i8], calibrated: &[i8]) -> Option<Vec<f64>> {
     let from: Vec<i8> = sides.iter().zip(calibrated).map(|(side, before)| side - before).collect();
-    seated_commands(machine, &from)
+    flank_commands(machine, &from)
 }
 
 /// Most shifts of a target, each of which leaves about a hundredth of the error.

@@ -21,8 +21,8 @@ pub enum Source {
     /// Weight and springs of the nominal machine, against the rigid model.
     Weight,
     /// Chain errors of the unloaded actual machine, measured from the equilibrium of the nominal one.
-    Errors,
-    /// All together: the real case. Weight and springs are part of it unless the machine was calibrated under weight.
+    Geometry,
+    /// All together: the actual case. Weight and springs are part of it unless the machine was calibrated under weight.
     All,
 }
 
@@ -35,16 +35,16 @@ impl Source {
     /// Returns the sources of a machine that has `count` of them.
     fn for_count(count: usize) -> &'static [Source] {
         match count {
-            4 => &[Source::Cutting, Source::Weight, Source::Errors, Source::All],
-            _ => &[Source::Cutting, Source::Errors, Source::All],
+            4 => &[Source::Cutting, Source::Weight, Source::Geometry, Source::All],
+            _ => &[Source::Cutting, Source::Geometry, Source::All],
         }
     }
 
     /// Returns the sources whose effects superposition adds up.
     pub fn parts(machine: &Machine) -> &'static [Source] {
         match machine.own_load_words().is_some() && machine.zeroed != ZeroState::AtRest {
-            true => &[Source::Cutting, Source::Weight, Source::Errors],
-            false => &[Source::Cutting, Source::Errors],
+            true => &[Source::Cutting, Source::Weight, Source::Geometry],
+            false => &[Source::Cutting, Source::Geometry],
         }
     }
 
@@ -53,7 +53,7 @@ impl Source {
         match self {
             Source::Cutting => "cutting",
             Source::Weight => "weight",
-            Source::Errors => "errors",
+            Source::Geometry => "geometry",
             Source::All => "all",
         }
     }
@@ -63,7 +63,7 @@ impl Source {
         match self {
             Source::Cutting => "cutting force",
             Source::Weight => "weight",
-            Source::Errors => "chain errors",
+            Source::Geometry => "chain errors",
             Source::All => "all at once",
         }
     }
@@ -151,7 +151,7 @@ pub struct Machines {
     /// The nominal machine, calibrated in its equilibrium under weight.
     at_rest: Machine,
     /// The actual machine, for chain errors and for all together: with chain errors, and with drive offsets if it was calibrated at home.
-    pub real: Machine,
+    pub actual: Machine,
     /// The machine without chain errors, for cutting and weight: with these offsets only.
     zeroed: Machine,
 }
@@ -167,7 +167,7 @@ impl Machines {
         if at_rest.zeroed != ZeroState::AtRest {
             at_rest.zeroed = ZeroState::AtRest;
         }
-        let perfect = Self { real: zeroed.clone(), at_rest, zeroed, nominal: nominal.clone() };
+        let perfect = Self { actual: zeroed.clone(), at_rest, zeroed, nominal: nominal.clone() };
         Ok(perfect.with_errors(errors))
     }
 
@@ -176,12 +176,12 @@ impl Machines {
         if !is_offset(machine) {
             return Ok(machine.clone());
         }
-        Ok(Self::new(&machine.nominal()?, &machine.parameter_errors())?.real)
+        Ok(Self::new(&machine.nominal()?, &machine.parameter_errors())?.actual)
     }
 
     /// Returns the machines with other chain errors.
     pub fn with_errors(&self, errors: &[ChainError]) -> Self {
-        Self { real: self.zeroed.with_errors(errors), ..self.clone() }
+        Self { actual: self.zeroed.with_errors(errors), ..self.clone() }
     }
 
     /// Returns these machines with the parameter values of a draw (elastic ones and geometry) of `machine`, the nominal one with a chain design for
@@ -200,8 +200,8 @@ impl Machines {
             false => machine.with_parameters(values),
         };
         let zeroed = calibrated_at_home(&with(machine, elasticity)?)?;
-        let real = with(&zeroed, geometry)?.with_errors(errors);
-        Ok(Self { zeroed, real, ..self.clone() })
+        let actual = with(&zeroed, geometry)?.with_errors(errors);
+        Ok(Self { zeroed, actual, ..self.clone() })
     }
 
     /// Returns the machines with home at `at`, near which redundant drives stay.
@@ -215,7 +215,7 @@ impl Machines {
     /// Returns the nominal machine that computes commands for `source`; for cutting and chain errors the one calibrated in equilibrium.
     pub fn nominal(&self, source: Source) -> &Machine {
         match source {
-            Source::Cutting | Source::Errors => &self.at_rest,
+            Source::Cutting | Source::Geometry => &self.at_rest,
             Source::Weight | Source::All => &self.nominal,
         }
     }
@@ -224,7 +224,7 @@ impl Machines {
     pub fn actual(&self, source: Source) -> &Machine {
         match source {
             Source::Cutting | Source::Weight => &self.zeroed,
-            Source::Errors | Source::All => &self.real,
+            Source::Geometry | Source::All => &self.actual,
         }
     }
 
@@ -271,7 +271,7 @@ impl Source {
     /// Returns `task` for this source: without load for weight and chain errors, and for weight wanted at the rigid pose.
     pub fn task(self, task: &TaskPoint) -> TaskPoint {
         match self {
-            Source::Errors => task.without_force(),
+            Source::Geometry => task.without_force(),
             Source::Weight => TaskPoint { wanted: Some(task.pose), ..task.without_force() },
             Source::Cutting | Source::All => *task,
         }

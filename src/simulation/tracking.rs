@@ -39,7 +39,7 @@ pub(crate) fn track_together(
     points
 }
 
-/// Makes consecutive blocks, each tracked from home, continue one another from the configuration `before`, hinges at the turn they have reached.
+/// Makes consecutive blocks, each tracked from home, continue one another from the configuration `before`, revolute joints at the turn they have reached.
 pub(crate) fn join_blocks<'a>(
     nominal: &Machine,
     before: Option<&Configuration>,

@@ -14,11 +14,11 @@ use crate::{
 /// Limits that do not fit the machine, or that exclude one another: named with point, drive and values.
 pub(crate) fn correct_within_limits(
     nominal: &Machine,
-    real: &Machine,
+    actual: &Machine,
     tasks: &[TaskPoint],
     given: &CorrectionLimits,
 ) -> Result<BoundedPath> {
-    correct_within_forces(nominal, real, tasks, given, force_limits(nominal, given))
+    correct_within_forces(nominal, actual, tasks, given, force_limits(nominal, given))
 }
 
 /// Returns the force limit of each drive, N or N·mm: the smaller one of process and machine, infinite where there is none.
@@ -33,14 +33,14 @@ pub(crate) fn force_limits(machine: &Machine, given: &CorrectionLimits) -> Vec<f
 /// As there.
 pub(crate) fn correct_within_forces(
     nominal: &Machine,
-    real: &Machine,
+    actual: &Machine,
     tasks: &[TaskPoint],
     given: &CorrectionLimits,
     force: Vec<f64>,
 ) -> Result<BoundedPath> {
     let limits = Limits { force: Some(force), ..engine_limits(nominal, tasks, given)? };
     let settings = BoundedSettings { point: settings(), ..BoundedSettings::default() };
-    Ok(compensate_bounded(nominal, real, tasks, &limits, given.objective, &settings, &|_| ())?)
+    Ok(compensate_bounded(nominal, actual, tasks, &limits, given.objective, &settings, &|_| ())?)
 }
 
 /// Checks that limits fit the drives of a machine; the error says why not.

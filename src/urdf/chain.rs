@@ -85,7 +85,7 @@ fn in_mm(xyz: [f64; 3]) -> [f64; 3] {
     xyz.map(|v| times_thousand(v) + 0.0)
 }
 
-/// Returns an upper bound of the reach of the chain along `joints`, m: distances between successive joint frames added, each slide at its
+/// Returns an upper bound of the reach of the chain along `joints`, m: distances between successive joint frames added, each prismatic joint at its
 /// larger absolute limit (0 without limits).
 pub(super) fn reach_bound(robot: &Robot, joints: &[usize]) -> f64 {
     let joint_reach = |joint: &Joint| {

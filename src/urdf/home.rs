@@ -19,7 +19,7 @@ pub(super) struct Home {
 
 /// Postures tried beside zero and the middles of travel.
 const BENT: usize = 512;
-/// How far hinges are bent, degrees.
+/// How far revolute joints are bent, degrees.
 const BENDS: [f64; 11] = [0.0, 0.0, 0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0, 90.0, -90.0];
 /// Postures that are this share as even as the best are even enough.
 const ENOUGH: f64 = 0.8;

@@ -15,7 +15,7 @@ pub enum DriveStiffness {
     /// Unknown; to be written into the file.
     #[default]
     Unknown,
-    /// One number for each drive from base to tip: N·m/rad of hinges, N/mm of slides.
+    /// One number for each drive from base to tip: N·m/rad of revolute joints, N/mm of prismatic joints.
     Given(Vec<f64>),
     /// That of another machine with the same kinds of drives in the same order.
     Like(Machine),
@@ -65,7 +65,10 @@ const STIFFEST: f64 = 1e15;
 /// Returns the stiffness of the drives of `machine` (N/mm or N·mm/rad); fails if their kinds and order are not those of `drives`.
 fn stiffness_like(machine: &Machine, drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
     let kinds = |motions: &mut dyn Iterator<Item = Motion>| {
-        motions.map(|motion| if motion == Motion::Revolute { "hinge" } else { "slide" }).collect::<Vec<_>>().join(", ")
+        motions
+            .map(|motion| if motion == Motion::Revolute { "revolute" } else { "prismatic" })
+            .collect::<Vec<_>>()
+            .join(", ")
     };
     let imported = kinds(&mut drives.iter().map(|drive| drive.motion));
     let other = kinds(&mut machine.drives().map(|(_, drive)| drive.motion));

@@ -1,4 +1,4 @@
-//! What answers are made of: the bent machine for its drawing, and points in words.
+//! What answers are made of: the deflected machine for its drawing, and points in words.
 
 use kinetostat::{
     Machine, MillingForce, Target, TaskPoint,
@@ -10,17 +10,18 @@ use nalgebra::Vector3;
 fn the_lines_of_a_loaded_machine_end_where_its_platform_settles() {
     let machine = Machine::named_or_file("orthoglide").unwrap();
     let errors = machine.assembly_errors(&[1.0, -1.0, 1.0]);
-    let load = MillingForce::PAPER.wrench(0.7, &machine.tool());
+    let load = MillingForce::KLIMCHIK_GROOVE.wrench(0.7, &machine.tool());
     let pose = machine.pose_at(machine.points[1].position);
-    let bent = deflected_pose(&machine, &errors, &TaskPoint::new(pose, load, Target::ToolTip), "at Q1".into()).unwrap();
-    for skeleton in [&bent.commanded, &bent.loaded] {
+    let deflected =
+        deflected_pose(&machine, &errors, &TaskPoint::new(pose, load, Target::ToolTip), "at Q1".into()).unwrap();
+    for skeleton in [&deflected.commanded, &deflected.loaded] {
         for chain in &skeleton.chains {
             let end = Vector3::from(*chain.links.last().unwrap().last().unwrap());
             assert!((end - Vector3::from(skeleton.platform_mm)).norm() < 1e-6, "{}: {end}", chain.name);
         }
     }
-    let moved = Vector3::from(bent.loaded.tool_tip_mm) - Vector3::from(bent.commanded.tool_tip_mm);
-    assert!((moved - bent.tool_displacement_mm).norm() < 1e-9);
+    let moved = Vector3::from(deflected.loaded.tool_tip_mm) - Vector3::from(deflected.commanded.tool_tip_mm);
+    assert!((moved - deflected.tool_displacement_mm).norm() < 1e-9);
     assert!(moved.norm() > 0.5);
 }
 

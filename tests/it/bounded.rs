@@ -15,19 +15,19 @@ use crate::support::cases::cases;
 /// A machine, the same with errors, and a path for it.
 struct Case {
     nominal: Machine,
-    real: Machine,
+    actual: Machine,
     tasks: Vec<TaskPoint>,
 }
 
 impl Case {
     /// The circle of 50 mm around Q1, cut once around with `points` points.
     fn orthoglide(points: usize) -> Self {
-        Self::circle("orthoglide", [126.35; 3], points, MillingForce::PAPER)
+        Self::circle("orthoglide", [126.35; 3], points, MillingForce::KLIMCHIK_GROOVE)
     }
 
     /// A circle on the Tripteron, under a force that bends it by some tenths of a millimetre.
     fn tripteron(points: usize) -> Self {
-        Self::circle("tripteron", [450.0, 550.0, 500.0], points, MillingForce::PAPER)
+        Self::circle("tripteron", [450.0, 550.0, 500.0], points, MillingForce::KLIMCHIK_GROOVE)
     }
 
     fn circle(name: &str, centre: [f64; 3], points: usize, force: MillingForce) -> Self {
@@ -35,7 +35,7 @@ impl Case {
         let turns = [1.0f64, -1.0, 1.0];
         let error = |(chain, degrees): (_, f64)| ChainError::turn_about_drive_axis(chain, degrees.to_radians());
         let errors: Vec<ChainError> = nominal.chains.iter().zip(turns).map(error).collect();
-        let real = nominal.with_errors(&errors);
+        let actual = nominal.with_errors(&errors);
         let task = |k: usize| {
             let phi = std::f64::consts::TAU * k as f64 / points as f64;
             let position = Vector3::from(centre) + 25.0 * Vector3::new(phi.cos(), phi.sin(), 0.0);
@@ -43,12 +43,12 @@ impl Case {
             TaskPoint::new(nominal.pose_at(position), load, Target::ToolTip)
         };
         let tasks = (0..points).map(task).collect();
-        Self { nominal, real, tasks }
+        Self { nominal, actual, tasks }
     }
 
     fn solve(&self, limits: &Limits, objective: ErrorNorm) -> Result<BoundedPath, BoundedError> {
         let settings = BoundedSettings::default();
-        compensate_bounded(&self.nominal, &self.real, &self.tasks, limits, objective, &settings, &|_| {})
+        compensate_bounded(&self.nominal, &self.actual, &self.tasks, limits, objective, &settings, &|_| {})
     }
 
     fn solved(&self, limits: &Limits, objective: ErrorNorm) -> BoundedPath {
@@ -60,7 +60,7 @@ impl Case {
 
     /// Unbounded corrections.
     fn direct(&self) -> Vec<Vec<f64>> {
-        let mut session = Session::new(&self.nominal, &self.real, CompensationSettings::default());
+        let mut session = Session::new(&self.nominal, &self.actual, CompensationSettings::default());
         self.tasks.iter().map(|task| compensate(&mut session, task, Method::Direct).drives).collect()
     }
 
@@ -78,13 +78,13 @@ impl Case {
 
     /// Errors in mm by an independent simulation of `drives`.
     fn errors(&self, drives: &[Vec<f64>]) -> Vec<f64> {
-        use kinetostat::statics::{self, State, Workspace, equilibrium};
-        let (mut workspace, tip) = (Workspace::new(&self.real), self.nominal.tool_tip);
+        use kinetostat::statics::{self, Scratch, State, equilibrium};
+        let (mut scratch, tip) = (Scratch::new(&self.actual), self.nominal.tool_tip);
         let settings = statics::Settings { tolerance: 1e-13, ..statics::Settings::default() };
         let error = |(task, drives): (&TaskPoint, &Vec<f64>)| {
             let at = self.nominal.inverse_kinematics(&task.pose).unwrap();
             let mut state = State::rigid(&self.nominal, &at);
-            let outcome = equilibrium(&self.real, drives, &task.load, &mut state, &mut workspace, &settings);
+            let outcome = equilibrium(&self.actual, drives, &task.load, &mut state, &mut scratch, &settings);
             assert_eq!(outcome.status, statics::Status::Solved);
             (state.pose.transform(tip) - task.pose.transform(tip)).norm()
         };

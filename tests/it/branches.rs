@@ -293,8 +293,14 @@ fn a_path_that_would_change_branch_says_where_and_only_there() {
     // Within a block of points that are solved one after another, at its border, and beyond.
     for changes in [100, 255, 256, 257, 300] {
         let tasks = upwards(&machine, 320, changes);
-        let case =
-            PathCase { nominal: &machine, real: &machine, unloaded: &machine, before: None, tasks: &tasks, play: true };
+        let case = PathCase {
+            nominal: &machine,
+            actual: &machine,
+            unloaded: &machine,
+            before: None,
+            tasks: &tasks,
+            play: true,
+        };
         let answers = run(&case, &Commands::Method(Method::None), &|| {});
         for (point, answer) in answers.iter().enumerate() {
             let label = if point == changes { "changes_posture" } else { "applied" };
@@ -316,7 +322,7 @@ fn a_path_that_would_change_branch_says_where_and_only_there() {
         let rest = &tasks[changes..];
         let case = PathCase {
             nominal: &machine,
-            real: &machine,
+            actual: &machine,
             unloaded: &machine,
             before: Some(&before),
             tasks: rest,
@@ -333,7 +339,7 @@ fn an_arm_kept_on_its_branch_swings_its_wrist_and_that_is_said() {
     let machine = kr270(AHEAD, "[-120.0, 120.0]");
     let kept = machine.on_branch(machine.branch_of(&machine.home).unwrap()).unwrap();
     let tasks = upwards(&machine, 40, 20);
-    let case = PathCase { nominal: &kept, real: &kept, unloaded: &kept, before: None, tasks: &tasks, play: true };
+    let case = PathCase { nominal: &kept, actual: &kept, unloaded: &kept, before: None, tasks: &tasks, play: true };
     let answers = run(&case, &Commands::Method(Method::None), &|| {});
     let failed: Vec<usize> = (0..40).filter(|&point| !answers[point].status.is_success()).collect();
     assert_eq!(failed, [20]);

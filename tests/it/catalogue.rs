@@ -13,7 +13,7 @@ use kinetostat::{
         Overrides, Study, StudyKind,
         map::{self, report::table},
     },
-    statics::{Workspace, unloaded_compliance},
+    statics::{Scratch, unloaded_compliance},
     work::Work,
 };
 use nalgebra::Vector3;
@@ -79,7 +79,7 @@ fn linear_deltas_have_the_compliances_quoted() {
         let machine = catalogue_machine(name);
         for (i, place) in ["Q0", "Q1", "Q2"].iter().enumerate() {
             let at = at_position(&machine, machine.point(place).unwrap().position);
-            let compliance = unloaded_compliance(&machine, &at, &mut Workspace::new(&machine)).unwrap();
+            let compliance = unloaded_compliance(&machine, &at, &mut Scratch::new(&machine)).unwrap();
             let diagonal = compliance.diagonal();
             for (offset, quoted) in [(0, translation[i]), (3, rotation[i])] {
                 let along = Vector3::from_fn(|k, _| diagonal[offset + k]);

@@ -8,13 +8,13 @@ use kinetostat::{
     compensation::{self, Method, Session, Target, TaskPoint, compensate},
     machine::{Configuration, Machine, MoveScrew},
     spatial::{Pose, Wrench, rotation_exp, skew},
-    statics::{Outcome, Solution, State, Status, Workspace, drive_force_sensitivity, drive_forces, unloaded_stiffness},
+    statics::{Outcome, Scratch, Solution, State, Status, drive_force_sensitivity, drive_forces, unloaded_stiffness},
 };
 use nalgebra::{DMatrix, Matrix6, SMatrix, Vector3, Vector6};
 
 fn solution(machine: &Machine, load: &Wrench) -> (State, Outcome, Solution) {
     let (state, outcome) = settle(machine, &machine.home, load);
-    let solution = Solution::new(machine, &machine.home.drives, &state, &outcome, &mut Workspace::new(machine));
+    let solution = Solution::new(machine, &machine.home.drives, &state, &outcome, &mut Scratch::new(machine));
     (state, outcome, solution)
 }
 
@@ -372,7 +372,7 @@ fn arm_compliance_is_that_of_its_joints() {
     assert_eq!(solution.status, Status::Solved);
     let off = stiffness_difference(&solution.compliance.unwrap(), &arm_compliance());
     assert!(off < 1e-9, "compliance off J k⁻¹ Jᵀ by {off:e}");
-    let unloaded = unloaded_stiffness(&machine, &machine.home, &mut Workspace::new(&machine)).unwrap();
+    let unloaded = unloaded_stiffness(&machine, &machine.home, &mut Scratch::new(&machine)).unwrap();
     let off = block_difference(&unloaded, &arm_compliance().try_inverse().unwrap());
     assert!(off < 1e-8, "stiffness off (J k⁻¹ Jᵀ)⁻¹ by {off:e}");
 }
@@ -507,8 +507,8 @@ fn torques_of_an_arm_of_rigid_links_change_with_its_drives() {
     let load = Wrench::new([300.0, -400.0, 0.0, 0.0, 0.0, 0.0]);
     let (state, outcome) = settle(&machine, &machine.home, &load);
     let drives = &machine.home.drives;
-    let mut workspace = Workspace::new(&machine);
-    let exact = drive_force_sensitivity(&machine, drives, &state, &outcome.drive_sensitivity, &mut workspace).unwrap();
+    let mut scratch = Scratch::new(&machine);
+    let exact = drive_force_sensitivity(&machine, drives, &state, &outcome.drive_sensitivity, &mut scratch).unwrap();
     for j in 0..2 {
         let torques = |step: f64| {
             let (mut drives, mut state) = (drives.clone(), state.clone());

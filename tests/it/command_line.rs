@@ -171,7 +171,7 @@ fn point_of(state: &Value, load: &[&str]) -> Value {
 fn milling(state: &Value) -> Vec<String> {
     state["phi_deg"]
         .as_f64()
-        .map_or_else(Vec::new, |phi| vec!["--phi".into(), phi.to_string(), "--law".into(), "printed".into()])
+        .map_or_else(Vec::new, |phi| vec!["--phi".into(), phi.to_string(), "--law".into(), "paper_eq17".into()])
 }
 
 #[test]
@@ -425,7 +425,7 @@ fn a_command_beyond_the_travel_is_not_given() {
     let file = folder.path().join("gantry.toml");
     fs::write(&file, gantry("")).unwrap();
     let at = ["point", "--machine", path(&file), "--position", "159.999,0,0", "--wrench"];
-    // 1000 N move the slide by 0.01 mm: against −x the command would have to lie beyond 60 mm.
+    // 1000 N move the prismatic joint by 0.01 mm: against −x the command would have to lie beyond 60 mm.
     printed(0, &[&at[..], &["1000,0,0,0,0,0"]].concat());
     let text = printed(1, &[&at[..], &["-1000,0,0,0,0,0"]].concat());
     let reason = "not compensated: drive x of chain arm at 60.009 mm, travel -60.000 to 60.000 mm";
@@ -442,7 +442,7 @@ fn a_stiffness_a_thousand_times_too_small_is_a_warning_in_a_design_mounted_three
     assert!(text.contains("warning: x, y, z rail: makes 99.98"), "{text}");
 }
 
-/// A hinge drive whose axis passes through the tool tip of [`gantry`].
+/// A revolute drive whose axis passes through the tool tip of [`gantry`].
 const SPINDLE_HINGE: &str = r#"{ revolute_drive = { name = "c", axis = "z", stiffness_Nmm_per_rad = 1e8 } },"#;
 
 #[test]
@@ -461,10 +461,15 @@ fn hinges_are_summed_up_in_their_own_units() {
     fs::write(study.join("gantry.toml"), gantry(SPINDLE_HINGE)).unwrap();
     let (_, text) = run(path(&study), folder.path(), "1", 0);
     assert!(!text.contains(" or "), "one unit for one number\n{text}");
-    for kind in ["correct the slides by up to ", "correct the hinges by up to 0.0000°, tool tip at "] {
+    for kind in ["correct the prismatic joints by up to ", "correct the revolute joints by up to 0.0000°, tool tip at "]
+    {
         assert!(text.contains(kind), "{text}");
     }
-    assert!(text.contains("Drive forces of slides reach") && text.contains("Drive torques of hinges reach"), "{text}");
+    assert!(
+        text.contains("Drive forces of prismatic joints reach")
+            && text.contains("Drive torques of revolute joints reach"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -503,7 +508,7 @@ fn mistakes_on_the_command_line_are_refused() {
         (at(&["--wrench", "1e308,0,0,0,0,0"]), "\"1e308\" is not between -1e18 and 1e18"),
         (at(&["--wrench", "1,2,3,4,5,6", "--phi", "0"]), "cannot be used with"),
         (at(&["--phi", "nan"]), "\"nan\" is not between"),
-        (at(&["--phi", "0", "--law", "sideways"]), "[possible values: printed, rotated]"),
+        (at(&["--phi", "0", "--law", "sideways"]), "[possible values: paper_eq17, rotated]"),
         (at(&["--law", "rotated"]), "--phi <PHI>"),
         (at(&["--force", "1,2,3", "--wrench", "1,2,3,4,5,6"]), "cannot be used with"),
         (at(&["--chain-errors", "1,2"]), "--chain-errors: expected 3 angles, one per chain of orthoglide, got 2"),
@@ -588,7 +593,7 @@ const FIGURES: [&str; 11] = [
     "slices_worst_angle_all",
     "workspace_deflection_all",
     "machine_at_home",
-    "machine_bent",
+    "machine_deflected",
 ];
 
 fn file_names(folder: &Path) -> BTreeSet<String> {
@@ -611,7 +616,7 @@ const WORDS: [&str; 5] = ["source", "status", "reason", "correction_status", "co
 fn check_row(header: &[String], row: &[String]) {
     let column = |name: &str| header.iter().position(|h| h == name).unwrap_or_else(|| panic!("no column {name}"));
     let (source, status, reason) = (&row[column("source")], &row[column("status")], &row[column("reason")]);
-    assert!(["cutting", "errors", "all"].contains(&source.as_str()), "{row:?}");
+    assert!(["cutting", "geometry", "all"].contains(&source.as_str()), "{row:?}");
     assert_eq!(status == "solved", reason.is_empty(), "{row:?}");
     assert!(!status.is_empty(), "{row:?}");
     let (correction_status, reason) = (&row[column("correction_status")], &row[column("correction_reason")]);
@@ -620,7 +625,7 @@ fn check_row(header: &[String], row: &[String]) {
         let is_word = WORDS.contains(&name.as_str());
         let is_position = ["x_mm", "y_mm", "z_mm"].contains(&name.as_str());
         let is_superposition_error = name.starts_with("superposition_error") && source != "all";
-        let is_angle = name == "deflection_phi_deg" && source == "errors";
+        let is_angle = name == "deflection_phi_deg" && source == "geometry";
         if is_word {
             continue;
         }

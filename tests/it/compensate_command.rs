@@ -565,9 +565,7 @@ fn a_limit_exceeded_by_rounding_is_said_with_its_size() {
     assert!(excess > 0.0 && excess < 0.02, "{exceeded}");
     assert_eq!((exceeded[0]["limit"].as_str(), exceeded[0]["drive"].as_str()), (Some("correction"), Some("x")));
     let (output, out) = compensate_on("orthoglide", ("groove.nc", &groove), &process, &[]);
-    assert!(
-        text(&output.stdout).contains("The limits of the process were not looked at: --method bounded keeps them.")
-    );
+    assert!(text(&output.stdout).contains("The limits of the process were not assessed: --method bounded keeps them."));
     assert!(report(&out)["limits_exceeded_as_written"].is_null());
 }
 
@@ -581,7 +579,7 @@ fn a_law_that_is_not_named_turns_with_the_path() {
         report(&out)["passes"][0].clone()
     };
     assert_eq!(errors(FORCE), errors(&FORCE.replace("law = \"rotated\"\n", "")));
-    assert_ne!(errors(FORCE), errors(&FORCE.replace("rotated", "printed")));
+    assert_ne!(errors(FORCE), errors(&FORCE.replace("rotated", "paper_eq17")));
 }
 
 #[test]

@@ -20,8 +20,8 @@ fn machines() -> (Machine, Machine) {
     let nominal = machine_from(ARM);
     let end = Twist { linear: Vector3::new(0.3, -0.2, 0.1), angular: Vector3::new(2e-3, 1e-3, -1e-3) };
     let error = ChainError { end, drive_offsets: vec![1e-3, -5e-4], ..ChainError::default() };
-    let real = nominal.with_errors(&[error]);
-    (nominal, real)
+    let actual = nominal.with_errors(&[error]);
+    (nominal, actual)
 }
 
 fn task(machine: &Machine, target: Target) -> TaskPoint {
@@ -32,9 +32,9 @@ fn task(machine: &Machine, target: Target) -> TaskPoint {
 }
 
 fn solve(method: Method, target: Target) -> (Compensation, Pose, Pose) {
-    let (nominal, real) = machines();
+    let (nominal, actual) = machines();
     let task = task(&nominal, target);
-    let mut session = Session::new(&nominal, &real, CompensationSettings::default());
+    let mut session = Session::new(&nominal, &actual, CompensationSettings::default());
     let done = compensate(&mut session, &task, method);
     assert_eq!(done.status, CompensationStatus::Converged, "{method:?}, {target:?}: {:?}", done.history);
     let commanded = session.target().unwrap();
@@ -91,8 +91,8 @@ fn the_linear_correction_of_the_full_pose_leaves_what_is_not_linear() {
 fn six_drives() -> impl Iterator<Item = (Machine, Machine)> {
     let machines = catalogue::names().map(|name| Machine::named(name).unwrap());
     machines.filter(|machine| machine.controls.len() == 6).map(|nominal| {
-        let real = nominal.with_errors(&some_errors(&nominal, 2));
-        (nominal, real)
+        let actual = nominal.with_errors(&some_errors(&nominal, 2));
+        (nominal, actual)
     })
 }
 
@@ -113,9 +113,9 @@ fn tasks(machine: &Machine, newtons: f64, target: Target) -> Vec<TaskPoint> {
 /// Newton on the target goes from equilibrium to equilibrium and knows nothing of an iteration of drives and command.
 #[test]
 fn tool_tips_are_met_with_the_drives_of_another_method_and_the_rotation_commanded() {
-    for (nominal, real) in six_drives() {
-        let session = Session::new(&nominal, &real, CompensationSettings::default());
-        let mut batch = Batch::new(&real);
+    for (nominal, actual) in six_drives() {
+        let session = Session::new(&nominal, &actual, CompensationSettings::default());
+        let mut batch = Batch::new(&actual);
         let mut together = vec![session.clone(); 9];
         for newtons in [200.0, 2000.0] {
             let tasks = tasks(&nominal, newtons, Target::ToolTip);
@@ -143,8 +143,8 @@ fn tool_tips_are_met_with_the_drives_of_another_method_and_the_rotation_commande
 /// At every level of the processor and alone the same bits, also from where the last task ended.
 #[test]
 fn tool_tips_have_the_bits_that_each_has_alone() {
-    for (nominal, real) in six_drives() {
-        let session = Session::new(&nominal, &real, CompensationSettings::default());
+    for (nominal, actual) in six_drives() {
+        let session = Session::new(&nominal, &actual, CompensationSettings::default());
         let (mut alone, mut ended) = (vec![session.clone(); 9], Vec::new());
         let rounds = [300.0, 600.0].map(|newtons| tasks(&nominal, newtons, Target::ToolTip));
         for tasks in &rounds {
@@ -152,7 +152,7 @@ fn tool_tips_have_the_bits_that_each_has_alone() {
             ended.push(pairs.map(|(own, task)| compensate(own, task, Method::Direct)).collect::<Vec<_>>());
         }
         for level in Level::available() {
-            let (mut together, mut batch) = (vec![session.clone(); 9], Batch::at_level(&real, level));
+            let (mut together, mut batch) = (vec![session.clone(); 9], Batch::at_level(&actual, level));
             for (tasks, expected) in rounds.iter().zip(&ended) {
                 let mut sessions: Vec<&mut Session> = together.iter_mut().collect();
                 let found = compensate_batch(&mut sessions, tasks, Method::Direct, &mut batch);

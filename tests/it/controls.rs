@@ -11,8 +11,8 @@ const RRR3: &str = include_str!("../machines/rrr3.toml");
 #[test]
 fn a_planar_machine_refuses_another_height_and_names_it() {
     let machine = machine_from(FIVEBAR);
-    machine.command(Vector3::new(20.0, 440.0, 0.0)).unwrap();
-    let refused = machine.command(Vector3::new(20.0, 440.0, 50.0)).unwrap_err();
+    machine.inverse_kinematics_at(Vector3::new(20.0, 440.0, 0.0)).unwrap();
+    let refused = machine.inverse_kinematics_at(Vector3::new(20.0, 440.0, 50.0)).unwrap_err();
     assert!(matches!(refused, Unreachable::Uncontrolled { .. }), "{refused:?}");
     let expected = "z: asked 50 mm, the machine stays at 0 mm: difference 50 mm; the machine controls x, y";
     assert_eq!(refused.to_string(), expected);
@@ -24,8 +24,8 @@ fn a_planar_machine_refuses_another_height_and_names_it() {
 #[test]
 fn heights_of_a_machine_that_turns_in_its_plane_are_refused_too_and_controlled_ones_never() {
     let machine = machine_from(RRR3);
-    assert!(machine.command(Vector3::new(10.0, 20.0, 0.0)).is_ok());
-    let refused = machine.command(Vector3::new(10.0, 20.0, -0.5)).unwrap_err().to_string();
+    assert!(machine.inverse_kinematics_at(Vector3::new(10.0, 20.0, 0.0)).is_ok());
+    let refused = machine.inverse_kinematics_at(Vector3::new(10.0, 20.0, -0.5)).unwrap_err().to_string();
     assert!(refused.contains("z: asked -0.5 mm") && refused.contains("machine controls x, y, rotation_z"), "{refused}");
     let orthoglide = catalogue_machine("orthoglide");
     assert_eq!(orthoglide.uncontrolled_difference(Vector3::new(1.0, 2.0, 3.0), Vector3::zeros()), None);
@@ -71,7 +71,7 @@ fn controls_that_the_drives_cannot_have_are_named_with_those_they_can() {
 fn a_translation_left_free_is_refused_where_it_is_asked_for_elsewhere_than_it_goes() {
     let machine = orthoglide_with(r#"controls = ["x", "y"]"#);
     assert_eq!(machine.redundancy, 1);
-    let refused = machine.command(Vector3::new(30.0, 20.0, 50.0)).unwrap_err().to_string();
+    let refused = machine.inverse_kinematics_at(Vector3::new(30.0, 20.0, 50.0)).unwrap_err().to_string();
     assert!(
         refused.starts_with("z: asked 50 mm, the machine stays at ") && refused.ends_with("machine controls x, y"),
         "{refused}"
@@ -106,7 +106,7 @@ fn the_reach_is_that_of_the_assembled_machine() {
         exact.characteristic_length,
         rough.characteristic_length
     );
-    // From P to the farthest hinge: a motor, 100 mm aside.
+    // From P to the farthest revolute joint: a motor, 100 mm aside.
     assert!((rough.characteristic_length - 100f64.hypot(450.0)).abs() < 1e-6, "{}", rough.characteristic_length);
 }
 

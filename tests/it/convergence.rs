@@ -4,7 +4,7 @@ use crate::support::engine::*;
 use kinetostat::{
     machine::{Configuration, Machine},
     spatial::Wrench,
-    statics::{Settings, State, Status, Workspace, equilibrium},
+    statics::{Scratch, Settings, State, Status, equilibrium},
 };
 use nalgebra::Vector3;
 
@@ -15,7 +15,7 @@ fn residual_history(machine: &Machine, at: &Configuration, load: &Wrench) -> Vec
         let tolerance = 10f64.powf(-0.25 * f64::from(quarter_decades));
         let mut state = State::rigid(machine, at);
         let settings = Settings { tolerance, max_iterations: 20 };
-        let outcome = equilibrium(machine, &at.drives, load, &mut state, &mut Workspace::new(machine), &settings);
+        let outcome = equilibrium(machine, &at.drives, load, &mut state, &mut Scratch::new(machine), &settings);
         assert!(outcome.is_equilibrium(), "tolerance {tolerance:e}: {:?}", outcome.status);
         assert_eq!(outcome.load_steps, 1, "tolerance {tolerance:e}");
         if history.last().is_none_or(|last| last.0 < outcome.iterations) {
@@ -51,10 +51,10 @@ fn a_converged_state_is_not_iterated_again() {
         let machine = catalogue_machine(name);
         let load = Wrench::new([100.0, 50.0, -30.0, 1e3, 0.0, 0.0]);
         let mut state = State::rigid(&machine, &machine.home);
-        let mut workspace = Workspace::new(&machine);
+        let mut scratch = Scratch::new(&machine);
         let settings = Settings::default();
-        let first = equilibrium(&machine, &machine.home.drives, &load, &mut state, &mut workspace, &settings);
-        let again = equilibrium(&machine, &machine.home.drives, &load, &mut state, &mut workspace, &settings);
+        let first = equilibrium(&machine, &machine.home.drives, &load, &mut state, &mut scratch, &settings);
+        let again = equilibrium(&machine, &machine.home.drives, &load, &mut state, &mut scratch, &settings);
         assert!(
             first.iterations > 0 && again.iterations == 0,
             "{name}: {} then {}",
@@ -110,8 +110,8 @@ fn load_stepping_brings_on_chain_errors_too() {
         let errors = |share: f64| [1.0, -1.0, 1.0].map(|sign: f64| turned_chain(sign * share * degrees));
         let mut expected = State::rigid(&nominal, &nominal.home);
         for part in 1..=100 {
-            let real = nominal.with_errors(&errors(f64::from(part) / 100.0));
-            let outcome = resettle(&real, &nominal.home.drives, &Wrench::zero(), &mut expected);
+            let actual = nominal.with_errors(&errors(f64::from(part) / 100.0));
+            let outcome = resettle(&actual, &nominal.home.drives, &Wrench::zero(), &mut expected);
             assert_eq!(outcome.status, Status::Solved, "{name}, {part} % of {degrees}°");
         }
         let (state, outcome) = settle(&nominal.with_errors(&errors(1.0)), &nominal.home, &Wrench::zero());

@@ -15,10 +15,10 @@ use proptest::prelude::*;
 
 use crate::support::cases::cases;
 
-/// Three slides one on the other, the tool along −z.
+/// Three prismatic joints one on the other, the tool along −z.
 const MILL: &str = r#"schema = 1
 name = "mill"
-title = "Three slides"
+title = "Three prismatic joints"
 platform = { tool_tip_mm = [3.0, -20.0, -70.0], tool_axis = [0.0, 0.0, -1.0], controls = ["x", "y", "z"] }
 home = { position_mm = [0.0, 0.0, 0.0] }
 workspace = { min_mm = [-1e5, -1e5, -1e5], max_mm = [1e5, 1e5, 1e5] }
@@ -37,7 +37,7 @@ const PATH_FRAME: &str = "radial_force_N = 200.0\ntangential_force_N = -80.0\nax
 /// A force of each kind, the keys of its table.
 const FORCES: [(&str, &str); 6] = [
     ("path_frame", PATH_FRAME),
-    ("path_frame", "radial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\nlaw = \"printed\"\n"),
+    ("path_frame", "radial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\nlaw = \"paper_eq17\"\n"),
     (
         "slot_milling",
         "tangential_cutting_N_per_mm2 = 900.0\nradial_cutting_N_per_mm2 = 400.0\naxial_cutting_N_per_mm2 = -150.0\n\
@@ -72,7 +72,7 @@ fn law(law: &CuttingLaw, t: Vector3<f64>, a: Vector3<f64>, feed: f64) -> Vector6
             let [r, f] = [frame.force.radial, frame.force.tangential];
             let turned = match frame.force.law {
                 kinetostat::process::ForceLaw::Rotated => left * r + forward * f,
-                kinetostat::process::ForceLaw::Printed => {
+                kinetostat::process::ForceLaw::PaperEq17 => {
                     let x = (Vector3::x() - a * a.x).normalize();
                     let y = a.cross(&x);
                     // φ is 90° behind the heading.

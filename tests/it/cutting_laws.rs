@@ -24,7 +24,7 @@ fn read(source: &str) -> Toolpath {
 }
 
 fn laws() -> [CuttingLaw; 2] {
-    let force = MillingForce { law: ForceLaw::Rotated, ..MillingForce::PAPER };
+    let force = MillingForce { law: ForceLaw::Rotated, ..MillingForce::KLIMCHIK_GROOVE };
     let force_of = |cutting, edge| EdgeForce { cutting, edge };
     let milling = SlotMilling {
         tangential: force_of(800.0, 10.0),
@@ -145,8 +145,8 @@ fn circle(turn: TurnDirection) -> Circle {
 
 #[test]
 fn on_a_counter_clockwise_circle_the_tool_angle_is_the_polar_angle() {
-    for law in [ForceLaw::Printed, ForceLaw::Rotated] {
-        let frame = PathFrame { force: MillingForce { law, ..MillingForce::PAPER } };
+    for law in [ForceLaw::PaperEq17, ForceLaw::Rotated] {
+        let frame = PathFrame { force: MillingForce { law, ..MillingForce::KLIMCHIK_GROOVE } };
         let circle = circle(TurnDirection::CounterClockwise);
         for point in circle.toolpath().unwrap().points() {
             let arm = point.position_mm - circle.centre_mm;
@@ -174,7 +174,7 @@ fn the_rotated_law_pushes_right_of_and_along_the_motion() {
 fn a_ramp_has_the_heading_of_its_projection_and_a_plunge_none() {
     let ramp = Vector3::new(0.6, 0.0, -0.8);
     assert!((PathFrame::tool_angle(ramp).unwrap() + FRAC_PI_2).abs() < 1e-15);
-    let frame = PathFrame { force: MillingForce::PAPER };
+    let frame = PathFrame { force: MillingForce::KLIMCHIK_GROOVE };
     for tangent in [-Vector3::z(), Vector3::z(), Vector3::new(1e-9, 0.0, -1.0), Vector3::zeros()] {
         assert_eq!(PathFrame::tool_angle(tangent), None);
         assert_eq!(frame.force(tangent), Vector3::new(0.0, 0.0, -25.0));
@@ -183,7 +183,7 @@ fn a_ramp_has_the_heading_of_its_projection_and_a_plunge_none() {
 
 #[test]
 fn moment_is_the_one_of_eq_16() {
-    let wrench = MillingForce::PAPER.wrench(0.7, &Pose::from_translation(Vector3::new(0.0, 0.0, 100.0)));
+    let wrench = MillingForce::KLIMCHIK_GROOVE.wrench(0.7, &Pose::from_translation(Vector3::new(0.0, 0.0, 100.0)));
     let f = wrench.force;
     assert!((wrench.moment - Vector3::new(-f.y * 100.0, f.x * 100.0, 0.0)).norm() < 1e-12);
 }
@@ -191,11 +191,11 @@ fn moment_is_the_one_of_eq_16() {
 #[test]
 fn printed_law_varies_and_rotated_law_does_not() {
     let in_plane = |law: ForceLaw, degrees: f64| {
-        let f = MillingForce { law, ..MillingForce::PAPER }.force(degrees.to_radians());
+        let f = MillingForce { law, ..MillingForce::KLIMCHIK_GROOVE }.force(degrees.to_radians());
         f.x.hypot(f.y)
     };
-    assert!((in_plane(ForceLaw::Printed, 45.0) - 205.0).abs() < 1e-9);
-    assert!((in_plane(ForceLaw::Printed, 135.0) - 225.0).abs() < 1e-9);
+    assert!((in_plane(ForceLaw::PaperEq17, 45.0) - 205.0).abs() < 1e-9);
+    assert!((in_plane(ForceLaw::PaperEq17, 135.0) - 225.0).abs() < 1e-9);
     for degrees in [0.0, 45.0, 135.0] {
         assert!((in_plane(ForceLaw::Rotated, degrees) - 215f64.hypot(10.0)).abs() < 1e-9);
     }

@@ -5,8 +5,7 @@ use kinetostat::{
     machine::{Configuration, Machine},
     spatial::{Wrench, rotation_exp},
     statics::{
-        Batch, Case, Level, Outcome, State, Status, Workspace, elastic_energy, equilibrium, weight_energy,
-        wrench_at_pose,
+        Batch, Case, Level, Outcome, Scratch, State, Status, elastic_energy, equilibrium, weight_energy, wrench_at_pose,
     },
 };
 use nalgebra::{Matrix6, Vector3, Vector6};
@@ -29,7 +28,8 @@ fn machines() -> Vec<(Machine, Configuration)> {
         .into_iter()
         .map(|(file, tool)| {
             let machine = with_tool(file, tool);
-            let at = machine.command(machine.home.pose.translation + Vector3::new(13.0, -20.0, 17.0)).unwrap();
+            let at =
+                machine.inverse_kinematics_at(machine.home.pose.translation + Vector3::new(13.0, -20.0, 17.0)).unwrap();
             (machine, at)
         })
         .collect()
@@ -129,8 +129,8 @@ fn lanes_the_dense_solver_and_the_inverse_agree() {
     for (machine, at) in machines() {
         let (state, outcome) = settled(&machine, &at, &load());
         let mut dense = State::rigid(&machine, &at);
-        let mut workspace = Workspace::uncondensed(&machine);
-        let other = equilibrium(&machine, &at.drives, &load(), &mut dense, &mut workspace, &EXACT);
+        let mut scratch = Scratch::uncondensed(&machine);
+        let other = equilibrium(&machine, &at.drives, &load(), &mut dense, &mut scratch, &EXACT);
         assert_eq!(other.status, Status::Solved);
         assert!(motion_between(&state.pose, &dense.pose).amax() < 1e-8, "{}", machine.name);
         for level in Level::available() {
@@ -141,8 +141,8 @@ fn lanes_the_dense_solver_and_the_inverse_agree() {
             assert_eq!((&own, &together[0].compliance), (&state, &outcome.compliance), "{} {level:?}", machine.name);
         }
         let mut held = State::rigid(&machine, &at);
-        let mut workspace = Workspace::new(&machine);
-        if let Some(found) = wrench_at_pose(&machine, &at.drives, &state.pose, &mut held, &mut workspace, &EXACT) {
+        let mut scratch = Scratch::new(&machine);
+        if let Some(found) = wrench_at_pose(&machine, &at.drives, &state.pose, &mut held, &mut scratch, &EXACT) {
             let left = (found.wrench.to_vector() - load().to_vector())
                 .component_div(&Vector6::from_fn(|i, _| if i < 3 { 1.0 } else { machine.characteristic_length }));
             assert!(left.amax() < 1e-5 * load().norm(machine.characteristic_length), "{}: {left}", machine.name);

@@ -9,9 +9,7 @@ use crate::support::{
 use kinetostat::{
     machine::{ChainError, Configuration, Machine, catalogue},
     spatial::Wrench,
-    statics::{
-        Outcome, State, Status, Workspace, aggregate_errors, drive_force_sensitivity, drive_forces, equilibrium,
-    },
+    statics::{Outcome, Scratch, State, Status, aggregate_errors, drive_force_sensitivity, drive_forces, equilibrium},
 };
 use nalgebra::{DMatrix, Matrix6};
 use toml::{Table, Value};
@@ -73,11 +71,11 @@ struct Solved {
 }
 
 fn solve(machine: &Machine, at: &Configuration, load: &Wrench) -> Solved {
-    let (mut state, mut workspace) = (State::rigid(machine, at), Workspace::new(machine));
-    let outcome = equilibrium(machine, &at.drives, load, &mut state, &mut workspace, &EXACT);
+    let (mut state, mut scratch) = (State::rigid(machine, at), Scratch::new(machine));
+    let outcome = equilibrium(machine, &at.drives, load, &mut state, &mut scratch, &EXACT);
     let forces = drive_forces(machine, &state);
     let twists = &outcome.drive_sensitivity;
-    let force_sensitivity = drive_force_sensitivity(machine, &at.drives, &state, twists, &mut workspace);
+    let force_sensitivity = drive_force_sensitivity(machine, &at.drives, &state, twists, &mut scratch);
     Solved { state, outcome, forces, force_sensitivity }
 }
 
@@ -253,8 +251,7 @@ fn a_machine_without_gravity_is_one_without_masses() {
     let mut state = rigid.clone();
     let weightless = machine.weightless();
     let drives = &machine.home.drives;
-    let outcome =
-        equilibrium(&weightless, drives, &Wrench::zero(), &mut state, &mut Workspace::new(&weightless), &EXACT);
+    let outcome = equilibrium(&weightless, drives, &Wrench::zero(), &mut state, &mut Scratch::new(&weightless), &EXACT);
     assert_eq!((outcome.status, outcome.iterations), (Status::Solved, 0));
 }
 
@@ -266,18 +263,18 @@ fn offsets_of_drives_in_a_module_are_those_of_the_machine_of_its_chains() {
         let offsets: Vec<f64> = (0..apart.drive_count()).map(|i| size * share(i, 3)).collect();
         let error = |offsets: &[f64]| ChainError { drive_offsets: offsets.to_vec(), ..ChainError::default() };
         let own = drives_by_chain(&apart, &offsets).into_iter().map(error).collect::<Vec<_>>();
-        let (real, real_as_one) = (apart.with_errors(&own), as_one.with_errors(&[error(&offsets)]));
+        let (actual, real_as_one) = (apart.with_errors(&own), as_one.with_errors(&[error(&offsets)]));
         for (seed, at) in places(&apart, 3).iter().enumerate() {
             let load = some_load(&apart, 200.0, seed);
             let there = as_one.forward_kinematics(&at.drives).unwrap();
-            let (expected, got) = (solve(&real, at, &load), solve(&real_as_one, &there, &load));
+            let (expected, got) = (solve(&actual, at, &load), solve(&real_as_one, &there, &load));
             let what = format!("{name}, place {seed}");
             assert_same(&what, &apart, &got, &expected);
             assert_balanced(&real_as_one, &at.drives, &load, &got.state);
-            let aggregated = |nominal: &Machine, real: &Machine, at: &Configuration| {
-                aggregate_errors(nominal, real, at, &mut Workspace::new(nominal)).map(|twist| twist.to_vector())
+            let aggregated = |nominal: &Machine, actual: &Machine, at: &Configuration| {
+                aggregate_errors(nominal, actual, at, &mut Scratch::new(nominal)).map(|twist| twist.to_vector())
             };
-            if let Some(expected) = aggregated(&apart, &real, at) {
+            if let Some(expected) = aggregated(&apart, &actual, at) {
                 let got = aggregated(&as_one, &real_as_one, &there).unwrap();
                 // Finite errors of two machines agree to first order.
                 let off = (got - expected).amax();

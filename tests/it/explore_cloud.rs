@@ -32,7 +32,7 @@ fn cloud(explorer: &Explorer, position: [f64; 3], wrench: [f64; 6]) -> CloudResu
     explorer.cloud(&asked(position, wrench)).unwrap()
 }
 
-/// Compliance and force of a slide are lognormal, so that its displacement is.
+/// Compliance and force of a prismatic joint are lognormal, so that its displacement is.
 #[test]
 fn the_cloud_of_a_lever_has_the_exact_quantile() {
     let text = "[[uncertainty.parameter]]\nname = \"guide.slide.stiffness\"\nrelative_std = 0.3\n\
@@ -64,7 +64,7 @@ fn tips_of_a_cloud_are_those_of_whole_machines() {
         let inner =
             String::from("machine = \"exact\"\n") + &text.replace("[uncertainty.", "[").replace("[[uncertainty.", "[[");
         let uncertainty = Uncertainty::from_toml(&inner, "table", Folder::in_memory([]), &machine).unwrap();
-        let at = machine.command(middle).unwrap();
+        let at = machine.inverse_kinematics_at(middle).unwrap();
         let (mut whole, mut squares) = (Vec::new(), 0.0);
         for (index, tip) in found.displacements.iter().enumerate() {
             let values = |wanted: bool| -> Vec<(&str, f64)> {
@@ -72,9 +72,9 @@ fn tips_of_a_cloud_are_those_of_whole_machines() {
                 of.filter(|(own, _)| is_error(own.name()) == wanted).flat_map(|(own, z)| own.at(z[index])).collect()
             };
             let unloaded = uncertainty.machine.with_parameters(&values(false)).unwrap();
-            let unloaded = Machines::new(&unloaded, &[]).unwrap().real;
-            let real = unloaded.with_parameters(&values(true)).unwrap();
-            let mut session = Session::new(&machine, &real, settings()).with_unloaded_machine(&unloaded);
+            let unloaded = Machines::new(&unloaded, &[]).unwrap().actual;
+            let actual = unloaded.with_parameters(&values(true)).unwrap();
+            let mut session = Session::new(&machine, &actual, settings()).with_unloaded_machine(&unloaded);
             let [free, moved] = [0.0, uncertainty.draws.force_of(0)[index]].map(|factor| {
                 let load = Wrench::new(wrench).scale(factor);
                 let task = TaskPoint::new(at.pose, load, Target::ToolTip);

@@ -428,7 +428,7 @@ fn files_of_others_stay() {
 #[test]
 fn the_force_of_a_process_is_its_largest_over_a_turn() {
     let machine = Machine::named("tripteron").unwrap();
-    for law in ["printed", "rotated"] {
+    for law in ["paper_eq17", "rotated"] {
         let process = process(&machine, &format!("{FORCE}law = \"{law}\"\n"));
         let CuttingLaw::PathFrame(frame) = &process.cutting else { panic!("a path frame") };
         let over_a_turn = (0..3600).map(|tenth| frame.force.force(f64::from(tenth).to_radians() / 10.0).norm());

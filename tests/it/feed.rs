@@ -7,7 +7,7 @@ use kinetostat::{
     compensation::Method,
     input::{Folder, error::Result},
     process::{Process, feed::FeedQuantity},
-    products::program::{Asked, Compensated, InMemory, ProgramJob},
+    products::program::{CompensateOptions, Compensated, NoFiles, ProgramJob},
     toolpath::ProgramFile,
 };
 
@@ -123,7 +123,8 @@ fn a_slot_is_fed_up_to_its_force() {
 fn the_compensated_program_keeps_the_limit() {
     let found = job("orthoglide", &process("max_force_N = 80.0\nchange = [0.3, 3.0]\n"), ("part.nc", PROGRAM));
     let work = Work::default();
-    let Compensated::Proved(proved) = found.compensate(&Asked::by(Method::Direct), &mut InMemory, &work).unwrap()
+    let Compensated::Verified(verified) =
+        found.compensate(&CompensateOptions::by(Method::Direct), &mut NoFiles, &work).unwrap()
     else {
         panic!("refused")
     };
@@ -131,7 +132,7 @@ fn the_compensated_program_keeps_the_limit() {
     let machine = Machine::named_or_file("orthoglide").unwrap();
     let without =
         Process::from_toml(&format!("schema = 1\n{without}"), "p.toml", Folder::in_memory([]), &machine).unwrap();
-    let again = without.parse_program(proved.written.bytes, Path::new("out.nc")).unwrap();
+    let again = without.parse_program(verified.written.bytes, Path::new("out.nc")).unwrap();
     let path = again.toolpath(without.sampling).unwrap();
     let mut most = [0.0f64; 2];
     for point in path.points().iter().filter(|point| point.cutting) {
@@ -207,7 +208,7 @@ fn torque_and_power_are_those_of_the_volume() {
 #[test]
 fn deflection_is_limited_and_what_is_not_kept_is_said() {
     let program = "G21 G90\nS8000 M3\nG0 X0 Y0 Z0\nG1 X1 F1000\n";
-    // Along x a slide of 10 N/µm: the radial force is against the feed.
+    // Along x a prismatic joint of 10 N/µm: the radial force is against the feed.
     let microns = |feed: f64| components(feed, LIGHT_MM)[1] / 10.0;
     let most = microns(1400.0);
     let found = job("lever", &light(&format!("max_deflection_mm = {:?}\n", most / 1e3)), ("part.nc", program));
@@ -243,10 +244,12 @@ fn calls_stay() {
     assert!(all.len() == 2 && all[0] == all[1] && all[0] <= most && all[0] > 0.993 * most, "{all:?} {:?}", found.feed);
     assert_eq!(found.feed.as_ref().unwrap().words, 1);
     let work = Work::default();
-    let Compensated::Proved(proved) = found.compensate(&Asked::by(Method::None), &mut InMemory, &work).unwrap() else {
+    let Compensated::Verified(verified) =
+        found.compensate(&CompensateOptions::by(Method::None), &mut NoFiles, &work).unwrap()
+    else {
         panic!("refused")
     };
-    let written = String::from_utf8(proved.written.bytes).unwrap();
+    let written = String::from_utf8(verified.written.bytes).unwrap();
     assert!(written.contains("M98 P100") && numbers(&written) == all[..1], "{written}");
     let computed = program.replace("F1000", "F#101").replace("G0 X0 Y0 Z0", "#101=1000\nG0 X0 Y0 Z0");
     let message = refusal(&limits, ("part.nc", &computed));

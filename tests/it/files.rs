@@ -131,11 +131,11 @@ fn a_foot_is_found_by_its_name_and_comments_do_not_count() {
 
 #[test]
 fn a_process_is_the_same_in_a_study_and_in_a_file() {
-    let within = keys("[process.force]\nlaw = \"printed\"", "");
+    let within = keys("[process.force]\nlaw = \"paper_eq17\"", "");
     let study = Inputs::of("study.toml", "process = \"p.toml\"").and(Inputs::of("arm", ""));
-    let apart = Recorded::by_part(&Recorded::of(&study.and(Inputs::of("p.toml", "[force]\nlaw = \"printed\""))));
+    let apart = Recorded::by_part(&Recorded::of(&study.and(Inputs::of("p.toml", "[force]\nlaw = \"paper_eq17\""))));
     let key = ("process".to_string(), "force.law".to_string());
-    assert_eq!((within[&key].as_str(), apart[&key].as_str()), ("printed", "printed"));
+    assert_eq!((within[&key].as_str(), apart[&key].as_str()), ("paper_eq17", "paper_eq17"));
 }
 
 #[test]

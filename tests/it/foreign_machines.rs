@@ -11,7 +11,7 @@ use kinetostat::{
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench},
     statics::{
-        Batch, Case, Level, Outcome, Settings, State, Status, Workspace, drive_force_sensitivity, equilibrium,
+        Batch, Case, Level, Outcome, Scratch, Settings, State, Status, drive_force_sensitivity, equilibrium,
         unloaded_stiffness,
     },
 };
@@ -44,7 +44,7 @@ fn loaded_states_are_those_of_an_independent_solution() {
             let at = at_position(&machine, position);
             let wrench = Wrench::new(numbers(&case["wrench_N_Nmm"]).try_into().unwrap());
             let mut state = State::rigid(&machine, &at);
-            let outcome = equilibrium(&machine, &at.drives, &wrench, &mut state, &mut Workspace::new(&machine), &EXACT);
+            let outcome = equilibrium(&machine, &at.drives, &wrench, &mut state, &mut Scratch::new(&machine), &EXACT);
             assert_eq!(outcome.status, Status::Solved, "{name} at {position:?}");
             let tip = state.pose.transform(machine.tool_tip) - at.pose.transform(machine.tool_tip);
             let what = format!("{name} at {position:?}: tool displacement");
@@ -80,11 +80,11 @@ struct Solved {
     force_sensitivity: Option<DMatrix<f64>>,
 }
 
-fn solve(machine: &Machine, at: &Configuration, load: &Wrench, mut workspace: Workspace) -> Solved {
+fn solve(machine: &Machine, at: &Configuration, load: &Wrench, mut scratch: Scratch) -> Solved {
     let mut state = State::rigid(machine, at);
-    let outcome = equilibrium(machine, &at.drives, load, &mut state, &mut workspace, &EXACT);
+    let outcome = equilibrium(machine, &at.drives, load, &mut state, &mut scratch, &EXACT);
     let twists = &outcome.drive_sensitivity;
-    let force_sensitivity = drive_force_sensitivity(machine, &at.drives, &state, twists, &mut workspace);
+    let force_sensitivity = drive_force_sensitivity(machine, &at.drives, &state, twists, &mut scratch);
     Solved { state, outcome, force_sensitivity }
 }
 
@@ -155,8 +155,8 @@ fn rigid_links_condensed_have_the_answers_of_the_equations_as_they_stand() {
         for (i, (at, load)) in trials(&machine, largest).into_iter().enumerate() {
             for share in [0.0, 0.05, 1.0] {
                 let load = load.scale(share);
-                let condensed = solve(&machine, &at, &load, Workspace::new(&machine));
-                let uncondensed = solve(&machine, &at, &load, Workspace::uncondensed(&machine));
+                let condensed = solve(&machine, &at, &load, Scratch::new(&machine));
+                let uncondensed = solve(&machine, &at, &load, Scratch::uncondensed(&machine));
                 assert_eq!(condensed.outcome.status, Status::Solved, "{name}, trial {i}");
                 let what = format!("{name}, trial {i}, {share} of the load");
                 if share > 0.0 {
@@ -171,9 +171,9 @@ fn rigid_links_condensed_have_the_answers_of_the_equations_as_they_stand() {
 fn the_hexapod_and_the_arm_have_a_stiffness_and_the_tricept_does_not() {
     for (name, has_stiffness) in [("hexapod", true), ("kr270", true), ("tricept", false), ("linear_delta", false)] {
         let machine = machine(name);
-        let stiffness = unloaded_stiffness(&machine, &machine.home, &mut Workspace::new(&machine));
+        let stiffness = unloaded_stiffness(&machine, &machine.home, &mut Scratch::new(&machine));
         assert_eq!(stiffness.is_some(), has_stiffness, "{name}");
-        let unloaded = solve(&machine, &machine.home, &Wrench::zero(), Workspace::new(&machine)).outcome;
+        let unloaded = solve(&machine, &machine.home, &Wrench::zero(), Scratch::new(&machine)).outcome;
         assert_eq!(unloaded.stiffness.is_some(), has_stiffness, "{name}");
         assert!(unloaded.compliance.is_some(), "{name}");
         if let (Some(a), Some(b)) = (stiffness, unloaded.stiffness) {
@@ -217,8 +217,8 @@ fn a_hexapod_with_idle_legs_has_the_answers_of_one_without() {
     let (plain, idle) = (machine("hexapod"), Machine::from_toml(&idle, "idle").unwrap_or_else(|e| panic!("{e}")));
     for (i, (at, load)) in trials(&plain, 4000.0).into_iter().take(4).enumerate() {
         let idle_at = at_position(&idle, at.pose.translation);
-        let with = solve(&idle, &idle_at, &load, Workspace::new(&idle));
-        let without = solve(&plain, &at, &load, Workspace::new(&plain));
+        let with = solve(&idle, &idle_at, &load, Scratch::new(&idle));
+        let without = solve(&plain, &at, &load, Scratch::new(&plain));
         assert_same(&format!("trial {i}"), &idle, &at, &with, &without);
     }
 }
@@ -241,7 +241,7 @@ fn rigid_links_are_compensated_in_lanes() {
             assert!(task_error(&state.pose).size() < 1e-9, "{name}");
             let mut again = State::rigid(&machine, &at);
             let outcome =
-                equilibrium(&machine, &drives, &load, &mut again, &mut Workspace::uncondensed(&machine), &EXACT);
+                equilibrium(&machine, &drives, &load, &mut again, &mut Scratch::uncondensed(&machine), &EXACT);
             assert_eq!(outcome.status, Status::Solved, "{name}");
             assert!((again.pose.translation - state.pose.translation).norm() < 1e-9, "{name}");
         }
@@ -262,7 +262,7 @@ fn the_stiffness_of_the_hexapod_is_that_of_six_axial_springs() {
         let screw = Vector6::new(line.x, line.y, line.z, moment.x, moment.y, moment.z);
         expected += screw * screw.transpose() * chain.drives[0].stiffness;
     }
-    let got = unloaded_stiffness(&machine, &at, &mut Workspace::new(&machine)).expect("a stiffness");
+    let got = unloaded_stiffness(&machine, &at, &mut Scratch::new(&machine)).expect("a stiffness");
     let factor = 1.0 / machine.characteristic_length;
     assert_close("hexapod", scaled(&got, factor).as_slice(), scaled(&expected, factor).as_slice(), 1e-11);
 }
@@ -272,13 +272,13 @@ fn rigid_links_have_the_same_bits_in_lanes() {
     for (name, largest) in RIGID_LINKS {
         let machine = machine(name);
         let problems = trials(&machine, largest);
-        let mut workspace = Workspace::new(&machine);
+        let mut scratch = Scratch::new(&machine);
         let alone: Vec<(State, Outcome)> = problems
             .iter()
             .map(|(at, load)| {
                 let mut state = State::rigid(&machine, at);
                 let settings = Settings::default();
-                let outcome = equilibrium(&machine, &at.drives, load, &mut state, &mut workspace, &settings);
+                let outcome = equilibrium(&machine, &at.drives, load, &mut state, &mut scratch, &settings);
                 (state, outcome)
             })
             .collect();

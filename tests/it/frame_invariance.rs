@@ -8,7 +8,7 @@ use crate::support::{
 use kinetostat::{
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench},
-    statics::{State, Status, Workspace, aggregate_errors},
+    statics::{Scratch, State, Status, aggregate_errors},
 };
 use nalgebra::{Matrix6, Vector3};
 use proptest::prelude::*;
@@ -107,12 +107,12 @@ proptest! {
     fn aggregated_errors_are_carried_along(x_mo in pose(), s in share()) {
         for (name, low, high) in CATALOGUE {
             let nominal = catalogue_machine(name);
-            let real = with_assembly_errors(&nominal, [1.0, -1.0, 0.5]);
+            let actual = with_assembly_errors(&nominal, [1.0, -1.0, 0.5]);
             let at = at_position(&nominal, position_in_box(&nominal, low, high, s));
-            let here = aggregate_errors(&nominal, &real, &at, &mut Workspace::new(&nominal)).unwrap().to_vector();
-            let (nominal, real) = (carried(&nominal, &x_mo), carried(&real, &x_mo));
+            let here = aggregate_errors(&nominal, &actual, &at, &mut Scratch::new(&nominal)).unwrap().to_vector();
+            let (nominal, actual) = (carried(&nominal, &x_mo), carried(&actual, &x_mo));
             let at = carried_configuration(&at, &x_mo);
-            let there = aggregate_errors(&nominal, &real, &at, &mut Workspace::new(&nominal)).unwrap().to_vector();
+            let there = aggregate_errors(&nominal, &actual, &at, &mut Scratch::new(&nominal)).unwrap().to_vector();
             let off = (rotation_6(&x_mo) * here - there).amax();
             prop_assert!(off < 1e-9, "{name}: aggregate off by {off:e}");
         }

@@ -1,4 +1,4 @@
-//! Paths on which hinges of an arm go beyond half a turn: at home, where programs begin, the same pose is a full turn away.
+//! Paths on which revolute joints of an arm go beyond half a turn: at home, where programs begin, the same pose is a full turn away.
 
 use kinetostat::{
     compensation::Method, input::Folder, machine::Machine, process::file::Process, products::program::ProgramJob,

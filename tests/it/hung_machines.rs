@@ -10,7 +10,7 @@ use kinetostat::{
     machine::{ChainError, Configuration, Machine},
     spatial::Wrench,
     statics::{
-        Outcome, Settings, State, Status, Workspace, chain_stiffnesses, drive_force_sensitivity, equilibrium,
+        Outcome, Scratch, Settings, State, Status, chain_stiffnesses, drive_force_sensitivity, equilibrium,
         unloaded_stiffness, wrench_at_pose,
     },
 };
@@ -22,12 +22,12 @@ struct Solved {
     force_sensitivity: DMatrix<f64>,
 }
 
-fn solve(machine: &Machine, at: &Configuration, load: &Wrench, mut workspace: Workspace) -> Solved {
+fn solve(machine: &Machine, at: &Configuration, load: &Wrench, mut scratch: Scratch) -> Solved {
     let mut state = State::rigid(machine, at);
-    let outcome = equilibrium(machine, &at.drives, load, &mut state, &mut workspace, &EXACT);
+    let outcome = equilibrium(machine, &at.drives, load, &mut state, &mut scratch, &EXACT);
     assert_eq!(outcome.status, Status::Solved, "{} at {:?}", machine.name, at.drives);
     let twists = &outcome.drive_sensitivity;
-    let force_sensitivity = drive_force_sensitivity(machine, &at.drives, &state, twists, &mut workspace).unwrap();
+    let force_sensitivity = drive_force_sensitivity(machine, &at.drives, &state, twists, &mut scratch).unwrap();
     Solved { state, outcome, force_sensitivity }
 }
 
@@ -60,8 +60,8 @@ fn condensed_machines_have_the_answers_of_the_equations_as_they_stand() {
         for (seed, at) in places(&nominal, 6).into_iter().enumerate() {
             let machine = nominal.with_errors(&some_errors(&nominal, seed));
             let load = some_load(&machine, 1500.0, seed);
-            let got = solve(&machine, &at, &load, Workspace::new(&machine));
-            let expected = solve(&machine, &at, &load, Workspace::uncondensed(&machine));
+            let got = solve(&machine, &at, &load, Scratch::new(&machine));
+            let expected = solve(&machine, &at, &load, Scratch::uncondensed(&machine));
             let (place, wrench) = differences(&machine, &expected.state, &got.state);
             assert!(place < 1e-8 && wrench < 1e-8, "{name}, place {seed}: off by {place:e} mm, {wrench:e}");
             let off = stiffness_difference(&got.outcome.stiffness.unwrap(), &expected.outcome.stiffness.unwrap());
@@ -111,9 +111,9 @@ fn load_steps_reach_the_state_that_small_parts_of_the_load_do() {
         let (expected, _) = settle(&machine, far, &load);
         let (start, _) = settle(&machine, &machine.home, &load);
         for max_iterations in [20, 2] {
-            let (mut state, mut workspace) = (start.clone(), Workspace::new(&machine));
+            let (mut state, mut scratch) = (start.clone(), Scratch::new(&machine));
             let settings = Settings { max_iterations, ..EXACT };
-            let outcome = equilibrium(&machine, &far.drives, &load, &mut state, &mut workspace, &settings);
+            let outcome = equilibrium(&machine, &far.drives, &load, &mut state, &mut scratch, &settings);
             assert_eq!(outcome.status, Status::Solved, "{name} from home");
             assert!(max_iterations > 2 || outcome.load_steps > 1, "{name}: {outcome:?}");
             let (place, wrench) = differences(&machine, &expected, &state);
@@ -137,12 +137,12 @@ fn load_steps_bring_on_errors_in_modules() {
             assert_eq!(outcome.status, Status::Solved, "{name}, part {part}");
         }
         let scaled: Vec<ChainError> = errors.iter().map(|error| error.scale(20.0)).collect();
-        let real = nominal.with_errors(&scaled);
-        let (state, outcome) = settle(&real, at, &Wrench::zero());
+        let actual = nominal.with_errors(&scaled);
+        let (state, outcome) = settle(&actual, at, &Wrench::zero());
         assert_eq!(outcome.status, Status::Solved, "{name}");
         let (place, wrench) = differences(&nominal, &expected, &state);
         assert!(place < 1e-7 && wrench < 1e-7, "{name}: off by {place:e} mm, {wrench:e}");
-        assert_balanced(&real, &at.drives, &Wrench::zero(), &state);
+        assert_balanced(&actual, &at.drives, &Wrench::zero(), &state);
     }
 }
 
@@ -155,8 +155,8 @@ fn the_weight_alone_is_held_by_no_wrench() {
             let (rest, _) = settle(&machine, &at, &Wrench::zero());
             let mut state = State::rigid(&machine, &at);
             let settings = Settings::default();
-            let mut workspace = Workspace::new(&machine);
-            let held = wrench_at_pose(&machine, &at.drives, &rest.pose, &mut state, &mut workspace, &settings).unwrap();
+            let mut scratch = Scratch::new(&machine);
+            let held = wrench_at_pose(&machine, &at.drives, &rest.pose, &mut state, &mut scratch, &settings).unwrap();
             let largest =
                 rest.chains.iter().map(|chain| chain.wrench.norm(machine.characteristic_length)).fold(1.0, f64::max);
             assert!(held.wrench.norm(machine.characteristic_length) < 1e-7 * largest, "{name}: {:?}", held.wrench);
@@ -177,13 +177,13 @@ fn an_offset_drive_is_one_commanded_elsewhere() {
         let offset =
             |joint: usize| (0..count).map(|drive| chain.joint_per_drive(joint, drive) * commanded[drive]).sum();
         let error = ChainError { drive_offsets: (0..count).map(offset).collect(), ..ChainError::default() };
-        let real = machine.with_errors(&[error]);
+        let actual = machine.with_errors(&[error]);
         for (seed, at) in places(&machine, 3).iter().enumerate() {
             let load = some_load(&machine, 1000.0, seed);
             let moved: Vec<f64> = at.drives.iter().zip(&commanded).map(|(rho, step)| rho + step).collect();
             let (mut expected, mut got) = (State::rigid(&machine, at), State::rigid(&machine, at));
             let by_command = resettle(&machine, &moved, &load, &mut expected);
-            let by_error = resettle(&real, &at.drives, &load, &mut got);
+            let by_error = resettle(&actual, &at.drives, &load, &mut got);
             assert_eq!((&by_command.status, &by_error.status), (&Status::Solved, &Status::Solved), "{name}");
             let (place, wrench) = differences(&machine, &expected, &got);
             assert!(place < 1e-8 && wrench < 1e-8, "{name}: off by {place:e} mm, {wrench:e}");
@@ -197,7 +197,7 @@ fn unloaded_stiffness_is_that_of_the_machine_without_weight() {
         let machine = machine_file(name);
         let weightless = machine.weightless();
         for at in places(&machine, 3) {
-            let stiffness = unloaded_stiffness(&machine, &at, &mut Workspace::new(&machine)).unwrap();
+            let stiffness = unloaded_stiffness(&machine, &at, &mut Scratch::new(&machine)).unwrap();
             let (_, outcome) = settle(&weightless, &at, &Wrench::zero());
             let off = stiffness_difference(&stiffness, &outcome.stiffness.unwrap());
             assert!(off < 1e-8, "{name}: off by {off:e}");
@@ -206,7 +206,7 @@ fn unloaded_stiffness_is_that_of_the_machine_without_weight() {
         }
         // The chains' stiffnesses and the platform's weight are all there is.
         let (state, outcome) = settle(&machine, &machine.home, &Wrench::zero());
-        let own = chain_stiffnesses(&machine, &machine.home.drives, &state, &mut Workspace::new(&machine));
+        let own = chain_stiffnesses(&machine, &machine.home.drives, &state, &mut Scratch::new(&machine));
         assert!(own[0].is_some() && outcome.stiffness.is_some());
     }
 }

@@ -7,7 +7,7 @@ use crate::support::engine::*;
 use kinetostat::{
     machine::{Chain, Machine, MoveScrew, SpringLaw},
     spatial::{Pose, Wrench},
-    statics::{State, Status, Workspace, chain_stiffnesses},
+    statics::{Scratch, State, Status, chain_stiffnesses},
 };
 use nalgebra::{DMatrix, DVector, Matrix6, Vector3, Vector6};
 use proptest::prelude::*;
@@ -204,7 +204,7 @@ fn check_chains(machine: &Machine, from: &State, drives: &[f64], load: &Wrench) 
     let mut state = from.clone();
     let outcome = resettle(machine, drives, load, &mut state);
     prop_assert_eq!(&outcome.status, &Status::Solved, "{} under {:?}", machine.name, load);
-    let stiffnesses = chain_stiffnesses(machine, drives, &state, &mut Workspace::new(machine));
+    let stiffnesses = chain_stiffnesses(machine, drives, &state, &mut Scratch::new(machine));
     let mut first = 0;
     for ((chain, own), stiffness) in machine.chains.iter().zip(&state.chains).zip(stiffnesses) {
         let at = At { chain, drives: &drives[first..first + chain.drives.len()] };

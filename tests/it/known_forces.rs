@@ -293,14 +293,14 @@ fn corrected_rotary_moves_take_the_time_of_the_program() {
 
 fn takes_nine_tenths_of_a_minute(lines: &str) {
     let job = on_trunnion(SIDE, &turned(lines)).unwrap();
-    let asked = kinetostat::products::program::Asked::by(kinetostat::compensation::Method::Direct);
-    let mut receiver = kinetostat::products::program::InMemory;
-    let kinetostat::products::program::Compensated::Proved(proved) =
+    let asked = kinetostat::products::program::CompensateOptions::by(kinetostat::compensation::Method::Direct);
+    let mut receiver = kinetostat::products::program::NoFiles;
+    let kinetostat::products::program::Compensated::Verified(verified) =
         job.compensate(&asked, &mut receiver, &Work::default()).unwrap()
     else {
         panic!("refused")
     };
-    let text = String::from_utf8(proved.written.bytes.clone()).unwrap();
+    let text = String::from_utf8(verified.written.bytes.clone()).unwrap();
     // The time by the words alone: of LinuxCNC's rule, by F in inverse time or over the way in X, Y and Z.
     let (mut minutes, mut inverse, mut feed, mut at) = (0.0, false, 0.0, [10.0, 0.0, 0.0, 0.0]);
     for line in text.lines().skip_while(|line| !line.contains("Z-0") && !line.contains("G1 Z0")).skip(1) {

@@ -1,4 +1,4 @@
-//! Spline motions of KRL on a loaded arm: corrected as lines and circles are, and what is not proved of them.
+//! Spline motions of KRL on a loaded arm: corrected as lines and circles are, and what is not verified of them.
 
 use kinetostat::process::Process;
 

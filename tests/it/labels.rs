@@ -5,7 +5,7 @@ use crate::support::engine::*;
 use kinetostat::{
     machine::Machine,
     spatial::{Pose, Wrench},
-    statics::{State, Status, Workspace, wrench_at_pose},
+    statics::{Scratch, State, Status, wrench_at_pose},
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -65,8 +65,8 @@ fn a_wrench_is_not_found_for_a_pose_that_is_no_number() {
     for bad in BAD {
         let mut state = State::rigid(&machine, &machine.home);
         let pose = Pose::from_translation(Vector3::new(bad, 0.0, 0.0));
-        let mut workspace = Workspace::new(&machine);
-        let force = wrench_at_pose(&machine, &machine.home.drives, &pose, &mut state, &mut workspace, &EXACT);
+        let mut scratch = Scratch::new(&machine);
+        let force = wrench_at_pose(&machine, &machine.home.drives, &pose, &mut state, &mut scratch, &EXACT);
         assert!(force.is_none(), "x = {bad}: {force:?}");
     }
 }

@@ -12,7 +12,7 @@ use kinetostat::{
     process::MillingForce,
     spatial::Wrench,
     statics::{
-        Batch, Case, LaneSolver, Level, Outcome, Settings, State, Status, TaskError, Workspace, equilibrium,
+        Batch, Case, LaneSolver, Level, Outcome, Scratch, Settings, State, Status, TaskError, equilibrium,
         equilibrium_at_task,
     },
 };
@@ -34,8 +34,8 @@ impl Problem {
 }
 
 fn alone(machine: &Machine, problems: &mut [Problem], settings: &Settings) -> Vec<Outcome> {
-    let mut workspace = Workspace::new(machine);
-    let solve = |p: &mut Problem| equilibrium(machine, &p.drives, &p.load, &mut p.state, &mut workspace, settings);
+    let mut scratch = Scratch::new(machine);
+    let solve = |p: &mut Problem| equilibrium(machine, &p.drives, &p.load, &mut p.state, &mut scratch, settings);
     problems.iter_mut().map(solve).collect()
 }
 
@@ -91,12 +91,12 @@ proptest! {
     ) {
         for (name, low, high) in CATALOGUE {
             let nominal = catalogue_machine(name);
-            let real = with_assembly_errors(&nominal, degrees);
+            let actual = with_assembly_errors(&nominal, degrees);
             let problems: Vec<Problem> = places.iter().zip(&loads).map(|(&share, &parts)| {
                 let at = at_position(&nominal, position_in_box(&nominal, low, high, share));
                 Problem::new(&nominal, &at, wrench_from(300.0, 2e4, parts))
             }).collect();
-            let outcomes = assert_same(&real, &problems, &Settings::default());
+            let outcomes = assert_same(&actual, &problems, &Settings::default());
             prop_assert!(outcomes.iter().all(|outcome| outcome.status == Status::Solved && outcome.load_steps == 1));
         }
     }
@@ -105,13 +105,13 @@ proptest! {
 #[test]
 fn what_lanes_cannot_solve_has_the_outcome_of_the_scalar_path() {
     let nominal = catalogue_machine("orthoglide");
-    let real = with_assembly_errors(&nominal, [1.0, -1.0, 1.0]);
+    let actual = with_assembly_errors(&nominal, [1.0, -1.0, 1.0]);
     let at = at_position(&nominal, Vector3::new(126.35, 126.35, -73.65));
     // Plain cases with cases between them that need load steps, cannot be solved, or are not numbers.
     let sizes = [1.0, 1e3, 0.5, 75.0, 2.0, 24.0, f64::NAN, 0.0, 40.0];
     let problem =
         |size: f64| Problem::new(&nominal, &at, Wrench::new([-215.0, 80.0, -25.0, 3e3, -1e3, 0.0]).scale(size));
-    let outcomes = outcomes_like_alone(&real, &sizes.map(problem));
+    let outcomes = outcomes_like_alone(&actual, &sizes.map(problem));
     let reached: Vec<_> = outcomes.iter().map(|outcome| (&outcome.status, outcome.load_steps)).collect();
     let count = |what: fn(&Outcome) -> bool| outcomes.iter().filter(|outcome| what(outcome)).count();
     assert!(count(|o| o.status == Status::Solved && o.load_steps == 1) >= 4, "{reached:?}");
@@ -180,20 +180,20 @@ fn a_level_the_processor_does_not_have_is_replaced() {
 fn sessions_compensated_together_end_as_each_alone() {
     for (name, low, high) in CATALOGUE {
         let nominal = catalogue_machine(name);
-        let real = with_assembly_errors(&nominal, [1.0, -1.0, 1.0]);
+        let actual = with_assembly_errors(&nominal, [1.0, -1.0, 1.0]);
         let positions: Vec<Vector3<f64>> = (0..10)
             .map(|i| position_in_box(&nominal, low, high, [0.1 * f64::from(i), 0.5, 1.0 - 0.09 * f64::from(i)]))
             .collect();
         for method in [Method::None, Method::Direct, Method::Newton] {
             for level in Level::available() {
-                let session = Session::new(&nominal, &real, compensation::CompensationSettings::default());
+                let session = Session::new(&nominal, &actual, compensation::CompensationSettings::default());
                 let (mut alone, mut grouped) = (vec![session.clone(); 10], vec![session; 10]);
-                let mut batch = Batch::at_level(&real, level);
+                let mut batch = Batch::at_level(&actual, level);
                 // The second round starts near, the third asks some sessions for places that are far or out of reach.
                 for (round, away) in [(0, 0.0), (1, 1.0), (2, 2e4)] {
                     let task = |(i, position): (usize, &Vector3<f64>)| {
                         let shift = if i % 3 == 0 { away } else { f64::from(round) };
-                        let load = MillingForce::PAPER.wrench(f64::from(round), &nominal.tool());
+                        let load = MillingForce::KLIMCHIK_GROOVE.wrench(f64::from(round), &nominal.tool());
                         TaskPoint::new(nominal.pose_at(position.add_scalar(shift)), load, Target::ToolTip)
                     };
                     let tasks: Vec<TaskPoint> = positions.iter().enumerate().map(task).collect();
@@ -216,11 +216,11 @@ fn sessions_compensated_together_end_as_each_alone() {
 fn weight_springs_and_modules_have_the_bits_of_the_scalar_path() {
     for name in HUNG {
         let nominal = machine_file(name);
-        let real = nominal.with_errors(&some_errors(&nominal, 3));
+        let actual = nominal.with_errors(&some_errors(&nominal, 3));
         let problem =
             |(seed, at): (usize, &Configuration)| Problem::new(&nominal, at, some_load(&nominal, 1500.0, seed));
         let problems: Vec<Problem> = places(&nominal, 11).iter().enumerate().map(problem).collect();
-        let outcomes = assert_same(&real, &problems, &Settings::default());
+        let outcomes = assert_same(&actual, &problems, &Settings::default());
         assert!(outcomes.iter().all(|outcome| outcome.status == Status::Solved), "{name}: {outcomes:?}");
     }
 }
@@ -230,10 +230,10 @@ fn weight_springs_and_modules_have_the_bits_of_the_scalar_path() {
 fn weight_springs_and_modules_are_compensated_in_lanes() {
     for name in HUNG {
         let nominal = machine_file(name);
-        let real = nominal.with_errors(&some_errors(&nominal, 5));
+        let actual = nominal.with_errors(&some_errors(&nominal, 5));
         let places = &places(&nominal, 10)[1..];
         for level in Level::available() {
-            let mut batch = Batch::at_level(&real, level);
+            let mut batch = Batch::at_level(&actual, level);
             let task = |(seed, at): (usize, &Configuration)| {
                 let load = some_load(&nominal, 800.0, seed);
                 TaskPoint::new(at.pose, load, Target::FullPose)
@@ -254,13 +254,13 @@ fn weight_springs_and_modules_are_compensated_in_lanes() {
                 })
                 .collect();
             let got = batch.equilibria_at_task(&mut cases, &Settings::default());
-            let mut workspace = Workspace::new(&real);
+            let mut scratch = Scratch::new(&actual);
             for (i, (at, task_error)) in places.iter().zip(&task_errors).enumerate() {
                 let (mut drives, mut state) = (at.drives.clone(), State::rigid(&nominal, at));
                 let settings = Settings::default();
                 let load = &tasks[i].load;
                 let expected =
-                    equilibrium_at_task(&real, task_error, &mut drives, load, &mut state, &mut workspace, &settings);
+                    equilibrium_at_task(&actual, task_error, &mut drives, load, &mut state, &mut scratch, &settings);
                 assert!(expected.is_some(), "{name}, case {i}");
                 assert_eq!(got[i], expected, "{name}, {level:?}, case {i}");
                 assert_eq!(problems[i].state, state, "{name}, {level:?}, case {i}");

@@ -5,7 +5,7 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::file::Process,
-    products::program::{Asked, CorrectedPath, ProgramCommands, ProgramJob},
+    products::program::{CompensateOptions, CorrectedPath, ProgramCommands, ProgramJob},
     simulation::{
         Source,
         along_path::{Commands, PathCase, PathPointResult, run},
@@ -70,7 +70,7 @@ fn parts_answer_as_the_whole_does() {
     assert!(tasks.len() > 4096);
     let case = PathCase {
         nominal: &job.machine,
-        real: &job.machines.real,
+        actual: &job.machines.actual,
         unloaded: &job.machine,
         before: None,
         tasks: &tasks,
@@ -90,12 +90,16 @@ fn parts_answer_as_the_whole_does() {
     // What is tracked once for all passes of a part is what each would have been tracked to.
     let written = job.write(&corrected).unwrap();
     let (mut before, mut as_written, mut without_force) = (Vec::new(), Vec::new(), Vec::new());
-    let asked = Asked { compared: vec![Method::Linear], sources_apart: true, ..Asked::by(Method::Direct) };
-    let proof = job
-        .prove("as written".into(), &written, &asked, &Work::default(), |proved| {
-            before.extend_from_slice(&proved.before[Source::All]);
-            as_written.extend_from_slice(&proved.written);
-            without_force.extend_from_slice(&proved.without_force);
+    let asked = CompensateOptions {
+        compared: vec![Method::Linear],
+        sources_apart: true,
+        ..CompensateOptions::by(Method::Direct)
+    };
+    let verification = job
+        .verify("as written".into(), &written, &asked, &Work::default(), |verified| {
+            before.extend_from_slice(&verified.before[Source::All]);
+            as_written.extend_from_slice(&verified.written);
+            without_force.extend_from_slice(&verified.without_force);
             Ok(())
         })
         .unwrap();
@@ -109,7 +113,7 @@ fn parts_answer_as_the_whole_does() {
     assert!(as_written == read_back);
     // Point by point, of a session that begins anew at each: where the written program leads the unloaded machine.
     let off = |k: usize| {
-        let mut session = Session::new(&job.machine, &job.machines.real, settings());
+        let mut session = Session::new(&job.machine, &job.machines.actual, settings());
         let task = TaskPoint { load: Wrench::zero(), ..tasks[k] };
         simulate(&mut session, &task, as_written[k].target.as_ref().unwrap()).position_error
     };
@@ -117,15 +121,15 @@ fn parts_answer_as_the_whole_does() {
         let (found, expected) = (without_force[k].unwrap(), off(k));
         assert!((found - expected).norm() < 1e-8, "{k}: {found} instead of {expected}");
     }
-    let (_, most) = proof.without_force.most.unwrap();
+    let (_, most) = verification.without_force.most.unwrap();
     let largest = (0..job.path.len()).filter(|k| job.is_counted(*k) && tasks[*k].load != Wrench::zero());
     let largest = largest.map(|k| without_force[k].unwrap().norm()).fold(0.0, f64::max);
-    assert!(most == largest && largest > 0.2 && proof.without_force.unknown == 0, "{most}: {largest}");
-    let [_, by_linear, proved] = &proof.passes[..] else { panic!("{proof:?}") };
-    assert_eq!(proved.summary, pass.unwrap().summary);
+    assert!(most == largest && largest > 0.2 && verification.without_force.unknown == 0, "{most}: {largest}");
+    let [_, by_linear, verified] = &verification.passes[..] else { panic!("{verification:?}") };
+    assert_eq!(verified.summary, pass.unwrap().summary);
     let linear = job.pass_by(Method::Linear, &nothing_to_tell, |_, _| Ok(())).unwrap();
     assert_eq!(by_linear.summary, linear.summary);
-    let rounding = proved.summary.max_mm.unwrap();
+    let rounding = verified.summary.max_mm.unwrap();
     assert!(rounding < 2e-3, "{rounding}");
 }
 

@@ -28,7 +28,7 @@ fn gantry_text(keys: &str) -> String {
         r#"
 schema = 1
 name = "gantry"
-title = "three slides"
+title = "three prismatic joints"
 workspace = {{ min_mm = [-100.0, -50.0, 0.0], max_mm = [100.0, 50.0, 60.0] }}
 home = {{ position_mm = [0.0, 0.0, 0.0] }}
 [platform]
@@ -49,13 +49,13 @@ chain = "arm"
     )
 }
 
-/// A beam on a hinge about y with this stiffness and limit.
+/// A beam on a revolute joint about y with this stiffness and limit.
 fn beam_on_a_hinge(stiffness: f64, limit: f64) -> Machine {
     machine_from(&format!(
         r#"
 schema = 1
 name = "hinge"
-title = "a beam on a hinge"
+title = "a beam on a revolute joint"
 workspace = {{ min_mm = [500.0, 0.0, 0.0], max_mm = [500.0, 0.0, 0.0] }}
 home = {{ position_mm = [500.0, 0.0, 0.0] }}
 [platform]
@@ -86,8 +86,8 @@ fn reach_is_the_travel_of_slides() {
         near("span", *found, expected, 0.1);
     }
     // A machine that does not control x and y says nothing of them.
-    let hinge = check(&beam_on_a_hinge(1e8, 1e5));
-    assert!(hinge.spans[0].is_none() && hinge.spans[1].is_none());
+    let revolute = check(&beam_on_a_hinge(1e8, 1e5));
+    assert!(revolute.spans[0].is_none() && revolute.spans[1].is_none());
 }
 
 #[test]

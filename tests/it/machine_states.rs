@@ -6,7 +6,7 @@ use kinetostat::{
     compensation::{CompensationSettings, Method, Session, Target, TaskPoint, compensate},
     machine::{Configuration, Machine, ZeroState},
     spatial::{Pose, Wrench, rotation_log},
-    statics::{Outcome, State, Status, Workspace, equilibrium, unloaded_stiffness},
+    statics::{Outcome, Scratch, State, Status, equilibrium, unloaded_stiffness},
 };
 use nalgebra::Vector3;
 use serde_json::Value;
@@ -70,9 +70,9 @@ fn cases() -> Vec<Case> {
 }
 
 impl Case {
-    fn settle(&self, load: &Wrench, workspace: &mut Workspace) -> (State, Outcome) {
+    fn settle(&self, load: &Wrench, scratch: &mut Scratch) -> (State, Outcome) {
         let mut state = State::rigid(&self.machine, &self.at);
-        let outcome = equilibrium(&self.machine, &self.at.drives, load, &mut state, workspace, &EXACT);
+        let outcome = equilibrium(&self.machine, &self.at.drives, load, &mut state, scratch, &EXACT);
         assert_eq!(outcome.status, Status::Solved, "{}", self.label);
         (state, outcome)
     }
@@ -82,8 +82,8 @@ impl Case {
     }
 }
 
-fn check_equilibrium(case: &Case, workspace: &mut Workspace) {
-    let (state, outcome) = case.settle(&case.load, workspace);
+fn check_equilibrium(case: &Case, scratch: &mut Scratch) {
+    let (state, outcome) = case.settle(&case.load, scratch);
     case.expect("platform_mm", state.pose.translation.as_slice(), Within::Absolute(1e-8));
     let turn = rotation_log(&(state.pose.rotation * case.at.pose.rotation.transpose()));
     case.expect("platform_turn_rad", turn.as_slice(), Within::Absolute(1e-10));
@@ -91,7 +91,7 @@ fn check_equilibrium(case: &Case, workspace: &mut Workspace) {
     case.expect("tool_displacement_mm", moved.as_slice(), Within::Absolute(1e-8));
     let stiffness = outcome.stiffness.unwrap().transpose();
     case.expect("stiffness_loaded", stiffness.as_slice(), Within::Stiffness(1e-6));
-    let (rest, _) = case.settle(&Wrench::zero(), workspace);
+    let (rest, _) = case.settle(&Wrench::zero(), scratch);
     let sag = case.machine.tool_displacement(&case.at.pose, &rest.pose);
     case.expect("tool_displacement_without_cutting_mm", sag.as_slice(), Within::Absolute(1e-8));
 }
@@ -99,21 +99,21 @@ fn check_equilibrium(case: &Case, workspace: &mut Workspace) {
 #[test]
 fn equilibria_are_met() {
     for case in cases() {
-        check_equilibrium(&case, &mut Workspace::new(&case.machine));
+        check_equilibrium(&case, &mut Scratch::new(&case.machine));
     }
 }
 
 #[test]
 fn equilibria_are_met_without_condensation() {
     for case in cases() {
-        check_equilibrium(&case, &mut Workspace::uncondensed(&case.machine));
+        check_equilibrium(&case, &mut Scratch::uncondensed(&case.machine));
     }
 }
 
 #[test]
 fn stiffness_without_load_and_weight_is_met() {
     for case in cases().into_iter().filter(|case| case.json.get("stiffness_unloaded").is_some()) {
-        let unloaded = unloaded_stiffness(&case.machine, &case.at, &mut Workspace::new(&case.machine)).unwrap();
+        let unloaded = unloaded_stiffness(&case.machine, &case.at, &mut Scratch::new(&case.machine)).unwrap();
         case.expect("stiffness_unloaded", unloaded.transpose().as_slice(), Within::Stiffness(1e-8));
     }
 }
@@ -145,7 +145,7 @@ fn compensated_drives_are_met() {
     }
 }
 
-/// Numbers of a key, or of its slides and hinges, as `point --json` gives them for drives (mm, degrees).
+/// Numbers of a key, or of its prismatic and revolute joints, as `point --json` gives them for drives (mm, degrees).
 fn drive_values(machine: &Machine, json: &Value, key: &str) -> Vec<f64> {
     let of = |suffix: &str, d: usize| json.get(format!("{key}_{suffix}")).and_then(|list| list[d].as_f64());
     (0..machine.drive_count()).map(|d| of("mm", d).or_else(|| of("deg", d).map(f64::to_radians)).unwrap()).collect()

@@ -7,7 +7,7 @@ use kinetostat::{
     files::Foreign,
     process::cutting::CuttingLaw,
     products::program::{
-        Asked, Compensated, InMemory, ProgramJob,
+        CompensateOptions, Compensated, NoFiles, ProgramJob,
         files::{ProgramFiles, ProgramOutcome, compensate_into},
     },
 };
@@ -39,7 +39,7 @@ fn the_memory_of_the_stock_is_said_before_it_is_cut() {
     assert!((1.0..20.0).contains(&megabytes), "{said}");
 }
 
-/// Three slides in series, each with its stiffness.
+/// Three prismatic joints in series, each with its stiffness.
 pub const MILL: &str = r#"
 schema = 1
 name = "mill"
@@ -76,7 +76,7 @@ fn compensated_on(machine: &str, process: &str, program: &str) -> (Value, Vec<Ve
     let files = ProgramFiles::prepare(&out, Foreign::Kept).unwrap();
     let job = job(machine, process, ("part.nc", program));
     let work = Work::default();
-    match compensate_into(job, &Asked::by(Method::Direct), &files, "part.nc", &work).unwrap() {
+    match compensate_into(job, &CompensateOptions::by(Method::Direct), &files, "part.nc", &work).unwrap() {
         ProgramOutcome::Written(_) => (),
         ProgramOutcome::Refused(..) => panic!("refused"),
     }
@@ -96,7 +96,7 @@ fn a_surface_of_the_program_before_does_not_stay() {
     for (process, has_surface) in [(process(""), true), (without_stock.into(), false), (without_stock.into(), false)] {
         let files = ProgramFiles::prepare(&out, Foreign::Kept).unwrap();
         let job = job("orthoglide", &process, ("part.nc", LINE));
-        compensate_into(job, &Asked::by(Method::Direct), &files, "part.nc", &Work::default()).unwrap();
+        compensate_into(job, &CompensateOptions::by(Method::Direct), &files, "part.nc", &Work::default()).unwrap();
         assert_eq!(folder.path().join("out.nc.part.ply").exists(), has_surface);
     }
 }
@@ -155,7 +155,7 @@ fn the_part_as_vtk_polygons_is_that_of_the_ply_file() {
     let folder = tempfile::tempdir().unwrap();
     let files = ProgramFiles::prepare(&folder.path().join("out.nc"), Foreign::Kept).unwrap();
     let job = job("orthoglide", &process(""), ("part.nc", LINE));
-    compensate_into(job, &Asked::by(Method::Direct), &files, "part.nc", &Work::default()).unwrap();
+    compensate_into(job, &CompensateOptions::by(Method::Direct), &files, "part.nc", &Work::default()).unwrap();
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     let ply = read("out.nc.part.ply");
     let start = ply.windows(11).position(|own| own == b"end_header\n").unwrap() + 11;
@@ -302,11 +302,12 @@ fn without_compensation_the_tool_is_where_its_own_cut_pushes_it() {
         let middle = 0.5 * (low + high);
         (low, high) = if pushed(middle) > middle { (middle, high) } else { (low, middle) };
     }
-    let proved = match at(0.0).compensate(&Asked::by(Method::Direct), &mut InMemory, &Work::default()).unwrap() {
-        Compensated::Proved(proved) => proved,
-        Compensated::Refused(..) => panic!("refused"),
-    };
-    let found = proved.deflected_cut.unwrap();
+    let verified =
+        match at(0.0).compensate(&CompensateOptions::by(Method::Direct), &mut NoFiles, &Work::default()).unwrap() {
+            Compensated::Verified(verified) => verified,
+            Compensated::Refused(..) => panic!("refused"),
+        };
+    let found = verified.deflected_cut.unwrap();
     assert!(found.has_converged() && found.rounds < 6, "{found:?}");
     assert!((found.programmed_mm - programmed).abs() < 1e-6, "{found:?} {programmed}");
     assert!(programmed - low > 0.01 && (found.largest.1 - low).abs() < 1e-4, "{found:?} {low}");
@@ -317,7 +318,7 @@ type Off = (Vector3<f64>, Vector3<f64>);
 /// Errors of the tip (mm) and rotations of the tool (rad) without compensation where it cuts, W axes (those of the base): solved for each point by itself.
 fn errors_without(job: &ProgramJob) -> Vec<Off> {
     use kinetostat::compensation::{CompensationSettings, Session, compensate};
-    let mut session = Session::new(&job.machine, &job.machines.real, CompensationSettings::default());
+    let mut session = Session::new(&job.machine, &job.machines.actual, CompensationSettings::default());
     let mut errors = Vec::new();
     for part in job.parts() {
         let part = part.unwrap();

@@ -114,7 +114,7 @@ mod shown_coordinates;
 mod slot_milling;
 mod snap_through;
 mod solved_in_part;
-mod standing_tools;
+mod stationary_tools;
 mod stiffness;
 mod stock;
 mod superposition;

@@ -7,7 +7,7 @@ use crate::support::engine::{EXACT, catalogue_machine, machine_from};
 use kinetostat::{
     machine::{Configuration, Machine, catalogue},
     spatial::Wrench,
-    statics::{State, Status, Workspace, equilibrium, tool_compliance, unloaded_compliance},
+    statics::{Scratch, State, Status, equilibrium, tool_compliance, unloaded_compliance},
 };
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix4, Vector3, Vector6};
 
@@ -45,12 +45,12 @@ fn at(machine: &Machine, pose: &Pose) -> Configuration {
 }
 
 /// What the force does to the tool tip of the machine at rest under its weight, mm.
-fn predicted(machine: &Machine, pose: &Pose, workspace: &mut Workspace) -> Vector3<f64> {
+fn predicted(machine: &Machine, pose: &Pose, scratch: &mut Scratch) -> Vector3<f64> {
     let at = at(machine, pose);
     let moment = (at.pose.rotation * machine.tool_tip).cross(&pose.force);
     let mut settle = |load: Wrench| {
         let mut state = State::rigid(machine, &at);
-        let outcome = equilibrium(machine, &at.drives, &load, &mut state, workspace, &EXACT);
+        let outcome = equilibrium(machine, &at.drives, &load, &mut state, scratch, &EXACT);
         assert_eq!(outcome.status, Status::Solved);
         state.pose
     };
@@ -107,12 +107,12 @@ fn pendant_angles_and_linear_compliance_are_those_of_the_published_table() {
     let home: [f64; 6] = machine.home.drives.as_slice().try_into().unwrap();
     let mut joints = vec![home, [0.3, -0.4, 0.2, -0.5, 0.7, 1.2]];
     joints.extend(poses().iter().flatten().map(|pose| pose.joints));
-    let mut workspace = Workspace::new(&machine);
+    let mut scratch = Scratch::new(&machine);
     for pendant in joints {
         let at = machine.forward_kinematics(&pendant).unwrap();
         let (tip, expected) = joint_compliance(&pendant);
         assert!((at.pose.transform(machine.tool_tip) - tip).norm() < 1e-9, "{pendant:?}");
-        let compliance = unloaded_compliance(&machine, &at, &mut workspace).unwrap();
+        let compliance = unloaded_compliance(&machine, &at, &mut scratch).unwrap();
         let got = tool_compliance(&compliance, at.pose.rotation * machine.tool_tip);
         assert!((got - expected).amax() < 1e-6 * expected.amax(), "{pendant:?}: {got} {expected}");
     }
@@ -129,8 +129,8 @@ struct Left {
 }
 
 fn left(machine: &Machine, poses: &[Pose]) -> Left {
-    let mut workspace = Workspace::new(machine);
-    let residuals = poses.iter().map(|pose| (predicted(machine, pose, &mut workspace) - pose.displacement).norm());
+    let mut scratch = Scratch::new(machine);
+    let residuals = poses.iter().map(|pose| (predicted(machine, pose, &mut scratch) - pose.displacement).norm());
     let residuals: Vec<f64> = residuals.collect();
     let sum: f64 = residuals.iter().map(|r| r * r).sum();
     let measured: f64 = poses.iter().map(|pose| pose.displacement.norm_squared()).sum();

@@ -5,7 +5,7 @@ use kinetostat::{
     machine::{Machine, catalogue},
     simulation::settings,
     spatial::Wrench,
-    statics::{Settings, State, Status, Workspace, equilibrium},
+    statics::{Scratch, Settings, State, Status, equilibrium},
 };
 use nalgebra::Vector3;
 
@@ -67,11 +67,11 @@ fn with_links(text: &str, stiffness: Option<Link>, count: usize) -> String {
 
 /// How the machine settles, where its tip is, mm, and its softest stiffness, N/mm.
 fn tip(machine: &Machine, position: Vector3<f64>, force: Vector3<f64>) -> (Status, Vector3<f64>, f64) {
-    let at = machine.command(position).unwrap_or_else(|e| panic!("{}: {e}", machine.name));
+    let at = machine.inverse_kinematics_at(position).unwrap_or_else(|e| panic!("{}: {e}", machine.name));
     let mut state = State::rigid(machine, &at);
     let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
     let load = Wrench { force, moment };
-    let outcome = equilibrium(machine, &at.drives, &load, &mut state, &mut Workspace::new(machine), &EXACT);
+    let outcome = equilibrium(machine, &at.drives, &load, &mut state, &mut Scratch::new(machine), &EXACT);
     let softest = outcome.least_stiffness(machine.characteristic_length).unwrap_or(f64::NAN);
     (outcome.status, state.pose.transform(machine.tool_tip), softest)
 }
@@ -126,7 +126,7 @@ fn an_arm_of_one_nearly_rigid_link_is_not_singular() {
         let mut state = State::rigid(machine, &machine.home);
         let load = Wrench { force: Vector3::new(10.0, 50.0, -20.0), moment: Vector3::zeros() };
         let drives = &machine.home.drives;
-        let outcome = equilibrium(machine, drives, &load, &mut state, &mut Workspace::new(machine), &EXACT);
+        let outcome = equilibrium(machine, drives, &load, &mut state, &mut Scratch::new(machine), &EXACT);
         let mut session = Session::new(machine, machine, settings());
         let pose = machine.home.pose;
         let task = TaskPoint::new(pose, load, Target::FullPose);
@@ -183,9 +183,9 @@ fn forces_of_a_machine_that_cannot_move_are_found_beside_a_singular_place() {
     let machine = Machine::from_toml(RIGID, "rigid.toml").unwrap();
     let at = machine.inverse_kinematics(&machine.home.pose).unwrap();
     let load = Wrench::new([100.0, 200.0, 100.0, 1e4, 0.0, 0.0]);
-    for workspace in [Workspace::new(&machine), Workspace::uncondensed(&machine)].iter_mut() {
+    for scratch in [Scratch::new(&machine), Scratch::uncondensed(&machine)].iter_mut() {
         let mut state = State::rigid(&machine, &at);
-        let outcome = equilibrium(&machine, &at.drives, &load, &mut state, workspace, &Settings::default());
+        let outcome = equilibrium(&machine, &at.drives, &load, &mut state, scratch, &Settings::default());
         assert_eq!(outcome.status, Status::Solved, "{outcome:?}");
         assert!(state.pose.translation.norm() < 1e-8, "{}", state.pose.translation);
         let held = state.chains[0].wrench.force.norm();

@@ -350,7 +350,7 @@ fn a_changed_machine_is_told_every_key_that_no_longer_fits() {
     ] {
         assert!(said.contains(&part), "{part}{said}");
     }
-    // In two files, with a branch, locked drives and limits of slides.
+    // In two files, with a branch, locked drives and limits of prismatic joints.
     let folder = tempfile::tempdir().unwrap();
     printed(folder.path(), &["new", "placement", "mine", "--machine", "kr270"]);
     fs::write(
@@ -376,7 +376,7 @@ fn a_changed_machine_is_told_every_key_that_no_longer_fits() {
         "mine/study.toml:7: locked.A1: no drive is called so; there are: x, y, z",
         "mine/study.toml:7: locked.rail: several drives are called so: expected x, y or another label",
         ": chain_error[0].chain: no chain is called \"arm\"; there are: x, y, z",
-        ": redundancy.speed_limits_deg_per_s: machine tripteron has drives that are no hinges",
+        ": redundancy.speed_limits_deg_per_s: machine tripteron has drives that are no revolute joints",
         ": placement.fixed.roll_deg: machine tripteron does not control rotation about x",
     ] {
         assert!(said.contains(part), "{part}: {said}");

@@ -3,7 +3,7 @@
 use std::{f64::consts::TAU, path::Path};
 
 use kinetostat::{
-    process::uncertainty::{Spread, normal_cdf},
+    process::uncertainty::{Distribution, normal_cdf},
     questions::{
         Overrides, Study, StudyKind,
         online::{Band, BreakEven, LoopGain, OnlineResults, Residual, Sensor, Trial, run},
@@ -315,7 +315,7 @@ fn what_is_left_on_drawn_machines_is_the_exact_distribution() {
         }
     };
     let nominal = 0.1;
-    let Spread::Logarithm { above, .. } = Spread::of_relative_std(0.3) else { unreachable!() };
+    let Distribution::Logarithm { above, .. } = Distribution::of_relative_std(0.3) else { unreachable!() };
     // Softer and stiffer machines are off to the two sides.
     let is_within = |size: f64| {
         normal_cdf((size / nominal).ln_1p() / above) - normal_cdf((-(size / nominal).min(1.0)).ln_1p() / above)

@@ -66,7 +66,7 @@ fn a_preloaded_spring_is_neither_cutting_nor_chain_errors() {
             let at = |source, force| moved(&machines, source, [0.0, 0.0, z], [0.0, 0.0, force]);
             let cutting = at(Source::Cutting, -100.0);
             assert!((cutting + 100.0 / 1001.0).abs() < 1e-9, "{zeroed} {z}: cutting {cutting}");
-            assert!(at(Source::Errors, -100.0).abs() < 1e-9, "{zeroed} {z}: no chain errors");
+            assert!(at(Source::Geometry, -100.0).abs() < 1e-9, "{zeroed} {z}: no chain errors");
             let here = if zeroed == "at_home" { own(kilograms, z) - own(kilograms, 100.0) } else { own(kilograms, z) };
             assert!((at(Source::Weight, 0.0) - here).abs() < 1e-9, "{zeroed} {z}: {} {here}", at(Source::Weight, 0.0));
             let parts: f64 = Source::parts(&machine).iter().map(|part| at(*part, -100.0)).sum();
@@ -188,13 +188,13 @@ fn a_serial_arm_has_no_internal_force() {
     assert!(internal < 1e-6 && chain.wrench.force.norm() > 100.0, "{internal} {}", chain.wrench.force.norm());
 }
 
-/// A rod on a hinge about y with a mass at its end.
+/// A rod on a revolute joint about y with a mass at its end.
 fn rod(stiffness: f64, more: &str) -> String {
     format!(
         r#"
 schema = 1
 name = "rod"
-title = "A rod that stands on a hinge"
+title = "A rod that stands on a revolute joint"
 [platform]
 tool_tip_mm = [0.0, 0.0, 0.0]
 controls = ["x"]
@@ -261,7 +261,7 @@ fn a_program_at_home_is_right_as_it_is_for_a_machine_zeroed_there() {
     let written = std::fs::read_to_string(&out).unwrap();
     let heights: Vec<&str> = written.lines().skip(1).map(|line| line.rsplit(',').next().unwrap()).collect();
     assert_eq!(heights.first(), Some(&"100.0000"));
-    // 8 mm higher the spring pulls with 8 N less, and the slide gives 8/1001 mm.
+    // 8 mm higher the spring pulls with 8 N less, and the prismatic joint gives 8/1001 mm.
     let last: f64 = heights.last().unwrap().parse().unwrap();
     assert!((last - (108.0 + 8.0 / 1000.0)).abs() < 2e-4, "{last}");
 }

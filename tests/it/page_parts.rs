@@ -232,7 +232,7 @@ fn single_precision_keeps_small_numbers_beside_large_ones() {
 
 /// The commands of a map for all sources and for errors alone, and what they leave out.
 fn told(phi: Option<usize>, keys: &BTreeMap<(String, String), String>) -> ([Option<PointCommand>; 2], String) {
-    let sources = ["all", "errors"].map(|source| GroupValue { cells: vec![source.into()], label: source.into() });
+    let sources = ["all", "geometry"].map(|source| GroupValue { cells: vec![source.into()], label: source.into() });
     let group = Group { columns: vec!["source".into()], label: "source".into(), values: sources.into() };
     let view = Explorer { group: Some(group), ..explorer(Shape::Grid) };
     let (commands, left) = point_commands(&view, phi, keys);
@@ -246,7 +246,7 @@ fn a_point_is_asked_for_with_force_and_errors_of_its_source() {
         ("process", "force.path_frame.radial_force_N", "215.0"),
         ("process", "force.path_frame.tangential_force_N", "-10.0"),
         ("process", "force.path_frame.axial_force_N", "-25.0"),
-        ("process", "force.path_frame.law", "printed"),
+        ("process", "force.path_frame.law", "paper_eq17"),
         ("process", "chain_error.x.chain", "x"),
         ("process", "chain_error.x.turn_about_drive_axis_deg", "1.0"),
         ("process", "compensate.target", "tool_tip"),
@@ -258,7 +258,7 @@ fn a_point_is_asked_for_with_force_and_errors_of_its_source() {
     assert_eq!(
         all.text,
         "kinetostat point --machine 'my machine.toml' --position {position} --phi {phi} --force 215.0,-10.0,-25.0 \
-         --law printed --set x.turn=1.0"
+         --law paper_eq17 --set x.turn=1.0"
     );
     assert_eq!(all.phi, Some(8));
     assert!(errors.text.ends_with("{position} --wrench 0,0,0,0,0,0 --set x.turn=1.0") && errors.phi.is_none());

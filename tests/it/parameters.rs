@@ -10,7 +10,7 @@ use crate::support::engine::settle;
 use kinetostat::{
     machine::{Geometry, Grade, Machine, Parameter, catalogue},
     spatial::Wrench,
-    statics::{Settings, State, Status, Workspace, equilibrium},
+    statics::{Scratch, Settings, State, Status, equilibrium},
 };
 use serde_json::Value;
 
@@ -33,8 +33,8 @@ fn values(machine: &Machine) -> Vec<(String, f64)> {
 fn state_at_home(machine: &Machine) -> String {
     let load = Wrench::new([30.0, -20.0, -10.0, 100.0, -200.0, 50.0]);
     let mut state = State::rigid(machine, &machine.home);
-    let mut workspace = Workspace::new(machine);
-    let outcome = equilibrium(machine, &machine.home.drives, &load, &mut state, &mut workspace, &Settings::default());
+    let mut scratch = Scratch::new(machine);
+    let outcome = equilibrium(machine, &machine.home.drives, &load, &mut state, &mut scratch, &Settings::default());
     format!("{outcome:?} {state:?} {:?}", machine.home)
 }
 

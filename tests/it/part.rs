@@ -8,7 +8,7 @@ use kinetostat::{
     input::Folder,
     process::Process,
     products::program::{
-        Asked,
+        CompensateOptions,
         files::{ProgramFiles, ProgramOutcome, compensate_into},
     },
 };
@@ -84,7 +84,7 @@ fn compensated(process: &str, program: &str, [blank, part]: [&Triangles; 2]) -> 
     let folder = tempfile::tempdir().unwrap();
     let files = ProgramFiles::prepare(&folder.path().join("out.nc"), Foreign::Kept).unwrap();
     let ProgramOutcome::Written(written) =
-        compensate_into(job, &Asked::by(Method::Direct), &files, "part.nc", &Work::default()).unwrap()
+        compensate_into(job, &CompensateOptions::by(Method::Direct), &files, "part.nc", &Work::default()).unwrap()
     else {
         panic!("refused")
     };

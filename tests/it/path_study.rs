@@ -41,7 +41,7 @@ fn largest_displacement(results: &PathResults, source: Source) -> f64 {
 fn groove_of_study_02_has_the_numbers_its_readme_quotes() {
     let overrides = Overrides { points: Some(73), ..Overrides::default() };
     let results = results(Study::open(&studies(), &overrides).unwrap());
-    for (source, expected) in [(Source::Cutting, 0.95), (Source::Errors, 1.05), (Source::All, 1.76)] {
+    for (source, expected) in [(Source::Cutting, 0.95), (Source::Geometry, 1.05), (Source::All, 1.76)] {
         let found = largest_displacement(&results, source);
         assert!((found - expected).abs() < 0.01, "{source:?}: {found}");
     }
@@ -262,7 +262,7 @@ fn a_table_of_very_many_points_has_the_worst_the_extremes_and_points_at_equal_st
         rows.filter_map(|row| Some((point(row), row.split(',').nth(column)?.parse().ok()?))).collect()
     };
     let largest = |values: &[(usize, f64)]| values.iter().fold(0.0, |most, (_, value)| f64::max(most, value.abs()));
-    for source in ["all", "cutting", "errors"] {
+    for source in ["all", "cutting", "geometry"] {
         for (column, name) in header.iter().enumerate() {
             let [some, all] = [&some, &all].map(|rows| largest(&of(rows, source, column)));
             assert_eq!(some, all, "{name} of {source}");
@@ -271,9 +271,11 @@ fn a_table_of_very_many_points_has_the_worst_the_extremes_and_points_at_equal_st
     let displacement = header.iter().position(|name| *name == "displacement_mm").unwrap();
     let worst_of_steps = |rows: &[String]| {
         let mut worst = vec![0.0_f64; 17_000_usize.div_ceil(step)];
-        ["all", "cutting", "errors"].iter().flat_map(|source| of(rows, source, displacement)).for_each(|(k, value)| {
-            worst[k / step] = worst[k / step].max(value);
-        });
+        ["all", "cutting", "geometry"].iter().flat_map(|source| of(rows, source, displacement)).for_each(
+            |(k, value)| {
+                worst[k / step] = worst[k / step].max(value);
+            },
+        );
         worst
     };
     assert_eq!(worst_of_steps(&some), worst_of_steps(&all));

@@ -73,7 +73,7 @@ fn where_the_platform_is_turned_its_point_stands_on_the_path_too() {
 
 #[test]
 fn the_wrench_is_that_of_eq_16_and_turns_with_the_workpiece() {
-    let (force, tool) = (MillingForce::PAPER, Pose::from_translation(Vector3::new(0.0, 0.0, 100.0)));
+    let (force, tool) = (MillingForce::KLIMCHIK_GROOVE, Pose::from_translation(Vector3::new(0.0, 0.0, 100.0)));
     let load = Load { force_N: force.force(0.7), moment_Nmm: Vector3::zeros() };
     let unturned = Placement::default().on_machine(&Matrix3::identity(), &tool).wrench(&load);
     assert!((unturned.to_vector() - force.wrench(0.7, &tool).to_vector()).norm() < 1e-12);

@@ -138,7 +138,7 @@ fn a_tilt_that_the_machine_cannot_follow_is_refused() {
     let folder = tilted_folder();
     let only_roll = ARM.replace("\"rotation_x\", \"rotation_y\", \"rotation_z\"", "\"rotation_x\", \"rotation_z\"");
     write(folder.path(), "arm.toml", &only_roll);
-    // Of three hinges about y its paths need two.
+    // Of three revolute joints about y its paths need two.
     let tilted = TILTED.replace("[[placement.feature]]", "[locked]\narm_j5 = -40.0\n[[placement.feature]]");
     let level = tilted.replace("yaw_deg = 30.0\n", "");
     let error = study_in(folder.path(), &level).unwrap_err().to_string();

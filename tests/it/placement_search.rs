@@ -16,7 +16,7 @@ use kinetostat::questions::placement::{
 use proptest::test_runner::RngSeed;
 use rayon::prelude::*;
 
-/// Three slides and a beam; the slide along x can go 60 mm either way from home.
+/// Three slides and a beam; the prismatic joint along x can go 60 mm either way from home.
 const GANTRY: &str = r#"schema = 1
 name = "gantry"
 title = "Three slides and a beam"
@@ -90,7 +90,7 @@ fn check_recommendation(results: &PlacementResults) {
 
 #[test]
 fn what_is_recommended_can_be_cut_there_with_corrected_drives() {
-    // 1000 N move the slide by 0.01 mm: against −x the corrected drive goes past 60 mm before the nominal one.
+    // 1000 N move the prismatic joint by 0.01 mm: against −x the corrected drive goes past 60 mm before the nominal one.
     let candidates = "[[placement.candidate]]\nname = \"end of the travel\"\norigin_mm = [145.0, 0.0, 0.0]\n\
                       [[placement.candidate]]\nname = \"just before\"\norigin_mm = [144.9, 0.0, 0.0]\n";
     let study = line(30.0, -1000.0, &format!("{ALONG_X}{candidates}"));

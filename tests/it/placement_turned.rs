@@ -192,7 +192,7 @@ fn drawn() -> impl Strategy<Value = Drawn> {
         "rms_deflection = 1.0, worst_drive_force = 1e-7",
         "share_within_tolerance = 1.0, worst_deflection = 0.01",
     ]);
-    // The legs of the hexapod have forces, the hinges of arms torques, whose limits are those of the machine.
+    // The legs of the hexapod have forces, the revolute joints of arms torques, whose limits are those of the machine.
     let machines = prop::sample::select(vec![
         ("fanuc_r2000ic", "", 1.0),
         ("kr270", "", 1.0),

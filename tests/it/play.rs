@@ -6,7 +6,7 @@ use kinetostat::{
     input::Folder,
     machine::{ChainError, Configuration, Machine, ZeroState},
     process::Process,
-    products::program::{Asked, Compensated, InMemory, ProgramJob, ProvedProgram},
+    products::program::{CompensateOptions, Compensated, NoFiles, ProgramJob, VerifiedProgram},
     questions::{
         StudyKind,
         path::{self, PathResults, Shown, report},
@@ -34,7 +34,7 @@ fn lever(play: &str) -> String {
     LEVER.replace("name = \"slide\",", &format!("name = \"slide\", {play},"))
 }
 
-/// Out along x and back, under a force of 1000 N along the feed: 0.1 mm on the slide.
+/// Out along x and back, under a force of 1000 N along the feed: 0.1 mm on the prismatic joint.
 const OUT_AND_BACK: &str = "x_mm,y_mm,z_mm\n-0.5,0,0\n0.5,0,0\n-0.25,0,0\n";
 
 /// The path of the lever there and back; the results, what the first screen says, and the summary.
@@ -63,7 +63,7 @@ fn there_and_back(machine: &str, uncertainty: &str) -> (PathResults, String, Val
 
 #[test]
 fn a_slide_stands_on_the_side_of_its_play_to_which_the_force_presses_it() {
-    let (results, said, json) = there_and_back(&lever("backlash_mm = 0.02, friction_N = 100.0"), "");
+    let (results, said, json) = there_and_back(&lever("backlash_mm = 0.04, friction_N = 100.0"), "");
     let points = &results.whole.sources[Source::All];
     let mut reversed = Vec::new();
     for (k, at) in points.iter().enumerate() {
@@ -95,7 +95,7 @@ fn a_slide_stands_on_the_side_of_its_play_to_which_the_force_presses_it() {
 
 #[test]
 fn friction_that_holds_the_force_leaves_the_play_open() {
-    let (results, said, _) = there_and_back(&lever("backlash_mm = 0.02, friction_N = 1200.0"), "");
+    let (results, said, _) = there_and_back(&lever("backlash_mm = 0.04, friction_N = 1200.0"), "");
     for at in &results.whole.sources[Source::All] {
         let play = at.answer.play.as_ref().unwrap();
         assert_eq!((play.sides[0], play.seated_mm.norm()), (0, 0.0));
@@ -115,7 +115,7 @@ fn distributions_along_a_path_have_the_seated_play() {
     let uncertainty = "[[uncertainty.parameter]]\nname = \"guide.slide.stiffness\"\nrelative_std = 0.2\n\
                        [uncertainty.process]\nforce_relative_std = 0.1\n";
     let of = |machine: &str| there_and_back(machine, uncertainty);
-    let ((with, said, _), (without, ..)) = (of(&lever("backlash_mm = 0.02, friction_N = 100.0")), of(LEVER));
+    let ((with, said, _), (without, ..)) = (of(&lever("backlash_mm = 0.04, friction_N = 100.0")), of(LEVER));
     let [with_at, without_at] =
         [&with, &without].map(|results| results.whole.sources[Source::All][1].spread.clone().unwrap());
     let p95 = |spread: &kinetostat::simulation::spread::DeflectionSpread| spread.p95_mm.unwrap();
@@ -127,11 +127,11 @@ fn distributions_along_a_path_have_the_seated_play() {
     assert!(said.contains("in no distance here"), "{said}");
 }
 
-/// Three slides of 5, 4 and 8 kN/mm with a backlash of 0.01 mm and this friction, under a force of (∓20, ∓50, −10) N along x and (50, −20, −10) N along y.
+/// Three prismatic joints of 5, 4 and 8 kN/mm with a backlash of 0.01 mm and this friction, under a force of (∓20, ∓50, −10) N along x and (50, −20, −10) N along y.
 fn placed_on_loose_slides(friction_n: f64) -> PlacementResults {
     let slide = |name: &str, axis: &str, stiffness: f64| {
         format!(
-            "{{ prismatic_drive = {{ name = \"{name}\", axis = \"{axis}\", stiffness_N_per_mm = {stiffness:?}, travel_mm = [-500.0, 500.0], backlash_mm = 0.01, friction_N = {friction_n:?} }} }}"
+            "{{ prismatic_drive = {{ name = \"{name}\", axis = \"{axis}\", stiffness_N_per_mm = {stiffness:?}, travel_mm = [-500.0, 500.0], backlash_mm = 0.02, friction_N = {friction_n:?} }} }}"
         )
     };
     let machine = format!(
@@ -203,7 +203,7 @@ fn with_play(text: &str) -> Machine {
 fn seated(machine: &Machine, sides: &[f64]) -> Vec<ChainError> {
     let mut sides = sides.iter();
     let chain = |chain: &kinetostat::machine::Chain| {
-        let offsets = chain.drives.iter().map(|drive| drive.backlash * sides.next().unwrap()).collect();
+        let offsets = chain.drives.iter().map(|drive| drive.half_backlash * sides.next().unwrap()).collect();
         ChainError { drive_offsets: offsets, ..ChainError::default() }
     };
     machine.chains.iter().map(chain).collect()
@@ -242,9 +242,10 @@ fn seated_play_is_a_machine_whose_joints_are_moved() {
                 TaskPoint::new(at.pose, load, target)
             };
             let tasks: Vec<TaskPoint> = places.iter().enumerate().map(task).collect();
-            let (nominal, real) = (&machines.nominal, &machines.real);
+            let (nominal, actual) = (&machines.nominal, &machines.actual);
             let of = |play: bool, method: Method| {
-                let case = PathCase { nominal, real, unloaded: machines.unloaded(), before: None, tasks: &tasks, play };
+                let case =
+                    PathCase { nominal, actual, unloaded: machines.unloaded(), before: None, tasks: &tasks, play };
                 run(&case, &Commands::Method(method), &|| ())
             };
             let [plain, answers, bare, without] =
@@ -261,7 +262,7 @@ fn seated_play_is_a_machine_whose_joints_are_moved() {
                     let sides = &result.play.as_ref().unwrap_or_else(|| panic!("{name}: {result:?}")).sides;
                     assert!(sides.iter().filter(|side| **side == 0).count() <= 1, "{name}: {sides:?}");
                     let from = sides.iter().zip(&calibrated).map(|(side, before)| f64::from(*side) - before);
-                    real.with_errors(&seated(&machine, &from.collect::<Vec<_>>()))
+                    actual.with_errors(&seated(&machine, &from.collect::<Vec<_>>()))
                 };
                 let session_of = |moved: &Machine| {
                     Session::new(nominal, moved, settings()).with_unloaded_machine(machines.unloaded())
@@ -305,14 +306,14 @@ fn seated_play_is_a_machine_whose_joints_are_moved() {
 
 const PROGRAM: &str = "x_mm,y_mm,z_mm\n0,0,0\n20,0,0\n20,15,0\n0,0,0\n";
 
-fn proved(machine: &Machine, process: &str, asked: &Asked) -> Box<ProvedProgram> {
+fn verified(machine: &Machine, process: &str, asked: &CompensateOptions) -> Box<VerifiedProgram> {
     let process =
         Process::from_toml(&format!("schema = 1\n{process}"), "process", Folder::in_memory([]), machine).unwrap();
     let folder = Folder::in_memory([("path.csv".to_owned(), PROGRAM.as_bytes().to_vec())]);
     let file = process.program_in_folder(&folder, "path.csv").unwrap();
     let job = ProgramJob::new(process, file, "path.csv", &Work::default()).unwrap();
-    match job.compensate(asked, &mut InMemory, &Work::default()).unwrap() {
-        Compensated::Proved(proved) => proved,
+    match job.compensate(asked, &mut NoFiles, &Work::default()).unwrap() {
+        Compensated::Verified(verified) => verified,
         Compensated::Refused(refused) => panic!("{refused:?}"),
     }
 }
@@ -333,10 +334,10 @@ fn a_compensated_program_takes_the_play_back() {
     );
     for (text, process) in [(arm, arm_process), (hexapod, &hexapod_process)] {
         let machine = with_play(text);
-        let taken = proved(&machine, process, &Asked::by(Method::Direct));
-        let largest = |proved: &ProvedProgram| proved.passes.last().unwrap().summary.max_mm.unwrap();
-        let bare = proved(&machine_from(text), process, &Asked::by(Method::None));
-        let with = proved(&machine, process, &Asked::by(Method::None));
+        let taken = verified(&machine, process, &CompensateOptions::by(Method::Direct));
+        let largest = |verified: &VerifiedProgram| verified.passes.last().unwrap().summary.max_mm.unwrap();
+        let bare = verified(&machine_from(text), process, &CompensateOptions::by(Method::None));
+        let with = verified(&machine, process, &CompensateOptions::by(Method::None));
         assert!(taken.takes_play_back && !with.takes_play_back);
         assert!(taken.worse_as_written().is_none(), "{:?}", taken.worse_as_written());
         assert!(largest(&taken) < 2.0 * taken.written.rounded_mm + 1e-6, "{}: {}", machine.name, largest(&taken));
@@ -352,7 +353,7 @@ fn the_first_screen_of_a_program_says_what_its_play_does() {
         std::fs::write(here.path().join(name), text).unwrap();
         here.path().join(name).display().to_string()
     };
-    let machine = write("lever.toml", &lever("backlash_mm = 0.02, friction_N = 100.0"));
+    let machine = write("lever.toml", &lever("backlash_mm = 0.04, friction_N = 100.0"));
     let process = write(
         "process.toml",
         &format!(

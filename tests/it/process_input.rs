@@ -84,7 +84,7 @@ fn every_key_arrives_in_the_program_s_units() {
     assert_eq!(process.placement.origin_mm, Vector3::new(1.0, -2.0, 3.0));
     assert_eq!(process.placement.roll_pitch_yaw.z, std::f64::consts::FRAC_PI_2);
     assert_eq!(process.placement.reference, PathReference::PlatformPoint);
-    let force = MillingForce { law: ForceLaw::Rotated, ..MillingForce::PAPER };
+    let force = MillingForce { law: ForceLaw::Rotated, ..MillingForce::KLIMCHIK_GROOVE };
     assert_eq!(process.cutting, CuttingLaw::PathFrame(PathFrame { force }));
     assert_eq!(process.errors[0], Default::default());
     assert_eq!(process.errors[1].end.linear, Vector3::new(0.1, 0.2, 0.3));

@@ -8,7 +8,7 @@ use kinetostat::{
     process::{Process, file::WRITE_TOLERANCE_MM},
     products::program::{CorrectedPath, Part, ProgramAsWritten, ProgramJob, WrittenCalls, report},
     toolpath::{
-        blocks::{Blocks, BlocksBeforeAfter, Spread},
+        blocks::{Blocks, BlocksBeforeAfter, Percentiles},
         gcode::GcodeProgram,
     },
     work::Work,
@@ -202,11 +202,11 @@ fn the_force_goes_over_evenly_from_one_move_to_the_next() {
 
 #[test]
 fn percentiles_are_values() {
-    let spread = |values: &[f64]| Spread::of(values.to_vec());
+    let spread = |values: &[f64]| Percentiles::of(values.to_vec());
     assert_eq!(spread(&[]), None);
-    assert_eq!(spread(&[2.0]), Some(Spread { p50: 2.0, p95: 2.0, max: 2.0 }));
+    assert_eq!(spread(&[2.0]), Some(Percentiles { p50: 2.0, p95: 2.0, max: 2.0 }));
     let hundred: Vec<f64> = (1..=100).rev().map(f64::from).collect();
-    assert_eq!(spread(&hundred), Some(Spread { p50: 50.0, p95: 95.0, max: 100.0 }));
+    assert_eq!(spread(&hundred), Some(Percentiles { p50: 50.0, p95: 95.0, max: 100.0 }));
 }
 
 #[test]
@@ -214,14 +214,14 @@ fn a_square_turns_by_right_angles_at_the_rate_of_its_sides() {
     let program = "G21 G90\nG0 X0 Y0 Z0\nG1 X10 F600\nY10\nX0\nY0 F1200\nG0 Z5\n";
     let blocks = Blocks::of(&GcodeProgram::parse(program, "square.nc", &Default::default()).unwrap()).unwrap();
     assert_eq!((blocks.lines, blocks.moves), (7, 4));
-    assert_eq!(blocks.per_second, Some(Spread { p50: 1.0, p95: 2.0, max: 2.0 }));
+    assert_eq!(blocks.per_second, Some(Percentiles { p50: 1.0, p95: 2.0, max: 2.0 }));
     let turns = blocks.turns_deg.unwrap();
     assert!((turns.p50 - 90.0).abs() < 1e-9 && (turns.max - 90.0).abs() < 1e-9, "{turns:?}");
 }
 
 #[test]
 fn what_blocks_ask_of_a_control_is_told_in_three_digits() {
-    let spread = |[p50, p95, max]: [f64; 3]| Some(Spread { p50, p95, max });
+    let spread = |[p50, p95, max]: [f64; 3]| Some(Percentiles { p50, p95, max });
     let of = |per_second, turns_deg| Blocks {
         lines: 1,
         moves: 1,

@@ -15,7 +15,7 @@ use kinetostat::{
     simulation::LoadCase,
     spatial::{Grid, Pose, Twist, Wrench, rotation_log},
     statics::{
-        Outcome, Settings, Solution, State, Status, Workspace, aggregate_errors, equilibrium, unloaded_stiffness,
+        Outcome, Scratch, Settings, Solution, State, Status, aggregate_errors, equilibrium, unloaded_stiffness,
         wrench_at_pose,
     },
     work::Work,
@@ -107,14 +107,14 @@ fn check_findings(machine: &Machine) {
 
 /// Equilibria at `at` under the trial's load and errors; whether all are solved, and the largest number of load steps.
 fn check_equilibrium(machine: &Machine, trial: &Trial, at: &Configuration) -> (bool, usize) {
-    let real = machine.with_errors(&trial.chain_errors(machine));
-    let mut workspace = Workspace::new(machine);
+    let actual = machine.with_errors(&trial.chain_errors(machine));
+    let mut scratch = Scratch::new(machine);
     let (mut solved, mut load_steps) = (true, 0);
-    for (answering, load) in [(machine, trial.load()), (&real, Wrench::zero()), (&real, trial.load())] {
+    for (answering, load) in [(machine, trial.load()), (&actual, Wrench::zero()), (&actual, trial.load())] {
         let start = State::rigid(machine, at);
         let mut state = start.clone();
         let settings = Settings::default();
-        let outcome = equilibrium(answering, &at.drives, &load, &mut state, &mut workspace, &settings);
+        let outcome = equilibrium(answering, &at.drives, &load, &mut state, &mut scratch, &settings);
         finite_state("equilibrium", &state);
         finite_outcome("equilibrium", &outcome);
         load_steps = load_steps.max(outcome.load_steps);
@@ -141,7 +141,7 @@ fn check_equilibrium(machine: &Machine, trial: &Trial, at: &Configuration) -> (b
             );
         }
         assert_eq!(outcome.status.reason(machine).is_empty(), is_solved, "{:?}", outcome.status);
-        let solution = Solution::new(answering, &at.drives, &state, &outcome, &mut workspace);
+        let solution = Solution::new(answering, &at.drives, &state, &outcome, &mut scratch);
         finite("drive forces", &solution.drive_forces());
         finite("stability", solution.stability.iter());
         finite(
@@ -156,13 +156,13 @@ fn check_equilibrium(machine: &Machine, trial: &Trial, at: &Configuration) -> (b
         );
         solved &= is_solved;
     }
-    finite("unloaded stiffness", unloaded_stiffness(machine, at, &mut workspace).iter().flat_map(|k| k.iter()));
-    if let Some(moved) = aggregate_errors(machine, &real, at, &mut workspace) {
+    finite("unloaded stiffness", unloaded_stiffness(machine, at, &mut scratch).iter().flat_map(|k| k.iter()));
+    if let Some(moved) = aggregate_errors(machine, &actual, at, &mut scratch) {
         finite("aggregated errors", moved.to_vector().iter());
     }
     let mut state = State::rigid(machine, at);
     let pose = Pose { translation: at.pose.translation.add_scalar(0.1), ..at.pose };
-    if let Some(held) = wrench_at_pose(machine, &at.drives, &pose, &mut state, &mut workspace, &Settings::default()) {
+    if let Some(held) = wrench_at_pose(machine, &at.drives, &pose, &mut state, &mut scratch, &Settings::default()) {
         finite(
             "wrench at pose",
             held.wrench.to_array().iter().chain(held.stiffness.iter()).chain(held.drive_wrench.iter()),
@@ -195,9 +195,9 @@ fn check_condensation(machine: &Machine, trial: &Trial, at: &Configuration) -> b
     }
     let settings = Settings { tolerance: 1e-13, max_iterations: 20 };
     let load = trial.load().scale(0.1);
-    let [condensed, uncondensed] = [Workspace::new(machine), Workspace::uncondensed(machine)].map(|mut workspace| {
+    let [condensed, uncondensed] = [Scratch::new(machine), Scratch::uncondensed(machine)].map(|mut scratch| {
         let mut state = start.clone();
-        let outcome = equilibrium(machine, &at.drives, &load, &mut state, &mut workspace, &settings);
+        let outcome = equilibrium(machine, &at.drives, &load, &mut state, &mut scratch, &settings);
         (state, outcome)
     });
     let ((state, got), (expected_state, expected)) = (condensed, uncondensed);
@@ -214,7 +214,7 @@ fn check_condensation(machine: &Machine, trial: &Trial, at: &Configuration) -> b
     let (moved, expected_moved) = (twist(&at.pose, &state.pose), twist(&at.pose, &expected_state.pose));
     let difference = (&moved - &expected_moved).amax();
     assert!(difference <= 1e-7 * moved.amax() + 1e-9 * machine.characteristic_length, "{moved} {expected_moved}");
-    let mut workspace = Workspace::new(machine);
+    let mut scratch = Scratch::new(machine);
     let mut difference = |load_step: Wrench, drive_step: (usize, f64)| {
         let ends = [1.0, -1.0].map(|sign| {
             let mut loaded = load.to_vector();
@@ -223,7 +223,7 @@ fn check_condensation(machine: &Machine, trial: &Trial, at: &Configuration) -> b
             drives[drive_step.0] += drive_step.1 * sign;
             let mut end = state.clone();
             let outcome =
-                equilibrium(machine, &drives, &Wrench::from_vector(&loaded), &mut end, &mut workspace, &settings);
+                equilibrium(machine, &drives, &Wrench::from_vector(&loaded), &mut end, &mut scratch, &settings);
             outcome.is_equilibrium().then_some(end.pose)
         });
         let [Some(after), Some(before)] = ends else { return None };
@@ -252,11 +252,11 @@ fn check_condensation(machine: &Machine, trial: &Trial, at: &Configuration) -> b
 }
 
 fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
-    let real = machine.with_errors(&trial.chain_errors(machine));
+    let actual = machine.with_errors(&trial.chain_errors(machine));
     // Where the nominal machine rests under its weight and springs.
     let mut rest = State::rigid(machine, at);
     let settings = Settings::default();
-    let at_rest = equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, &mut Workspace::new(machine), &settings);
+    let at_rest = equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, &mut Scratch::new(machine), &settings);
     let wanted = Some(if machine.own_load_words().is_some() { rest.pose } else { at.pose });
     for target in [Target::ToolTip, Target::FullPose] {
         let own = TaskPoint::new(at.pose, trial.load(), target);
@@ -273,7 +273,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
                 max_iterations: 30,
                 ..compensation::CompensationSettings::default()
             };
-            let mut session = Session::new(machine, &real, settings);
+            let mut session = Session::new(machine, &actual, settings);
             let done = compensate(&mut session, &task, method);
             finite(&method.label(), done.drives.iter().chain(&done.drive_forces));
             finite(&method.label(), done.position_error.iter().chain(done.residual_rotation.iter()));
@@ -288,7 +288,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
                     method.label(),
                     done.history
                 );
-                assert_balanced(&real, &done.drives, &task.load, session.state());
+                assert_balanced(&actual, &done.drives, &task.load, session.state());
             }
         }
     }
@@ -300,7 +300,7 @@ fn check_map(machine: &Machine, trial: &Trial) {
         force_of_turn: String::new(),
         machine: machine.clone(),
         errors: trial.chain_errors(machine),
-        force: MillingForce::PAPER,
+        force: MillingForce::KLIMCHIK_GROOVE,
         tolerance_mm: None,
         phis: vec![0.0, 2.0],
         target: Target::ToolTip,

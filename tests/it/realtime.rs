@@ -9,7 +9,7 @@ use kinetostat::{
     products::realtime::{Domain, MANIFEST, Question, Realtime, Start, files, generate, write},
     simulation::{Machines, Source},
     spatial::Wrench,
-    statics::{Settings, State, Workspace, equilibrium},
+    statics::{Scratch, Settings, State, equilibrium},
 };
 use nalgebra::Vector3;
 
@@ -65,16 +65,16 @@ fn asked(domain: Domain) -> impl Iterator<Item = ([f64; 3], [f64; 6])> {
 
 /// Where the tool tip stands with these drives, by the engine, from where the rigid machine is.
 fn tip(realtime: &Realtime, position: &[f64; 3], wrench: &[f64; 6], drives: &[f64; 3]) -> Vector3<f64> {
-    let Machines { nominal, real, .. } = &realtime.question.machines;
+    let Machines { nominal, actual, .. } = &realtime.question.machines;
     let lever = nominal.home.pose.rotation * nominal.tool_tip;
     let at = nominal.inverse_kinematics(&nominal.pose_at(Vector3::from(*position) - lever)).unwrap();
     let own = Wrench::new(*wrench);
     let load = Wrench { force: own.force, moment: own.moment + lever.cross(&own.force) };
     let mut state = State::rigid(nominal, &at);
     let settings = Settings { tolerance: 1e-13, ..Settings::default() };
-    let outcome = equilibrium(real, drives, &load, &mut state, &mut Workspace::new(real), &settings);
+    let outcome = equilibrium(actual, drives, &load, &mut state, &mut Scratch::new(actual), &settings);
     assert!(outcome.is_equilibrium(), "{:?}", outcome.status);
-    state.pose.transform(real.tool_tip)
+    state.pose.transform(actual.tool_tip)
 }
 
 #[test]

@@ -35,9 +35,9 @@ fn places() -> [Vector3<f64>; 3] {
     [Vector3::new(1705.5, -342.81, 885.67), Vector3::new(1401.77, 106.51, 1070.08), Vector3::new(1650.0, 550.0, 750.0)]
 }
 
-/// Squared length of the drives' way from home, hinges at the reach.
+/// Squared length of the drives' way from home, revolute joints at the reach.
 fn way(machine: &Machine, drives: &[f64]) -> f64 {
-    let unit = |is_hinge: bool| if is_hinge { machine.characteristic_length } else { 1.0 };
+    let unit = |is_revolute: bool| if is_revolute { machine.characteristic_length } else { 1.0 };
     let terms = machine.drives().zip(drives).zip(&machine.home.drives).map(|(((_, drive), rho), home)| {
         ((rho - home) * unit(drive.motion == kinetostat::machine::Motion::Revolute)).powi(2)
     });
@@ -170,7 +170,7 @@ fn the_loaded_arm_on_its_rail_gives_way_as_its_compliance_says() {
 #[test]
 fn every_method_puts_the_tool_of_a_redundant_machine_right_by_the_same_command() {
     for (machine, _) in machines() {
-        let real = machine.with_errors(&machine.assembly_errors(&[0.05]));
+        let actual = machine.with_errors(&machine.assembly_errors(&[0.05]));
         for target in [Target::ToolTip, Target::PlatformPoint, Target::FullPose] {
             for position in places() {
                 let pose = machine.inverse_kinematics(&machine.pose_at(position)).unwrap().pose;
@@ -185,7 +185,7 @@ fn every_method_puts_the_tool_of_a_redundant_machine_right_by_the_same_command()
                     Method::MatrixFree { alpha: 1.0 },
                     Method::Procedure { alpha: 1.0 },
                 ] {
-                    let mut session = Session::new(&machine, &real, settings);
+                    let mut session = Session::new(&machine, &actual, settings);
                     let done = compensate(&mut session, &task, method);
                     let case = format!("{:?}, {target:?}, {}: {:?}", machine.controls, method.label(), done.status);
                     assert!(
@@ -208,17 +208,17 @@ fn every_method_puts_the_tool_of_a_redundant_machine_right_by_the_same_command()
 #[test]
 fn corrections_of_a_redundant_machine_do_not_depend_on_the_path_before() {
     for (machine, _) in machines() {
-        let real = machine.with_errors(&machine.assembly_errors(&[0.05]));
+        let actual = machine.with_errors(&machine.assembly_errors(&[0.05]));
         let task = |x: f64| {
             let pose =
                 machine.inverse_kinematics(&machine.pose_at(Vector3::new(1500.0 + x, 200.0, 950.0))).unwrap().pose;
             TaskPoint::new(pose, Wrench::new([500.0, 300.0, -200.0, 0.0, 0.0, 0.0]), Target::ToolTip)
         };
         let settings = compensation::CompensationSettings { tolerance: 1e-12, ..Default::default() };
-        let mut session = Session::new(&machine, &real, settings);
+        let mut session = Session::new(&machine, &actual, settings);
         let along: Vec<Vec<f64>> =
             (0..=10).map(|k| compensate(&mut session, &task(5.0 * f64::from(k)), Method::Direct).drives).collect();
-        let alone = compensate(&mut Session::new(&machine, &real, settings), &task(50.0), Method::Direct);
+        let alone = compensate(&mut Session::new(&machine, &actual, settings), &task(50.0), Method::Direct);
         assert!(alone.status.is_success());
         for (a, b) in along[10].iter().zip(&alone.drives) {
             assert!((a - b).abs() < 1e-7, "{:?}: {a} along the path, {b} alone", machine.controls);
@@ -229,7 +229,7 @@ fn corrections_of_a_redundant_machine_do_not_depend_on_the_path_before() {
 #[test]
 fn a_whole_path_of_a_redundant_machine_is_corrected_within_limits() {
     for (machine, _) in machines() {
-        let real = machine.with_errors(&machine.assembly_errors(&[0.02]));
+        let actual = machine.with_errors(&machine.assembly_errors(&[0.02]));
         let tasks: Vec<TaskPoint> = (0..12)
             .map(|k| {
                 let pose = machine.pose_at(Vector3::new(1500.0 + 5.0 * f64::from(k), 200.0, 950.0));
@@ -239,7 +239,7 @@ fn a_whole_path_of_a_redundant_machine_is_corrected_within_limits() {
             .collect();
         let mut largest = vec![1e-9f64; machine.drive_count()];
         for task in &tasks {
-            let mut session = Session::new(&machine, &real, compensation::CompensationSettings::default());
+            let mut session = Session::new(&machine, &actual, compensation::CompensationSettings::default());
             let done = compensate(&mut session, task, Method::Direct);
             let nominal = machine.inverse_kinematics(&task.pose).unwrap();
             for (most, (rho, nominal)) in largest.iter_mut().zip(done.drives.iter().zip(&nominal.drives)) {
@@ -253,7 +253,7 @@ fn a_whole_path_of_a_redundant_machine_is_corrected_within_limits() {
         let worst = |limits: &Limits| {
             let path = compensate_bounded(
                 &machine,
-                &real,
+                &actual,
                 &tasks,
                 limits,
                 compensation::ErrorNorm::Rms,
@@ -292,7 +292,7 @@ fn a_square_machine_has_the_drive_jacobian_of_finite_differences_and_a_redundant
         let turn = at.pose.rotation.transpose() * motion.fixed_rows::<3>(3);
         forward.fixed_view_mut::<3, 1>(3, d).copy_from(&turn);
     }
-    // Weighted pseudo-inverse: hinges in mm at the reach.
+    // Weighted pseudo-inverse: revolute joints in mm at the reach.
     let mut weighted = forward.clone();
     weighted.columns_mut(1, 6).scale_mut(1.0 / machine.characteristic_length);
     let mut expected = weighted.transpose() * (&weighted * weighted.transpose()).try_inverse().unwrap();

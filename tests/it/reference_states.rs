@@ -5,14 +5,14 @@ use kinetostat::{
     compensation::{CompensationSettings, CompensationStatus, Method, Session, Target, TaskPoint, compensate},
     machine::{ChainError, Configuration, Machine},
     spatial::{Wrench, rotation_log},
-    statics::{Outcome, Settings, Solution, State, Status, Workspace, equilibrium, unloaded_stiffness},
+    statics::{Outcome, Scratch, Settings, Solution, State, Status, equilibrium, unloaded_stiffness},
 };
 use nalgebra::{Matrix6, Vector3};
 use serde_json::Value;
 
 struct Case {
     nominal: Machine,
-    real: Machine,
+    actual: Machine,
     at: Configuration,
     load: Wrench,
     json: Value,
@@ -38,7 +38,7 @@ impl Case {
         let position = Vector3::from_vec(numbers(&json["position_mm"]));
         Case {
             nominal: nominal.clone(),
-            real: nominal.with_errors(&errors),
+            actual: nominal.with_errors(&errors),
             at: nominal.inverse_kinematics(&nominal.pose_at(position)).unwrap(),
             load: Wrench::new(numbers(&json["wrench_N_Nmm"]).try_into().unwrap()),
             json: json.clone(),
@@ -49,10 +49,10 @@ impl Case {
         format!("{} at {}, phi {}", self.nominal.name, self.json["position_mm"], self.json["phi_deg"])
     }
 
-    fn solve(&self, workspace: &mut Workspace) -> (State, Outcome) {
+    fn solve(&self, scratch: &mut Scratch) -> (State, Outcome) {
         let mut state = State::rigid(&self.nominal, &self.at);
         let settings = Settings { tolerance: 1e-13, ..Settings::default() };
-        let outcome = equilibrium(&self.real, &self.at.drives, &self.load, &mut state, workspace, &settings);
+        let outcome = equilibrium(&self.actual, &self.at.drives, &self.load, &mut state, scratch, &settings);
         assert_eq!(outcome.status, Status::Solved, "{}", self.label());
         (state, outcome)
     }
@@ -80,9 +80,9 @@ const MACHINES: [&str; 6] = ["orthoglide", "tripteron", "delta_3puu", "delta_3pr
 fn equilibria_are_met() {
     for machine in MACHINES {
         for case in Case::all(machine) {
-            let mut workspace = Workspace::new(&case.real);
-            let (state, outcome) = case.solve(&mut workspace);
-            let solution = Solution::new(&case.real, &case.at.drives, &state, &outcome, &mut workspace);
+            let mut scratch = Scratch::new(&case.actual);
+            let (state, outcome) = case.solve(&mut scratch);
+            let solution = Solution::new(&case.actual, &case.at.drives, &state, &outcome, &mut scratch);
             let [nominal, force] = match machine {
                 "rotary_delta" => ["rho_nominal_rad", "actuator_torque_Nmm"],
                 _ => ["rho_nominal_mm", "actuator_force_N"],
@@ -101,7 +101,7 @@ fn equilibria_are_met() {
 #[test]
 fn tool_displacement_is_met() {
     for case in MACHINES.iter().filter(|name| **name != "tripteron").flat_map(|name| Case::all(name)) {
-        let (state, _) = case.solve(&mut Workspace::new(&case.real));
+        let (state, _) = case.solve(&mut Scratch::new(&case.actual));
         let shift = case.nominal.tool_displacement(&case.at.pose, &state.pose);
         case.expect("tool_displacement_mm", shift.as_slice(), Within::Absolute(1e-8));
     }
@@ -119,11 +119,11 @@ fn tripteron_stands_in_the_reference_assembly_mode() {
 fn stiffness_is_met() {
     for machine in MACHINES {
         for case in Case::all(machine) {
-            let mut workspace = Workspace::new(&case.nominal);
-            let unloaded = unloaded_stiffness(&case.nominal, &case.at, &mut workspace).unwrap();
+            let mut scratch = Scratch::new(&case.nominal);
+            let unloaded = unloaded_stiffness(&case.nominal, &case.at, &mut scratch).unwrap();
             case.expect("stiffness_unloaded", &rows(&unloaded), Within::Stiffness(1e-9));
             if case.json.get("stiffness_loaded").is_some() {
-                let (_, outcome) = case.solve(&mut workspace);
+                let (_, outcome) = case.solve(&mut scratch);
                 case.expect("stiffness_loaded", &rows(&outcome.stiffness.unwrap()), Within::Stiffness(1e-5));
             }
         }
@@ -133,7 +133,7 @@ fn stiffness_is_met() {
 #[test]
 fn compensated_drives_are_met() {
     for case in Case::all("orthoglide") {
-        let mut session = Session::new(&case.nominal, &case.real, CompensationSettings::default());
+        let mut session = Session::new(&case.nominal, &case.actual, CompensationSettings::default());
         let task = TaskPoint::new(case.at.pose, case.load, Target::ToolTip);
         let done = compensate(&mut session, &task, Method::Direct);
         assert_eq!(done.status, CompensationStatus::Converged, "{}: error {:e} mm", case.label(), done.task_error());

@@ -89,7 +89,7 @@ fn data(page: &str) -> Value {
 #[test]
 fn a_page_is_one_file_and_is_made_again_byte_for_byte() {
     let folder = tempfile::tempdir().unwrap();
-    let out = map(folder.path(), "map", "printed", "3", true);
+    let out = map(folder.path(), "map", "paper_eq17", "3", true);
     let html = page(&out);
     let body = body(&html);
     assert!(html.contains("default-src 'none'"), "the page forbids itself the network");
@@ -123,7 +123,7 @@ fn a_page_is_one_file_and_is_made_again_byte_for_byte() {
 #[test]
 fn what_a_user_wrote_is_text() {
     let folder = tempfile::tempdir().unwrap();
-    let out = map(folder.path(), "map", "printed", "1", false);
+    let out = map(folder.path(), "map", "paper_eq17", "1", false);
     let html = page(&out);
     assert!(!html.contains("<script>alert") && !html.contains("<img src=x"), "the question is markup");
     assert!(html.contains("1 &lt; 2 &amp; &quot;safe&quot;"), "the question is not shown");
@@ -146,7 +146,7 @@ fn what_a_user_wrote_is_text() {
 #[test]
 fn a_page_without_figures_still_shows_the_machine() {
     let folder = tempfile::tempdir().unwrap();
-    let out = map(folder.path(), "map", "printed", "2", false);
+    let out = map(folder.path(), "map", "paper_eq17", "2", false);
     assert_eq!(body(&page(&out)).matches("<img ").count(), 1);
     assert!(!out.join("machine_at_home.svg").exists());
 }
@@ -286,7 +286,7 @@ fn enlarge(out: &Path, n: usize) {
     let mut rows = header + "\n";
     for node in 0..n.pow(3) {
         let place = [node % n, node / n % n, node / (n * n)].map(|i| i as f64 * 5.0 - 73.65);
-        for (s, source) in ["cutting", "errors", "all"].iter().enumerate() {
+        for (s, source) in ["cutting", "geometry", "all"].iter().enumerate() {
             write!(rows, "{},{},{},{source},solved,,solved,", place[0], place[1], place[2]).unwrap();
             for column in 8..columns {
                 write!(rows, ",{}", ((node * (s + 1)) as f64 * 0.001 + column as f64).sin()).unwrap();
@@ -300,7 +300,7 @@ fn enlarge(out: &Path, n: usize) {
 #[test]
 fn fifty_thousand_points_make_a_page_below_fifteen_megabytes() {
     let folder = tempfile::tempdir().unwrap();
-    let out = map(folder.path(), "map", "printed", "2", true);
+    let out = map(folder.path(), "map", "paper_eq17", "2", true);
     enlarge(&out, 37);
     done(&["report", text(&out)]);
     let html = page(&out);
@@ -322,7 +322,7 @@ fn deflection(folder: &Path, which: &str) -> f64 {
 #[test]
 fn two_maps_are_compared_node_by_node() {
     let folder = tempfile::tempdir().unwrap();
-    let printed = map(folder.path(), "printed", "printed", "3", false);
+    let printed = map(folder.path(), "printed", "paper_eq17", "3", false);
     let rotated = map(folder.path(), "rotated", "rotated", "3", false);
     let out = folder.path().join("comparison.html");
     done(&["report", text(&printed), text(&rotated), "--out", text(&out)]);
@@ -330,7 +330,7 @@ fn two_maps_are_compared_node_by_node() {
     let body = body(&html);
     for expected in [
         "printed, rotated compared",
-        "law of path frame: printed in A, rotated in B",
+        "law of path frame: paper_eq17 in A, rotated in B",
         "side by side over 27 grid points",
         "Who is better where",
         "B against A",
@@ -361,7 +361,7 @@ fn two_maps_are_compared_node_by_node() {
 #[test]
 fn a_result_compared_with_itself_is_the_same_everywhere() {
     let folder = tempfile::tempdir().unwrap();
-    let out = map(folder.path(), "map", "printed", "2", false);
+    let out = map(folder.path(), "map", "paper_eq17", "2", false);
     let page = folder.path().join("page.html");
     done(&["report", text(&out), text(&out), "--out", text(&page)]);
     let body = body(&fs::read_to_string(&page).unwrap());
@@ -374,13 +374,13 @@ fn a_result_compared_with_itself_is_the_same_everywhere() {
 #[test]
 fn maps_over_other_nodes_are_compared_as_far_as_they_can_be() {
     let folder = tempfile::tempdir().unwrap();
-    let coarse = map(folder.path(), "coarse", "printed", "2", false);
+    let coarse = map(folder.path(), "coarse", "paper_eq17", "2", false);
     let page = folder.path().join("page.html");
     let compare = |other: &Path| {
         done(&["report", text(&coarse), text(other), "--out", text(&page)]);
         body(&fs::read_to_string(&page).unwrap())
     };
-    let finer = map(folder.path(), "finer", "printed", "3", false);
+    let finer = map(folder.path(), "finer", "paper_eq17", "3", false);
     let found = compare(&finer);
     assert!(
         found.contains("The results have 8 and 27 grid points, 8 of them in common: smallest, mean"),
@@ -396,7 +396,7 @@ fn maps_over_other_nodes_are_compared_as_far_as_they_can_be() {
     assert!(own < 0.9 * shared, "{own} {shared}");
     let sort = |value: f64| format!("data-sort=\"{value}\"");
     assert!(found.contains(&sort(shared)) && !found.contains(&sort(own)));
-    let single = map(folder.path(), "single", "printed", "1", false);
+    let single = map(folder.path(), "single", "paper_eq17", "1", false);
     let found = compare(&single);
     assert!(
         found.contains("The results have 8 and 1 grid points and none in common: their numbers are not compared"),
@@ -425,7 +425,7 @@ fn curves_of_other_points_have_extremes_over_all_of_their_own() {
 #[test]
 fn what_is_no_result_or_of_another_kind_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let out = map(folder.path(), "map", "printed", "1", false);
+    let out = map(folder.path(), "map", "paper_eq17", "1", false);
     let nowhere = folder.path().join("nowhere");
     assert!(refused(&["report", text(&nowhere)]).contains("nowhere: is not a folder; expected a result folder"));
     assert!(refused(&["report", text(folder.path())]).contains("has no report.json; expected a result folder"));
@@ -463,7 +463,7 @@ fn what_is_no_result_or_of_another_kind_is_refused() {
 #[test]
 fn results_of_two_runs_are_not_one_page() {
     let folder = tempfile::tempdir().unwrap();
-    let out = map(folder.path(), "map", "printed", "1", false);
+    let out = map(folder.path(), "map", "paper_eq17", "1", false);
     let manifest = || fs::read_to_string(out.join("manifest.json")).unwrap();
     assert!(!manifest().contains("publishing"), "of a run that ended");
     // As a run leaves it that is cut short between its tables and its summary.
@@ -481,7 +481,7 @@ fn results_of_two_runs_are_not_one_page() {
 #[test]
 fn what_differs_is_told_key_by_key_and_held_against_a_tolerance() {
     let folder = tempfile::tempdir().unwrap();
-    let short = map(folder.path(), "short", "printed", "2", false);
+    let short = map(folder.path(), "short", "paper_eq17", "2", false);
     // The same study of the same machine with a longer tool.
     let study = folder.path().join("studies/short/study.toml");
     let machine = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/engine/src/machine/catalogue/orthoglide.toml");

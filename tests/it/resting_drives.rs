@@ -90,7 +90,7 @@ fn pass(job: &ProgramJob, method: Method) -> Vec<(PathPoint, PathPointResult)> {
     all
 }
 
-/// Errors without correction, and the slides X, Y and Z with it, are those of another machine.
+/// Errors without correction, and the prismatic joints X, Y and Z with it, are those of another machine.
 fn is_as(job_of: &ProgramJob, slides: [usize; 3], other: &ProgramJob) {
     for method in [Method::None, Method::Direct] {
         let (own, others) = (pass(job_of, method), pass(other, method));

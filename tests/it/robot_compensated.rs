@@ -9,7 +9,7 @@ use kinetostat::{
     machine::Machine,
     process::Process,
     products::program::{
-        Asked, CorrectedPath, Part, ProgramAsWritten, ProgramJob,
+        CompensateOptions, CorrectedPath, Part, ProgramAsWritten, ProgramJob,
         files::{ProgramFiles, ProgramOutcome, compensate_into},
     },
     toolpath::{Orientation, ProgramFile, polyline::Polyline},
@@ -95,7 +95,7 @@ fn files_of_a_program_tell_of_each_source() {
     let here = tempfile::tempdir().unwrap();
     let out = ProgramFiles::prepare(&here.path().join("part.src"), Foreign::Kept).unwrap();
     let work = Work::new(None, Arc::default(), Box::new(|_| ()));
-    let left = compensate_into(job, &Asked::by(Method::Direct), &out, "part.src", &work).unwrap();
+    let left = compensate_into(job, &CompensateOptions::by(Method::Direct), &out, "part.src", &work).unwrap();
     assert!(matches!(left, ProgramOutcome::Written(_)));
     let points = std::fs::read_to_string(here.path().join("part.src.points.csv")).unwrap();
     let head: Vec<&str> = points.lines().next().unwrap().split(',').collect();
@@ -125,15 +125,15 @@ fn the_tool_is_turned_back_where_the_full_pose_is_compensated() {
     ] {
         let more = if files[0].0 == "part.nc" { rotary } else { "" };
         let (job, written) = compensated(process(&format!("{FULL_POSE}{more}")), files);
-        let proof = job
-            .prove("as written".into(), &written, &Asked::by(Method::Direct), &Work::default(), |_| Ok(()))
+        let verification = job
+            .verify("as written".into(), &written, &CompensateOptions::by(Method::Direct), &Work::default(), |_| Ok(()))
             .unwrap()
             .passes;
-        let [none, proved] = &proof[..] else { panic!("{proof:?}") };
+        let [none, verified] = &verification[..] else { panic!("{verification:?}") };
         let before = none.summary.max_residual_rotation.unwrap().to_degrees();
-        let after = proved.summary.max_residual_rotation.unwrap().to_degrees();
+        let after = verified.summary.max_residual_rotation.unwrap().to_degrees();
         assert!(before > 0.03, "{}: {before}", files[0].0);
-        assert!(proved.summary.max_mm.unwrap() < 0.02, "{}: {:?}", files[0].0, proved.summary.max_mm);
+        assert!(verified.summary.max_mm.unwrap() < 0.02, "{}: {:?}", files[0].0, verified.summary.max_mm);
         // The tool's axis alone leaves the turn about it.
         left.push((files[0].0, before, after));
     }

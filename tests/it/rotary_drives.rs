@@ -51,7 +51,7 @@ chain = "mill"
     )
 }
 
-/// A mill of three slides over a trunnion table, A before C, whose axes meet in the origin.
+/// A mill of three prismatic joints over a trunnion table, A before C, whose axes meet in the origin.
 fn table() -> Machine {
     machine_from(
         r#"schema = 1
@@ -135,8 +135,8 @@ fn turn(axis: Vector3<f64>, angle: f64) -> Matrix3<f64> {
     *Rotation3::new(axis * angle).matrix()
 }
 
-/// Displacement by `force` at `at`, by hinges of axes through `through`: their directions and stiffnesses.
-fn hinges(
+/// Displacement by `force` at `at`, by revolute joints of axes through `through`: their directions and stiffnesses.
+fn revolute(
     at: Vector3<f64>,
     through: Vector3<f64>,
     axes: [(Vector3<f64>, f64); 2],
@@ -168,7 +168,7 @@ fn a_fork_head_stands_as_the_program_says_and_its_slides_put_the_tip_right() {
             assert!((Vector3::new(drives[0], drives[1], drives[2]) - pivot).norm() < 1e-8, "{drives:?} {pivot:?}");
             let slides = at.force.component_div(&Vector3::new(2e3, 3e3, 4e3));
             let axes = [(Vector3::z(), 5e8), (of_c * Vector3::x(), 2e8)];
-            let expected = slides + hinges(tip, pivot, axes, at.force);
+            let expected = slides + revolute(tip, pivot, axes, at.force);
             let found = at.answer.position_error;
             assert!((found - expected).norm() < 3e-3 * expected.norm() + 1e-9, "{found:?} {expected:?}");
             most = most.max(found.norm());
@@ -254,7 +254,7 @@ fn a_table_moves_the_part_as_the_program_says_and_bends_under_the_opposite_load(
         assert!((Vector3::new(drives[0], drives[1], drives[2]) - tip).norm() < 1e-8, "{drives:?} {tip:?}");
         let slides = at.force.component_div(&Vector3::new(1e3, 2e3, 4e3));
         let axes = [(Vector3::x(), 1.2e8), (of_a * Vector3::z(), 1.5e8)];
-        let expected = slides + hinges(tip, Vector3::zeros(), axes, at.force);
+        let expected = slides + revolute(tip, Vector3::zeros(), axes, at.force);
         let found = at.answer.position_error;
         assert!((found - expected).norm() < 3e-3 * expected.norm() + 1e-9, "{found:?} {expected:?}");
     }
@@ -357,7 +357,7 @@ fn the_pivot_of_a_head_is_that_of_the_point_that_the_path_leads() {
     let folder = Folder::in_memory([("part.nc".into(), program)]);
     let file = process.program_in_folder(&folder, "part.nc").unwrap();
     let job = ProgramJob::new(process, file, "part.nc", &Work::default()).unwrap();
-    // Without control of the tip the words are those of the slides, of P above its place with A at 0.
+    // Without control of the tip the words are those of the prismatic joints, of P above its place with A at 0.
     let last = pass(&job, Method::None).pop().unwrap().answer.nominal_drives;
     let expected = Vector3::from(ORIGIN) + Vector3::z() * 200.0;
     assert!((Vector3::new(last[0], last[1], last[2]) - expected).norm() < 1e-7, "{last:?} {expected:?}");

@@ -4,7 +4,7 @@ use crate::support::engine::*;
 use kinetostat::{
     machine::{ChainError, Configuration, Machine},
     spatial::Wrench,
-    statics::{Status, Workspace, aggregate_errors, unloaded_stiffness},
+    statics::{Scratch, Status, aggregate_errors, unloaded_stiffness},
 };
 use nalgebra::{Vector3, Vector6};
 
@@ -34,22 +34,22 @@ impl Sources {
     /// Motion of P by the load and the errors at the given scales.
     fn motion(&self, load_scale: f64, error_scale: f64) -> Vector6<f64> {
         let errors: Vec<ChainError> = self.errors.iter().map(|error| error.scale(error_scale)).collect();
-        let real = self.nominal.with_errors(&errors);
-        let (state, outcome) = settle(&real, &self.at, &self.load.scale(load_scale));
+        let actual = self.nominal.with_errors(&errors);
+        let (state, outcome) = settle(&actual, &self.at, &self.load.scale(load_scale));
         assert_eq!(outcome.status, Status::Solved, "{} at scales {load_scale}, {error_scale}", self.nominal.name);
         motion_between(&self.at.pose, &state.pose)
     }
 
     /// K_C⁻¹F plus the aggregated chain errors, eqs. (14), (15).
     fn linear_motion(&self, scale: f64) -> Vector6<f64> {
-        let mut workspace = Workspace::new(&self.nominal);
-        let stiffness = unloaded_stiffness(&self.nominal, &self.at, &mut workspace).unwrap();
+        let mut scratch = Scratch::new(&self.nominal);
+        let stiffness = unloaded_stiffness(&self.nominal, &self.at, &mut scratch).unwrap();
         let by_load = stiffness.lu().solve(&self.load.to_vector()).unwrap();
         // The aggregate itself is taken at a scale at which its own curvature does not show.
         let tiny = 1e-6;
         let errors: Vec<ChainError> = self.errors.iter().map(|error| error.scale(tiny)).collect();
-        let real = self.nominal.with_errors(&errors);
-        let by_errors = aggregate_errors(&self.nominal, &real, &self.at, &mut workspace).unwrap().to_vector() / tiny;
+        let actual = self.nominal.with_errors(&errors);
+        let by_errors = aggregate_errors(&self.nominal, &actual, &self.at, &mut scratch).unwrap().to_vector() / tiny;
         (by_load + by_errors) * scale
     }
 
@@ -113,7 +113,7 @@ fn aggregation_of_a_common_base_shift_moves_the_platform_by_it() {
             error
         })
         .collect();
-    let real = nominal.with_errors(&errors);
-    let moved = aggregate_errors(&nominal, &real, &nominal.home, &mut Workspace::new(&nominal)).unwrap();
+    let actual = nominal.with_errors(&errors);
+    let moved = aggregate_errors(&nominal, &actual, &nominal.home, &mut Scratch::new(&nominal)).unwrap();
     assert!((moved.linear - shift).norm() < 1e-12 && moved.angular.norm() < 1e-14, "{moved:?}");
 }

@@ -17,7 +17,7 @@ const TABLES: &str = r#"
 radial_force_N = 215.0
 tangential_force_N = -10.0
 axial_force_N = -25.0
-law = "printed"
+law = "paper_eq17"
 
 [[process.chain_error]]
 chain = "x"
@@ -40,7 +40,7 @@ const PROCESS: &str = r#"schema = 1
 radial_force_N = 215.0
 tangential_force_N = -10.0
 axial_force_N = -25.0
-law = "printed"
+law = "paper_eq17"
 
 [[chain_error]]
 chain = "x"

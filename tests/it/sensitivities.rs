@@ -8,7 +8,7 @@ use crate::support::{
 use kinetostat::{
     machine::{Configuration, Machine, catalogue},
     spatial::{Pose, Wrench},
-    statics::{Outcome, Sensitivities, Sensitivity, Settings, State, Status, Workspace, equilibrium, wrench_at_pose},
+    statics::{Outcome, Scratch, Sensitivities, Sensitivity, Settings, State, Status, equilibrium, wrench_at_pose},
 };
 use nalgebra::{Vector3, Vector6};
 use proptest::prelude::*;
@@ -16,24 +16,24 @@ use proptest::prelude::*;
 /// Solved until rounding stops it.
 fn exactly(machine: &Machine, at: &Configuration, load: &Wrench, state: &mut State) -> Outcome {
     let settings = Settings { tolerance: 1e-16, max_iterations: 20 };
-    equilibrium(machine, &at.drives, load, state, &mut Workspace::new(machine), &settings)
+    equilibrium(machine, &at.drives, load, state, &mut Scratch::new(machine), &settings)
 }
 
 fn sensitivities(machine: &Machine, at: &Configuration, load: &Wrench, names: &[&str]) -> (State, Vec<Sensitivity>) {
     let (state, outcome) = settle(machine, at, load);
     assert_eq!(outcome.status, Status::Solved, "{}", machine.name);
     let mut all = Sensitivities::new(machine, names).unwrap_or_else(|e| panic!("{}: {e}", machine.name));
-    let found = all.at(machine, &at.drives, &state, &|_| *load, &mut Workspace::new(machine));
+    let found = all.at(machine, &at.drives, &state, &|_| *load, &mut Scratch::new(machine));
     (state, found.expect("a platform that is held"))
 }
 
-/// A lever of 100 mm on a hinge of 2e6 N·mm/rad, pressed by a dead force across it: `k φ = F L cos φ`.
+/// A lever of 100 mm on a revolute joint of 2e6 N·mm/rad, pressed by a dead force across it: `k φ = F L cos φ`.
 #[test]
 fn a_lever_on_a_hinge_turns_as_its_formula_says() {
     let (length, stiffness, force) = (100.0, 2e6, 4000.0);
-    let hinge = r#"{ revolute_drive = { name = "hinge", axis = "z", stiffness_Nmm_per_rad = 2e6 } }"#;
+    let revolute = r#"{ revolute_drive = { name = "hinge", axis = "z", stiffness_Nmm_per_rad = 2e6 } }"#;
     let lever = r#"{ fixed = { name = "lever", translation_mm = [100.0, 0.0, 0.0] } }"#;
-    let machine = machine("lever", [length, 0.0, 0.0], r#""y""#, &[Leg::new("arm", &[hinge, lever], "")]);
+    let machine = machine("lever", [length, 0.0, 0.0], r#""y""#, &[Leg::new("arm", &[revolute, lever], "")]);
     let load = Wrench::new([0.0, force, 0.0, 0.0, 0.0, 0.0]);
     let names = ["arm.hinge.stiffness", "arm.lever.translation.x", "arm.lever.translation.y", "arm.hinge.offset"];
     let (state, found) = sensitivities(&machine, &machine.home, &load, &names);
@@ -69,7 +69,7 @@ fn the_tool_tip_moves_its_load_and_itself() {
     let (state, _) = settle(&robot, &at, &load(&robot));
     let names = ["platform.tool_tip.x", "platform.tool_tip.z"];
     let mut all = Sensitivities::new(&robot, &names).unwrap();
-    let found = all.at(&robot, &at.drives, &state, &load, &mut Workspace::new(&robot)).unwrap();
+    let found = all.at(&robot, &at.drives, &state, &load, &mut Scratch::new(&robot)).unwrap();
     for (variation, found) in all.variations().zip(found) {
         let mut expected = Vector3::zeros();
         for (beside, weight) in variation.machines.iter().zip(variation.weights()) {
@@ -113,7 +113,7 @@ fn check_against_solves(machine: &Machine, at: &Configuration, load: &Wrench, na
     }
     let displaced = size(machine, &motion_between(&at.pose, &state.pose));
     let mut all = Sensitivities::new(machine, names).unwrap();
-    let found = all.at(machine, &at.drives, &state, &|_| *load, &mut Workspace::new(machine)).unwrap();
+    let found = all.at(machine, &at.drives, &state, &|_| *load, &mut Scratch::new(machine)).unwrap();
     for (variation, found) in all.variations().zip(found) {
         let mut expected = Vector6::zeros();
         for (beside, weight) in variation.machines.iter().zip(variation.weights()) {
@@ -157,7 +157,7 @@ proptest! {
     ) {
         for name in catalogue::names() {
             let machine = catalogue_machine(name);
-            let Ok(at) = machine.command(position_in_box(&machine, 0.2, 0.8, share)) else { continue };
+            let Ok(at) = machine.inverse_kinematics_at(position_in_box(&machine, 0.2, 0.8, share)) else { continue };
             // Square bars have a kink, see above.
             let all: Vec<_> = machine.parameters().into_iter().filter(|p| !p.name.contains("bar_section")).collect();
             let names: Vec<String> = (0..5).map(|i| all[(pick * (7 * i + 1) + 31 * i) % all.len()].name.clone()).collect();
@@ -181,11 +181,11 @@ fn condensed_chains_answer_as_the_whole_system_does() {
         let (state, outcome) = settle(&machine, &machine.home, &load);
         assert_eq!(outcome.status, Status::Solved, "{name}");
         let mut all = Sensitivities::new(&machine, &names).unwrap();
-        let mut answer = |mut workspace: Workspace| {
-            all.at(&machine, &machine.home.drives, &state, &|_| load, &mut workspace).expect("held")
+        let mut answer = |mut scratch: Scratch| {
+            all.at(&machine, &machine.home.drives, &state, &|_| load, &mut scratch).expect("held")
         };
-        let condensed = answer(Workspace::new(&machine));
-        let whole = answer(Workspace::uncondensed(&machine));
+        let condensed = answer(Scratch::new(&machine));
+        let whole = answer(Scratch::uncondensed(&machine));
         for ((name, one), other) in names.iter().zip(condensed).zip(whole) {
             let off = size(&machine, &(one.twist - other.twist));
             let allowed = 1e-6 * size(&machine, &other.twist) + 1e-9;
@@ -218,10 +218,10 @@ fn a_held_platform_feels_what_the_stiffness_makes_of_the_twist() {
     let names = ["leg.rail.stiffness", "leg.foot.height", "material.aluminium.youngs_modulus", "x.rail.offset"];
     let (state, outcome) = settle(&machine, &machine.home, &load);
     let mut all = Sensitivities::new(&machine, &names).unwrap();
-    let found = all.at(&machine, &machine.home.drives, &state, &|_| load, &mut Workspace::new(&machine)).unwrap();
+    let found = all.at(&machine, &machine.home.drives, &state, &|_| load, &mut Scratch::new(&machine)).unwrap();
     let wrench = |machine: &Machine, pose: &Pose| {
         let mut there = state.clone();
-        wrench_at_pose(machine, &machine.home.drives, pose, &mut there, &mut Workspace::new(machine), &EXACT)
+        wrench_at_pose(machine, &machine.home.drives, pose, &mut there, &mut Scratch::new(machine), &EXACT)
             .unwrap()
             .wrench
     };

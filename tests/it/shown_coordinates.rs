@@ -9,7 +9,7 @@ use kinetostat::{
     compensation::{CompensationSettings, Method, Session, Target, TaskPoint, compensate},
     machine::{Machine, Unreachable},
     spatial::{Pose, Wrench, rotation_exp},
-    statics::{State, Status, Workspace, drive_force_sensitivity, drive_forces},
+    statics::{Scratch, State, Status, drive_force_sensitivity, drive_forces},
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -165,13 +165,13 @@ fn a_coupled_arm_gives_way_as_one_that_is_not() {
             );
             let by = |machine: &Machine, drives: &[f64], state: &State, outcome: &kinetostat::statics::Outcome| {
                 let twists = &outcome.drive_sensitivity;
-                drive_force_sensitivity(machine, drives, state, twists, &mut Workspace::new(machine)).unwrap()
+                drive_force_sensitivity(machine, drives, state, twists, &mut Scratch::new(machine)).unwrap()
             };
             let (a, b) = (by(&coupled, &at.drives, &got, &outcome), by(&plain, &joints, &expected, &as_plain));
             let mapped = pair.shown_signs(&b * &pair.per_shown);
             let off = (&a - &mapped).amax();
             assert!(off < 1e-8 * b.amax(), "force sensitivity off by {off:e}");
-            let mut uncondensed = Workspace::uncondensed(&coupled);
+            let mut uncondensed = Scratch::uncondensed(&coupled);
             let a = drive_force_sensitivity(&coupled, &at.drives, &got, &outcome.drive_sensitivity, &mut uncondensed);
             let off = (a.unwrap() - &mapped).amax();
             assert!(off < 1e-8 * b.amax(), "force sensitivity without condensation off by {off:e}");
@@ -211,8 +211,8 @@ fn a_coupled_arm_is_compensated_by_the_same_joints() {
             let task = TaskPoint::new(pose, load, Target::FullPose);
             for method in Method::ALL {
                 let [coupled, plain] = [&pair.coupled, &pair.plain].map(|machine| {
-                    let real = machine.with_errors(&errors);
-                    let mut session = Session::new(machine, &real, CompensationSettings::default());
+                    let actual = machine.with_errors(&errors);
+                    let mut session = Session::new(machine, &actual, CompensationSettings::default());
                     compensate(&mut session, &task, method)
                 });
                 assert_eq!(coupled.status, plain.status, "{}", method.label());

@@ -6,7 +6,7 @@ use kinetostat::{
     compensation::{self, Method, Session, Target, TaskPoint, compensate},
     machine::Machine,
     spatial::Wrench,
-    statics::{Batch, Case, Outcome, Settings, State, Status, Workspace, equilibrium},
+    statics::{Batch, Case, Outcome, Scratch, Settings, State, Status, equilibrium},
 };
 use nalgebra::Vector3;
 
@@ -18,9 +18,9 @@ fn fivebar() -> Machine {
 /// The machine commanded to `position` under `load`, alone and as one of a batch, which must be the same.
 fn settled(machine: &Machine, position: [f64; 3], load: Wrench) -> (State, Outcome) {
     let at = machine.inverse_kinematics(&machine.pose_at(Vector3::from(position))).unwrap();
-    let (mut state, mut workspace) = (State::rigid(machine, &at), Workspace::new(machine));
+    let (mut state, mut scratch) = (State::rigid(machine, &at), Scratch::new(machine));
     let (mut drives, mut in_lane) = (at.drives.clone(), state.clone());
-    let outcome = equilibrium(machine, &at.drives, &load, &mut state, &mut workspace, &Settings::default());
+    let outcome = equilibrium(machine, &at.drives, &load, &mut state, &mut scratch, &Settings::default());
     let mut case = [Case { drives: &mut drives, load, state: &mut in_lane, task: None }];
     let batched = Batch::new(machine).equilibria(&mut case, &Settings::default());
     assert_eq!(format!("{batched:?}"), format!("[{outcome:?}]"));
@@ -65,10 +65,10 @@ fn a_singular_place_is_called_so_with_and_without_load() {
 fn chain_errors_do_not_lead_away_from_a_singular_place() {
     let nominal = fivebar();
     for degrees in [[0.1, 0.0], [0.0, 0.1], [-0.05, 0.2]] {
-        let real = nominal.with_errors(&nominal.assembly_errors(&degrees));
+        let actual = nominal.with_errors(&nominal.assembly_errors(&degrees));
         for force in [0.0, 10.0] {
             let status = |y: f64| {
-                let mut session = Session::new(&nominal, &real, compensation::CompensationSettings::default());
+                let mut session = Session::new(&nominal, &actual, compensation::CompensationSettings::default());
                 let pose = nominal.pose_at(Vector3::new(0.0, y, 0.0));
                 let load = Wrench::new([force, -force, 0.5 * force, 0.0, 0.0, 0.0]);
                 let task = TaskPoint::new(pose, load, Target::ToolTip);

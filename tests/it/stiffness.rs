@@ -10,7 +10,7 @@ use kinetostat::{
     machine::{Configuration, Machine, Motion},
     spatial::Wrench,
     statics::{
-        Outcome, Solution, State, Status, Workspace, drive_force_sensitivity, drive_forces, unloaded_stiffness,
+        Outcome, Scratch, Solution, State, Status, drive_force_sensitivity, drive_forces, unloaded_stiffness,
         wrench_at_pose,
     },
 };
@@ -65,8 +65,8 @@ impl Loaded {
 
     fn wrench_after(&self, motion: &Vector6<f64>) -> Vector6<f64> {
         let pose = moved(&self.state.pose, motion);
-        let (mut state, mut workspace) = (self.state.clone(), Workspace::new(&self.machine));
-        let force = wrench_at_pose(&self.machine, &self.at.drives, &pose, &mut state, &mut workspace, &DIFFERENCES);
+        let (mut state, mut scratch) = (self.state.clone(), Scratch::new(&self.machine));
+        let force = wrench_at_pose(&self.machine, &self.at.drives, &pose, &mut state, &mut scratch, &DIFFERENCES);
         force.expect("wrench near an equilibrium").wrench.to_vector()
     }
 
@@ -135,8 +135,8 @@ impl Loaded {
     fn check_drive_force_sensitivity(&self) {
         let (machine, drives) = (&self.machine, &self.at.drives);
         let twists = &self.outcome.drive_sensitivity;
-        let mut workspace = Workspace::new(machine);
-        let exact = drive_force_sensitivity(machine, drives, &self.state, twists, &mut workspace).unwrap();
+        let mut scratch = Scratch::new(machine);
+        let exact = drive_force_sensitivity(machine, drives, &self.state, twists, &mut scratch).unwrap();
         for drive in 0..machine.drive_count() {
             let step = self.drive_step(drive);
             let pushed = |step: f64| drive_forces(machine, &self.pushed(drive, step));
@@ -159,9 +159,9 @@ impl Loaded {
     fn check_inverse(&self) {
         let name = &self.machine.name;
         let mut state = State::rigid(&self.machine, &self.at);
-        let mut workspace = Workspace::new(&self.machine);
+        let mut scratch = Scratch::new(&self.machine);
         let (pose, drives) = (&self.state.pose, &self.at.drives);
-        let force = wrench_at_pose(&self.machine, drives, pose, &mut state, &mut workspace, &DIFFERENCES)
+        let force = wrench_at_pose(&self.machine, drives, pose, &mut state, &mut scratch, &DIFFERENCES)
             .unwrap_or_else(|| panic!("{name}: no wrench at a solved pose"));
         let reach = self.machine.characteristic_length;
         let largest = self.state.chains.iter().map(|c| c.wrench.norm(reach)).fold(1.0, f64::max);
@@ -246,7 +246,7 @@ proptest! {
             let loaded = Loaded::new(name, s, p, d);
             let solution = Solution::new(
                 &loaded.machine, &loaded.at.drives, &loaded.state, &loaded.outcome,
-                &mut Workspace::new(&loaded.machine),
+                &mut Scratch::new(&loaded.machine),
             );
             let reach = loaded.machine.characteristic_length;
             let largest = solution.chains.iter().map(|c| c.wrench.norm(reach)).fold(1.0, f64::max);
@@ -264,7 +264,7 @@ proptest! {
         for (name, low, high) in CATALOGUE {
             let machine = catalogue_machine(name);
             let at = at_position(&machine, position_in_box(&machine, low, high, s));
-            let stiffness = unloaded_stiffness(&machine, &at, &mut Workspace::new(&machine)).unwrap();
+            let stiffness = unloaded_stiffness(&machine, &at, &mut Scratch::new(&machine)).unwrap();
             let off = stiffness_difference(&stiffness.transpose(), &stiffness);
             prop_assert!(off < 1e-12, "{name}: asymmetry {off:e}");
             prop_assert!(stiffness.cholesky().is_some(), "{name}: K_C is not positive definite at {s:?}");

@@ -22,7 +22,7 @@ use kinetostat::{
     },
     simulation::LoadCase,
     spatial::{Grid, Pose, Wrench},
-    statics::{Workspace, tool_compliance, unloaded_stiffness},
+    statics::{Scratch, tool_compliance, unloaded_stiffness},
     work::Work,
 };
 use nalgebra::{Matrix3, Vector3};
@@ -128,7 +128,7 @@ fn maps_have_the_symmetry_of_the_machine() {
     let box_ = machine.workspace;
     let load_case = LoadCase {
         // At φ = 0 the law as printed gives the force (radial, tangential, axial).
-        force: MillingForce { radial: 120.0, tangential: 120.0, axial: 120.0, law: ForceLaw::Printed },
+        force: MillingForce { radial: 120.0, tangential: 120.0, axial: 120.0, law: ForceLaw::PaperEq17 },
         phis: vec![0.0],
         errors: machine.assembly_errors(&[1.0; 3]),
         machine,
@@ -200,7 +200,7 @@ fn pose_under(study: &SuperpositionStudy, position: Vector3<f64>, phi: f64, load
 /// Tool displacement per force on the nominal machine, unloaded, P at `position`.
 fn unloaded_response(machine: &Machine, position: Vector3<f64>, force: Vector3<f64>) -> Vector3<f64> {
     let at = at_position(machine, position);
-    let stiffness = unloaded_stiffness(machine, &at, &mut Workspace::new(machine)).unwrap();
+    let stiffness = unloaded_stiffness(machine, &at, &mut Scratch::new(machine)).unwrap();
     tool_compliance(&stiffness.try_inverse().unwrap(), machine.tool_tip) * force
 }
 

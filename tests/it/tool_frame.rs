@@ -71,7 +71,11 @@ fn the_first_two_machines_have_the_frame_they_had() {
         let machine = Machine::named_or_file(name).unwrap();
         let tool = machine.tool_at(&machine.home.pose.rotation);
         assert_eq!(machine.tool_axes, nalgebra::Matrix3::identity(), "{name}");
-        assert_eq!(MillingForce::PAPER.wrench(0.7, &tool).force, MillingForce::PAPER.force(0.7), "{name}");
+        assert_eq!(
+            MillingForce::KLIMCHIK_GROOVE.wrench(0.7, &tool).force,
+            MillingForce::KLIMCHIK_GROOVE.force(0.7),
+            "{name}"
+        );
     }
 }
 

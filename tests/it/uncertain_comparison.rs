@@ -6,9 +6,9 @@ use crate::support::{
     command::told,
     uncertain::{LEVER, force, study_text},
 };
-use kinetostat::process::uncertainty::{Spread, normal_cdf};
+use kinetostat::process::uncertainty::{Distribution, normal_cdf};
 
-/// Runs a path of a slide under a force along it; `stiffness` N/mm varies by `spread`.
+/// Runs a path of a prismatic joint under a force along it; `stiffness` N/mm varies by `spread`.
 fn run(folder: &Path, name: &str, stiffness: f64, spread: f64, uncertainty: &str) -> PathBuf {
     let study = folder.join(format!("study_{name}"));
     std::fs::create_dir(&study).unwrap();
@@ -60,8 +60,8 @@ fn probability_behind(words: &str, all: &str) -> f64 {
 fn the_probability_that_one_is_better_is_the_exact_one() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let std = |relative: f64| match Spread::of_relative_std(relative) {
-        Spread::Logarithm { above, .. } => above,
+    let std = |relative: f64| match Distribution::of_relative_std(relative) {
+        Distribution::Logarithm { above, .. } => above,
         _ => unreachable!(),
     };
     let first = run(at, "first", 1e4, 0.3, "");

@@ -58,7 +58,7 @@ fn a_table_of_a_lever_leaves_what_its_closed_form_says() {
     let uncertainty = asked.uncertainty.as_ref().unwrap();
     let found = answer(&asked, &Work::default()).unwrap();
     assert!(found.with_table.error_mm < 1e-7, "{:?}", found.with_table);
-    // The force is not only along x: what the slide does not feel is no larger.
+    // The force is not only along x: what the prismatic joint does not feel is no larger.
     let most = found.without.error_mm;
     assert!((most - asked.largest_force_N * 1e-4).abs() < 1e-6, "{most}");
     let of_force = libm::log(uncertainty.force.sharp.unwrap().value(1.0, 1.0));
@@ -105,8 +105,8 @@ impl BruteForce {
         count: usize,
     ) -> Self {
         let mut all = [Vec::new(), Vec::new()];
-        for Drawn { unloaded, real, factor } in draws(uncertainty, errors, count) {
-            let mut session = Session::new(&machines.nominal, &real, settings()).with_unloaded_machine(&unloaded);
+        for Drawn { unloaded, actual, factor } in draws(uncertainty, errors, count) {
+            let mut session = Session::new(&machines.nominal, &actual, settings()).with_unloaded_machine(&unloaded);
             let mut largest = [0.0f64; 2];
             for (task, at, drives) in cases {
                 let task = TaskPoint { load: task.load.scale(factor), ..*task };

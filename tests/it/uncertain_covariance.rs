@@ -120,7 +120,7 @@ fn an_entry_of_the_study_comes_first_and_cuts_what_it_names() {
     let names: Vec<&str> = uncertainty.parameters.iter().map(UncertainParameter::name).collect();
     assert_eq!(names, ["arm.A3.stiffness", "arm.A2.stiffness"]);
     assert_eq!(
-        (&uncertainty.draws.correlated[..], &uncertainty.cut[..]),
+        (&uncertainty.draws.correlated[..], &uncertainty.dropped_correlations[..]),
         (&[1][..], &["arm.A3.stiffness".to_string()][..])
     );
     let points = map::run(&study, &Work::default()).unwrap().points;

@@ -2,13 +2,13 @@
 
 use crate::support::{
     command::told,
-    uncertain::{Drawn, EXACT_MODEL, Kept, NC, draws, job, proved},
+    uncertain::{Drawn, EXACT_MODEL, Kept, NC, draws, job, verified},
 };
 use kinetostat::{
     compensation::{Session, TaskPoint, simulate},
     input::error::Result,
     process::uncertainty::normal_cdf,
-    products::program::{Asked, CommandSource, ProgramJob, ProvedProgram},
+    products::program::{CommandSource, CompensateOptions, ProgramJob, VerifiedProgram},
     simulation::settings,
 };
 use serde_json::Value;
@@ -29,17 +29,22 @@ fn force_std(relative: f64) -> String {
     format!("[uncertainty.process]\nforce_relative_std = {relative:?}\n{EXACT_MODEL}")
 }
 
-/// The program of `job` within its limits, proved.
-fn bounded(job: &ProgramJob) -> Result<(ProvedProgram, Kept)> {
-    let asked = Asked { way: CommandSource::Bounded, compared: Vec::new(), sources_apart: false, ends_early: false };
-    proved(job, &asked)
+/// The program of `job` within its limits, verified.
+fn bounded(job: &ProgramJob) -> Result<(VerifiedProgram, Kept)> {
+    let asked = CompensateOptions {
+        commands: CommandSource::Bounded,
+        compared: Vec::new(),
+        sources_apart: false,
+        ends_early: false,
+    };
+    verified(job, &asked)
 }
 
 /// Share of machines and forces as they may be on which all drive forces along `kept` are at most `limit`, in N: solved point by point, from another seed.
 fn share_within(job: &ProgramJob, kept: &Kept, limit: f64, count: usize) -> f64 {
     let uncertainty = job.uncertainty.as_ref().unwrap();
-    let holds = |Drawn { unloaded, real, factor }: Drawn| {
-        let mut session = Session::new(&job.machine, &real, settings()).with_unloaded_machine(&unloaded);
+    let holds = |Drawn { unloaded, actual, factor }: Drawn| {
+        let mut session = Session::new(&job.machine, &actual, settings()).with_unloaded_machine(&unloaded);
         kept.tasks.iter().zip(&kept.commanded).all(|(task, commanded)| {
             let task = TaskPoint { load: task.load.scale(factor), ..*task };
             let answer = simulate(&mut session, &task, commanded);
@@ -51,7 +56,7 @@ fn share_within(job: &ProgramJob, kept: &Kept, limit: f64, count: usize) -> f64 
     within as f64 / count as f64
 }
 
-/// The force of a slide is the cutting force, whatever the correction: the probability that it is within its limit is that of a lognormal number.
+/// The force of a prismatic joint is the cutting force, whatever the correction: the probability that it is within its limit is that of a lognormal number.
 #[test]
 fn the_force_of_a_slide_is_within_its_limit_with_the_exact_probability() {
     let relative = 0.15f64;
@@ -59,8 +64,8 @@ fn the_force_of_a_slide_is_within_its_limit_with_the_exact_probability() {
     let process =
         |z: f64| format!("{ALONG}[limits]\nforce_limit_N = {:?}\n{}", 1000.0 * (std * z).exp(), force_std(relative));
     for z in [2.1, 2.6] {
-        let (proved, _) = bounded(&job("lever", &process(z), ("part.nc", ALONG_NC))).unwrap();
-        let (forces, exact) = (proved.forces.unwrap(), normal_cdf(z));
+        let (verified, _) = bounded(&job("lever", &process(z), ("part.nc", ALONG_NC))).unwrap();
+        let (forces, exact) = (verified.forces.unwrap(), normal_cdf(z));
         let share = forces.within as f64 / forces.draws as f64;
         let error = 3.0 * (exact * (1.0 - exact) / forces.draws as f64).sqrt();
         assert!((share - exact).abs() < error, "{share} instead of {exact}: {forces:?}");
@@ -107,8 +112,8 @@ fn forces_of_two_tools_are_independent() {
 fn tightened_forces_agree_with_brute_force() {
     let process = format!("{ORTHOGLIDE}[limits]\nforce_limit_N = {LIMIT:?}\n");
     let uncertain = job("orthoglide", &format!("{process}{UNCERTAIN}"), ("part.nc", NC));
-    let (proved, kept) = bounded(&uncertain).unwrap();
-    let forces = proved.forces.unwrap();
+    let (verified, kept) = bounded(&uncertain).unwrap();
+    let forces = verified.forces.unwrap();
     let reported = forces.within as f64 / forces.draws as f64;
     let found = share_within(&uncertain, &kept, LIMIT * (1.0 + 1e-6), 1024);
     assert!(found > 0.95 && (found - reported).abs() < 0.025, "{found}: {forces:?}");
@@ -126,7 +131,7 @@ fn tightened_forces_agree_with_brute_force() {
     };
     let [one, two] = [1, 2].map(on);
     assert_eq!((one.forces.as_ref(), two.forces.as_ref()), (Some(&forces), Some(&forces)));
-    assert!(one.written.bytes == two.written.bytes && one.written.bytes == proved.written.bytes);
+    assert!(one.written.bytes == two.written.bytes && one.written.bytes == verified.written.bytes);
 }
 
 /// Where no force is limited, or nothing that a force depends on is uncertain, corrections are those of exact inputs.

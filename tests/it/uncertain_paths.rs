@@ -2,14 +2,14 @@
 
 use crate::support::{
     command::told,
-    uncertain::{Drawn, EXACT_MODEL, LEVER, TOLERANCES, draws, force, job, proved, study_text},
+    uncertain::{Drawn, EXACT_MODEL, LEVER, TOLERANCES, draws, force, job, study_text, verified},
 };
 use kinetostat::page::headline::Headline;
 use kinetostat::{
     Overrides, Study, Work,
     compensation::{Method, Session, compensate, simulate, simulate_drives},
     process::uncertainty::{P95, normal_cdf, normal_quantile, quantile},
-    products::program::{Asked, CommandSource},
+    products::program::{CommandSource, CompensateOptions},
     questions::{
         StudyKind,
         path::{self, PathResults, PathStudy, Shown, report},
@@ -29,7 +29,7 @@ fn study_of(machine: &str, process: &str, uncertainty: &str, path: &str) -> Stri
     study_text(machine, process, uncertainty, &format!("[path]\nmethods = [\"direct\"]\n{path}"))
 }
 
-/// Where the workpiece stands so that the lever's tip is moved along its slide, and a force along the feed: radial, tangential, axial, N.
+/// Where the workpiece stands so that the lever's tip is moved along its prismatic joint, and a force along the feed: radial, tangential, axial, N.
 const ALONG: (&str, [f64; 3]) = ("[0.0, 0.0, 50.0]", [0.0, 1000.0, 0.0]);
 
 /// A machine like the lever, moved along x from -0.5 to 0.5 mm.
@@ -144,7 +144,7 @@ fn a_setup_that_is_not_exact_is_not_compensated() {
         let cause = at_point.compensated.as_ref().unwrap().main_cause.as_deref().unwrap();
         assert!(uncertainty.starts_with(&cause.replace(' ', "_")[..9]), "{cause}");
     }
-    // A tool that lies along the slide, which the axial force pushes back by 0.1 mm: what it is longer by takes from that.
+    // A tool that lies along the prismatic joint, which the axial force pushes back by 0.1 mm: what it is longer by takes from that.
     let sideways =
         LEVER.replace("tool_tip_mm = [0.0, 0.0, 50.0]", "tool_tip_mm = [50.0, 0.0, 0.0]\ntool_axis = [1.0, 0.0, 0.0]");
     let uncertainty = "[uncertainty.process]\ntool_length_mm = { uniform = [0.0, 0.02] }";
@@ -153,7 +153,7 @@ fn a_setup_that_is_not_exact_is_not_compensated() {
     assert!((plain.median_mm.unwrap() - 0.09).abs() < 2e-4, "{plain:?}");
 }
 
-/// Two tools along a slide, each with a force of its own: the largest distance is that of the larger of two independent lognormal numbers; with one factor it is one number. With a single tool
+/// Two tools along a prismatic joint, each with a force of its own: the largest distance is that of the larger of two independent lognormal numbers; with one factor it is one number. With a single tool
 /// nothing changes.
 #[test]
 fn each_tool_may_have_a_force_of_its_own() {
@@ -220,7 +220,7 @@ fn each_tool_may_have_a_force_of_its_own() {
     assert_eq!(run(&one, "force_per_tool = true\n").spread, run(&one, "").spread);
 }
 
-/// An end mill of two coefficients along a slide: with each known by itself, its force along the feed is a sum of lognormal numbers, and so is what the compensation
+/// An end mill of two coefficients along a prismatic joint: with each known by itself, its force along the feed is a sum of lognormal numbers, and so is what the compensation
 /// leaves; of a path and of a program alike.
 #[test]
 fn coefficients_of_a_cutting_force_vary_by_themselves() {
@@ -258,13 +258,13 @@ fn coefficients_of_a_cutting_force_vary_by_themselves() {
     let found = path::run(&study, &Work::default()).unwrap().spread.unwrap();
     let of_process = format!("{}{uncertainty}{EXACT_MODEL}", process.replace("process.", ""));
     let job = job("lever", &of_process, ("part.nc", "G21 G90\nG0 X-0.5 Y0 Z0\nG1 X0.5 F600\n"));
-    let asked = Asked {
-        way: CommandSource::Method(Method::Direct),
+    let asked = CompensateOptions {
+        commands: CommandSource::Method(Method::Direct),
         compared: Vec::new(),
         sources_apart: false,
         ends_early: false,
     };
-    let of_program = proved(&job, &asked).unwrap().0.spread.unwrap();
+    let of_program = verified(&job, &asked).unwrap().0.spread.unwrap();
     for found in [&found, &of_program] {
         for (found, exact, share) in
             [(&found.plain, exact(0.0), 5e-3), (found.compensated.as_ref().unwrap(), exact(1.0), 2e-2)]
@@ -280,7 +280,7 @@ fn coefficients_of_a_cutting_force_vary_by_themselves() {
     }
 }
 
-/// A workpiece that is turned about its origin carries its path away from where it is commanded: what the exactly rotated path is off by, on which a slide that gives way
+/// A workpiece that is turned about its origin carries its path away from where it is commanded: what the exactly rotated path is off by, on which a prismatic joint that gives way
 /// under the force adds its own.
 #[test]
 fn a_turned_workpiece_leaves_its_rotated_path() {
@@ -292,7 +292,7 @@ fn a_turned_workpiece_leaves_its_rotated_path() {
     let uncertainty = "[uncertainty.process]\nworkpiece_rotation_deg = { uniform = [0.0, 0.05] }";
     let study = path_study(folder.path().to_path_buf(), &study_of("lever.toml", &process, uncertainty, path));
     let found = path::run(&study, &Work::default()).unwrap();
-    // About y all but nothing is moved: a grid over the two others. The force moves the slide by 0.1 mm, which the correction takes away.
+    // About y all but nothing is moved: a grid over the two others. The force moves the prismatic joint by 0.1 mm, which the correction takes away.
     let count = 400;
     let angle = |step: usize| 0.05f64.to_radians() * (step as f64 + 0.5) / count as f64;
     let arm = Vector3::new(0.5, 300.0, 0.0);
@@ -350,9 +350,9 @@ fn brute_force(found: &PathResults, count: usize) -> BruteForce {
     let uncertainty = study.uncertainty.as_ref().unwrap();
     let mut sizes = vec![[Vec::new(), Vec::new()]; study.tasks.len() + 1];
     let mut without = vec![Vec::new(); study.machine.drives().count()];
-    for Drawn { unloaded, real, factor } in draws(uncertainty, &study.errors, count) {
+    for Drawn { unloaded, actual, factor } in draws(uncertainty, &study.errors, count) {
         let (mut largest, mut largest_without) = ([0.0f64; 2], vec![0.0f64; without.len()]);
-        let new = || Session::new(&study.machine, &real, settings()).with_unloaded_machine(&unloaded);
+        let new = || Session::new(&study.machine, &actual, settings()).with_unloaded_machine(&unloaded);
         let mut sessions = [new(), new(), new()];
         for (k, task) in study.tasks.iter().enumerate() {
             let mut task = *task;

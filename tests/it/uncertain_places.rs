@@ -83,9 +83,9 @@ fn path_under(entry: &Entry, path: &str, uncertainty: &str) -> Box<PathStudy> {
 }
 
 /// Largest distance from each of `paths` without compensation in a draw, each point solved after the one before it.
-fn largest(paths: &[Box<PathStudy>], Drawn { unloaded, real, factor }: &Drawn) -> Vec<f64> {
+fn largest(paths: &[Box<PathStudy>], Drawn { unloaded, actual, factor }: &Drawn) -> Vec<f64> {
     let of = |path: &PathStudy| {
-        let mut session = Session::new(&path.machine, real, settings()).with_unloaded_machine(unloaded);
+        let mut session = Session::new(&path.machine, actual, settings()).with_unloaded_machine(unloaded);
         let at = |mut task: kinetostat::compensation::TaskPoint| {
             task.load = task.load.scale(*factor);
             let answer = compensate(&mut session, &task, Method::None);
@@ -252,9 +252,9 @@ fn features_are_judged_together() {
     let paths = [path_at(entry, CIRCLE), path_at(entry, &other)];
     let (uncertainty, count) = (paths[0].uncertainty.as_ref().unwrap(), 1024);
     let mut sizes = Vec::new();
-    for Drawn { unloaded, real, factor } in draws(uncertainty, &[], count) {
+    for Drawn { unloaded, actual, factor } in draws(uncertainty, &[], count) {
         let of = |path: &PathStudy| {
-            let mut session = Session::new(&path.machine, &real, settings()).with_unloaded_machine(&unloaded);
+            let mut session = Session::new(&path.machine, &actual, settings()).with_unloaded_machine(&unloaded);
             let at = |mut task: kinetostat::compensation::TaskPoint| {
                 task.load = task.load.scale(factor);
                 compensate(&mut session, &task, Method::None).position_error.norm()

@@ -2,12 +2,12 @@
 
 use crate::support::{
     command::told,
-    uncertain::{Drawn, EXACT_MODEL, NC, TOLERANCES, draws, job, proved},
+    uncertain::{Drawn, EXACT_MODEL, NC, TOLERANCES, draws, job, verified},
 };
 use kinetostat::{
     compensation::{Method, Session, TaskPoint, compensate, simulate},
     process::uncertainty::{P95, quantile},
-    products::program::Asked,
+    products::program::CompensateOptions,
     simulation::{settings, spread::DeflectionSpread, spread_along::LargestSpread},
 };
 use serde_json::Value;
@@ -33,13 +33,13 @@ fn written_programs_agree_with_brute_force() {
     ] {
         let process = format!("tolerance_mm = {tolerance}\n{process}{COARSE}{}", uncertain(pattern));
         let job = job(machine, &process, (name, program));
-        let (proved, kept) = proved(&job, &Asked::by(Method::Direct)).unwrap();
+        let (verified, kept) = verified(&job, &CompensateOptions::by(Method::Direct)).unwrap();
         let count = 1024;
         // Without compensation and as written: of each point, and of all that count.
         let mut sizes = vec![[Vec::new(), Vec::new()]; kept.tasks.len() + 1];
         let uncertainty = job.uncertainty.as_ref().unwrap();
-        for Drawn { unloaded, real, factor } in draws(uncertainty, &job.process.errors, count) {
-            let new = || Session::new(&job.machine, &real, settings()).with_unloaded_machine(&unloaded);
+        for Drawn { unloaded, actual, factor } in draws(uncertainty, &job.process.errors, count) {
+            let new = || Session::new(&job.machine, &actual, settings()).with_unloaded_machine(&unloaded);
             let (mut sessions, mut largest) = ([new(), new()], [0.0f64; 2]);
             for (k, (task, commanded)) in kept.tasks.iter().zip(&kept.commanded).enumerate() {
                 let task = TaskPoint { load: task.load.scale(factor), ..*task };
@@ -70,7 +70,7 @@ fn written_programs_agree_with_brute_force() {
             let within = spread.within_tolerance.unwrap();
             assert!((within - expected).abs() < 0.015, "{machine} {what}: {expected}, {spread:?}");
         };
-        let rounded = proved.written.rounded_mm;
+        let rounded = verified.written.rounded_mm;
         let share_worse = |[plain, left]: &[Vec<f64>; 2]| {
             let worse = left.iter().zip(plain).filter(|(left, plain)| **left > 1.005 * **plain + rounded).count();
             worse as f64 / count as f64
@@ -84,7 +84,7 @@ fn written_programs_agree_with_brute_force() {
                 assert!((spread.worse.unwrap() - expected).abs() < 0.01, "{machine} {k}: {expected}, {spread:?}");
             }
         }
-        let (whole, sizes) = (proved.spread.unwrap(), sizes.last().unwrap());
+        let (whole, sizes) = (verified.spread.unwrap(), sizes.last().unwrap());
         let of_written: LargestSpread = whole.compensated.unwrap();
         check("whole, plain", &whole.plain.spread, &sizes[0]);
         check("whole, written", &of_written.spread, &sizes[1]);
@@ -93,7 +93,7 @@ fn written_programs_agree_with_brute_force() {
         assert_eq!(counted < kept.tasks.len(), name == "part.nc");
         assert!((whole.worse.unwrap() - share_worse(sizes)).abs() < 0.01, "{machine}: {:?}", whole.worse);
         // Far from what the program leaves with the inputs that it was computed from.
-        let nominal = proved.passes.last().unwrap().summary.max_mm.unwrap();
+        let nominal = verified.passes.last().unwrap().summary.max_mm.unwrap();
         assert!(of_written.spread.p95_mm.unwrap() > 10.0 * nominal, "{machine}: {nominal}, {of_written:?}");
     }
 }

@@ -116,18 +116,18 @@ fn machines_that_vary_agree_with_brute_force() {
         let load_case = &study.load_case;
         let found = run_locations(&study, &Work::default()).unwrap().remove(0);
         let spread = found.spread.unwrap();
-        let at = load_case.machine.command(study.locations[0].position).unwrap();
+        let at = load_case.machine.inverse_kinematics_at(study.locations[0].position).unwrap();
         let tool = load_case.machine.tool_at(&at.pose.rotation);
         let mut sizes: Vec<f64> = draws(study.uncertainty.as_ref().unwrap(), &load_case.errors, count)
-            .map(|Drawn { unloaded, real, factor }| {
+            .map(|Drawn { unloaded, actual, factor }| {
                 let tip = |machine, load: &Wrench| -> Vector3<f64> {
                     let pose = settle(machine, &at, load).0.pose;
                     load_case.machine.tool_displacement(&at.pose, &pose)
                 };
-                let rest = [&unloaded, &real].map(|machine| tip(machine, &Wrench::zero()));
+                let rest = [&unloaded, &actual].map(|machine| tip(machine, &Wrench::zero()));
                 let error = |phi: &f64| {
                     let load = load_case.force.wrench(*phi, &tool).scale(factor);
-                    let [by_force, both] = [&unloaded, &real].map(|machine| tip(machine, &load));
+                    let [by_force, both] = [&unloaded, &actual].map(|machine| tip(machine, &load));
                     // Whatever is measured from: what each does by itself, added, less both.
                     (by_force - rest[0] + rest[1] - both).norm()
                 };

@@ -7,7 +7,7 @@ use kinetostat::{
     compensation::{Method, Session, TaskPoint, compensate, compensate_batch},
     machine::Configuration,
     map::{self, MapPoint, WorkspaceMapStudy},
-    process::uncertainty::{P95, Spread, normal_cdf, normal_quantile, quantile, sobol},
+    process::uncertainty::{Distribution, P95, normal_cdf, normal_quantile, quantile, sobol},
     questions::StudyKind,
     simulation::{
         Source, settings,
@@ -101,17 +101,17 @@ fn normal_quantiles_are_exact() {
 #[test]
 fn an_interval_fixes_both_its_quantiles() {
     let shares = [-1.0, 0.0, 1.0].map(|side: f64| side * normal_quantile(0.975));
-    let of = |spread: Spread, nominal: f64| shares.map(|z| spread.value(nominal, z));
-    let logarithm = Spread::Logarithm { below: 2f64.ln() / shares[2], above: 1.5f64.ln() / shares[2] };
+    let of = |spread: Distribution, nominal: f64| shares.map(|z| spread.value(nominal, z));
+    let logarithm = Distribution::Logarithm { below: 2f64.ln() / shares[2], above: 1.5f64.ln() / shares[2] };
     for (found, expected) in of(logarithm, 10.0).into_iter().zip([5.0, 10.0, 15.0]) {
         assert!((found - expected).abs() < 1e-12, "{found} instead of {expected}");
     }
-    let uniform = Spread::Uniform { least: -0.1, largest: 0.3 };
+    let uniform = Distribution::Uniform { least: -0.1, largest: 0.3 };
     for (found, expected) in of(uniform, 1.0).into_iter().zip([0.91, 1.1, 1.29]) {
         assert!((found - expected).abs() < 1e-12, "{found} instead of {expected}");
     }
     // Standard deviation over the median of draws.
-    let spread = Spread::of_relative_std(0.3);
+    let spread = Distribution::of_relative_std(0.3);
     let values: Vec<f64> =
         sobol::points(1, 16, 4096, 0)[0].iter().map(|u| spread.value(1.0, normal_quantile(*u))).collect();
     let mean = values.iter().sum::<f64>() / values.len() as f64;
@@ -152,14 +152,14 @@ fn a_machine_with_separate_mounts_is_the_same_and_has_more_parameters() {
 fn derivatives_of_mounts_add_up_to_that_of_the_design() {
     let machine = Machine::named("orthoglide").unwrap();
     let (separate, _) = machine.with_separate_mounts().unwrap();
-    let at = machine.command(Vector3::new(40.0, -30.0, 20.0)).unwrap();
-    let load = kinetostat::MillingForce::PAPER.wrench(0.7, &machine.tool_at(&at.pose.rotation));
+    let at = machine.inverse_kinematics_at(Vector3::new(40.0, -30.0, 20.0)).unwrap();
+    let load = kinetostat::MillingForce::KLIMCHIK_GROOVE.wrench(0.7, &machine.tool_at(&at.pose.rotation));
     let derivatives = |machine: &Machine, names: &[&str]| {
         let (state, outcome) = crate::support::engine::settle(machine, &at, &load);
         assert_eq!(outcome.status, kinetostat::Status::Solved);
         let mut sensitivities = Sensitivities::new(machine, names).unwrap();
-        let mut workspace = kinetostat::statics::Workspace::new(machine);
-        sensitivities.at(machine, &at.drives, &state, &|_| load, &mut workspace).unwrap()
+        let mut scratch = kinetostat::statics::Scratch::new(machine);
+        sensitivities.at(machine, &at.drives, &state, &|_| load, &mut scratch).unwrap()
     };
     let shared = derivatives(&machine, &["leg.foot.width"])[0].twist;
     let own: Vec<_> = derivatives(&separate, &["x.foot.width", "y.foot.width", "z.foot.width"]);
@@ -339,16 +339,17 @@ fn what_a_model_leaves_out_has_a_default() {
 fn brute_force(study: &WorkspaceMapStudy, positions: &[Vector3<f64>], count: usize) -> Vec<Vec<f64>> {
     const IN_A_PIECE: usize = 500;
     let (load_case, uncertainty) = (&study.load_case, study.uncertainty.as_ref().unwrap());
-    let commands: Vec<_> = positions.iter().map(|position| load_case.machine.command(*position).unwrap()).collect();
-    let sizes = |Drawn { unloaded, real, factor }: &Drawn, is_alone: bool| -> Vec<f64> {
-        let at_home = Session::new(&load_case.machine, real, settings()).with_unloaded_machine(unloaded);
+    let commands: Vec<_> =
+        positions.iter().map(|position| load_case.machine.inverse_kinematics_at(*position).unwrap()).collect();
+    let sizes = |Drawn { unloaded, actual, factor }: &Drawn, is_alone: bool| -> Vec<f64> {
+        let at_home = Session::new(&load_case.machine, actual, settings()).with_unloaded_machine(unloaded);
         let begin = |at| {
             let mut session = at_home.clone();
             session.set_rigid(at);
             session
         };
         let mut sessions: Vec<Session> = commands.iter().map(begin).collect();
-        let mut batch = Batch::new(real);
+        let mut batch = Batch::new(actual);
         let mut longest = vec![0.0f64; commands.len()];
         for phi in &load_case.phis {
             let task = |at: &Configuration| {
@@ -448,14 +449,14 @@ fn what_the_surrogate_leaves_out_is_corrected_by_the_engine() {
     check_against_brute_force(&study, &[&points[0]], 2048, 0.02);
 }
 
-/// A mass on a soft hinge: the draws in which it falls over count as out of tolerance.
+/// A mass on a soft revolute joint: the draws in which it falls over count as out of tolerance.
 #[test]
 fn draws_without_equilibrium_are_out_of_tolerance() {
     let folder = tempfile::tempdir().unwrap();
     let pendulum = r#"
 schema = 1
 name = "pendulum"
-title = "a mass on a hinge"
+title = "a mass on a revolute joint"
 zeroed = "weightless"
 [platform]
 tool_tip_mm = [0.0, 0.0, 10.0]

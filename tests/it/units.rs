@@ -1,4 +1,4 @@
-//! Numbers have one name and a true unit for every machine: slides in mm and N, hinges in degrees and N·mm.
+//! Numbers have one name and a true unit for every machine: prismatic joints in mm and N, revolute joints in degrees and N·mm.
 
 use std::{
     fs,
@@ -12,10 +12,10 @@ use tempfile::TempDir;
 const PROCESS: &str = "schema = 1\n[placement]\nreference = \"platform_point\"\norigin_mm = [0.0, 0.0, 0.0]\n\
     [force.path_frame]\nradial_force_N = 200.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\nlaw = \"rotated\"\n";
 
-/// Three slides and, before the tool, a hinge that the tool tip does not need.
+/// Three prismatic joints and, before the tool, a revolute joint that the tool tip does not need.
 const MIXED: &str = r#"schema = 1
 name = "gantry"
-title = "Three slides and a hinge"
+title = "Three prismatic joints and a revolute joint"
 platform = { tool_tip_mm = [0.0, 0.0, -50.0], controls = ["x", "y", "z"] }
 home = { position_mm = [100.0, 0.0, 0.0] }
 workspace = { min_mm = [0.0, -100.0, -100.0], max_mm = [200.0, 100.0, 100.0] }
@@ -160,7 +160,7 @@ fn slides_and_hinges_of_one_machine_are_told_apart() {
     let setting = json(&folder, "report.json")["setting"].to_string();
     assert!(setting.contains("drive zeros off by 0.1 mm, 0 mm, 0 mm, 0.25°"), "{setting}");
     let out = folder.path().join("out");
-    for stem in ["delta_rho_slides", "delta_rho_hinges", "drive_force", "drive_torque"] {
+    for stem in ["delta_rho_prismatic", "delta_rho_revolute", "drive_force", "drive_torque"] {
         assert!(out.join(format!("{stem}.svg")).is_file(), "{stem}");
     }
 
@@ -178,8 +178,8 @@ fn slides_and_hinges_of_one_machine_are_told_apart() {
         .map(|quantity| format!("{} [{}]", quantity["label"].as_str().unwrap(), quantity["unit"].as_str().unwrap()))
         .collect();
     for label in [
-        "largest correction of slides |Δρ| [mm]",
-        "largest torque of hinges |τ| [N·mm]",
+        "largest correction of prismatic joints |Δρ| [mm]",
+        "largest torque of revolute joints |τ| [N·mm]",
         "torque of drive robot_c [N·mm]",
     ] {
         assert!(labels.iter().any(|own| own == label), "{label} in {labels:?}");
@@ -195,7 +195,7 @@ fn a_point_of_a_machine_with_slides_and_hinges_has_a_list_of_each() {
     let kinds: Vec<&str> =
         found["drives"].as_array().unwrap().iter().map(|drive| drive["motion"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["prismatic", "prismatic", "prismatic", "revolute"]);
-    for [slides, hinges] in [
+    for [slides, revolute] in [
         ["rho_nominal_mm", "rho_nominal_deg"],
         ["delta_rho_mm", "delta_rho_deg"],
         ["actuator_force_N", "actuator_torque_Nmm"],
@@ -205,7 +205,7 @@ fn a_point_of_a_machine_with_slides_and_hinges_has_a_list_of_each() {
             found[key].as_array().unwrap_or_else(|| panic!("{key}")).iter().map(Value::is_null).collect()
         };
         assert_eq!(is_null(slides), [false, false, false, true], "{slides}");
-        assert_eq!(is_null(hinges), [true, true, true, false], "{hinges}");
+        assert_eq!(is_null(revolute), [true, true, true, false], "{revolute}");
     }
     let text = kinetostat(&arguments);
     assert!(text.contains("force or torque before"), "{text}");
@@ -221,12 +221,13 @@ fn placements_judge_slides_and_hinges_apart() {
     let arguments = ["--process", process.to_str().unwrap(), "--path", path.to_str().unwrap(), "--at", "100,0,0"];
     let csv = kinetostat(&[&["compare", "--machine", file.to_str().unwrap(), "--csv"], &arguments[..]].concat());
     let header: Vec<&str> = csv.lines().next().unwrap().split(',').collect();
-    for column in ["worst_correction_mm", "worst_drive_force_N", "worst_hinge_correction_deg", "worst_hinge_torque_Nmm"]
+    for column in
+        ["worst_correction_mm", "worst_drive_force_N", "worst_rotary_correction_deg", "worst_rotary_torque_Nmm"]
     {
         let index = header.iter().position(|name| *name == column);
         let index = index.unwrap_or_else(|| panic!("{column} in {header:?}"));
         assert!(csv.lines().nth(1).unwrap().split(',').nth(index).unwrap().parse::<f64>().is_ok(), "{csv}");
     }
     let own = kinetostat(&[&["compare", "--machine", "orthoglide", "--csv"], &arguments[..]].concat());
-    assert!(!own.contains("hinge"), "{own}");
+    assert!(!own.contains("worst_rotary"), "{own}");
 }

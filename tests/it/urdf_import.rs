@@ -309,7 +309,7 @@ fn home_is_regular_within_travel_and_where_the_file_says() {
             assert!(drive.travel.is_none_or(|(low, high)| low < *rho && *rho < high), "{name}");
         }
         let corners = [machine.workspace.min, machine.workspace.max];
-        assert!(corners.iter().all(|corner| machine.command(*corner).is_ok()), "{name}");
+        assert!(corners.iter().all(|corner| machine.inverse_kinematics_at(*corner).is_ok()), "{name}");
         let is_six = machine.drive_count() >= 6;
         assert!(!is_six || machine.controls.len() == 6 && corners[0] != corners[1], "{name}: {corners:?}");
     }
@@ -354,7 +354,7 @@ fn stiffness_is_given_or_taken_from_a_machine_with_the_same_drives() {
         (DriveStiffness::Given(vec![0.0; 6]), "--stiffness: expected numbers between 1e-12 and 1e15, got 0.0"),
         (
             DriveStiffness::Like(Machine::named("orthoglide").unwrap()),
-            "--like: orthoglide has the drives slide, slide, slide; the imported robot has hinge, hinge, hinge, hinge, hinge, hinge: expected the same kinds in the same order, or --stiffness",
+            "--like: orthoglide has the drives prismatic, prismatic, prismatic; the imported robot has revolute, revolute, revolute, revolute, revolute, revolute: expected the same kinds in the same order, or --stiffness",
         ),
     ] {
         assert_eq!(with(stiffness).unwrap_err().to_string(), expected);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::support::command::told;
 
-/// Three slides on springs, one upon the other, with `more` tables.
+/// Three prismatic joints on springs, one upon the other, with `more` tables.
 fn machine(more: &str, backlash: &str) -> String {
     let slide = |name: &str, axis: &str, stiffness: f64| {
         format!(
@@ -23,7 +23,7 @@ fn machine(more: &str, backlash: &str) -> String {
 
 const PLACED: &str = "[placement]\norigin_mm = [0.0, 0.0, -100.0]\n";
 const FORCE: &str = "[force.path_frame]\nradial_force_N = 50.0\ntangential_force_N = -20.0\naxial_force_N = -10.0\n";
-const BACKLASH: &str = ", backlash_mm = 0.01";
+const BACKLASH: &str = ", backlash_mm = 0.02";
 const UNCERTAIN: &str = "[uncertainty]\n[[uncertainty.parameter]]\nname = \"g.*.stiffness\"\nrelative_std = 0.1\n[uncertainty.model]\nrelative_std = 0.05\n\
      [uncertainty.process]\nforce_relative_std = 0.15\n";
 
@@ -208,7 +208,7 @@ fn heat_is_expansion_along_the_chain() {
         let all = found.headline["causes"].as_array().unwrap_or_else(|| panic!("{}", found.words)).clone();
         all.into_iter().find(|own| own["cause"] == "heat").unwrap()
     };
-    // Three slides of 1000 mm, and a tool of 100 mm.
+    // Three prismatic joints of 1000 mm, and a tool of 100 mm.
     let expected = 3.0 * 12e-6 * (3.0 * 1000.0 + 100.0);
     let heat_mm = own(&found)["mm"].as_f64().unwrap();
     assert!((heat_mm - expected).abs() < 1e-9, "{heat_mm} instead of {expected}");
@@ -236,7 +236,7 @@ fn heat_is_expansion_along_the_chain() {
     assert!(words.contains("○ heat"), "{words}");
 }
 
-/// The tool of three slides is off by three independent normal numbers along each axis: their variances add, and of one that is known only the others are left.
+/// The tool of three prismatic joints is off by three independent normal numbers along each axis: their variances add, and of one that is known only the others are left.
 #[test]
 fn the_budget_says_what_is_left_if_a_cause_were_known() {
     let tables = stated("path", 0.4) + &stated("repeatability", 0.3);
@@ -387,7 +387,7 @@ struct Known {
 const ARM: &str = include_str!("../machines/robot_6r.toml");
 
 impl Known {
-    /// Draws one: three slides, or an arm whose joints have their size.
+    /// Draws one: three prismatic joints, or an arm whose joints have their size.
     fn drawn(seed: u64) -> Self {
         let mut next = numbers(seed);
         let mut between = |low: f64, high: f64| low + (high - low) * next();
@@ -413,9 +413,9 @@ impl Known {
             machine: if is_arm { ARM.into() } else { slides() },
             masses: true,
             backlash: if is_arm {
-                format!(", backlash_deg = {:.6}", 0.1 * play)
+                format!(", backlash_deg = {:.6}", 0.2 * play)
             } else {
-                format!(", backlash_mm = {play:.5}")
+                format!(", backlash_mm = {:.5}", 2.0 * play)
             },
             provenance: if by_grade { stiffnesses } else { String::new() },
             stated: vec![

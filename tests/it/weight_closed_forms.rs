@@ -7,7 +7,7 @@ use crate::support::{
 use kinetostat::{
     machine::Machine,
     spatial::{Pose, Wrench, skew},
-    statics::{Outcome, State, Status, Workspace, drive_force_sensitivity, drive_forces, equilibrium, weight_energy},
+    statics::{Outcome, Scratch, State, Status, drive_force_sensitivity, drive_forces, equilibrium, weight_energy},
 };
 use nalgebra::{Matrix6, Vector3};
 
@@ -28,32 +28,32 @@ fn near(what: &str, got: f64, expected: f64, allowed: f64) {
 const MASS_KG: f64 = 12.0;
 const LENGTH_MM: f64 = 400.0;
 
-/// A slide along y and a free hinge about it, a mass below or above.
+/// A slide along y and a free revolute joint about it, a mass below or above.
 fn pendulum(below: f64) -> Machine {
     let slide = r#"{ prismatic_drive = { name = "slide", axis = "y", stiffness_N_per_mm = 1e4 } }"#;
-    let hinge = r#"{ revolute_joint = { name = "hinge", axis = "y" } }"#;
+    let revolute = r#"{ revolute_joint = { name = "hinge", axis = "y" } }"#;
     let mass = format!("{{ mass = {{ kg = {MASS_KG:?}, at_mm = [0.0, 0.0, {:?}] }} }}", -below);
-    machine("pendulum", [0.0; 3], r#""y""#, &[Leg::new("pendulum", &[slide, hinge, &mass], "")])
+    machine("pendulum", [0.0; 3], r#""y""#, &[Leg::new("pendulum", &[slide, revolute, &mass], "")])
 }
 
 #[test]
 fn a_pendulum_is_held_by_its_weight() {
     let machine = pendulum(LENGTH_MM);
     let largest = MASS_KG * G * LENGTH_MM;
-    for workspace in [Workspace::new(&machine), Workspace::uncondensed(&machine)] {
-        let mut workspace = workspace;
+    for scratch in [Scratch::new(&machine), Scratch::uncondensed(&machine)] {
+        let mut scratch = scratch;
         for share in [0.0, 1e-3, 0.3, -0.6] {
             let load = Wrench::new([0.0, 0.0, 0.0, 0.0, share * largest, 0.0]);
             let mut state = State::rigid(&machine, &machine.home);
             let drives = &machine.home.drives;
-            let outcome = equilibrium(&machine, drives, &load, &mut state, &mut workspace, &EXACT);
+            let outcome = equilibrium(&machine, drives, &load, &mut state, &mut scratch, &EXACT);
             assert_eq!(outcome.status, Status::Solved, "{share}: {outcome:?}");
             let angle = share.asin();
             let turn = motion_between(&machine.home.pose, &state.pose);
             near("angle", turn[4], angle, 1e-10);
             let compliance = outcome.compliance.unwrap();
             near("compliance", compliance[(4, 4)] * largest, 1.0 / angle.cos(), 1e-8);
-            near("slide", compliance[(1, 1)], 1e-4, 1e-12);
+            near("prismatic joint", compliance[(1, 1)], 1e-4, 1e-12);
             assert!(outcome.stiffness.is_none(), "the platform is rigid in four directions");
         }
     }
@@ -85,7 +85,12 @@ fn slide([x, y]: [f64; 2], [stiffness, free, preload]: [f64; 3]) -> Machine {
     let spring = format!(
         r#"{{ spring = {{ from = {{ frame = "end" }}, to = {{ frame = "O", at_mm = [{x:?}, {y:?}, 0.0] }}, stiffness_N_per_mm = {stiffness:?}, free_length_mm = {free:?}, preload_N = {preload:?} }} }}"#
     );
-    machine("slide", [0.0; 3], r#""x""#, &[Leg::new("slide", &[slide, r#"{ frame = "end" }"#, &spring], "")])
+    machine(
+        "prismatic joint",
+        [0.0; 3],
+        r#""x""#,
+        &[Leg::new("prismatic joint", &[slide, r#"{ frame = "end" }"#, &spring], "")],
+    )
 }
 
 #[test]
@@ -146,12 +151,12 @@ fn a_mass_hangs_on_a_spring_by_its_weight() {
 /// Stiffness of the drives of arms, N·mm/rad.
 const DRIVE: f64 = 1e8;
 
-/// An arm about y, `drive` its hinge, with what hangs on it.
-fn arm(hinge: &str, hung: &[&str]) -> Machine {
+/// An arm about y, `drive` its revolute joint, with what hangs on it.
+fn arm(revolute: &str, hung: &[&str]) -> Machine {
     let slide = r#"{ prismatic_drive = { name = "slide", axis = "y", stiffness_N_per_mm = 1e4 } }"#;
-    let mut elements = vec![slide, hinge, r#"{ frame = "arm" }"#];
+    let mut elements = vec![slide, revolute, r#"{ frame = "arm" }"#];
     elements.extend(hung);
-    let controls = if hinge.contains("drive") { r#""y", "rotation_y""# } else { r#""y""# };
+    let controls = if revolute.contains("drive") { r#""y", "rotation_y""# } else { r#""y""# };
     machine("arm", [0.0; 3], controls, &[Leg::new("arm", &elements, "")])
 }
 
@@ -163,7 +168,7 @@ const FREE: &str = r#"{ revolute_joint = { name = "arm", axis = "y" } }"#;
 const ARM_MASS: &str = r#"{ mass = { kg = 40.0, at_mm = [0.0, 0.0, 700.0] } }"#;
 const COUNTERWEIGHT: &str = r#"{ mass = { kg = 112.0, at_mm = [0.0, 0.0, -250.0] } }"#;
 
-/// k a h = m g L with a = 200 mm on the arm and h = 300 mm above the hinge.
+/// k a h = m g L with a = 200 mm on the arm and h = 300 mm above the revolute joint.
 fn zero_length_spring() -> String {
     let stiffness = 40.0 * G * 700.0 / (200.0 * 300.0);
     format!(
@@ -183,8 +188,8 @@ fn an_arm_without_balance_loads_its_drive_by_its_weight() {
         let stiffness = DRIVE - torque * at.cos();
         near("sensitivity", outcome.drive_sensitivity[(4, 1)], DRIVE / stiffness, 1e-9);
         let twists = &outcome.drive_sensitivity;
-        let mut workspace = Workspace::new(&machine);
-        let forces = drive_force_sensitivity(&machine, &[0.0, angle], &state, twists, &mut workspace).unwrap();
+        let mut scratch = Scratch::new(&machine);
+        let forces = drive_force_sensitivity(&machine, &[0.0, angle], &state, twists, &mut scratch).unwrap();
         near("force sensitivity", forces[(1, 1)] / DRIVE, DRIVE / stiffness - 1.0, 1e-9);
     }
 }
@@ -201,7 +206,7 @@ fn counterweights_and_springs_of_free_length_zero_balance_an_arm_at_all_angles()
             near("torque", drive_forces(&machine, &state)[1], 0.0, 1e-6);
             near("sensitivity", outcome.drive_sensitivity[(4, 1)], 1.0, 1e-11);
         }
-        // Nothing holds the arm on a free hinge, and nothing moves it.
+        // Nothing holds the arm on a free revolute joint, and nothing moves it.
         let machine = arm(FREE, &hung);
         for angle in [0.0f64, 0.7, 2.5] {
             let mut state = State::rigid(&machine, &machine.home);

@@ -14,13 +14,13 @@ use nalgebra::{Matrix3, Vector3};
 
 const KR270: &str = include_str!("../machines/kr270.toml");
 
-/// Three slides, their stiffness in N/mm.
+/// Three prismatic joints, their stiffness in N/mm.
 fn slides(stiffness: f64) -> String {
     format!(
         r#"
 schema = 1
 name = "slides"
-title = "Three slides"
+title = "Three prismatic joints"
 [platform]
 tool_tip_mm = [0.0, 0.0, -50.0]
 controls = ["x", "y", "z"]
@@ -78,11 +78,11 @@ fn answer(machine: &Machine, task: &TaskPoint, method: Method) -> (Compensation,
 
 #[test]
 fn a_turntable_yields_by_force_times_lever_squared_over_its_stiffness() {
-    // The hinge about z at the base, the tool 100 mm from it along x: a force along y turns it.
+    // The revolute joint about z at the base, the tool 100 mm from it along x: a force along y turns it.
     let stiffness = 1e7;
-    let hinge =
+    let revolute =
         format!("{{ revolute_drive = {{ name = \"C\", axis = \"z\", stiffness_Nmm_per_rad = {stiffness:e} }} }}");
-    let machine = carried(&slides(1e12), "", &hinge);
+    let machine = carried(&slides(1e12), "", &revolute);
     for force in [0.01, 100.0] {
         let task = on_tip(&machine, [100.0, 0.0, 0.0], [0.0, force, 0.0]);
         let (plain, _) = answer(&machine, &task, Method::None);
@@ -548,8 +548,8 @@ fn corrections_within_limits_do_not_move_what_is_held() {
 
 #[test]
 fn a_carrier_that_topples_is_a_status_with_its_name() {
-    let hinge = r#"{ revolute_drive = { name = "B", axis = "y", stiffness_Nmm_per_rad = 1e3 } }"#;
-    let machine = carried(&slides(1e12), "", hinge);
+    let revolute = r#"{ revolute_drive = { name = "B", axis = "y", stiffness_Nmm_per_rad = 1e3 } }"#;
+    let machine = carried(&slides(1e12), "", revolute);
     let task = on_tip(&machine, [0.0, 0.0, 150.0], [0.0, 0.0, 1000.0]);
     let answer = compensate(&mut session(&machine), &task, Method::Direct);
     assert!(!answer.status.is_success());

@@ -829,7 +829,7 @@ class Krl:
             self.setframe(name, self.sys[name], None)
             return
         if name == "$IPO_MODE" and self.expr(rhs, env) == "#BASE":
-            self.no("a tool that stands ($IPO_MODE=#BASE)")
+            self.no("a stationary tool ($IPO_MODE=#BASE)")
         put(self.expr(rhs, env))
 
     def bas(self, t, env):
@@ -848,7 +848,7 @@ class Krl:
             f = st.get("FDAT_ACT")
             if f:
                 if f.get("IPO_FRAME", "#BASE") != "#BASE":
-                    self.no("a tool that stands (IPO_FRAME)")
+                    self.no("a stationary tool (IPO_FRAME)")
                 self.pick("$TOOL", "TOOL_DATA", f["TOOL_NO"])
                 self.pick("$BASE", "BASE_DATA", f["BASE_NO"])
             ld = self.store("LDAT_ACT", env).get("LDAT_ACT")

@@ -8,7 +8,7 @@ At 1280 and 400 px width, light and dark: no console error, no request beyond th
 no text or control over another, neither on the page nor within a figure, contrast of at least 4.5 (3 for large text). What
 the headline quotes (`data-checks`, `data-found`) is computed again from the CSV files. Quantity, source and slice are switched with the
 keyboard, a point of a map is clicked and found again through its address, "back" goes back, the wheel scrolls the page over
-a map, where the page draws the machine bent as far as its table says, the view in three dimensions is dragged, a table is
+a map, where the page draws the deflected machine as far as its table says, the view in three dimensions is dragged, a table is
 sorted over all rows of its file, the page is printed with the answer on page 1 and the view in three dimensions in it, and it is opened once more without WebGL.
 The first picture of a map or a path is pointed at, clicked and gone through with the arrow keys: what it says is in the CSV file. A slice follows the slider within
 --step-ms, 1000 unless told; with --step-ms 100 and nothing else running, 50 000 points pass. --brief leaves out what is the same on every page of a kind: the
@@ -344,7 +344,7 @@ class Page:
             if "the table by" in bent.text_content():
                 own, told = numbers_in(bent.text_content())[-2:]
                 is_other = math.isclose(told, bending, rel_tol=6e-4) and own != told
-                self.expect(is_other, f"refuses to draw the machine bent by {bending}: {bent.text_content()}")
+                self.expect(is_other, f"refuses to draw the deflected machine by {bending}: {bent.text_content()}")
                 return place
             moved = bent.get_attribute("data-moved")
             is_drawn = bent.locator("canvas").count() == 2 and moved is not None
@@ -366,7 +366,7 @@ class Page:
         self.expect(min(map(float, times)) < step_ms, f"a slice takes {' and '.join(times)} ms")
 
     def check_bent(self, view, chosen):
-        """A page of a map with the engine draws the machine bent at the place, moved as far as the table says."""
+        """A page of a map with the engine draws the deflected machine at the place, moved as far as the table says."""
         asked = "(v) => JSON.parse(document.getElementById(v.dataset.json).textContent).sources?.length > 0"
         if self.page.locator("#engine").count() == 0 or not view.evaluate(asked):
             return
@@ -375,13 +375,13 @@ class Page:
             if bent.locator("canvas").count() or "cannot" in bent.text_content():
                 break
             self.page.wait_for_timeout(50)
-        self.expect(bent.locator("canvas").count() == 2, f"the bent machine is not drawn: {bent.text_content()}")
+        self.expect(bent.locator("canvas").count() == 2, f"the deflected machine is not drawn: {bent.text_content()}")
         if bent.locator("canvas").count() != 2:
             return
         self.settle()
         colours = "(c) => new Set(new Uint32Array(c.getContext('2d').getImageData(0, 0, c.width, c.height).data.buffer)).size"
         for canvas in bent.locator("canvas").all():
-            self.expect(canvas.evaluate(colours) > 2, "the picture of the bent machine is blank")
+            self.expect(canvas.evaluate(colours) > 2, "the picture of the deflected machine is blank")
         moved = float(bent.get_attribute("data-moved"))
         row = chosen.locator("tbody tr").first
         self.expect("deflection" in row.locator("th").text_content(), "the first number of a place is no deflection")

@@ -92,7 +92,7 @@ pub enum Mark {
     Full,
     /// By a data sheet, a catalogue, a default or an assumption.
     Half,
-    /// Not looked at.
+    /// Not assessed.
     Hollow,
 }
 

@@ -24,7 +24,7 @@
 //! use kinetostat_engine::{Machine, Solver, Wrench, nalgebra::Vector3, statics::Status};
 //!
 //! let machine = Machine::named("orthoglide")?;
-//! let commanded = machine.command(Vector3::new(30.0, -40.0, 75.0))?;
+//! let commanded = machine.inverse_kinematics_at(Vector3::new(30.0, -40.0, 75.0))?;
 //! let load = Wrench { force: Vector3::new(0.0, 0.0, -100.0), moment: Vector3::zeros() };
 //! let loaded = Solver::new(&machine).solve(&commanded.drives, &load)?;
 //! assert_eq!(loaded.status, Status::Solved);

@@ -12,14 +12,14 @@ pub struct Blocks {
     /// Number of lines and arcs driven with the feed.
     pub moves: usize,
     /// Blocks per second at the programmed feed: the inverse time of each move that has a feed.
-    pub per_second: Option<Spread>,
+    pub per_second: Option<Percentiles>,
     /// Angles between neighbouring moves, degrees.
-    pub turns_deg: Option<Spread>,
+    pub turns_deg: Option<Percentiles>,
 }
 
 /// Median, 95th percentile and maximum of some values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Spread {
+pub struct Percentiles {
     /// Median.
     pub p50: f64,
     /// 95th percentile.
@@ -51,11 +51,11 @@ impl Blocks {
             turns_deg.extend(one.turn_rad.map(f64::to_degrees));
         })?;
         let lines = program.line_count();
-        Ok(Self { lines, moves, per_second: Spread::of(per_second), turns_deg: Spread::of(turns_deg) })
+        Ok(Self { lines, moves, per_second: Percentiles::of(per_second), turns_deg: Percentiles::of(turns_deg) })
     }
 }
 
-impl Spread {
+impl Percentiles {
     /// Returns the percentiles of `values`, each one of the values; `None` if there are none.
     pub fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);

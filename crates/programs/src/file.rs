@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use kinetostat_input::error::{Error, Result};
+#[cfg(not(target_family = "wasm"))]
+use kinetostat_input::error::Error;
+use kinetostat_input::error::Result;
 
 #[cfg(not(target_family = "wasm"))]
 use crate::robot::{Language, RobotOptions, RobotProgram};
@@ -48,8 +50,8 @@ impl ProgramFile {
         }
         #[cfg(not(target_family = "wasm"))]
         if let Some(language) = Language::detect(file, &bytes) {
-            if options.robot.tool_stands && language != Language::Rapid {
-                let problem = "is not followed with a tool that stands ([tool] of the process): expected RAPID";
+            if options.robot.is_tool_stationary && language != Language::Rapid {
+                let problem = "is not followed with a stationary tool ([tool] of the process): expected RAPID";
                 let problem = format!("{} {problem}", language.name());
                 return Err(Error::argument(name, problem));
             }

@@ -40,7 +40,7 @@ impl Skeleton {
 pub struct ChainSkeleton {
     /// Its name.
     pub name: String,
-    /// Rigid and elastic lengths; the way of a slide is not among them.
+    /// Rigid and elastic lengths; the way of a prismatic joint is not among them.
     pub links: Vec<Polyline>,
     /// Its joints.
     pub joints: Vec<JointMark>,

@@ -16,7 +16,7 @@ use crate::{
         Branch, Chain, Clearance, Coordinate, Drive, Geometry, Machine, Mobility, Posture, SpringLaw, ToolAxisSource,
     },
     spatial::rotation_log,
-    statics::{State, Status, Workspace, chain_stiffnesses, rigid_wrenches, unloaded_compliance, unloaded_stiffness},
+    statics::{Scratch, State, Status, chain_stiffnesses, rigid_wrenches, unloaded_compliance, unloaded_stiffness},
 };
 
 /// Findings of a machine check.
@@ -84,12 +84,12 @@ fn machine_size(machine: &Machine) -> f64 {
 /// Checks `machine` at home, at its named points, and over its workspace; returns all findings with warnings.
 pub fn check(machine: &Machine) -> Findings {
     let mut findings = kinematic_findings(machine);
-    let mut workspace = Workspace::new(machine);
-    findings.stiffness = unloaded_stiffness(machine, &machine.home, &mut workspace);
-    findings.compliance = unloaded_compliance(machine, &machine.home, &mut workspace);
+    let mut scratch = Scratch::new(machine);
+    findings.stiffness = unloaded_stiffness(machine, &machine.home, &mut scratch);
+    findings.compliance = unloaded_compliance(machine, &machine.home, &mut scratch);
     let rigid = findings.compliance.filter(|_| findings.stiffness.is_none()).map(|compliance| {
         let home = State::rigid(machine, &machine.home);
-        let chains = chain_stiffnesses(machine, &machine.home.drives, &home, &mut workspace);
+        let chains = chain_stiffnesses(machine, &machine.home.drives, &home, &mut scratch);
         let rigid = machine.chains.iter().zip(chains).filter(|(_, stiffness)| stiffness.is_none());
         (
             rigid_wrenches(&compliance, machine.characteristic_length),
@@ -99,11 +99,11 @@ pub fn check(machine: &Machine) -> Findings {
     findings.rigid = rigid.unwrap_or_default();
     let mut status = Status::Solved;
     // What the weight bends is not the load's.
-    match compliance(&machine.weightless(), &machine.home, &mut workspace) {
+    match compliance(&machine.weightless(), &machine.home, &mut scratch) {
         Ok(at_home) => (findings.tool_stiffness, findings.compliance_shares) = (at_home.stiffness, at_home.shares),
         Err(failed) => status = failed,
     }
-    findings.survey = Some(survey(machine, &mut workspace));
+    findings.survey = Some(survey(machine, &mut scratch));
     findings.warnings = warnings(machine, &findings, &status);
     let parameters = machine.parameters();
     findings.warnings.extend(units::geometry_questions(machine, &findings, &parameters));
@@ -160,7 +160,7 @@ fn check_places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
     }
     let mut worst: (f64, f64) = (0.0, 0.0);
     let visit = |(name, position): (String, Vector3<f64>)| {
-        let reached = match machine.command(position) {
+        let reached = match machine.inverse_kinematics_at(position) {
             Err(unreachable) => Err(unreachable.to_string()),
             Ok(at) => match machine.forward_kinematics(&at.drives) {
                 Err(unreachable) => Err(format!(

@@ -81,7 +81,7 @@ fn survey_text(findings: &Findings) -> String {
     };
     if *left_out > 0 {
         text += &format!(
-            "    not looked at    droop and payload at {left_out} of these places: those before took too long\n"
+            "    not assessed    droop and payload at {left_out} of these places: those before took too long\n"
         );
     }
     text
@@ -146,7 +146,7 @@ fn kinematics_text(machine: &Machine, findings: &Findings) -> String {
             "redundant",
             format!(
                 "by {}: {drives} for {controlled}; the drives stand as near to home as the task allows \
-                 (least squares, hinges at {:.0} mm){others}",
+                 (least squares, revolute joints at {:.0} mm){others}",
                 machine.redundancy, machine.characteristic_length
             ),
         );

@@ -9,7 +9,7 @@ use crate::{
     simulation::sources::TO_ROUNDING,
     spatial::{Grid, Wrench},
     statics::{
-        Outcome, State, Status, Workspace, deformation_energies, drive_forces, equilibrium, principal_stiffnesses,
+        Outcome, Scratch, State, Status, deformation_energies, drive_forces, equilibrium, principal_stiffnesses,
         tool_compliance, unloaded_compliance,
     },
 };
@@ -59,18 +59,18 @@ pub struct Droop {
 }
 
 /// Surveys a grid of places over the workspace, oriented as at home.
-pub(super) fn survey(machine: &Machine, workspace: &mut Workspace) -> Survey {
+pub(super) fn survey(machine: &Machine, scratch: &mut Scratch) -> Survey {
     let (min, max) = (machine.workspace.min, machine.workspace.max);
     let grid = Grid::new(min, max, [0, 1, 2].map(|axis| if max[axis] > min[axis] { POINTS } else { 1 }));
     let places: Vec<Configuration> =
-        (0..grid.len()).filter_map(|index| machine.command(grid.position(index)).ok()).collect();
+        (0..grid.len()).filter_map(|index| machine.inverse_kinematics_at(grid.position(index)).ok()).collect();
     let (mut of_droop, mut of_payload) = (Effort::new(MOST_ITERATIONS), Effort::new(MOST_ITERATIONS));
     Survey {
         counts: grid.counts(),
         reached: places.len(),
-        softest: softest(&machine.weightless(), &places, workspace),
-        droop: droop(machine, &places, workspace, &mut of_droop),
-        payload: payload(machine, &places, workspace, &mut of_payload),
+        softest: softest(&machine.weightless(), &places, scratch),
+        droop: droop(machine, &places, scratch, &mut of_droop),
+        payload: payload(machine, &places, scratch, &mut of_payload),
         left_out: of_droop.left_out.max(of_payload.left_out),
     }
 }
@@ -102,16 +102,16 @@ impl Effort {
 }
 
 /// Returns the place among `places` where the tool tip of the weightless `machine` is softest; `None` where it is free or rigid everywhere.
-fn softest(machine: &Machine, places: &[Configuration], workspace: &mut Workspace) -> Option<Softest> {
+fn softest(machine: &Machine, places: &[Configuration], scratch: &mut Scratch) -> Option<Softest> {
     let mut softest: Option<(f64, &Configuration)> = None;
     let mut carrier = machine.carrier.clone();
     for at in places {
         let lever = at.pose.rotation * machine.tool_tip;
-        let Some(compliance) = unloaded_compliance(machine, at, workspace) else { continue };
+        let Some(compliance) = unloaded_compliance(machine, at, scratch) else { continue };
         let mut tip = tool_compliance(&compliance, lever);
         if let Some(carrier) = &mut carrier {
             let touched = carrier.set_touch_point(at.pose.translation + lever);
-            let carried = unloaded_compliance(carrier, &touched, &mut Workspace::new(carrier));
+            let carried = unloaded_compliance(carrier, &touched, &mut Scratch::new(carrier));
             let Some(carried) = carried else { continue };
             tip += tool_compliance(&carried, Vector3::zeros());
         }
@@ -121,7 +121,7 @@ fn softest(machine: &Machine, places: &[Configuration], workspace: &mut Workspac
         }
     }
     let (_, at) = softest?;
-    let there = compliance(machine, at, workspace).ok()?;
+    let there = compliance(machine, at, scratch).ok()?;
     Some(Softest {
         position_mm: at.pose.translation,
         tool_stiffness_n_per_mm: there.stiffness?,
@@ -130,7 +130,7 @@ fn softest(machine: &Machine, places: &[Configuration], workspace: &mut Workspac
 }
 
 /// Returns the range of the tool tip's displacement by weight over `places`; `None` without weight or places.
-fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace, effort: &mut Effort) -> Option<Droop> {
+fn droop(machine: &Machine, places: &[Configuration], scratch: &mut Scratch, effort: &mut Effort) -> Option<Droop> {
     if !machine.has_weight() || places.is_empty() {
         return None;
     }
@@ -141,7 +141,7 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace,
             continue;
         }
         let mut state = State::rigid(machine, at);
-        let outcome = equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, workspace, &TO_ROUNDING);
+        let outcome = equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, scratch, &TO_ROUNDING);
         effort.spend(&outcome);
         if outcome.status != Status::Solved {
             droop.without.get_or_insert_with(|| (0, outcome.status.reason(machine))).0 += 1;
@@ -151,7 +151,7 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace,
         if let Some(carrier) = &mut carrier {
             let at_tip = carrier.set_touch_point(at.pose.translation + at.pose.rotation * machine.tool_tip);
             let mut state = State::rigid(carrier, &at_tip);
-            let mut scratch = Workspace::new(carrier);
+            let mut scratch = Scratch::new(carrier);
             let outcome = equilibrium(carrier, &at_tip.drives, &Wrench::zero(), &mut state, &mut scratch, &TO_ROUNDING);
             effort.spend(&outcome);
             if outcome.status != Status::Solved {
@@ -182,11 +182,7 @@ pub(super) struct Compliance {
 }
 
 /// Returns the tool tip's compliance at configuration `at` of the weightless `machine`; or the status of a force without equilibrium.
-pub(super) fn compliance(
-    machine: &Machine,
-    at: &Configuration,
-    workspace: &mut Workspace,
-) -> Result<Compliance, Status> {
+pub(super) fn compliance(machine: &Machine, at: &Configuration, scratch: &mut Scratch) -> Result<Compliance, Status> {
     let lever = at.pose.rotation * machine.tool_tip;
     let mut carrier = machine.carrier.clone();
     let mut shares: Vec<(String, f64)> = Vec::new();
@@ -194,14 +190,14 @@ pub(super) fn compliance(
     for axis in 0..3 {
         let force = Vector3::ith(axis, FORCE_N);
         let load = Wrench { force, moment: lever.cross(&force) };
-        let (outcome, mut energies) = elastic_energies(machine, at, &load, workspace)?;
+        let (outcome, mut energies) = elastic_energies(machine, at, &load, scratch)?;
         let mut of_tip = outcome.compliance.map(|compliance| tool_compliance(&compliance, lever));
         if let Some(carrier) = &mut carrier {
             let (at, load) = (
                 carrier.set_touch_point(at.pose.translation + lever),
                 Wrench { force: -force, moment: Vector3::zeros() },
             );
-            let (outcome, of_carrier) = elastic_energies(carrier, &at, &load, &mut Workspace::new(carrier))?;
+            let (outcome, of_carrier) = elastic_energies(carrier, &at, &load, &mut Scratch::new(carrier))?;
             energies.extend(of_carrier);
             let carried = outcome.compliance.map(|compliance| tool_compliance(&compliance, Vector3::zeros()));
             of_tip = of_tip.zip(carried).map(|(tip, carried)| tip + carried);
@@ -229,12 +225,12 @@ fn elastic_energies(
     machine: &Machine,
     at: &Configuration,
     load: &Wrench,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
 ) -> Result<(Outcome, Vec<(String, f64)>), Status> {
     let mut rest = State::rigid(machine, at);
-    equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, workspace, &TO_ROUNDING);
+    equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, scratch, &TO_ROUNDING);
     let mut state = rest.clone();
-    let outcome = equilibrium(machine, &at.drives, load, &mut state, workspace, &TO_ROUNDING);
+    let outcome = equilibrium(machine, &at.drives, load, &mut state, scratch, &TO_ROUNDING);
     if outcome.status != Status::Solved {
         return Err(outcome.status);
     }
@@ -246,7 +242,7 @@ fn elastic_energies(
 const TRIAL_KG: f64 = 1.0;
 /// Number of corrections of the mass for the bending it causes.
 const CORRECTIONS: usize = 4;
-/// Growth of a drive's force per kilogram below which it does not carry the mass, as a share of the weight, of hinges at the characteristic length.
+/// Growth of a drive's force per kilogram below which it does not carry the mass, as a share of the weight, of revolute joints at the characteristic length.
 const NOT_CARRIED: f64 = 1e-6;
 
 /// The largest mass at the tool tip, and where it is reached.
@@ -265,12 +261,7 @@ type MaxMass = (f64, usize);
 
 /// Returns the largest mass at the tool tip for which no drive exceeds its force limit at any of `places`, own weight included; `None`
 /// without gravity or limits, or where no drive carries the mass.
-fn payload(
-    machine: &Machine,
-    places: &[Configuration],
-    workspace: &mut Workspace,
-    effort: &mut Effort,
-) -> Option<Payload> {
+fn payload(machine: &Machine, places: &[Configuration], scratch: &mut Scratch, effort: &mut Effort) -> Option<Payload> {
     if machine.gravity == Vector3::zeros() || machine.drives().all(|(_, drive)| drive.force_limit.is_none()) {
         return None;
     }
@@ -279,14 +270,14 @@ fn payload(
         if !effort.is_left() {
             continue;
         }
-        let limit = mass_at_limit(machine, at, 0.0, workspace, effort);
+        let limit = mass_at_limit(machine, at, 0.0, scratch, effort);
         if let Some(limit) = limit.filter(|limit| least.is_none_or(|(other, _)| limit.0 < other.0)) {
             least = Some((limit, at));
         }
     }
     let ((mut kilograms, mut drive), at) = least?;
     for _ in 0..CORRECTIONS {
-        match mass_at_limit(machine, at, kilograms, workspace, effort) {
+        match mass_at_limit(machine, at, kilograms, scratch, effort) {
             Some(limit) if kilograms > 0.0 => (kilograms, drive) = limit,
             _ => break,
         }
@@ -300,11 +291,11 @@ fn mass_at_limit(
     machine: &Machine,
     at: &Configuration,
     kilograms: f64,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
     effort: &mut Effort,
 ) -> Option<MaxMass> {
-    let start = loaded_forces(machine, at, kilograms, workspace, effort)?;
-    let more = loaded_forces(machine, at, kilograms + TRIAL_KG, workspace, effort)?;
+    let start = loaded_forces(machine, at, kilograms, scratch, effort)?;
+    let more = loaded_forces(machine, at, kilograms + TRIAL_KG, scratch, effort)?;
     let limits = machine.drives().map(|(_, drive)| (drive.force_limit, drive.motion));
     let mut least: Option<MaxMass> = None;
     for (drive, (limit, motion)) in limits.enumerate() {
@@ -330,20 +321,20 @@ fn loaded_forces(
     machine: &Machine,
     at: &Configuration,
     kilograms: f64,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
     effort: &mut Effort,
 ) -> Option<Vec<f64>> {
     let force = machine.gravity * kilograms;
     let load = Wrench { force, moment: (at.pose.rotation * machine.tool_tip).cross(&force) };
     let mut state = State::rigid(machine, at);
-    let outcome = equilibrium(machine, &at.drives, &load, &mut state, workspace, &TO_ROUNDING);
+    let outcome = equilibrium(machine, &at.drives, &load, &mut state, scratch, &TO_ROUNDING);
     effort.spend(&outcome);
     outcome.is_equilibrium().then(|| drive_forces(machine, &state))
 }
 
 /// Length of the steps from home, as a share of the machine's size.
 const STEP: f64 = 0.04;
-/// Farthest distance from home that is tried, in sizes of the machine, plus the travel of slides.
+/// Farthest distance from home that is tried, in sizes of the machine, plus the travel of prismatic joints.
 const FARTHEST: f64 = 4.0;
 /// Length of the steps farther away, where only slides lead, as a share of the distance beyond.
 const SLIDE_STEP: f64 = 0.25;
@@ -365,7 +356,7 @@ pub(super) fn spans(machine: &Machine) -> [Option<Span>; 3] {
 /// Returns how far P can go from home along the unit vector `direction` (O), mm; infinite where nothing ends it.
 fn farthest(machine: &Machine, direction: Vector3<f64>) -> f64 {
     let home = machine.home.pose.translation;
-    let is_reached = |distance: f64| machine.command(home + direction * distance).is_ok();
+    let is_reached = |distance: f64| machine.inverse_kinematics_at(home + direction * distance).is_ok();
     let machine_size = machine_size(machine);
     let (step, slides_alone) = (STEP * machine_size, FARTHEST * machine_size);
     let farthest = slides_alone + slide_travel(machine);
@@ -383,7 +374,7 @@ fn farthest(machine: &Machine, direction: Vector3<f64>) -> f64 {
     near
 }
 
-/// Returns the sum of the travels of all slides, mm.
+/// Returns the sum of the travels of all prismatic joints, mm.
 fn slide_travel(machine: &Machine) -> f64 {
     let slides = machine.drives().filter(|(_, drive)| drive.motion == Motion::Prismatic);
     slides.filter_map(|(_, drive)| drive.travel).map(|(least, largest)| largest - least).sum()

@@ -130,7 +130,7 @@ fn has_more_decimals(value: f64, count: i32) -> bool {
     (scaled - scaled.round()).abs() > 1e-9 * scaled.abs().max(1.0)
 }
 
-/// Returns a question about a hinge whose travel or limits, given by their `ends` in degrees, fit in a turn in radians: it is asked where
+/// Returns a question about a revolute joint whose travel or limits, given by their `ends` in degrees, fit in a turn in radians: it is asked where
 /// they have decimals as angles in degrees seldom have, or where a place is not reached.
 fn small_travel(machine: &Machine, ends: &[&Parameter], findings: &Findings) -> Option<String> {
     let (first, key) = (ends.first()?, ends.first()?.key.as_ref()?);
@@ -162,11 +162,12 @@ fn huge_mass(machine: &Machine, own: &Parameter) -> Option<String> {
     })
 }
 
-/// Returns a question about a slide too soft for a screw or a linear motor.
+/// Returns a question about a prismatic joint too soft for a screw or a linear motor.
 fn soft_slide(machine: &Machine, param: &Parameter) -> Option<String> {
     let is_slide = param.key.as_ref()?.contains("prismatic_drive.") && param.unit == Unit::N_PER_MM;
-    (is_slide && param.value? <= SOFT_SLIDE)
-        .then(|| format!("{}: drives of slides have more; is it in N/µm (1 N/µm = 1000 N/mm)?", shown(machine, param)))
+    (is_slide && param.value? <= SOFT_SLIDE).then(|| {
+        format!("{}: drives of prismatic joints have more; is it in N/µm (1 N/µm = 1000 N/mm)?", shown(machine, param))
+    })
 }
 
 /// Returns a question about a parameter far from the median of others of its kind.

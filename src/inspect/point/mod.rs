@@ -12,7 +12,7 @@ use crate::{
     process::MillingForce,
     simulation::{Failure, Machines, Source, sources::TO_ROUNDING},
     spatial::{Pose, Wrench},
-    statics::{Solution, State, Workspace, equilibrium, unloaded_stiffness},
+    statics::{Scratch, Solution, State, equilibrium, unloaded_stiffness},
 };
 
 /// The load at a point.
@@ -65,7 +65,7 @@ impl NominalCommand {
     /// Returns the configuration of the nominal machine at this command, or why the machine cannot go there.
     pub(crate) fn command(&self, machine: &Machine) -> Result<Configuration, Unreachable> {
         match self {
-            NominalCommand::Position(position) => machine.command(*position),
+            NominalCommand::Position(position) => machine.inverse_kinematics_at(*position),
             NominalCommand::Pose(pose) => {
                 let at = machine.inverse_kinematics(pose)?;
                 machine.check_uncontrolled(pose.translation, &at)?;
@@ -164,13 +164,13 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
         NominalCommand::Drives(_) if machine.redundancy > 0 => question.machines.with_home_at(&nominal),
         _ => question.machines.clone(),
     };
-    let real = &machines.real;
+    let actual = &machines.actual;
     let tool = machine.tool_at(&nominal.pose.rotation);
     let wrench = question.load.wrench(&tool);
-    let mut workspace = Workspace::new(real);
+    let mut scratch = Scratch::new(actual);
     let mut state = State::rigid(machine, &nominal);
-    let outcome = equilibrium(real, &nominal.drives, &wrench, &mut state, &mut workspace, &TO_ROUNDING);
-    let loaded = Solution::new(real, &nominal.drives, &state, &outcome, &mut workspace);
+    let outcome = equilibrium(actual, &nominal.drives, &wrench, &mut state, &mut scratch, &TO_ROUNDING);
+    let loaded = Solution::new(actual, &nominal.drives, &state, &outcome, &mut scratch);
     let task = TaskPoint::new(nominal.pose, wrench, question.target);
     let failed = |status: CompensationStatus| Failure::of(&status, machine);
     let mut session_at_rest = machines.session(Source::All);
@@ -193,7 +193,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
                     }),
                     _ => {
                         let drives = corrected.drives;
-                        let solution = Solution::new(real, &drives, session.state(), outcome, &mut workspace);
+                        let solution = Solution::new(actual, &drives, session.state(), outcome, &mut scratch);
                         Ok(CompensatedState { drives, solution })
                     }
                 }
@@ -211,14 +211,14 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
             let by_weight = compensate(&mut session, &Source::Weight.task(&task), Method::None);
             if by_weight.status.is_success() { Ok(by_weight.tool_displacement) } else { Err(failed(by_weight.status)) }
         }),
-        stiffness_unloaded: unloaded_stiffness(machine, &nominal, &mut workspace),
+        stiffness_unloaded: unloaded_stiffness(machine, &nominal, &mut scratch),
         conditioning: machine.conditioning(&nominal),
         branch: machine.branch_of(&nominal).zip(machine.clearance(&nominal)),
         question: question.clone(),
         wrench,
         tool,
         nominal,
-        tool_stiffness: carrier.and_then(|carrier| loaded.tool_stiffnesses(real, &carrier)),
+        tool_stiffness: carrier.and_then(|carrier| loaded.tool_stiffnesses(actual, &carrier)),
         loaded,
         compensated,
     })

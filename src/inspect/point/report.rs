@@ -75,13 +75,13 @@ fn by_kind(machine: &Machine, key: impl Fn(Motion) -> String, values: Option<Vec
     machine.drive_kinds().map(entry).collect()
 }
 
-/// Returns drive positions (mm, rad) under `KEY_mm` for slides and `KEY_deg` for hinges.
+/// Returns drive positions (mm, rad) under `KEY_mm` for prismatic joints and `KEY_deg` for revolute joints.
 fn position_keys(machine: &Machine, key: &str, values: Option<&[f64]>) -> Map<String, Value> {
     let shown = values.map(|values| shown_positions(machine, values));
     by_kind(machine, |kind| format!("{key}_{}", kind.position_unit()), shown)
 }
 
-/// Returns drive forces under `PREFIXactuator_force_N` for slides and `PREFIXactuator_torque_Nmm` for hinges.
+/// Returns drive forces under `PREFIXactuator_force_N` for prismatic joints and `PREFIXactuator_torque_Nmm` for revolute joints.
 fn force_keys(machine: &Machine, prefix: &str, values: Option<Vec<f64>>) -> Map<String, Value> {
     by_kind(machine, |kind| format!("{prefix}actuator_{}_{}", kind.force_word(), kind.force_unit()), values)
 }
@@ -91,12 +91,12 @@ pub fn unreachable_json(question: &PointQuestion, chain_errors_deg: &[f64], unre
     point_object(question, chain_errors_deg, Err(&Failure::from(unreachable.clone())))
 }
 
-/// Returns an object with the keys of `tests/reference/orthoglide.json`, where drives are slides, and `schema`, `drives`, `status`, `reason`,
+/// Returns an object with the keys of `tests/reference/orthoglide.json`, where drives are prismatic joints, and `schema`, `drives`, `status`, `reason`,
 /// `iterations`, `residual` and the residual error; `tool_axis`, the direction from the spindle to the tool tip in O axes, and
 /// `force_tool_frame_N`, the force in axes of the tool frame; `conditioning` ([`Machine::conditioning`]) and, of arms, `branch` and
 /// `clearance` ([`Machine::clearance`]); `cautions`, the sentences of the text.
 ///
-/// Keys of drive values end with their unit: `_mm` and `_N` of slides, `_deg` and `_Nmm` of hinges (`actuator_torque_Nmm`). A machine with
+/// Keys of drive values end with their unit: `_mm` and `_N` of prismatic joints, `_deg` and `_Nmm` of revolute joints (`actuator_torque_Nmm`). A machine with
 /// both has both, each with null where a drive is of the other kind. `chain_errors_deg` is passed through. Keys whose quantity does not exist
 /// in this outcome are null.
 pub fn point_json(answer: &PointResult, chain_errors_deg: &[f64]) -> Value {

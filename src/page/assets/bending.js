@@ -1,5 +1,5 @@
 "use strict";
-// The machine bent at a point of a map. The engine is started at the first point that is picked.
+// The deflected machine at a point of a map. The engine is started at the first point that is picked.
 (() => {
   let engine = null;
   async function started() {

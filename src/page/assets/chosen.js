@@ -1,4 +1,4 @@
-// The machine bent at a point, for a page that can compute it: `at` is a function of a place, a source and a tool angle, `along` of a point of a path, its length along it, and where the path is.
+// The deflected machine at a point, for a page that can compute it: `at` is a function of a place, a source and a tool angle, `along` of a point of a path, its length along it, and where the path is.
 const Bending = {
   at: null,
   along: null,
@@ -115,7 +115,7 @@ function chosenPoint(article, view) {
     const moved = Math.hypot(...answer.displacement);
     const angle = answer.phi_deg === null ? "" : ` at tool angle ${Data.withUnit(answer.phi_deg, "°")}`;
     const larger = factor > 1 ? `, drawn ${Data.number(factor)} times as large` : ", drawn as it is";
-    pictures.append(words(`The machine bent here${source}: its tool moves by ${Data.withUnit(moved, "mm")}${angle}${larger}. Grey: before.`));
+    pictures.append(words(`The deflected machine here${source}: its tool moves by ${Data.withUnit(moved, "mm")}${angle}${larger}. Grey: before.`));
     pictures.dataset.moved = moved;
     const views = document.createElement("div");
     views.className = "bent-views";

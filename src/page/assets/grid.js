@@ -108,9 +108,9 @@ function gridView(article, data, name, seen) {
     state.bent = null;
     if (had) space.draw();
     const question = place && Bending.at ? chosen.question(place) : null;
-    chosen.showBent(question && { words: "The bent machine is being computed." });
+    chosen.showBent(question && { words: "The deflected machine is being computed." });
     if (!question) return;
-    const found = await Bending.at(...question).catch((fault) => ({ words: `The bent machine cannot be computed: ${fault.message}` }));
+    const found = await Bending.at(...question).catch((fault) => ({ words: `The deflected machine cannot be computed: ${fault.message}` }));
     if (state.chosen !== place || state.group !== group) return;
     state.bent = found.lines ? found : null;
     chosen.showBent(found);

@@ -38,8 +38,8 @@ function planView(article, data, name, { quantity, group }) {
     // The page's engine has all sources at once.
     const isAll = data.sources.length < 2 || data.sources[state.group] === "all";
     if (!picked || !Bending.along || !isAll) return chosen.showBent(null);
-    chosen.showBent({ words: "The bent machine is being computed." });
-    const found = await Bending.along(nearest(picked[0]), along[nearest(picked[0])], (arc) => wanted.map((own) => own[nearest(arc)])).catch((fault) => ({ words: `The bent machine cannot be computed: ${fault.message}` }));
+    chosen.showBent({ words: "The deflected machine is being computed." });
+    const found = await Bending.along(nearest(picked[0]), along[nearest(picked[0])], (arc) => wanted.map((own) => own[nearest(arc)])).catch((fault) => ({ words: `The deflected machine cannot be computed: ${fault.message}` }));
     if (state.chosen !== picked) return;
     // A picture that belies the table is none.
     const [own, told] = [found.answer?.displacement ?? [], moved().map((way) => way[nearest(picked[0])])].map((way) => Math.hypot(...way));

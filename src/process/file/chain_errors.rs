@@ -25,7 +25,7 @@ pub struct ChainErrorSpec {
     pub end_translation_mm: Option<[f64; 3]>,
     /// Rotation vector of the chain's last frame, in its axes.
     pub end_rotation_deg: Option<[f64; 3]>,
-    /// Zero-point errors of the chain's drives, in the order of the drives: mm for slides, degrees for hinges.
+    /// Zero-point errors of the chain's drives, in the order of the drives: mm for prismatic joints, degrees for revolute joints.
     pub drive_offsets_mm_or_deg: Option<Vec<f64>>,
 }
 

@@ -36,7 +36,7 @@ pub struct PathFrameSpec {
     /// F_z, N.
     #[serde(rename = "axial_force_N")]
     pub axial_force: f64,
-    /// `rotated` (default) or `printed`, which is no rotation: its force does not turn with the path.
+    /// `rotated` (default) or `paper_eq17`, which is no rotation: its force does not turn with the path.
     #[serde(default)]
     pub law: ForceLaw,
 }

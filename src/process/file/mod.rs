@@ -1,4 +1,4 @@
-//! The process file, checked: placement of the workpiece, cutting force, errors of the real machine, and limits of compensation.
+//! The process file, checked: placement of the workpiece, cutting force, errors of the actual machine, and limits of compensation.
 
 pub mod chain_errors;
 mod cutter;
@@ -39,8 +39,8 @@ pub struct Process {
     pub machine: Machine,
     /// Whether the process gives a tool other than that of the machine file.
     pub has_own_tool: bool,
-    /// Where the tip of a tool that stands is in the base, mm, and its key; the machine is seen from the part that it holds then.
-    pub tool_stands: Option<(nalgebra::Vector3<f64>, Check)>,
+    /// Where the tip of a stationary tool is in the base, mm, and its key; the machine is seen from the part that it holds then.
+    pub is_tool_stationary: Option<(nalgebra::Vector3<f64>, Check)>,
     /// Tolerance of the tool's position, mm, if the file gives it.
     pub tolerance_mm: Option<f64>,
     /// The placement of the workpiece, and the point whose positions the path gives.
@@ -214,15 +214,15 @@ impl Process {
     /// Returns the process itself if it has nothing that only compensate follows; `name` says in the error what does not.
     ///
     /// # Errors
-    /// It has a table `[feed]`, or a tool that stands.
+    /// It has a table `[feed]`, or a stationary tool.
     pub fn as_programmed(self, name: &str) -> Result<Self> {
         if let Some(limits) = &self.feed {
             return limits.check.fail(format!(
                 "is not for {name}, which leaves feeds as programmed: only compensate changes those of a G-code program"
             ));
         }
-        if let Some((_, check)) = &self.tool_stands {
-            return check.fail(format!("is not for {name}: only compensate follows a tool that stands"));
+        if let Some((_, check)) = &self.is_tool_stationary {
+            return check.fail(format!("is not for {name}: only compensate follows a stationary tool"));
         }
         Ok(self)
     }
@@ -283,7 +283,7 @@ impl Process {
     pub fn facts(&self) -> Vec<(&'static str, String)> {
         let mut facts = vec![("workpiece", self.placement_words()), ("counts as cutting", self.cutting_words())];
         facts.extend((!self.own_forces.is_empty()).then(|| ("cutting force", self.own_forces.words())));
-        let tool_words = || match &self.tool_stands {
+        let tool_words = || match &self.is_tool_stationary {
             Some((tip, _)) => format!("{}. {STANDS}", self.machine.tool_words_at(*tip, "base")),
             None => self.machine.tool_words(),
         };
@@ -374,5 +374,5 @@ impl Process {
     }
 }
 
-/// What a tool that stands makes of the names of frames.
+/// What a stationary tool makes of the names of frames.
 const STANDS: &str = "It stands, and the machine holds the part: \"base\" is its flange or platform here, P the tip, and nothing has weight";

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
 
-use super::{Spread, resolve::LARGEST_RELATIVE_STD};
+use super::{Distribution, resolve::LARGEST_RELATIVE_STD};
 use crate::input::{
     csv_rows::{self, line_number},
     error::{Error, Result},
@@ -166,11 +166,11 @@ impl Covariance {
     }
 
     /// Distribution of the parameter with index `own` alone.
-    pub fn spread(&self, own: usize) -> Spread {
+    pub fn spread(&self, own: usize) -> Distribution {
         let std = self.matrix[(own, own)].sqrt();
         match self.parameters[own].is_lognormal {
-            true => Spread::Logarithm { below: std, above: std },
-            false => Spread::Difference { below: std, above: std },
+            true => Distribution::Logarithm { below: std, above: std },
+            false => Distribution::Difference { below: std, above: std },
         }
     }
 

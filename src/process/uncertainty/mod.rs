@@ -4,20 +4,20 @@
 //! nothing here does.
 
 mod covariance;
+mod distribution;
 mod draws;
 mod resolve;
 mod shares;
 pub mod sobol;
 pub(crate) mod spec;
-mod spread;
 mod surrogate;
 
 pub use covariance::{COVARIANCE_COLUMNS, DISTRIBUTIONS, MODEL};
+pub use distribution::{Distribution, Z_95_INTERVAL, normal_cdf, normal_quantile};
 use draws::Distributions;
 pub use draws::Draws;
 pub use resolve::{CutBy, UNMEASURED_FORCE_STD, UncertaintyTable, refuse};
 pub use shares::{CauseShare, Shares, Varying};
-pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
 pub use surrogate::{Harmonics, P95, Quantiles, Response, Surrogate, mean_and_error, quantile};
 
 use nalgebra::Vector3;
@@ -35,7 +35,7 @@ pub struct UncertainParameter {
     /// Unit of the values.
     pub unit: Unit,
     /// Distribution of each value about its nominal one.
-    pub spread: Spread,
+    pub spread: Distribution,
     /// What of the machine it changes.
     pub role: Role,
     /// Who says so.
@@ -171,7 +171,7 @@ impl UncertainParameter {
     /// stiffness, else the difference from the nominal value.
     pub fn coordinate(&self, z: f64) -> f64 {
         match self.compliance_ratio(z) {
-            Some(ratio) if !matches!(self.spread, Spread::Difference { .. }) => ratio - 1.0,
+            Some(ratio) if !matches!(self.spread, Distribution::Difference { .. }) => ratio - 1.0,
             _ => self.spread.value(self.nominal(), z) - self.nominal(),
         }
     }
@@ -214,11 +214,11 @@ impl ModelError {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ForceSpread {
     /// Of the force of a sharp tool over the nominal one; exact if `None`.
-    pub sharp: Option<Spread>,
+    pub sharp: Option<Distribution>,
     /// Of the force of a worn tool over that of a sharp one, from 1 on; tools stay sharp if `None`.
-    pub wear: Option<Spread>,
+    pub wear: Option<Distribution>,
     /// Of each component over its nominal one, beside these factors of the whole.
-    pub components: [Option<Spread>; ForceSpread::COMPONENTS.len()],
+    pub components: [Option<Distribution>; ForceSpread::COMPONENTS.len()],
     /// Number of further tools whose force and wear vary by themselves; 0 where one factor is for all.
     pub other_tools: usize,
 }
@@ -238,13 +238,13 @@ impl ForceSpread {
     }
 
     /// Indices of the components that vary by themselves, with their distributions.
-    pub fn varied_components(&self) -> impl Iterator<Item = (usize, Spread)> + use<> {
+    pub fn varied_components(&self) -> impl Iterator<Item = (usize, Distribution)> + use<> {
         self.components.into_iter().enumerate().filter_map(|(own, spread)| Some((own, spread?)))
     }
 
     /// Factors by which the force of a sharp tool and of a worn one are larger, for their standard normal numbers.
     pub fn factors(&self, normal: [f64; 2]) -> [f64; 2] {
-        let factor = |(own, z): (Option<Spread>, f64)| own.map_or(1.0, |spread| spread.value(1.0, z));
+        let factor = |(own, z): (Option<Distribution>, f64)| own.map_or(1.0, |spread| spread.value(1.0, z));
         [(self.sharp, normal[0]), (self.wear, normal[1])].map(factor)
     }
 }
@@ -313,8 +313,8 @@ pub struct Uncertainty {
     pub machine: Machine,
     /// Parameters that vary.
     pub parameters: Vec<UncertainParameter>,
-    /// Names of parameters whose correlations with others an entry of the study cuts.
-    pub cut: Vec<String>,
+    /// Names of parameters whose correlations with others an entry of the study drops.
+    pub dropped_correlations: Vec<String>,
     /// Whether parameters should vary as the machine file says, and it says it of none that no entry names.
     pub finds_no_provenance: bool,
     /// Whether the study says that what is not named is taken as exact.
@@ -403,7 +403,7 @@ impl Uncertainty {
     /// Share by which the force of a worn tool may be above that of a sharp one; `None` where tools stay sharp.
     pub fn wear_force_increase(&self) -> Option<f64> {
         match self.force.wear {
-            Some(Spread::Uniform { largest, .. }) => Some(largest),
+            Some(Distribution::Uniform { largest, .. }) => Some(largest),
             _ => None,
         }
     }
@@ -430,7 +430,7 @@ impl Uncertainty {
         let alone = (0..self.parameters.len()).filter(move |own| !correlated.contains(own) && !is_stated(own));
         let alone = alone.map(|own| (self.parameters[own].name().to_string(), Cause::Parameters(vec![own])));
         let wear = self.force.wear.map(|_| ("tool wear".into(), Cause::Wear));
-        let component = |(own, _): (usize, Spread)| (ForceSpread::COMPONENTS[own].into(), Cause::Component(own));
+        let component = |(own, _): (usize, Distribution)| (ForceSpread::COMPONENTS[own].into(), Cause::Component(own));
         let components = self.force.varied_components().map(component);
         let force = std::iter::once(("cutting force".into(), Cause::Force)).chain(components).chain(wear);
         alone.chain(stated).chain(together).chain(force).chain([(Cause::MODEL.into(), Cause::Model)])

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 
 use super::{
-    Draws, ForceSpread, ModelError, Role, Setup, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
+    Distribution, Draws, ForceSpread, ModelError, Role, Setup, SpreadSource, UncertainParameter, Uncertainty,
+    Z_95_INTERVAL,
     covariance::Covariance,
     draws::Distributions,
     spec::{
@@ -210,7 +211,7 @@ pub fn refuse<T>(check: &Check, name: &str) -> Result<T> {
 /// Returns how far the control leads the tool from where it is commanded, once for a machine and once for a run of the program: normally distributed, alike along the axes of the base.
 fn stated_accuracy(accuracy: &Accuracy) -> impl Iterator<Item = UncertainParameter> {
     let along = |stated: &Stated, setup: fn(usize) -> Setup| {
-        let spread = Spread::Difference { below: stated.axis_std_mm, above: stated.axis_std_mm };
+        let spread = Distribution::Difference { below: stated.axis_std_mm, above: stated.axis_std_mm };
         [0, 1, 2].map(|axis| UncertainParameter {
             values: Vec::new(),
             unit: Unit::MM,
@@ -249,13 +250,13 @@ fn resolve(
     }
     let covariance = covariance.filter(|_| !FOR_PAGES);
     let covariance = covariance.map(|(bytes, origin)| Covariance::read(bytes, origin)).transpose()?;
-    let (mut correlated, mut cut, mut factor) = (Vec::new(), Vec::new(), DMatrix::zeros(0, 0));
+    let (mut correlated, mut dropped_correlations, mut factor) = (Vec::new(), Vec::new(), DMatrix::zeros(0, 0));
     if let Some(covariance) = &covariance {
         let taken = found.add_from_covariance(covariance, errors, &check.key("covariance"))?;
         factor = covariance.correlation_factor(&taken.iter().map(|(own, _)| *own).collect::<Vec<_>>());
         correlated = taken.iter().map(|(_, parameter)| *parameter).collect();
         let is_cut = |own: &usize| taken.iter().all(|(taken, _)| taken != own);
-        cut = (0..covariance.parameters.len())
+        dropped_correlations = (0..covariance.parameters.len())
             .filter(is_cut)
             .map(|own| covariance.parameters[own].name.clone())
             .collect();
@@ -311,7 +312,17 @@ fn resolve(
     }
     let (correlated, factor, model_std) = (&correlated[..], &factor, model.relative_std);
     let draws = Draws::new(Distributions { parameters: &parameters, correlated, factor, force, model_std }, spec.seed);
-    Ok(Uncertainty { machine, parameters, cut, finds_no_provenance, is_exact_by_choice, force, tools, model, draws })
+    Ok(Uncertainty {
+        machine,
+        parameters,
+        dropped_correlations,
+        finds_no_provenance,
+        is_exact_by_choice,
+        force,
+        tools,
+        model,
+        draws,
+    })
 }
 
 /// Checks how the cutting force varies, and returns it with the tools that have a force each, of those that are `cutting`.
@@ -326,8 +337,8 @@ fn force_spread(
     };
     let sharp = share_of_force("process.force_relative_std", process.force_relative_std)?;
     let wear = share_of_force("process.wear_force_increase", process.wear_force_increase)?;
-    let wear = wear.map(|largest| Spread::Uniform { least: 0.0, largest });
-    let sharp = sharp.map(Spread::of_relative_std);
+    let wear = wear.map(|largest| Distribution::Uniform { least: 0.0, largest });
+    let sharp = sharp.map(Distribution::of_relative_std);
     let mut components = [None; ForceSpread::COMPONENTS.len()];
     let given = process.force_component_relative_std.filter(|_| !FOR_PAGES);
     if let Some(ForceComponentsSpec { tangential, radial, axial }) = given {
@@ -335,7 +346,7 @@ fn force_spread(
         for (own, (name, given)) in
             [("tangential", tangential), ("radial", radial), ("axial", axial)].into_iter().enumerate()
         {
-            components[own] = share_of_force(&format!("{key}.{name}"), given)?.map(Spread::of_relative_std);
+            components[own] = share_of_force(&format!("{key}.{name}"), given)?.map(Distribution::of_relative_std);
         }
         if components.iter().all(Option::is_none) {
             return check.key(key).fail("varies nothing: expected tangential, radial or axial above 0".into());
@@ -624,7 +635,13 @@ impl Found<'_> {
     }
 
     /// Adds parameters with the same draws and this distribution.
-    fn add_with(&mut self, named: Vec<Parameter>, spread: Spread, source: SpreadSource, check: &Check) -> Result<()> {
+    fn add_with(
+        &mut self,
+        named: Vec<Parameter>,
+        spread: Distribution,
+        source: SpreadSource,
+        check: &Check,
+    ) -> Result<()> {
         let mut values = Vec::new();
         for own in &named {
             let Some(value) = own.value else {
@@ -700,7 +717,7 @@ fn relative_std(value: f64, check: &Check) -> Result<f64> {
 }
 
 /// Distribution of `parameter`: lognormal where it must stay positive.
-fn spread(spec: &SpreadSpec, parameter: &Parameter, check: &Check) -> Result<Spread> {
+fn spread(spec: &SpreadSpec, parameter: &Parameter, check: &Check) -> Result<Distribution> {
     let (nominal, unit) = (parameter.value.unwrap_or_default(), parameter.unit);
     match (spec.std, spec.relative_std, spec.interval_95, spec.uniform) {
         (Some(std), None, None, None) => {
@@ -710,20 +727,20 @@ fn spread(spec: &SpreadSpec, parameter: &Parameter, check: &Check) -> Result<Spr
                 true if std > LARGEST_RELATIVE_STD * nominal => check.fail(format!(
                     "must be at most {LARGEST_RELATIVE_STD} times the value, {nominal} {unit}, got {std}"
                 )),
-                true => Ok(Spread::of_relative_std(std / nominal)),
-                false => Ok(Spread::Difference { below: std, above: std }),
+                true => Ok(Distribution::of_relative_std(std / nominal)),
+                false => Ok(Distribution::Difference { below: std, above: std }),
             }
         }
         (None, Some(relative), None, None) => {
             let check = check.key("relative_std");
             let relative = relative_std(relative, &check)?;
             match nominal {
-                _ if is_positive(parameter) => Ok(Spread::of_relative_std(relative)),
+                _ if is_positive(parameter) => Ok(Distribution::of_relative_std(relative)),
                 0.0 => check.fail(format!(
                     "is a share of the value of {}, which is 0: expected std, interval_95 or uniform",
                     parameter.name
                 )),
-                _ => Ok(Spread::Difference { below: relative * nominal.abs(), above: relative * nominal.abs() }),
+                _ => Ok(Distribution::Difference { below: relative * nominal.abs(), above: relative * nominal.abs() }),
             }
         }
         (None, None, Some(ends), None) => {
@@ -732,16 +749,16 @@ fn spread(spec: &SpreadSpec, parameter: &Parameter, check: &Check) -> Result<Spr
                 true => {
                     let [below, above] =
                         [nominal / low, high / nominal].map(|factor| libm::log(factor) / Z_95_INTERVAL);
-                    let most = Spread::std_of_logarithm(LARGEST_RELATIVE_STD);
+                    let most = Distribution::std_of_logarithm(LARGEST_RELATIVE_STD);
                     match below.max(above) <= most {
-                        true => Ok(Spread::Logarithm { below, above }),
+                        true => Ok(Distribution::Logarithm { below, above }),
                         false => check.fail(format!(
                             "must be within a factor of {:.1} of the nominal value {nominal} {unit}, got {low} and {high}",
                             libm::exp(most * Z_95_INTERVAL)
                         )),
                     }
                 }
-                false => Ok(Spread::Difference {
+                false => Ok(Distribution::Difference {
                     below: (nominal - low) / Z_95_INTERVAL,
                     above: (high - nominal) / Z_95_INTERVAL,
                 }),
@@ -749,7 +766,7 @@ fn spread(spec: &SpreadSpec, parameter: &Parameter, check: &Check) -> Result<Spr
         }
         (None, None, None, Some(ends)) => {
             let [low, high] = interval(ends, parameter, &check.key("uniform"))?;
-            Ok(Spread::Uniform { least: low - nominal, largest: high - nominal })
+            Ok(Distribution::Uniform { least: low - nominal, largest: high - nominal })
         }
         _ => check.fail(format!(
             "expected one of std, relative_std, interval_95 and uniform for {} ({unit})",

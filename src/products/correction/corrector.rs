@@ -61,11 +61,11 @@ impl JointTable {
     }
 }
 
-/// Returns for each drive the axis of O (0 to 2) that it moves at home; `Err` with the reason if one is no slide or moves several axes.
+/// Returns for each drive the axis of O (0 to 2) that it moves at home; `Err` with the reason if one is no prismatic joint or moves several axes.
 fn drive_axes(machine: &Machine) -> std::result::Result<Vec<usize>, String> {
     let fail = |reason: &str| Err(format!("a table for each drive over its own position would mean nothing: {reason}"));
     if machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
-        return fail("not all drives are slides");
+        return fail("not all drives are prismatic joints");
     }
     let translations: Vec<usize> = machine
         .controls

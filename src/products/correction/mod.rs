@@ -38,7 +38,7 @@ use crate::{
 pub struct CorrectionQuestion {
     /// The nominal machine with the tool of the process, by which positions are commanded.
     pub machine: Machine,
-    /// Errors of each chain of the real machine.
+    /// Errors of each chain of the actual machine.
     pub errors: Vec<ChainError>,
     /// What is compensated: P, tool tip or full pose.
     pub target: Target,
@@ -215,7 +215,7 @@ fn largest_milling_force(force: &MillingForce) -> f64 {
     let (radial, tangential) = (force.radial.abs(), force.tangential.abs());
     let across = match force.law {
         // |F|² = F_r² + F_t² + 2 F_r F_t sin 2φ.
-        ForceLaw::Printed => radial + tangential,
+        ForceLaw::PaperEq17 => radial + tangential,
         ForceLaw::Rotated => libm::hypot(radial, tangential),
     };
     libm::hypot(across, force.axial)

@@ -192,7 +192,7 @@ pub(super) fn probe(question: &CorrectionQuestion, machines: &Machines, work: &W
     Ok(Probe { terms, at_nodes_mm, bends_mm: [0, 1, 2].map(|axis| max_curvature(question, &table, axis)) })
 }
 
-/// Returns (n − 1)² times the interpolation error along `axis` between n nodes, mm, hinges at the machine's characteristic length.
+/// Returns (n − 1)² times the interpolation error along `axis` between n nodes, mm, revolute joints at the machine's characteristic length.
 fn max_curvature(question: &CorrectionQuestion, table: &CorrectionTable, axis: usize) -> f64 {
     let (grid, machine) = (&table.grid, &question.machine);
     let steps = grid.axes[axis].len() - 1;

@@ -120,7 +120,7 @@ impl ProgramJob {
     ) -> Result<BoundedPass> {
         let (tasks, limits) = (self.all_tasks()?, &self.process.limits);
         let correct =
-            |force: Vec<f64>| correct_within_forces(&self.machine, &self.machines.real, &tasks, limits, force);
+            |force: Vec<f64>| correct_within_forces(&self.machine, &self.machines.actual, &tasks, limits, force);
         let path = correct(force_limits(&self.machine, limits))?;
         let (path, forces) = self.tighten_forces(path, &correct, work)?;
         let done = || work.tell(Event::Computed(1));

@@ -1,8 +1,8 @@
-//! Compensates a program: finds the commands, writes the program that gives them, reads it back and proves it by simulation.
+//! Compensates a program: finds the commands, writes the program that gives them, reads it back and verifies it by simulation.
 
 use super::deflected::{DeflectedCut, MOST_POINTS};
 use super::{
-    CorrectedPath, ForceCheck, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, Proof, ProvedPart,
+    CorrectedPath, ForceCheck, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, Verification, VerifiedPart,
     WithoutForce,
     bounded::{ExcessSearch, LimitExcess},
 };
@@ -16,9 +16,9 @@ use crate::{
 
 /// Options for compensating a program.
 #[derive(Debug, Clone)]
-pub struct Asked {
+pub struct CompensateOptions {
     /// Source of the drive commands.
-    pub way: CommandSource,
+    pub commands: CommandSource,
     /// Methods simulated for comparison, besides no compensation.
     pub compared: Vec<Method>,
     /// Whether each error source is also simulated alone.
@@ -39,32 +39,32 @@ pub enum CommandSource {
 }
 
 /// Receives the compensated program part by part.
-pub trait Receiver: Send {
+pub trait PartSink: Send {
     /// Checks that a `file` that the program calls may be written beside it.
     ///
     /// # Errors
     /// It may not; the calls are then written out in the program.
     fn may_call(&self, file: &CalledFile) -> Result<()>;
 
-    /// Takes the next proved part; `bounded` is the path corrected within limits, if it was.
+    /// Takes the next verified part; `bounded` is the path corrected within limits, if it was.
     ///
     /// # Errors
     /// The part cannot be stored.
-    fn take(&mut self, proved: &ProvedPart<'_>, bounded: Option<&BoundedPath>) -> Result<()>;
+    fn take(&mut self, verified: &VerifiedPart<'_>, bounded: Option<&BoundedPath>) -> Result<()>;
 }
 
 /// A receiver for a program that stays in memory: it stores nothing.
 #[derive(Debug)]
-pub struct InMemory;
+pub struct NoFiles;
 
-impl Receiver for InMemory {
+impl PartSink for NoFiles {
     /// Refuses every called file, since nothing is written beside the program.
     fn may_call(&self, file: &CalledFile) -> Result<()> {
         Err(Error::argument(&file.name, "no files are written beside a program that is kept in memory"))
     }
 
     /// Accepts the part without storing it.
-    fn take(&mut self, _: &ProvedPart<'_>, _: Option<&BoundedPath>) -> Result<()> {
+    fn take(&mut self, _: &VerifiedPart<'_>, _: Option<&BoundedPath>) -> Result<()> {
         Ok(())
     }
 }
@@ -72,15 +72,15 @@ impl Receiver for InMemory {
 /// Outcome of compensating a program.
 #[derive(Debug)]
 pub enum Compensated {
-    /// The program was written and proved.
-    Proved(Box<ProvedProgram>),
+    /// The program was written and verified.
+    Verified(Box<VerifiedProgram>),
     /// The tool cuts at points that have no command.
     Refused(Refusal),
 }
 
 /// A rewritten program and its simulated residual errors.
 #[derive(Debug)]
-pub struct ProvedProgram {
+pub struct VerifiedProgram {
     /// Simulated passes: no compensation, the compared methods, the commands themselves, and last the program as written.
     pub passes: Vec<Pass>,
     /// The program as written.
@@ -103,7 +103,7 @@ pub struct ProvedProgram {
     pub takes_play_back: bool,
 }
 
-impl ProvedProgram {
+impl VerifiedProgram {
     /// Returns the largest residual error of the commands before they are written, mm; `None` if no point was solved.
     pub fn commanded_max_mm(&self) -> Option<f64> {
         self.passes.iter().rev().nth(1).and_then(|pass| pass.summary.max_mm)
@@ -123,10 +123,10 @@ pub struct Refusal {
     pub pass: Option<Pass>,
 }
 
-impl Asked {
+impl CompensateOptions {
     /// Returns options for commands by one `method`, without comparison.
     pub fn by(method: Method) -> Self {
-        Self { way: CommandSource::Method(method), compared: Vec::new(), sources_apart: false, ends_early: false }
+        Self { commands: CommandSource::Method(method), compared: Vec::new(), sources_apart: false, ends_early: false }
     }
 
     /// Returns the number of passes over the points of `job` for which progress is reported.
@@ -141,17 +141,17 @@ impl Asked {
 const NAMED: usize = 5;
 
 impl ProgramJob {
-    /// Finds commands as `asked`, writes the program and proves it part by part, which `to` receives; `work` is told of each point of each pass.
+    /// Finds commands as `asked`, writes the program and verifies it part by part, which `to` receives; `work` is told of each point of each pass.
     ///
     /// # Errors
-    /// Those of [`ProgramJob::bounded_pass`], [`ProgramJob::write`], [`ProgramJob::prove`], of `to` and of `work`.
-    pub fn compensate(&self, asked: &Asked, to: &mut impl Receiver, work: &Work) -> Result<Compensated> {
-        if let (CommandSource::Mirror(_), Some(table)) = (&asked.way, &self.process.uncertainty) {
+    /// Those of [`ProgramJob::bounded_pass`], [`ProgramJob::write`], [`ProgramJob::verify`], of `to` and of `work`.
+    pub fn compensate(&self, asked: &CompensateOptions, to: &mut impl PartSink, work: &Work) -> Result<Compensated> {
+        if let (CommandSource::Mirror(_), Some(table)) = (&asked.commands, &self.process.uncertainty) {
             // What was measured has in it what the model leaves out.
             let problem = "is not computed for a measured pass: expected a method, or no such table";
             table.check.fail::<()>(problem.into())?;
         }
-        if let (CommandSource::Mirror(_), Some(limits)) = (&asked.way, &self.process.feed) {
+        if let (CommandSource::Mirror(_), Some(limits)) = (&asked.commands, &self.process.feed) {
             let problem =
                 "changes feeds, and a measured pass is of the program as it was: expected a method, or no such table";
             limits.check.fail::<()>(problem.into())?;
@@ -169,7 +169,7 @@ impl ProgramJob {
             corrected.add(self, part, results);
             if asked.ends_early && !corrected.failures.is_empty() { Err(Error::Stopped) } else { work.check() }
         };
-        let sought = match &asked.way {
+        let sought = match &asked.commands {
             CommandSource::Mirror(sent) => {
                 self.pass("mirror of the measured pass", &ProgramCommands::CommandedPath(sent), &done, take)
             }
@@ -198,17 +198,18 @@ impl ProgramJob {
         let mut excess = bounded.as_ref().map(|bounded| ExcessSearch::new(self, bounded));
         let name = format!("{}, as written", sought.name);
         let mut errors_before = Vec::new();
-        let Proof { mut passes, without_force, spread } = self.prove(name, &written, asked, work, |proved| {
-            work.check()?;
-            excess.iter_mut().for_each(|excess| excess.add(proved.part.first, &proved.written));
-            if self.process.stock.is_some() && self.path.len() <= MOST_POINTS {
-                errors_before.extend_from_slice(&proved.before[Source::All]);
-            }
-            to.take(proved, bounded.as_ref())
-        })?;
+        let Verification { mut passes, without_force, spread } =
+            self.verify(name, &written, asked, work, |verified| {
+                work.check()?;
+                excess.iter_mut().for_each(|excess| excess.add(verified.part.first, &verified.written));
+                if self.process.stock.is_some() && self.path.len() <= MOST_POINTS {
+                    errors_before.extend_from_slice(&verified.before[Source::All]);
+                }
+                to.take(verified, bounded.as_ref())
+            })?;
         let exceeded = excess.map(ExcessSearch::worst);
         passes.insert(passes.len() - 1, sought);
-        Ok(Compensated::Proved(Box::new(ProvedProgram {
+        Ok(Compensated::Verified(Box::new(VerifiedProgram {
             passes,
             written,
             bounded,
@@ -218,7 +219,7 @@ impl ProgramJob {
             deflected_cut: self.deflected_cut(errors_before, work)?,
             spread,
             uncorrected,
-            takes_play_back: matches!(asked.way, CommandSource::Method(method) if method != Method::None),
+            takes_play_back: matches!(asked.commands, CommandSource::Method(method) if method != Method::None),
         })))
     }
 }

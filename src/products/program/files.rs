@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use super::{
-    Asked, Compensated, ProgramJob, ProvedPart, ProvedProgram, Receiver, Refusal,
+    CompensateOptions, Compensated, PartSink, ProgramJob, Refusal, VerifiedPart, VerifiedProgram,
     report::{self, Findings, PROGRAM_RANKS, Report, program_columns, program_json, program_table, use_text},
 };
 use crate::{
@@ -40,7 +40,7 @@ pub struct ProgramResults {
     /// Main sentence, numbers and cautions.
     pub headline: Headline,
     /// Simulated passes and residual errors; the program's bytes are only in its file.
-    pub proved: ProvedProgram,
+    pub verified: VerifiedProgram,
     /// Whether limits of its feed are exceeded, though the feed is as slow as it may be.
     pub exceeds_feed_limits: bool,
     /// Whether no motion of the program counts as cutting, or the force of none is known.
@@ -74,30 +74,30 @@ pub enum ProgramOutcome {
 /// As [`ProgramJob::compensate`]; files that cannot be written: what is there then is known as ours.
 pub fn compensate_into(
     job: ProgramJob,
-    asked: &Asked,
+    asked: &CompensateOptions,
     files: &ProgramFiles,
     name: &str,
     work: &Work,
 ) -> Result<ProgramOutcome> {
     // The columns of the points need it.
-    let asked = Asked { sources_apart: true, ..asked.clone() };
+    let asked = CompensateOptions { sources_apart: true, ..asked.clone() };
     let mut receiver = FileReceiver { job: &job, files, under_way: None };
     let found = job.compensate(&asked, &mut receiver, work)?;
     let under_way = receiver.under_way;
-    let proved = match found {
-        Compensated::Proved(proved) => *proved,
+    let verified = match found {
+        Compensated::Verified(verified) => *verified,
         Compensated::Refused(refused) => return Ok(ProgramOutcome::Refused(Box::new(job), refused)),
     };
     let UnfinishedFiles { made, points, findings } = under_way.map_or_else(|| UnfinishedFiles::new(&job, files), Ok)?;
     let (mut points, rows) = points.finish()?;
     let mut findings = findings;
-    findings.find_machined(&job, &proved.written, name, work)?;
+    findings.find_machined(&job, &verified.written, name, work)?;
     if let Some(part) = findings.part(&job) {
         points.push(part.ply(files.file_named(PART)));
         let fault = |source| Error::Write { file: files.out.with_file_name(files.file_named(PART_VTK)), source };
         points.extend(part.vtp(files.file_named(PART_VTK)).map_err(fault)?);
     }
-    let report = Report { job: &job, name, proved: &proved, findings: &findings };
+    let report = Report { job: &job, name, verified: &verified, findings: &findings };
     let (headline, figures) = (report::headline(&report), report::figures(&report));
     let table = report::budget_table(&report);
     let fault = |error| Error::Write {
@@ -116,7 +116,7 @@ pub fn compensate_into(
     if let Some(found) = &job.redundancy {
         json["redundancy"] = redundancy::report::json(found, settings);
     }
-    points.extend(files.called(proved.written.callees()));
+    points.extend(files.called(verified.written.callees()));
     let mut results = ProgramResults {
         headline,
         exceeds_feed_limits: job.feed.as_ref().is_some_and(|feed| !feed.exceeded.is_empty()),
@@ -127,17 +127,17 @@ pub fn compensate_into(
         used: use_text(&report),
         rows,
         page: PathBuf::new(),
-        proved,
+        verified,
     };
     // A page takes memory; nothing more is asked of the points.
-    results.proved.written.sent = CommandedPath { positions: Vec::new(), orientations: None };
+    results.verified.written.sent = CommandedPath { positions: Vec::new(), orientations: None };
     drop((job, findings));
-    let bytes = std::mem::take(&mut results.proved.written.bytes);
+    let bytes = std::mem::take(&mut results.verified.written.bytes);
     results.page = files.write(bytes, points, json, made.path(), page, &figures)?;
     Ok(ProgramOutcome::Written(Box::new(results)))
 }
 
-/// Receives the proved parts and writes their points into files.
+/// Receives the verified parts and writes their points into files.
 struct FileReceiver<'a> {
     job: &'a ProgramJob,
     files: &'a ProgramFiles,
@@ -165,20 +165,20 @@ impl UnfinishedFiles {
     }
 }
 
-impl Receiver for FileReceiver<'_> {
+impl PartSink for FileReceiver<'_> {
     /// Checks that a called file may be written beside the program.
     fn may_call(&self, file: &CalledFile) -> Result<()> {
         self.files.may_call(file)
     }
 
     /// Adds the points of a part to the findings and to the table.
-    fn take(&mut self, proved: &ProvedPart<'_>, bounded: Option<&BoundedPath>) -> Result<()> {
+    fn take(&mut self, verified: &VerifiedPart<'_>, bounded: Option<&BoundedPath>) -> Result<()> {
         let UnfinishedFiles { points, findings, .. } = match &mut self.under_way {
             Some(under_way) => under_way,
             none => none.insert(UnfinishedFiles::new(self.job, self.files)?),
         };
-        findings.add(self.job, proved);
-        points.add(&program_table(self.job, proved, bounded))
+        findings.add(self.job, verified);
+        points.add(&program_table(self.job, verified, bounded))
     }
 }
 

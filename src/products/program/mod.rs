@@ -1,16 +1,16 @@
 //! A program for the machine: read, compensated, written back, read again and simulated as written.
 //!
-//! What it is, from what was read ([`ProgramFile`]) to its proof; the stages before are those of [`toolpath`](crate::toolpath):
+//! What it is, from what was read ([`ProgramFile`]) to its verification; the stages before are those of [`toolpath`](crate::toolpath):
 //!
 //! | stage | what it is |
 //! |---|---|
 //! | [`ProgramJob`] | the program with machine, process and force along its path |
-//! | [`Asked`], [`CommandSource`] | what is asked for, and of what the drive commands are made |
+//! | [`CompensateOptions`], [`CommandSource`] | what is asked for, and of what the drive commands are made |
 //! | [`ProgramCommands`] | the drive commands along the program, as they are simulated |
 //! | [`CorrectedPath`] | where these commands send the tool, point by point |
 //! | [`ProgramAsWritten`] | the text through that path, and the [`CommandedPath`] that was read back from it |
-//! | [`Proof`] | residual errors of what was read back, part by part ([`ProvedPart`]) |
-//! | [`ProvedProgram`] | the program as written with its proof; [`Compensated`]: that, or why there is none |
+//! | [`Verification`] | residual errors of what was read back, part by part ([`VerifiedPart`]) |
+//! | [`VerifiedProgram`] | the program as written with its verification; [`Compensated`]: that, or why there is none |
 //! | `files::ProgramResults` | what was found of a program that stands in its files; `files::ProgramOutcome`: that, or why there is none |
 
 pub mod bounded;
@@ -22,12 +22,12 @@ mod feed;
 pub mod files;
 mod forces;
 mod part;
-mod prove;
 #[cfg(feature = "report")]
 pub mod report;
 #[cfg(feature = "report")]
 mod surface;
 mod turned;
+mod verify;
 
 use std::{
     ops::Deref,
@@ -39,13 +39,13 @@ use serde::Serialize;
 
 use self::part::TrackPart;
 use self::turned::with_best_gamma;
-pub use compensate::{Asked, CommandSource, Compensated, InMemory, ProvedProgram, Receiver, Refusal};
+pub use compensate::{CommandSource, CompensateOptions, Compensated, NoFiles, PartSink, Refusal, VerifiedProgram};
 pub use corrected::{CorrectedPath, ProgramAsWritten, WrittenCalls};
 pub use deflected::DeflectedCut;
 pub use feed::{FoundFeeds, Placed};
 pub use forces::ForceCheck;
 pub use part::Part;
-pub use prove::{CuttingLawCheck, Proof, ProvedPart, WithoutForce};
+pub use verify::{CuttingLawCheck, Verification, VerifiedPart, WithoutForce};
 
 use crate::{
     compensation::{Method, Target, TaskPoint},
@@ -259,7 +259,7 @@ impl ProgramJob {
         let (mut sums, mut track, mut before) = (PathSums::default(), self.tracker(), None);
         for part in self.parts() {
             let part = part?;
-            let case = part.case([&self.machine, &self.machines.real, &self.machine]);
+            let case = part.case([&self.machine, &self.machines.actual, &self.machine]);
             let along = self.track(&part, &mut before);
             let results =
                 self.part_results(&part, &mut track, commands, &|commands| run_tracked(&case, commands, &along, done));

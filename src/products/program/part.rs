@@ -58,9 +58,9 @@ impl Part<'_> {
         self.first..self.first + self.points.len()
     }
 
-    /// Returns the part as a path to solve: `nominal` computes commands, `real` is the actual machine; deflections begin at rest of `unloaded`.
-    pub(super) fn case<'a>(&'a self, [nominal, real, unloaded]: [&'a Machine; 3]) -> PathCase<'a> {
-        PathCase { nominal, real, unloaded, before: None, tasks: &self.tasks, play: true }
+    /// Returns the part as a path to solve: `nominal` computes commands, `actual` is the actual machine; deflections begin at rest of `unloaded`.
+    pub(super) fn case<'a>(&'a self, [nominal, actual, unloaded]: [&'a Machine; 3]) -> PathCase<'a> {
+        PathCase { nominal, actual, unloaded, before: None, tasks: &self.tasks, play: true }
     }
 
     /// Returns the part with each task point changed by `change`.
@@ -90,7 +90,7 @@ pub(super) fn stored_tasks(process: &Process, path: &CutPath, name: &str) -> Res
     process.machine.has_parasitic_rotation.then(all).transpose().map_err(fault)
 }
 
-/// Returns how the arm of `machine` stands with its drives at `drives` (mm, rad); `None` unless it ends in six hinges.
+/// Returns how the arm of `machine` stands with its drives at `drives` (mm, rad); `None` unless it ends in six revolute joints.
 pub(super) fn arm_posture(machine: &Machine, drives: &[f64]) -> Option<ArmPosture> {
     machine.branch_and_angles(drives).map(|(branch, angles)| ArmPosture { branch, angles })
 }

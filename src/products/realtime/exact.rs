@@ -9,7 +9,7 @@ use crate::{
     machine::Machine,
     simulation::{Machines, Source, sources::TO_ROUNDING},
     spatial::Wrench,
-    statics::{State, Workspace, equilibrium, one_step},
+    statics::{Scratch, State, equilibrium, one_step},
 };
 
 /// The nominal machine, which commands positions, and the actual one, solved by the engine.
@@ -21,7 +21,7 @@ pub(super) struct ReferenceSolver {
 /// Storage of the solver, reused from point to point.
 pub(super) struct Storage {
     session: Session,
-    workspace: Workspace,
+    scratch: Scratch,
 }
 
 /// An equilibrium with the tool tip at a position under a wrench.
@@ -35,8 +35,8 @@ pub(super) struct TipState {
 
 impl ReferenceSolver {
     /// Returns the actual machine.
-    pub fn real(&self) -> &Machine {
-        &self.machines.real
+    pub fn actual(&self) -> &Machine {
+        &self.machines.actual
     }
 
     /// Returns the wrench at P (N, N·mm) of a `wrench` about the tool tip, base axes.
@@ -48,7 +48,7 @@ impl ReferenceSolver {
 
     /// Creates storage for solving, to be reused from point to point.
     pub fn storage(&self) -> Storage {
-        Storage { session: self.machines.session(Source::All), workspace: Workspace::new(self.real()) }
+        Storage { session: self.machines.session(Source::All), scratch: Scratch::new(self.actual()) }
     }
 
     /// Returns the task point of a tool tip position (O, mm) under a wrench about it.
@@ -98,15 +98,15 @@ impl ReferenceSolver {
         if drives.iter().chain(near).any(|number| !number.is_finite()) {
             return None;
         }
-        let real = self.real();
-        let (_, mut state): (_, State) = one_step::state_from_numbers(real, near);
-        let outcome = equilibrium(real, drives, &self.load(wrench), &mut state, &mut storage.workspace, &TO_ROUNDING);
-        outcome.is_equilibrium().then(|| state.pose.transform(real.tool_tip))
+        let actual = self.actual();
+        let (_, mut state): (_, State) = one_step::state_from_numbers(actual, near);
+        let outcome = equilibrium(actual, drives, &self.load(wrench), &mut state, &mut storage.scratch, &TO_ROUNDING);
+        outcome.is_equilibrium().then(|| state.pose.transform(actual.tool_tip))
     }
 
     /// Returns the tool tip position (O, mm) of the state `numbers`.
     pub fn tip_of(&self, numbers: &[f64]) -> Vector3<f64> {
-        let (_, state) = one_step::state_from_numbers(self.real(), numbers);
-        state.pose.transform(self.real().tool_tip)
+        let (_, state) = one_step::state_from_numbers(self.actual(), numbers);
+        state.pose.transform(self.actual().tool_tip)
     }
 }

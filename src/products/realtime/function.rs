@@ -44,10 +44,10 @@ impl Function {
             .take(MAX_LANES)
             .map(|solved| step_inputs(given, &solved.numbers, &solved.asked.0, &solved.asked.1))
             .collect();
-        one_step::step_program(exact.real(), given, &postures).ok_or_else(|| {
+        one_step::step_program(exact.actual(), given, &postures).ok_or_else(|| {
             let problem = "a Newton step cannot be written without branches, as a chain cannot be condensed where the machine stands: \
                            expected chains without idle joints";
-            Error::argument("--machine", format!("{}: {problem}", exact.real().name))
+            Error::argument("--machine", format!("{}: {problem}", exact.actual().name))
         })
     }
 

@@ -120,7 +120,7 @@ pub const AIM_MM: f64 = 1e-6;
 const MARGIN: f64 = 0.25;
 /// How many times the largest last step found is accepted.
 const STEP_MARGIN: f64 = 4.0;
-/// Last step that is rounding, as a share of the machine's characteristic length, mm; of a hinge, rad.
+/// Last step that is rounding, as a share of the machine's characteristic length, mm; of a revolute joint, rad.
 const ROUNDING: f64 = 1e-12;
 /// Polynomial degrees to try, the shortest first.
 const DEGREES: [Degrees; 13] = [

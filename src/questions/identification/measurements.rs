@@ -370,7 +370,9 @@ fn configuration(
     let positions: Vec<Option<f64>> = drives.iter().map(read).collect();
     let command = cells.vector(COMMAND)?;
     let reached = match (positions.iter().any(Option::is_some), command) {
-        (false, Some(position)) => machine.command(position).map_err(|fault| (COMMAND[0].to_string(), fault)),
+        (false, Some(position)) => {
+            machine.inverse_kinematics_at(position).map_err(|fault| (COMMAND[0].to_string(), fault))
+        }
         (true, None) => {
             if let Some(missing) = positions.iter().position(Option::is_none) {
                 return cells

@@ -12,7 +12,7 @@ use crate::{
     machine::{Machine, Variation},
     simulation::{Failure, Machines},
     spatial::{Pose, Wrench, rotation_exp, rotation_log},
-    statics::{Outcome, Sensitivities, Sensitivity, Settings, State, Workspace, equilibrium, lost_motions},
+    statics::{Outcome, Scratch, Sensitivities, Sensitivity, Settings, State, equilibrium, lost_motions},
 };
 
 /// Solver settings, so tight that derivatives are good to more digits than measurements have.
@@ -100,7 +100,7 @@ impl LoadedModel {
         let slopes_of = |variation: &Variation| {
             let mut slopes = vec![0.0; machine.drive_count()];
             for (varied, weight) in variation.machines.iter().zip(variation.weights()) {
-                let backlashes = varied.drives().map(|(_, drive)| drive.backlash);
+                let backlashes = varied.drives().map(|(_, drive)| drive.half_backlash);
                 slopes.iter_mut().zip(backlashes).for_each(|(slope, backlash)| *slope += weight * backlash);
             }
             slopes
@@ -115,9 +115,9 @@ impl LoadedModel {
 
     /// Predicts the readings of each measurement and their derivatives by coordinates, or says why it cannot; on the current rayon pool.
     pub fn each(&self, measurements: &[&Measurement]) -> Vec<std::result::Result<Predicted, Failure>> {
-        let storage = || (self.sensitivities.clone(), Workspace::new(&self.machine));
-        let predict_one = |(sensitivities, workspace): &mut (Sensitivities, Workspace), measurement: &&Measurement| {
-            let mut solver = Solver { model: self, sensitivities, workspace };
+        let storage = || (self.sensitivities.clone(), Scratch::new(&self.machine));
+        let predict_one = |(sensitivities, scratch): &mut (Sensitivities, Scratch), measurement: &&Measurement| {
+            let mut solver = Solver { model: self, sensitivities, scratch };
             let rows = solver.readings(measurement)?;
             let values = DVector::from_iterator(rows.len(), rows.iter().map(|(value, _)| *value));
             let slopes = DMatrix::from_fn(rows.len(), self.scales.len(), |i, j| rows[i].1[j] * self.scales[j]);
@@ -131,7 +131,7 @@ impl LoadedModel {
 struct Solver<'a> {
     model: &'a LoadedModel,
     sensitivities: &'a mut Sensitivities,
-    workspace: &'a mut Workspace,
+    scratch: &'a mut Scratch,
 }
 
 /// Pose of P in O under load, and its derivatives by the parameters.
@@ -186,19 +186,19 @@ impl Solver<'_> {
         let machine = &self.model.machine;
         let mut state = State::rigid(machine, &row.at);
         let drives = &row.at.drives;
-        let outcome = equilibrium(machine, drives, &at_p(machine), &mut state, self.workspace, &SETTINGS);
+        let outcome = equilibrium(machine, drives, &at_p(machine), &mut state, self.scratch, &SETTINGS);
         let status = &outcome.status;
         if status.label() != crate::simulation::SOLVED {
             return Err(Failure { status: status.label().into(), reason: status.reason(machine) });
         }
-        let Some(mut by) = self.sensitivities.at(machine, drives, &state, &at_p, self.workspace) else {
+        let Some(mut by) = self.sensitivities.at(machine, drives, &state, &at_p, self.scratch) else {
             let reason = "the platform can move without resistance".into();
             return Err(Failure { status: "singular".into(), reason });
         };
         let mut pose = state.pose;
         if let Some(motions) = self.lost_motions(&state, &outcome) {
             let lost: Vector6<f64> =
-                motions.iter().zip(machine.drives()).map(|(motion, (_, drive))| motion * drive.backlash).sum();
+                motions.iter().zip(machine.drives()).map(|(motion, (_, drive))| motion * drive.half_backlash).sum();
             let (linear, angular): (Vector3<f64>, Vector3<f64>) =
                 (lost.fixed_rows::<3>(0).into(), lost.fixed_rows::<3>(3).into());
             pose = Pose { rotation: rotation_exp(angular) * pose.rotation, translation: pose.translation + linear };
@@ -212,7 +212,7 @@ impl Solver<'_> {
     /// Returns the twist of P (mm, rad, O axes) per unit of each drive's backlash, under load; `None` where no drive has backlash.
     fn lost_motions(&self, state: &State, outcome: &Outcome) -> Option<Vec<Vector6<f64>>> {
         let machine = &self.model.machine;
-        let has_any = machine.drives().any(|(_, drive)| drive.backlash > 0.0);
+        let has_any = machine.drives().any(|(_, drive)| drive.half_backlash > 0.0);
         has_any.then(|| lost_motions(machine, state, &outcome.drive_sensitivity)).flatten()
     }
 }

@@ -268,7 +268,7 @@ impl GroupSolver<'_> {
     /// Computes the grid points at `positions` (P, O, mm) and reports progress to `work`; `Err` if that is stopped.
     fn solve(&mut self, positions: &[Vector3<f64>], work: &Work) -> error::Result<Vec<MapPoint>> {
         let machine = &self.study.load_case.machine;
-        let reached: Vec<_> = positions.iter().map(|position| machine.command(*position)).collect();
+        let reached: Vec<_> = positions.iter().map(|position| machine.inverse_kinematics_at(*position)).collect();
         let configurations: Vec<&Configuration> = reached.iter().flatten().collect();
         let phis: Vec<Option<f64>> = self.study.load_case.phis.iter().copied().map(Some).collect();
         let mut sweeps = BySource::of(machine, |source| {

@@ -77,7 +77,7 @@ pub fn poses(machine: &Machine, region: &Region, count: usize) -> Vec<Configurat
             let share = Vector3::from_fn(|i, _| radical_inverse(index, PRIMES[i]));
             let tip = corners[0] + (corners[1] - corners[0]).component_mul(&share);
             let lever = machine.home.pose.rotation * machine.tool_tip;
-            machine.command(if region.tip.is_some() { tip - lever } else { tip }).ok()
+            machine.inverse_kinematics_at(if region.tip.is_some() { tip - lever } else { tip }).ok()
         }
     };
     (1..=count * REFUSED_PER_POSE).filter_map(pose).filter(|at| region.allows(machine, at)).take(count).collect()

@@ -60,7 +60,7 @@ pub struct OnlineStudy {
     pub softness: f64,
     /// Chain errors in the controller's model.
     pub known_errors: Vec<ChainError>,
-    /// Ratio of these to the real chain errors.
+    /// Ratio of these to the actual chain errors.
     pub known_share: f64,
     /// p: standard deviations of the relative error of the predicted force, ascending.
     pub force_errors: Vec<f64>,
@@ -146,7 +146,7 @@ pub fn run(study: &OnlineStudy, work: &Work) -> Result<OnlineResults> {
     Ok(OnlineResults { plain: uncorrected, trials, loop_gain: cut.loop_gain() })
 }
 
-/// Simulates the real machine in the cut, and the controller's model of it.
+/// Simulates the actual machine in the cut, and the controller's model of it.
 struct CutSimulation<'a> {
     study: &'a OnlineStudy,
     machines: &'a Machines,
@@ -173,11 +173,11 @@ impl CutSimulation<'_> {
         Trial { force_error, seed, force_factor, offline: residual(offline), online: residual(&self.commands(&read)) }
     }
 
-    /// Simulates the real machine with these drive positions: that of the draw `seed` where inputs are uncertain, no point being settled if there is none.
+    /// Simulates the actual machine with these drive positions: that of the draw `seed` where inputs are uncertain, no point being settled if there is none.
     fn on_real_machine(&self, seed: usize, tasks: &[TaskPoint], drives: &[Vec<f64>]) -> Vec<PathPointResult> {
         let on = |machines: &Machines, tasks: &[TaskPoint]| self.simulate(machines, tasks, &Commands::Drives(drives));
         let Some(drawn) = self.drawn else { return on(self.machines, tasks) };
-        let real = drawn.on_draw(seed, |machines| {
+        let actual = drawn.on_draw(seed, |machines| {
             let mut loaded = on(machines, tasks);
             let unloaded: Vec<TaskPoint> = tasks.iter().map(|task| scale_load(task, 0.0)).collect();
             let free = drawn.has_model_error().then(|| on(machines, &unloaded));
@@ -191,18 +191,18 @@ impl CutSimulation<'_> {
             }
             loaded
         });
-        real.unwrap_or_else(|_| {
+        actual.unwrap_or_else(|_| {
             let mut lost = on(self.machines, tasks);
             lost.iter_mut().for_each(|point| point.is_settled = false);
             lost
         })
     }
 
-    /// Returns `task` with the measured `force` in place of the real one, applied at the tool tip, and the moment about P that follows.
+    /// Returns `task` with the measured `force` in place of the actual one, applied at the tool tip, and the moment about P that follows.
     fn measured(&self, task: &TaskPoint, force: Vector3<f64>) -> TaskPoint {
         let lever = task.pose.rotation * self.study.path.machine.tool_tip;
-        let Wrench { force: real, moment } = task.load;
-        TaskPoint { load: Wrench { force, moment: moment + lever.cross(&(force - real)) }, ..*task }
+        let Wrench { force: actual, moment } = task.load;
+        TaskPoint { load: Wrench { force, moment: moment + lever.cross(&(force - actual)) }, ..*task }
     }
 
     /// Returns the drive positions that the model commands for `tasks`, corrected within the limits; rigid ones where it has no solution.

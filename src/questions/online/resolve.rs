@@ -46,7 +46,7 @@ impl Question for OnlineStudy {
         within_limits::check_limits(&process.machine, &process.limits)
             .or_else(|problem| limits_check.misfit(problem, ()))?;
         if process.limits.force_N.is_some() {
-            return limits_check.key("force_limit_N").fail(format!("is not looked at by {}", context.name));
+            return limits_check.key("force_limit_N").fail(format!("is not assessed by {}", context.name));
         }
         let path_spec = PathSpec {
             circle: spec.circle.clone(),

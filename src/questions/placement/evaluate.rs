@@ -493,7 +493,7 @@ impl Evaluator {
 
     /// Returns the actual machine of feature `f`, with its chain errors.
     pub fn actual(&self, f: usize) -> &Machine {
-        &self.features[f].machines.real
+        &self.features[f].machines.actual
     }
 }
 
@@ -512,7 +512,7 @@ impl PreparedFeature {
 
     /// Returns the position error after the correction within limits at each point, O axes, mm; `None` at points left out.
     pub(super) fn residuals(&self, job: &FeatureJob, tasks: &[TaskPoint]) -> Result<Vec<Option<Vector3<f64>>>, String> {
-        let path = within_limits::correct_within_limits(job.machine(), &self.machines.real, tasks, &job.limits);
+        let path = within_limits::correct_within_limits(job.machine(), &self.machines.actual, tasks, &job.limits);
         let points = path.map_err(|error| error.to_string())?.points;
         Ok(points.iter().map(|point| point.corrected().map(|point| point.position_error)).collect())
     }

@@ -42,14 +42,14 @@ metrics! {
     WorstDeflection: "worst_deflection", "worst deflection", "worst", Length;
     /// Root mean square of that distance over the length of the path.
     RmsDeflection: "rms_deflection", "rms deflection", "rms", Length;
-    /// Largest |Δρ| of any drive that compensates the path exactly; of any slide where the machine has slides and hinges.
+    /// Largest |Δρ| of any drive that compensates the path exactly; of any slide where the machine has prismatic and revolute joints.
     WorstCorrection: "worst_correction", "largest drive correction", "correction", Correction;
-    /// Largest force of any drive when the path is compensated exactly. Where a machine has slides and hinges: of any slide.
+    /// Largest force of any drive when the path is compensated exactly. Where a machine has prismatic and revolute joints: of any slide.
     WorstDriveForce: "worst_drive_force", "largest drive force", "drive force", Force;
-    /// Largest |Δρ| of any hinge that compensates the path exactly, where a machine has slides, too.
-    WorstHingeCorrection: "worst_hinge_correction", "largest correction of hinges", "of hinges", Correction;
-    /// Largest torque of any hinge when the path is compensated exactly, where a machine has slides, too.
-    WorstHingeTorque: "worst_hinge_torque", "largest torque of hinges", "hinge torque", Force;
+    /// Largest |Δρ| of any revolute joint that compensates the path exactly, where a machine has prismatic joints, too.
+    WorstRotaryCorrection: "worst_rotary_correction", "largest correction of revolute joints", "of revolute joints", Correction;
+    /// Largest torque of any revolute joint when the path is compensated exactly, where a machine has prismatic joints, too.
+    WorstRotaryTorque: "worst_rotary_torque", "largest torque of revolute joints", "torque of revolute joints", Force;
     /// Smallest share of its force limit that a drive has left then. Larger is better.
     ForceMargin: "force_margin", "margin to the force limits", "force margin", Share;
     /// Largest residual error with the correction within limits.
@@ -90,12 +90,12 @@ impl Metric {
         Self::ALL.into_iter().find(|metric| metric.label() == name)
     }
 
-    /// Returns whether the metric is the largest drive force on a machine whose drives are all hinges: a torque.
+    /// Returns whether the metric is the largest drive force on a machine whose drives are all revolute joints: a torque.
     fn is_torque(self, machine: &Machine) -> bool {
         self == Self::WorstDriveForce && self.drives(machine) == Motion::Revolute
     }
 
-    /// Returns the name of the metric for sentences; the drive force is a torque where all drives are hinges.
+    /// Returns the name of the metric for sentences; the drive force is a torque where all drives are revolute joints.
     pub fn words(self, machine: &Machine) -> &'static str {
         if self.is_torque(machine) { "largest drive torque" } else { self.names().0[1] }
     }
@@ -110,10 +110,10 @@ impl Metric {
         self.names().1
     }
 
-    /// Returns the kind of drives whose corrections or forces it measures: the only kind, or slides beside hinges.
+    /// Returns the kind of drives whose corrections or forces it measures: the only kind, or prismatic joints beside revolute joints.
     fn drives(self, machine: &Machine) -> Motion {
         match self {
-            Metric::WorstHingeCorrection | Metric::WorstHingeTorque => Motion::Revolute,
+            Metric::WorstRotaryCorrection | Metric::WorstRotaryTorque => Motion::Revolute,
             _ => machine.drive_kinds().next().unwrap_or(Motion::Prismatic),
         }
     }
@@ -161,9 +161,9 @@ impl Metric {
         }
     }
 
-    /// Returns whether placements on `machine` have the metric: those of hinges exist only where slides do, too.
+    /// Returns whether placements on `machine` have the metric: those of revolute joints exist only where prismatic joints do, too.
     pub fn exists_on(self, machine: &Machine) -> bool {
-        !matches!(self, Metric::WorstHingeCorrection | Metric::WorstHingeTorque) || machine.has_mixed_drives()
+        !matches!(self, Metric::WorstRotaryCorrection | Metric::WorstRotaryTorque) || machine.has_mixed_drives()
     }
 
     /// Returns whether a larger value is better.

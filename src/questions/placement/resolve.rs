@@ -512,7 +512,7 @@ fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check:
         return check.fail(format!("no metric is called \"{name}\"; there are: {known}"));
     };
     if !metric.exists_on(machine) {
-        let problem = "is of machines with slides and hinges: where all drives turn, expected worst_correction or \
+        let problem = "is of machines with prismatic and revolute joints: where all drives turn, expected worst_correction or \
                        worst_drive_force";
         check.misfit(problem.into(), ())?;
     }

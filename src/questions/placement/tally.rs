@@ -17,12 +17,12 @@ pub(super) struct PointValues {
     pub open: f64,
     /// Whether that is not known.
     pub is_open_unknown: bool,
-    /// Largest |Δρ|, mm or degrees; of slides where the machine has slides and hinges.
+    /// Largest |Δρ|, mm or degrees; of prismatic joints where the machine has prismatic and revolute joints.
     pub correction: f64,
-    /// Largest |τ|, N or N·mm; of slides where the machine has slides and hinges.
+    /// Largest |τ|, N or N·mm; of prismatic joints where the machine has prismatic and revolute joints.
     pub force: f64,
-    /// Largest |Δρ|, degrees, and |τ|, N·mm, of hinges where the machine has slides, too.
-    pub hinges: Option<[f64; 2]>,
+    /// Largest |Δρ|, degrees, and |τ|, N·mm, of revolute joints where the machine has prismatic joints, too.
+    pub revolute: Option<[f64; 2]>,
     /// Smallest remaining share of a drive's force limit.
     pub margin: Option<f64>,
     /// Superposition error, mm.
@@ -60,8 +60,8 @@ impl Needs {
             correction: any(&[
                 Metric::WorstCorrection,
                 Metric::WorstDriveForce,
-                Metric::WorstHingeCorrection,
-                Metric::WorstHingeTorque,
+                Metric::WorstRotaryCorrection,
+                Metric::WorstRotaryTorque,
                 Metric::ForceMargin,
             ]),
             superposition_error: any(&[Metric::SuperpositionError]),
@@ -116,7 +116,7 @@ impl PointValues {
             is_open_unknown: self.is_open_unknown || other.is_open_unknown,
             correction: self.correction.max(other.correction),
             force: self.force.max(other.force),
-            hinges: larger_of(self.hinges, other.hinges),
+            revolute: larger_of(self.revolute, other.revolute),
             margin: smaller_of(self.margin, other.margin),
             superposition_error: self.superposition_error.max(other.superposition_error),
             across: [0, 1].map(|k| self.across[k].max(other.across[k])),
@@ -164,9 +164,9 @@ impl Tally {
         if needs.correction && !self.worst.is_uncorrected {
             metrics.set(Metric::WorstCorrection, self.worst.correction);
             metrics.set(Metric::WorstDriveForce, self.worst.force);
-            if let Some([correction, torque]) = self.worst.hinges {
-                metrics.set(Metric::WorstHingeCorrection, correction);
-                metrics.set(Metric::WorstHingeTorque, torque);
+            if let Some([correction, torque]) = self.worst.revolute {
+                metrics.set(Metric::WorstRotaryCorrection, correction);
+                metrics.set(Metric::WorstRotaryTorque, torque);
             }
             if let Some(margin) = self.worst.margin {
                 metrics.set(Metric::ForceMargin, margin);

@@ -125,8 +125,8 @@ impl<'a> PathWalk<'a> {
         found: &mut Compensation,
         is_given: bool,
     ) -> Option<f64> {
-        let real = self.machines.actual(Source::All);
-        if !found.status.is_success() || !has_play(real) {
+        let actual = self.machines.actual(Source::All);
+        if !found.status.is_success() || !has_play(actual) {
             return Some(0.0);
         }
         let mut target = self.all_sources.target().ok();
@@ -231,8 +231,8 @@ impl<'a> PathWalk<'a> {
             let correction = drive.motion.to_shown(delta);
             let (force, limit) = (exact.drive_forces[k].abs(), self.force_limits[k]);
             if is_mixed && drive.motion == Motion::Revolute {
-                let [most, torque] = values.hinges.unwrap_or_default();
-                values.hinges = Some([most.max(correction), torque.max(force)]);
+                let [most, torque] = values.revolute.unwrap_or_default();
+                values.revolute = Some([most.max(correction), torque.max(force)]);
             } else {
                 values.correction = values.correction.max(correction);
                 values.force = values.force.max(force);

@@ -1,7 +1,7 @@
 //! Ablation: divides the superposition error by its causes.
 //!
 //! Subtracting what the chain errors do alone leaves the superposition error as the difference between two responses to the same
-//! load: that of the nominal machine from where it rests, and that of the real one from where its errors have put it,
+//! load: that of the nominal machine from where it rests, and that of the actual one from where its errors have put it,
 //!
 //! `d = c(N, t₀) − c(R, t_a)`, with `c(M, t)` the displacement by `F` of machine `M` whose P rests at `t` without load.
 //!
@@ -11,7 +11,7 @@
 //! | cause | contribution | what is evaluated |
 //! |---|---|---|
 //! | [`Point`](Cause::Point) | `l(N, t₀) − l(N, t_a)` | the nominal machine commanded to where the errors put P |
-//! | [`Chains`](Cause::Chains) | `l(N, t₀) − l(R′, t₀)` | the real machine with P commanded back to t₀, freed of internal forces |
+//! | [`Chains`](Cause::Chains) | `l(N, t₀) − l(R′, t₀)` | the actual machine with P commanded back to t₀, freed of internal forces |
 //! | [`Preload`](Cause::Preload) | `l(R′, t₀) − l(R, t₀)` | the same with its internal forces: geometric stiffness of the preload |
 //! | [`Load`](Cause::Load) | `[c − l](N, t₀) − [c − l](R, t_a)` | loaded against unloaded stiffness: geometric stiffness of the cutting force |
 //! | [`Interaction`](Cause::Interaction) | `l(N, t_a) + l(R, t₀) − l(N, t₀) − l(R, t_a)` | what point and machine do together beyond either alone |
@@ -110,8 +110,8 @@ impl AtRest {
             machine.tool_tip = Vector3::zeros();
             machine
         };
-        let (nominal, real) = (without_tool(&case.study.load_case.machine), without_tool(machine));
-        let mut session = Session::new(&nominal, &real, CompensationSettings::default());
+        let (nominal, actual) = (without_tool(&case.study.load_case.machine), without_tool(machine));
+        let mut session = Session::new(&nominal, &actual, CompensationSettings::default());
         session.set_rigid(&case.at);
         let task = TaskPoint { wanted: Some(*pose), ..TaskPoint::new(*pose, Wrench::zero(), Target::FullPose) };
         let done = compensate(&mut session, &task, Method::Direct);
@@ -165,13 +165,13 @@ pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
         return Err(Failure { status: "not_tried".into(), reason: reason.into() });
     }
     let displacements = case.displacements(case.machines, 1.0)?;
-    let real = case.machines.real.clone();
+    let actual = case.machines.actual.clone();
     let rigid = || State::rigid(nominal, &case.at);
     let nominal_here = AtRest::solve(nominal, &case.at.drives, rigid())?;
-    let real_there = AtRest::solve(&real, &case.at.drives, rigid())?;
+    let real_there = AtRest::solve(&actual, &case.at.drives, rigid())?;
     let nominal_there = AtRest::at_commanded_pose(case, nominal, &real_there.state.pose)?;
-    let real_here = AtRest::at_commanded_pose(case, &real, &case.rest)?;
-    let (freed_machine, start) = without_internal_forces(&real, &real_here);
+    let real_here = AtRest::at_commanded_pose(case, &actual, &case.rest)?;
+    let (freed_machine, start) = without_internal_forces(&actual, &real_here);
     let freed_here = AtRest::solve(&freed_machine, &real_here.drives, start)?;
 
     let superposition_errors = displacements.errors_over_phi(displacements.assembly);

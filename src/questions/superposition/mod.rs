@@ -1,7 +1,7 @@
 //! Superposition study: whether displacements by single sources of error may be added, and with which error.
 //!
 //! A machine with chain errors `E`, commanded to a location and loaded by the wrench `F`, moves by `u(F, E)`: from where
-//! the nominal machine rests there, unloaded, to the loaded equilibrium of the real one. Superposition solves for each
+//! the nominal machine rests there, unloaded, to the loaded equilibrium of the actual one. Superposition solves for each
 //! source alone and adds; it departs from the simultaneous model by
 //!
 //! `d(F, E) = u(F, 0) + u(0, E) − u(F, E)`.

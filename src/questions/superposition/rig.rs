@@ -4,7 +4,7 @@ use crate::{
     machine::{Configuration, Machine},
     simulation::{Failure, sources::TO_ROUNDING},
     spatial::{Pose, Wrench},
-    statics::{Outcome, State, Status, Workspace, equilibrium},
+    statics::{Outcome, Scratch, State, Status, equilibrium},
 };
 
 /// A machine with its drives locked at given positions, solved for one load after another.
@@ -15,7 +15,7 @@ pub(super) struct LockedMachine<'a> {
     start: State,
     /// Equilibrium reached last.
     pub state: State,
-    workspace: Workspace,
+    scratch: Scratch,
 }
 
 impl<'a> LockedMachine<'a> {
@@ -26,8 +26,8 @@ impl<'a> LockedMachine<'a> {
 
     /// Locks the drives of `machine` at `drives`; solves start from `start`.
     pub fn at_drives(machine: &'a Machine, drives: &[f64], start: State) -> Self {
-        let workspace = Workspace::new(machine);
-        Self { machine, drives: drives.to_vec(), state: start.clone(), start, workspace }
+        let scratch = Scratch::new(machine);
+        Self { machine, drives: drives.to_vec(), state: start.clone(), start, scratch }
     }
 
     /// Solves the stable equilibrium under `load`, a wrench at P; `Err` where there is none.
@@ -45,7 +45,7 @@ impl<'a> LockedMachine<'a> {
 
     /// Solves the equilibrium under `load` once, from the current state.
     fn try_equilibrium(&mut self, load: &Wrench) -> Outcome {
-        equilibrium(self.machine, &self.drives, load, &mut self.state, &mut self.workspace, &TO_ROUNDING)
+        equilibrium(self.machine, &self.drives, load, &mut self.state, &mut self.scratch, &TO_ROUNDING)
     }
 
     /// Returns the pose of P under each load, each solved from the one before; a failure names the φ (rad) of its load.

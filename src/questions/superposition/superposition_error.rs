@@ -8,7 +8,7 @@ use crate::{
     machine::{ChainError, Configuration, Machine},
     simulation::{Failure, Machines, Source},
     spatial::{Pose, Twist, Wrench},
-    statics::{Workspace, aggregate_errors},
+    statics::{Scratch, aggregate_errors},
 };
 
 /// Displacement of tool tip and platform point, O axes, mm.
@@ -187,7 +187,7 @@ impl<'a> Case<'a> {
     /// Commands P of the nominal machine to `position`, O, mm; `Err` if it cannot be reached or has no equilibrium.
     pub fn new(study: &'a SuperpositionStudy, machines: &'a Machines, position: Vector3<f64>) -> Result<Self, Failure> {
         let machine = &study.load_case.machine;
-        let at = machine.command(position)?;
+        let at = machine.inverse_kinematics_at(position)?;
         let rest_of = |machine: &Machine| -> Result<Pose, Failure> {
             let mut rig = LockedMachine::at_command(machine, &at);
             rig.equilibrium_under(&Wrench::zero())?;
@@ -201,7 +201,7 @@ impl<'a> Case<'a> {
         Ok(Self { study, machines, at, rest, zero, weight })
     }
 
-    /// Returns the nominal machine and the real ones with the chain errors of the study times `factor`.
+    /// Returns the nominal machine and the actual ones with the chain errors of the study times `factor`.
     pub fn machines_with_errors(&self, factor: f64) -> Machines {
         let errors: Vec<ChainError> = self.study.load_case.errors.iter().map(|error| error.scale(factor)).collect();
         self.machines.with_errors(&errors)
@@ -222,11 +222,11 @@ impl<'a> Case<'a> {
         let (loads, phis) = (self.cutting_wrenches(load_factor), &self.study.load_case.phis);
         let cutting =
             LockedMachine::at_command(machines.actual(Source::Cutting), &self.at).poses_under(&loads, phis)?;
-        let mut alone = LockedMachine::at_command(machines.actual(Source::Errors), &self.at);
+        let mut alone = LockedMachine::at_command(machines.actual(Source::Geometry), &self.at);
         alone.equilibrium_under(&Wrench::zero())?;
         let assembly = displacement(&alone.state.pose);
         let both = match Source::parts(machine).contains(&Source::Weight) {
-            true => LockedMachine::at_command(&machines.real, &self.at).poses_under(&loads, phis)?,
+            true => LockedMachine::at_command(&machines.actual, &self.at).poses_under(&loads, phis)?,
             false => alone.poses_under(&loads, phis)?,
         };
         Ok(Displacements {
@@ -240,7 +240,7 @@ impl<'a> Case<'a> {
     /// Returns the displacement by linear aggregation of the chain errors of `machines`, eq. (15).
     fn aggregated_displacement(&self, machines: &Machines) -> Result<Displacement, Failure> {
         let machine = &self.study.load_case.machine;
-        let twist = aggregate_errors(machine, machines.actual(Source::Errors), &self.at, &mut Workspace::new(machine));
+        let twist = aggregate_errors(machine, machines.actual(Source::Geometry), &self.at, &mut Scratch::new(machine));
         match twist {
             Some(twist) => Ok(Displacement::by_twist(machine, twist, &self.at.pose)),
             None => {

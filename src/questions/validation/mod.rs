@@ -126,8 +126,8 @@ impl Picture {
     pub fn file_stems(&self, machine: &Machine) -> Vec<String> {
         let corrections = machine.drive_kinds().map(|kind| match (machine.has_mixed_drives(), kind) {
             (false, _) => "delta_rho",
-            (true, Motion::Prismatic) => "delta_rho_slides",
-            (true, Motion::Revolute) => "delta_rho_hinges",
+            (true, Motion::Prismatic) => "delta_rho_prismatic",
+            (true, Motion::Revolute) => "delta_rho_revolute",
         });
         let forces = machine.drive_kinds().map(|kind| match kind {
             Motion::Prismatic => "drive_force",

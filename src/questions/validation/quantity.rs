@@ -29,15 +29,15 @@ pub enum Quantity {
     /// Largest |Δρ| of any drive under all sources; of machines with one kind of drives.
     Correction,
     /// Largest |Δρ| of any prismatic drive under all sources.
-    CorrectionOfSlides,
+    CorrectionOfPrismatic,
     /// Largest |Δρ| of any revolute drive under all sources.
-    CorrectionOfHinges,
+    CorrectionOfRevolute,
     /// Largest force of any drive on the compensated path, under all sources; of machines with one kind of drives.
     DriveForce,
     /// Largest force of any prismatic drive on the compensated path, under all sources.
-    ForceOfSlides,
+    ForceOfPrismatic,
     /// Largest torque of any revolute drive on the compensated path, under all sources.
-    TorqueOfHinges,
+    TorqueOfRevolute,
     /// Largest residual error after compensation.
     ResidualError,
     /// Largest size of the sum of the single-source displacements, over that of the displacement by both at once.
@@ -69,10 +69,10 @@ impl Quantity {
             | Quantity::DeflectionByChainErrors
             | Quantity::DeflectionByBoth
             | Quantity::ResidualError => "mm",
-            Quantity::Correction | Quantity::CorrectionOfSlides | Quantity::CorrectionOfHinges => {
+            Quantity::Correction | Quantity::CorrectionOfPrismatic | Quantity::CorrectionOfRevolute => {
                 self.drive_kind(machine).map_or("1", Motion::position_unit)
             }
-            Quantity::DriveForce | Quantity::ForceOfSlides | Quantity::TorqueOfHinges => {
+            Quantity::DriveForce | Quantity::ForceOfPrismatic | Quantity::TorqueOfRevolute => {
                 self.drive_kind(machine).map_or("1", Motion::force_unit)
             }
             Quantity::AxesAngle => "deg",
@@ -83,8 +83,8 @@ impl Quantity {
     /// Returns the kind of drives of which the quantity is the largest value; `None` where it is not of drives.
     fn drive_kind(self, machine: &Machine) -> Option<Motion> {
         match self {
-            Quantity::CorrectionOfSlides | Quantity::ForceOfSlides => Some(Motion::Prismatic),
-            Quantity::CorrectionOfHinges | Quantity::TorqueOfHinges => Some(Motion::Revolute),
+            Quantity::CorrectionOfPrismatic | Quantity::ForceOfPrismatic => Some(Motion::Prismatic),
+            Quantity::CorrectionOfRevolute | Quantity::TorqueOfRevolute => Some(Motion::Revolute),
             Quantity::Correction | Quantity::DriveForce => machine.drive_kinds().next(),
             _ => None,
         }
@@ -96,12 +96,12 @@ impl Quantity {
     /// It does not, and which quantity was expected.
     pub fn check_machine(self, machine: &Machine) -> Result<(), String> {
         let alternatives = match self {
-            Quantity::Correction => ["correction_of_slides", "correction_of_hinges"],
-            _ => ["force_of_slides", "torque_of_hinges"],
+            Quantity::Correction => ["correction_of_prismatic", "correction_of_revolute"],
+            _ => ["force_of_prismatic", "torque_of_revolute"],
         };
         match self {
             Quantity::Correction | Quantity::DriveForce if machine.has_mixed_drives() => Err(format!(
-                "machine {} has slides and hinges, whose values have no common unit: expected {} or {}, got {}",
+                "machine {} has prismatic and revolute joints, whose values have no common unit: expected {} or {}, got {}",
                 machine.name,
                 alternatives[0],
                 alternatives[1],
@@ -131,14 +131,14 @@ impl Quantity {
             Quantity::MomentXAtStart => first_load(path).map_or(0.0, |load| load.moment.x),
             Quantity::MomentYAtStart => first_load(path).map_or(0.0, |load| load.moment.y),
             Quantity::DeflectionByCutting => max_norm(&displacements(path, Source::Cutting)),
-            Quantity::DeflectionByChainErrors => max_norm(&displacements(path, Source::Errors)),
+            Quantity::DeflectionByChainErrors => max_norm(&displacements(path, Source::Geometry)),
             Quantity::DeflectionByBoth => max_norm(&displacements(path, Source::All)),
-            Quantity::Correction | Quantity::CorrectionOfSlides | Quantity::CorrectionOfHinges => {
+            Quantity::Correction | Quantity::CorrectionOfPrismatic | Quantity::CorrectionOfRevolute => {
                 let kind = self.drive_kind(&path.study.machine).ok_or("the machine has no drives")?;
                 let most = largest_of(&path.study.machine, kind, by_all, PathPointResult::delta_rho);
                 kind.to_shown(most)
             }
-            Quantity::DriveForce | Quantity::ForceOfSlides | Quantity::TorqueOfHinges => {
+            Quantity::DriveForce | Quantity::ForceOfPrismatic | Quantity::TorqueOfRevolute => {
                 let kind = self.drive_kind(&path.study.machine).ok_or("the machine has no drives")?;
                 largest_of(&path.study.machine, kind, by_all, |answer| answer.drive_forces.clone())
             }

@@ -3,7 +3,7 @@
 use kinetostat::{
     machine::{ChainError, Configuration, Machine},
     spatial::{Pose, Twist, Wrench, rotation_exp, rotation_log},
-    statics::{Outcome, Settings, State, Workspace, equilibrium},
+    statics::{Outcome, Scratch, Settings, State, equilibrium},
 };
 use nalgebra::{Matrix6, Vector3, Vector6};
 
@@ -62,7 +62,7 @@ pub fn settle(machine: &Machine, at: &Configuration, load: &Wrench) -> (State, O
 
 /// Equilibrium from a neighbouring state.
 pub fn resettle(machine: &Machine, drives: &[f64], load: &Wrench, state: &mut State) -> Outcome {
-    equilibrium(machine, drives, load, state, &mut Workspace::new(machine), &EXACT)
+    equilibrium(machine, drives, load, state, &mut Scratch::new(machine), &EXACT)
 }
 
 /// Displacement and rotation vector that lead from one pose to another, in the axes of O.

@@ -9,7 +9,7 @@ use kinetostat::{
         Process,
         uncertainty::{Uncertainty, normal_quantile, sobol},
     },
-    products::program::{Asked, Compensated, ProgramJob, ProvedPart, ProvedProgram, Receiver},
+    products::program::{CompensateOptions, Compensated, PartSink, ProgramJob, VerifiedPart, VerifiedProgram},
     simulation::{Machines, spread_along::PointSpread},
     spatial::Pose,
     toolpath::gcode::CalledFile,
@@ -83,7 +83,7 @@ pub fn job(machine: &str, process: &str, (name, program): (&str, &str)) -> Progr
     ProgramJob::new(process, program, name, &Work::default()).unwrap()
 }
 
-/// What is known of each point of a proved program.
+/// What is known of each point of a verified program.
 #[derive(Default)]
 pub struct Kept {
     pub tasks: Vec<TaskPoint>,
@@ -91,24 +91,24 @@ pub struct Kept {
     pub spread: Vec<Option<PointSpread>>,
 }
 
-impl Receiver for Kept {
+impl PartSink for Kept {
     fn may_call(&self, _: &CalledFile) -> Result<()> {
         Ok(())
     }
 
-    fn take(&mut self, proved: &ProvedPart<'_>, _: Option<&BoundedPath>) -> Result<()> {
-        self.tasks.extend_from_slice(proved.part.tasks());
-        self.commanded.extend(proved.written.iter().map(|answer| answer.target.unwrap()));
-        self.spread.extend_from_slice(&proved.spread);
+    fn take(&mut self, verified: &VerifiedPart<'_>, _: Option<&BoundedPath>) -> Result<()> {
+        self.tasks.extend_from_slice(verified.part.tasks());
+        self.commanded.extend(verified.written.iter().map(|answer| answer.target.unwrap()));
+        self.spread.extend_from_slice(&verified.spread);
         Ok(())
     }
 }
 
-/// The program of `job` as it was `asked` for, proved.
-pub fn proved(job: &ProgramJob, asked: &Asked) -> Result<(ProvedProgram, Kept)> {
+/// The program of `job` as it was `asked` for, verified.
+pub fn verified(job: &ProgramJob, asked: &CompensateOptions) -> Result<(VerifiedProgram, Kept)> {
     let mut kept = Kept::default();
     match job.compensate(asked, &mut kept, &Work::default())? {
-        Compensated::Proved(proved) => Ok((*proved, kept)),
+        Compensated::Verified(verified) => Ok((*verified, kept)),
         Compensated::Refused(refusal) => panic!("{refusal:?}"),
     }
 }
@@ -122,7 +122,7 @@ pub fn is_error(name: &str) -> bool {
 pub struct Drawn {
     /// Without errors of chains.
     pub unloaded: Machine,
-    pub real: Machine,
+    pub actual: Machine,
     pub factor: f64,
 }
 
@@ -144,7 +144,7 @@ pub fn drawn(uncertainty: &Uncertainty, errors: &[ChainError], z: &[f64]) -> Dra
     };
     let unloaded = uncertainty.machine.with_parameters(&values(&|name| !is_error(name))).unwrap();
     // Its drives are offset where it is calibrated at home under its own weight.
-    let unloaded = Machines::new(&unloaded, &[]).unwrap().real;
+    let unloaded = Machines::new(&unloaded, &[]).unwrap().actual;
     let turns = values(&is_turn);
     let turned = unloaded.chains.iter().map(|chain| {
         let turn = turns.iter().find(|(name, _)| name.strip_suffix(".turn") == Some(&chain.name));
@@ -152,8 +152,8 @@ pub fn drawn(uncertainty: &Uncertainty, errors: &[ChainError], z: &[f64]) -> Dra
     });
     // A machine made anew by its parameters takes most of the time of a draw.
     let more = values(&|name| is_error(name) && !is_turn(name));
-    let real = if more.is_empty() { unloaded.clone() } else { unloaded.with_parameters(&more).unwrap() };
-    let real = real.with_errors(&turned.collect::<Vec<_>>()).with_errors(errors);
+    let actual = if more.is_empty() { unloaded.clone() } else { unloaded.with_parameters(&more).unwrap() };
+    let actual = actual.with_errors(&turned.collect::<Vec<_>>()).with_errors(errors);
     let [sharp, wear] = uncertainty.force.factors([0, 1].map(|own| z[uncertainty.parameters.len() + own]));
-    Drawn { unloaded, real, factor: sharp * wear }
+    Drawn { unloaded, actual, factor: sharp * wear }
 }

@@ -78,7 +78,7 @@ pub fn run(study: &ReachStudy, work: &Work) -> Result<Vec<Way>> {
     let way = |point: &crate::machine::NamedPoint| {
         work.check()?;
         work.tell(Event::Computed(1));
-        let reached = study.machine.command(point.position);
+        let reached = study.machine.inverse_kinematics_at(point.position);
         Ok(Way { name: point.name.clone(), way: reached.map(|at| at.pose.translation - home) })
     };
     study.machine.points.iter().map(way).collect()

@@ -150,7 +150,7 @@ pub(super) fn solve_alone(
     solve: impl FnOnce(&mut [PartialTask<'_>], &mut Batch),
 ) -> Ending {
     let stored = session.alone.take();
-    let mut batch = stored.unwrap_or_else(|| Box::new(Batch::at_level(&session.real, Level::One)));
+    let mut batch = stored.unwrap_or_else(|| Box::new(Batch::at_level(&session.actual, Level::One)));
     let mut ending = None;
     solve(&mut [PartialTask::new(session, task, &mut ending)], &mut batch);
     session.alone = Some(batch);

@@ -84,12 +84,12 @@ fn solve_together(session: &mut Session, task: &TaskPoint, progress: &mut Progre
         error
     };
     equilibrium_at_task(
-        &session.real,
+        &session.actual,
         &residual,
         &mut session.drives,
         &task.load,
         &mut session.state,
-        &mut session.workspace,
+        &mut session.scratch,
         &session.settings.equilibrium,
     )
 }

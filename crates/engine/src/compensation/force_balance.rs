@@ -67,11 +67,11 @@ fn balance_load(
         session.command_pose(&task.shifted_pose(&nominal, &shift))?;
         let mut at = state.take().unwrap_or_else(|| State::rigid(&nominal, &session.command));
         let force = wrench_at_pose(
-            &session.real,
+            &session.actual,
             &session.drives,
             &pose,
             &mut at,
-            &mut session.workspace,
+            &mut session.scratch,
             &session.settings.equilibrium,
         );
         let Some(force) = force else { return Err(no_force_status(session)) };
@@ -112,7 +112,7 @@ fn start_pose(session: &mut Session, task: &TaskPoint) -> Result<Pose, Compensat
 
 /// Status for a pose at which no wrench holds the platform: rigid, or no equilibrium.
 fn no_force_status(session: &mut Session) -> CompensationStatus {
-    match unloaded_stiffness(&session.nominal, &session.command, &mut session.workspace) {
+    match unloaded_stiffness(&session.nominal, &session.command, &mut session.scratch) {
         None => CompensationStatus::Rigid,
         Some(_) => CompensationStatus::NoEquilibrium(crate::statics::Status::NotConverged { load_fraction: 0.0 }),
     }
@@ -197,7 +197,7 @@ impl Linearised {
     /// The matrix `[−K_C T | K_C U]`, T the twists of the commanded frame and K_C the unloaded stiffness of the nominal machine.
     fn unloaded(session: &mut Session, task: &TaskPoint, pose: &Pose) -> Result<Self, CompensationStatus> {
         let free = free_motions(task, session, pose);
-        let stiffness = unloaded_stiffness(&session.nominal, &session.command, &mut session.workspace)
+        let stiffness = unloaded_stiffness(&session.nominal, &session.command, &mut session.scratch)
             .ok_or(CompensationStatus::Rigid)?;
         Ok(Self { matrix: stiffness * (free - task.shift_twists(&session.nominal)), free })
     }

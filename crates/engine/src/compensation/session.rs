@@ -10,7 +10,7 @@ use super::{
 use crate::{
     machine::{BatchKinematics, Configuration, Machine, PositionedMachine, Unreachable, ZeroState},
     spatial::{Pose, Wrench, larger, matrix_product, rotation_log},
-    statics::{self, Batch, Outcome, State, TaskError, Workspace, equilibrium},
+    statics::{self, Batch, Outcome, Scratch, State, TaskError, equilibrium},
 };
 
 /// End of a method: a status and the equilibrium at its command, or the reason why there is none.
@@ -59,13 +59,13 @@ pub struct Session {
     /// The nominal machine.
     pub(crate) nominal: PositionedMachine,
     /// The machine with its errors.
-    pub(crate) real: Machine,
+    pub(crate) actual: Machine,
     /// Tolerances and numbers of iterations.
     pub settings: CompensationSettings,
-    pub(super) workspace: Workspace,
+    pub(super) scratch: Scratch,
     /// Machine whose equilibrium under weight alone deflections are measured from, if the nominal machine is calibrated so.
     unloaded: Machine,
-    unloaded_workspace: Option<Workspace>,
+    unloaded_scratch: Option<Scratch>,
     /// A nominal configuration near the present command; that of the command unless a method has moved `drives`.
     pub(super) command: Configuration,
     /// Drives at the present command.
@@ -104,21 +104,21 @@ impl SeededInverse {
 
 impl Session {
     /// A session at home, unloaded.
-    pub fn new(nominal: &Machine, real: &Machine, settings: CompensationSettings) -> Self {
+    pub fn new(nominal: &Machine, actual: &Machine, settings: CompensationSettings) -> Self {
         Self {
             nominal: PositionedMachine::new(nominal),
-            real: real.clone(),
+            actual: actual.clone(),
             settings,
-            workspace: Workspace::new(real),
+            scratch: Scratch::new(actual),
             unloaded: nominal.clone(),
-            unloaded_workspace: None,
+            unloaded_scratch: None,
             command: nominal.home.clone(),
             drives: nominal.home.drives.clone(),
             state: State::rigid(nominal, &nominal.home),
             rest: None,
             aside: Vector3::zeros(),
             is_calibrated_under_weight: nominal.zeroed == ZeroState::AtRest && nominal.own_load_words().is_some(),
-            workpiece: Workpiece::new(nominal, real),
+            workpiece: Workpiece::new(nominal, actual),
             seeded: None,
             side_by_side: None,
             alone: None,
@@ -234,9 +234,9 @@ impl Session {
     fn pose_under_weight(&mut self, pose: &Pose) -> Result<Pose, CompensationStatus> {
         let near = self.nominal.inverse_kinematics_from(&self.command, pose);
         let at = near.or_else(|_| self.nominal.inverse_kinematics(pose)).map_err(CompensationStatus::Unreachable)?;
-        let workspace = self.unloaded_workspace.get_or_insert_with(|| Workspace::new(&self.unloaded));
+        let scratch = self.unloaded_scratch.get_or_insert_with(|| Scratch::new(&self.unloaded));
         let (mut state, settings) = (State::rigid(&self.nominal, &at), &self.settings.equilibrium);
-        let outcome = equilibrium(&self.unloaded, &at.drives, &Wrench::zero(), &mut state, workspace, settings);
+        let outcome = equilibrium(&self.unloaded, &at.drives, &Wrench::zero(), &mut state, scratch, settings);
         Self::require_stable(outcome)?;
         Ok(state.pose)
     }
@@ -348,8 +348,8 @@ impl Session {
         if is_plain || self.command.drives != self.drives {
             return false;
         }
-        let workspace = self.unloaded_workspace.get_or_insert_with(|| Workspace::new(&self.unloaded));
-        statics::is_singular_place(&self.nominal, &self.command, workspace)
+        let scratch = self.unloaded_scratch.get_or_insert_with(|| Scratch::new(&self.unloaded));
+        statics::is_singular_place(&self.nominal, &self.command, scratch)
     }
 
     /// Loaded equilibrium at the present drives, searched from the present state only; `Err` has the status if it is not stable.
@@ -368,7 +368,7 @@ impl Session {
     /// Loaded equilibrium at the present drives, of any status, searched from the present state, which becomes it or, without one, stays.
     fn solve_near_state(&mut self, task: &TaskPoint) -> Outcome {
         let settings = &self.settings.equilibrium;
-        equilibrium(&self.real, &self.drives, &task.load, &mut self.state, &mut self.workspace, settings)
+        equilibrium(&self.actual, &self.drives, &task.load, &mut self.state, &mut self.scratch, settings)
     }
 
     /// Task error at the present equilibrium.
@@ -445,7 +445,7 @@ impl Session {
                 &self.state.pose.rotation,
                 &task.wanted().rotation.transpose(),
             ))),
-            drive_forces: statics::drive_forces(&self.real, &self.state),
+            drive_forces: statics::drive_forces(&self.actual, &self.state),
             status,
             outcome,
         }

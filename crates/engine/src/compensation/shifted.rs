@@ -49,14 +49,14 @@ pub(super) fn linear_shift(
     session.command_pose(&task.pose)?;
     let (nominal, at) = (&session.nominal, &session.command);
     let load = task.load.to_vector();
-    let mut twist = match unloaded_stiffness(nominal, at, &mut session.workspace) {
+    let mut twist = match unloaded_stiffness(nominal, at, &mut session.scratch) {
         Some(stiffness) => stiffness.lu().solve(&load).ok_or(CompensationStatus::Singular)?,
         // Rigid in some direction.
-        None => unloaded_compliance(nominal, at, &mut session.workspace).ok_or(CompensationStatus::Singular)? * load,
+        None => unloaded_compliance(nominal, at, &mut session.scratch).ok_or(CompensationStatus::Singular)? * load,
     };
     if aggregated {
         let shift =
-            aggregate_errors(nominal, &session.real, at, &mut session.workspace).ok_or(CompensationStatus::Singular)?;
+            aggregate_errors(nominal, &session.actual, at, &mut session.scratch).ok_or(CompensationStatus::Singular)?;
         twist += shift.to_vector();
     }
     let mut linear = twist.fixed_rows_mut::<3>(0);

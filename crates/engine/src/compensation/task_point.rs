@@ -48,7 +48,7 @@ pub struct TaskPoint {
     pub aside: Vector3<f64>,
     /// Positions of the external axes; `None`: those of the machine.
     pub external: Option<ExternalAxes>,
-    /// External axes of [`Machine::with_commanded_head`] where the program leads the hinges of a head that serves the task: the configurations
+    /// External axes of [`Machine::with_commanded_head`] where the program leads the revolute joints of a head that serves the task: the configurations
     /// of the task are those near them. `None`: those that are reached from home and from point to point.
     pub led: Option<ExternalAxes>,
     /// What a program says of the posture of the arm.

@@ -9,29 +9,29 @@ use super::{outcome::CompensationStatus, task_point::TaskPoint};
 use crate::{
     machine::Machine,
     spatial::{Pose, Wrench},
-    statics::{self, Outcome, State, Workspace, equilibrium, tool_compliance},
+    statics::{self, Outcome, Scratch, State, equilibrium, tool_compliance},
 };
 
 /// A workpiece carrier, nominal and actual.
 #[derive(Debug, Clone)]
 pub(super) struct Workpiece {
     nominal: Machine,
-    real: Machine,
-    workspace: Workspace,
+    actual: Machine,
+    scratch: Scratch,
 }
 
 impl Workpiece {
-    /// Carrier of the workpiece of `nominal`, and of `real`; `None` where the workpiece does not move.
-    pub fn new(nominal: &Machine, real: &Machine) -> Option<Self> {
-        let (nominal, real) = (nominal.carrier.clone()?, real.carrier.clone()?);
-        Some(Self { workspace: Workspace::new(&real), nominal, real })
+    /// Carrier of the workpiece of `nominal`, and of `actual`; `None` where the workpiece does not move.
+    pub fn new(nominal: &Machine, actual: &Machine) -> Option<Self> {
+        let (nominal, actual) = (nominal.carrier.clone()?, actual.carrier.clone()?);
+        Some(Self { scratch: Scratch::new(&actual), nominal, actual })
     }
 
     /// Sets the home of both carriers to that of the carrier of `machine`.
     pub fn set_home(&mut self, machine: &Machine) {
         let Some(carrier) = &machine.carrier else { return };
         self.nominal.home.clone_from(&carrier.home);
-        self.real.home.clone_from(&carrier.home);
+        self.actual.home.clone_from(&carrier.home);
     }
 
     /// Displacement of the workpiece in O by the load of `task`: a pose `X` that takes what it carried from where it was to `X` times that. It
@@ -48,10 +48,10 @@ impl Workpiece {
     ) -> Result<Pose, CompensationStatus> {
         let (touched, load) = contact_load(task, tool_tip);
         let before = match at_rest {
-            true => equilibrium_under(&mut self.nominal, touched, &Wrench::zero(), &mut self.workspace, settings)?.0,
-            false => Pose { translation: touched, ..self.real.home.pose },
+            true => equilibrium_under(&mut self.nominal, touched, &Wrench::zero(), &mut self.scratch, settings)?.0,
+            false => Pose { translation: touched, ..self.actual.home.pose },
         };
-        let (after, _) = equilibrium_under(&mut self.real, touched, &load, &mut self.workspace, settings)?;
+        let (after, _) = equilibrium_under(&mut self.actual, touched, &load, &mut self.scratch, settings)?;
         Ok(after.compose(&before.inverse()))
     }
 
@@ -66,7 +66,7 @@ impl Workpiece {
         settings: &statics::Settings,
     ) -> Result<Matrix3<f64>, CompensationStatus> {
         let (touched, load) = contact_load(task, tool_tip);
-        let (_, outcome) = equilibrium_under(&mut self.real, touched, &load, &mut self.workspace, settings)?;
+        let (_, outcome) = equilibrium_under(&mut self.actual, touched, &load, &mut self.scratch, settings)?;
         let compliance = outcome.compliance.map(|compliance| tool_compliance(&compliance, Vector3::zeros()));
         Ok(compliance.unwrap_or_else(Matrix3::zeros))
     }
@@ -84,12 +84,12 @@ fn equilibrium_under(
     carrier: &mut Machine,
     touched: Vector3<f64>,
     load: &Wrench,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
     settings: &statics::Settings,
 ) -> Result<(Pose, Outcome), CompensationStatus> {
     let at = carrier.set_touch_point(touched);
     let mut state = State::rigid(carrier, &at);
-    let outcome = equilibrium(carrier, &at.drives, load, &mut state, workspace, settings);
+    let outcome = equilibrium(carrier, &at.drives, load, &mut state, scratch, settings);
     match outcome.status {
         statics::Status::Solved => Ok((state.pose, outcome)),
         status => {

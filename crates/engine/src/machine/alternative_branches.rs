@@ -1,7 +1,7 @@
 //! Other rigid configurations for a pose that cannot be reached by following the straight line from home.
 //!
 //! The drives of a serial machine can be moved one by one from any posture to any other, so every posture that meets the target within travel will
-//! do: it is sought from home with the first hinge turned towards the target, then with each other hinge turned. A machine with closed loops must
+//! do: it is sought from home with the first revolute joint turned towards the target, then with each other revolute joint turned. A machine with closed loops must
 //! not pass a singularity: it is tracked around, through points beside the straight line.
 
 use std::f64::consts::{PI, TAU};
@@ -14,10 +14,10 @@ use super::{
 };
 use crate::spatial::Pose;
 
-/// Angles by which hinges are turned from home.
+/// Angles by which revolute joints are turned from home.
 const TURNS: [f64; 5] = [PI / 3.0, -PI / 3.0, TAU / 3.0, -TAU / 3.0, PI];
-const SERIAL_FIRST: &str = "the first hinge turned towards the position and away from it";
-const SERIAL_ALL: &str = "the first hinge turned towards the position and away from it, each other hinge turned by 60, 120 and 180 deg from there and from home";
+const SERIAL_FIRST: &str = "the first revolute joint turned towards the position and away from it";
+const SERIAL_ALL: &str = "the first revolute joint turned towards the position and away from it, each other revolute joint turned by 60, 120 and 180 deg from there and from home";
 /// Distance of points beside the straight line, as shares of its length.
 const DETOURS: [f64; 2] = [0.5, 1.0];
 const DETOURS_TRIED: &str = "detours through points beside the straight line, by half of and by all its length";
@@ -34,7 +34,7 @@ impl Machine {
         }
         let (posture, tried) = match (self.chains.len(), &straight) {
             _ if !is_finite || matches!(straight, Unreachable::BeyondSpan { .. }) => return Err(straight),
-            // Slides alone have one posture.
+            // Prismatic joints alone have one posture.
             (1, _) if !self.drives().any(|(_, drive)| drive.motion == Motion::Revolute) => return Err(straight),
             (1, _) if self.chains[0].passive.is_empty() => self.search_postures(target),
             // A way around is of use where the chains close, but not on this side of a singularity.
@@ -77,19 +77,19 @@ impl Machine {
     /// The posture of a serial machine that meets `target` within travel, nearest to home of those found; and words for what was tried.
     fn search_postures(&self, target: &Pose) -> (Option<Configuration>, &'static str) {
         let home = &self.home.drives;
-        let hinges: Vec<usize> = self
+        let revolute: Vec<usize> = self
             .drives()
             .enumerate()
             .filter(|(_, (_, drive))| drive.motion == Motion::Revolute)
             .map(|(index, _)| index)
             .collect();
-        let turned = |drives: &[f64], hinge: usize, angle: f64| {
+        let turned = |drives: &[f64], revolute: usize, angle: f64| {
             let mut drives = drives.to_vec();
-            drives[hinge] += angle;
+            drives[revolute] += angle;
             drives
         };
         let mut starts = vec![home.clone()];
-        if let Some(&first) = hinges.first() {
+        if let Some(&first) = revolute.first() {
             let towards = self.azimuth(first, target);
             starts.push(turned(home, first, towards));
             starts.push(turned(home, first, towards + PI));
@@ -97,21 +97,21 @@ impl Machine {
         if let Some(posture) = self.nearest_posture(&starts, target) {
             return (Some(posture), SERIAL_FIRST);
         }
-        let others = hinges.iter().skip(1).flat_map(|&hinge| TURNS.map(|angle| (hinge, angle)));
+        let others = revolute.iter().skip(1).flat_map(|&revolute| TURNS.map(|angle| (revolute, angle)));
         let starts: Vec<Vec<f64>> = others
-            .flat_map(|(hinge, angle)| starts.iter().take(2).map(move |drives| turned(drives, hinge, angle)))
+            .flat_map(|(revolute, angle)| starts.iter().take(2).map(move |drives| turned(drives, revolute, angle)))
             .collect();
         (self.nearest_posture(&starts, target), SERIAL_ALL)
     }
 
-    /// Change of hinge drive `hinge` of a serial machine, rad, that turns P about its axis from home towards the target.
-    fn azimuth(&self, hinge: usize, target: &Pose) -> f64 {
+    /// Change of revolute drive `revolute` of a serial machine, rad, that turns P about its axis from home towards the target.
+    fn azimuth(&self, revolute: usize, target: &Pose) -> f64 {
         let chain = &self.chains[0];
         let mut values = vec![0.0; chain.virtual_count];
         chain.add_joint_positions(&self.home.drives, &mut values);
         let mut screws: Vec<MoveScrew> = Vec::new();
         chain.forward(&values, &mut screws);
-        let Some(screw) = screws.iter().find(|screw| screw.coordinate == chain.drives[hinge].coordinate) else {
+        let Some(screw) = screws.iter().find(|screw| screw.coordinate == chain.drives[revolute].coordinate) else {
             return 0.0;
         };
         let axis = screw.twist.angular;
@@ -123,7 +123,7 @@ impl Machine {
             return 0.0;
         }
         let angle = libm::atan2(axis.dot(&from_axis.cross(&to_target)), from_axis.dot(&to_target));
-        let share = chain.joint_per_drive(hinge, hinge);
+        let share = chain.joint_per_drive(revolute, revolute);
         if share == 0.0 { 0.0 } else { angle / share }
     }
 

@@ -24,11 +24,11 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Chooses `slide` for a prismatic motion and `hinge` for a revolute one.
-    pub(crate) fn choose<T>(self, slide: T, hinge: T) -> T {
+    /// Chooses `slide` for a prismatic motion and `revolute` for a revolute one.
+    pub(crate) fn choose<T>(self, slide: T, revolute: T) -> T {
         match self {
             Motion::Prismatic => slide,
-            Motion::Revolute => hinge,
+            Motion::Revolute => revolute,
         }
     }
 
@@ -115,8 +115,8 @@ pub struct Drive {
     pub travel: Option<(f64, f64)>,
     /// Largest force in N, or torque in N·mm, either way.
     pub force_limit: Option<f64>,
-    /// Largest distance of the joint to either side of where its spring has it, mm or rad.
-    pub backlash: f64,
+    /// Half the backlash: largest distance of the joint to either side of where its spring has it, mm or rad.
+    pub half_backlash: f64,
     /// Largest force or torque that static friction holds, N or N·mm.
     pub friction: f64,
     /// ρ from which the home configuration is sought, mm or rad.
@@ -246,8 +246,8 @@ impl Chain {
         if self.joint_per_drive(drive, drive) < 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// Full turn of hinge drive `drive`: the least change of its command, rad, that turns every joint by whole turns, 2π where it moves one joint
-    /// alone. `None` for a slide, and where up to [`MOST_TURNS`] turns of a joint do not suffice.
+    /// Full turn of revolute drive `drive`: the least change of its command, rad, that turns every joint by whole turns, 2π where it moves one joint
+    /// alone. `None` for a prismatic joint, and where up to [`MOST_TURNS`] turns of a joint do not suffice.
     pub(crate) fn full_turn(&self, drive: usize) -> Option<f64> {
         if self.drives[drive].motion == Motion::Prismatic {
             return None;

@@ -6,7 +6,7 @@ use super::{Configuration, Coordinate, Machine, Motion, MoveScrew};
 
 impl Machine {
     /// Inverse condition number of the Jacobian between the drives and the controlled task coordinates at `at`: its smallest singular
-    /// value as a share of the largest, hinges and rotations in mm at the [characteristic length](crate::machine::Model::characteristic_length).
+    /// value as a share of the largest, revolute joints and rotations in mm at the [characteristic length](crate::machine::Model::characteristic_length).
     /// 0 where the machine is singular, be it that the drives do not hold the platform or that they cannot move it in some way, and 1 where all
     /// directions are alike (the local conditioning index of Gosselin and Angeles 1991). Redundant drives move as little as they can.
     pub fn conditioning(&self, at: &Configuration) -> f64 {
@@ -29,7 +29,7 @@ impl Machine {
         if most > 0.0 { least / most } else { 0.0 }
     }
 
-    /// Whether [`Machine::conditioning`] is at least `least`; quick for an arm with a spherical wrist whose six hinges control all six coordinates.
+    /// Whether [`Machine::conditioning`] is at least `least`; quick for an arm with a spherical wrist whose six revolute joints control all six coordinates.
     pub fn is_conditioned(&self, at: &Configuration, least: f64) -> bool {
         if least <= 0.0 {
             return true;

@@ -1,4 +1,4 @@
-//! Manufacturing and assembly errors: what makes the real machine differ from the nominal one.
+//! Manufacturing and assembly errors: what makes the actual machine differ from the nominal one.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -115,21 +115,21 @@ impl Machine {
         self.chains.iter().zip(degrees).map(turn).collect()
     }
 
-    /// The real machine: this one with `errors[i]` built into chain `i`; chains without an entry stay nominal.
+    /// The actual machine: this one with `errors[i]` built into chain `i`; chains without an entry stay nominal.
     ///
     /// Its `home`, limits and names stay those of the nominal machine, by which it is commanded.
     pub fn with_errors(&self, errors: &[ChainError]) -> Machine {
-        let mut real = self.with_errors_unrecorded(errors);
-        real.definition.record_errors(errors);
-        real
+        let mut actual = self.with_errors_unrecorded(errors);
+        actual.definition.record_errors(errors);
+        actual
     }
 
     /// Builds `errors` into the chains as [`Machine::with_errors`] does, without recording them for [`Machine::with_parameters`].
     pub(super) fn with_errors_unrecorded(&self, errors: &[ChainError]) -> Machine {
-        let mut real = self.clone();
-        for (chain, error) in real.chains.iter_mut().zip(errors) {
+        let mut actual = self.clone();
+        for (chain, error) in actual.chains.iter_mut().zip(errors) {
             error.apply(chain);
         }
-        real
+        actual
     }
 }

@@ -95,8 +95,8 @@ impl Machine {
     }
 
     /// This machine along a path that commands the locked drives: those that its task does not need and nothing commands stay at home, where they
-    /// are taken to stand as the program begins. These are hinges A, B and C of a head unless the path says how the tool stands
-    /// (`is_oriented`), what carries the six hinges of an arm, and drives with other names than X, Y and Z beside such drives.
+    /// are taken to stand as the program begins. These are revolute joints A, B and C of a head unless the path says how the tool stands
+    /// (`is_oriented`), what carries the six revolute joints of an arm, and drives with other names than X, Y and Z beside such drives.
     ///
     /// # Errors
     /// Several drives could serve the task in place of each other, and nothing says which of them does.
@@ -139,11 +139,12 @@ impl Machine {
     fn groups_by_name(&self, free: &[usize]) -> Vec<Vec<usize>> {
         let (labels, count) = (self.drive_labels(), self.drive_count());
         let drives: Vec<&Drive> = self.drives().map(|(_, drive)| drive).collect();
-        let is_hinge = |drive: usize| drives[drive].motion == Motion::Revolute;
+        let is_revolute = |drive: usize| drives[drive].motion == Motion::Revolute;
         let arm = count.saturating_sub(6);
-        // A hinge before six others is one of the arm's seven, unless the six are known to be an arm.
-        let carries_arm =
-            self.chains.len() == 1 && (arm..count).all(is_hinge) && (self.arm.is_some() || !(0..arm).any(is_hinge));
+        // A revolute joint before six others is one of the arm's seven, unless the six are known to be an arm.
+        let carries_arm = self.chains.len() == 1
+            && (arm..count).all(is_revolute)
+            && (self.arm.is_some() || !(0..arm).any(is_revolute));
         let called = |drive: usize, letters: &[&str]| {
             letters.contains(&&*labels[drive]) || letters.contains(&&*drives[drive].name)
         };

@@ -2,7 +2,7 @@
 //! platform and have limits. Immutable once built; solves nothing elastic.
 //!
 //! A machine is read from a TOML file ([`Machine::from_file`]) or taken from the [`catalogue`]. Manufacturing and assembly errors make another
-//! machine of it ([`Machine::with_errors`]): commands are computed with the nominal one, what happens is computed with the real one.
+//! machine of it ([`Machine::with_errors`]): commands are computed with the nominal one, what happens is computed with the actual one.
 
 mod accuracy;
 mod alternative_branches;
@@ -28,7 +28,7 @@ mod section;
 mod skeleton;
 mod span;
 pub mod spec;
-mod standing_tool;
+mod stationary_tool;
 mod task_space;
 mod tracked_point;
 mod unknown;
@@ -197,7 +197,7 @@ pub struct Model {
     /// Number of independent motions of the drives beyond those that the controlled coordinates take: 0 for most machines.
     ///
     /// The drives of a redundant machine stand as near to home as the task allows: the sum of squares of their distances from home is least, slides
-    /// in mm and hinges in mm at the [characteristic length](crate::machine::Model::characteristic_length). So a path has the same commands from
+    /// in mm and revolute joints in mm at the [characteristic length](crate::machine::Model::characteristic_length). So a path has the same commands from
     /// wherever it is begun. A drive that would leave its travel stays at its end, and the others make up for it. Other platform motions follow.
     pub redundancy: usize,
     /// Whether rotations of the platform that the drives do not control change as it moves. A path then asks for the pose in
@@ -314,7 +314,7 @@ impl Machine {
         self.chains.iter().enumerate().flat_map(|(c, chain)| chain.drives.iter().map(move |drive| (c, drive)))
     }
 
-    /// Full turn of each drive, rad, see `Chain::full_turn`; `None` for slides and locked drives.
+    /// Full turn of each drive, rad, see `Chain::full_turn`; `None` for prismatic joints and locked drives.
     pub fn full_turns(&self) -> impl Iterator<Item = Option<f64>> {
         let turns = self.chains.iter().flat_map(|chain| (0..chain.drives.len()).map(|drive| chain.full_turn(drive)));
         turns.enumerate().map(|(index, turn)| turn.filter(|_| self.locked.iter().all(|&(locked, _)| locked != index)))
@@ -334,13 +334,13 @@ impl Machine {
         self.drives().map(|(c, drive)| label(&self.chains[c], drive)).collect()
     }
 
-    /// The kinds of drives that the machine has, slides first. Values of slides and hinges have no common unit.
+    /// The kinds of drives that the machine has, prismatic joints first. Values of prismatic and revolute joints have no common unit.
     pub fn drive_kinds(&self) -> impl Iterator<Item = Motion> {
         let has = |kind: &Motion| self.drives().any(|(_, drive)| drive.motion == *kind);
         [Motion::Prismatic, Motion::Revolute].into_iter().filter(has)
     }
 
-    /// Whether the machine has both slides and hinges as drives.
+    /// Whether the machine has both prismatic and revolute joints as drives.
     pub fn has_mixed_drives(&self) -> bool {
         self.drive_kinds().count() > 1
     }

@@ -25,14 +25,14 @@ impl Machine {
     /// # Errors
     /// Values that make no tool; a tip elsewhere or another axis without what bends there, where the machine's own tool bends.
     pub fn with_tool(&self, tool: &OtherToolSpec, check: &Check) -> Result<Machine> {
-        let check_stands = check.key("stands");
-        let mut spec = match (tool.stands, tool.tip_mm, tool.axis) {
+        let check_stationary = check.key("stationary");
+        let mut spec = match (tool.stationary, tool.tip_mm, tool.axis) {
             (false, ..) if tool.without_weight => {
-                return check.key("without_weight").fail("is for a tool that stands: expected stands = true".into());
+                return check.key("without_weight").fail("is for a stationary tool: expected stationary = true".into());
             }
             (false, ..) => MachineSpec::clone(self.definition.spec()),
-            (true, Some(tip_mm), Some(_)) => self.seen_from_part(tip_mm, tool.without_weight, &check_stands)?,
-            (true, ..) => return check_stands.fail("expected tip_mm and axis beside it, in O".into()),
+            (true, Some(tip_mm), Some(_)) => self.seen_from_part(tip_mm, tool.without_weight, &check_stationary)?,
+            (true, ..) => return check_stationary.fail("expected tip_mm and axis beside it, in O".into()),
         };
         for (name, material) in &tool.material {
             if spec.material.insert(name.clone(), material.clone()).is_some() {
@@ -48,7 +48,7 @@ impl Machine {
             let problem = "the machine file's tool is elastic, and the process has another tool: give the cutter or compliance_mm_rad_N of that tool as well";
             return check.fail(problem.into());
         }
-        if let (false, Some(tip_mm)) = (tool.stands, tool.tip_mm) {
+        if let (false, Some(tip_mm)) = (tool.stationary, tool.tip_mm) {
             spec.platform.tool_tip_mm = tip_mm;
         }
         spec.platform.tool_axis = tool.axis.or(spec.platform.tool_axis);

@@ -2,7 +2,7 @@
 //!
 //! With the unknowns of the closure equations split into drives d and the rest r (twist of P, passive joints), a step of
 //! Newton's method solves `A r + B d = −e`. The rest is eliminated by the projector `P` onto what A does not reach; of the
-//! drive motions left, `P B d = −P e`, the shortest is taken, hinges in mm at the machine's characteristic length. Motions in the null space
+//! drive motions left, `P B d = −P e`, the shortest is taken, revolute joints in mm at the machine's characteristic length. Motions in the null space
 //! of `P B` are free: along them the drives go towards home.
 
 use nalgebra::{DMatrix, DVector};
@@ -213,7 +213,7 @@ impl Machine {
         mobility.mechanism.saturating_sub(mobility.uncontrolled).saturating_sub(self.controls.len())
     }
 
-    /// Distance of the drives from home to `at`: slides in mm, hinges in mm at the machine's characteristic length.
+    /// Distance of the drives from home to `at`: prismatic joints in mm, revolute joints in mm at the machine's characteristic length.
     pub(super) fn distance_from_home(&self, at: &Configuration) -> f64 {
         Closure::new(self).vector_to_home(at).norm()
     }

@@ -36,7 +36,7 @@ pub struct RotaryDrives {
     pub carrier: Pose,
 }
 
-/// How far a hinge is turned to see its axis, rad.
+/// How far a revolute joint is turned to see its axis, rad.
 const TRIAL_RAD: f64 = 0.3;
 /// How far the platform is moved to see whether it turns, as a share of the characteristic length, and a turn that is none, rad.
 const BESIDE: f64 = 0.01;
@@ -45,27 +45,27 @@ const STILL_RAD: f64 = 1e-9;
 impl Machine {
     /// Rotary drives of the workpiece carrier and, on a machine of one chain, of a head commanded while the other drives control the translations.
     pub fn rotary_drives(&self) -> RotaryDrives {
-        let head = if self.with_commanded_head().is_some() { hinges(self) } else { Vec::new() };
+        let head = if self.with_commanded_head().is_some() { revolute(self) } else { Vec::new() };
         let placed = |drives: &[f64]| self.forward_kinematics(drives).ok().map(|at| at.pose);
         let (mut drives, platform) = axes(self, &head, false, placed).unwrap_or_else(|| (Vec::new(), self.home.pose));
         let Some(carrier) = &self.carrier else { return RotaryDrives { drives, platform, carrier: Pose::identity() } };
-        let carried = axes(carrier, &hinges(carrier), true, |drives| Some(carrier.serial_configuration(drives).pose));
+        let carried = axes(carrier, &revolute(carrier), true, |drives| Some(carrier.serial_configuration(drives).pose));
         let (carried, at) = carried.unwrap_or_else(|| (Vec::new(), carrier.home.pose));
         drives.extend(carried);
         RotaryDrives { drives, platform, carrier: at }
     }
 
-    /// This machine with the hinges called A, B and C of its one chain commanded to home, see [`Machine::with_commanded_drives`]; `None` if there
+    /// This machine with the revolute joints called A, B and C of its one chain commanded to home, see [`Machine::with_commanded_drives`]; `None` if there
     /// are none, or they cannot be.
     pub fn with_commanded_head(&self) -> Option<Machine> {
-        let head: Vec<usize> = hinges(self).into_iter().map(|(index, _)| index).collect();
+        let head: Vec<usize> = revolute(self).into_iter().map(|(index, _)| index).collect();
         let is_head = self.chains.len() == 1 && !head.is_empty();
         is_head.then(|| self.with_commanded_drives(&self.shown_at_home(&head)).ok()).flatten()
     }
 
-    /// Whether a hinge called A, B or C is locked.
+    /// Whether a revolute joint called A, B or C is locked.
     pub(super) fn has_locked_head(&self) -> bool {
-        hinges(self).iter().any(|(hinge, _)| self.locked.iter().any(|(index, _)| index == hinge))
+        revolute(self).iter().any(|(revolute, _)| self.locked.iter().any(|(index, _)| index == revolute))
     }
 
     /// Locks drives that turn the platform, see [`Machine::with_locked_drives`]: they decide its rotations, the other drives its translations.
@@ -112,23 +112,23 @@ impl Machine {
     }
 }
 
-/// Drive index and letter of each hinge of `machine` called A, B or C.
-fn hinges(machine: &Machine) -> Vec<(usize, char)> {
+/// Drive index and letter of each revolute joint of `machine` called A, B or C.
+fn revolute(machine: &Machine) -> Vec<(usize, char)> {
     let letter = |name: &str| ['A', 'B', 'C'].into_iter().find(|letter| name == letter.to_string());
-    let hinges = machine.drives().enumerate().filter(|(_, (_, drive))| drive.motion == Motion::Revolute);
-    hinges.filter_map(|(index, (_, drive))| Some((index, letter(&drive.name)?))).collect()
+    let revolute = machine.drives().enumerate().filter(|(_, (_, drive))| drive.motion == Motion::Revolute);
+    revolute.filter_map(|(index, (_, drive))| Some((index, letter(&drive.name)?))).collect()
 }
 
-/// Axes of `hinges`, and the pose with all of them at 0; `placed` gives the pose in O at drive positions (mm, rad), if there is one.
+/// Axes of `revolute`, and the pose with all of them at 0; `placed` gives the pose in O at drive positions (mm, rad), if there is one.
 fn axes(
     machine: &Machine,
-    hinges: &[(usize, char)],
+    revolute: &[(usize, char)],
     carries: bool,
     placed: impl Fn(&[f64]) -> Option<Pose>,
 ) -> Option<(Vec<RotaryDrive>, Pose)> {
     let labels = machine.drive_labels();
     let mut at_zero = machine.home.drives.clone();
-    hinges.iter().for_each(|&(index, _)| at_zero[index] = 0.0);
+    revolute.iter().for_each(|&(index, _)| at_zero[index] = 0.0);
     let zero = placed(&at_zero)?;
     let axis = |&(index, letter): &(usize, char)| {
         let mut turned = at_zero.clone();
@@ -141,5 +141,5 @@ fn axes(
         let travel_deg = machine.drives().nth(index)?.1.travel.map(|(low, high)| [low, high].map(f64::to_degrees));
         Some(RotaryDrive { letter, label: labels[index].clone(), carries, about, through, travel_deg })
     };
-    Some((hinges.iter().map(axis).collect::<Option<Vec<_>>>()?, zero))
+    Some((revolute.iter().map(axis).collect::<Option<Vec<_>>>()?, zero))
 }

@@ -34,7 +34,7 @@ impl Machine {
 }
 
 impl Machine {
-    /// Length of all links from the base to the tool tip at home, one after another, and of the travel of all slides, mm; `None` of a machine whose
+    /// Length of all links from the base to the tool tip at home, one after another, and of the travel of all prismatic joints, mm; `None` of a machine whose
     /// platform several chains carry, or with a closed loop.
     pub fn serial_length_mm(&self) -> Option<f64> {
         let ([_], 0) = (&self.chains[..], self.chains.iter().map(|own| own.route.loop_count()).sum::<usize>()) else {
@@ -57,7 +57,7 @@ impl Machine {
         let (low, high) = (self.workspace.min, self.workspace.max);
         let corner = |k: usize| Vector3::from_fn(|axis, _| if k >> axis & 1 == 1 { high[axis] } else { low[axis] });
         let places = (0..8).map(corner).chain(self.points.iter().map(|point| point.position));
-        let reached = places.filter_map(|place| self.command(place).ok());
+        let reached = places.filter_map(|place| self.inverse_kinematics_at(place).ok());
         let mut ranges: Vec<[f64; 2]> = self.home.drives.iter().map(|rho| [*rho; 2]).collect();
         for at in reached {
             for (range, rho) in ranges.iter_mut().zip(&at.drives) {
@@ -81,7 +81,7 @@ struct SkeletonWalker<'a> {
     line: Polyline,
     links: Vec<Polyline>,
     joints: Vec<JointMark>,
-    /// The near end of the parallelogram that is being followed: both hinges of its short link.
+    /// The near end of the parallelogram that is being followed: both revolute joints of its short link.
     near: Option<[[f64; 3]; 2]>,
 }
 
@@ -169,7 +169,7 @@ impl<'a> SkeletonWalker<'a> {
         }
     }
 
-    /// Moves along a slide, which leaves a gap in the lines, or by an elastic deflection, which the line follows.
+    /// Moves along a prismatic joint, which leaves a gap in the lines, or by an elastic deflection, which the line follows.
     fn slide(&mut self, coordinate: usize, direction: Vector3<f64>) {
         let is_elastic = coordinate < self.chain.virtual_count && !self.is_drive(coordinate);
         if !is_elastic {

@@ -8,7 +8,7 @@ const ROUNDING: f64 = 1e-9;
 
 impl Machine {
     /// Refuses, with [`Unreachable::BeyondSpan`], a target that is farther from where a chain begins to move than that chain is long, slides at the
-    /// ends of their travel. What is not refused may still be out of reach. Chains without hinges are not looked at: their travel says more.
+    /// ends of their travel. What is not refused may still be out of reach. Chains without revolute joints are not looked at: their travel says more.
     pub(super) fn check_span(&self, target: &Pose) -> Result<(), Unreachable> {
         let beyond = self.chains.iter().find_map(|chain| {
             let (start, span_mm) = chain.span()?;
@@ -23,9 +23,9 @@ impl Machine {
 }
 
 impl Chain {
-    /// Pose in O at the chain's first joint, and how far its end can be from there, mm; `None` without hinge or with an endless slide.
+    /// Pose in O at the chain's first joint, and how far its end can be from there, mm; `None` without revolute joint or with an endless slide.
     fn span(&self) -> Option<(Pose, f64)> {
-        let (mut start, mut span, mut has_moved, mut has_hinge) =
+        let (mut start, mut span, mut has_moved, mut has_revolute) =
             (self.route.base, self.route.attachment.translation.norm(), false, false);
         for step in &self.route.steps {
             match *step {
@@ -34,14 +34,14 @@ impl Chain {
                 Step::Move { motion, coordinate, .. } if self.is_joint(coordinate) => {
                     has_moved = true;
                     match motion {
-                        Motion::Revolute => has_hinge = true,
+                        Motion::Revolute => has_revolute = true,
                         Motion::Prismatic => span += self.slide_extent(coordinate)?,
                     }
                 }
                 Step::Move { .. } | Step::Frame => {}
             }
         }
-        has_hinge.then_some((start, span))
+        has_revolute.then_some((start, span))
     }
 
     /// Whether a chain coordinate is that of a drive or of a passive joint, and so moves without elastic deflection.
@@ -49,7 +49,7 @@ impl Chain {
         coordinate >= self.virtual_count || self.drives.iter().any(|drive| drive.coordinate == coordinate)
     }
 
-    /// Largest distance of the slide of `coordinate` from zero, mm; `None` where that is unlimited.
+    /// Largest distance of the prismatic joint of `coordinate` from zero, mm; `None` where that is unlimited.
     fn slide_extent(&self, coordinate: usize) -> Option<f64> {
         let (low, high) = match coordinate.checked_sub(self.virtual_count) {
             Some(joint) => self.passive[joint].limits?,

@@ -133,13 +133,13 @@ tables! {
 
     /// Another tool than that of the machine file, in a process.
     pub struct OtherToolSpec {
-        /// Its tip, from P in platform axes, or in O if it stands; where the machine file has it if not given.
+        /// Its tip, from P in platform axes, or in O if it is stationary; where the machine file has it if not given.
         pub tip_mm: Option<[f64; 3]>,
-        /// Direction from the spindle to its tip in platform axes, or in O if it stands; that of the machine file if not given.
+        /// Direction from the spindle to its tip in platform axes, or in O if it is stationary; that of the machine file if not given.
         pub axis: Option<[f64; 3]>,
-        /// Whether the tool stands and the machine holds the part, whose frame W is then in its platform; no if not given.
+        /// Whether the tool is stationary (an external TCP) and the machine holds the part, whose frame W is then in its platform; no if not given.
         #[serde(default)]
-        pub stands: bool,
+        pub stationary: bool,
         /// Whether masses and springs of a machine that holds the part are left out; no if not given.
         #[serde(default)]
         pub without_weight: bool,
@@ -274,23 +274,23 @@ tables! {
 pub enum ElementSpec {
     /// A rigid transform.
     Fixed(FixedSpec),
-    /// An actuated slide.
+    /// An actuated prismatic joint.
     PrismaticDrive(PrismaticDriveSpec),
-    /// An actuated hinge.
+    /// An actuated revolute joint.
     RevoluteDrive(RevoluteDriveSpec),
-    /// A passive slide.
+    /// A passive prismatic joint.
     PrismaticJoint(PrismaticJointSpec),
-    /// A passive hinge.
+    /// A passive revolute joint.
     RevoluteJoint(RevoluteJointSpec),
     /// An elastic link given as a beam.
     Beam(BeamSpec),
     /// An elastic link given by its 6×6 stiffness or compliance.
     Link(LinkSpec),
-    /// Two parallel bars joined by hinges.
+    /// Two parallel bars joined by revolute joints.
     Parallelogram(ParallelogramSpec),
-    /// Two crossed passive hinges.
+    /// Two crossed passive revolute joints.
     UniversalJoint(UniversalJointSpec),
-    /// Three crossed passive hinges, about x, y, z.
+    /// Three crossed passive revolute joints, about x, y, z.
     SphericalJoint(SphericalJointSpec),
     /// A mass that moves with the frame reached.
     Mass(NamedMassSpec),
@@ -339,27 +339,27 @@ impl ElementSpec {
 }
 
 tables! {
-    /// Two crossed passive hinges.
+    /// Two crossed passive revolute joints.
     pub struct UniversalJointSpec {
-        /// Name; its hinges are called after it and their axes, such as `u_x`.
+        /// Name; its revolute joints are called after it and their axes, such as `u_x`.
         pub name: String,
-        /// Local axes of the two hinges, in order; two different ones.
+        /// Local axes of the two revolute joints, in order; two different ones.
         pub axes: [AxisSpec; 2],
-        /// Where each hinge stands at home, or from where home is sought; 0 if not given.
+        /// Where each revolute joint stands at home, or from where home is sought; 0 if not given.
         #[serde(default)]
         pub home_deg: [f64; 2],
-        /// Smallest and largest angle of each hinge; none if not given.
+        /// Smallest and largest angle of each revolute joint; none if not given.
         pub limits_deg: Option<[[f64; 2]; 2]>,
     }
 
-    /// Three crossed passive hinges, about x, y, z.
+    /// Three crossed passive revolute joints, about x, y, z.
     pub struct SphericalJointSpec {
-        /// Name; its hinges are called after it and their axes, such as `s_z`.
+        /// Name; its revolute joints are called after it and their axes, such as `s_z`.
         pub name: String,
-        /// Where the hinges about x, y, z stand at home, or from where home is sought; 0 if not given.
+        /// Where the revolute joints about x, y, z stand at home, or from where home is sought; 0 if not given.
         #[serde(default)]
         pub home_deg: [f64; 3],
-        /// Smallest and largest angle of the hinges about x, y, z; none if not given.
+        /// Smallest and largest angle of the revolute joints about x, y, z; none if not given.
         pub limits_deg: Option<[[f64; 2]; 3]>,
     }
 
@@ -402,9 +402,9 @@ tables! {
     pub struct ShownSpec {
         /// Factor of each joint, by the name of its drive.
         pub of: BTreeMap<String, f64>,
-        /// What it shows where these joints are at zero, of a hinge; 0 if not given.
+        /// What it shows where these joints are at zero, of a revolute joint; 0 if not given.
         pub offset_deg: Option<f64>,
-        /// What it shows where these joints are at zero, of a slide; 0 if not given.
+        /// What it shows where these joints are at zero, of a prismatic joint; 0 if not given.
         pub offset_mm: Option<f64>,
     }
 
@@ -435,7 +435,7 @@ pub enum AxisSpec {
 }
 
 tables! {
-    /// An actuated slide.
+    /// An actuated prismatic joint.
     pub struct PrismaticDriveSpec {
         /// Name, which no other joint or drive of the chain has.
         pub name: String,
@@ -455,7 +455,7 @@ tables! {
         /// Largest force either way; none if not given.
         #[serde(rename = "force_limit_N")]
         pub force_limit: Option<f64>,
-        /// The slide may stand this far to either side; 0 if not given.
+        /// Its whole backlash, as a dial gauge reads it when the drive is pushed to and fro; 0 if not given.
         pub backlash_mm: Option<f64>,
         /// Largest force that static friction holds, either way; 0 if not given.
         #[serde(rename = "friction_N")]
@@ -464,7 +464,7 @@ tables! {
         pub shown: Option<ShownSpec>,
     }
 
-    /// An actuated hinge.
+    /// An actuated revolute joint.
     pub struct RevoluteDriveSpec {
         /// Name, which no other joint or drive of the chain has.
         pub name: String,
@@ -484,7 +484,7 @@ tables! {
         /// Largest torque either way; none if not given.
         #[serde(rename = "torque_limit_Nmm")]
         pub torque_limit: Option<f64>,
-        /// The hinge may stand this far to either side; 0 if not given.
+        /// Its whole backlash, as it turns when it is pushed to and fro; 0 if not given.
         pub backlash_deg: Option<f64>,
         /// Largest torque that static friction holds, either way; 0 if not given.
         #[serde(rename = "friction_Nmm")]
@@ -493,7 +493,7 @@ tables! {
         pub shown: Option<ShownSpec>,
     }
 
-    /// A passive slide; without a stiffness it is free.
+    /// A passive prismatic joint; without a stiffness it is free.
     pub struct PrismaticJointSpec {
         /// Name, which no other joint or drive of the chain has.
         pub name: String,
@@ -512,7 +512,7 @@ tables! {
         pub neutral_mm: f64,
     }
 
-    /// A passive hinge; without a stiffness it is free.
+    /// A passive revolute joint; without a stiffness it is free.
     pub struct RevoluteJointSpec {
         /// Name, which no other joint or drive of the chain has.
         pub name: String,

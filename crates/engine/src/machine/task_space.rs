@@ -140,7 +140,7 @@ impl Machine {
     ///
     /// # Errors
     /// As [`Machine::inverse_kinematics`], and [`Unreachable::Uncontrolled`] for an uncontrolled coordinate elsewhere than where it stands.
-    pub fn command(&self, position: Vector3<f64>) -> Result<Configuration, Unreachable> {
+    pub fn inverse_kinematics_at(&self, position: Vector3<f64>) -> Result<Configuration, Unreachable> {
         let at = self.inverse_kinematics(&self.pose_at(position))?;
         self.check_uncontrolled(position, &at)?;
         Ok(at)

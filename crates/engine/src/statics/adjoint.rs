@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! S z − E dt = −r          S symmetric, E: dt in the closure rows
-//! −Eᵀ z + P dt = w         P: weight, bent tool, −½ [m]×
+//! −Eᵀ z + P dt = w         P: weight, deflected tool, −½ [m]×
 //! ```
 //!
 //! With the solution (ζ, τ) of the transposed system for a unit wrench `w = e_j`, residuals r and an imbalance w move the platform by
@@ -17,7 +17,7 @@ use super::{
     full_system,
     lane_solver::LaneSolver,
     platform,
-    state::{State, Workspace},
+    state::{Scratch, State},
     tool, weight,
 };
 use crate::{lanes::solve, machine::Machine, spatial::Wrench};
@@ -53,17 +53,17 @@ pub(super) fn adjoints(
     drives: &[f64],
     state: &State,
     load: &Wrench,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
 ) -> Option<Vec<Adjoint>> {
-    if workspace.linearise(machine, drives, state, load)
-        && let Some(adjoints) = condensed_adjoints(machine, &mut workspace.solver)
+    if scratch.linearise(machine, drives, state, load)
+        && let Some(adjoints) = condensed_adjoints(machine, &mut scratch.solver)
     {
         return Some(adjoints);
     }
-    workspace.fill(machine, &machine.gravity, 0.0, false);
+    scratch.fill(machine, &machine.gravity, 0.0, false);
     let mut stiffness = platform::to_rows(&weight::stiffness(machine, &state.platform().rotation, &machine.gravity));
     tool::add_stiffness(machine, state.platform(), load, &mut stiffness);
-    let adjoints = full_system::adjoints(&workspace.solver.systems, &platform::to_matrix(&stiffness))?;
+    let adjoints = full_system::adjoints(&scratch.solver.systems, &platform::to_matrix(&stiffness))?;
     let is_finite = |adjoint: &Adjoint| adjoint.twist.iter().all(|entry| entry.is_finite());
     adjoints.iter().all(is_finite).then_some(adjoints)
 }

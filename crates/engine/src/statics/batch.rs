@@ -4,7 +4,7 @@ use super::{
     equilibrium::equilibrium,
     lane_solver::{CommandedPoses, LaneSolver},
     outcome::{Outcome, Settings, TaskError},
-    state::{State, Workspace},
+    state::{Scratch, State},
 };
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::{F64x4, F64x8};
@@ -32,7 +32,7 @@ pub struct Case<'a> {
 pub struct Batch {
     machine: Machine,
     solvers: Solvers,
-    scalar: Workspace,
+    scalar: Scratch,
 }
 
 /// Lane solvers with the registers in use: one, four or eight cases each.
@@ -63,7 +63,7 @@ impl Batch {
             Level::Four if level.is_available() => Solvers::Four(lane_solvers(machine)),
             _ => Solvers::One(lane_solvers(machine)),
         };
-        Self { machine: machine.clone(), solvers, scalar: Workspace::new(machine) }
+        Self { machine: machine.clone(), solvers, scalar: Scratch::new(machine) }
     }
 
     /// Solves [`super::equilibrium()`] for each case, with the same outcomes to the last bit; clears the cases' tasks.

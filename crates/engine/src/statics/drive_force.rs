@@ -6,7 +6,7 @@ use super::{
     full_system,
     lane_solver::LaneSolver,
     platform,
-    state::{State, Workspace},
+    state::{Scratch, State},
     weight,
 };
 use crate::{
@@ -36,13 +36,13 @@ pub fn drive_force_sensitivity(
     drives: &[f64],
     state: &State,
     twists: &Matrix6xX<f64>,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
 ) -> Option<DMatrix<f64>> {
-    let mut deflections = match condensed_deflections(machine, drives, state, twists, workspace) {
+    let mut deflections = match condensed_deflections(machine, drives, state, twists, scratch) {
         Some(deflections) => deflections,
         None => {
             let weight = weight::stiffness(machine, &state.platform().rotation, &machine.gravity);
-            full_system::tangent(&machine.chains, &workspace.solver.systems, &weight).joint_deflection?
+            full_system::tangent(&machine.chains, &scratch.solver.systems, &weight).joint_deflection?
         }
     };
     let own = machine.chains.iter().flat_map(|chain| (0..chain.drives.len()).map(move |drive| (chain, drive)));
@@ -58,12 +58,12 @@ fn condensed_deflections(
     drives: &[f64],
     state: &State,
     twists: &Matrix6xX<f64>,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
 ) -> Option<DMatrix<f64>> {
-    if !workspace.linearise(machine, drives, state, &Wrench::zero()) {
+    if !scratch.linearise(machine, drives, state, &Wrench::zero()) {
         return None;
     }
-    let LaneSolver { systems: chains, rigid, drive_wrenches, tangent, .. } = &mut workspace.solver;
+    let LaneSolver { systems: chains, rigid, drive_wrenches, tangent, .. } = &mut scratch.solver;
     if !rigid.is_empty() {
         platform::drive_wrenches(chains, drive_wrenches);
         rigid.drive_twists(chains, tangent, drive_wrenches);

@@ -10,7 +10,7 @@ use super::{
     outcome::{Outcome, Settings, Status, TaskError},
     platform::{self, SquareTask},
     rigid_directions::RigidDirections,
-    state::{FreeAtHome, State, Workspace},
+    state::{FreeAtHome, Scratch, State},
     tool, weight,
 };
 use crate::{
@@ -23,16 +23,16 @@ use crate::{
 ///
 /// `state` is where the search starts (for instance [`State::rigid`] or a neighbouring solution) and, if the outcome is any equilibrium, where it
 /// ends; otherwise it is left as it was. The full load is tried at once; if that fails, or might have left the branch of the start, load and
-/// chain errors are brought on in steps. `drives` has one entry per drive of the machine; `state` and `workspace` belong to `machine`.
+/// chain errors are brought on in steps. `drives` has one entry per drive of the machine; `state` and `scratch` belong to `machine`.
 pub fn equilibrium(
     machine: &Machine,
     drives: &[f64],
     load: &Wrench,
     state: &mut State,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
     settings: &Settings,
 ) -> Outcome {
-    let mut newton = Newton::new(machine, drives, load, None, state, workspace, settings);
+    let mut newton = Newton::new(machine, drives, load, None, state, scratch, settings);
     let (mut outcome, unstable_at) = match newton.solve() {
         Some(residual) => (newton.outcome(residual, 1), None),
         None => match newton.solve_in_load_steps(state) {
@@ -47,11 +47,11 @@ pub fn equilibrium(
         outcome = newton.failed_outcome(Status::SingularPlace, outcome.residual);
     }
     if outcome.is_equilibrium() {
-        workspace.solver.read_state(0, state);
+        scratch.solver.read_state(0, state);
         tool::convert_to_tool_end(machine, load, state, &mut outcome);
     }
     if let Status::Buckled { load_fractions, .. } = &mut outcome.status {
-        *load_fractions = buckling_fractions(machine, drives, load, state, workspace, settings);
+        *load_fractions = buckling_fractions(machine, drives, load, state, scratch, settings);
     }
     outcome
 }
@@ -63,12 +63,12 @@ fn buckling_fractions(
     drives: &[f64],
     load: &Wrench,
     state: &State,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
     settings: &Settings,
 ) -> Option<[f64; 2]> {
     let mut is_stable = |fraction: f64| {
         let part = Wrench { force: load.force * fraction, moment: load.moment * fraction };
-        let mut newton = Newton::new(machine, drives, &part, None, state, workspace, settings);
+        let mut newton = Newton::new(machine, drives, &part, None, state, scratch, settings);
         let residual = newton.solve()?;
         Some(newton.outcome(residual, 1).status == Status::Solved)
     };
@@ -100,22 +100,22 @@ pub fn equilibrium_at_task(
     drives: &mut [f64],
     load: &Wrench,
     state: &mut State,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
     settings: &Settings,
 ) -> Option<Outcome> {
-    let mut newton = Newton::new(machine, drives, load, Some(task), state, workspace, settings);
+    let mut newton = Newton::new(machine, drives, load, Some(task), state, scratch, settings);
     let residual = newton.solve()?;
     let mut outcome = newton.outcome(residual, 1);
-    drives.copy_from_slice(&workspace.solver.drives);
-    workspace.solver.read_state(0, state);
+    drives.copy_from_slice(&scratch.solver.drives);
+    scratch.solver.read_state(0, state);
     tool::convert_to_tool_end(machine, load, state, &mut outcome);
     Some(outcome)
 }
 
 /// Whether the unloaded platform or a chain can move without resistance at `at`, though not at home.
-pub(crate) fn is_singular_place(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> bool {
+pub(crate) fn is_singular_place(machine: &Machine, at: &Configuration, scratch: &mut Scratch) -> bool {
     let (state, load, settings) = (State::rigid(machine, at), Wrench::zero(), Settings::default());
-    let mut newton = Newton::new(machine, &at.drives, &load, None, &state, workspace, &settings);
+    let mut newton = Newton::new(machine, &at.drives, &load, None, &state, scratch, &settings);
     newton.is_freer_than_at_home(&state)
 }
 
@@ -135,7 +135,7 @@ struct Newton<'a> {
     load: &'a Wrench,
     /// Task error that the drives are to bring to zero; `None`: the drives stay.
     task: Option<&'a dyn Fn(&Pose) -> TaskError>,
-    workspace: &'a mut Workspace,
+    scratch: &'a mut Scratch,
     settings: &'a Settings,
     /// Weight of a kilogram in O axes, N.
     gravity: Vector3<f64>,
@@ -175,18 +175,18 @@ impl<'a> Newton<'a> {
         load: &'a Wrench,
         task: Option<&'a dyn Fn(&Pose) -> TaskError>,
         start: &State,
-        workspace: &'a mut Workspace,
+        scratch: &'a mut Scratch,
         settings: &'a Settings,
     ) -> Self {
         debug_assert_eq!(drives.len(), machine.drive_count());
-        workspace.solver.set_state(0, drives, start);
-        workspace.solver.loads[0] = *load;
+        scratch.solver.set_state(0, drives, start);
+        scratch.solver.loads[0] = *load;
         Self {
             machine,
             drives,
             load,
             task,
-            workspace,
+            scratch,
             settings,
             gravity: machine.gravity,
             held_share: 0.0,
@@ -207,10 +207,10 @@ impl<'a> Newton<'a> {
                 Verdict::Continue => {}
             }
             let twist = self.step(&balance)?;
-            if !iteration.accept_step(self.workspace.solver.largest_rotation(&twist)) {
+            if !iteration.accept_step(self.scratch.solver.largest_rotation(&twist)) {
                 return None;
             }
-            self.workspace.solver.apply(self.machine, twist, 1);
+            self.scratch.solver.apply(self.machine, twist, 1);
             self.iterations += 1;
         }
         None
@@ -219,14 +219,14 @@ impl<'a> Newton<'a> {
     /// Brings on load and chain errors in adaptive steps from `start`, holding back part of its residual. `Err`: final status and last residual.
     fn solve_in_load_steps(&mut self, start: &State) -> Result<SteppedEquilibrium, (Status, f64)> {
         self.held_share = 0.0;
-        self.workspace.solver.set_state(0, self.drives, start);
+        self.scratch.solver.set_state(0, self.drives, start);
         let start_imbalance = self.linearise().imbalance;
         self.fill_uncondensed();
-        let Workspace { solver, start_residuals, .. } = &mut *self.workspace;
+        let Scratch { solver, start_residuals, .. } = &mut *self.scratch;
         for (start, system) in start_residuals.iter_mut().zip(&solver.systems) {
             start.record(system, &solver.platform.into());
         }
-        self.workspace.start_imbalance = start_imbalance;
+        self.scratch.start_imbalance = start_imbalance;
         let unloaded = self.softest_direction(start);
         if unloaded.is_nearly_free() {
             return Err((Status::SingularPlace, f64::INFINITY));
@@ -243,13 +243,13 @@ impl<'a> Newton<'a> {
                     (fraction, residual) = (next, reached);
                     steps += 1;
                     step *= 2.0;
-                    self.workspace.solver.read_state(0, &mut last);
+                    self.scratch.solver.read_state(0, &mut last);
                     if unstable_at.is_none() && !self.softest_direction(&last).is_stable {
                         unstable_at = Some(fraction);
                     }
                 }
                 None if step > MIN_LOAD_STEP => {
-                    self.workspace.solver.set_state(0, self.drives, &last);
+                    self.scratch.solver.set_state(0, self.drives, &last);
                     step *= 0.5;
                 }
                 None => return Err((self.failure_status(&last, fraction, &unloaded), residual)),
@@ -282,10 +282,10 @@ impl<'a> Newton<'a> {
         }
         self.held_share = 0.0;
         let mut end = start.clone();
-        self.workspace.solver.read_state(0, &mut end);
+        self.scratch.solver.read_state(0, &mut end);
         let is_singular = (self.has_idle_motion && !self.free_at_home().idle)
             || !(self.is_plainly_stable && *status == Status::Solved) && self.is_freer_than_at_home(start);
-        self.workspace.solver.set_state(0, self.drives, &end);
+        self.scratch.solver.set_state(0, self.drives, &end);
         is_singular
     }
 
@@ -308,7 +308,7 @@ impl<'a> Newton<'a> {
 
     /// Whether the platform or a chain moves without resistance at home, weight left out; computed once per workspace.
     fn free_at_home(&mut self) -> FreeAtHome {
-        if let Some(free) = self.workspace.free_at_home {
+        if let Some(free) = self.scratch.free_at_home {
             return free;
         }
         let home = &self.machine.home;
@@ -316,16 +316,16 @@ impl<'a> Newton<'a> {
         let softest = self.softest_without_weight(&State::rigid(self.machine, home));
         self.drives = drives;
         let free = FreeAtHome { idle: softest.has_idle_motion, platform: softest.is_nearly_free() };
-        self.workspace.free_at_home = Some(free);
+        self.scratch.free_at_home = Some(free);
         free
     }
 
     /// Softest direction of the platform in `state`, the present share of the load held back.
     fn softest_direction(&mut self, state: &State) -> Softest {
-        self.workspace.solver.set_state(0, self.drives, state);
+        self.scratch.solver.set_state(0, self.drives, state);
         let scale = self.machine.characteristic_length;
         if self.linearise().is_condensed {
-            let LaneSolver { rigid, tangent, .. } = &mut self.workspace.solver;
+            let LaneSolver { rigid, tangent, .. } = &mut self.scratch.solver;
             let matrix = platform::to_matrix(tangent);
             let is_stable = platform_status(&matrix, scale) == Status::Solved;
             if rigid.is_empty() {
@@ -337,7 +337,7 @@ impl<'a> Newton<'a> {
         }
         let full = self.full_tangent();
         let is_stable = full.status == Status::Solved;
-        let softest = Softest::by_compliance(full.compliance.as_ref(), scale, is_stable, &self.workspace.solver.rigid);
+        let softest = Softest::by_compliance(full.compliance.as_ref(), scale, is_stable, &self.scratch.solver.rigid);
         Softest { has_idle_motion: full.has_idle_motion, ..softest }
     }
 
@@ -356,8 +356,8 @@ impl<'a> Newton<'a> {
 
     /// Linearises at the present state of the solver, condenses the chains if that is possible, and returns the balance of the platform.
     fn linearise(&mut self) -> Balance {
-        let is_condensed = self.workspace.fill(self.machine, &self.gravity, self.held_share, true);
-        let Workspace { solver, start_imbalance, .. } = &*self.workspace;
+        let is_condensed = self.scratch.fill(self.machine, &self.gravity, self.held_share, true);
+        let Scratch { solver, start_imbalance, .. } = &*self.scratch;
         let (body, scale) = (solver.platform.into(), self.machine.characteristic_length);
         let load = tool::load_on_body(self.machine, &body, self.load).to_array();
         let mut imbalance = solver.imbalance(self.machine, Vec3::splat(&self.gravity), load);
@@ -366,7 +366,7 @@ impl<'a> Newton<'a> {
                 *entry -= held * self.held_share;
             }
         }
-        let task = self.task.map(|task| task(&tool::bent_pose(self.machine, &body, self.load)));
+        let task = self.task.map(|task| task(&tool::deflected_pose(self.machine, &body, self.load)));
         let task_error = task.as_ref().map_or(0.0, |task| task.size() / scale);
         let residual = larger(task_error, solver.residual(scale, load, imbalance));
         Balance { imbalance, task, is_condensed, residual }
@@ -374,7 +374,7 @@ impl<'a> Newton<'a> {
 
     /// Fills the systems of all chains at the present state and leaves them uncondensed, for the system of all unknowns.
     fn fill_uncondensed(&mut self) {
-        self.workspace.fill(self.machine, &self.gravity, self.held_share, false);
+        self.scratch.fill(self.machine, &self.gravity, self.held_share, false);
     }
 
     /// Computes a Newton step from `balance`: returns the twist of P (mm, rad), if there is one; chains keep theirs in their systems.
@@ -386,10 +386,10 @@ impl<'a> Newton<'a> {
             self.is_plainly_stable &= self.iterations > 0;
             self.fill_uncondensed();
             let stiffness = self.platform_stiffness();
-            let systems = &mut self.workspace.solver.systems;
+            let systems = &mut self.scratch.solver.systems;
             return full_system::step(systems, &stiffness, &balance.imbalance.into()).map(Into::into);
         }
-        let solver = &mut self.workspace.solver;
+        let solver = &mut self.scratch.solver;
         if self.iterations == 0 {
             self.is_plainly_stable =
                 platform::plainly_definite(&solver.tangent, self.machine.characteristic_length) == 1;
@@ -403,9 +403,9 @@ impl<'a> Newton<'a> {
         (regular == 1).then_some(twist)
     }
 
-    /// Stiffness of the platform itself at P, by its weight and by the load that a bent tool carries aside (N, N·mm; mm, rad).
+    /// Stiffness of the platform itself at P, by its weight and by the load that a deflected tool carries aside (N, N·mm; mm, rad).
     fn platform_stiffness(&self) -> Matrix6<f64> {
-        let body: Pose = self.workspace.solver.platform.into();
+        let body: Pose = self.scratch.solver.platform.into();
         let mut stiffness = platform::to_rows(&weight::stiffness(self.machine, &body.rotation, &self.gravity));
         tool::add_stiffness(self.machine, &body, self.load, &mut stiffness);
         platform::to_matrix(&stiffness)
@@ -415,14 +415,14 @@ impl<'a> Newton<'a> {
     fn full_tangent(&mut self) -> FullTangent {
         self.fill_uncondensed();
         let stiffness = self.platform_stiffness();
-        full_system::tangent(&self.machine.chains, &self.workspace.solver.systems, &stiffness)
+        full_system::tangent(&self.machine.chains, &self.scratch.solver.systems, &stiffness)
     }
 
     /// Outcome of the equilibrium just linearised, with its tangent and stability.
     fn outcome(&mut self, residual: f64, load_steps: usize) -> Outcome {
         let scale = self.machine.characteristic_length;
-        if self.workspace.solver.condensed == 1 {
-            let solver = &mut self.workspace.solver;
+        if self.scratch.solver.condensed == 1 {
+            let solver = &mut self.scratch.solver;
             // Most by far need no eigenvalues.
             let is_definite = platform::plainly_definite(&solver.tangent, scale) == 1;
             self.is_plainly_stable &= is_definite;
@@ -437,7 +437,7 @@ impl<'a> Newton<'a> {
         }
         let full = self.full_tangent();
         self.has_idle_motion = full.has_idle_motion;
-        let rigid = &self.workspace.solver.rigid;
+        let rigid = &self.scratch.solver.rigid;
         if full.compliance.is_some_and(|compliance| is_free(&compliance, scale, rigid)) {
             return Outcome { load_steps, ..self.failed_outcome(Status::Singular, residual) };
         }

@@ -5,7 +5,7 @@ use nalgebra::{Matrix6, Matrix6xX, Vector6};
 use super::{
     outcome::Settings,
     platform::subtract_half_moment,
-    state::{State, Workspace},
+    state::{Scratch, State},
     tool, weight,
 };
 use crate::{
@@ -36,18 +36,18 @@ pub fn wrench_at_pose(
     drives: &[f64],
     pose: &Pose,
     state: &mut State,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
     settings: &Settings,
 ) -> Option<PlatformForce> {
     if machine.tool_compliance.is_none() {
-        return wrench_on_body(machine, drives, pose, state, workspace, settings);
+        return wrench_on_body(machine, drives, pose, state, scratch, settings);
     }
     // The tool carries what is sought, so it bends by it: Newton's method on the wrench.
     let mut wrench = Wrench::zero();
     let mut last = f64::INFINITY;
     for _ in 0..settings.max_iterations {
         let (body, compliance) = tool::body_and_compliance(machine, pose, &wrench);
-        let mut force = wrench_on_body(machine, drives, &body, state, workspace, settings)?;
+        let mut force = wrench_on_body(machine, drives, &body, state, scratch, settings)?;
         let received = tool::load_on_body(machine, &body, &wrench);
         let imbalance = force.wrench.to_vector() - received.to_vector();
         let in_series = (Matrix6::identity() + force.stiffness * compliance).try_inverse()?;
@@ -84,7 +84,7 @@ fn wrench_on_body(
     drives: &[f64],
     pose: &Pose,
     state: &mut State,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
     settings: &Settings,
 ) -> Option<PlatformForce> {
     (state.pose, state.body) = (*pose, None);
@@ -96,8 +96,7 @@ fn wrench_on_body(
         iterations: 0,
     };
     let mut first_drive = 0;
-    for ((system, chain), chain_state) in
-        workspace.solver.systems.iter_mut().zip(&machine.chains).zip(&mut state.chains)
+    for ((system, chain), chain_state) in scratch.solver.systems.iter_mut().zip(&machine.chains).zip(&mut state.chains)
     {
         let own_drives = &drives[first_drive..first_drive + chain.drives.len()];
         let drive_columns = first_drive..first_drive + chain.drives.len();

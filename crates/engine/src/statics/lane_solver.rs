@@ -306,7 +306,7 @@ impl<R: Real> LaneSolver<R> {
         self.is_linearised = condenses;
     }
 
-    /// Adds the stiffness by the load that a bent tool carries aside to the tangent, lane by lane.
+    /// Adds the stiffness by the load that a deflected tool carries aside to the tangent, lane by lane.
     fn add_tool_stiffness(&mut self, machine: &Machine) {
         for lane in 0..R::LANES {
             let mut stiffness = [[0.0; 6]; 6];
@@ -333,7 +333,7 @@ impl<R: Real> LaneSolver<R> {
         let mut tasks = Tasks { square: nothing, sizes: [0.0; MAX_LANES], fitting: 0 };
         for lane in lanes(active) {
             let body = self.platform.lane(lane);
-            let task = cases[lane].task?(&tool::bent_pose(machine, &body, &cases[lane].load));
+            let task = cases[lane].task?(&tool::deflected_pose(machine, &body, &cases[lane].load));
             tasks.sizes[lane] = task.size();
             let Some(square) = SquareTask::new(&task, count) else { continue };
             tasks.fitting |= 1 << lane;

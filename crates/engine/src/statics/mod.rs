@@ -51,11 +51,11 @@ pub use equilibrium::{equilibrium, equilibrium_at_task};
 pub use force_deflection::{PlatformForce, wrench_at_pose};
 pub use lane_solver::{LaneSolver, one_step};
 pub use outcome::{Outcome, Settings, Status, TaskError};
-pub use play::{has_play, lost_motions, open_play, seated_commands, seated_sides, tool_play};
+pub use play::{flank_commands, has_play, loaded_flanks, lost_motions, open_play, tool_play};
 pub use sensitivity::{Sensitivities, Sensitivity};
 pub use solution::{ChainSolution, Solution};
 pub use solver::Solver;
-pub use state::{ChainState, State, Workspace};
+pub use state::{ChainState, Scratch, State};
 pub use stiffness::{
     chain_stiffnesses, largest_compliance, principal_stiffnesses, rigid_wrenches, smallest_eigenvalue, tool_compliance,
     unloaded_compliance, unloaded_stiffness,

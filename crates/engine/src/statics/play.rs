@@ -1,6 +1,6 @@
 //! Play of the tool tip that equilibrium does not show: backlash and static friction of the drives.
 //!
-//! A joint stands anywhere within its backlash `b`, and static friction up to `τ` holds it `τ/k` beside where its spring would have
+//! A joint stands anywhere within half its backlash, `b`, to either side, and static friction up to `τ` holds it `τ/k` beside where its spring would have
 //! it. Both are motions of the joint, and the drives' sensitivities carry them to the tool: the interval is
 //! `Σ |∂p/∂joint| (b + τ/k)`, component by component, to first order. A drive force beyond `τ` presses the joint to one side of its backlash,
 //! where it stands `b` beside its spring: a motion that is known, and the same as one of the command.
@@ -16,7 +16,7 @@ use crate::{
 impl Drive {
     /// Largest deviation of the joint to either side by static friction and, where it `is_open`, by backlash, mm or rad.
     fn half_play(&self, is_open: bool) -> f64 {
-        (if is_open { self.backlash } else { 0.0 }) + self.friction / self.stiffness
+        (if is_open { self.half_backlash } else { 0.0 }) + self.friction / self.stiffness
     }
 }
 
@@ -27,7 +27,7 @@ pub fn tool_play(machine: &Machine, pose: &Pose, twists: &Matrix6xX<f64>) -> Opt
     open_play(machine, pose, twists, &[])
 }
 
-/// [`tool_play`] where drives are pressed to `sides`, see [`seated_sides`]: of a drive that is pressed to a side the friction alone counts.
+/// [`tool_play`] where drives are pressed to `sides`, see [`loaded_flanks`]: of a drive that is pressed to a side the friction alone counts.
 /// No `sides`: every drive is open.
 pub fn open_play(machine: &Machine, pose: &Pose, twists: &Matrix6xX<f64>, sides: &[i8]) -> Option<Vector3<f64>> {
     if !has_play(machine) {
@@ -51,35 +51,37 @@ pub fn has_play(machine: &Machine) -> bool {
 /// Side of its backlash to which each drive is pressed in the equilibrium `state`, machine order: 1 the way its joint grows, −1 the other way, 0
 /// where it is open. A drive is pressed by a force that its friction does not hold, so that whatever the friction does, the joint bears on that
 /// side. Less than a thousandth of the largest drive force presses nothing: it may be rounding (torques count at the characteristic length).
-pub fn seated_sides(machine: &Machine, state: &State) -> Vec<i8> {
-    let bent = || {
+pub fn loaded_flanks(machine: &Machine, state: &State) -> Vec<i8> {
+    let deflected = || {
         machine.drives().map(|(chain, drive)| {
             let unit = drive.motion.choose(1.0, machine.characteristic_length);
-            let bent = state.chains[chain].coordinates[drive.coordinate];
-            (drive, unit, bent, (drive.stiffness * bent).abs())
+            let deflected = state.chains[chain].coordinates[drive.coordinate];
+            (drive, unit, deflected, (drive.stiffness * deflected).abs())
         })
     };
-    let largest = bent().map(|(_, unit, _, force)| force / unit).fold(0.0, f64::max);
-    let side = |(drive, unit, bent, force): (&Drive, f64, f64, f64)| {
-        let is_pressed = bent.abs() * unit > BENT && force > f64::max(drive.friction, LEAST * largest * unit);
-        if is_pressed { bent.signum() as i8 } else { 0 }
+    let largest = deflected().map(|(_, unit, _, force)| force / unit).fold(0.0, f64::max);
+    let side = |(drive, unit, deflected, force): (&Drive, f64, f64, f64)| {
+        let is_pressed =
+            deflected.abs() * unit > LEAST_DEFLECTION && force > f64::max(drive.friction, LEAST * largest * unit);
+        if is_pressed { deflected.signum() as i8 } else { 0 }
     };
-    bent().map(side).collect()
+    deflected().map(side).collect()
 }
 
 /// Change of all commands, mm or rad, machine order, that would move each joint as far as its backlash does on the side that `sides` gives: by
 /// that many times its backlash. `None` where joints do not follow from drives one by one.
-pub fn seated_commands(machine: &Machine, sides: &[i8]) -> Option<Vec<f64>> {
+pub fn flank_commands(machine: &Machine, sides: &[i8]) -> Option<Vec<f64>> {
     let mut all = Vec::with_capacity(sides.len());
     for chain in &machine.chains {
-        let own = sides[all.len()..].iter().zip(&chain.drives).map(|(side, drive)| f64::from(*side) * drive.backlash);
+        let own =
+            sides[all.len()..].iter().zip(&chain.drives).map(|(side, drive)| f64::from(*side) * drive.half_backlash);
         all.extend((commands_per_joint(chain)? * DVector::from_iterator(chain.drives.len(), own)).iter());
     }
     Some(all)
 }
 
-/// A drive's spring that is bent by less than this, mm (angles at the characteristic length), presses to neither side: the solver's tolerance.
-const BENT: f64 = 1e-9;
+/// A drive's spring that is deflected by less than this, mm (angles at the characteristic length), presses to neither side: the solver's tolerance.
+const LEAST_DEFLECTION: f64 = 1e-9;
 
 /// Share of the largest drive force that must press a drive for its side to count.
 const LEAST: f64 = 1e-3;
@@ -94,7 +96,7 @@ pub fn lost_motions(machine: &Machine, state: &State, twists: &Matrix6xX<f64>) -
     Some(joint_twists(machine, twists)?.into_iter().zip(sides).map(|(twist, side)| twist * side).collect())
 }
 
-/// A drive's spring that is bent by less than this, mm or rad, presses to neither side: rounding.
+/// A drive's spring that is deflected by less than this, mm or rad, presses to neither side: rounding.
 const PRESSED: f64 = 1e-12;
 
 /// Twist of P per unit motion of each driven joint, in machine order; `None` where joints do not follow from drives one by one.

@@ -9,7 +9,7 @@ use nalgebra::{Vector3, Vector6};
 use super::{
     adjoint::{Adjoint, adjoints},
     chain_system::ChainSystem,
-    state::{State, Workspace, chain_inputs},
+    state::{Scratch, State, chain_inputs},
     tool, weight,
 };
 use crate::{
@@ -82,10 +82,10 @@ impl Sensitivities {
         drives: &[f64],
         state: &State,
         load: &dyn Fn(&Machine) -> Wrench,
-        workspace: &mut Workspace,
+        scratch: &mut Scratch,
     ) -> Option<Vec<Sensitivity>> {
         let own_load = load(machine);
-        let adjoints = adjoints(machine, drives, state, &own_load, workspace)?;
+        let adjoints = adjoints(machine, drives, state, &own_load, scratch)?;
         let carried = tool::twist_transfer(machine, state.platform(), &own_load);
         let sensitivity_to = |varied: &mut VariedParameter| {
             let weights = varied.variation.weights();
@@ -123,7 +123,7 @@ fn tool_motion(machine: &Machine, state: &State, load: &Wrench) -> Vector6<f64> 
     if machine.tool_compliance.is_none() {
         return Vector6::zeros();
     }
-    let pose = tool::bent_pose(machine, state.platform(), load);
+    let pose = tool::deflected_pose(machine, state.platform(), load);
     let turned = rotation_log(&(pose.rotation * state.pose.rotation.transpose()));
     let moved = pose.translation - state.pose.translation;
     Vector6::new(moved.x, moved.y, moved.z, turned.x, turned.y, turned.z)

@@ -7,7 +7,7 @@ use super::{
     drive_force::chain_drive_forces,
     outcome::{Outcome, Status},
     play::tool_play,
-    state::{State, Workspace},
+    state::{Scratch, State},
     stiffness::{chain_stiffnesses, principal_stiffnesses, tool_compliance},
 };
 use crate::{
@@ -57,8 +57,8 @@ pub struct Solution {
 
 impl Solution {
     /// Describes `state`, which solves `machine` with drives at `drives`, as `outcome` reports.
-    pub fn new(machine: &Machine, drives: &[f64], state: &State, outcome: &Outcome, workspace: &mut Workspace) -> Self {
-        let stiffnesses = chain_stiffnesses(machine, drives, state, workspace);
+    pub fn new(machine: &Machine, drives: &[f64], state: &State, outcome: &Outcome, scratch: &mut Scratch) -> Self {
+        let stiffnesses = chain_stiffnesses(machine, drives, state, scratch);
         let total: Option<Matrix6<f64>> = stiffnesses.iter().copied().sum();
         let carried: Vector6<f64> = state.chains.iter().map(|chain_state| chain_state.wrench.to_vector()).sum();
         let twist = total.and_then(|total| total.lu().solve(&carried));

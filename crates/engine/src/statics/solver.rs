@@ -1,6 +1,6 @@
 //! Equilibria of one machine, one by one.
 
-use super::{Settings, Solution, State, Workspace, equilibrium};
+use super::{Scratch, Settings, Solution, State, equilibrium};
 use crate::{
     machine::{Configuration, Machine, Unreachable},
     spatial::Wrench,
@@ -11,13 +11,13 @@ use crate::{
 #[derive(Debug, Clone)]
 pub struct Solver {
     machine: Machine,
-    workspace: Workspace,
+    scratch: Scratch,
 }
 
 impl Solver {
     /// A solver for `machine`; [`Machine::with_errors`] makes one with errors.
     pub fn new(machine: &Machine) -> Self {
-        Self { machine: machine.clone(), workspace: Workspace::new(machine) }
+        Self { machine: machine.clone(), scratch: Scratch::new(machine) }
     }
 
     /// Equilibrium `t = f⁻¹(F | t₀)`, eq. (7), with the drives at `drives` (mm, rad; one each, in machine order) under the dead wrench `load`
@@ -39,7 +39,7 @@ impl Solver {
     pub fn solve_at(&mut self, commanded: &Configuration, load: &Wrench) -> Solution {
         let (machine, drives) = (&self.machine, &commanded.drives);
         let mut state = State::rigid(machine, commanded);
-        let outcome = equilibrium(machine, drives, load, &mut state, &mut self.workspace, &Settings::default());
-        Solution::new(machine, drives, &state, &outcome, &mut self.workspace)
+        let outcome = equilibrium(machine, drives, load, &mut state, &mut self.scratch, &Settings::default());
+        Solution::new(machine, drives, &state, &outcome, &mut self.scratch)
     }
 }

@@ -68,7 +68,7 @@ impl State {
 
 /// Storage that a solve reuses. No solve depends on what another has left in it, but for what is known of the machine itself.
 #[derive(Debug, Clone)]
-pub struct Workspace {
+pub struct Scratch {
     pub(super) solver: LaneSolver,
     /// Whether chains are condensed where they can be.
     pub(super) condenses: bool,
@@ -88,7 +88,7 @@ pub(super) struct FreeAtHome {
     pub platform: bool,
 }
 
-impl Workspace {
+impl Scratch {
     /// Storage for solves of `machine`.
     pub fn new(machine: &Machine) -> Self {
         Self {

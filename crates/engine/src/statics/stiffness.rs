@@ -6,7 +6,7 @@ use super::{
     equilibrium::equilibrium,
     outcome::{Outcome, Settings},
     platform::subtract_half_moment,
-    state::{State, Workspace, chain_inputs},
+    state::{Scratch, State, chain_inputs},
 };
 use crate::{
     machine::{Configuration, Machine},
@@ -20,10 +20,10 @@ pub fn chain_stiffnesses(
     machine: &Machine,
     drives: &[f64],
     state: &State,
-    workspace: &mut Workspace,
+    scratch: &mut Scratch,
 ) -> Vec<Option<Matrix6<f64>>> {
     let inputs = chain_inputs(machine, state, drives);
-    let systems = workspace.solver.systems.iter_mut().zip(&machine.chains).zip(inputs);
+    let systems = scratch.solver.systems.iter_mut().zip(&machine.chains).zip(inputs);
     let stiffness = systems.map(|((system, chain), (chain_state, drives))| {
         system.linearise(chain, drives, chain_state, state.platform(), &machine.gravity);
         let mut stiffness = system.condense()?;
@@ -35,24 +35,24 @@ pub fn chain_stiffnesses(
 
 /// Unloaded Cartesian stiffness K_C of the machine at a rigid configuration, eq. (6); `None` where the machine is rigid in
 /// some direction. Where a chain has no stiffness for another reason, it is that of the unloaded equilibrium.
-pub fn unloaded_stiffness(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Option<Matrix6<f64>> {
+pub fn unloaded_stiffness(machine: &Machine, at: &Configuration, scratch: &mut Scratch) -> Option<Matrix6<f64>> {
     let machine = &machine.weightless();
     let state = State::rigid(machine, at);
-    let by_chains: Option<Matrix6<f64>> = chain_stiffnesses(machine, &at.drives, &state, workspace).into_iter().sum();
+    let by_chains: Option<Matrix6<f64>> = chain_stiffnesses(machine, &at.drives, &state, scratch).into_iter().sum();
     // Chains hold the platform's body, and not the end of a tool that bends.
-    by_chains.filter(|_| machine.tool_compliance.is_none()).or_else(|| solve_unloaded(machine, at, workspace).stiffness)
+    by_chains.filter(|_| machine.tool_compliance.is_none()).or_else(|| solve_unloaded(machine, at, scratch).stiffness)
 }
 
 /// Unloaded compliance of the machine at a rigid configuration: twist of P per wrench at P in O axes; `None` where the platform is free.
-pub fn unloaded_compliance(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Option<Matrix6<f64>> {
-    solve_unloaded(machine, at, workspace).compliance
+pub fn unloaded_compliance(machine: &Machine, at: &Configuration, scratch: &mut Scratch) -> Option<Matrix6<f64>> {
+    solve_unloaded(machine, at, scratch).compliance
 }
 
 /// Outcome of the unloaded, weightless equilibrium at a rigid configuration.
-fn solve_unloaded(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Outcome {
+fn solve_unloaded(machine: &Machine, at: &Configuration, scratch: &mut Scratch) -> Outcome {
     let machine = &machine.weightless();
     let mut state = State::rigid(machine, at);
-    equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, workspace, &Settings::default())
+    equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, scratch, &Settings::default())
 }
 
 /// Basis of the wrenches at P (N, N·mm) that this compliance bears rigidly, each with a 1 where others have a 0; rotations at `scale` mm.

@@ -2,7 +2,7 @@
 //!
 //! The platform's body carries the tool through a compliance at T. The load acts on the tool; P, as states have it, moves with the tool's end, so
 //! that T is where [`Machine::tool`] has it. With θ the six deflections at T, `X_T = X_body X_PT V(θ)` and `θ = C Jᵀ w`, w the load at T. What
-//! the body receives is the load, and the moment by which the bent tool has carried it aside: `(F, M + (p_P − p_body) × F)`. A dead load does not
+//! the body receives is the load, and the moment by which the deflected tool has carried it aside: `(F, M + (p_P − p_body) × F)`. A dead load does not
 //! turn with the body, so that the twist of P is `[1, −[δ]×; 0, 1] t_body + C_P (F × ω, M × ω) + C_P dF`, C_P the tool's loaded compliance at P.
 
 use std::ops::AddAssign;
@@ -45,12 +45,12 @@ fn generalised_forces(theta: &Vector6<f64>, force: Vector3<f64>, moment: Vector3
     forces
 }
 
-/// Pose of P at the end of the bent tool, the platform's body at `body` under the dead `load` at P (N, N·mm).
-pub(super) fn bent_pose(machine: &Machine, body: &Pose, load: &Wrench) -> Pose {
+/// Pose of P at the end of the deflected tool, the platform's body at `body` under the dead `load` at P (N, N·mm).
+pub(super) fn deflected_pose(machine: &Machine, body: &Pose, load: &Wrench) -> Pose {
     bent_tool(machine, body, load).0
 }
 
-/// Pose of P at the end of the bent tool, as [`bent_pose`], and the deflections at T (mm, rad).
+/// Pose of P at the end of the deflected tool, as [`deflected_pose`], and the deflections at T (mm, rad).
 fn bent_tool(machine: &Machine, body: &Pose, load: &Wrench) -> (Pose, Vector6<f64>) {
     let Some(compliance) = &machine.tool_compliance else { return (*body, Vector6::zeros()) };
     let (to_tool, straight) = (machine.tool(), body.compose(&machine.tool()));
@@ -91,22 +91,22 @@ fn body_under_tool(machine: &Machine, pose: &Pose, load: &Wrench) -> Pose {
     straight.compose(&to_tool.inverse())
 }
 
-/// Wrench that the platform's body at `body` receives of `load` at P, through the bent tool (N, N·mm).
+/// Wrench that the platform's body at `body` receives of `load` at P, through the deflected tool (N, N·mm).
 pub(super) fn load_on_body(machine: &Machine, body: &Pose, load: &Wrench) -> Wrench {
     if machine.tool_compliance.is_none() {
         return *load;
     }
-    let aside = bent_pose(machine, body, load).translation - body.translation;
+    let aside = deflected_pose(machine, body, load).translation - body.translation;
     Wrench { force: load.force, moment: load.moment + aside.cross(&load.force) }
 }
 
-/// Converts a state of the platform's body, and the outcome of its solve, to those of P at the end of the bent tool.
+/// Converts a state of the platform's body, and the outcome of its solve, to those of P at the end of the deflected tool.
 pub(super) fn convert_to_tool_end(machine: &Machine, load: &Wrench, state: &mut State, outcome: &mut Outcome) {
     if machine.tool_compliance.is_none() {
         return;
     }
     let body = state.pose;
-    let pose = bent_pose(machine, &body, load);
+    let pose = deflected_pose(machine, &body, load);
     (state.pose, state.body) = (pose, Some(body));
     let tool_compliance = loaded_compliance(machine, &body, load);
     let aside = pose.translation - body.translation;
@@ -135,7 +135,7 @@ pub(super) fn twist_transfer(machine: &Machine, body: &Pose, load: &Wrench) -> M
     if machine.tool_compliance.is_none() {
         return Matrix6::identity();
     }
-    let aside = bent_pose(machine, body, load).translation - body.translation;
+    let aside = deflected_pose(machine, body, load).translation - body.translation;
     twist_transfer_at(aside, &loaded_compliance(machine, body, load), load)
 }
 
@@ -182,12 +182,12 @@ fn dead_load_stiffness(load: &Wrench) -> Matrix6<f64> {
     stays
 }
 
-/// Adds the stiffness by the load that the bent tool carries aside to `tangent`: in the rotations, `(δ·F) 1 − δ Fᵀ + [F]× ∂δ/∂ω`.
+/// Adds the stiffness by the load that the deflected tool carries aside to `tangent`: in the rotations, `(δ·F) 1 − δ Fᵀ + [F]× ∂δ/∂ω`.
 pub(super) fn add_stiffness(machine: &Machine, body: &Pose, load: &Wrench, tangent: &mut Square<f64>) {
     if machine.tool_compliance.is_none() {
         return;
     }
-    let aside = bent_pose(machine, body, load).translation - body.translation;
+    let aside = deflected_pose(machine, body, load).translation - body.translation;
     let by_bending = loaded_compliance(machine, body, load).fixed_rows::<3>(0) * dead_load_stiffness(load);
     let stiffness = Matrix3::identity() * aside.dot(&load.force) - aside * load.force.transpose()
         + skew(load.force) * by_bending.fixed_columns::<3>(3);

@@ -16,7 +16,7 @@ fn inputs(machine: &Machine, given: StepInput, seed: usize) -> Vec<f64> {
     let (low, high) = (machine.workspace.min, machine.workspace.max);
     // Not to its corners, of which some are nearly singular.
     let at = Vector3::from_fn(|i, _| low[i] + (0.1 + 0.8 * share(i)) * (high[i] - low[i]));
-    let configuration = machine.command(at).unwrap();
+    let configuration = machine.inverse_kinematics_at(at).unwrap();
     let mut state = State::rigid(machine, &configuration);
     for (c, chain) in state.chains.iter_mut().enumerate() {
         for (i, coordinate) in chain.coordinates.iter_mut().enumerate() {

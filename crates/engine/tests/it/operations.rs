@@ -22,17 +22,17 @@ const DOCUMENTED: u64 = 50_650;
 #[test]
 fn an_equilibrium_costs_the_operations_documented() {
     let nominal = Machine::named_or_file("orthoglide").unwrap();
-    let real = nominal.with_errors(&nominal.assembly_errors(&[1.0, -1.0, 1.0]));
+    let actual = nominal.with_errors(&nominal.assembly_errors(&[1.0, -1.0, 1.0]));
     let at = nominal.inverse_kinematics(&nominal.pose_at(nominal.point("Q1").unwrap().position)).unwrap();
     let (mut drives, mut state) = (at.drives.clone(), State::rigid(&nominal, &at));
-    let mut solver: LaneSolver<Counted> = LaneSolver::new(&real);
+    let mut solver: LaneSolver<Counted> = LaneSolver::new(&actual);
     let mut turn = || {
         let mut iterations = 0;
         for i in 0..36 {
             let load = milling_wrench(&nominal, (10.0 * f64::from(i)).to_radians());
             let case = Case { drives: &mut drives, load, state: &mut state, task: None };
             let mut outcomes = Vec::new();
-            solver.solve(&real, &mut [case], &Settings::default(), &mut outcomes);
+            solver.solve(&actual, &mut [case], &Settings::default(), &mut outcomes);
             iterations += outcomes[0].as_ref().expect("solved").iterations;
         }
         iterations

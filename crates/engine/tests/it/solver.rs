@@ -6,7 +6,7 @@ use kinetostat_engine::{
     machine::catalogue,
     nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3},
     spatial::rotation_exp,
-    statics::{Settings, State, Status, Workspace, equilibrium},
+    statics::{Scratch, Settings, State, Status, equilibrium},
 };
 
 const LOAD: Wrench = Wrench { force: Vector3::new(40.0, -30.0, -100.0), moment: Vector3::new(500.0, 0.0, -200.0) };
@@ -21,8 +21,8 @@ fn each_answer_is_the_equilibrium_whatever_came_before() {
         for (load, answer) in loads.iter().zip(&answers) {
             let at = machine.forward_kinematics(&machine.home.drives).unwrap();
             let mut state = State::rigid(&machine, &at);
-            let mut workspace = Workspace::new(&machine);
-            let outcome = equilibrium(&machine, &at.drives, load, &mut state, &mut workspace, &Settings::default());
+            let mut scratch = Scratch::new(&machine);
+            let outcome = equilibrium(&machine, &at.drives, load, &mut state, &mut scratch, &Settings::default());
             assert_eq!((&answer.status, &answer.pose), (&outcome.status, &state.pose), "{}", machine.name);
         }
         assert_eq!(answers[0], answers[3]);
@@ -33,9 +33,9 @@ fn each_answer_is_the_equilibrium_whatever_came_before() {
 #[test]
 fn a_machine_with_errors_is_solved_from_where_the_one_without_stands() {
     let machine = Machine::named("orthoglide").unwrap();
-    let real = machine.with_errors(&machine.assembly_errors(&[1.0, -1.0, 1.0]));
-    let commanded = machine.command(Vector3::new(30.0, -40.0, 75.0)).unwrap();
-    let [unloaded, loaded] = [Wrench::zero(), LOAD].map(|load| Solver::new(&real).solve_at(&commanded, &load));
+    let actual = machine.with_errors(&machine.assembly_errors(&[1.0, -1.0, 1.0]));
+    let commanded = machine.inverse_kinematics_at(Vector3::new(30.0, -40.0, 75.0)).unwrap();
+    let [unloaded, loaded] = [Wrench::zero(), LOAD].map(|load| Solver::new(&actual).solve_at(&commanded, &load));
     assert_eq!(loaded.status, Status::Solved);
     assert!(machine.tool_displacement(&commanded.pose, &unloaded.pose).norm() > 0.01);
     assert!(machine.tool_displacement(&unloaded.pose, &loaded.pose).norm() > 0.01);

@@ -5,7 +5,7 @@
 
 use crate::{expand::line::plain_number, model::NumberFormat};
 
-/// Most holes of a pattern, and most strokes of a hole.
+/// Most holes of a pattern, and most pecks of a hole.
 const MOST: f64 = 10_000.0;
 
 /// What a value should be.
@@ -39,14 +39,14 @@ enum Way {
 struct Pecks {
     /// Depths below the reference plane, the last one that of the hole.
     depths: Vec<f64>,
-    /// Factor of the feed of the first stroke.
+    /// Factor of the feed of the first peck.
     factor: f64,
-    /// Whether the tool leaves the hole between strokes (VARI=1).
+    /// Whether the tool leaves the hole between pecks (VARI=1).
     clears: bool,
     /// How far it goes up to break chips, and how far above the last depth the feed begins again.
     lift: Option<f64>,
     gap: Option<f64>,
-    /// Dwells at the depth and at the top, between strokes.
+    /// Dwells at the depth and at the top, between pecks.
     dwells_s: [f64; 2],
 }
 
@@ -174,7 +174,7 @@ impl Hole {
         Ok(moves.lines)
     }
 
-    /// Drills in strokes.
+    /// Drills in pecks.
     fn peck(&self, pecks: &Pecks, in_force: InForce, moves: &mut Moves) -> Result<(), Expected> {
         let mm = if in_force.is_in_inches { 1.0 / 25.4 } else { 1.0 };
         if pecks.factor != 1.0 {
@@ -182,10 +182,10 @@ impl Hole {
             moves.feed = Some(feed * pecks.factor);
         }
         let Some((last, before)) = pecks.depths.split_last() else { return Ok(()) };
-        for (stroke, depth) in before.iter().enumerate() {
+        for (peck, depth) in before.iter().enumerate() {
             let at = self.reference - depth;
             moves.go(1, at);
-            if stroke == 0 && pecks.factor != 1.0 {
+            if peck == 0 && pecks.factor != 1.0 {
                 moves.feed = in_force.feed;
             }
             moves.dwell(pecks.dwells_s[0]);
@@ -210,7 +210,7 @@ impl Hole {
 }
 
 impl Pecks {
-    /// Reads what CYCLE83 says of its strokes, for a hole of the depth `total` below `reference`.
+    /// Reads what CYCLE83 says of its pecks, for a hole of the depth `total` below `reference`.
     fn parse(
         given: &dyn Fn(usize) -> Option<f64>,
         [reference, total]: [f64; 2],
@@ -235,24 +235,24 @@ impl Pecks {
         if [14, 16].into_iter().filter_map(given).any(|length| length < 0.0) {
             return Err("_VRT and _DIS1 not below 0");
         }
-        let depths = strokes(total, first, less).ok_or("no more than 10000 strokes")?;
+        let depths = pecks(total, first, less).ok_or("no more than 10000 pecks")?;
         Ok(Pecks { depths, factor, clears: removal == 1.0, lift: length(14), gap: length(16), dwells_s })
     }
 }
 
-/// Returns the depths of the strokes of a hole. Each is `less` shorter than the one before, but not below `less`; the last is `less`, or equal
+/// Returns the depths of the pecks of a hole. Each is `less` shorter than the one before, but not below `less`; the last is `less`, or equal
 /// to the one before it. Without `less` all are as the `first`, but for the last two, which are equal. `None` for too many.
-fn strokes(total: f64, first: f64, less: f64) -> Option<Vec<f64>> {
-    let (mut at, mut stroke) = (first.min(total), first);
+fn pecks(total: f64, first: f64, less: f64) -> Option<Vec<f64>> {
+    let (mut at, mut peck) = (first.min(total), first);
     let mut depths = vec![at];
     while total - at > NumberFormat::FINEST {
-        stroke = (stroke - less).max(less);
+        peck = (peck - less).max(less);
         let left = total - at;
-        let behind = left - stroke;
+        let behind = left - peck;
         at = if behind <= NumberFormat::FINEST {
             total
-        } else if behind >= if less > 0.0 { less } else { stroke } - NumberFormat::FINEST {
-            at + stroke
+        } else if behind >= if less > 0.0 { less } else { peck } - NumberFormat::FINEST {
+            at + peck
         } else if less > 0.0 && left > 2.0 * less {
             total - less
         } else {

@@ -489,7 +489,7 @@ fn the_line_that_cannot_be_drilled_is_named() {
         ("CYCLE83(30,5,2,-10,,,3,0,0,0,1,2)", "expected VARI of 0 or 1"),
         ("CYCLE83(30,5,2,-10,,,3,0,0,0,1,1,1)", "_AXN of 0 or 3"),
         ("CYCLE83(30,5,2,-10,,,3,0,0,0,1,1,0,0,0,0,0,0,1,11211111)", "expected values of the older form"),
-        ("CYCLE83(30,5,2,-10,,,0.0001,0,0,0,1,1)", "expected no more than 10000 strokes"),
+        ("CYCLE83(30,5,2,-10,,,0.0001,0,0,0,1,1)", "expected no more than 10000 pecks"),
         ("CYCLE85(30,5,2,-10,,,80)", "expected FFR and RFF"),
         ("CYCLE81(30,5,2,\"A\")", "expected numbers in brackets"),
         ("HOLES1(0,0,0,5,10,3)", "expected MCALL with a drilling cycle before it"),

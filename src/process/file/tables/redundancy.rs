@@ -73,11 +73,12 @@ pub(crate) fn settings(spec: &RedundancySpec, machine: &Machine, check: &Check) 
     })
 }
 
-/// Checks the speed limits of the drives, degrees per second: one for each, only where all drives are hinges; empty if not given.
+/// Checks the speed limits of the drives, degrees per second: one for each, only where all drives are revolute joints; empty if not given.
 fn speed_limits(spec: &RedundancySpec, machine: &Machine, check: &Check) -> Result<Vec<f64>> {
     let Some(limits) = &spec.speed_limits_deg_per_s else { return Ok(Vec::new()) };
     if machine.drives().any(|(_, drive)| drive.motion != Motion::Revolute) {
-        let problem = format!("machine {} has drives that are no hinges: expected no speed limits", machine.name);
+        let problem =
+            format!("machine {} has drives that are no revolute joints: expected no speed limits", machine.name);
         return check.misfit(problem, Vec::new());
     }
     if limits.len() != machine.drive_count() {

@@ -55,7 +55,7 @@ pub struct BaseSpec {
 }
 
 /// Checks the table and converts it to options for reading programs.
-pub(crate) fn options(spec: &RobotSpec, tool_stands: bool, check: &Check) -> Result<RobotOptions> {
+pub(crate) fn options(spec: &RobotSpec, is_tool_stationary: bool, check: &Check) -> Result<RobotOptions> {
     let rotation = |check: &Check, degrees: [f64; 3]| -> Result<UnitQuaternion<f64>> {
         Ok(rotation_of_abc(check.finite(degrees)?.into()))
     };
@@ -88,7 +88,7 @@ pub(crate) fn options(spec: &RobotSpec, tool_stands: bool, check: &Check) -> Res
             None => None,
         },
         bases,
-        tool_stands,
+        is_tool_stationary,
         external_axes: spec.external_axes.clone(),
         calls_kept: spec.calls_kept.iter().map(|name| name.to_ascii_lowercase()).collect(),
         cutcom_points: spec.cutcom_points.map(|points| match points {

@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Returns the table with a row per node and a column for each drive and term: `delta_rho_LABEL_mm`, `delta_rho_LABEL_Fx_mm_per_N`,
-/// `delta_rho_LABEL_Fx_Fx_mm_per_N2`; degrees for hinges.
+/// `delta_rho_LABEL_Fx_Fx_mm_per_N2`; degrees for revolute joints.
 pub(super) fn correction(machine: &Machine, table: &CorrectionTable) -> Table {
     let mut columns = numbers(["x_mm", "y_mm", "z_mm"]);
     columns.extend(numbers(coefficient_columns(machine, table.terms)));

@@ -12,7 +12,7 @@ use crate::{
     files::exchange::Surface,
     input::error::Result,
     machine::Machine,
-    products::program::{ProgramAsWritten, ProgramJob, ProvedPart},
+    products::program::{ProgramAsWritten, ProgramJob, VerifiedPart},
     questions::{
         path::report::{Curve, cutting_force::ForceCurves, drawn_indices},
         spread_report::SpreadCounts,
@@ -73,7 +73,7 @@ pub struct Findings {
     pub(super) force: ForceCurves,
     /// Points outside the workspace box of the machine.
     pub(super) outside: OutsidePositions,
-    /// Largest drive correction as written, of slides (mm) and of hinges (degrees).
+    /// Largest drive correction as written, of prismatic joints (mm) and of revolute joints (degrees).
     pub(super) corrections: [Option<f64>; 2],
     /// Errors at all points, where stock is cut.
     courses: Option<Courses>,
@@ -140,20 +140,25 @@ impl Findings {
         self.machined.as_ref().map(|machined| machined.exported(job))
     }
 
-    /// Adds the points of the next proved part.
-    pub fn add(&mut self, job: &ProgramJob, proved: &ProvedPart<'_>) {
-        let part = &proved.part;
-        self.courses.iter_mut().for_each(|courses| courses.add(proved));
-        proved.written.iter().filter(|answer| answer.is_settled).for_each(|answer| self.include(&job.machine, answer));
+    /// Adds the points of the next verified part.
+    pub fn add(&mut self, job: &ProgramJob, verified: &VerifiedPart<'_>) {
+        let part = &verified.part;
+        self.courses.iter_mut().for_each(|courses| courses.add(verified));
+        verified
+            .written
+            .iter()
+            .filter(|answer| answer.is_settled)
+            .for_each(|answer| self.include(&job.machine, answer));
         for (i, ((k, point), task)) in part.range().zip(part.points).zip(part.tasks()).enumerate() {
-            let (before, after) = (proved.before[Source::All][i], PathPointResult::solved_error(&proved.written[i]));
+            let (before, after) =
+                (verified.before[Source::All][i], PathPointResult::solved_error(&verified.written[i]));
             let along = point.arc_length_mm;
             for (source, curve) in self.before_curves.iter_mut() {
-                proved.before[source][i].iter().for_each(|error| curve.add(k, along, error.norm()));
+                verified.before[source][i].iter().for_each(|error| curve.add(k, along, error.norm()));
             }
             after.iter().for_each(|error| self.after_curve.add(k, along, error.norm()));
-            proved.without_force[i].iter().for_each(|error| self.without_force_curve.add(k, along, error.norm()));
-            let spread = proved.spread.get(i).and_then(Option::as_ref);
+            verified.without_force[i].iter().for_each(|error| self.without_force_curve.add(k, along, error.norm()));
+            let spread = verified.spread.get(i).and_then(Option::as_ref);
             for (curve, quantity) in self.p95_curves.iter_mut().zip([P95_BEFORE, P95_AFTER]) {
                 spread.and_then(|at| quantity.value(at)).iter().for_each(|p95| curve.add(k, along, *p95));
             }
@@ -165,19 +170,19 @@ impl Findings {
                 continue;
             }
             spread.and_then(|at| at.compensated.as_ref()).iter().for_each(|distribution| self.spread.add(distribution));
-            self.play.add(k, proved.written[i].play.as_ref(), None);
+            self.play.add(k, verified.written[i].play.as_ref(), None);
             let tolerance_mm = job.process.tolerance_mm.unwrap_or(f64::INFINITY);
             let points = job.path.points();
             let length = length_of_point(k, points.len(), |k| points[k].arc_length_mm, |k| job.is_counted(k));
             self.after.add(length, after.map(|error| error.norm() <= tolerance_mm));
             self.before.add(length, before.map(|error| error.norm() <= tolerance_mm));
-            let by_cutting = proved.before[Source::Cutting][i].map_or(0.0, |error| error.norm());
+            let by_cutting = verified.before[Source::Cutting][i].map_or(0.0, |error| error.norm());
             self.most_by_cutting_mm = self.most_by_cutting_mm.max(by_cutting);
             let Some(error) = before else { continue };
             let size_mm = error.norm();
             self.lines.add(job, point.source.segment, size_mm, after.map(|error| error.norm()));
             if self.worst.as_ref().is_none_or(|worst| worst.size_mm < size_mm) {
-                let by_source = BySource::of(&job.machine, |source| Some(proved.before[source][i]?.norm()));
+                let by_source = BySource::of(&job.machine, |source| Some(verified.before[source][i]?.norm()));
                 self.worst = Some(WorstPoint { point: k, size_mm, wanted: wanted_mm(job, task), error, by_source });
             }
         }

@@ -24,7 +24,7 @@ use crate::{
     },
     process::machined::{Course, GOUGE_MM, MachinedSurface},
     products::program::{
-        ProgramAsWritten, ProgramJob, ProvedPart,
+        ProgramAsWritten, ProgramJob, VerifiedPart,
         surface::{CourseSpread, SurfaceSpread},
     },
     questions::spread_report::probable_state,
@@ -53,13 +53,13 @@ impl Courses {
         Some(Self { turn, errors, rotations })
     }
 
-    /// Adds the points of the next proved part.
-    pub fn add(&mut self, proved: &ProvedPart<'_>) {
+    /// Adds the points of the next verified part.
+    pub fn add(&mut self, verified: &VerifiedPart<'_>) {
         let turned = |error: &Option<Vector3<f64>>| error.map(|error| self.turn.tr_mul(&error));
-        self.errors[0].extend(proved.before[Source::All].iter().map(turned));
-        self.errors[1].extend(proved.written.iter().map(|answer| turned(&PathPointResult::solved_error(answer))));
-        self.rotations[0].extend(proved.rotations_before.iter().map(|own| self.turn.tr_mul(own)));
-        self.rotations[1].extend(proved.written.iter().map(|answer| self.turn.tr_mul(&answer.residual_rotation)));
+        self.errors[0].extend(verified.before[Source::All].iter().map(turned));
+        self.errors[1].extend(verified.written.iter().map(|answer| turned(&PathPointResult::solved_error(answer))));
+        self.rotations[0].extend(verified.rotations_before.iter().map(|own| self.turn.tr_mul(own)));
+        self.rotations[1].extend(verified.written.iter().map(|answer| self.turn.tr_mul(&answer.residual_rotation)));
     }
 
     /// Returns the surface that is left by the program as `written`, called `name`, and its distribution where inputs are uncertain.

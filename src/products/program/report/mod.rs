@@ -1,4 +1,4 @@
-//! Reports of a compensated program: its points, the effect of limits, the proof, and a page.
+//! Reports of a compensated program: its points, the effect of limits, the verification, and a page.
 
 mod against;
 mod feed;
@@ -15,7 +15,7 @@ pub use page::{figures, page};
 pub use tables::{PROGRAM_RANKS, passes_table, program_columns, program_json, program_table};
 pub use words::{blocks_text, bounded_text, budget_table, exceeded_text, findings_text, headline};
 
-use super::{ProgramJob, ProvedProgram};
+use super::{ProgramJob, VerifiedProgram};
 
 /// Input of the reports of a compensated program.
 #[derive(Debug)]
@@ -24,8 +24,8 @@ pub struct Report<'a> {
     pub job: &'a ProgramJob,
     /// File name of the program.
     pub name: &'a str,
-    /// The program as rewritten and proved.
-    pub proved: &'a ProvedProgram,
+    /// The program as rewritten and verified.
+    pub verified: &'a VerifiedProgram,
     /// Errors at its points, without compensation and as written.
     pub findings: &'a Findings,
 }

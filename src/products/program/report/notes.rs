@@ -43,7 +43,7 @@ pub fn use_text(report: &Report<'_>) -> String {
         ),
     };
     let mut text = format!("The program commands {point} in the frame of {name}{rest}");
-    let turned = report.proved.passes.last().and_then(|written| written.summary.max_residual_rotation);
+    let turned = report.verified.passes.last().and_then(|written| written.summary.max_residual_rotation);
     if let Some(turned) = turned.filter(|angle| *angle > LEAST_TURN) {
         text += &format!(
             "Deflection also rotates the tool, by up to {:.3}°; the written program does not compensate this rotation.\n",
@@ -99,7 +99,7 @@ fn switch_off_text(report: &Report<'_>) -> String {
     if job.process.errors.iter().any(|errors| !errors.is_none()) {
         off.push("for the chain errors of the process (kinematic or volumetric error tables that were off when these were measured)");
     }
-    if report.proved.takes_play_back && job.machine.drives().any(|(_, drive)| drive.backlash > 0.0) {
+    if report.verified.takes_play_back && job.machine.drives().any(|(_, drive)| drive.half_backlash > 0.0) {
         off.push("for backlash of the drives");
     }
     format!("Switch off in the control what would correct the same twice: {}.\n", off.join(", "))
@@ -247,7 +247,7 @@ fn robot_notes(program: &RobotProgram, calls: &WrittenCalls) -> String {
     }
     if !notes.spline_lines.is_empty() {
         text += &format!(
-            "Corrected at their points alone, as segments of splines (SPL): {}. How the controller leads the tool between them is not proved: \
+            "Corrected at their points alone, as segments of splines (SPL): {}. How the controller leads the tool between them is not verified: \
              forces, and what is cut, are those of straight lines from point to point, and the curve moves with its points.\n",
             motion_lines(&notes.spline_lines)
         );

@@ -132,9 +132,9 @@ fn cause_section(report: &Report<'_>) -> Section {
 
 /// Returns the section on drive corrections and binding limits.
 fn remedy_section(report: &Report<'_>) -> Section {
-    let Report { job, proved, .. } = report;
+    let Report { job, verified, .. } = report;
     Section::new("What do the drives do?", "corrections and forces along the path, limits that bind")
-        .text(&limits_text(&job.machine, &job.process.limits, proved))
+        .text(&limits_text(&job.machine, &job.process.limits, verified))
         .figures(&["corrections"])
 }
 
@@ -142,18 +142,18 @@ fn remedy_section(report: &Report<'_>) -> Section {
 fn use_section(report: &Report<'_>) -> Section {
     Section::new("How is the program used?", "how to load the program, what to switch off, what a dry run shows")
         .text(&use_text(report))
-        .text(&written_text(report.job, report.proved.written.blocks.as_ref()))
-        .small_tables(report.proved.written.blocks.as_ref().map(blocks_table))
+        .text(&written_text(report.job, report.verified.written.blocks.as_ref()))
+        .small_tables(report.verified.written.blocks.as_ref().map(blocks_table))
 }
 
 /// Returns the section on the simulated passes.
 fn proof_section(report: &Report<'_>) -> Section {
-    let (header, rows) = passes_table(&report.proved.passes, false, shown);
+    let (header, rows) = passes_table(&report.verified.passes, false, shown);
     let caption = "Error of the tool's path while it cuts, by drive command".into();
     let table = SmallTable { caption, header: header.into_iter().map(String::from).collect(), rows };
     Section::new("How is the program checked?", "read back and simulated point by point, beside other ways")
         .text("The last row is the program as it was written, read back, rounding included, and simulated.")
-        .text(&residual_text(&report.job.machine, report.proved.commanded_max_mm()))
+        .text(&residual_text(&report.job.machine, report.verified.commanded_max_mm()))
         .text(&deflected_cut_text(report, false))
         .small_tables([table])
 }

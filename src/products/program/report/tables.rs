@@ -23,7 +23,9 @@ use crate::{
     },
     page::Better::{Larger, Smaller},
     process::{Engaged, UnknownForce, VerdictForce},
-    products::program::{ForceCheck, Pass, ProgramJob, ProvedPart, ProvedProgram, WrittenCalls, bounded::LimitExcess},
+    products::program::{
+        ForceCheck, Pass, ProgramJob, VerifiedPart, VerifiedProgram, WrittenCalls, bounded::LimitExcess,
+    },
     questions::{
         path::{
             Station,
@@ -151,18 +153,18 @@ pub(super) fn error_before_column(source: Source) -> String {
     }
 }
 
-/// Returns a row per point of `proved`: the line that leads there (of `called_file`, if the program calls some), the tool angle φ, the wanted
+/// Returns a row per point of `verified`: the line that leads there (of `called_file`, if the program calls some), the tool angle φ, the wanted
 /// and the commanded position (both in the workpiece frame), the error before (mm, by point of the path) and as written (base axes), the
 /// cutting force, the poses of P in O and the drive positions without and with compensation, drive corrections and forces as written. An
 /// empty cell has its reason in `status` and `reason`. `limits` names the limits that bind, if the path was corrected within limits. Where inputs are
 /// uncertain, distributions follow.
-pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<&BoundedPath>) -> Table {
+pub fn program_table(job: &ProgramJob, verified: &VerifiedPart<'_>, bounded: Option<&BoundedPath>) -> Table {
     let machine = &job.machine;
     let columns = program_columns(job);
     let called = job.file.called_files();
     let spread_columns = spread_columns(job);
     let width = columns.len() - spread_columns.len() - play_columns(machine).len();
-    let ProvedPart { part, before, written, without_force, spread, .. } = proved;
+    let VerifiedPart { part, before, written, without_force, spread, .. } = verified;
     let (points, tasks) = (part.points, part.tasks());
     let stations = stations(&job.process, points, tasks, Some(&job.file));
     let mut track = job.tracker();
@@ -364,8 +366,8 @@ const SCHEMA: u32 = 3;
 /// Returns the report of the program as JSON: its passes, limits, blocks, calls and assumptions.
 pub fn program_json(report_of: &Report<'_>) -> Value {
     let budget = words::budget(report_of);
-    let Report { job, proved, findings, .. } = report_of;
-    let ProvedProgram { passes, bounded, exceeded, written, .. } = proved;
+    let Report { job, verified, findings, .. } = report_of;
+    let VerifiedProgram { passes, bounded, exceeded, written, .. } = verified;
     let (notes, dialect) = notes_and_dialect(&job.file);
     let mut report = json!({
         "schema": SCHEMA,
@@ -373,11 +375,11 @@ pub fn program_json(report_of: &Report<'_>) -> Value {
         "points": job.path.len(),
         "length_mm": job.path.length_mm(),
         "passes": passes.iter().map(pass_json).collect::<Vec<_>>(),
-        "bounded": bounded.as_ref().map(|path| bounded_json(job, path, proved.forces.as_ref())),
+        "bounded": bounded.as_ref().map(|path| bounded_json(job, path, verified.forces.as_ref())),
         "without_force": json!({
-            "point": proved.without_force.most.map(|(point, _)| point),
-            "error_max_mm": proved.without_force.most.map(|(_, size)| size),
-            "points_unknown": proved.without_force.unknown,
+            "point": verified.without_force.most.map(|(point, _)| point),
+            "error_max_mm": verified.without_force.most.map(|(_, size)| size),
+            "points_unknown": verified.without_force.unknown,
         }),
         "limits_exceeded_as_written": exceeded.as_ref().map(|exceeded| exceeded_json(job, exceeded)),
         "write_tolerance_mm": (!matches!(job.file, ProgramFile::Polyline(_))).then_some(job.process.write_tolerance_mm),
@@ -410,7 +412,7 @@ pub fn program_json(report_of: &Report<'_>) -> Value {
     }
     if let Some(uncertainty) = &job.uncertainty {
         report["uncertainty"] = spread_report::json(uncertainty, &findings.spread);
-        report["uncertainty"]["largest"] = json!(proved.spread);
+        report["uncertainty"]["largest"] = json!(verified.spread);
     }
     if let Some(found) = &job.feed {
         report["feed"] = feed::json(found);
@@ -421,7 +423,7 @@ pub fn program_json(report_of: &Report<'_>) -> Value {
     if let Some(machined) = &findings.machined {
         report["machined_surface"] = machined.json(job);
     }
-    if let Some(found) = &proved.deflected_cut {
+    if let Some(found) = &verified.deflected_cut {
         let (point, size) = found.largest;
         report["without_compensation_in_its_own_cut"] = json!({
             "error_max_mm": size,

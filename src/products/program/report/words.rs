@@ -19,7 +19,7 @@ use crate::{
         headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict, worst_judged},
     },
     process::{Basis, KnownForce, VerdictForce, file::CorrectionLimits},
-    products::program::{ForceCheck, ProgramJob, ProvedProgram, WithoutForce, bounded::LimitExcess},
+    products::program::{ForceCheck, ProgramJob, VerifiedProgram, WithoutForce, bounded::LimitExcess},
     questions::{
         path::report::facts_text,
         spread_report::{self, Along, share_of},
@@ -27,20 +27,20 @@ use crate::{
     simulation::{ROUNDING_MM, Source, spread_along::PathSpread},
     toolpath::{
         ProgramFile,
-        blocks::{Blocks, BlocksBeforeAfter, Spread},
+        blocks::{Blocks, BlocksBeforeAfter, Percentiles},
         gcode::Dialect,
     },
 };
 
-/// Returns in sentences how limits change the path of `proved`, if it was corrected within them, or that limits were not regarded; empty without limits.
-pub(super) fn limits_text(machine: &Machine, limits: &CorrectionLimits, proved: &ProvedProgram) -> String {
-    match &proved.bounded {
+/// Returns in sentences how limits change the path of `verified`, if it was corrected within them, or that limits were not regarded; empty without limits.
+pub(super) fn limits_text(machine: &Machine, limits: &CorrectionLimits, verified: &VerifiedProgram) -> String {
+    match &verified.bounded {
         Some(path) => {
-            let forces = proved.forces.as_ref().map_or_else(String::new, |forces| forces_text(machine, path, forces));
+            let forces = verified.forces.as_ref().map_or_else(String::new, |forces| forces_text(machine, path, forces));
             forces + &bounded_text(machine, path)
         }
         None if limits.is_limited() => {
-            "The limits of the process were not looked at: --method bounded keeps them.\n".into()
+            "The limits of the process were not assessed: --method bounded keeps them.\n".into()
         }
         None => String::new(),
     }
@@ -188,10 +188,11 @@ pub(super) fn written_text(job: &ProgramJob, blocks: Option<&BlocksBeforeAfter>)
 pub fn blocks_text(job: &ProgramJob, blocks: Option<&BlocksBeforeAfter>) -> String {
     let mut text = written_text(job, blocks);
     let Some(BlocksBeforeAfter { before, after }) = blocks else { return text };
-    let mut add_sentence = |what: &str, unit: &str, of: fn(&Blocks) -> Option<Spread>| {
+    let mut add_sentence = |what: &str, unit: &str, of: fn(&Blocks) -> Option<Percentiles>| {
         if let (Some(before), Some(after)) = (of(before), of(after)) {
-            let words =
-                |spread: Spread| [spread.p50, spread.p95, spread.max].map(|value| format!("{}{unit}", rounded(value)));
+            let words = |spread: Percentiles| {
+                [spread.p50, spread.p95, spread.max].map(|value| format!("{}{unit}", rounded(value)))
+            };
             let ([b50, b95, bmax], [a50, a95, amax]) = (words(before), words(after));
             text +=
                 &format!("{what}: half up to {a50}, 95 % up to {a95}, at most {amax} (before {b50}, {b95}, {bmax}).\n");
@@ -234,7 +235,7 @@ fn rounded(value: f64) -> String {
     }
 }
 
-/// Returns whether drive number `drive` is a slide or a hinge.
+/// Returns whether drive number `drive` is a prismatic or a revolute joint.
 fn motion_at(machine: &Machine, drive: usize) -> Motion {
     machine.drives().nth(drive).map_or(Motion::Prismatic, |(_, drive)| drive.motion)
 }
@@ -270,7 +271,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
     };
     let basis = format!("{points}, {cutting} of them cutting, {length:.1} mm of path, {force}, {inputs}");
     let verdict = report.findings.outside.verdict(&report.job.machine, report.name);
-    let distribution = report.proved.spread.as_ref();
+    let distribution = report.verified.spread.as_ref();
     let (sure, numbers): (_, Vec<KeyNumber>) = match distribution {
         Some(distribution) => {
             let along = along(report);
@@ -285,7 +286,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         }
     };
     let uncertain = report.job.uncertainty.as_deref();
-    let forces = report.proved.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
+    let forces = report.verified.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
     let of_tool = feed::verdict(report.job) + &verdict + &sure + &forces;
     // What is cut is what will be measured; how the tool goes is behind it.
     let uncut = uncut_sentence(report);
@@ -308,10 +309,10 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .next(next)
         .judged(state, uncertain.is_none())
         .marked("simulated")
-        .with_cautions(&report.proved.worse_as_written().unwrap_or_default())
+        .with_cautions(&report.verified.worse_as_written().unwrap_or_default())
         .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.gouge_text(report.job)))
         .with_cautions(
-            &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
+            &report.verified.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
         .with_cautions(&unknown_force_text(report.job))
         .with_cautions(&feed::caution(report.job))
@@ -332,7 +333,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_numbers(numbers)
         .where_force_is(report.job.process.known_force(&report.job.path))
         .resting_on(&budget(report), &judged(report));
-    headline.unsolved = report.proved.unsolved_as_written();
+    headline.unsolved = report.verified.unsolved_as_written();
     headline
 }
 
@@ -342,7 +343,7 @@ pub(super) fn budget(report: &Report<'_>) -> Budget {
     let known = job.process.known_force(&job.path);
     let force = (report.findings.force.largest > 0.0 || known != KnownForce::Everywhere).then_some(known);
     let (machine, errors) = (&job.machine, &job.process.errors[..]);
-    let uncertainty = job.uncertainty.as_deref().filter(|_| report.proved.spread.is_some());
+    let uncertainty = job.uncertainty.as_deref().filter(|_| report.verified.spread.is_some());
     let open_backlash_mm = report.findings.play.open_mm();
     let fastest_mm_per_s = job.path.largest_cutting_feed_mm_per_min().map(|own| own / 60.0);
     Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: true }
@@ -358,7 +359,7 @@ pub fn budget_table(report: &Report<'_>) -> Table {
 pub(super) fn of_verdict<'a>(report: &'a Report<'_>, budget: &'a Budget) -> OfVerdict<'a> {
     let all = judged(report);
     let worst = worst_judged(budget, &all);
-    let compensated = report.proved.spread.as_ref().and_then(|own| own.compensated.as_ref());
+    let compensated = report.verified.spread.as_ref().and_then(|own| own.compensated.as_ref());
     // They are of the path of the tool, not of a surface.
     let is_of_path = report.findings.machined.as_ref().is_none_or(|own| own.judged(report.job).is_empty());
     OfVerdict {
@@ -372,9 +373,9 @@ pub(super) fn of_verdict<'a>(report: &'a Report<'_>, budget: &'a Budget) -> OfVe
 /// Returns the distances by which the written program is judged, mm, with their tolerances: of its path, and of the surfaces of its tools where stock is cut. They are
 /// not exceeded with 95 % probability, or with nominal inputs the largest.
 fn judged(report: &Report<'_>) -> Vec<(Option<f64>, Option<f64>)> {
-    let of_path = match &report.proved.spread {
+    let of_path = match &report.verified.spread {
         Some(whole) => whole.compensated.as_ref().unwrap_or(&whole.plain).spread.p95_mm,
-        None => report.proved.passes.last().and_then(|pass| pass.summary.max_mm),
+        None => report.verified.passes.last().and_then(|pass| pass.summary.max_mm),
     };
     let of_surface = report.findings.machined.as_ref().map_or_else(Vec::new, |own| own.judged(report.job));
     match of_surface.is_empty() {
@@ -388,14 +389,14 @@ const NOT_TO_BE_RUN: &str = "Not to be run";
 
 /// Returns the verdict on the written program, in a few words: what stands against running it first.
 fn state(report: &Report<'_>) -> Verdict {
-    let Report { job, proved, findings, .. } = report;
-    if let Some(written) = proved.passes.last().map(|pass| &pass.summary)
+    let Report { job, verified, findings, .. } = report;
+    if let Some(written) = verified.passes.last().map(|pass| &pass.summary)
         && written.solved < written.points
     {
         let lost = written.points - written.solved;
         return Verdict::new(State::Bad, format!("{NOT_TO_BE_RUN}: fails at {lost} points"));
     }
-    if proved.worse_as_written().is_some() {
+    if verified.worse_as_written().is_some() {
         return Verdict::new(State::Bad, format!("{NOT_TO_BE_RUN}: worse than its commands"));
     }
     if job.cuts_nowhere() {
@@ -406,19 +407,19 @@ fn state(report: &Report<'_>) -> Verdict {
     if findings.machined.as_ref().is_some_and(|own| !own.gouge_text(job).is_empty()) {
         return Verdict::new(State::Bad, format!("{NOT_TO_BE_RUN}: cuts into the part"));
     }
-    if proved.exceeded.as_ref().is_some_and(|found| !found.is_empty()) {
+    if verified.exceeded.as_ref().is_some_and(|found| !found.is_empty()) {
         return Verdict::new(State::Bad, "Exceeds a limit of the machine");
     }
     // Of an assumed box it is a doubt only, behind what is known to be wrong.
     if findings.outside.outside() > 0 {
         return findings.outside.state(&job.machine);
     }
-    let of_tool = match (&proved.spread, job.process.tolerance_mm) {
+    let of_tool = match (&verified.spread, job.process.tolerance_mm) {
         (Some(distribution), _) => spread_report::along_state(&along(report), distribution),
         (None, None) => Verdict::new(State::Open, "No tolerance given"),
         (None, Some(tolerance))
             if findings.after.get() == Some(1.0)
-                && proved.without_force.most.is_some_and(|(_, off)| off > tolerance) =>
+                && verified.without_force.most.is_some_and(|(_, off)| off > tolerance) =>
         {
             Verdict::new(State::Partly, spread_report::ONLY_UNDER_FORCE)
         }
@@ -469,16 +470,17 @@ fn uncut_sentence(report: &Report<'_>) -> Option<String> {
 
 /// Returns how sentences about the distribution along the program name it.
 fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
-    let off = report.proved.without_force;
+    let off = report.verified.without_force;
     // The pass before the last is of the commands themselves.
-    let is_programmed = report.proved.passes.iter().rev().nth(1).is_some_and(|pass| pass.name == Method::None.label());
+    let is_programmed =
+        report.verified.passes.iter().rev().nth(1).is_some_and(|pass| pass.name == Method::None.label());
     Along {
         machine: &report.job.machine,
         path: report.name.into(),
         missing: "have no equilibrium",
         commands: if is_programmed { spread_report::AS_PROGRAMMED } else { "with the compensated program" },
         uncertainty: report.job.uncertainty.as_deref(),
-        points: report.proved.passes.first().map_or(0, |pass| pass.summary.points),
+        points: report.verified.passes.first().map_or(0, |pass| pass.summary.points),
         tolerance_mm: report.job.process.tolerance_mm,
         unjudged: match off {
             _ if report.job.path.points().iter().all(|point| !point.cutting) => Some(spread_report::NOTHING_CUT),
@@ -497,23 +499,23 @@ fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
 
 /// Returns how sure the errors are, in sentences; empty where inputs are taken as exact.
 pub(super) fn spread_text(report: &Report<'_>) -> String {
-    let Some(whole) = &report.proved.spread else { return String::new() };
+    let Some(whole) = &report.verified.spread else { return String::new() };
     spread_report::along_sentences(&along(report), whole) + &report.findings.spread.sentences("point")
 }
 
 /// Returns what is told of the program besides its table of passes, in sentences: feeds, limits, errors and how sure they are, and blocks.
 pub fn findings_text(report: &Report<'_>) -> String {
-    let Report { job, proved, .. } = report;
+    let Report { job, verified, .. } = report;
     let mut spread = spread_text(report);
     if !spread.is_empty() {
         spread.insert_str(0, "The table is of nominal numbers.\n");
     }
     feed::feed_text(report)
-        + &limits_text(&job.machine, &job.process.limits, proved)
-        + &residual_text(&job.machine, proved.commanded_max_mm())
-        + &holes_text(proved.written.in_holes_mm)
+        + &limits_text(&job.machine, &job.process.limits, verified)
+        + &residual_text(&job.machine, verified.commanded_max_mm())
+        + &holes_text(verified.written.in_holes_mm)
         + &spread
-        + &blocks_text(job, proved.written.blocks.as_ref())
+        + &blocks_text(job, verified.written.blocks.as_ref())
 }
 
 /// Returns the cautions of the result, a sentence per line.
@@ -529,7 +531,7 @@ fn caution_text(report: &Report<'_>) -> String {
             true => "The distributions are of distances alone: the orientation that full_pose holds is not judged.\n",
             false => "",
         }
-        + &notes_text(report.job, &report.proved.written.calls)
+        + &notes_text(report.job, &report.verified.written.calls)
 }
 
 /// Returns that a natural frequency is near that of the teeth where stock is cut, in a sentence; empty without.
@@ -543,7 +545,7 @@ const OTHER_CUT: f64 = 0.1;
 
 /// Returns how the deflection of the tool without compensation changes its cut, in a sentence; empty without stock, and `on_first_screen` where that matters little.
 pub(super) fn deflected_cut_text(report: &Report<'_>, on_first_screen: bool) -> String {
-    let Some(found) = &report.proved.deflected_cut else { return String::new() };
+    let Some(found) = &report.verified.deflected_cut else { return String::new() };
     let [own, programmed, left] = [found.largest.1, found.programmed_mm, found.left_mm].map(|own| millimetres(own, 4));
     if !found.has_converged() {
         return format!(
@@ -569,7 +571,7 @@ pub(super) fn deflected_cut_text(report: &Report<'_>, on_first_screen: bool) -> 
 
 /// Returns what the play of the drives does, in sentences; empty without play.
 fn play_text(report: &Report<'_>) -> String {
-    let taken_back = match report.proved.takes_play_back {
+    let taken_back = match report.verified.takes_play_back {
         true => "the program as written takes it back",
         false => "the program as written does not take it back, as its commands are not by a compensation method",
     };
@@ -579,8 +581,8 @@ fn play_text(report: &Report<'_>) -> String {
 /// Returns where the written program leads the tool if the cutting force is absent, unless that is a key number; empty where none is expected, or
 /// rounding is left.
 fn without_force_text(report: &Report<'_>) -> String {
-    let off = &report.proved.without_force;
-    let is_number = report.proved.spread.is_some() && report.findings.machined.is_none();
+    let off = &report.verified.without_force;
+    let is_number = report.verified.spread.is_some() && report.findings.machined.is_none();
     let most = off.most.filter(|(_, size)| *size > ROUNDING_MM && !is_number);
     let mut text = most.map_or_else(String::new, |(point, size)| {
         format!(
@@ -599,7 +601,7 @@ fn without_force_text(report: &Report<'_>) -> String {
 /// Returns the first sentence: how far the tool is off without compensation and as written.
 fn first_sentence(report: &Report<'_>) -> String {
     let Some(worst) = &report.findings.worst else { return "Nothing could be computed.".into() };
-    let residual = report.proved.passes.last().and_then(|pass| pass.summary.max_mm);
+    let residual = report.verified.passes.last().and_then(|pass| pass.summary.max_mm);
     let without = millimetres(worst.size_mm, 3);
     match residual {
         Some(own) => format!("Compensated, the tool is up to {} off; without, {without}.", millimetres(own, 4)),
@@ -615,7 +617,7 @@ fn next_step(report: &Report<'_>, verdict: &Verdict) -> String {
         }
         State::Bad
             if verdict.words.starts_with(NOT_TO_BE_RUN)
-                || report.proved.exceeded.as_ref().is_some_and(|own| !own.is_empty()) =>
+                || report.verified.exceeded.as_ref().is_some_and(|own| !own.is_empty()) =>
         {
             "do not run the written program: the first sentence below says why.".into()
         }
@@ -649,7 +651,7 @@ fn main_sentence(report: &Report<'_>) -> String {
         .first()
         .map_or_else(String::new, |worst| format!(", worst in {}, {along:.1} mm along the path", worst.place));
     let off = millimetres(worst.size_mm, 3);
-    let residual = report.proved.passes.last().and_then(|pass| pass.summary.max_mm);
+    let residual = report.verified.passes.last().and_then(|pass| pass.summary.max_mm);
     let then = residual.map_or_else(String::new, |residual| {
         format!("; with the compensated program, by {} if all inputs are exact", millimetres(residual, 4))
     });
@@ -664,7 +666,7 @@ fn tolerance_text(job: &ProgramJob, within: ShareWithin) -> String {
 
 /// Returns the largest error without compensation and as written, as key numbers.
 fn distances(report: &Report<'_>) -> [Option<KeyNumber>; 2] {
-    let Report { job, proved, findings, .. } = report;
+    let Report { job, verified, findings, .. } = report;
     let number = |length: f64, decimals: i32, what: &str, within: ShareWithin, column: String| {
         let found = InTable::new("points", [column], &[], Extreme::Largest, length);
         KeyNumber::new(&millimetres(length, decimals), what, tolerance_text(job, within))
@@ -675,14 +677,14 @@ fn distances(report: &Report<'_>) -> [Option<KeyNumber>; 2] {
     let after =
         "largest distance with the compensated program as written, simulated with the inputs it was computed from";
     let worst = findings.worst.as_ref().map(|worst| worst.size_mm);
-    let residual = proved.passes.last().and_then(|written| written.summary.max_mm);
+    let residual = verified.passes.last().and_then(|written| written.summary.max_mm);
     [
         worst.map(|worst| number(worst, 3, before, findings.before, error_before_column(Source::All))),
         residual.map(|residual| number(residual, 4, after, findings.after, "error_after_mm".into())),
     ]
 }
 
-/// Returns the largest correction as a key number, of slides where there are both kinds of drives, and whether limits bind.
+/// Returns the largest correction as a key number, of prismatic joints where there are both kinds of drives, and whether limits bind.
 fn largest_correction(report: &Report<'_>) -> Option<KeyNumber> {
     let machine = &report.job.machine;
     let of = |kind: Motion| Some((kind, report.findings.corrections[kind as usize]?));
@@ -691,7 +693,7 @@ fn largest_correction(report: &Report<'_>) -> Option<KeyNumber> {
     let drives = if machine.has_mixed_drives() { kind_word(machine, kind) } else { "drive" };
     let mut against: Vec<String> =
         kinds.map(|(kind, most)| format!("{} {}", kind_word(machine, kind), kind.position_words(most))).collect();
-    against.extend(report.proved.bounded.as_ref().map(|path| match path.summary.prices.len() {
+    against.extend(report.verified.bounded.as_ref().map(|path| match path.summary.prices.len() {
         0 => "no limit binds".to_string(),
         count => format!("{} bind", counted(count, "limit")),
     }));
@@ -703,7 +705,7 @@ const EXACT_MM: f64 = 1e-6;
 /// How many times its rounding a written program may add to the residual error of its commands.
 const ROUNDINGS: f64 = 10.0;
 
-impl ProvedProgram {
+impl VerifiedProgram {
     /// Returns a caution if the residual error as written exceeds that of the commands by more than rounding explains.
     pub fn worse_as_written(&self) -> Option<String> {
         let (commanded, written) = (self.commanded_max_mm()?, self.passes.last()?.summary.max_mm?);

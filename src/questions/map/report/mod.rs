@@ -36,7 +36,7 @@ impl Answered for WorkspaceMapStudy {
         pointed: Some(Shape::Grid),
         has_sources: true,
         has_point_command: true,
-        to_try: ("Try another force", "pull the tool, change a number: computed in this page"),
+        interactive: ("Try another force", "pull the tool, change a number: computed in this page"),
         draws: None,
     };
 
@@ -63,7 +63,7 @@ impl Answered for WorkspaceMapStudy {
         Ok(Output {
             streamed: streams.finish()?,
             figures: run.draw_figures(|| pictures::figures(&pictures, &summary)),
-            bent: run.figures.then(|| pictures::worst_deflected_pose(self)).flatten(),
+            deflected: run.figures.then(|| pictures::worst_deflected_pose(self)).flatten(),
             details: text.details(),
             ..Output::of(
                 json!({ "grid": self.grid.counts(), "tool_angles": self.load_case.phis.len() }),
@@ -97,7 +97,12 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
                 "cutting force, chain errors and weight one by one; stiffness; what adding them misses",
             )
             .text(&text.cause)
-            .figures(&["slices_deflection", "slices_stiffness", "slices_superposition", "machine_bent"]),
+            .figures(&[
+                "slices_deflection",
+                "slices_stiffness",
+                "slices_superposition",
+                "machine_deflected",
+            ]),
             Section::new("Which drive commands compensate the deflection?", "drive corrections over the workspace")
                 .text(&text.remedy)
                 .figures(&["slices_delta_rho"]),
@@ -140,7 +145,7 @@ fn setting(WorkspaceMapStudy { load_case, grid, uncertainty }: &WorkspaceMapStud
         spread_report::fact(uncertainty.as_ref()),
     ]);
     facts[1].value += match load_case.force.law {
-        ForceLaw::Printed => "; eq. (17) as printed",
+        ForceLaw::PaperEq17 => "; eq. (17) as printed",
         ForceLaw::Rotated => "; eq. (17) as a rotation",
     };
     facts

@@ -24,7 +24,7 @@ pub(super) fn pictures<'a>(study: &'a WorkspaceMapStudy, slices_z: &[f64]) -> Gr
     GridMap::new(&study.load_case, &study.grid, slices_z, drawn_quantities(study))
 }
 
-/// Lists the quantities drawn. Corrections of slides and of hinges are separate figures.
+/// Lists the quantities drawn. Corrections of prismatic and of revolute joints are separate figures.
 fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
     let machine = &study.load_case.machine;
     let layer = |stem, title: &str, source, quantity: Quantity<SourceEffect>| MapLayer {
@@ -65,8 +65,8 @@ fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
     }
     for (kind, correction) in drives(machine).corrections {
         let (stem, drives) = match kind_word(machine, kind) {
-            "slides" => ("delta_rho_slides_all", "slides"),
-            "hinges" => ("delta_rho_hinges_all", "hinges"),
+            "prismatic joints" => ("delta_rho_prismatic_all", "prismatic joints"),
+            "revolute joints" => ("delta_rho_revolute_all", "revolute joints"),
             drives => ("delta_rho_all", drives),
         };
         layers.push(layer(stem, &format!("Corrections of the {drives}"), Source::All, correction));
@@ -111,14 +111,14 @@ pub(super) fn worst_deflected_pose(WorkspaceMapStudy { load_case, .. }: &Workspa
     }
     let mut worst: Option<DeflectedPose> = None;
     for (name, position) in places {
-        let Ok(at) = machine.command(position) else { continue };
+        let Ok(at) = machine.inverse_kinematics_at(position) else { continue };
         for &phi in &load_case.phis {
             let place = format!("at {name}, tool angle {:.0}°", phi.to_degrees());
             let task = load_case.task_point(at.pose, Some(phi));
-            let Some(bent) = deflected_pose(machine, &load_case.errors, &task, place) else { continue };
-            let size = |bent: &DeflectedPose| bent.tool_displacement_mm.norm();
-            if worst.as_ref().is_none_or(|worst| size(&bent) > size(worst)) {
-                worst = Some(bent);
+            let Some(deflected) = deflected_pose(machine, &load_case.errors, &task, place) else { continue };
+            let size = |deflected: &DeflectedPose| deflected.tool_displacement_mm.norm();
+            if worst.as_ref().is_none_or(|worst| size(&deflected) > size(worst)) {
+                worst = Some(deflected);
             }
         }
     }

@@ -68,7 +68,7 @@ impl Answered for PathStudy {
         })?;
         summary.add_whole(&spread);
         let text = text(&summary);
-        let bent = summary.largest_displacement().filter(|_| run.figures).and_then(|(_, point)| {
+        let deflected = summary.largest_displacement().filter(|_| run.figures).and_then(|(_, point)| {
             let place = format!("{:.1} mm along the path", study.stations[point].arc_length_mm);
             deflected_pose(machine, &study.errors, &study.tasks[point], place)
         });
@@ -79,7 +79,7 @@ impl Answered for PathStudy {
             tables: vec![("methods".into(), quantities::methods_table(&methods))],
             streamed,
             figures: pictures.map_or_else(Vec::new, |pictures| pictures.figures()),
-            bent,
+            deflected,
             details: format!("{}\n{}", text.details(), text::methods_text(&methods)),
             ..Output::of(
                 json!({ "points": study.stations.len() }),
@@ -154,9 +154,9 @@ fn sections(study: &PathStudy, text: &ReportText) -> Vec<Section> {
             .text(&text.place)
             .explorers([ALONG])
             .figures(&["spread", "paths", "displacement"]),
-        Section::new("Why?", "cutting force, chain errors and weight one by one; the machine bent")
+        Section::new("Why?", "cutting force, chain errors and weight one by one; the machine deflected")
             .text(&text.cause)
-            .figures(&["cutting_force", "delta_rho_sources", "machine_bent"]),
+            .figures(&["cutting_force", "delta_rho_sources", "machine_deflected"]),
         Section::new("Which drive commands compensate the deflection?", "corrections, drive forces, and each method")
             .text(&text.remedy)
             .explorers([METHODS])

@@ -142,7 +142,7 @@ impl<'a> PathDrawing<'a> {
         };
         let series = vec![
             drawn("wanted", false, &|_| Some(Vector3::zeros())),
-            drawn("moved by chain errors", true, &|shifts| shifts.displacement[Source::Errors]),
+            drawn("moved by chain errors", true, &|shifts| shifts.displacement[Source::Geometry]),
             drawn("moved by the cutting force", true, &|shifts| shifts.displacement[Source::Cutting]),
             drawn("moved by all", false, &|shifts| shifts.displacement[Source::All]),
             drawn("commanded instead", false, &|shifts| shifts.commanded),

@@ -389,7 +389,7 @@ fn residual_number(summary: &Summary<'_>, mm: f64) -> KeyNumber {
         .found(in_points_table(&RESIDUAL_ERROR, mm))
 }
 
-/// Returns the key number of the largest drive correction, of slides where the machine has slides and hinges, with the drive force.
+/// Returns the key number of the largest drive correction, of prismatic joints where the machine has prismatic and revolute joints, with the drive force.
 fn correction_number(summary: &Summary<'_>) -> Option<KeyNumber> {
     let machine = &summary.study.machine;
     let largest = |quantity: &Quantity<PointEffect>| Some(summary.largest(Source::All, quantity)?.0);

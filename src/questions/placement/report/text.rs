@@ -42,8 +42,8 @@ const SHOWN: [Metric; 8] = [
     Metric::RmsDeflection,
     Metric::WorstCorrection,
     Metric::WorstDriveForce,
-    Metric::WorstHingeCorrection,
-    Metric::WorstHingeTorque,
+    Metric::WorstRotaryCorrection,
+    Metric::WorstRotaryTorque,
     Metric::WorstResidual,
     Metric::ShareWithin,
 ];
@@ -267,13 +267,13 @@ fn best_place_text(results: &PlacementResults, best: &Best) -> String {
         text += &format!("; on {within} of the path that is within tolerance.");
     }
     if let (Some(correction), Some(force)) = (value(Metric::WorstCorrection), value(Metric::WorstDriveForce)) {
-        let hinges = value(Metric::WorstHingeCorrection).zip(value(Metric::WorstHingeTorque));
-        text += &match hinges {
+        let revolute = value(Metric::WorstRotaryCorrection).zip(value(Metric::WorstRotaryTorque));
+        text += &match revolute {
             None => format!(
                 " To keep the tool there, correct the drives by up to {correction}; the drives then carry up to {force}."
             ),
             Some((turn, torque)) => format!(
-                " To keep the tool there, correct the slides by up to {correction} and the hinges by up to {turn}; the \
+                " To keep the tool there, correct the prismatic joints by up to {correction} and the revolute joints by up to {turn}; the \
                  drives then carry up to {force} and {torque}."
             ),
         };

@@ -66,7 +66,7 @@ fn paths_figure(results: &ValidationResults, picture: &Picture, path: &PathResul
     let by = |source| move |k| path.whole.displacement(source, k);
     let series = vec![
         shifted(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
-        shifted(path, "2 shifted by errors in serial chains", true, &by(Source::Errors)),
+        shifted(path, "2 shifted by errors in serial chains", true, &by(Source::Geometry)),
         shifted(path, "3 shifted by the cutting force", true, &by(Source::Cutting)),
         shifted(path, "4 shifted by both", false, &by(Source::All)),
         shifted(path, "5 adjusted trajectory", false, &|k| path.whole.command_shift(&path.study, k)),
@@ -77,10 +77,10 @@ fn paths_figure(results: &ValidationResults, picture: &Picture, path: &PathResul
 /// Draws the target path, and the path displaced by chain errors, by the sum of both sources, and by both at once.
 fn superposition_figure(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
     let by = |source| move |k| path.whole.displacement(source, k);
-    let sum = |k| Some(by(Source::Cutting)(k)? + by(Source::Errors)(k)?);
+    let sum = |k| Some(by(Source::Cutting)(k)? + by(Source::Geometry)(k)?);
     let series = vec![
         shifted(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
-        shifted(path, "2 shifted by errors in serial chains", true, &by(Source::Errors)),
+        shifted(path, "2 shifted by errors in serial chains", true, &by(Source::Geometry)),
         shifted(path, "3 shifted by both: superposition", true, &sum),
         shifted(path, "4 shifted by both: simultaneously", false, &by(Source::All)),
     ];
@@ -190,7 +190,7 @@ fn curves_by_source(results: &ValidationResults, picture: &Picture, path: &PathR
     let machine = &results.study.machine;
     let sources = Source::of(machine);
     let name = |source: &Source| match source {
-        Source::Errors => "errors in serial chains",
+        Source::Geometry => "errors in serial chains",
         other => other.words(),
     };
     let figure = |CurveGroup { what, y_label, curves }: CurveGroup| {

@@ -65,7 +65,7 @@ impl Default for BoundedSettings {
     }
 }
 
-/// Corrects the path `tasks` (in order) within `limits` so that `objective` is smallest, with commands by `nominal` and simulation by `real`.
+/// Corrects the path `tasks` (in order) within `limits` so that `objective` is smallest, with commands by `nominal` and simulation by `actual`.
 ///
 /// Limits on correction, travel and change are kept to rounding, limits on forces to
 /// [`BoundedSettings::force_tolerance`] in the nonlinear simulation. Points that cannot be reached or have no equilibrium
@@ -76,7 +76,7 @@ impl Default for BoundedSettings {
 /// Limits that make no sense or exclude one another, named with point, drive and values; a failure of the convex solver.
 pub fn compensate_bounded(
     nominal: &Machine,
-    real: &Machine,
+    actual: &Machine,
     tasks: &[TaskPoint],
     limits: &Limits,
     objective: ErrorNorm,
@@ -86,7 +86,7 @@ pub fn compensate_bounded(
     Bounds::new(limits, nominal, Vec::new(), &[])?;
     let with_forces = limits.has_force_limits(nominal);
     let unlimited = without_travel(nominal);
-    let mut simulator = Simulator::new(&unlimited, real, settings.point, with_forces);
+    let mut simulator = Simulator::new(&unlimited, actual, settings.point, with_forces);
     let mut reasons: Vec<Option<CompensationStatus>> = Vec::with_capacity(tasks.len());
     let (mut points, mut index) = (Vec::new(), Vec::new());
     for (k, task) in tasks.iter().enumerate() {

@@ -49,9 +49,9 @@ pub(super) struct Simulator {
 }
 
 impl Simulator {
-    /// A simulator of `real`, commanded by `nominal`; computes `∂τ/∂ρ` too if `with_forces`.
-    pub fn new(nominal: &Machine, real: &Machine, settings: CompensationSettings, with_forces: bool) -> Self {
-        Self { session: Session::new(nominal, real, settings), with_forces }
+    /// A simulator of `actual`, commanded by `nominal`; computes `∂τ/∂ρ` too if `with_forces`.
+    pub fn new(nominal: &Machine, actual: &Machine, settings: CompensationSettings, with_forces: bool) -> Self {
+        Self { session: Session::new(nominal, actual, settings), with_forces }
     }
 
     /// Simulates a task without and with the unbounded correction, near the last one; `Err` if neither has an equilibrium, or no command is there.
@@ -86,8 +86,8 @@ impl Simulator {
         let slope = residual.slope.rows(0, residual.count) * &outcome.drive_sensitivity;
         let forces_by_drives = match self.with_forces {
             true => {
-                let (twists, workspace) = (&outcome.drive_sensitivity, &mut session.workspace);
-                let sensitivity = drive_force_sensitivity(&session.real, drives, &session.state, twists, workspace);
+                let (twists, scratch) = (&outcome.drive_sensitivity, &mut session.scratch);
+                let sensitivity = drive_force_sensitivity(&session.actual, drives, &session.state, twists, scratch);
                 Some(sensitivity.ok_or(CompensationStatus::Singular)?)
             }
             false => None,
@@ -97,7 +97,7 @@ impl Simulator {
             state: session.state.clone(),
             error: DVector::from_fn(residual.count, |i, _| weigh(i, residual.error[i])),
             error_by_drives: DMatrix::from_fn(residual.count, drives.len(), |i, j| weigh(i, slope[(i, j)])),
-            forces: drive_forces(&session.real, &session.state),
+            forces: drive_forces(&session.actual, &session.state),
             forces_by_drives,
         })
     }

@@ -71,8 +71,8 @@ impl Arm {
     pub fn recognise(machine: &Machine) -> Option<Self> {
         let [chain] = machine.chains.as_slice() else { return None };
         let first = chain.drives.len().checked_sub(6)?;
-        let is_hinge = chain.drives[first..].iter().all(|drive| drive.motion == Motion::Revolute);
-        if !chain.passive.is_empty() || !is_hinge {
+        let is_revolute = chain.drives[first..].iter().all(|drive| drive.motion == Motion::Revolute);
+        if !chain.passive.is_empty() || !is_revolute {
             return None;
         }
         let mut values = vec![0.0; chain.virtual_count];
@@ -225,7 +225,7 @@ impl Machine {
         Some(arm.branch_factors(&self.arm_joints(arm, at)))
     }
 
-    /// The branch on which the machine stands at `at`; `None` unless it is an arm with a spherical wrist: six hinges at the end of a
+    /// The branch on which the machine stands at `at`; `None` unless it is an arm with a spherical wrist: six revolute joints at the end of a
     /// serial chain, axes 1 and 2 perpendicular, 2 and 3 parallel, 4 to 6 through one point.
     pub fn branch_of(&self, at: &Configuration) -> Option<Branch> {
         self.branch_factors(at).map(Branch::from_signs)

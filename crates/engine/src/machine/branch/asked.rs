@@ -8,29 +8,29 @@ use crate::{
     spatial::{ARM_BORDER, AskedPosture, Branch, Pose},
 };
 
-/// Full turns to each side that a hinge is taken.
+/// Full turns to each side that a revolute joint is taken.
 const MOST_TURNS: i32 = 2;
 
 impl Machine {
-    /// Angles (rad) of the six hinges at the end of a serial chain, as a pendant shows them, at `at`; `None` for other machines.
+    /// Angles (rad) of the six revolute joints at the end of a serial chain, as a pendant shows them, at `at`; `None` for other machines.
     pub fn arm_angles(&self, at: &Configuration) -> Option<[f64; 6]> {
-        at.drives.get(self.six_hinges()?..)?.try_into().ok()
+        at.drives.get(self.six_revolute()?..)?.try_into().ok()
     }
 
-    /// Index of the first of the six hinges at the end of a serial chain; `None` for other machines.
-    fn six_hinges(&self) -> Option<usize> {
+    /// Index of the first of the six revolute joints at the end of a serial chain; `None` for other machines.
+    fn six_revolute(&self) -> Option<usize> {
         let first = self.drive_count().checked_sub(6).filter(|_| self.may_change_posture())?;
         self.full_turns().skip(first).all(|turn| turn.is_some()).then_some(first)
     }
 
-    /// Whether the machine at `at` has the posture that `asked` says. One that is no chain with six hinges at its end has any.
+    /// Whether the machine at `at` has the posture that `asked` says. One that is no chain with six revolute joints at its end has any.
     pub fn has_posture(&self, at: &Configuration, asked: &AskedPosture) -> bool {
         self.arm_angles(at).is_none_or(|angles| asked.allows(self.branch_factors(at), &angles))
     }
 
-    /// Configuration with the six hinges at the end of a serial chain at `angles` (rad), all else as at home; `None` for other machines.
+    /// Configuration with the six revolute joints at the end of a serial chain at `angles` (rad), all else as at home; `None` for other machines.
     pub fn at_angles(&self, angles: [f64; 6]) -> Option<Configuration> {
-        let (first, mut drives) = (self.six_hinges()?, self.home.drives.clone());
+        let (first, mut drives) = (self.six_revolute()?, self.home.drives.clone());
         drives[first..].copy_from_slice(&angles);
         Some(self.serial_configuration(&drives))
     }
@@ -53,9 +53,9 @@ impl Machine {
         turned.min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// The configuration with its hinges turned fully as `asked` and travel allow, nearest to the angles `near` (rad).
+    /// The configuration with its revolute joints turned fully as `asked` and travel allow, nearest to the angles `near` (rad).
     fn turned_as_asked(&self, mut at: Configuration, asked: &AskedPosture, near: &[f64; 6]) -> Option<Configuration> {
-        let first = self.six_hinges()?;
+        let first = self.six_revolute()?;
         for (joint, ((_, drive), turn)) in self.drives().zip(self.full_turns()).skip(first).enumerate() {
             let turn = turn?;
             let nearest = at.drives[first + joint] + ((near[joint] - at.drives[first + joint]) / turn).round() * turn;
@@ -74,10 +74,10 @@ impl Machine {
         (self.has_posture(&at, asked) && self.check_limits(&at).is_ok()).then_some(at)
     }
 
-    /// Branch of an arm whose drives stand at `drives` (mm, rad), `None` without spherical wrist, and the angles of its six hinges, rad; `None` for
+    /// Branch of an arm whose drives stand at `drives` (mm, rad), `None` without spherical wrist, and the angles of its six revolute joints, rad; `None` for
     /// machines without these.
     pub fn branch_and_angles(&self, drives: &[f64]) -> Option<(Option<Branch>, [f64; 6])> {
-        self.six_hinges()?;
+        self.six_revolute()?;
         let at = self.serial_configuration(drives);
         Some((self.branch_of(&at), self.arm_angles(&at)?))
     }

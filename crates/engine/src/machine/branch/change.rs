@@ -1,4 +1,4 @@
-//! Changes of posture between two points of a path, during which the tool leaves the path: another branch, or a hinge turned a full turn back.
+//! Changes of posture between two points of a path, during which the tool leaves the path: another branch, or a revolute joint turned a full turn back.
 
 use std::fmt;
 
@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::{Branch, arm::ON_BOTH};
 use crate::machine::{Configuration, Machine};
 
-/// Share of a full turn by which a hinge jumps that has been turned back within its travel, though the way was tracked.
+/// Share of a full turn by which a revolute joint jumps that has been turned back within its travel, though the way was tracked.
 const JUMP_TRACKED: f64 = 0.75;
-/// Share of a full turn by which a hinge jumps where the way was not tracked: a wrist at its straight position swings by half a turn.
+/// Share of a full turn by which a revolute joint jumps where the way was not tracked: a wrist at its straight position swings by half a turn.
 const JUMP_UNTRACKED: f64 = 0.25;
-/// Configurations whose hinges and slides differ by less than this share of a full turn, and of the characteristic length, are the same.
+/// Configurations whose revolute and prismatic joints differ by less than this share of a full turn, and of the characteristic length, are the same.
 const BESIDE: f64 = 1e-3;
 
 /// Why a machine cannot be tracked from one configuration to the next along a path.
@@ -24,7 +24,7 @@ pub enum PostureChange {
         /// After.
         to: Branch,
     },
-    /// A hinge stands elsewhere: taken a full turn back within its travel, or swung about where a singularity is between.
+    /// A revolute joint stands elsewhere: taken a full turn back within its travel, or swung about where a singularity is between.
     Jump {
         /// Its drive, as tables call it.
         drive: String,
@@ -50,14 +50,14 @@ impl fmt::Display for PostureChange {
 }
 
 impl Machine {
-    /// Whether a pose has several postures and nothing holds the machine in one: hinges, one chain and no passive joints.
+    /// Whether a pose has several postures and nothing holds the machine in one: revolute joints, one chain and no passive joints.
     pub fn may_change_posture(&self) -> bool {
         matches!(self.chains.as_slice(), [chain] if chain.passive.is_empty())
             && self.full_turns().any(|turn| turn.is_some())
     }
 
     /// Change of posture from one point of a path, where the machine stands as in `before`, to the next, `after`; `None` where it stays, and for
-    /// machines that are no serial chain with hinges. `tracked`: whether the straight line leads there ([`Machine::inverse_kinematics_from`]).
+    /// machines that are no serial chain with revolute joints. `tracked`: whether the straight line leads there ([`Machine::inverse_kinematics_from`]).
     /// Postures at a singularity are on both branches that meet there.
     pub fn posture_change(
         &self,
@@ -77,13 +77,13 @@ impl Machine {
         self.find_jump(&before.drives, &after.drives, min_share_of_turn)
     }
 
-    /// The first hinge that differs by more than 3/4 of a full turn between the drive positions `from` and `to` (mm, rad), such as nominal
-    /// and corrected command of a point; `None` if there is none, or the machine is no serial chain with a hinge.
+    /// The first revolute joint that differs by more than 3/4 of a full turn between the drive positions `from` and `to` (mm, rad), such as nominal
+    /// and corrected command of a point; `None` if there is none, or the machine is no serial chain with a revolute joint.
     pub fn full_turn_jump(&self, from: &[f64], to: &[f64]) -> Option<PostureChange> {
         self.may_change_posture().then(|| self.find_jump(from, to, JUMP_TRACKED)).flatten()
     }
 
-    /// The first hinge that moves by more than the share `min_share_of_turn` of a full turn between two sets of drive positions (mm, rad).
+    /// The first revolute joint that moves by more than the share `min_share_of_turn` of a full turn between two sets of drive positions (mm, rad).
     fn find_jump(&self, from: &[f64], to: &[f64], min_share_of_turn: f64) -> Option<PostureChange> {
         let moved = self
             .full_turns()
@@ -96,7 +96,7 @@ impl Machine {
         })
     }
 
-    /// Full turns that bring each hinge of `from` nearest to its position in `to`, as changes of drives, rad; 0 for slides and locked ones.
+    /// Full turns that bring each revolute joint of `from` nearest to its position in `to`, as changes of drives, rad; 0 for prismatic joints and locked ones.
     pub fn full_turns_towards(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
         let turns = |(turn, (from, to)): (Option<f64>, (&f64, &f64))| {
             turn.map_or(0.0, |turn| ((to - from) / turn).round() * turn)

@@ -75,7 +75,7 @@ impl Machine {
         arm.solutions(target, free).into_iter().map(posture).collect()
     }
 
-    /// Configuration of an arm of one chain with its drives at `drives`, hinges turned as often as [`Machine::postures_at`] turns them; `None`
+    /// Configuration of an arm of one chain with its drives at `drives`, revolute joints turned as often as [`Machine::postures_at`] turns them; `None`
     /// where travel does not allow it. `full_turns`: those of the machine.
     pub fn posture_within_travel(&self, drives: &mut [f64], full_turns: &[Option<f64>]) -> Option<Configuration> {
         let homes = self.home.drives.iter();
@@ -101,7 +101,7 @@ impl Machine {
         machine.branch = None;
         let Some(home_branch) = machine.branch_of(&machine.home) else {
             return Err(refusal(format!(
-                "{} has no branches: expected a serial chain that ends in six hinges, axes 1 and 2 perpendicular, 2 and 3 parallel, \
+                "{} has no branches: expected a serial chain that ends in six revolute joints, axes 1 and 2 perpendicular, 2 and 3 parallel, \
                  4 to 6 through one point",
                 self.name
             )));

@@ -49,7 +49,7 @@ impl Machine {
         Err(closure.failure_reason(&at, &command))
     }
 
-    /// Takes back full turns that the search has made, of hinge drives and of passive hinges without a spring.
+    /// Takes back full turns that the search has made, of revolute drives and of passive revolute joints without a spring.
     fn unwind(&self, at: &mut Configuration) {
         let nearest = |value: f64, home: f64, turn: f64| value - ((value - home) / turn).round() * turn;
         for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {

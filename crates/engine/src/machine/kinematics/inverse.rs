@@ -56,7 +56,7 @@ impl Machine {
     ///
     /// It is the one that the straight line from home leads to. Where that does not lead there, or beyond a limit, other
     /// ways are tried: a serial machine takes any posture that its travel allows, the nearest to home of those found, since
-    /// nothing is in the way from one to another; a parallel one goes around, without passing a singularity. Hinges are
+    /// nothing is in the way from one to another; a parallel one goes around, without passing a singularity. Revolute joints are
     /// taken a full turn back or on where that brings them within their travel. Where the drives control more than the
     /// task asks for, they stand as near to home as they can, see [`Machine::redundancy`](crate::machine::Model::redundancy).
     ///
@@ -107,8 +107,8 @@ impl Machine {
     }
 
     /// Derivative of the drives by the controlled task coordinates at `at`: one row per drive (mm, rad), one column per
-    /// coordinate (mm, rad about the axes of the platform). Redundant drives move as little as they can, slides in mm and
-    /// hinges in mm at the machine's characteristic length. `None` in a singularity, as at the end of a chain's reach.
+    /// coordinate (mm, rad about the axes of the platform). Redundant drives move as little as they can, prismatic joints in mm and
+    /// revolute joints in mm at the machine's characteristic length. `None` in a singularity, as at the end of a chain's reach.
     pub fn drive_jacobian(&self, at: &Configuration) -> Option<DMatrix<f64>> {
         let mut closure = Closure::new(self);
         closure.linearise(at, &Command::Task(&at.pose));

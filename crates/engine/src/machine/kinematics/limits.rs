@@ -30,13 +30,13 @@ impl Machine {
         at
     }
 
-    /// Takes hinge drives as many full turns back or on as bring them nearest to home.
+    /// Takes revolute drives as many full turns back or on as bring them nearest to home.
     pub(in crate::machine) fn turn_nearest_to_home(&self, at: &mut Configuration) {
         let turns = self.full_turns_towards(&at.drives, &self.home.drives);
         at.drives.iter_mut().zip(turns).for_each(|(rho, turns)| *rho += turns);
     }
 
-    /// Takes hinge drives beyond their travel full turns back or on where that brings them within.
+    /// Takes revolute drives beyond their travel full turns back or on where that brings them within.
     fn turn_within_travel(&self, at: &mut Configuration) {
         for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {
             if let Some(within) = drive.travel.and_then(|travel| wrap_into_travel(*rho, travel, turn)) {
@@ -45,7 +45,7 @@ impl Machine {
         }
     }
 
-    /// Takes hinge drives that are beyond their travel as many full turns back or on as bring them nearest to its middle.
+    /// Takes revolute drives that are beyond their travel as many full turns back or on as bring them nearest to its middle.
     pub(in crate::machine) fn turn_nearest_to_travel(&self, at: &mut Configuration) {
         for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {
             if let (Some((low, high)), Some(turn)) = (drive.travel, turn)

@@ -90,7 +90,7 @@ pub enum Unreachable {
         short_mm: f64,
     },
     /// The chains close there, but the way from home leads through a singularity or to another assembly mode.
-    #[error("only on another assembly mode than home, or beyond a singularity")]
+    #[error("only on another working or assembly mode than home, or beyond a singularity")]
     OtherMode,
     /// Neither the straight line from home nor another way leads there.
     #[error("{straight}; alternative solution branches tried: {tried}")]

@@ -26,9 +26,9 @@ impl Unit {
     pub const N: Unit = Unit { in_files: "N", shown: "N" };
     /// Moments.
     pub const NMM: Unit = Unit { in_files: "Nmm", shown: "N·mm" };
-    /// Stiffness of slides and springs.
+    /// Stiffness of prismatic joints and springs.
     pub const N_PER_MM: Unit = Unit { in_files: "N_per_mm", shown: "N/mm" };
-    /// Stiffness of hinges.
+    /// Stiffness of revolute joints.
     pub const NMM_PER_RAD: Unit = Unit { in_files: "Nmm_per_rad", shown: "N·mm/rad" };
     /// Elastic constants.
     pub const N_PER_MM2: Unit = Unit { in_files: "N_per_mm2", shown: "N/mm²" };

@@ -362,7 +362,7 @@ impl SpecWalk<'_> {
         });
     }
 
-    /// Visits the home angles and limits of crossed hinges about `axes`.
+    /// Visits the home angles and limits of crossed revolute joints about `axes`.
     fn visit_axes<const N: usize>(&mut self, axes: [&str; N], home: &mut [f64; N], limits: &mut Option<[[f64; 2]; N]>) {
         self.visit_components("home", Unit::DEG, axes, home);
         let Some(limits) = limits else { return };

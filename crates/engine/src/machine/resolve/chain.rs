@@ -179,13 +179,13 @@ impl ChainBuilder<'_> {
                     let got = ["x", "y", "z"][first.index()];
                     return check.key("axes").fail(format!("must be two different axes, got {got} twice"));
                 }
-                self.add_hinges(&joint.name, &joint.axes, &joint.home_deg, limits, &check)?;
+                self.add_revolute_joints(&joint.name, &joint.axes, &joint.home_deg, limits, &check)?;
             }
             ElementSpec::SphericalJoint(joint) => {
                 let check = check.key("spherical_joint");
                 let limits = joint.limits_deg.map(|limits| limits.to_vec());
                 let axes = [AxisSpec::X, AxisSpec::Y, AxisSpec::Z];
-                self.add_hinges(&joint.name, &axes, &joint.home_deg, limits, &check)?;
+                self.add_revolute_joints(&joint.name, &axes, &joint.home_deg, limits, &check)?;
             }
             ElementSpec::Mass(mass) => self.add_mass(mass, &check.key("mass"))?,
             ElementSpec::Frame(name) => self.name_frame(name, &check.key("frame"))?,
@@ -207,7 +207,7 @@ impl ChainBuilder<'_> {
             ),
             travel: check.key("travel_mm").interval(drive.travel_mm, 1.0)?,
             force_limit: check.key("force_limit_N").optional_positive(drive.force_limit)?,
-            backlash: check.key("backlash_mm").optional_positive(drive.backlash_mm)?.unwrap_or(0.0),
+            half_backlash: 0.5 * check.key("backlash_mm").optional_positive(drive.backlash_mm)?.unwrap_or(0.0),
             friction: check.key("friction_N").optional_positive(drive.friction)?.unwrap_or(0.0),
             home: check.key("home_mm").finite_scalar(drive.home_mm)?,
         };
@@ -226,7 +226,9 @@ impl ChainBuilder<'_> {
             ),
             travel: check.key("travel_deg").interval(drive.travel_deg, TO_RAD)?,
             force_limit: check.key("torque_limit_Nmm").optional_positive(drive.torque_limit)?,
-            backlash: check.key("backlash_deg").optional_positive(drive.backlash_deg)?.unwrap_or(0.0) * TO_RAD,
+            half_backlash: 0.5
+                * check.key("backlash_deg").optional_positive(drive.backlash_deg)?.unwrap_or(0.0)
+                * TO_RAD,
             friction: check.key("friction_Nmm").optional_positive(drive.friction)?.unwrap_or(0.0),
             home: check.key("home_deg").finite_scalar(drive.home_deg)? * TO_RAD,
         };
@@ -241,8 +243,8 @@ impl ChainBuilder<'_> {
         }
     }
 
-    /// Appends crossed passive hinges about `axes`, named after them, with home angles and limits in degrees.
-    fn add_hinges(
+    /// Appends crossed passive revolute joints about `axes`, named after them, with home angles and limits in degrees.
+    fn add_revolute_joints(
         &mut self,
         name: &str,
         axes: &[AxisSpec],

@@ -38,7 +38,7 @@ pub(super) fn resolve_coupling(chain: &Chain, shown: &[ShownCoordinate]) -> Resu
                 return check.fail(format!("no drive of this chain has this name; there are: {known}"));
             };
             if chain.drives[joint].motion != motion {
-                let word = |motion| if motion == Motion::Prismatic { "slide" } else { "hinge" };
+                let word = |motion| if motion == Motion::Prismatic { "prismatic joint" } else { "revolute joint" };
                 let (other, kind) = (word(chain.drives[joint].motion), word(motion));
                 return check.fail(format!("is a {other}, the drive itself a {kind}: expected drives of one kind"));
             }
@@ -49,10 +49,10 @@ pub(super) fn resolve_coupling(chain: &Chain, shown: &[ShownCoordinate]) -> Resu
             (Motion::Revolute, Some(offset), None) => check.key("offset_deg").finite_scalar(offset)? * TO_RAD,
             (Motion::Prismatic, None, Some(offset)) => check.key("offset_mm").finite_scalar(offset)?,
             (Motion::Revolute, ..) => {
-                return check.key("offset_mm").fail("the drive is a hinge: give offset_deg".into());
+                return check.key("offset_mm").fail("the drive is a revolute joint: give offset_deg".into());
             }
             (Motion::Prismatic, ..) => {
-                return check.key("offset_deg").fail("the drive is a slide: give offset_mm".into());
+                return check.key("offset_deg").fail("the drive is a prismatic joint: give offset_mm".into());
             }
         };
     }

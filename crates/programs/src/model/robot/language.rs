@@ -123,7 +123,7 @@ pub struct RobotOptions {
     /// `wobj1`; `world` is the frame in which the program itself says where its bases are.
     pub bases: BTreeMap<String, Isometry3<f64>>,
     /// Whether the tool stands and the robot holds the part: frames of work objects are in the flange then, and those of tools in the base.
-    pub tool_stands: bool,
+    pub is_tool_stationary: bool,
     /// What the external axes E1, E2, … of the program move, as columns of a path name it: `external_rail_mm`. Those
     /// that are not named must stand still.
     pub external_axes: Vec<String>,

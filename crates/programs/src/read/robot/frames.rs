@@ -30,7 +30,7 @@ impl<'a> Bases<'a> {
     pub fn new(options: &'a RobotOptions, source: &'a [u8]) -> Self {
         // Of a part that is held, frames are in the flange.
         let world = options.bases.get(RobotOptions::WORLD).copied();
-        Self { options, world: world.or(options.tool_stands.then(Isometry3::identity)), first: None, source }
+        Self { options, world: world.or(options.is_tool_stationary.then(Isometry3::identity)), first: None, source }
     }
 
     /// Whether the program names one of the bases that the options give, as a whole name: "base" is not in "base_data".
@@ -62,7 +62,7 @@ impl<'a> Bases<'a> {
         let by_world = || Some(self.world? * base.in_world?);
         let pose = given
             .or_else(by_world)
-            .or_else(|| (is_first && !self.options.tool_stands && nothing_given()).then(Isometry3::identity))
+            .or_else(|| (is_first && !self.options.is_tool_stationary && nothing_given()).then(Isometry3::identity))
             .ok_or_else(|| RobotFault::NoBase { name: shown_name(&base.name) })?;
         if self.world.is_none() {
             self.world = base.in_world.map(|in_world| pose * in_world.inverse());

@@ -255,10 +255,10 @@ pub(crate) fn tool_frame(text: &[u8], stands: bool) -> Result<Isometry3<f64>, Ro
 /// A tool or part that is held where the process says otherwise.
 const STANDS: RobotFault = RobotFault::NotFollowed {
     what: "tools that stand (robhold FALSE) are, unless the process says so,",
-    expected: "a tool that the robot holds, or stands = true, tip_mm and axis in [tool] of the process",
+    expected: "a tool that the robot holds, or stationary = true, tip_mm and axis in [tool] of the process",
 };
 pub(crate) const HELD: RobotFault = RobotFault::NotFollowed {
-    what: "tools that the robot holds are, as the process says that the tool stands,",
+    what: "tools that the robot holds are, as the process says that the tool is stationary,",
     expected: "a tool with robhold FALSE",
 };
 
@@ -272,8 +272,10 @@ pub(crate) fn work_object_frame(text: &[u8], is_to_be_held: bool) -> Result<Isom
     let is_fixed = parse_bool(&mut scan)?;
     if is_held != is_to_be_held || !is_fixed {
         let expected = match is_to_be_held {
-            true => "one that the robot holds, as the tool stands (robhold TRUE, ufprog TRUE)",
-            false => "one that stands still (robhold FALSE, ufprog TRUE), or stands = true in [tool] of the process",
+            true => "one that the robot holds, as the tool is stationary (robhold TRUE, ufprog TRUE)",
+            false => {
+                "one that stands still (robhold FALSE, ufprog TRUE), or stationary = true in [tool] of the process"
+            }
         };
         return RobotFault::not_followed("other work objects are", expected);
     }

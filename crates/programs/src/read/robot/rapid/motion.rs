@@ -211,7 +211,7 @@ impl Reader<'_> {
     /// Returns the work object and the tool that the last argument of a motion names.
     fn base_and_tool(&self, argument: Range<usize>) -> Result<(Base, Tool), RobotFault> {
         let (at, options) = self.expression_and_options(argument);
-        let stands = self.options.tool_stands;
+        let stands = self.options.is_tool_stationary;
         let mut base = Base { name: "wobj0".into(), in_world: Some(Isometry3::identity()) };
         for option in &options {
             match option.split_once(":=") {
@@ -231,7 +231,7 @@ impl Reader<'_> {
         check_index(&name, '{', '}')?;
         if stands && base.name == "wobj0" {
             return RobotFault::not_followed(
-                "motions in wobj0 with a tool that stands are",
+                "motions in wobj0 with a stationary tool are",
                 "a work object that the robot holds",
             );
         }

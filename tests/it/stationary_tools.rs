@@ -1,18 +1,18 @@
-//! A robot that holds the part below a tool that stands, against the same robot seen from its base.
+//! A robot that holds the part below a stationary tool, against the same robot seen from its base.
 
 use kinetostat::{
     input::Folder,
     machine::{Configuration, Machine},
     process::Process,
     spatial::{Pose, Wrench},
-    statics::{State, Status, Workspace, equilibrium},
+    statics::{Scratch, State, Status, equilibrium},
     toolpath::Orientation,
 };
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::robot_compensated::compensated;
 
-const TOOL: &str = "[tool]\nstands = true\ntip_mm = [1650.0, 200.0, 700.0]\naxis = [0.0, 0.2, 1.0]\n";
+const TOOL: &str = "[tool]\nstationary = true\ntip_mm = [1650.0, 200.0, 700.0]\naxis = [0.0, 0.2, 1.0]\n";
 const CUT: &str = "[placement]\norigin_mm = [0.0, 0.0, 0.0]\n[force.path_frame]\nradial_force_N = 300.0\n\
                    tangential_force_N = -200.0\naxial_force_N = -100.0\n";
 const TIP: Vector3<f64> = Vector3::new(1650.0, 200.0, 700.0);
@@ -28,10 +28,10 @@ fn process(machine: &str, more: &str) -> Result<Process, String> {
 
 /// Returns where P of `machine` comes to rest at `drives` under the wrench about P that `load` gives for a pose of it.
 fn rest(machine: &Machine, at: &Configuration, drives: &[f64], load: impl Fn(&Pose) -> Wrench) -> Pose {
-    let (mut pose, mut workspace) = (at.pose, Workspace::new(machine));
+    let (mut pose, mut scratch) = (at.pose, Scratch::new(machine));
     for _ in 0..8 {
         let mut state = State::rigid(machine, at);
-        let outcome = equilibrium(machine, drives, &load(&pose), &mut state, &mut workspace, &Default::default());
+        let outcome = equilibrium(machine, drives, &load(&pose), &mut state, &mut scratch, &Default::default());
         assert_eq!(outcome.status, Status::Solved);
         pose = state.pose;
     }
@@ -125,9 +125,9 @@ fn a_part_that_is_moved_below_a_standing_tool_is_cut_where_the_program_says() {
 #[test]
 fn what_a_standing_tool_cannot_be_is_refused() {
     for (machine, more, why) in [
-        ("irb7600", "[tool]\nstands = true\n", "expected tip_mm and axis beside it"),
+        ("irb7600", "[tool]\nstationary = true\n", "expected tip_mm and axis beside it"),
         ("kr500", TOOL, "without_weight = true"),
-        ("kr500", "[tool]\nwithout_weight = true\n", "expected stands = true"),
+        ("kr500", "[tool]\nwithout_weight = true\n", "expected stationary = true"),
         ("hexapod", TOOL, "expected a machine of one chain"),
         (
             "irb7600",
@@ -148,13 +148,13 @@ fn what_a_standing_tool_cannot_be_is_refused() {
         process.program_in_folder(&folder, name).unwrap_err().to_string()
     };
     for (source, more, why) in [
-        (RAPID.to_owned(), "", "or stands = true in [tool] of the process"),
+        (RAPID.to_owned(), "", "or stationary = true in [tool] of the process"),
         (RAPID.replace(" fine, drill", " fine, tool0"), TOOL, "expected a tool with robhold FALSE"),
         (RAPID.replace("[FALSE, [[", "[TRUE, [["), TOOL, "expected a tool with robhold FALSE"),
         (RAPID.replace("[TRUE, TRUE", "[FALSE, TRUE"), TOOL, "expected one that the robot holds"),
         (RAPID.replace("PERS wobjdata block", "PERS wobjdata other"), TOOL, "where block stands to the base before it"),
         (RAPID.replace("PERS tooldata drill", "PERS tooldata other"), TOOL, "a tooldata with its numbers"),
-        (RAPID.replace("\\WObj:=block", ""), TOOL, "motions in wobj0 with a tool that stands"),
+        (RAPID.replace("\\WObj:=block", ""), TOOL, "motions in wobj0 with a stationary tool"),
         (RAPID.replace("[[1650,", "[[1651,"), TOOL, "mm of the base"),
     ] {
         let found = refused("part.mod", &source, more);
@@ -166,5 +166,5 @@ fn what_a_standing_tool_cannot_be_is_refused() {
     let found = elsewhere.program_in_folder(&folder, "part.mod").unwrap_err().to_string();
     assert!(found.contains("says itself where the part is"), "{found}");
     let krl = "DEF part()\n$VEL.CP=0.02\nLIN {X 30,Y 0,Z 0,A 0,B 0,C 0}\nEND\n";
-    assert!(refused("part.src", krl, TOOL).contains("KRL is not followed with a tool that stands"));
+    assert!(refused("part.src", krl, TOOL).contains("KRL is not followed with a stationary tool"));
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use super::{Asked, Part, Pass, ProgramAsWritten, ProgramJob, commanded_poses};
+use super::{CompensateOptions, Part, Pass, ProgramAsWritten, ProgramJob, commanded_poses};
 use crate::{
     compensation::{Method, TaskPoint},
     input::error::{Error, Result},
@@ -23,7 +23,7 @@ use crate::{
 
 /// Consecutive points of a program, with simulated results before and after compensation.
 #[derive(Debug)]
-pub struct ProvedPart<'a> {
+pub struct VerifiedPart<'a> {
     /// The points.
     pub part: Part<'a>,
     /// Error at each point without compensation by source, base axes, mm; `None` without equilibrium; empty for a source not simulated alone.
@@ -48,9 +48,9 @@ pub struct WithoutForce {
     pub unknown: usize,
 }
 
-/// What a proof found.
+/// What a verification found.
 #[derive(Debug)]
-pub struct Proof {
+pub struct Verification {
     /// No compensation, the compared methods, and last the program as written.
     pub passes: Vec<Pass>,
     /// The program as written where the cutting force is absent.
@@ -67,14 +67,14 @@ impl ProgramJob {
     /// # Errors
     /// Errors of `take` and of `work`, a machine without equilibrium under its weight, a cutting force that its law does not give, or more than
     /// `unloaded_gouge_mm` off the path without it.
-    pub fn prove(
+    pub fn verify(
         &self,
         name: String,
         written: &ProgramAsWritten,
-        asked: &Asked,
+        asked: &CompensateOptions,
         work: &Work,
-        mut take: impl FnMut(&ProvedPart<'_>) -> Result<()> + Send,
-    ) -> Result<Proof> {
+        mut take: impl FnMut(&VerifiedPart<'_>) -> Result<()> + Send,
+    ) -> Result<Verification> {
         let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
         let (mut sums, mut as_written) = (vec![PathSums::default(); methods.len()], PathSums::default());
         let (mut law, mut absent) = (CuttingLawCheck::new(self), WithoutForce::default());
@@ -88,7 +88,7 @@ impl ProgramJob {
         let prove_part = |_: Range<usize>| {
             let Some(part) = parts.next().transpose()? else { return Ok(None) };
             law.check(&part)?;
-            let case = part.case([&self.machine, &self.machines.real, &self.machine]);
+            let case = part.case([&self.machine, &self.machines.actual, &self.machine]);
             let track = self.track(&part, &mut tracked_before);
             let mut rotations_before = Vec::new();
             let before = BySource::of(&self.machine, |source| {
@@ -115,7 +115,7 @@ impl ProgramJob {
             answers.iter_mut().for_each(|answer| reversals.note(answer.play.as_mut()));
             self.sum_up(&mut as_written, part.first, &answers);
             let unloaded = part.with_tasks(TaskPoint::without_force);
-            let case = unloaded.case([&self.machine, &self.machines.real, &self.machine]);
+            let case = unloaded.case([&self.machine, &self.machines.actual, &self.machine]);
             let without_force = run_tracked(&case, &commands, &track, done);
             let without_force: Vec<_> = without_force.iter().map(PathPointResult::solved_error).collect();
             self.add_without_force(&mut absent, &part, &without_force);
@@ -126,16 +126,16 @@ impl ProgramJob {
                 let own = part.to_spread(&track, &poses);
                 spread = uncertain.solve_part(&own, 1, work, &mut largest)?;
             }
-            Ok(Some(ProvedPart { part, before, rotations_before, written: answers, without_force, spread }))
+            Ok(Some(VerifiedPart { part, before, rotations_before, written: answers, without_force, spread }))
         };
-        compute_overlapped(along_path::parts(self.path.len()), prove_part, |proved| take(&proved))?;
+        compute_overlapped(along_path::parts(self.path.len()), prove_part, |verified| take(&verified))?;
         sums.push(as_written);
         let names = methods.iter().map(|method| method.label()).chain([name]);
         let passes = names.zip(&sums).map(|(name, sums)| Pass { name, summary: sums.summary() }).collect();
         let each_part = |take: &mut dyn FnMut(&SpreadPart<'_>) -> Result<()>| self.each_part(written, take);
         let largest_along = |path| spread_along::whole(&[(path, &each_part)], &largest, work);
         let spread = uncertain.as_ref().map(largest_along).transpose()?;
-        Ok(Proof { passes, without_force: absent, spread: spread.flatten() })
+        Ok(Verification { passes, without_force: absent, spread: spread.flatten() })
     }
 
     /// Hands each part of the program with the poses that it commands as `written` to `take`, in order.
@@ -196,7 +196,7 @@ impl ProgramJob {
     }
 }
 
-/// Checks the loads of task points against the cutting-force law, since commands and proof use the same task points.
+/// Checks the loads of task points against the cutting-force law, since commands and verification use the same task points.
 pub struct CuttingLawCheck<'a> {
     job: &'a ProgramJob,
     track: PoseTracker<'a>,

@@ -7,7 +7,7 @@ pub const Z_95_INTERVAL: f64 = 1.959_963_984_540_054;
 
 /// Distribution of a quantity whose nominal value is the median; a standard normal number says how far along it a draw is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Spread {
+pub enum Distribution {
     /// Logarithm of the value over the nominal one: its standard deviations below and above the median.
     Logarithm {
         /// Below the median.
@@ -31,14 +31,14 @@ pub enum Spread {
     },
 }
 
-impl Spread {
+impl Distribution {
     /// Value of the quantity for the standard normal number `z`.
     pub fn value(&self, nominal: f64, z: f64) -> f64 {
         let scaled = |below: f64, above: f64| z * if z < 0.0 { below } else { above };
         match *self {
-            Spread::Logarithm { below, above } => nominal * libm::exp(scaled(below, above)),
-            Spread::Difference { below, above } => nominal + scaled(below, above),
-            Spread::Uniform { least, largest } => nominal + least + (largest - least) * normal_cdf(z),
+            Distribution::Logarithm { below, above } => nominal * libm::exp(scaled(below, above)),
+            Distribution::Difference { below, above } => nominal + scaled(below, above),
+            Distribution::Uniform { least, largest } => nominal + least + (largest - least) * normal_cdf(z),
         }
     }
 
@@ -46,8 +46,8 @@ impl Spread {
     pub fn measured(&self) -> (Self, &'static str) {
         let known = libm::log(1.05) / Z_95_INTERVAL;
         match *self {
-            Spread::Logarithm { below, above } if below.max(above) > known => {
-                (Spread::Logarithm { below: below.min(known), above: above.min(known) }, "known to ±5 %")
+            Distribution::Logarithm { below, above } if below.max(above) > known => {
+                (Distribution::Logarithm { below: below.min(known), above: above.min(known) }, "known to ±5 %")
             }
             _ => (self.halved(), "known twice as well"),
         }
@@ -63,16 +63,22 @@ impl Spread {
     pub fn halved(&self) -> Self {
         let half = |own: f64| 0.5 * own;
         match *self {
-            Spread::Logarithm { below, above } => Spread::Logarithm { below: half(below), above: half(above) },
-            Spread::Difference { below, above } => Spread::Difference { below: half(below), above: half(above) },
-            Spread::Uniform { least, largest } => Spread::Uniform { least: half(least), largest: half(largest) },
+            Distribution::Logarithm { below, above } => {
+                Distribution::Logarithm { below: half(below), above: half(above) }
+            }
+            Distribution::Difference { below, above } => {
+                Distribution::Difference { below: half(below), above: half(above) }
+            }
+            Distribution::Uniform { least, largest } => {
+                Distribution::Uniform { least: half(least), largest: half(largest) }
+            }
         }
     }
 
     /// Logarithm whose values have the standard deviation `relative_std` over the nominal value, their median.
     pub fn of_relative_std(relative_std: f64) -> Self {
         let std = Self::std_of_logarithm(relative_std);
-        Spread::Logarithm { below: std, above: std }
+        Distribution::Logarithm { below: std, above: std }
     }
 
     /// Standard deviation of the logarithm of values that have the standard deviation `relative_std` over their median.
@@ -82,9 +88,9 @@ impl Spread {
         libm::log(w).sqrt()
     }
 
-    /// The standard deviation over the nominal value of what [`Spread::of_relative_std`] makes; 0 of other kinds.
+    /// The standard deviation over the nominal value of what [`Distribution::of_relative_std`] makes; 0 of other kinds.
     pub fn relative_std(&self) -> f64 {
-        let Spread::Logarithm { above, .. } = self else { return 0.0 };
+        let Distribution::Logarithm { above, .. } = self else { return 0.0 };
         let w = libm::exp(above * above);
         (w * (w - 1.0)).sqrt()
     }
@@ -92,9 +98,9 @@ impl Spread {
     /// The distribution in words.
     pub fn words(&self) -> &'static str {
         match self {
-            Spread::Logarithm { .. } => "lognormal",
-            Spread::Difference { .. } => "normal",
-            Spread::Uniform { .. } => "uniform",
+            Distribution::Logarithm { .. } => "lognormal",
+            Distribution::Difference { .. } => "normal",
+            Distribution::Uniform { .. } => "uniform",
         }
     }
 }
