@@ -286,15 +286,7 @@ fn resolve(
     }
     parameters.extend(stated_accuracy(&machine.accuracy));
     let (force, tools) = force_spread(&process, cutting, check)?;
-    let identified = covariance.as_ref().and_then(|own| own.model);
-    let model = match (spec.model, identified) {
-        (Some(own), _) => {
-            let relative_std = relative_std(own.relative_std, &check.key("model.relative_std"))?;
-            ModelError { relative_std, source: SpreadSource::Given }
-        }
-        (None, Some(relative_std)) => ModelError { relative_std, source: SpreadSource::Identified },
-        (None, None) => ModelError { relative_std: MODEL_ERROR, source: SpreadSource::Grade(Grade::Assumed) },
-    };
+    let model = model_error(spec, covariance.as_ref().and_then(|own| own.model), check)?;
     let model_varies = model.relative_std > 0.0 && model.source != SpreadSource::Grade(Grade::Assumed);
     if parameters.is_empty() && force.is_exact() && !model_varies {
         let nothing = match spec.machine {
@@ -322,6 +314,18 @@ fn resolve(
         tools,
         model,
         draws,
+    })
+}
+
+/// Returns what the model leaves out: as the table says, else as `identified`, else as assumed.
+fn model_error(spec: &UncertaintySpec, identified: Option<f64>, check: &Check) -> Result<ModelError> {
+    Ok(match (spec.model, identified) {
+        (Some(own), _) => {
+            let relative_std = relative_std(own.relative_std, &check.key("model.relative_std"))?;
+            ModelError { relative_std, source: SpreadSource::Given }
+        }
+        (None, Some(relative_std)) => ModelError { relative_std, source: SpreadSource::Identified },
+        (None, None) => ModelError { relative_std: MODEL_ERROR, source: SpreadSource::Grade(Grade::Assumed) },
     })
 }
 
