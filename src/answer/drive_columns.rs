@@ -5,7 +5,7 @@ use crate::{
     page::{Better, Quantity},
 };
 
-/// Returns "drives" for a machine with one kind of drives; else "slides" or "revolute joints".
+/// Returns "drives" for a machine with one kind of drives; else "prismatic joints" or "revolute joints".
 pub(crate) fn kind_word(machine: &Machine, motion: Motion) -> &'static str {
     match (machine.has_mixed_drives(), motion) {
         (false, _) => "drives",

@@ -125,7 +125,7 @@ function chosenPoint(article, view) {
       const figure = document.createElement("figure");
       const canvas = document.createElement("canvas");
       canvas.setAttribute("role", "img");
-      canvas.setAttribute("aria-label", `${name}: the machine before and bent, ${larger.slice(2)}`);
+      canvas.setAttribute("aria-label", `${name}: the machine before and deflected, ${larger.slice(2)}`);
       const caption = document.createElement("figcaption");
       caption.textContent = name;
       figure.append(canvas, caption);

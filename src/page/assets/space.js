@@ -91,7 +91,7 @@ function spaceView(charts, view, plane) {
       traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("muted"), width: 3 }, ...lines(before) });
       traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: "#d0006f", width: 5 }, ...lines(bent) });
     }
-    space.heading.textContent = TITLE + (state.bent ? `; the machine at the picked point, bent ${Data.number(state.bent.factor)} times as much` : "");
+    space.heading.textContent = TITLE + (state.bent ? `; the machine at the picked point, deflected ${Data.number(state.bent.factor)} times as much` : "");
     if (state.machine) {
       traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c1"), width: 5 }, ...lines(data.machine) });
       traces.push({ type: "scatter3d", mode: "lines", hoverinfo: "skip", line: { color: Theme.colour("c2"), width: 7 }, ...lines([data.tool]) });

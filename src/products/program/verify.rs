@@ -1,4 +1,4 @@
-//! Proves a written program by simulating it, beside no compensation (each error source alone) and other methods.
+//! Verifies a written program by simulating it, beside no compensation (each error source alone) and other methods.
 
 use std::ops::Range;
 

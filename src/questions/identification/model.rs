@@ -78,7 +78,7 @@ pub(super) fn predict(
 pub struct LoadedModel {
     machine: Machine,
     sensitivities: Sensitivities,
-    /// Derivative of the backlash of each drive by each parameter, mm or rad per unit of the parameter.
+    /// Derivative of half the backlash of each drive by each parameter, mm or rad per unit of the parameter.
     backlash_slopes: Vec<Vec<f64>>,
     /// Derivative of each parameter by its coordinate.
     scales: Vec<f64>,
@@ -209,7 +209,7 @@ impl Solver<'_> {
         Ok(LoadedPose { pose, by })
     }
 
-    /// Returns the twist of P (mm, rad, O axes) per unit of each drive's backlash, under load; `None` where no drive has backlash.
+    /// Returns the twist of P (mm, rad, O axes) per unit of half each drive's backlash, under load; `None` where no drive has backlash.
     fn lost_motions(&self, state: &State, outcome: &Outcome) -> Option<Vec<Vector6<f64>>> {
         let machine = &self.model.machine;
         let has_any = machine.drives().any(|(_, drive)| drive.half_backlash > 0.0);

@@ -42,9 +42,9 @@ metrics! {
     WorstDeflection: "worst_deflection", "worst deflection", "worst", Length;
     /// Root mean square of that distance over the length of the path.
     RmsDeflection: "rms_deflection", "rms deflection", "rms", Length;
-    /// Largest |Δρ| of any drive that compensates the path exactly; of any slide where the machine has prismatic and revolute joints.
+    /// Largest |Δρ| of any drive that compensates the path exactly; of any prismatic one where the machine has prismatic and revolute joints.
     WorstCorrection: "worst_correction", "largest drive correction", "correction", Correction;
-    /// Largest force of any drive when the path is compensated exactly. Where a machine has prismatic and revolute joints: of any slide.
+    /// Largest force of any drive when the path is compensated exactly. Where a machine has prismatic and revolute joints: of any prismatic one.
     WorstDriveForce: "worst_drive_force", "largest drive force", "drive force", Force;
     /// Largest |Δρ| of any revolute joint that compensates the path exactly, where a machine has prismatic joints, too.
     WorstRotaryCorrection: "worst_rotary_correction", "largest correction of revolute joints", "of revolute joints", Correction;

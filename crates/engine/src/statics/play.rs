@@ -69,7 +69,7 @@ pub fn loaded_flanks(machine: &Machine, state: &State) -> Vec<i8> {
 }
 
 /// Change of all commands, mm or rad, machine order, that would move each joint as far as its backlash does on the side that `sides` gives: by
-/// that many times its backlash. `None` where joints do not follow from drives one by one.
+/// that many times half of it. `None` where joints do not follow from drives one by one.
 pub fn flank_commands(machine: &Machine, sides: &[i8]) -> Option<Vec<f64>> {
     let mut all = Vec::with_capacity(sides.len());
     for chain in &machine.chains {
@@ -86,7 +86,7 @@ const LEAST_DEFLECTION: f64 = 1e-9;
 /// Share of the largest drive force that must press a drive for its side to count.
 const LEAST: f64 = 1e-3;
 
-/// Twist of P (mm, rad in O axes) per mm or rad of backlash of each drive, which presses its joint to one side; zero where the drive
+/// Twist of P (mm, rad in O axes) per mm or rad of half the backlash of each drive, which presses its joint to one side; zero where the drive
 /// carries nothing. `None` where joints do not follow from drives one by one.
 pub fn lost_motions(machine: &Machine, state: &State, twists: &Matrix6xX<f64>) -> Option<Vec<Vector6<f64>>> {
     let sides = machine.drives().map(|(chain, drive)| {

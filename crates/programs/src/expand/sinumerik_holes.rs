@@ -34,7 +34,7 @@ enum Way {
     Tapped([String; 2]),
 }
 
-/// Strokes of deep hole drilling (CYCLE83).
+/// Pecks of deep hole drilling (CYCLE83).
 #[derive(Clone)]
 struct Pecks {
     /// Depths below the reference plane, the last one that of the hole.

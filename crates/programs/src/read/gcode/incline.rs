@@ -11,7 +11,7 @@ use crate::{
 };
 use kinetostat_spatial::Pose;
 
-/// A stationary tool nearer to z of the plane stands along it, degrees: programs have few decimals.
+/// A tool that stands nearer to z of the plane stands along it, degrees: programs have few decimals.
 const ALONG_DEG: f64 = 0.02;
 
 impl Interpreter {
