@@ -53,7 +53,7 @@ fn a_pendulum_is_held_by_its_weight() {
             near("angle", turn[4], angle, 1e-10);
             let compliance = outcome.compliance.unwrap();
             near("compliance", compliance[(4, 4)] * largest, 1.0 / angle.cos(), 1e-8);
-            near("prismatic joint", compliance[(1, 1)], 1e-4, 1e-12);
+            near("slide", compliance[(1, 1)], 1e-4, 1e-12);
             assert!(outcome.stiffness.is_none(), "the platform is rigid in four directions");
         }
     }
@@ -85,12 +85,7 @@ fn slide([x, y]: [f64; 2], [stiffness, free, preload]: [f64; 3]) -> Machine {
     let spring = format!(
         r#"{{ spring = {{ from = {{ frame = "end" }}, to = {{ frame = "O", at_mm = [{x:?}, {y:?}, 0.0] }}, stiffness_N_per_mm = {stiffness:?}, free_length_mm = {free:?}, preload_N = {preload:?} }} }}"#
     );
-    machine(
-        "prismatic joint",
-        [0.0; 3],
-        r#""x""#,
-        &[Leg::new("prismatic joint", &[slide, r#"{ frame = "end" }"#, &spring], "")],
-    )
+    machine("slide", [0.0; 3], r#""x""#, &[Leg::new("slide", &[slide, r#"{ frame = "end" }"#, &spring], "")])
 }
 
 #[test]

@@ -9,6 +9,7 @@ use super::{
 use crate::{
     answer::{GridMap, MapLayer, Quantity, Tolerance, deflected_pose::deflected_pose, drive_columns::kind_word},
     figures::{Figure, Shading},
+    machine::Motion,
     page::DeflectedPose,
     questions::map::{MapPoint, SourceEffect, WorkspaceMapStudy},
     simulation::Source,
@@ -64,12 +65,13 @@ fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
         layers.push(MapLayer { label: "tool deflection [mm]".into(), ..weight });
     }
     for (kind, correction) in drives(machine).corrections {
-        let (stem, drives) = match kind_word(machine, kind) {
-            "prismatic joints" => ("delta_rho_prismatic_all", "prismatic joints"),
-            "revolute joints" => ("delta_rho_revolute_all", "revolute joints"),
-            drives => ("delta_rho_all", drives),
+        let stem = match (machine.has_mixed_drives(), kind) {
+            (false, _) => "delta_rho_all",
+            (true, Motion::Prismatic) => "delta_rho_prismatic_all",
+            (true, Motion::Revolute) => "delta_rho_revolute_all",
         };
-        layers.push(layer(stem, &format!("Corrections of the {drives}"), Source::All, correction));
+        let title = format!("Corrections of the {}", kind_word(machine, kind));
+        layers.push(layer(stem, &title, Source::All, correction));
     }
     let superposition_error = layer("superposition_all", added, Source::All, SUPERPOSITION_ERROR);
     layers.push(MapLayer { label: "superposition error at the worst angle [mm]".into(), ..superposition_error });

@@ -183,7 +183,7 @@ fn curve_figures(study: &PathStudy) -> Vec<CurveFigure> {
     all.extend(machine.drive_kinds().map(|kind| CurveFigure {
         stem: match machine.has_mixed_drives() {
             false => "delta_rho".into(),
-            true => format!("delta_rho_{}", kind_word(machine, kind)),
+            true => format!("delta_rho_{}", kind.label()),
         },
         title: format!("Corrections of the {}", kind_word(machine, kind)),
         y_label: format!("Δρ [{}]", kind.shown_position_unit()),
