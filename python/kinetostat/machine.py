@@ -92,9 +92,10 @@ class Machine:
     ) -> Machine:
         """The machine of the URDF `path`; :attr:`toml` is its machine file, :attr:`notes` what was not used or assumed.
 
-        A URDF does not say how stiff its drives are: `stiffness` does, from base to tip, N·m/rad of revolute joints and N/mm of
-        prismatic joints, or they are `like` those of another machine. `tip` is the link that carries the tool, if the robot has
-        several ends; `tool_tip_mm` and `tool_rpy_deg` (roll, pitch, yaw; z along the tool) are the tool in its frame.
+        A URDF does not say how stiff its drives are: `stiffness` does, from base to tip, N·m/rad of revolute joints and
+        N/mm of prismatic ones, or they are `like` those of another machine. `tip` is the link that carries the tool, if
+        the robot has several ends; `tool_tip_mm` and `tool_rpy_deg` (roll, pitch, yaw; z along the tool) are the tool
+        in its frame.
 
         Raises :class:`Error` if the file is no robot, or no stiffness is given.
         """

@@ -98,7 +98,9 @@ class Settled:
 
     def _arrays(self) -> list[tuple[str, NDArray[Any], str]]:
         # Of prismatic and revolute joints together, there is no common unit.
-        unit, force = ("", "") if len(set(self.revolute)) > 1 else (("rad", "N mm") if any(self.revolute) else ("mm", "N"))
+        unit, force = (
+            ("", "") if len(set(self.revolute)) > 1 else (("rad", "N mm") if any(self.revolute) else ("mm", "N"))
+        )
         return [
             ("drives", self.drives, unit),
             ("drive_forces", self.drive_forces, force),
