@@ -7,11 +7,11 @@ use crate::spatial::{Pose, Wrench};
 
 /// The two readings of eq. (17), which resolves radial and tangential force in the plane normal to the tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum ForceLaw {
-    /// Eq. (17) as the paper prints it: `F_x = F_r cos φ + F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. Not a rotation: with 215 N and −10 N the
-    /// in-plane force varies between 205 N and 225 N.
-    #[serde(rename = "paper_eq17")]
+    /// Eq. (17) as the paper prints it: `F_x = F_r cos φ + F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`.
+    /// Not a rotation: with 215 N and −10 N
+    /// the in-plane force varies between 205 N and 225 N.
     PaperEq17,
     /// A rotation: `F_x = F_r cos φ − F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. Used where no law is named.
     #[default]

@@ -42,7 +42,7 @@ const SAME_TIP_MM: f64 = 0.01;
 /// Checks that a tool that `program` defines is that of the machine.
 pub(super) fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
     let refuse = |problem: String| Err(Error::argument(program.name(), problem));
-    let stands = process.is_tool_stationary.as_ref().map(|(tip, _)| *tip);
+    let stands = process.stationary_tip.as_ref().map(|(tip, _)| *tip);
     let placed = process.placement.origin_mm.norm() + process.placement.roll_pitch_yaw.norm();
     if stands.is_some() && placed > 0.0 {
         let problem = "says itself where the part is, which the robot holds: expected placement.origin_mm = [0.0, 0.0, 0.0] and no angles";

@@ -40,7 +40,7 @@ pub struct Process {
     /// Whether the process gives a tool other than that of the machine file.
     pub has_own_tool: bool,
     /// Where the tip of a stationary tool is in the base, mm, and its key; the machine is seen from the part that it holds then.
-    pub is_tool_stationary: Option<(nalgebra::Vector3<f64>, Check)>,
+    pub stationary_tip: Option<(nalgebra::Vector3<f64>, Check)>,
     /// Tolerance of the tool's position, mm, if the file gives it.
     pub tolerance_mm: Option<f64>,
     /// The placement of the workpiece, and the point whose positions the path gives.
@@ -221,7 +221,7 @@ impl Process {
                 "is not for {name}, which leaves feeds as programmed: only compensate changes those of a G-code program"
             ));
         }
-        if let Some((_, check)) = &self.is_tool_stationary {
+        if let Some((_, check)) = &self.stationary_tip {
             return check.fail(format!("is not for {name}: only compensate follows a stationary tool"));
         }
         Ok(self)
@@ -283,7 +283,7 @@ impl Process {
     pub fn facts(&self) -> Vec<(&'static str, String)> {
         let mut facts = vec![("workpiece", self.placement_words()), ("counts as cutting", self.cutting_words())];
         facts.extend((!self.own_forces.is_empty()).then(|| ("cutting force", self.own_forces.words())));
-        let tool_words = || match &self.is_tool_stationary {
+        let tool_words = || match &self.stationary_tip {
             Some((tip, _)) => format!("{}. {STANDS}", self.machine.tool_words_at(*tip, "base")),
             None => self.machine.tool_words(),
         };

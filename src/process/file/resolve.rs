@@ -81,11 +81,11 @@ fn process(
     let table = |spec| UncertaintyTable::read(spec, folder, check.key("uncertainty"));
     let uncertainty = spec.uncertainty.as_ref().map(table).transpose()?;
     let (uncertainty, covariance) = uncertainty.unzip();
-    let is_tool_stationary = is_tool_stationary(spec, check)?;
+    let stationary_tip = stationary_tip(spec, check)?;
     let process = Process {
         machine: machine.clone(),
         has_own_tool: spec.tool.is_some(),
-        is_tool_stationary: is_tool_stationary.clone(),
+        stationary_tip: stationary_tip.clone(),
         tolerance_mm: check.tolerance(spec.tolerance_mm, spec.tolerance_zone_mm)?,
         gcode: GcodeOptions {
             features,
@@ -108,7 +108,7 @@ fn process(
         target,
         corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
         redundancy: redundancy::settings(&spec.redundancy, machine, &check.key("redundancy"))?,
-        robot_program: robot::options(&spec.robot_program, is_tool_stationary.is_some(), &check.key("robot_program"))?,
+        robot_program: robot::options(&spec.robot_program, stationary_tip.is_some(), &check.key("robot_program"))?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
         write_tolerance_mm: write_tolerance(spec, &check_gcode)?,
         helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),
@@ -120,7 +120,7 @@ fn process(
 }
 
 /// Returns the tip of a stationary tool, mm, with its place in the file; what errors and uncertain inputs then do is not computed.
-fn is_tool_stationary(spec: &ProcessSpec, check: &Check) -> Result<Option<(Vector3<f64>, Check)>> {
+fn stationary_tip(spec: &ProcessSpec, check: &Check) -> Result<Option<(Vector3<f64>, Check)>> {
     let Some(tool) = spec.tool.as_ref().filter(|tool| tool.stationary) else { return Ok(None) };
     let check_stationary = check.key("tool.stationary");
     if !spec.chain_error.is_empty() {

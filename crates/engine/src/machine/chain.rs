@@ -24,10 +24,10 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Chooses `slide` for a prismatic motion and `revolute` for a revolute one.
-    pub(crate) fn choose<T>(self, slide: T, revolute: T) -> T {
+    /// Chooses `prismatic` for a prismatic motion and `revolute` for a revolute one.
+    pub(crate) fn choose<T>(self, prismatic: T, revolute: T) -> T {
         match self {
-            Motion::Prismatic => slide,
+            Motion::Prismatic => prismatic,
             Motion::Revolute => revolute,
         }
     }
