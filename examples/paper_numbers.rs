@@ -79,7 +79,7 @@ impl Reading {
         all
     }
 
-    fn words(&self) -> String {
+    fn text(&self) -> String {
         let sign = |s: f64| if s > 0.0 { '+' } else { '-' };
         format!(
             "errors {}{}{}, force {}, at the {}, circles {}",
@@ -290,11 +290,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     println!("\nagreeing  misfit  reading");
     for (reading, _, met) in &best {
-        println!("{:8}  {:6.3}  {}", met.agreeing, met.misfit, reading.words());
+        println!("{:8}  {:6.3}  {}", met.agreeing, met.misfit, reading.text());
     }
 
     let (reading, x, met) = best.first().ok_or("nothing was found")?;
-    println!("\nThe best set ({}): {} of {} agree.", reading.words(), met.agreeing, met.compared.len());
+    println!("\nThe best set ({}): {} of {} agree.", reading.text(), met.agreeing, met.compared.len());
     let end = |&(k, sign): &(usize, f64)| {
         let agree = |numbers: &[f64]| {
             meet(&text, reading, numbers, POINTS[1]).is_some_and(|other| other.agreeing >= met.agreeing)

@@ -24,8 +24,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         match evaluator.evaluate(&Site::new(Vector3::new(0.0, 0.0, height_mm), 0.0)) {
             Ok(found) => {
                 let shown = [Metric::WorstDeflection, Metric::WorstCorrection].map(|metric| {
-                    let value = found.metrics.get(metric).map(|value| metric.value_words(&placement.machine, value));
-                    format!("{} {}", metric.words(&placement.machine), value.unwrap_or_else(|| "unknown".into()))
+                    let value = found.metrics.get(metric).map(|value| metric.value_text(&placement.machine, value));
+                    format!("{} {}", metric.text(&placement.machine), value.unwrap_or_else(|| "unknown".into()))
                 });
                 println!("z = {height_mm} mm: {}", shown.join(", "));
             }

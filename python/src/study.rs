@@ -84,7 +84,7 @@ pub fn run_study<'py>(
         .headline
         .causes
         .into_iter()
-        .map(|own| (own.cause.words().replace(' ', "_"), own.mark.sign().to_string(), own.mm, own.source));
+        .map(|own| (own.cause.text().replace(' ', "_"), own.mark.sign().to_string(), own.mm, own.source));
     dict.set_item("causes", causes.collect::<Vec<_>>())?;
     dict.set_item("unsolved", finished.headline.unsolved)?;
     dict.set_item("sentence", finished.headline.sentence)?;

@@ -74,7 +74,7 @@ impl Uncertainty {
             let (unit, spread): (Unit, Distribution) = (own.unit, own.spread);
             let input = |(name, nominal): &(String, f64)| {
                 let [low, high] = spread.interval_95(*nominal);
-                (name.clone(), *nominal, unit.in_files(), (low, high), spread.words(), numbers_of(&spread), group)
+                (name.clone(), *nominal, unit.in_files(), (low, high), spread.text(), numbers_of(&spread), group)
             };
             own.values.iter().map(input).collect::<Vec<_>>()
         };

@@ -57,7 +57,7 @@ impl OfVerdict<'_> {
                 (_, false) => "added",
             };
             vec![
-                entry.cause.words().into(),
+                entry.cause.text().into(),
                 mark.into(),
                 entry.source.as_str().into(),
                 in_number.into(),
@@ -141,7 +141,7 @@ impl OfVerdict<'_> {
 
     /// Mark and name of a cause; the name alone where it is not asked about.
     fn label(&self, cause: Cause) -> String {
-        self.entry(cause).map_or_else(|| cause.words().into(), |own| format!("{} {}", own.mark.sign(), cause.words()))
+        self.entry(cause).map_or_else(|| cause.text().into(), |own| format!("{} {}", own.mark.sign(), cause.text()))
     }
 
     /// Returns the section of a page with figure and table.

@@ -23,7 +23,7 @@ pub fn machine_cautions(
 
 /// Returns a sentence if some of `positions` of P (O, mm), each called a `noun`, are outside the machine's workspace box; else empty.
 pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator<Item = Vector3<f64>>) -> String {
-    OutsidePositions::of(machine, positions).words(noun)
+    OutsidePositions::of(machine, positions).text(noun)
 }
 
 /// Counts positions, and those of them that are outside a machine's workspace box.
@@ -76,15 +76,15 @@ impl OutsidePositions {
     /// Returns the verdict that `machine` cannot run a path with positions outside; only partly so if its workspace box is assumed.
     pub fn state(&self, machine: &Machine) -> Verdict {
         let Self { count, outside, .. } = self;
-        let words = format!("{outside} of {count} points outside");
+        let text = format!("{outside} of {count} points outside");
         match has_assumed_workspace(machine) {
-            true => Verdict::new(State::Partly, words + " an assumed box"),
-            false => Verdict::new(State::Bad, words + " the workspace"),
+            true => Verdict::new(State::Partly, text + " an assumed box"),
+            false => Verdict::new(State::Bad, text + " the workspace"),
         }
     }
 
     /// Returns a sentence that counts the positions outside the workspace box, each called a `noun`; empty if there are none.
-    pub fn words(&self, noun: &str) -> String {
+    pub fn text(&self, noun: &str) -> String {
         let Self { count, outside, first } = self;
         match first {
             Some(first) => with_minus_signs(&format!(
@@ -115,7 +115,7 @@ pub fn assumed_workspace(machine: &Machine) -> String {
 
 /// Returns a sentence on the state from which deflections of `machine` are measured; empty if it has neither weight nor springs.
 pub fn zeroing(machine: &Machine) -> String {
-    let Some(loads) = machine.own_load_words() else { return String::new() };
+    let Some(loads) = machine.own_load_text() else { return String::new() };
     let from = match machine.zeroed {
         ZeroState::AtRest => {
             format!("from the machine at rest under its {loads}, calibrated there (zeroed = \"at_rest\")")
@@ -137,7 +137,7 @@ pub fn carrier(machine: &Machine) -> String {
             carrier.name
         );
     }
-    text + &machine.locked_words().map_or_else(String::new, |words| format!("Locked or external axes: {words}.\n"))
+    text + &machine.locked_text().map_or_else(String::new, |words| format!("Locked or external axes: {words}.\n"))
 }
 
 /// Returns a sentence for each chain of `machine` that `errors` rotate by a large angle.

@@ -74,13 +74,13 @@ pub(crate) fn largest_drive_quantities(machine: &Machine) -> Vec<Quantity> {
     };
     let corrections = machine.drive_kinds().map(|kind| {
         let columns = columns_of_kind(machine, kind, correction_columns(machine));
-        let words = format!("{} |Δρ|", name(kind, "correction"));
-        Quantity::new(columns, &words, kind.shown_position_unit(), Better::Smaller)
+        let text = format!("{} |Δρ|", name(kind, "correction"));
+        Quantity::new(columns, &text, kind.shown_position_unit(), Better::Smaller)
     });
     let forces = machine.drive_kinds().map(|kind| {
         let columns = columns_of_kind(machine, kind, force_columns(machine));
-        let words = format!("{} |τ|", name(kind, kind.force_word()));
-        Quantity::new(columns, &words, kind.shown_force_unit(), Better::Smaller)
+        let text = format!("{} |τ|", name(kind, kind.force_word()));
+        Quantity::new(columns, &text, kind.shown_force_unit(), Better::Smaller)
     });
     corrections.chain(forces).collect()
 }
@@ -93,8 +93,8 @@ pub(crate) fn drive_quantities(machine: &Machine, better: Better) -> Vec<Quantit
         Quantity::new([column], &format!("correction of drive {label}"), drive.motion.shown_position_unit(), better)
     });
     let forces = force_columns(machine).zip(&drives).map(|(column, (label, drive))| {
-        let words = format!("{} of drive {label}", drive.motion.force_word());
-        Quantity::new([column], &words, drive.motion.shown_force_unit(), better)
+        let text = format!("{} of drive {label}", drive.motion.force_word());
+        Quantity::new([column], &text, drive.motion.shown_force_unit(), better)
     });
     corrections.chain(forces).collect()
 }

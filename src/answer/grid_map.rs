@@ -1,8 +1,8 @@
 //! Figures of quantities over a grid: slices and a view in 3-D, of values added point by point. A large grid is thinned.
 
-use super::{Tolerance, quantity::Getter, setting::size_words};
+use super::{Tolerance, quantity::Getter, setting::size_text};
 use crate::{
-    answer::point_words,
+    answer::point_text,
     figures::{Figure, Limit, PlaneMark, Shading, SliceFigure, SlicePanel, SpaceMark, VolumeFigure},
     files::words::{millimetres, typographic, with_minus_signs},
     simulation::LoadCase,
@@ -97,7 +97,7 @@ impl<'a, P> GridMap<'a, P> {
                 limit: drawn.limit,
                 shading: drawn.shading,
                 remark: match k == 0 && self.has_points {
-                    true => point_words::named_points_words(&self.load_case.machine),
+                    true => point_text::named_points_text(&self.load_case.machine),
                     false => String::new(),
                 },
                 ..self.empty_slices(k)
@@ -208,7 +208,7 @@ impl<'a, P> GridMap<'a, P> {
     /// not all.
     fn subtitle(&self, k: usize, nodes: &[Vec<usize>]) -> String {
         let mut text =
-            format!("{}, {}, grid {}", self.load_case.machine.name, self.drawn[k].setting, size_words(self.grid));
+            format!("{}, {}, grid {}", self.load_case.machine.name, self.drawn[k].setting, size_text(self.grid));
         if nodes.iter().zip(self.grid.counts()).any(|(drawn, count)| drawn.len() != count) {
             let drawn: Vec<String> = nodes.iter().map(|axis| axis.len().to_string()).collect();
             text += &format!(", {} nodes drawn", drawn.join(" × "));

@@ -54,7 +54,7 @@ fn provenance_fact(provenance: &Provenance) -> Fact {
 /// Returns travel and force limit of each drive, and limits of passive joints, in words.
 fn limit_facts(machine: &Machine) -> Vec<Fact> {
     let mut facts = Vec::new();
-    let range_words = |(low, high): (f64, f64), motion: Motion| {
+    let range_text = |(low, high): (f64, f64), motion: Motion| {
         let (low, high, unit) = (motion.to_shown(low), motion.to_shown(high), motion.position_suffix());
         typographic(&match motion {
             Motion::Prismatic => format!("{low} to {high}{unit}"),
@@ -63,7 +63,7 @@ fn limit_facts(machine: &Machine) -> Vec<Fact> {
     };
     for ((_, drive), label) in machine.drives().zip(machine.drive_labels()) {
         let unit = drive.motion.shown_force_unit();
-        let travel = drive.travel.map(|travel| format!("travel {}", range_words(travel, drive.motion)));
+        let travel = drive.travel.map(|travel| format!("travel {}", range_text(travel, drive.motion)));
         let force = drive.force_limit.map(|limit| format!("at most {limit} {unit}"));
         let limits_given: Vec<String> = travel.into_iter().chain(force).collect();
         if !limits_given.is_empty() {
@@ -74,7 +74,7 @@ fn limit_facts(machine: &Machine) -> Vec<Fact> {
         for joint in &chain.passive {
             if let Some(limits) = joint.limits {
                 let label = format!("joint {} of chain {}", joint.name, chain.name);
-                facts.push(Fact::new(label, range_words(limits, joint.motion)));
+                facts.push(Fact::new(label, range_text(limits, joint.motion)));
             }
         }
     }
@@ -88,7 +88,7 @@ fn limit_facts(machine: &Machine) -> Vec<Fact> {
 pub(crate) fn error_facts(machine: &Machine, errors: &[ChainError]) -> Vec<Fact> {
     let mut facts: Vec<Fact> = Vec::new();
     for (chain, error) in machine.chains.iter().zip(errors) {
-        let parts = error_words(chain, error);
+        let parts = error_text(chain, error);
         if !parts.is_empty() {
             facts.push(Fact::new(format!("error of chain {}", chain.name), parts.join("; ")));
         }
@@ -100,7 +100,7 @@ pub(crate) fn error_facts(machine: &Machine, errors: &[ChainError]) -> Vec<Fact>
 }
 
 /// Describes the rotation vector (degrees) of a `frame`: the angle about one of its axes, or about a direction.
-fn rotation_words(frame: &str, rotation: Vector3<f64>) -> String {
+fn rotation_text(frame: &str, rotation: Vector3<f64>) -> String {
     let about: Vec<usize> = (0..3).filter(|&axis| rotation[axis] != 0.0).collect();
     typographic(&match about.as_slice() {
         [axis] => format!("{frame} rotated by {}° about its {} axis", rotation[*axis], ["x", "y", "z"][*axis]),
@@ -113,7 +113,7 @@ fn rotation_words(frame: &str, rotation: Vector3<f64>) -> String {
 }
 
 /// Describes the errors of a chain: shifts and rotations of its base and end, and drive offsets.
-fn error_words(chain: &Chain, error: &ChainError) -> Vec<String> {
+fn error_text(chain: &Chain, error: &ChainError) -> Vec<String> {
     let vector = |v: nalgebra::Vector3<f64>, unit: &str| {
         let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e9).round() / 1e9 + 0.0).into();
         typographic(&format!("({x}, {y}, {z}){unit}"))
@@ -124,7 +124,7 @@ fn error_words(chain: &Chain, error: &ChainError) -> Vec<String> {
             parts.push(format!("{frame} shifted by {}", vector(twist.linear, " mm")));
         }
         if twist.angular.norm() > 0.0 {
-            parts.push(rotation_words(frame, twist.angular.map(|angle| tidy_degrees(angle.to_degrees()) + 0.0)));
+            parts.push(rotation_text(frame, twist.angular.map(|angle| tidy_degrees(angle.to_degrees()) + 0.0)));
         }
     }
     if error.drive_offsets.iter().any(|offset| *offset != 0.0) {

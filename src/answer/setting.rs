@@ -56,14 +56,14 @@ impl LoadCase {
     }
 
     /// Returns the components of the cutting force in words, for captions.
-    pub(crate) fn force_words(&self) -> String {
+    pub(crate) fn force_text(&self) -> String {
         let MillingForce { radial, tangential, axial, .. } = self.force;
         with_minus_signs(&format!("force {radial} / {tangential} / {axial} N (radial / tangential / axial)"))
     }
 
     /// Returns of which tool angles and force the worst is shown, for captions.
-    pub(crate) fn worst_words(&self) -> String {
-        format!("worst of {}, {}", counted(self.phis.len(), "tool angle"), self.force_words())
+    pub(crate) fn worst_text(&self) -> String {
+        format!("worst of {}, {}", counted(self.phis.len(), "tool angle"), self.force_text())
     }
 }
 
@@ -78,7 +78,7 @@ pub(crate) fn facts_of(machine: &Machine, errors: &[ChainError], own: impl IntoI
 
 /// Returns the fact about axes that are locked or commanded by the path; `None` without any.
 pub(crate) fn locked_fact(machine: &Machine) -> Option<Fact> {
-    machine.locked_words().map(|words| Fact::new("locked or external axes", words))
+    machine.locked_text().map(|text| Fact::new("locked or external axes", text))
 }
 
 /// Returns the interactive view of a table over a grid of positions of P, from its title and the name of its file.
@@ -103,13 +103,13 @@ pub(crate) fn grid_view(
 }
 
 /// Returns the size of a grid as text: "3 × 4 × 5".
-pub(crate) fn size_words(grid: &Grid) -> String {
+pub(crate) fn size_text(grid: &Grid) -> String {
     let [nx, ny, nz] = grid.counts();
     format!("{nx} × {ny} × {nz}")
 }
 
 /// Returns why a tool axis is assumed that the machine file does not give; empty if it does.
-pub(crate) fn tool_axis_words(source: ToolAxisSource) -> &'static str {
+pub(crate) fn tool_axis_text(source: ToolAxisSource) -> &'static str {
     match source {
         ToolAxisSource::Given => "",
         ToolAxisSource::TowardsTip => " (assumed: from P to the tool tip)",
@@ -123,7 +123,7 @@ fn tool_axis_fact(machine: &Machine) -> String {
         "{} of the base at home, from the spindle to the tip{}; radial pushes the tool along φ, tangential along φ + 90°, \
          negative axial into the spindle",
         typographic(&direction((machine.home.pose.rotation * machine.tool_axes).column(2).into())),
-        tool_axis_words(machine.tool_axis_source)
+        tool_axis_text(machine.tool_axis_source)
     )
 }
 

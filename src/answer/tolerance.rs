@@ -53,12 +53,12 @@ impl ShareWithin {
     }
 
     /// Returns in which share of a `whole`, such as "at … of the points", the tolerance is met; `None` without tolerance or known part.
-    pub fn words(self, tolerance_mm: Option<f64>, whole: &str) -> Option<String> {
-        self.share_words(&format!("tolerance ({} mm)", tolerance_mm?), whole)
+    pub fn text(self, tolerance_mm: Option<f64>, whole: &str) -> Option<String> {
+        self.share_text(&format!("tolerance ({} mm)", tolerance_mm?), whole)
     }
 
     /// Returns in which share of a `whole` what is `held_to` is met; `None` where nothing is known.
-    fn share_words(self, held_to: &str, whole: &str) -> Option<String> {
+    fn share_text(self, held_to: &str, whole: &str) -> Option<String> {
         let share = self.get()?;
         let solved = if self.unknown == 0.0 { "" } else { ", as far as solved" };
         if share == 0.0 {
@@ -72,16 +72,14 @@ impl ShareWithin {
     /// the box"; [`words`](Self::words) where it is met everywhere.
     pub fn against(self, tolerance_mm: Option<f64>, worst_mm: f64, whole: &str) -> Option<String> {
         match worst_mm <= tolerance_mm? {
-            true => self.words(tolerance_mm, whole),
-            false => {
-                Some(format!("{}, {}", Tolerance(tolerance_mm?).against(worst_mm), self.share_words("it", whole)?))
-            }
+            true => self.text(tolerance_mm, whole),
+            false => Some(format!("{}, {}", Tolerance(tolerance_mm?).against(worst_mm), self.share_text("it", whole)?)),
         }
     }
 
     /// Returns [`words`](Self::words) as a sentence about the tool without compensation; empty where there are none.
     pub fn sentence(self, tolerance_mm: Option<f64>, whole: &str) -> String {
-        let share = self.words(tolerance_mm, whole);
+        let share = self.text(tolerance_mm, whole);
         share.map_or_else(String::new, |share| format!("Without compensation the tool is {share}.\n"))
     }
 }

@@ -85,7 +85,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
         // Before numbers that lack it.
         print(&force_text(&study, |own| &own.unknown))?;
         print(&entries_table(&study, &entries))?;
-        print(&format!("Counts as cutting: {}.\n", study.features[0].cuts.words()))?;
+        print(&format!("Counts as cutting: {}.\n", study.features[0].cuts.text()))?;
         print(&force_text(&study, |own| &own.of_turn))?;
         print(&cautions_text(&study))?;
     }
@@ -138,7 +138,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
         return Err(Error::argument("--at", "expected a place, as the process file gives no placement.origin_mm"));
     }
     let loads = process.loads(&path).map_err(|source| Error::argument(&name, source.to_string()))?;
-    let force_words = ForceWords::of(&process, &path, &|segment| program.line_name(segment));
+    let force_text = ForceWords::of(&process, &path, &|segment| program.line_name(segment));
     let tracked = TrackedPath { tolerance_mm: Some(tolerance_mm), ..TrackedPath::of(&process) };
     let job = FeatureJob {
         feature: Feature { name, loads, path, reference, tolerance_mm },
@@ -147,7 +147,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
         limits: process.limits,
         target: process.target,
         cuts: process.cutting_rule,
-        force_words,
+        force_text,
         verdict: process.verdict,
         components: None,
         gamma_search: None,

@@ -213,7 +213,7 @@ fn header_text(job: &ProgramJob) -> Result<String> {
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
     let machine = &job.machine;
     let facts = facts_text(&job.process.facts());
-    let outside = outside_workspace(job)?.words("point");
+    let outside = outside_workspace(job)?.text("point");
     let cautions = cautions::carrier(machine) + &cautions::large_errors(machine, &job.process.errors) + &outside;
     let (name, points, length) = (&machine.name, counted(job.path.len(), "point"), job.path.length_mm());
     Ok(format!("{name}: {points}, {cutting} of them cutting, path length {length:.1} mm\n{facts}{cautions}"))

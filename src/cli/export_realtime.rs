@@ -88,7 +88,7 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
 
 /// Returns errors and operations of each function, and what to do next.
 fn summary_text(realtime: &Realtime, folder: &Path) -> String {
-    let mut text = realtime.field_words().map_or_else(String::new, |words| words.join("\n") + "\n");
+    let mut text = realtime.field_text().map_or_else(String::new, |words| words.join("\n") + "\n");
     for (name, code) in realtime.functions() {
         let (start, step) = code.operations();
         let errors: Vec<String> = code.errors.found_mm.iter().map(|error| format!("{error:.1e}")).collect();

@@ -30,7 +30,7 @@ pub fn headline_text(headline: &Headline) -> String {
         text += &paragraph(&line, "", style_of(verdict.state), width);
     }
     if !headline.causes.is_empty() {
-        let causes: Vec<String> = headline.causes.iter().map(|own| own.words()).collect();
+        let causes: Vec<String> = headline.causes.iter().map(|own| own.text()).collect();
         text += &paragraph(&causes.join("  "), "", Style::new(), width);
     }
     if let Some(unsolved) = &headline.unsolved {

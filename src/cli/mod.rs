@@ -101,8 +101,8 @@ static HAS_JSON: AtomicBool = AtomicBool::new(false);
 pub fn parse() -> Result<Arguments> {
     Arguments::try_parse().or_else(|fault| match fault.use_stderr() && asks_for_json().contains(&true) {
         true => {
-            let words = fault.to_string();
-            Err(Error::argument("command line", words.trim().trim_start_matches("error: ")))
+            let text = fault.to_string();
+            Err(Error::argument("command line", text.trim().trim_start_matches("error: ")))
         }
         false => fault.exit(),
     })

@@ -225,8 +225,8 @@ fn commanded_place(arguments: &PointArguments, machine: &Machine) -> Result<Nomi
             let problem = format!(
                 "drive {} is locked at {}, got {}",
                 machine.drive_labels()[locked],
-                motion.position_words(motion.to_shown(at)),
-                motion.position_words(joints[locked])
+                motion.position_text(motion.to_shown(at)),
+                motion.position_text(joints[locked])
             );
             return Err(Error::argument("--joints", problem));
         }

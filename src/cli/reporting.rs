@@ -55,8 +55,8 @@ impl Reporting {
             writeln!(out, "[{} {:<5}] {}", out.timestamp(), record.level(), visible(&message))
         });
         builder.try_init().map_err(|error| Error::argument("--log", error.to_string()))?;
-        let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
-        log::info!("kinetostat {}: {}", env!("CARGO_PKG_VERSION"), words.collect::<Vec<_>>().join(" "));
+        let text = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+        log::info!("kinetostat {}: {}", env!("CARGO_PKG_VERSION"), text.collect::<Vec<_>>().join(" "));
         Ok(())
     }
 

@@ -86,7 +86,7 @@ impl Uncertain {
         Ok(Drawn {
             ends: machines_at_ends(&uncertainty, nominal, &[])?,
             end_coordinates: uncertainty.end_coordinates(),
-            sinks: machine.zeroed != ZeroState::AtRest && machine.own_load_words().is_some(),
+            sinks: machine.zeroed != ZeroState::AtRest && machine.own_load_text().is_some(),
             uncertainty,
         })
     }
@@ -132,7 +132,7 @@ impl Drawn {
             let stays = self.uncertainty.parameters[own].role == Role::Elasticity && !self.sinks;
             for (end, machines) in ends.iter().enumerate() {
                 let Some(machines) = machines else { continue };
-                let (mut session, words) = (machines.session(Source::All), self.uncertainty.end_words(own, end));
+                let (mut session, words) = (machines.session(Source::All), self.uncertainty.end_text(own, end));
                 free.ends[own][end] = Some(match stays {
                     true => free.nominal,
                     false => solve(machine, &mut session, &tasks[0], at, &unloaded, &words)?,

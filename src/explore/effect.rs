@@ -85,7 +85,7 @@ pub(super) fn lines_under(
     let nominal = machines.nominal(source);
     // Weight itself is measured from the rigid machine.
     let is_load = source != Source::Weight;
-    let rests = is_load && nominal.zeroed == ZeroState::AtRest && nominal.own_load_words().is_some();
+    let rests = is_load && nominal.zeroed == ZeroState::AtRest && nominal.own_load_text().is_some();
     let commanded = if rests { equilibrium_under(machines, Source::Weight, task)?.loaded } else { found.commanded };
     Ok(LoadedLines { commanded, ..found })
 }

@@ -164,12 +164,7 @@ fn shown_point(point: PlacePoint, machine: &Machine) -> PointShown {
 fn shown_metrics(metrics: &Metrics, machine: &Machine) -> Vec<MetricShown> {
     let shown = |metric: Metric| {
         let value = metrics.get(metric).filter(|value| value.is_finite())?;
-        Some(MetricShown {
-            name: metric.label(),
-            words: metric.words(machine),
-            unit: metric.shown_unit(machine),
-            value,
-        })
+        Some(MetricShown { name: metric.label(), words: metric.text(machine), unit: metric.shown_unit(machine), value })
     };
     Metric::ALL.into_iter().filter_map(shown).collect()
 }

@@ -159,7 +159,7 @@ impl Explorer {
             workspace: [machine.workspace.min.into(), machine.workspace.max.into()],
             points: machine.points.iter().map(|point| (point.name.clone(), point.position.into())).collect(),
             drives: drives.collect(),
-            uncontrolled: machine.uncontrolled_words(),
+            uncontrolled: machine.uncontrolled_text(),
             turns: can_rotate(machine, TiltAngles { roll: true, pitch: true, yaw: true }),
             options: branch.chain(locked).collect(),
         }
@@ -192,7 +192,7 @@ impl Workpiece {
                 can_rotate(machine, TiltAngles { roll: true, pitch: false, yaw: true }),
                 can_rotate(machine, TiltAngles { roll: false, pitch: true, yaw: true }),
             ],
-            objective: self.study.objective.words(machine),
+            objective: self.study.objective.text(machine),
             is_of_platform: features.iter().any(|job| job.feature.reference == PathReference::PlatformPoint),
         }
     }

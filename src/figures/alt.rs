@@ -33,14 +33,14 @@ fn describe_part(figure: &PartFigure) -> String {
     let view = |(title, values): &(String, Vec<FaceValue>)| {
         let values =
             values.iter().filter_map(|face| if let FaceValue::Value(value) = face { Some(*value) } else { None });
-        format!("{title} {}", range_in_words(values))
+        format!("{title} {}", range_in_text(values))
     };
     let views: Vec<String> = figure.views.iter().map(view).collect();
     format!("The part seen obliquely from above, coloured by {}: {}.", figure.quantity, views.join("; "))
 }
 
 /// Returns the smallest and largest of `values` as "from … to …"; "without values" if there are none.
-fn range_in_words(values: impl Iterator<Item = f64>) -> String {
+fn range_in_text(values: impl Iterator<Item = f64>) -> String {
     let ends = values.fold(None, |ends: Option<(f64, f64)>, value| {
         Some(ends.map_or((value, value), |(low, high)| (low.min(value), high.max(value))))
     });
@@ -64,7 +64,7 @@ fn describe_slices(figure: &SliceFigure) -> String {
         figure.x_label,
         figure.y_label,
         titles.join("; "),
-        range_in_words(values)
+        range_in_text(values)
     )
 }
 
@@ -73,7 +73,7 @@ fn describe_volume(figure: &VolumeFigure) -> String {
     format!(
         "Three outer faces of the workspace box coloured by {}; values in the box {}.",
         figure.quantity,
-        range_in_words(figure.values.iter().flatten().copied())
+        range_in_text(figure.values.iter().flatten().copied())
     )
 }
 
@@ -88,7 +88,7 @@ fn describe_lines(figure: &LineFigure) -> String {
         .filter(|series| !series.points.is_empty())
         .map(|series| {
             let values =
-                range_in_words(series.points.iter().map(|point| if point.1.abs() < least { 0.0 } else { point.1 }));
+                range_in_text(series.points.iter().map(|point| if point.1.abs() < least { 0.0 } else { point.1 }));
             if series.label.is_empty() { values } else { format!("{} ({values})", series.label) }
         })
         .collect();
@@ -104,7 +104,7 @@ fn describe_panels(figure: &PanelFigure) -> String {
         .iter()
         .map(|panel| {
             let values = panel.curves.iter().flat_map(|curve| curve.pieces.iter().flatten()).map(|point| point.1);
-            format!("{} ({})", panel.title, range_in_words(values))
+            format!("{} ({})", panel.title, range_in_text(values))
         })
         .collect();
     let note = if figure.note.is_empty() { String::new() } else { format!(" {}.", figure.note) };
@@ -127,7 +127,7 @@ fn describe_plan(figure: &PlanFigure) -> String {
     let values = values.chain(figure.coloured.iter().flatten().map(|point| point.2));
     let colours = match figure.quantity.as_str() {
         "" => String::new(),
-        quantity => format!(", coloured by {quantity} {}", range_in_words(values)),
+        quantity => format!(", coloured by {quantity} {}", range_in_text(values)),
     };
     let note = if figure.note.is_empty() { String::new() } else { format!(" {}.", figure.note) };
     format!("Plan over {} and {}{colours}: {}.{note}", figure.x_label, figure.y_label, labels.join("; "))

@@ -158,8 +158,8 @@ impl ColourBar<'_> {
             self.thickness() + 3.0 * GAP + numbers + quantity
         });
         let lines = self.missing_lines();
-        let words = lines.iter().map(|line| text::width(line, self.tick_size, Weight::Regular)).fold(0.0, f64::max);
-        if self.missing.is_some() { bar.max(self.thickness() + GAP + words) } else { bar }
+        let text = lines.iter().map(|line| text::width(line, self.tick_size, Weight::Regular)).fold(0.0, f64::max);
+        if self.missing.is_some() { bar.max(self.thickness() + GAP + text) } else { bar }
     }
 
     /// Draws the legend with its upper left corner at (`x`, `y`), `height` pixels high.

@@ -42,9 +42,9 @@ impl StatusCount {
             return None;
         }
         unsolved.sort_by_key(|count| std::cmp::Reverse(count.rows));
-        let words = unsolved.iter().map(|count| format!("{} {}", count.rows, count.status.replace('_', " ")));
+        let text = unsolved.iter().map(|count| format!("{} {}", count.rows, count.status.replace('_', " ")));
         let all = total(&counts.iter().collect::<Vec<_>>());
-        Some(format!("{} of {all} not solved: {}.", total(&unsolved), words.collect::<Vec<_>>().join(", ")))
+        Some(format!("{} of {all} not solved: {}.", total(&unsolved), text.collect::<Vec<_>>().join(", ")))
     }
 
     /// Counts one more row with `status` in `counts`.

@@ -118,7 +118,7 @@ pub(crate) fn uncapitalised(words: &str) -> String {
 }
 
 /// Joins words to a list: "a", "a and b", "a, b and c".
-pub fn join_words(words: &[&str]) -> String {
+pub fn join_text(words: &[&str]) -> String {
     match words {
         [] => String::new(),
         [one] => (*one).into(),

@@ -10,7 +10,7 @@ use super::{
     packed::{Packed, Precision, script_json},
     single::{ExplorerView, group_labels, precision_note},
     table::format_number,
-    winners::{Extremes, Winners, difference_words, is_same, percent},
+    winners::{Extremes, Winners, difference_text, is_same, percent},
 };
 use crate::files::words::with_unit;
 
@@ -193,7 +193,7 @@ fn statistic_rows(aligned: &Aligned) -> Vec<StatisticRow> {
                     quantity: label_with_unit(&quantity.label, &quantity.unit),
                     group: aligned.group_name(group).to_string(),
                     statistic,
-                    against: values[1..].iter().map(|v| difference_words(*v, values[0], floor)).collect(),
+                    against: values[1..].iter().map(|v| difference_text(*v, values[0], floor)).collect(),
                     ratios: values[1..].iter().map(|v| format_ratio(*v, values[0], floor)).collect(),
                     better: best_letters(&values, quantity.better, floor, &aligned.letters),
                     sort: values.iter().map(f64::to_string).collect(),

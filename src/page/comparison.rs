@@ -162,10 +162,10 @@ fn first_screen(
     let called = if names.is_empty() { folders.iter().map(folder_name).collect() } else { names.to_vec() };
     let mut screen = match compare_draws(folders, &called)? {
         Some(Ok(drawn)) => Some(before_nominal(drawn, nominal)),
-        Some(Err(words)) => {
+        Some(Err(text)) => {
             match &mut nominal {
-                Some(own) => own.headline.cautions.insert(0, words),
-                None => notes.push(words),
+                Some(own) => own.headline.cautions.insert(0, text),
+                None => notes.push(text),
             }
             nominal
         }

@@ -162,8 +162,8 @@ impl Dataset {
         }
         let values = self.position(node).unwrap_or_default();
         let coordinates = explorer.coordinates.iter().zip(values).zip(&self.axes).filter(|(_, axis)| axis.len() > 1);
-        let words = coordinates.map(|((of, value), _)| format!("{} {} {}", of.label, format_number(value), of.unit));
-        words.collect::<Vec<_>>().join(", ")
+        let text = coordinates.map(|((of, value), _)| format!("{} {} {}", of.label, format_number(value), of.unit));
+        text.collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -59,7 +59,7 @@ impl Draws {
     }
 
     /// The 95 % quantile of that, in words.
-    fn p95_words(&self, which: usize) -> String {
+    fn p95_text(&self, which: usize) -> String {
         self.p95_mm(which).map_or_else(|| "unknown".into(), |p95| millimetres(p95, 3))
     }
 
@@ -74,9 +74,9 @@ impl Draws {
         let names = |own: &Self| -> Vec<Value> {
             own.uncertainty["parameters"].as_array().into_iter().flatten().map(|own| own["names"].clone()).collect()
         };
-        let differ = |key: &str, words: &str| {
+        let differ = |key: &str, text: &str| {
             let [a, b] = [of(self, key), of(other, key)];
-            (a != b).then(|| format!("their {words} differ ({a} and {b})"))
+            (a != b).then(|| format!("their {text} differ ({a} and {b})"))
         };
         let parameters = || (names(self) != names(other)).then(|| "their uncertain parameters differ".into());
         differ("seed", "seeds")
@@ -132,16 +132,16 @@ pub(super) fn compare_draws(
         };
         let kept = folders.first().and_then(|first| first.kind.draws);
         let Some(kept) = kept.filter(|own| folders.iter().all(|folder| has_draws(folder, own))) else {
-            let words = "Draws are not kept of these results: quantiles and probabilities are compared as they stand, each by itself, and with which \
+            let text = "Draws are not kept of these results: quantiles and probabilities are compared as they stand, each by itself, and with which \
                          probability one result is better than another is not known.";
-            return Ok(Some(Err(words.into())));
+            return Ok(Some(Err(text.into())));
         };
         let read = |(own, summary)| Draws::read(own, &kept, summary);
         let draws: Vec<Draws> = folders.iter().zip(&summaries).map(read).collect::<Result<_>>()?;
         return Ok(Some(Ok(verdict(&draws, &letters, names))));
     };
-    let words = format!("{} takes its inputs as exact: only nominal numbers are compared.", letters[exact]);
-    Ok((!summaries.iter().all(is_exact)).then_some(Err(words)))
+    let text = format!("{} takes its inputs as exact: only nominal numbers are compared.", letters[exact]);
+    Ok((!summaries.iter().all(is_exact)).then_some(Err(text)))
 }
 
 /// Returns the verdict on two results, what to do next, and two sentences: which is better with these probabilities that each is, and by how much.
@@ -153,18 +153,18 @@ fn told_apart(
     letters: &[char],
     names: &[String],
 ) -> (Verdict, String, [String; 2]) {
-    let (words, count) = (DISTANCES[which][1], draws[0].sizes[which].len());
+    let (text, count) = (DISTANCES[which][1], draws[0].sizes[which].len());
     let called = |who: usize| format!("{} ({})", letters[who], names[who]);
     let [name, other_name] = [better, worse].map(|who| letters[who]);
-    let [p95, other_p95] = [better, worse].map(|who| draws[who].p95_words(which));
+    let [p95, other_p95] = [better, worse].map(|who| draws[who].p95_text(which));
     let [sure, unsure] = [most, least].map(|share| probability(share, count));
     let smaller = format!(
-        "the largest distance from the path, {words}, is smaller by more than 0.5 % in {name} with {sure} probability, in {other_name} with {unsure}"
+        "the largest distance from the path, {text}, is smaller by more than 0.5 % in {name} with {sure} probability, in {other_name} with {unsure}"
     );
     // Of machines that are alike in most draws the worse ones may differ: what one can rely on is then the finding.
     let is_safer = |who: usize, than: usize| is_safer(draws[who].p95_mm(which), draws[than].p95_mm(which));
     let [safer, other_one] = if is_safer(worse, better) { [worse, better] } else { [better, worse] };
-    let [safe, unsafe_one] = [safer, other_one].map(|who| (called(who), draws[who].p95_words(which)));
+    let [safe, unsafe_one] = [safer, other_one].map(|who| (called(who), draws[who].p95_text(which)));
     let [called_better, called_worse] = [better, worse].map(called);
     match (most >= P95, is_safer(safer, other_one)) {
         (true, _) => (
@@ -173,7 +173,7 @@ fn told_apart(
             [
                 format!("{called_better} is better than {called_worse} with {sure} probability."),
                 format!(
-                    "Its largest distance from the path, {words}, is smaller by more than 0.5 % (95 % quantile {p95} against {other_p95})."
+                    "Its largest distance from the path, {text}, is smaller by more than 0.5 % (95 % quantile {p95} against {other_p95})."
                 ),
             ],
         ),
@@ -213,9 +213,9 @@ fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> Headline {
     }
     // What the tool does as it is to be run comes first.
     for which in [1, 0] {
-        let (words, mut against) = (DISTANCES[which][1], Vec::new());
+        let (text, mut against) = (DISTANCES[which][1], Vec::new());
         if let Some(unknown) = draws.iter().position(|own| own.sizes[which].is_empty()) {
-            further.push(format!("The largest distance {words} is known in no draw of {}.", letters[unknown]));
+            further.push(format!("The largest distance {text} is known in no draw of {}.", letters[unknown]));
             continue;
         }
         let is_first = sentences.is_empty();
@@ -231,10 +231,10 @@ fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> Headline {
                 headline.next.get_or_insert(next);
                 sentences.extend(said);
             }
-            let (p95, sure) = (draws[other].p95_words(which), probability(most, sizes(0).len()));
+            let (p95, sure) = (draws[other].p95_text(which), probability(most, sizes(0).len()));
             against.push(format!("in {} {p95}; {} better with {sure} probability", letters[other], letters[better]));
         }
-        let what = format!("largest distance from the path not exceeded with 95 % probability in {first}, {words}");
+        let what = format!("largest distance from the path not exceeded with 95 % probability in {first}, {text}");
         let shown = format!("{} mm", or_dash(draws[0].p95_mm(which), three_digits));
         headline.numbers.push(KeyNumber::new(&shown, what, against.join("; ")));
         for (own, letter) in draws.iter().zip(letters) {
@@ -242,8 +242,7 @@ fn verdict(draws: &[Draws], letters: &[char], names: &[String]) -> Headline {
             if largest["points"] != *points || largest["is_confirmed"] != true {
                 let how = if largest["is_confirmed"] == true { "" } else { ", and the engine does not confirm it" };
                 let known = &largest["points"];
-                further
-                    .push(format!("In {letter} the largest distance {words} is of {known} of {points} points{how}."));
+                further.push(format!("In {letter} the largest distance {text} is of {known} of {points} points{how}."));
             }
         }
     }

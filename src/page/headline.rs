@@ -4,7 +4,7 @@ use kinetostat_budget::{Budget, Cause, Decision, Entry};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    files::words::{capitalised, join_words, millimetres, percent, uncapitalised, with_unit},
+    files::words::{capitalised, join_text, millimetres, percent, uncapitalised, with_unit},
     process::KnownForce,
 };
 
@@ -111,11 +111,11 @@ impl Verdict {
 
     /// Returns this verdict as that on a result of which the share `unsolved` is missing.
     pub fn with_unsolved(self, unsolved: f64) -> Verdict {
-        let words = format!("{} could not be solved", percent(unsolved));
+        let text = format!("{} could not be solved", percent(unsolved));
         match self.state {
             State::Bad => self,
-            _ if unsolved >= 0.5 => Verdict::new(State::Bad, words),
-            State::Good | State::Partly => Verdict::new(State::Partly, format!("Partly known: {words}")),
+            _ if unsolved >= 0.5 => Verdict::new(State::Bad, text),
+            State::Good | State::Partly => Verdict::new(State::Partly, format!("Partly known: {text}")),
             State::Open | State::NotDecided => self,
         }
     }
@@ -175,7 +175,7 @@ pub(crate) fn worst_judged(budget: &Budget, judged: &[(Option<f64>, Option<f64>)
 
 /// Returns the names of `causes`, joined.
 fn names_of(causes: &[Cause]) -> String {
-    join_words(&causes.iter().map(|own| own.words()).collect::<Vec<_>>())
+    join_text(&causes.iter().map(|own| own.text()).collect::<Vec<_>>())
 }
 
 impl Headline {
@@ -239,15 +239,15 @@ impl Headline {
             // By a distribution, and nothing is missing in it.
             Some(Decision::Out { .. }) if state == State::Partly && unknown.is_empty() && bounds == 0.0 => self,
             Some(Decision::Out { .. }) => {
-                let words = worst.map_or_else(String::new, |(mm, tolerance)| {
+                let text = worst.map_or_else(String::new, |(mm, tolerance)| {
                     format!("{} for {tolerance} mm allowed", millimetres(mm + bounds, 3))
                 });
-                self.unless(State::Bad, format!("Out of tolerance: {words}"), alone);
+                self.unless(State::Bad, format!("Out of tolerance: {text}"), alone);
                 let bound = |own: &Entry| {
-                    Some(format!("{} {}", own.cause.words(), millimetres(own.mm.filter(|mm| *mm > 0.0)?, 3)))
+                    Some(format!("{} {}", own.cause.text(), millimetres(own.mm.filter(|mm| *mm > 0.0)?, 3)))
                 };
                 let added: Vec<String> = budget.entries().filter(|own| !own.counted).filter_map(bound).collect();
-                let added = join_words(&added.iter().map(String::as_str).collect::<Vec<_>>());
+                let added = join_text(&added.iter().map(String::as_str).collect::<Vec<_>>());
                 let more = match unknown.is_empty() {
                     true => String::new(),
                     false => format!(" More is added by what nobody knows: {}.", names_of(&unknown)),
@@ -267,30 +267,30 @@ impl Headline {
                 }
             }
             _ if !unknown.is_empty() => {
-                let words = format!("Not decided: {} of {} causes unknown", unknown.len(), self.causes.len());
-                let own_words = self.unless(State::NotDecided, words, alone);
+                let text = format!("Not decided: {} of {} causes unknown", unknown.len(), self.causes.len());
+                let own_text = self.unless(State::NotDecided, text, alone);
                 let known = match used.is_empty() {
                     true => "What is known uses an unknown part".into(),
                     false => format!("What is known uses {used}"),
                 };
                 let names = names_of(&unknown);
-                self.cautions.insert(0, format!("{known} ({own_words}); of {names} nobody knows what is added."));
-                let first = unknown.first().map_or("", |own| own.words());
+                self.cautions.insert(0, format!("{known} ({own_text}); of {names} nobody knows what is added."));
+                let first = unknown.first().map_or("", |own| own.text());
                 let then = self.next.take().unwrap_or_default();
                 self.next(format!(
                     "do not cut; find out about {first} first (docs: what a verdict rests on), and compute again. Until then: {then}"
                 ))
             }
             _ if state == State::Good => {
-                let scope = budget.scope().map(|own| own.iter().map(|own| own.words()).collect::<Vec<_>>());
+                let scope = budget.scope().map(|own| own.iter().map(|own| own.text()).collect::<Vec<_>>());
                 let tolerance = worst.map_or(0.0, |own| own.1);
-                let words = match scope.as_deref() {
+                let text = match scope.as_deref() {
                     Some(scope @ [_, _, _, _, ..]) => Some(format!("Within {tolerance} mm by {} causes", scope.len())),
-                    Some(scope) => Some(format!("Within {tolerance} mm by {}", join_words(scope))),
+                    Some(scope) => Some(format!("Within {tolerance} mm by {}", join_text(scope))),
                     None => (bounds > 0.0).then(|| "Within tolerance, bounds included".into()),
                 };
                 self.marks.extend(scope.map(|_| "as asked".into()));
-                self.verdict = words.map(|words| Verdict::new(State::Good, words)).or(self.verdict);
+                self.verdict = text.map(|text| Verdict::new(State::Good, text)).or(self.verdict);
                 self
             }
             _ => {
@@ -303,7 +303,7 @@ impl Headline {
     /// Replaces the verdict by one that is worse, which no number and no caution may contradict; returns its words, to be told behind others.
     pub(super) fn unless(&mut self, state: State, words: String, alone: &str) -> String {
         let condition = &format!("By {alone} alone: ");
-        let own_words = self.own_words();
+        let own_text = self.own_text();
         self.sentence =
             format!("{} alone: {}", capitalised(alone.trim_start_matches("the ")), uncapitalised(&self.sentence));
         self.verdict = Some(Verdict::new(state, words));
@@ -313,11 +313,11 @@ impl Headline {
         for number in self.numbers.iter_mut().filter(|own| tells(&own.against)) {
             number.against.insert_str(0, &condition.to_lowercase());
         }
-        own_words
+        own_text
     }
 
     /// Returns the words of the verdict, to be told behind others.
-    fn own_words(&self) -> String {
+    fn own_text(&self) -> String {
         uncapitalised(self.verdict.as_ref().map_or("", |own| &own.words))
     }
 

@@ -8,7 +8,7 @@ use super::{
     record::tolerance_mm,
 };
 use crate::{
-    files::words::{join_words, millimetres},
+    files::words::{join_text, millimetres},
     input::error::Result,
 };
 
@@ -53,7 +53,7 @@ struct Decision {
 }
 
 fn joined(words: &[impl AsRef<str>]) -> String {
-    join_words(&words.iter().map(AsRef::as_ref).collect::<Vec<_>>())
+    join_text(&words.iter().map(AsRef::as_ref).collect::<Vec<_>>())
 }
 
 /// Decides by what the verdict of each part rests on; `None` where what is computed decides.
@@ -95,7 +95,7 @@ fn decide(parts: &[Part<'_>], computed: Option<State>) -> Option<Decision> {
     // Of each the causes that are known of another.
     let lacks = parts.iter().zip(&unknown).filter_map(|(part, own)| {
         let is_known = |cause: &&Cause| unknown.iter().any(|other| !other.contains(cause));
-        let own: Vec<&str> = own.iter().filter(is_known).map(|cause| cause.words()).collect();
+        let own: Vec<&str> = own.iter().filter(is_known).map(|cause| cause.text()).collect();
         (!own.is_empty()).then_some((part, own))
     });
     let lacks: Vec<(&Part<'_>, Vec<&str>)> = lacks.collect();
@@ -146,8 +146,8 @@ pub fn hold_to_causes<'a>(headline: &mut Headline, folders: &'a [ResultFolder], 
     match decide(&parts, headline.verdict.as_ref().map(|own| own.state)) {
         Some(Decision { verdict, sentence, next }) => {
             let computed = headline.sentence.clone();
-            let words = headline.unless(verdict.state, verdict.words, COMPUTED);
-            cautions.extend((!words.is_empty()).then(|| format!("By {COMPUTED} alone: {words}.")));
+            let text = headline.unless(verdict.state, verdict.words, COMPUTED);
+            cautions.extend((!text.is_empty()).then(|| format!("By {COMPUTED} alone: {text}.")));
             if let Some(sentence) = sentence {
                 cautions.push(format!("By {COMPUTED} alone: {computed}"));
                 headline.sentence = sentence;

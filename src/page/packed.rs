@@ -27,7 +27,7 @@ impl Precision {
     }
 
     /// Returns the words that tell a reader about the precision.
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Single => "Values in this view have seven digits",
             Self::Steps => "Values in this view are rounded to 1/65534 of the difference of largest and smallest",

@@ -76,13 +76,13 @@ pub(super) fn bar_picture(title: String, unit: &str, values: &[f64], letters: &[
     for (who, (value, letter)) in values.iter().zip(letters).enumerate() {
         let (top, width) = (EDGE + step * who as f64, room * value / most);
         let (middle, right) = (top + 0.5 * step, LEFT + width + 6.0);
-        let words = escape_html(&with_unit(&three_digits(*value), unit));
+        let text = escape_html(&with_unit(&three_digits(*value), unit));
         // Writing to a string cannot fail.
         let _ = write!(
             svg,
             "<text x=\"{:.1}\" y=\"{middle:.1}\" text-anchor=\"end\">{letter}</text>\
              <rect class=\"win w{who}\" x=\"{LEFT}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"24\"/>\
-             <text x=\"{right:.1}\" y=\"{middle:.1}\">{words}</text>",
+             <text x=\"{right:.1}\" y=\"{middle:.1}\">{text}</text>",
             LEFT - 6.0
         );
     }
@@ -119,13 +119,13 @@ fn slice_panels(aligned: &Aligned, winners: &Winners) -> Option<(Vec<Panel>, usi
         if let Some(axis) = across {
             at[axis] = level;
         }
-        let words = |axis: usize| {
+        let text = |axis: usize| {
             let node_indices = format_number(data.axes[axis][at[axis]]);
             format!("{} = {}", coordinates[axis].label, with_unit(&node_indices, &coordinates[axis].unit))
         };
         let fixed: Vec<usize> = (0..data.axes.len()).filter(|axis| *axis != columns && *axis != rows).collect();
         let title =
-            fixed.into_iter().filter(|axis| data.axes[*axis].len() > 1).map(words).collect::<Vec<_>>().join(", ");
+            fixed.into_iter().filter(|axis| data.axes[*axis].len() > 1).map(text).collect::<Vec<_>>().join(", ");
         let (x, y) = (&data.axes[columns], &data.axes[rows]);
         let frame = Frame::new([axis_ends(x), axis_ends(y)], coordinates[columns].unit == coordinates[rows].unit);
         let mut svg = frame.opening_tag();

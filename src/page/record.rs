@@ -90,22 +90,22 @@ pub(super) fn manifest_facts(manifest: &Value) -> Vec<Fact> {
     for (key, value) in entries {
         match value {
             Value::Object(inner) => {
-                facts.extend(inner.iter().map(|(name, value)| Fact::new(name.replace('_', " "), value_words(value))));
+                facts.extend(inner.iter().map(|(name, value)| Fact::new(name.replace('_', " "), value_text(value))));
             }
             Value::Array(_) => {}
-            _ => facts.push(Fact::new(key.replace('_', " "), value_words(value))),
+            _ => facts.push(Fact::new(key.replace('_', " "), value_text(value))),
         }
     }
     facts
 }
 
 /// Returns a JSON value in words.
-fn value_words(value: &Value) -> String {
+fn value_text(value: &Value) -> String {
     match value {
         Value::Null => "none".into(),
         Value::String(text) => text.clone(),
         Value::Number(n) => n.as_f64().map_or_else(|| n.to_string(), format_number),
-        Value::Array(items) => items.iter().map(value_words).collect::<Vec<_>>().join(" × "),
+        Value::Array(items) => items.iter().map(value_text).collect::<Vec<_>>().join(" × "),
         other => other.to_string(),
     }
 }
@@ -171,7 +171,7 @@ pub(super) fn input_changes(folders: &[ResultFolder], letters: &[char]) -> Resul
     }
     // What was computed with comes before its names and sources.
     rows.sort_by_key(Change::is_only_said);
-    let (sentence, first) = change_words(&rows, hash_count > 1, letters);
+    let (sentence, first) = change_text(&rows, hash_count > 1, letters);
     Ok(Changes { rows, same: unchanged, sentence, first })
 }
 
@@ -208,7 +208,7 @@ impl Change {
     }
 
     /// Returns key and values in words: "stiffness of J6: 79.6 kN·m/rad in A, 210 kN·m/rad in B, 2.64 times as much".
-    fn words(&self, letters: &[char]) -> String {
+    fn text(&self, letters: &[char]) -> String {
         let mut segments = self.key.rsplit('.');
         let last = segments.next().unwrap_or_default();
         let owner = self.element().map(|(_, element, _)| element).or_else(|| segments.next()).unwrap_or_default();
@@ -251,7 +251,7 @@ const KEY_UNITS: [(&str, &str, f64); 7] = [
 ];
 
 /// Returns a sentence on the changes, and what differs most; `is_other_text` says whether the input files differ as texts.
-fn change_words(rows: &[Change], is_other_text: bool, letters: &[char]) -> (String, Vec<String>) {
+fn change_text(rows: &[Change], is_other_text: bool, letters: &[char]) -> (String, Vec<String>) {
     if rows.is_empty() {
         let what = if is_other_text { "; only comments or the order of their lines differ" } else { "" };
         return (format!("Machine, process and study hold the same values{what}."), Vec::new());
@@ -288,7 +288,7 @@ fn change_words(rows: &[Change], is_other_text: bool, letters: &[char]) -> (Stri
     };
     let mut numbers: Vec<&&Change> = computed.iter().filter(|row| !is_other(row)).collect();
     numbers.sort_by(|a, b| size(b).total_cmp(&size(a)));
-    let all: Vec<String> = kinds.iter().map(of_kind).chain(numbers.into_iter().map(|row| row.words(letters))).collect();
+    let all: Vec<String> = kinds.iter().map(of_kind).chain(numbers.into_iter().map(|row| row.text(letters))).collect();
     let sentence = match all.len().saturating_sub(MOST_NAMED) {
         0 => "What differs in the inputs:".into(),
         more => format!("What differs in the inputs, with {more} more under Why:"),

@@ -5,7 +5,7 @@ use super::{
     description::{Better, Shape},
     table::format_number,
     verdict::VerdictWriter,
-    winners::{Extremes, Winners, difference_words, format_floor, percent},
+    winners::{Extremes, Winners, difference_text, format_floor, percent},
 };
 use crate::files::words::{position, typographic, with_unit};
 
@@ -29,7 +29,7 @@ impl VerdictWriter<'_> {
     }
 
     /// Returns the name of what is compared as a whole: "the workspace", "the path", "the methods".
-    pub(super) fn extent_words(&self) -> String {
+    pub(super) fn extent_text(&self) -> String {
         match self.aligned.shared.shape {
             Shape::Grid if self.aligned.node_noun() == "grid point" => "the workspace".into(),
             Shape::Curve => "the path".into(),
@@ -57,14 +57,14 @@ impl VerdictWriter<'_> {
     }
 
     /// Returns the words for another result: "that of B" for a motion, else its name.
-    fn other_in_words(&self, quantity: usize, who: usize) -> String {
+    fn other_in_text(&self, quantity: usize, who: usize) -> String {
         if self.is_motion(quantity) { format!("that of {}", self.full_name(who)) } else { self.full_name(who) }
     }
 
     /// Returns a sentence on which of two results is better, in how much of the workspace or path, and one on by how much.
     pub(super) fn best_of_two(&self, quantity: usize, winners: &Winners) -> [String; 2] {
         let order = winners.order_by_wins();
-        let (first, second, extent) = (order[0], order[1], self.extent_words());
+        let (first, second, extent) = (order[0], order[1], self.extent_text());
         let Some(typical_lead) = winners.typical_lead(first) else {
             let (floor, unit) = (self.floor(quantity), self.unit(quantity));
             let label = &self.aligned.shared.quantities[quantity].label;
@@ -78,7 +78,7 @@ impl VerdictWriter<'_> {
         let (by, name) = (format!("typically by {}", percent(typical_lead)), self.aligned.letters[first]);
         if let Some(node) = winners.largest_lead_node(second) {
             let only = if winners.win_share(second) < 0.2 { "only in" } else { "in" };
-            let place = self.location(self.node_words(&self.aligned.common[0], node));
+            let place = self.location(self.node_text(&self.aligned.common[0], node));
             let other = self.full_name(second);
             return [
                 format!("{better} in {} of {extent}.", percent(winners.win_share(first))),
@@ -103,11 +103,11 @@ impl VerdictWriter<'_> {
         let order = winners.order_by_wins();
         let Some(typical_lead) = winners.typical_lead(order[0]) else {
             let none =
-                format!("Nowhere in {} is one of the {} better than all others.", self.extent_words(), order.len());
+                format!("Nowhere in {} is one of the {} better than all others.", self.extent_text(), order.len());
             return [none, String::new()];
         };
         let others = order[1..].iter().map(|who| {
-            let other = self.other_in_words(quantity, *who);
+            let other = self.other_in_text(quantity, *who);
             match winners.win_share(*who) {
                 0.0 => format!("{other} nowhere"),
                 share => format!("{other} in {}", percent(share)),
@@ -115,7 +115,7 @@ impl VerdictWriter<'_> {
         });
         let share = match winners.win_share(order[0]) {
             1.0 => "everywhere".into(),
-            share => format!("in {} of {}", percent(share), self.extent_words()),
+            share => format!("in {} of {}", percent(share), self.extent_text()),
         };
         let better = self.better_clause(quantity, order[0], false);
         let less = if self.aligned.shared.quantities[quantity].better == Better::Larger { "more" } else { "less" };
@@ -141,14 +141,14 @@ impl VerdictWriter<'_> {
     pub(super) fn comparison(&self, quantity: usize, value: f64, other: usize, reference: f64) -> String {
         let letter = self.aligned.letters[other];
         let shown = with_unit(&three_digits(reference), self.unit(quantity));
-        match difference_words(value, reference, self.floor(quantity)) {
-            words if words == "the same" => format!("the same as in {letter}"),
-            words if words.ends_with("less") || words.ends_with("more") => {
-                format!("{words} than in {letter} ({shown})")
+        match difference_text(value, reference, self.floor(quantity)) {
+            text if text == "the same" => format!("the same as in {letter}"),
+            text if text.ends_with("less") || text.ends_with("more") => {
+                format!("{text} than in {letter} ({shown})")
             }
-            words if words.ends_with("as much") => format!("{words} as in {letter} ({shown})"),
-            words if words.ends_with("of it") => {
-                format!("{}of the {shown} in {letter}", words.trim_end_matches("of it"))
+            text if text.ends_with("as much") => format!("{text} as in {letter} ({shown})"),
+            text if text.ends_with("of it") => {
+                format!("{}of the {shown} in {letter}", text.trim_end_matches("of it"))
             }
             _ => format!("in {letter} {shown}"),
         }
@@ -164,7 +164,7 @@ impl VerdictWriter<'_> {
     }
 
     /// Returns a node of `data` in words: its position, its length along the path, or its name.
-    pub(super) fn node_words(&self, data: &Dataset, node: usize) -> String {
+    pub(super) fn node_text(&self, data: &Dataset, node: usize) -> String {
         let coordinates = &self.aligned.shared.coordinates;
         let is_position = coordinates.len() == 3 && coordinates.iter().all(|c| c.unit == "mm");
         match data.position(node) {

@@ -377,7 +377,7 @@ fn plan_axis(explorer: &Explorer, wanted: &[Vec<f64>], column: &str) -> (Option<
 
 /// Returns the interactive view of a part; `index` makes its id unique.
 fn part_view(part: &PartView, index: usize) -> ExplorerView {
-    let note = Precision::Steps.words();
+    let note = Precision::Steps.text();
     let packed = |values: &[f64]| Packed::new(values, Precision::Steps);
     let known = |values: &[Option<f64>]| values.iter().map(|own| own.unwrap_or(f64::NAN)).collect::<Vec<_>>();
     let made: Vec<f64> = part.made.iter().map(|own| own.map_or(f64::NAN, |own| own as f64)).collect();
@@ -433,7 +433,7 @@ pub(super) fn precision_note(explorer: &Explorer, data: &Dataset, precision: Pre
         ),
         None => String::new(),
     };
-    note += &format!("{}; {} has all digits.", precision.words(), explorer.table);
+    note += &format!("{}; {} has all digits.", precision.text(), explorer.table);
     note
 }
 

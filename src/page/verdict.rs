@@ -88,7 +88,7 @@ impl VerdictWriter<'_> {
         };
         let shares =
             self.tolerance_mm.filter(|_| self.unit(quantity) == "mm").map(|own| self.shares_within(quantity, own));
-        let unsolved = shares.as_ref().map_or_else(String::new, |_| self.unsolved_words(quantity));
+        let unsolved = shares.as_ref().map_or_else(String::new, |_| self.unsolved_text(quantity));
         let headline = match shares.as_ref().and_then(|shares| self.surest(shares, [best, worst_best])) {
             // What each result is judged by comes first.
             Some(surest) => {
@@ -97,10 +97,10 @@ impl VerdictWriter<'_> {
                     format!("in {} {}", self.full_name(who), percent(shares.as_ref().map_or(0.0, |own| own[who])))
                 };
                 let others = (0..extremes.len()).filter(|who| *who != best).map(share).collect::<Vec<_>>().join(", ");
-                let first = format!("More of {} is within tolerance {}; {others}.", self.extent_words(), share(best));
-                Headline::new(first, self.extent_words()).with_cautions(&format!("{unsolved}{sentence}\n{by_how_much}"))
+                let first = format!("More of {} is within tolerance {}; {others}.", self.extent_text(), share(best));
+                Headline::new(first, self.extent_text()).with_cautions(&format!("{unsolved}{sentence}\n{by_how_much}"))
             }
-            None => Headline::new(sentence, self.extent_words()).with_cautions(&(unsolved + &by_how_much)),
+            None => Headline::new(sentence, self.extent_text()).with_cautions(&(unsolved + &by_how_much)),
         };
         let mut screen = FirstScreen { headline, ..FirstScreen::default() };
         self.add_extremes(quantity, best, &extremes, &mut screen);
@@ -116,7 +116,7 @@ impl VerdictWriter<'_> {
             let letter = self.aligned.letters[best];
             let by = |share: f64| format!("typically by {}", percent(share));
             let [typical, most, largest] = self.gaps(quantity, best);
-            let (words, next) = match (winners.win_share(best), winners.typical_lead(best).unwrap_or_default()) {
+            let (text, next) = match (winners.win_share(best), winners.typical_lead(best).unwrap_or_default()) {
                 _ if !by_place => (format!("{letter} better at its worst"), COMPARE_AGAIN),
                 _ if largest == 0.0 => (
                     "No difference but for rounding".into(),
@@ -127,7 +127,7 @@ impl VerdictWriter<'_> {
                 (1.0, lead) => (format!("{letter} better everywhere, {}", by(lead)), COMPARE_AGAIN),
                 (share, lead) => (format!("{letter} better in {}, {}", percent(share), by(lead)), COMPARE_AGAIN),
             };
-            let verdict = Verdict::new(State::Open, words);
+            let verdict = Verdict::new(State::Open, text);
             screen.headline = screen.headline.judged(verdict, false).next(next).marked(NO_TOLERANCE);
         }
         Some(screen)
@@ -152,7 +152,7 @@ impl VerdictWriter<'_> {
             let comparison = |who: usize| self.comparison(quantity, value, who, extreme_of(&extremes[who]).0);
             let others: Vec<String> = (0..extremes.len()).filter(|who| *who != best).map(comparison).collect();
             let (label, letter) = (without_extreme_word(&q.label), self.aligned.letters[best]);
-            let what = format!("{which} {label} in {letter}, {}", self.location(self.node_words(&data[best], node)));
+            let what = format!("{which} {label} in {letter}, {}", self.location(self.node_text(&data[best], node)));
             let shown = with_unit(&three_digits(value), &q.unit);
             screen.headline.numbers.push(KeyNumber::new(&shown, what, others.join("; ")));
             for (who, own_extremes) in extremes.iter().enumerate() {
@@ -180,7 +180,7 @@ impl VerdictWriter<'_> {
     }
 
     /// Returns how many points of each map have no number, and that they count as out of tolerance; empty where all have one.
-    fn unsolved_words(&self, quantity: usize) -> String {
+    fn unsolved_text(&self, quantity: usize) -> String {
         let unknown = |known: &Vec<bool>| known.iter().filter(|known| !**known).count();
         let unknown: Vec<usize> = match self.aligned.is_map() {
             true => self.aligned.known_nodes(quantity, 0).iter().map(unknown).collect(),
@@ -228,7 +228,7 @@ impl VerdictWriter<'_> {
         let others: Vec<String> = (0..shares.len()).filter(|who| *who != best).map(share_in).collect();
         let letter = self.aligned.letters[best];
         let sure = if is_quantile(&self.aligned.shared.quantities[quantity]) { " with 95 % probability" } else { "" };
-        let what = format!("of {} within {tolerance} mm{sure} in {letter}", self.extent_words());
+        let what = format!("of {} within {tolerance} mm{sure} in {letter}", self.extent_text());
         headline.numbers.push(KeyNumber::new(&percent(shares[best]), what, others.join("; ")));
         let differences = if *by_place { self.differences(quantity, best) } else { Vec::new() };
         let weights = self.aligned.common.first().map_or_else(Vec::new, |part| self.aligned.weights(part));
@@ -253,7 +253,7 @@ impl VerdictWriter<'_> {
             share => format!(
                 "The results differ by more than the tolerance of {tolerance} mm in {} of {}: there the difference matters.",
                 percent(share),
-                self.extent_words()
+                self.extent_text()
             ),
         });
     }
@@ -270,7 +270,7 @@ impl VerdictWriter<'_> {
         let take = format!("take {letter}, once its inputs are measured rather than assumed.");
         let has_more = self.surest(shares, [best, best]).is_some();
         let at_worst = self.best_at_worst(*quantity, extremes);
-        let (state, words, next) = match (ahead, behind, at_worst) {
+        let (state, text, next) = match (ahead, behind, at_worst) {
             _ if best_share == 0.0 => (
                 State::Bad,
                 "All out of tolerance everywhere".into(),
@@ -309,7 +309,7 @@ impl VerdictWriter<'_> {
                 format!("take {letter}, or what is as good in the picture."),
             ),
             (_, 0.0, _) => {
-                (State::Partly, format!("Difference matters in {} of {}", percent(ahead), self.extent_words()), take)
+                (State::Partly, format!("Difference matters in {} of {}", percent(ahead), self.extent_text()), take)
             }
             _ => (
                 State::Partly,
@@ -320,7 +320,7 @@ impl VerdictWriter<'_> {
                 format!("take {letter}, or {} where the picture has its colour.", others.join(" or ")),
             ),
         };
-        (Verdict::new(state, words), next)
+        (Verdict::new(state, text), next)
     }
 
     /// Adds the largest difference of the result `best` from the others, where no tolerance says whether it matters.
@@ -329,7 +329,7 @@ impl VerdictWriter<'_> {
         let Some((node, by)) = differences.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
         let is_length = self.unit(quantity) == "mm";
         let is_nothing = by <= self.floor(quantity);
-        let place = || self.location(self.node_words(&self.aligned.common[0], node));
+        let place = || self.location(self.node_text(&self.aligned.common[0], node));
         let shown = with_unit(&if is_nothing { "0".into() } else { three_digits(by) }, self.unit(quantity));
         let what = match is_nothing {
             true => "largest difference, but for rounding".into(),
@@ -422,8 +422,8 @@ impl VerdictWriter<'_> {
         let best = order[0];
         let against = |quantity: usize| {
             let others = order[1..].iter().filter(|who| value(**who, quantity).is_finite());
-            let words = others.map(|who| self.comparison(quantity, value(best, quantity), *who, value(*who, quantity)));
-            words.collect::<Vec<_>>().join("; ")
+            let text = others.map(|who| self.comparison(quantity, value(best, quantity), *who, value(*who, quantity)));
+            text.collect::<Vec<_>>().join("; ")
         };
         let q = &shared.quantities[main];
         let shown =
@@ -445,12 +445,12 @@ impl VerdictWriter<'_> {
         let is_surer = order.iter().any(|who| share(&surest) > share(who) + 0.005);
         let surest_letter = self.aligned.letters[surest];
         let take = format!("put the workpiece where {surest_letter} is best.");
-        let (state, words, next) = match self.tolerance_mm {
+        let (state, text, next) = match self.tolerance_mm {
             _ if is_surer => {
                 let state = if surest == best { State::Good } else { State::Partly };
-                let words =
+                let text =
                     if is_probability { "surer to be within its tolerance" } else { "has more within its tolerance" };
-                (state, format!("{surest_letter} {words}"), take)
+                (state, format!("{surest_letter} {text}"), take)
             }
             _ if farthest <= self.floor(main) => {
                 let next = "take either: nothing that was computed tells them apart.";
@@ -469,7 +469,7 @@ impl VerdictWriter<'_> {
             None => (State::Open, format!("{letter} better"), take),
         };
         let mut headline = Headline::new(sentence, "the best place of each")
-            .judged(Verdict::new(state, words), false)
+            .judged(Verdict::new(state, text), false)
             .next(next)
             .with_cautions(&format!("That is {}.", against(main)));
         if self.tolerance_mm.is_none() && !is_surer {
@@ -479,7 +479,7 @@ impl VerdictWriter<'_> {
         let correction = costs.iter().copied().find(|index| shared.quantities[*index].label.contains("correction"));
         for quantity in [Some(main), correction] {
             let Some(quantity) = quantity.filter(|q| value(best, *q).is_finite()) else { continue };
-            let at = self.node_words(&self.aligned.data[best], chosen[best]);
+            let at = self.node_text(&self.aligned.data[best], chosen[best]);
             let label = &shared.quantities[quantity].label;
             let what = format!("{label} at the best place of {} ({at})", self.aligned.letters[best]);
             screen.headline.numbers.push(KeyNumber::new(&shown(quantity), what, against(quantity)));

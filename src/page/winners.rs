@@ -61,7 +61,7 @@ pub(super) fn is_same(a: f64, b: f64, floor: f64) -> bool {
 }
 
 /// Returns `value` compared with `reference` in words: "24 % less", "3.2 times as much" or "the same".
-pub fn difference_words(value: f64, reference: f64, floor: f64) -> String {
+pub fn difference_text(value: f64, reference: f64, floor: f64) -> String {
     let (size, other) = (value.abs(), reference.abs());
     match size / other {
         _ if is_same(value, reference, floor) => "the same".into(),

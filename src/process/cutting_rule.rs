@@ -36,7 +36,7 @@ impl CuttingRule {
 
     /// Describes in words which moves count as cutting.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let conditions = [
             self.below_z_mm.map(|z| format!("z of the workpiece up to {z} mm")),
             self.above_z_mm.map(|z| format!("z of the workpiece from {z} mm")),

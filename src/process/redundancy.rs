@@ -34,7 +34,7 @@ impl GammaChoice {
 
     /// Describes the choice in words.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::AsProgrammed => "as programmed",
             Self::BestConstant => "the best that is the same at all points",
@@ -88,7 +88,7 @@ impl RedundancyCost {
 
     /// Describes in words what is minimised.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Deflection => "distance from the path",
             Self::AcrossPath => "distance from the path across the motion",

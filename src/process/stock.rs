@@ -407,11 +407,11 @@ impl StockRemoval {
         for (k, source) in sources.iter().enumerate() {
             if let Err(what) = tool.merge(source) {
                 let other = sources[..k].iter().find(|own| ToolDescription::clone(own).merge(source).is_err());
-                let (a, b) = (other.map_or_else(|| tool.words(), |own| own.words()), source.words());
+                let (a, b) = (other.map_or_else(|| tool.text(), |own| own.text()), source.text());
                 return Err(format!("is of tool {number}, {a}, and {b}: expected the same {what}"));
             }
         }
-        let said: Vec<String> = sources.iter().map(|own| own.words()).collect();
+        let said: Vec<String> = sources.iter().map(|own| own.text()).collect();
         let missing = |what: &str, key: &str| {
             format!(
                 "is of tool {number}, {}, whose {what} is not known: expected tools.{number}.{key}",

@@ -89,7 +89,7 @@ impl Process {
                 ),
                 Some(why) => format!(
                     "No force is known and none is compensated, only what else moves the tool, where {} ({lines}).\n",
-                    why.words()
+                    why.text()
                 ),
             }
         };
@@ -148,7 +148,7 @@ const NAMED: usize = 8;
 
 impl UnknownForce {
     /// Returns in words where that is.
-    fn words(self) -> &'static str {
+    fn text(self) -> &'static str {
         match self {
             UnknownForce::End | UnknownForce::EndOnRamp => {
                 "the end of a milling tool goes down into material: its end teeth are in no law"

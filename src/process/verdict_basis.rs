@@ -85,7 +85,7 @@ impl TemperatureSpec {
             return Ok(Entry::unknown(Cause::Heat, why));
         };
         let length: f64 = lengths.iter().sum();
-        let source = format!("{}{change} K on {:.2} m of links: {}", self.grade.words(), length / 1000.0, self.source);
+        let source = format!("{}{change} K on {:.2} m of links: {}", self.grade.text(), length / 1000.0, self.source);
         Ok(Entry::bound(Cause::Heat, change * expansion * length, self.grade.mark(), source))
     }
 }
@@ -101,7 +101,7 @@ impl BoundGrade {
         }
     }
 
-    fn words(self) -> &'static str {
+    fn text(self) -> &'static str {
         if self == Self::Assumed { "assumed: " } else { "" }
     }
 }
@@ -129,12 +129,12 @@ impl VerdictTable {
             return check.key("causes").fail("is empty: expected at least one cause, or no such key".into());
         }
         let known = |(cause, spec): (&Cause, &KnownSpec)| -> Result<Entry> {
-            let name = cause.words().replace(' ', "_");
+            let name = cause.text().replace(' ', "_");
             let check = check.key(&format!("known.{name}"));
             if COMPUTED.contains(cause) {
                 return check.fail(format!(
                     "{} is computed, or taken from [uncertainty]: expected another cause",
-                    cause.words()
+                    cause.text()
                 ));
             }
             let twice = match cause {
@@ -145,7 +145,7 @@ impl VerdictTable {
             if twice {
                 return check.fail(format!(
                     "the machine file states its {} already, which must not count twice: expected one of them",
-                    cause.words()
+                    cause.text()
                 ));
             }
             if *cause == Cause::Heat && temperature.is_some_and(|_| machine.serial_length_mm().is_some()) {
@@ -153,7 +153,7 @@ impl VerdictTable {
                     .fail("[temperature] gives it already, which must not count twice: expected one of them".into());
             }
             let mm = check.key("mm").not_negative(spec.mm)?;
-            Ok(Entry::bound(*cause, mm, spec.grade.mark(), format!("{}{}", spec.grade.words(), spec.source)))
+            Ok(Entry::bound(*cause, mm, spec.grade.mark(), format!("{}{}", spec.grade.text(), spec.source)))
         };
         let mut scope = spec.causes.clone();
         scope.iter_mut().for_each(|own| {
@@ -341,8 +341,8 @@ impl Basis<'_> {
             }
             (_, None) => Entry::unknown(Cause::Backlash, "not assessed by this question"),
             (drives, Some(open)) => {
-                let words = "machine file: what is open; loaded flanks are simulated";
-                let own = Entry::bound(Cause::Backlash, open, Mark::Half, words);
+                let text = "machine file: what is open; loaded flanks are simulated";
+                let own = Entry::bound(Cause::Backlash, open, Mark::Half, text);
                 match drives {
                     _ if self.machine.carrier.as_ref().is_some_and(|own| own.drive_count() > 0) => {
                         own.lacking("the workpiece carrier is not assessed")

@@ -7,7 +7,7 @@ use crate::{
     files::words::{counted, millimetres, or_dash, position},
     page::headline::{KeyNumber, State, Verdict},
     process::uncertainty::{Draws, Uncertainty},
-    questions::spread_report::{self, SpreadCounts, quantile_words, verdict_word},
+    questions::spread_report::{self, SpreadCounts, quantile_text, verdict_word},
 };
 
 /// A field of corrections, and how sentences name it.
@@ -27,8 +27,8 @@ pub(crate) struct Field<'a> {
 }
 
 /// Formats a probability that is a share of the draws.
-pub(crate) fn share_words(share: f64) -> String {
-    spread_report::share_words(share, Draws::PER_SCRAMBLE)
+pub(crate) fn share_text(share: f64) -> String {
+    spread_report::share_text(share, Draws::PER_SCRAMBLE)
 }
 
 impl Field<'_> {
@@ -54,14 +54,14 @@ impl Field<'_> {
     /// Returns the verdict: what is left on machines as they may be, then nominally.
     pub fn verdict(&self) -> String {
         let (corrected, plain) = (self.corrected(), &self.plain().largest);
-        let (worse, better) = (share_words(corrected.worse), share_words(corrected.better));
+        let (worse, better) = (share_text(corrected.worse), share_text(corrected.better));
         let worse = format!("Probably worse than no correction, with {worse} probability. ");
         let first = if self.is_probably_worse() { &worse } else { "" };
         let condition = spread_report::condition(Some(self.uncertainty));
         let (begin, within) = match (corrected.largest.within_tolerance, self.tolerance_mm) {
             (Some(share), Some(tolerance)) => (
                 format!("{}{condition}: with", verdict_word(share)),
-                format!("within {tolerance} mm with {} probability, ", share_words(share)),
+                format!("within {tolerance} mm with {} probability, ", share_text(share)),
             ),
             _ => ("With".into(), String::new()),
         };
@@ -70,8 +70,8 @@ impl Field<'_> {
              better than no correction with {better} probability.",
             self.corrector,
             self.machine,
-            quantile_words(corrected.largest.p95_mm),
-            quantile_words(plain.p95_mm),
+            quantile_text(corrected.largest.p95_mm),
+            quantile_text(plain.p95_mm),
             millimetres(self.nominal_mm, 3),
         )
     }
@@ -86,14 +86,14 @@ impl Field<'_> {
             counted(self.spread.cases, "case"),
         );
         for (number, (way, name)) in self.spread.ways.iter().zip(names).enumerate() {
-            let ([x, y, z], better, worse) = (way.worst_position_mm, share_words(way.better), share_words(way.worse));
+            let ([x, y, z], better, worse) = (way.worst_position_mm, share_text(way.better), share_text(way.worse));
             let compared = format!(
                 "; by more than 0.5 % smaller than without correction with {better} probability, larger with {worse}"
             );
             text += &format!(
                 "Largest distance {name}: at most {} with 95 % probability, {} with 50 %; the largest 95 % quantile of a position is at {}{}.\n",
-                quantile_words(way.largest.p95_mm),
-                quantile_words(way.largest.median_mm),
+                quantile_text(way.largest.p95_mm),
+                quantile_text(way.largest.median_mm),
                 position(x, y, z),
                 if number > 0 { &compared } else { "" }
             );
@@ -113,8 +113,7 @@ impl Field<'_> {
             let what = format!("largest distance in the box not exceeded with 95 % probability, {how}");
             KeyNumber::new(&size, what, against)
         };
-        let better =
-            format!("better than without correction with {} probability", share_words(self.corrected().better));
+        let better = format!("better than without correction with {} probability", share_text(self.corrected().better));
         [number(self.corrected(), "with correction", better), number(self.plain(), "without", String::new())]
     }
 

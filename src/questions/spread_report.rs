@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::{
     answer::Quantity,
-    files::words::{self, counted, join_words, listed_up_to, millimetres, or_dash, percent},
+    files::words::{self, counted, join_text, listed_up_to, millimetres, or_dash, percent},
     machine::Machine,
     page::{
         Fact,
@@ -173,12 +173,12 @@ pub(crate) fn counted_inputs(uncertainty: &Uncertainty) -> String {
     let varies = sharp.is_some() || uncertainty.force.has_components();
     let force = varies.then(|| "an uncertain force".into()).into_iter().chain(wear.map(|_| "tool wear".into()));
     let words: Vec<String> = parameters.into_iter().chain(force).chain(model).collect();
-    join_words(&words.iter().map(String::as_str).collect::<Vec<_>>())
+    join_text(&words.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 /// Formats a probability that is a share of so many `draws`, four or more: what none of them, or each, does says that it is smaller or larger than two in all
 /// would.
-pub(crate) fn share_words(share: f64, draws: usize) -> String {
+pub(crate) fn share_text(share: f64, draws: usize) -> String {
     let (words, unseen) = (words::probability(share, draws), 2.0 / draws as f64);
     match share {
         share if share < unseen => format!("less than {words}"),
@@ -199,7 +199,7 @@ pub(crate) fn setups_left_out(uncertainty: Option<&Uncertainty>, what: &str) -> 
         [] => String::new(),
         _ => format!(
             "Not in {what}, as it is no deflection: the error of {}. A path or a program has it.\n",
-            join_words(&setups)
+            join_text(&setups)
         ),
     }
 }
@@ -354,7 +354,7 @@ impl Along<'_> {
 }
 
 /// Formats a quantile of the largest distance, or says that there is none.
-pub(crate) fn quantile_words(quantile: Option<f64>) -> String {
+pub(crate) fn quantile_text(quantile: Option<f64>) -> String {
     let unknown = || "an unknown distance (too many draws have no equilibrium)".into();
     quantile.map_or_else(unknown, |own| millimetres(own, 3))
 }
@@ -414,7 +414,7 @@ pub(crate) fn along_sentences(along: &Along<'_>, whole: &PathSpread) -> String {
     let mut text = format!(
         "With {} (one machine and one force for the whole path), the tool without compensation stays within {} of its path with 95 % probability{}.\n",
         along.uncertainty.map(counted_inputs).unwrap_or_default(),
-        quantile_words(whole.plain.spread.p95_mm),
+        quantile_text(whole.plain.spread.p95_mm),
         within(&whole.plain)
     );
     let compensated = whole.compensated.as_ref().filter(|_| along.commands != AS_PROGRAMMED);
@@ -422,9 +422,9 @@ pub(crate) fn along_sentences(along: &Along<'_>, whole: &PathSpread) -> String {
         text += &format!(
             "The tool, {} (computed with nominal numbers), stays within {} with 95 % probability{}; the median is {}.\n",
             along.commands,
-            quantile_words(own.spread.p95_mm),
+            quantile_text(own.spread.p95_mm),
             within(own),
-            quantile_words(own.spread.median_mm)
+            quantile_text(own.spread.median_mm)
         );
     }
     let worse = whole.worse.filter(|_| compensated.is_some()).map(probability);
@@ -503,7 +503,7 @@ pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
     };
     let without = match &whole.compensated {
         Some(own) if own.points == whole.plain.points => {
-            format!(" ({} without compensation)", quantile_words(whole.plain.spread.p95_mm))
+            format!(" ({} without compensation)", quantile_text(whole.plain.spread.p95_mm))
         }
         _ => String::new(),
     };
@@ -598,7 +598,7 @@ pub(crate) fn fact_of_draws(uncertainty: Option<&Uncertainty>, draws: usize) -> 
     let words = |uncertainty: &Uncertainty| {
         let interval = |ends: [f64; 2]| ends.map(format_number).join(" to ");
         let parameter = |own: &UncertainParameter| {
-            let (words, source) = (own.spread.words(), own.source.label());
+            let (words, source) = (own.spread.text(), own.source.label());
             format!("{} {} {} ({words}, {source})", own.name(), interval(own.interval_95()), own.unit)
         };
         let parameters = listed_up_to(MOST_SHOWN, uncertainty.parameters.iter().map(parameter));
@@ -630,7 +630,7 @@ pub(crate) fn json(uncertainty: &Uncertainty, counts: &SpreadCounts) -> Value {
         let names: Vec<&str> = own.values.iter().map(|(name, _)| name.as_str()).collect();
         let names = if names.is_empty() { vec![own.name()] } else { names };
         let (unit, [low, high]) = (own.unit.in_files(), own.interval_95());
-        let (distribution, source) = (own.spread.words(), own.source.label());
+        let (distribution, source) = (own.spread.text(), own.source.label());
         json!({ "names": names, "unit": unit, "low_95": low, "high_95": high, "distribution": distribution, "source": source })
     };
     json!({

@@ -207,7 +207,7 @@ pub(crate) fn infeasible_step(
     here: (&PathPoint, &Configuration),
 ) -> Option<&'static str> {
     if let Err(infeasible) = nodes::check_margins(settings, machine, here.1) {
-        return Some(infeasible.words());
+        return Some(infeasible.text());
     }
     let (before, last) = before?;
     let (_, seconds) = knots::length_and_time(before, here.0);

@@ -48,7 +48,7 @@ impl Infeasible {
 
     /// The reason in words, as said of several γ.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Unreachable => "out of reach",
             Self::Limits => "beyond the travel of a drive or joint",
@@ -113,7 +113,7 @@ impl<'a> Solver<'a> {
     pub fn new(path: &'a RotatablePath<'a>) -> Self {
         let source = crate::simulation::Source::All;
         let branches = path.on_branches.iter().map(|BranchMachine { machine, machines, .. }| {
-            let rests = machine.zeroed == ZeroState::AtRest && machine.own_load_words().is_some();
+            let rests = machine.zeroed == ZeroState::AtRest && machine.own_load_text().is_some();
             let calibrated = || sides_as_calibrated(machine, machines.unloaded(), &machine.home);
             SolvedBranch {
                 batch: machines.batch(source),

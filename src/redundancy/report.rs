@@ -83,7 +83,7 @@ pub fn text(found: &FoundGamma, settings: &RedundancySettings) -> String {
             Err(dead_end) => table.add_row([name.to_string(), format!("none: {}", dead_end.label())]),
         };
     }
-    text += &format!("{}, uncompensated:\n{table}\n", capitalised(settings.cost.words()));
+    text += &format!("{}, uncompensated:\n{table}\n", capitalised(settings.cost.text()));
     for (branch, reason) in &found.refused {
         text += &format!("Branch left out: {branch}: {reason}.\n");
     }
@@ -142,7 +142,7 @@ pub fn sentence(found: &FoundGamma, settings: &RedundancySettings) -> String {
     };
     format!(
         "Rotated about the tool axis by γ = {by}{branch}; minimised is the {minimised} of the {}: {}{}.\n{outside}",
-        settings.cost.words(),
+        settings.cost.text(),
         gains(of),
         other.unwrap_or_default()
     )

@@ -195,7 +195,7 @@ impl Study {
             part.check(&origin)?;
             if (part.head().share, part.head().round) != (share, options.round) {
                 let problem =
-                    format!("is part {}, expected part {share}: remove it, or choose another folder", part.words());
+                    format!("is part {}, expected part {share}: remove it, or choose another folder", part.text());
                 return Err(Error::argument(file.display().to_string(), problem));
             }
             return Ok(PartInFolder { file, was_there: true, is_complete: part.head().is_complete });

@@ -163,8 +163,8 @@ impl PlayedPoint<'_> {
 /// Sides to which the drives of the `unloaded` machine were pressed where `nominal` was calibrated: under its weight at `here` or at home, or nowhere.
 pub(crate) fn sides_as_calibrated(nominal: &Machine, unloaded: &Machine, here: &Configuration) -> Vec<i8> {
     let at = match nominal.zeroed {
-        ZeroState::AtRest if unloaded.own_load_words().is_some() => here,
-        ZeroState::AtHome if unloaded.own_load_words().is_some() => &nominal.home,
+        ZeroState::AtRest if unloaded.own_load_text().is_some() => here,
+        ZeroState::AtHome if unloaded.own_load_text().is_some() => &nominal.home,
         _ => return vec![0; unloaded.drive_count()],
     };
     let (mut state, mut scratch) = (State::rigid(nominal, at), Scratch::new(unloaded));

@@ -29,7 +29,7 @@ pub enum Source {
 impl Source {
     /// Returns the sources of a machine, in table order; without weight if it has none.
     pub fn of(machine: &Machine) -> &'static [Source] {
-        Self::for_count(if machine.own_load_words().is_some() { 4 } else { 3 })
+        Self::for_count(if machine.own_load_text().is_some() { 4 } else { 3 })
     }
 
     /// Returns the sources of a machine that has `count` of them.
@@ -42,7 +42,7 @@ impl Source {
 
     /// Returns the sources whose effects superposition adds up.
     pub fn parts(machine: &Machine) -> &'static [Source] {
-        match machine.own_load_words().is_some() && machine.zeroed != ZeroState::AtRest {
+        match machine.own_load_text().is_some() && machine.zeroed != ZeroState::AtRest {
             true => &[Source::Cutting, Source::Weight, Source::Geometry],
             false => &[Source::Cutting, Source::Geometry],
         }
@@ -59,7 +59,7 @@ impl Source {
     }
 
     /// Returns its name for readers.
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Source::Cutting => "cutting force",
             Source::Weight => "weight",
@@ -246,7 +246,7 @@ impl Machines {
 
 /// Returns whether calibration offsets the drives of `machine`.
 fn is_offset(machine: &Machine) -> bool {
-    machine.zeroed == ZeroState::AtHome && machine.own_load_words().is_some()
+    machine.zeroed == ZeroState::AtHome && machine.own_load_text().is_some()
 }
 
 /// Returns the machine calibrated at home: its drives are offset so that under weight and springs it stands there as the rigid model does.

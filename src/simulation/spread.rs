@@ -237,9 +237,9 @@ impl DrawnMachines {
         causes.map(|((name, _), _)| name.as_str()).collect()
     }
 
-    /// Words as [`Uncertainty::end_words`].
-    pub fn end_words(&self, parameter: usize, end: usize) -> String {
-        self.uncertainty.end_words(parameter, end)
+    /// Words as [`Uncertainty::end_text`].
+    pub fn end_text(&self, parameter: usize, end: usize) -> String {
+        self.uncertainty.end_text(parameter, end)
     }
 
     /// Whether the model leaves something out, so that displacements without cutting force are needed as well.

@@ -615,8 +615,8 @@ impl<'a> Block<'a> {
             let free = unloaded.elastic_error().map(|error| error + unbent);
             let free = free.ok_or_else(|| self.failure(unloaded, "without cutting force"));
             let twice = twice.iter().map(|all| {
-                let words = "with a component of the cutting force twice as large";
-                all[k].elastic_error().ok_or_else(|| self.failure(&all[k], words))
+                let text = "with a component of the cutting force twice as large";
+                all[k].elastic_error().ok_or_else(|| self.failure(&all[k], text))
             });
             let errors = [free, Ok(loaded)].into_iter().chain(twice);
             let responses = errors.map(|error| error.map(response)).collect();
@@ -636,7 +636,7 @@ impl<'a> Block<'a> {
                                 let error = error + seated[k] + self.more_bend(k, factors.all);
                                 responses[load].ends[own][end] = Some(error);
                             }
-                            (None, Ok(_)) => *responses = Err(self.failure(&answer, &drawn.end_words(own, end))),
+                            (None, Ok(_)) => *responses = Err(self.failure(&answer, &drawn.end_text(own, end))),
                             (_, Err(_)) => {}
                         }
                     }

@@ -216,8 +216,8 @@ impl Builder<'_> {
         while let Some((here, pose_here)) = pending.pop() {
             if let Some(mass) = self.masses[here] {
                 let name = quoted(&self.robot.links[here].name);
-                let place_words = if here == link { "" } else { ", beside the chain" };
-                self.elements.push(Element::Comment(format!("link {name}{place_words}")));
+                let place_text = if here == link { "" } else { ", beside the chain" };
+                self.elements.push(Element::Comment(format!("link {name}{place_text}")));
                 let at: Vector3<f64> = pose_here.transform(in_mm(mass.centre).into());
                 self.elements.push(Element::Mass { kg: mass.kg, at_mm: at.into() });
             }

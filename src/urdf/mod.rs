@@ -106,7 +106,7 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
             identifier(&robot.links[tip].name)
         ),
         name,
-        source: format!("{}; {}", file_name(origin), options.stiffness.words()),
+        source: format!("{}; {}", file_name(origin), options.stiffness.text()),
         assumed: assumptions(options),
         notes: notes.into_vec(),
         tip: quoted(&robot.links[tip].name),
@@ -172,14 +172,14 @@ fn tool_axis(options: &ImportOptions) -> (Vector3<f64>, &'static str) {
 fn tool_at_home(axis: &Vector3<f64>) -> String {
     let [x, y, z]: [f64; 3] = axis.map(|v| (v * 1e3).round() / 1e3 + 0.0).into();
     let from_down = libm::acos((-axis.z).clamp(-1.0, 1.0)).to_degrees();
-    let words = match from_down < 0.5 {
+    let text = match from_down < 0.5 {
         true => "down".to_owned(),
         false => format!(
             "{from_down:.0} degrees from straight down: programs that do not say how the tool stands, as three-axis G-code, are cut with the \
              tool as it points at home, so set [home] and home_deg of the drives to how yours points where it cuts"
         ),
     };
-    format!("tool: at home it points along ({x}, {y}, {z}) of O from the spindle to the tip, {words}")
+    format!("tool: at home it points along ({x}, {y}, {z}) of O from the spindle to the tip, {text}")
 }
 
 /// A smaller component of a direction is rounding.

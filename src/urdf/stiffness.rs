@@ -32,7 +32,7 @@ impl DriveStiffness {
     }
 
     /// Describes the source of the stiffness in words.
-    pub(super) fn words(&self) -> String {
+    pub(super) fn text(&self) -> String {
         match self {
             DriveStiffness::Unknown => "stiffness of the drives: unknown".into(),
             DriveStiffness::Given(_) => "stiffness of the drives: given at the import".into(),

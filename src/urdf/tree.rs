@@ -118,11 +118,11 @@ impl Tree {
         }
         let is_tip = |link: &usize| self.carries[*link].is_empty() && movable[*link] > 0;
         let tips: Vec<usize> = self.order.iter().copied().filter(is_tip).collect();
-        let words = |tip: &usize| {
+        let text = |tip: &usize| {
             let (tip_name, count) = (quoted(&robot.links[*tip].name), movable[*tip]);
             format!("{tip_name} ({count} movable {} before it)", if count == 1 { "joint" } else { "joints" })
         };
-        let mut tips_in_words = tips.iter().take(LISTED).map(words).collect::<Vec<_>>().join(", ");
+        let mut tips_in_words = tips.iter().take(LISTED).map(text).collect::<Vec<_>>().join(", ");
         if tips.len() > LISTED {
             tips_in_words += &format!(" and {} more", tips.len() - LISTED);
         }

@@ -104,7 +104,7 @@ fn vector_text(components: [f64; 3]) -> String {
 /// Formats an element as a line of the chain's list.
 fn element_line(element: &Element) -> String {
     match element {
-        Element::Comment(words) => format!("  # {words}\n"),
+        Element::Comment(text) => format!("  # {text}\n"),
         Element::Fixed { translation_mm, rotation_deg } => {
             let mut parts = Vec::new();
             if *translation_mm != [0.0; 3] {

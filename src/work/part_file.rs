@@ -157,7 +157,7 @@ impl Part {
 
     /// Returns the number of the part in words, as in `3 of 10`.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         match self.head.round {
             1 => self.head.share.to_string(),
             round => format!("{} of round {round}", self.head.share),
@@ -259,7 +259,7 @@ impl Parts {
         parts.sort_by_key(Part::round_and_number);
         for pair in parts.windows(2) {
             if pair[0].round_and_number() == pair[1].round_and_number() {
-                let problem = format!("is part {}, which {} is, too", pair[1].words(), pair[0].source.name());
+                let problem = format!("is part {}, which {} is, too", pair[1].text(), pair[0].source.name());
                 return pair[1].source.refuse(problem);
             }
         }

@@ -2,7 +2,7 @@
 
 use kinetostat::{
     Machine, MillingForce, Target, TaskPoint,
-    answer::{deflected_pose::deflected_pose, point_words::named_point_words},
+    answer::{deflected_pose::deflected_pose, point_text::named_point_text},
 };
 use nalgebra::Vector3;
 
@@ -28,7 +28,7 @@ fn the_lines_of_a_loaded_machine_end_where_its_platform_settles() {
 #[test]
 fn points_are_told_by_where_they_lie_in_the_box() {
     let machine = Machine::named_or_file("orthoglide").unwrap();
-    let words: Vec<String> = machine.points.iter().map(|p| named_point_words(&machine, p)).collect();
+    let words: Vec<String> = machine.points.iter().map(|p| named_point_text(&machine, p)).collect();
     assert!(words[0].starts_with("Q0: a point within the workspace box"), "{}", words[0]);
     assert!(words[1].starts_with("Q1: the corner of the workspace box at the largest x, y, z"), "{}", words[1]);
     assert!(words[3].contains("at the largest x, y and the smallest z"), "{}", words[3]);

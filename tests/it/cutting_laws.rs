@@ -218,7 +218,7 @@ fn height_and_feed_say_what_cuts() {
     let above = CuttingRule { above_z_mm: Some(4.0), ..CuttingRule::default() };
     assert!(cutting(above).iter().all(|p| p[2] >= 4.0) && !cutting(above).is_empty());
     assert_eq!(
-        CuttingRule { max_feed_mm_per_min: Some(400.0), ..below }.words(),
+        CuttingRule { max_feed_mm_per_min: Some(400.0), ..below }.text(),
         "every move but rapid ones, with z of the workpiece up to 0 mm and a feed up to 400 mm/min"
     );
 }

@@ -59,7 +59,7 @@ pub(crate) fn places(machine: &Machine, count: usize, force_n: f64, random: &mut
 
 /// `machine` with its drives where zeroing at home leaves them, of six: the nominal machine rests at home where the rigid one stands.
 fn mastered(machine: &Machine) -> Machine {
-    if machine.zeroed != ZeroState::AtHome || machine.own_load_words().is_none() {
+    if machine.zeroed != ZeroState::AtHome || machine.own_load_text().is_none() {
         return machine.clone();
     }
     let nominal = machine.nominal().unwrap();

@@ -206,7 +206,7 @@ fn one_of(definition: &Value) -> String {
 }
 
 /// Words that a key may have as value, with their meaning.
-fn words(definition: &Value) -> String {
+fn text(definition: &Value) -> String {
     let ways = definition["oneOf"].as_array().into_iter().flatten();
     let word = |way: &Value| {
         let (word, meaning) = (way["const"].as_str().or(way["enum"][0].as_str())?, way["description"].as_str()?);
@@ -235,7 +235,7 @@ fn the_page_explains_every_key() {
         let table = match (&definition["properties"], &definition["oneOf"][0]["properties"]) {
             (Value::Object(_), _) => keys(definition),
             (_, Value::Object(_)) => one_of(definition),
-            _ => words(definition),
+            _ => text(definition),
         };
         explained.push(name.into());
         current += &format!("{BEGIN}{name} -->\n{table}<!-- end -->{rest}");

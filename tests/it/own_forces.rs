@@ -79,7 +79,7 @@ fn a_preloaded_spring_is_neither_cutting_nor_chain_errors() {
 fn a_machine_with_springs_alone_says_so() {
     let text = balanced("weightless", 1.0).replace("mass = { kg = 1, at_mm = [0.0, 0.0, 0.0] }\n", "");
     let machine = machine_from(&text);
-    assert_eq!(machine.own_load_words(), Some("springs"));
+    assert_eq!(machine.own_load_text(), Some("springs"));
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("machine.toml"), text).unwrap();
     let study = "schema = 3\nquestion = \"How far?\"\nmachine = \"machine.toml\"\n[process.force.path_frame]\n\

@@ -10,7 +10,7 @@ use kinetostat::page::{
     dataset::{Dataset, thin_axes},
     explore_page, href, point_commands, relative_display,
     table::{Table, TableView, format_number},
-    winners::{NodeWinner, Winners, difference_words, percent},
+    winners::{NodeWinner, Winners, difference_text, percent},
 };
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -196,7 +196,7 @@ fn rounding_is_the_same_and_differences_are_said_in_percent() {
         (1.0, -2.0, "–"),
         (0.997, 1.0, "0.3 % less"),
     ] {
-        assert_eq!(difference_words(value, reference, floor), expected);
+        assert_eq!(difference_text(value, reference, floor), expected);
     }
     let shown = [0.0, 0.0004, 0.93, 0.9999, 1.0].map(percent);
     assert_eq!(shown, ["0 %", "less than 0.1 %", "93 %", "99.9 %", "100 %"]);

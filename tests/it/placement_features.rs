@@ -127,8 +127,8 @@ fn roll_and_pitch_are_sought_where_the_machine_can_follow() {
     assert_eq!(brute.len(), 21 * 21);
     let least = brute.into_iter().fold(f64::MAX, f64::min);
     assert!(best.value <= least * (1.0 + 1e-4), "{best:?} {least}");
-    assert_eq!(Metric::WorstCorrection.value_words(&study.machine, 0.0662), "0.0662°");
-    assert_eq!(Metric::WorstDriveForce.value_words(&study.machine, 64278.7), "64.3 N·m");
+    assert_eq!(Metric::WorstCorrection.value_text(&study.machine, 0.0662), "0.0662°");
+    assert_eq!(Metric::WorstDriveForce.value_text(&study.machine, 64278.7), "64.3 N·m");
     let table = String::from_utf8(csv(&candidates_table(&study, &results.entries)).unwrap()).unwrap();
     assert!(table.starts_with("rank,name,found,x_mm,y_mm,z_mm,yaw_deg,pitch_deg,roll_deg,"), "{table}");
 }

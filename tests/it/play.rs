@@ -234,7 +234,7 @@ fn seated_play_is_a_machine_whose_joints_are_moved() {
     let mut zeros = Vec::new();
     for machine in loose_machines() {
         let machines = Machines::new(&machine, &[]).unwrap();
-        zeros.push((machine.zeroed, machine.own_load_words().is_some()));
+        zeros.push((machine.zeroed, machine.own_load_text().is_some()));
         for target in [Target::ToolTip, Target::FullPose] {
             let places = places(&machine, 4);
             let task = |(k, at): (usize, &Configuration)| {
@@ -254,7 +254,7 @@ fn seated_play_is_a_machine_whose_joints_are_moved() {
             for (k, task) in tasks.iter().enumerate() {
                 let name = format!("{} {target:?} {k}", machine.name);
                 let calibrated = match machine.zeroed {
-                    ZeroState::AtRest if machine.own_load_words().is_some() => pressed(machines.unloaded(), &places[k]),
+                    ZeroState::AtRest if machine.own_load_text().is_some() => pressed(machines.unloaded(), &places[k]),
                     ZeroState::AtHome => pressed(machines.unloaded(), &machine.home),
                     _ => vec![0.0; machine.drive_count()],
                 };

@@ -257,12 +257,12 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     let mut rest = State::rigid(machine, at);
     let settings = Settings::default();
     let at_rest = equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, &mut Scratch::new(machine), &settings);
-    let wanted = Some(if machine.own_load_words().is_some() { rest.pose } else { at.pose });
+    let wanted = Some(if machine.own_load_text().is_some() { rest.pose } else { at.pose });
     for target in [Target::ToolTip, Target::FullPose] {
         let own = TaskPoint::new(at.pose, trial.load(), target);
         // Where a machine rests is known to the tolerance of equilibria, and the session finds another one than we: asked for ours, it is tracked
         // there; asked for its own, it is near.
-        let is_at_rest = machine.own_load_words().is_some() && at_rest.status == Status::Solved;
+        let is_at_rest = machine.own_load_text().is_some() && at_rest.status == Status::Solved;
         let ours = TaskPoint { wanted: wanted.filter(|_| is_at_rest), ..own };
         let tight = 1e-10 + 1e-12 * machine.characteristic_length;
         let asked = Method::ALL.map(|method| (ours, method, tight));
@@ -280,7 +280,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
             assert_eq!(done.status.reason(machine).is_empty(), done.status.is_success(), "{:?}", done.status);
             if done.status == compensation::CompensationStatus::Converged {
                 // What carries nothing of its own rests where it is rigid, also where it is singular there.
-                assert!(at_rest.status == Status::Solved || machine.own_load_words().is_none(), "{at_rest:?}");
+                assert!(at_rest.status == Status::Solved || machine.own_load_text().is_none(), "{at_rest:?}");
                 let left = TaskPoint { wanted, ..task }.task_error(machine, &session.state().pose).size();
                 assert!(
                     left <= most && done.outcome.is_some(),

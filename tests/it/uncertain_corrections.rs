@@ -219,7 +219,7 @@ fn code_agrees_with_brute_force() {
     }
     let expected = BruteForce::new(&machines, &uncertainty, &errors, &cases, 512);
     expected.check("code", made.spread.as_ref().unwrap(), 0.0);
-    assert!(made.field_words().unwrap()[0].contains("better than no correction with"));
+    assert!(made.field_text().unwrap()[0].contains("better than no correction with"));
 }
 
 /// A folder with a process file.

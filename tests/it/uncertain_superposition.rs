@@ -105,7 +105,7 @@ fn machines_that_vary_agree_with_brute_force() {
         let uncertainty =
             format!("[uncertainty]\n[[uncertainty.parameter]]\nname = \"{pattern}\"\nrelative_std = 0.3\n{tolerances}");
         let machine_of = kinetostat::Machine::named_or_file(machine).unwrap();
-        assert_eq!(machine_of.own_load_words().is_some(), weight, "{machine}");
+        assert_eq!(machine_of.own_load_text().is_some(), weight, "{machine}");
         let home: [f64; 3] = machine_of.home.pose.translation.into();
         let z = 0.5 * (machine_of.workspace.min.z + machine_of.workspace.max.z);
         let place = format!(

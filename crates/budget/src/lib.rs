@@ -66,7 +66,7 @@ impl Cause {
     ];
 
     /// Returns what readers call it.
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Force => "force",
             Self::Weight => "weight",
@@ -172,10 +172,10 @@ impl Entry {
     }
 
     /// Returns mark, name and millimetres.
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let more = if self.mark == Mark::Hollow { "\u{a0}or\u{a0}more" } else { "" };
         let mm = self.mm.map_or_else(String::new, |mm| format!("\u{a0}{mm:.3}\u{a0}mm{more}"));
-        format!("{}\u{a0}{}{mm}", self.mark.sign(), self.cause.words().replace(' ', "\u{a0}"))
+        format!("{}\u{a0}{}{mm}", self.mark.sign(), self.cause.text().replace(' ', "\u{a0}"))
     }
 }
 

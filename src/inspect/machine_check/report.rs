@@ -5,7 +5,7 @@ use std::fmt::Display;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::{
-    answer::{direction, drive_columns::shown_positions, tool_axis_words},
+    answer::{direction, drive_columns::shown_positions, tool_axis_text},
     files::words::counted,
     inspect::machine_check::{Droop, Findings, Payload, Softest, Span, Survey},
     machine::{Clearance, Drive, Geometry, Machine, Mobility, UnknownStiffness},
@@ -161,7 +161,7 @@ fn kinematics_text(machine: &Machine, findings: &Findings) -> String {
     text += &line("char. length", format!("{:.1} mm", machine.characteristic_length));
     let of_platform = direction(machine.tool_axes.column(2).into());
     let of_base = direction((machine.home.pose.rotation * machine.tool_axes).column(2).into());
-    let assumed = tool_axis_words(machine.tool_axis_source);
+    let assumed = tool_axis_text(machine.tool_axis_source);
     text += &line(
         "tool axis",
         format!("{of_platform} of the platform, {of_base} of the base at home, from the spindle to the tip{assumed}"),
@@ -178,12 +178,12 @@ fn kinematics_text(machine: &Machine, findings: &Findings) -> String {
     text += &line("places reached", format!("{reached} of {places} (home, named points, workspace corners)"));
     text +=
         &line("round trip", format!("{off_mm:.1e} mm, {off_rad:.1e} rad (forward after inverse kinematics, largest)"));
-    text += &line("singularity", conditioning_words(findings.conditioning));
+    text += &line("singularity", conditioning_text(findings.conditioning));
     text + &branches_text(machine, findings)
 }
 
 /// Returns a distance to singularity in words.
-pub(crate) fn conditioning_words(conditioning: f64) -> String {
+pub(crate) fn conditioning_text(conditioning: f64) -> String {
     format!("{conditioning:.4} away: inverse condition number of the Jacobian, 0 where singular")
 }
 
@@ -221,7 +221,7 @@ fn branches_text(machine: &Machine, findings: &Findings) -> String {
 
 /// Returns drive positions (mm, rad) as text in the units that readers see.
 fn position_list(machine: &Machine, drives: &[f64]) -> String {
-    let shown = |(rho, (_, drive)): (f64, (usize, &Drive))| drive.motion.position_words(rho);
+    let shown = |(rho, (_, drive)): (f64, (usize, &Drive))| drive.motion.position_text(rho);
     shown_positions(machine, drives).into_iter().zip(machine.drives()).map(shown).collect::<Vec<_>>().join(", ")
 }
 

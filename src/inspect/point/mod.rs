@@ -205,7 +205,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
     };
     Ok(PointResult {
         zero: task_at_zero.map(|task| *task.wanted()).map_err(failed),
-        by_weight: machine.own_load_words().is_some().then(|| {
+        by_weight: machine.own_load_text().is_some().then(|| {
             let mut session = machines.session(Source::Weight);
             session.set_rigid(&nominal);
             let by_weight = compensate(&mut session, &Source::Weight.task(&task), Method::None);

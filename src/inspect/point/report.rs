@@ -6,13 +6,13 @@ use nalgebra::{Matrix6, Vector3};
 use serde_json::{Map, Value, json};
 
 use crate::{
-    answer::{cautions, drive_columns::shown_positions, tool_axis_words},
+    answer::{cautions, drive_columns::shown_positions, tool_axis_text},
     files::{
         text_table::text_table,
         words::{counted, millimetres, tidy_degrees, with_minus_signs},
     },
     inspect::{
-        machine_check::report::{branch_margin_text, conditioning_words},
+        machine_check::report::{branch_margin_text, conditioning_text},
         point::{PointLoad, PointQuestion, PointResult},
     },
     machine::{Drive, Machine, Motion, Unreachable},
@@ -134,7 +134,7 @@ fn point_object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Resu
     let mut object: Map<String, Value> = [
         ("schema", json!(SCHEMA)),
         ("drives", json!(drive_descriptions(machine))),
-        ("zeroed", json!(machine.own_load_words().map(|_| machine.zeroed.label()))),
+        ("zeroed", json!(machine.own_load_text().map(|_| machine.zeroed.label()))),
         ("phi_deg", json!(phi_deg)),
         ("chain_errors_deg", json!(chain_errors_deg)),
         ("position_mm", json!(known.map(|a| a.nominal.pose.translation).or(question.place.position()).map(components))),
@@ -239,9 +239,9 @@ fn details_text(answer: &PointResult) -> String {
     text += &line("commanded position of P", format!("{} mm", vector(commanded, 3)));
     text.extend(question_cautions(&answer.question, commanded).into_iter().map(|(what, said)| line(what, said)));
     let tool_axis = vector(answer.tool.rotation.column(2).into(), 3);
-    let assumed = tool_axis_words(machine.tool_axis_source);
+    let assumed = tool_axis_text(machine.tool_axis_source);
     text += &line("tool axis", format!("{tool_axis} in base axes, from the spindle to the tip{assumed}"));
-    text += &line("singularity", conditioning_words(answer.conditioning));
+    text += &line("singularity", conditioning_text(answer.conditioning));
     if let Some((branch, clearance)) = &answer.branch {
         text += &line("branch", format!("{branch}: {}", branch_margin_text(clearance)));
     }

@@ -70,7 +70,7 @@ impl OwnForces {
 
     /// Describes in words which tools and features have a force of their own.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let tools = self.by_tool.keys().map(|number| format!("tool {number}"));
         let features = self.by_feature.iter().map(|(text, _)| format!("\"{text}\""));
         format!("its own for {}", tools.chain(features).collect::<Vec<_>>().join(", "))

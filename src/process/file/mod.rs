@@ -180,7 +180,7 @@ impl Process {
         }
         let (may_cut, path) = (cuts(&path), self.cutting_rule.apply(path));
         if may_cut && !cuts(&path) {
-            let problem = format!("nothing of {origin} is cut: what cuts is {}", self.cutting_rule.words());
+            let problem = format!("nothing of {origin} is cut: what cuts is {}", self.cutting_rule.text());
             return Err(Error::Argument { argument: format!("{}cutting", self.key_prefix), problem });
         }
         if let Some(stock) = &self.stock {
@@ -281,14 +281,14 @@ impl Process {
 
     /// Returns label and words for placement, cutting moves, tool-specific forces, tool, and coordinates that the machine does not control.
     pub fn facts(&self) -> Vec<(&'static str, String)> {
-        let mut facts = vec![("workpiece", self.placement_words()), ("counts as cutting", self.cutting_words())];
-        facts.extend((!self.own_forces.is_empty()).then(|| ("cutting force", self.own_forces.words())));
-        let tool_words = || match &self.stationary_tip {
+        let mut facts = vec![("workpiece", self.placement_text()), ("counts as cutting", self.cutting_text())];
+        facts.extend((!self.own_forces.is_empty()).then(|| ("cutting force", self.own_forces.text())));
+        let tool_text = || match &self.stationary_tip {
             Some((tip, _)) => format!("{}. {STANDS}", self.machine.tool_words_at(*tip, "base")),
-            None => self.machine.tool_words(),
+            None => self.machine.tool_text(),
         };
-        facts.extend(self.has_own_tool.then(|| ("tool", tool_words())));
-        facts.extend(self.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
+        facts.extend(self.has_own_tool.then(|| ("tool", tool_text())));
+        facts.extend(self.machine.uncontrolled_text().map(|text| (NOT_CONTROLLED, text)));
         facts
     }
 
@@ -298,37 +298,36 @@ impl Process {
     }
 
     /// Returns in words what counts as cutting.
-    pub fn cutting_words(&self) -> String {
+    pub fn cutting_text(&self) -> String {
         if self.stock.is_some() {
             return "every move but rapid ones, with the force of what it touches of the stock".into();
         }
-        self.cutting_rule.words()
+        self.cutting_rule.text()
     }
 
     /// Returns label and words for what may not be intended: an assumed placement, and coordinates that the machine does not control.
     pub fn assumed(&self) -> Vec<(&'static str, String)> {
         let mut assumed = Vec::new();
-        assumed.extend((!self.is_placed).then(|| ("workpiece", self.placement_words())));
-        assumed.extend(self.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
+        assumed.extend((!self.is_placed).then(|| ("workpiece", self.placement_text())));
+        assumed.extend(self.machine.uncontrolled_text().map(|text| (NOT_CONTROLLED, text)));
         assumed
     }
 
     /// Describes the placement of the workpiece in the base of the machine or on its carrier.
-    pub fn placement_words(&self) -> String {
+    pub fn placement_text(&self) -> String {
         let Placement { origin_mm, roll_pitch_yaw, reference } = &self.placement;
         let place = self.machine.carrier.as_ref().map_or("base", |carrier| &carrier.name);
-        let mut words = format!("origin at ({}, {}, {}) mm of the {place}", origin_mm.x, origin_mm.y, origin_mm.z);
+        let mut text = format!("origin at ({}, {}, {}) mm of the {place}", origin_mm.x, origin_mm.y, origin_mm.z);
         if !self.is_placed {
-            words += ", assumed: the process gives no placement.origin_mm";
+            text += ", assumed: the process gives no placement.origin_mm";
         }
         for (name, angle) in ["roll", "pitch", "yaw"].iter().zip(roll_pitch_yaw.iter()).filter(|(_, a)| **a != 0.0) {
-            words += &format!(", {name} {}°", (angle.to_degrees() * 1e9).round() / 1e9);
+            text += &format!(", {name} {}°", (angle.to_degrees() * 1e9).round() / 1e9);
         }
-        words
-            + match reference {
-                PathReference::ToolTip => "; path of the tool tip",
-                PathReference::PlatformPoint => "; path of the platform point P",
-            }
+        text + match reference {
+            PathReference::ToolTip => "; path of the tool tip",
+            PathReference::PlatformPoint => "; path of the platform point P",
+        }
     }
 
     /// Reads and checks the process file `file` for `machine`. Fails like [`Process::from_toml`], or if the file cannot be read.

@@ -96,7 +96,7 @@ impl Distribution {
     }
 
     /// The distribution in words.
-    pub fn words(&self) -> &'static str {
+    pub fn text(&self) -> &'static str {
         match self {
             Distribution::Logarithm { .. } => "lognormal",
             Distribution::Difference { .. } => "normal",

@@ -440,7 +440,7 @@ impl Uncertainty {
     /// all of them. `None` of what the model leaves out unless that is assumed.
     pub fn measured(&self, name: &str) -> Option<(Self, &'static str)> {
         let mut own = self.clone();
-        let words = match self.causes().find(|(own, _)| own == name)?.1 {
+        let text = match self.causes().find(|(own, _)| own == name)?.1 {
             Cause::Parameters(which) if which.len() > 1 => {
                 let is_stated = matches!(self.parameters[which[0]].role, Role::Setup(_));
                 // Deviations of what is identified fall with the square root of the number of measurements.
@@ -452,19 +452,19 @@ impl Uncertainty {
             }
             Cause::Parameters(which) => {
                 let one = *which.first()?;
-                let (spread, words) = self.parameters[one].spread.measured();
+                let (spread, text) = self.parameters[one].spread.measured();
                 own.parameters[one].spread = spread;
-                words
+                text
             }
             Cause::Force => {
-                let (spread, words) = self.force.sharp?.measured();
+                let (spread, text) = self.force.sharp?.measured();
                 own.force.sharp = Some(spread);
-                words
+                text
             }
             Cause::Component(which) => {
-                let (spread, words) = self.force.components[which]?.measured();
+                let (spread, text) = self.force.components[which]?.measured();
                 own.force.components[which] = Some(spread);
-                words
+                text
             }
             Cause::Wear => {
                 own.force.wear = Some(self.force.wear?.measured().0);
@@ -477,7 +477,7 @@ impl Uncertainty {
             Cause::Model => return None,
         };
         own.draws = Draws::new(own.distributions(), own.draws.seed);
-        Some((own, words))
+        Some((own, text))
     }
 
     /// The same with `count` draws that are independent of one another and of these.
@@ -575,7 +575,7 @@ impl Uncertainty {
     }
 
     /// Words for the machine with `parameter` alone at one of its ends.
-    pub fn end_words(&self, parameter: usize, end: usize) -> String {
+    pub fn end_text(&self, parameter: usize, end: usize) -> String {
         format!("with {} at its {} quantile", self.parameters[parameter].name(), ["5 %", "95 %"][end])
     }
 

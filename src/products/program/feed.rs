@@ -182,7 +182,7 @@ fn exceeded(job: &ProgramJob, limits: &FeedLimits, uses: &[Option<Uses>]) -> Vec
         let over = |(quantity, most): &(FeedQuantity, f64)| uses.values[*quantity as usize].0 > KEPT * most;
         for (quantity, most) in limits.given().filter(over) {
             let (value, point) = uses.values[quantity as usize];
-            found.push((job.place_words(point), quantity, value, most));
+            found.push((job.place_text(point), quantity, value, most));
         }
     }
     found
@@ -262,7 +262,7 @@ fn largest(job: &ProgramJob, limits: &FeedLimits, uses: &[Option<Uses>]) -> Vec<
     let of = |(quantity, _): (FeedQuantity, f64)| {
         let all = uses.iter().flatten().map(|uses| uses.values[quantity as usize]);
         let (value, point) = all.fold((0.0, 0), |most, own| if own.0 > most.0 { own } else { most });
-        (value, job.place_words(point))
+        (value, job.place_text(point))
     };
     limits.given().map(of).collect()
 }
@@ -296,7 +296,7 @@ fn uses(job: &ProgramJob, limits: &FeedLimits, line_of: &[Option<usize>], work: 
             let deflection = match results.get(i) {
                 None => 0.0,
                 Some(result) => PathPointResult::solved_error(result).map(|error| error.norm()).ok_or_else(|| {
-                    let (place, why) = (job.place_words(k), result.status.reason(&job.machine));
+                    let (place, why) = (job.place_text(k), result.status.reason(&job.machine));
                     Error::argument(
                         &job.name,
                         format!("{place}: the deflection that [feed] limits is not known: {why}"),

@@ -188,7 +188,7 @@ impl ProgramJob {
                 format!(
                     "in 95 of 100 the force of drive {label} is up to {:.1} {unit}, {}, and its limit is {} {unit}{tighter}",
                     p95.value,
-                    self.place_words(p95.point),
+                    self.place_text(p95.point),
                     p95.limit
                 )
             }

@@ -337,9 +337,9 @@ fn is_full_pose(process: &Process) -> bool {
 pub(super) fn check_unit(program: &ProgramFile, name: &str) -> Result<()> {
     let ProgramFile::Gcode(program) = program else { return Ok(()) };
     let Some((_, line)) = program.notes().assumed_unit else { return Ok(()) };
-    let words = if program.notes().dialect == Dialect::Sinumerik { "G700 or G710" } else { "G20 or G21" };
+    let text = if program.notes().dialect == Dialect::Sinumerik { "G700 or G710" } else { "G20 or G21" };
     let problem = format!(
-        "names no unit before line {line}: expected {words} there, or unit = \"mm\" or \"inch\" in [gcode] of the process file, as a \
+        "names no unit before line {line}: expected {text} there, or unit = \"mm\" or \"inch\" in [gcode] of the process file, as a \
          correction in the wrong one is 25.4 times too large or too small"
     );
     Err(Error::argument(name, problem))

@@ -161,8 +161,8 @@ impl ProgramJob {
         let Some(said) = point.arm else { return Error::argument(&self.name, line) };
         let with_data = |drives: &[f64]| {
             let posture = arm_posture(&self.machine, drives)?;
-            let data = ArmData::of_posture(said.language, &posture)?.words();
-            Some(format!("{data} ({})", posture.words()))
+            let data = ArmData::of_posture(said.language, &posture)?.text();
+            Some(format!("{data} ({})", posture.text()))
         };
         let how = match &found.at {
             Some(at) if !said.is_taken => {
@@ -178,7 +178,7 @@ impl ProgramJob {
         let problem = format!(
             "{line}: {}, but {how}: expected what is so on the robot, or ignore_configuration = true in [robot_program] of the process \
              where its drives count otherwise than those of the machine",
-            said.words()
+            said.text()
         );
         Error::argument(&self.name, problem)
     }

@@ -181,7 +181,7 @@ impl ProgramJob {
             WithoutForce { most: Some((point, size)), .. } if size > limit => format!(
                 "where the cutting force is absent (in air, in a spring pass, with a broken tool), the program as written would leave its path by \
                  {size:.4} mm, {}: {allows}",
-                self.place_words(point)
+                self.place_text(point)
             ),
             _ => return Ok(()),
         };
@@ -189,7 +189,7 @@ impl ProgramJob {
     }
 
     /// Describes point number `point` of the path: its line and the length up to it, such as "line 7, 12.5 mm along the path".
-    pub(super) fn place_words(&self, point: usize) -> String {
+    pub(super) fn place_text(&self, point: usize) -> String {
         let path_point = &self.path.points()[point];
         let line = self.file.line_name(path_point.source.segment).map_or_else(String::new, |line| format!("{line}, "));
         format!("{line}{:.1} mm along the path", path_point.arc_length_mm)

@@ -103,7 +103,7 @@ pub(super) fn check_machine(machine: &Machine) -> Result<()> {
         "what carries its workpiece can move or bend: expected a workpiece that stands fast".into()
     } else if machine.tool_compliance.is_some() {
         "its tool bends: expected a rigid one, without platform.tool_stiffness".into()
-    } else if let (ZeroState::AtRest, Some(own)) = (machine.zeroed, machine.own_load_words()) {
+    } else if let (ZeroState::AtRest, Some(own)) = (machine.zeroed, machine.own_load_text()) {
         format!(
             "the machine has {own} and is zeroed at rest, which shifts positions in the base frame: expected zeroed = \"weightless\" or \
              \"at_home\""

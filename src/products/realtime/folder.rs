@@ -130,11 +130,11 @@ fn included_text(realtime: &Realtime) -> String {
     let machines = &realtime.question.machines;
     let errors = realtime.question.errors.iter().any(|error| *error != Default::default());
     let errors = if errors { "the errors of its chains" } else { "no errors of its chains" };
-    let loads = match machines.nominal.own_load_words() {
+    let loads = match machines.nominal.own_load_text() {
         Some(loads) => format!("and its {loads}"),
         None => "and no weight".into(),
     };
-    let zeroed = match machines.nominal.own_load_words() {
+    let zeroed = match machines.nominal.own_load_text() {
         Some(_) => {
             format!(" Positions are those of a machine zeroed {}.", machines.nominal.zeroed.label().replace('_', " "))
         }
@@ -145,7 +145,7 @@ fn included_text(realtime: &Realtime) -> String {
 
 /// Returns the section about machines as they may be; empty where inputs are taken as exact.
 fn field_section(realtime: &Realtime) -> String {
-    let words = realtime.field_words().map(|words| words.map(|own| comment_text(own.trim_end()).replace(". ", ".\n")));
+    let words = realtime.field_text().map(|words| words.map(|own| comment_text(own.trim_end()).replace(". ", ".\n")));
     words.map_or_else(String::new, |words| {
         format!("## On machines and under forces as they may be\n\n{}\n\n", words.join("\n\n"))
     })

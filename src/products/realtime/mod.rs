@@ -270,7 +270,7 @@ impl Realtime {
     }
 
     /// Returns what the correction leaves on machines as they may be, in sentences: the verdict, what it rests on, and how it was found; `None` where inputs are taken as exact.
-    pub fn field_words(&self) -> Option<[String; 3]> {
+    pub fn field_text(&self) -> Option<[String; 3]> {
         let field = self.field()?;
         Some([field.verdict(), field.cautions(), field.details(&["without correction", "with kinetostat_correct"])])
     }

@@ -175,12 +175,12 @@ fn drive_columns(machine: &Machine) -> Vec<Vec<(String, f64)>> {
     let names: Vec<&str> = machine.drives().map(|(_, drive)| drive.name.as_str()).collect();
     let columns_of = |((_, drive), label): ((usize, &crate::machine::Drive), String)| {
         let is_only = names.iter().filter(|name| **name == drive.name).count() == 1;
-        let words = [Some(label), is_only.then(|| drive.name.clone())].into_iter().flatten();
+        let text = [Some(label), is_only.then(|| drive.name.clone())].into_iter().flatten();
         let units: &[(&str, f64)] = match drive.motion {
             Motion::Prismatic => &[("mm", 1.0)],
             Motion::Revolute => &[("deg", std::f64::consts::PI / 180.0), ("rad", 1.0)],
         };
-        words.flat_map(|word| units.iter().map(move |(unit, factor)| (format!("{word}_{unit}"), *factor))).collect()
+        text.flat_map(|word| units.iter().map(move |(unit, factor)| (format!("{word}_{unit}"), *factor))).collect()
     };
     machine.drives().zip(machine.drive_labels()).map(columns_of).collect()
 }

@@ -167,7 +167,7 @@ fn widest(unknown: &Unknown, x: f64) -> f64 {
 
 impl IdentificationStudy {
     /// Returns "pose NAME (FILE:LINE)" for the measurement with this index, for messages.
-    pub fn measurement_words(&self, measurement: usize) -> String {
+    pub fn measurement_text(&self, measurement: usize) -> String {
         let row = &self.measurements[measurement];
         format!("pose {} ({}:{})", row.name, self.data, row.line)
     }
@@ -313,7 +313,7 @@ fn degrees_of_freedom(study: &IdentificationStudy, fit: &Fit) -> Option<usize> {
 
 /// Returns `failure` with the name, file and line of the measurement with index `at` before its reason.
 fn failure_at(study: &IdentificationStudy, at: Option<usize>, failure: Failure) -> Failure {
-    let place = at.map_or_else(String::new, |at| format!("{}: ", study.measurement_words(at)));
+    let place = at.map_or_else(String::new, |at| format!("{}: ", study.measurement_text(at)));
     Failure { reason: format!("{place}{}", failure.reason), ..failure }
 }
 

@@ -9,7 +9,7 @@ use super::{
     validate::{residual_share, rms_mm},
 };
 use crate::{
-    files::words::{counted, join_words, millimetres, percent},
+    files::words::{counted, join_text, millimetres, percent},
     input::{Folder, error::Result},
     machine::{Chain, ChainError, Machine},
     process::{Process, file::chain_errors::ChainErrorSpec},
@@ -149,7 +149,7 @@ fn remove_provenance(document: &mut DocumentMut, name: &str) {
 }
 
 /// Describes the residual of the fit in words: against the given noise, or against the measured lengths.
-fn misfit_words(study: &IdentificationStudy, results: &Identified) -> String {
+fn misfit_text(study: &IdentificationStudy, results: &Identified) -> String {
     let fit = &results.fit;
     if !study.noise.is_estimated {
         let widened = if fit.scale > 1.0 { ", and the interval is wider by it" } else { "" };
@@ -163,11 +163,11 @@ fn misfit_words(study: &IdentificationStudy, results: &Identified) -> String {
 }
 
 /// Describes in a sentence the residual of a machine file with only some of the fitted parameters; `None` where it has all or none.
-pub(super) fn partial_words(study: &IdentificationStudy, results: &Identified) -> Option<String> {
+pub(super) fn partial_text(study: &IdentificationStudy, results: &Identified) -> Option<String> {
     let partial = results.partial.as_ref()?;
     let names: Vec<&str> = partial.unidentified.iter().map(|&k| &*study.unknowns[k].name).collect();
     let (are, they) = if names.len() == 1 { ("is", "it is") } else { ("are", "they are") };
-    let rest = format!("{} {are} not identified, and {they} in the file as before", join_words(&names));
+    let rest = format!("{} {are} not identified, and {they} in the file as before", join_text(&names));
     let full = rms_mm(results.fit.residuals.as_slice(), &study.measurements);
     Some(match (&partial.residual_mm, full) {
         (Ok(Some(partial)), Some(full)) => {
@@ -191,11 +191,11 @@ fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, resul
     let measurements = counted(study.measurements.len(), "measurement");
     let before = format!("{:e} {unit}", estimate.unknown.start);
     let partial =
-        partial_words(study, results).map_or_else(String::new, |words| format!("; {}", words.trim_end_matches('.')));
+        partial_text(study, results).map_or_else(String::new, |text| format!("; {}", text.trim_end_matches('.')));
     table["source"] = value(format!(
         "Identified from {measurements} in {}; {}{partial}; before: {}",
         study.data,
-        misfit_words(study, results),
+        misfit_text(study, results),
         before.trim_end()
     ));
     let mut names = toml_edit::Array::new();

@@ -126,11 +126,11 @@ impl<'a> SpreadSolver<'a> {
         for (own, ends) in ends.iter_mut().enumerate() {
             for (end, group) in ends.iter_mut().enumerate() {
                 let Some(group) = group else { continue };
-                let (words, put) = (drawn.end_words(own, end), |response: &mut Response, found| {
+                let (text, put) = (drawn.end_text(own, end), |response: &mut Response, found| {
                     response.ends[own][end] = Some(found);
                 });
                 group.set_rigid(configurations);
-                sweep.solve(group, &at_nodes, &all, &words, put);
+                sweep.solve(group, &at_nodes, &all, &text, put);
                 let Some(nodes) = &nodes else { continue };
                 let is_rough = |point: &mut Option<Responses>| match point {
                     Some(Ok(responses)) => !nodes.fill(responses, own, end),
@@ -138,7 +138,7 @@ impl<'a> SpreadSolver<'a> {
                 };
                 let rough: Vec<bool> = sweep.points.iter_mut().map(is_rough).collect();
                 if rough.contains(&true) {
-                    sweep.solve(group, &others, &rough, &words, put);
+                    sweep.solve(group, &others, &rough, &text, put);
                 }
             }
         }
@@ -213,7 +213,7 @@ impl Sweep<'_> {
         group: &mut SessionGroup,
         loads: &[usize],
         wanted: &[bool],
-        words: &str,
+        text: &str,
         put: impl Fn(&mut Response, Vector3<f64>),
     ) {
         let Self { study, configurations, points } = self;
@@ -226,7 +226,7 @@ impl Sweep<'_> {
             for (lane, found) in lanes.into_iter().zip(found) {
                 match (found, &mut points[lane]) {
                     (Ok(answer), Some(Ok(responses))) => put(&mut responses[load], answer.tool_displacement),
-                    (Err(failure), point) => *point = Some(Err(failure.on(words))),
+                    (Err(failure), point) => *point = Some(Err(failure.on(text))),
                     (Ok(_), _) => {}
                 }
             }

@@ -96,12 +96,12 @@ impl Metric {
     }
 
     /// Returns the name of the metric for sentences; the drive force is a torque where all drives are revolute joints.
-    pub fn words(self, machine: &Machine) -> &'static str {
+    pub fn text(self, machine: &Machine) -> &'static str {
         if self.is_torque(machine) { "largest drive torque" } else { self.names().0[1] }
     }
 
     /// Returns the name of the metric for the head of a narrow column.
-    pub fn short_words(self, machine: &Machine) -> &'static str {
+    pub fn short_text(self, machine: &Machine) -> &'static str {
         if self.is_torque(machine) { "drive torque" } else { self.names().0[2] }
     }
 
@@ -151,12 +151,12 @@ impl Metric {
     }
 
     /// Formats `value` of the metric with its unit for sentences.
-    pub fn value_words(self, machine: &Machine, value: f64) -> String {
+    pub fn value_text(self, machine: &Machine, value: f64) -> String {
         match self.measure() {
-            Measure::Correction => self.drives(machine).position_words(value),
+            Measure::Correction => self.drives(machine).position_text(value),
             Measure::Share => format!("{:.1} %", 100.0 * value),
             Measure::Length => format!("{value:.3} mm"),
-            Measure::Force => self.drives(machine).force_words(value),
+            Measure::Force => self.drives(machine).force_text(value),
             Measure::Stiffness => format!("{value:.0} {}", self.shown_unit(machine)),
         }
     }
@@ -248,14 +248,14 @@ impl Objective {
     }
 
     /// Returns the objective in words: the metric, or the weighted sum of several.
-    pub fn words(&self, machine: &Machine) -> String {
+    pub fn text(&self, machine: &Machine) -> String {
         match self.weights.as_slice() {
-            [(metric, _)] => metric.words(machine).into(),
+            [(metric, _)] => metric.text(machine).into(),
             terms => {
                 let term = |(metric, weight): &(Metric, f64)| match metric.shown_unit(machine) {
-                    "" => format!("{weight} × {}", metric.words(machine)),
-                    unit if unit.contains('/') => format!("{weight}/({unit}) × {}", metric.words(machine)),
-                    unit => format!("{weight}/{unit} × {}", metric.words(machine)),
+                    "" => format!("{weight} × {}", metric.text(machine)),
+                    unit if unit.contains('/') => format!("{weight}/({unit}) × {}", metric.text(machine)),
+                    unit => format!("{weight}/{unit} × {}", metric.text(machine)),
                 };
                 terms.iter().map(term).collect::<Vec<_>>().join(" + ")
             }

@@ -79,7 +79,7 @@ pub struct FeatureJob {
     /// Rule for which moves of its path cut.
     pub cuts: CuttingRule,
     /// What must be known of its force.
-    pub force_words: ForceWords,
+    pub force_text: ForceWords,
     /// What the verdict is about, and bounds of what is not computed.
     pub verdict: VerdictTable,
     /// Loads of the components of the force at each point of its path, where one of them varies by itself.

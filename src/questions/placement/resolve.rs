@@ -224,7 +224,7 @@ fn resolve_feature(
     let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
     let loads = process.loads(&path).map_err(fault)?;
     let points = Inputs::of(format!("points of {}", spec.name), path.len().to_string());
-    let force_words = ForceWords::of(&process, &path, &|segment| program.as_ref()?.line_name(segment));
+    let force_text = ForceWords::of(&process, &path, &|segment| program.as_ref()?.line_name(segment));
     let inputs = process.inputs.clone().and(program_input(spec.file.as_deref(), program.as_ref())).and(points);
     let feature = Feature {
         name: spec.name.clone(),
@@ -252,7 +252,7 @@ fn resolve_feature(
         limits: process.limits,
         target: process.target,
         cuts,
-        force_words,
+        force_text,
         verdict: process.verdict.clone(),
         components: None,
         gamma_search: Some(process.redundancy.clone()).filter(crate::process::RedundancySettings::is_sought),

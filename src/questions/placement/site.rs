@@ -68,7 +68,7 @@ const PRINTED_STEPS: [f64; 2] = [100.0, 10.0];
 
 /// Returns `value`, mm or degrees, in one decimal, in two if it has two, or in all its digits: what is read is the place itself.
 #[cfg(feature = "report")]
-pub(super) fn printed_words(value: f64) -> String {
+pub(super) fn printed_text(value: f64) -> String {
     let rounded = [1, 2].map(|decimals| format!("{value:.decimals$}"));
     let is_all = |words: &String| words.parse::<f64>().is_ok_and(|rounded| (rounded - value).abs() < 1e-8);
     let words = rounded.into_iter().find(is_all).unwrap_or_else(|| value.to_string());

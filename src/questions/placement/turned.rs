@@ -87,7 +87,7 @@ impl FeatureJob {
                 })
                 .collect()),
             Ok(Err(dead_end)) => {
-                let infeasible = dead_end.infeasible.map_or("no γ before leads to one there", |h| h.words());
+                let infeasible = dead_end.infeasible.map_or("no γ before leads to one there", |h| h.text());
                 let [x, y, z]: [f64; 3] = path.points()[dead_end.point].position_mm.into();
                 let place = format!("feature {}, at ({x:.2}, {y:.2}, {z:.2}) mm of W", feature.name);
                 Err(no_gamma(format!("{place}: no rotation about the tool axis goes on: {infeasible}")))

@@ -213,7 +213,7 @@ fn no_gamma_failure(gammas: usize, infeasible_gammas: &BTreeMap<Infeasible, usiz
     let others = infeasible_gammas.iter().filter(|(infeasible, _)| **infeasible != Infeasible::Unreachable);
     let usual = others.max_by_key(|(_, count)| **count).map_or(Infeasible::Unreachable, |(infeasible, _)| *infeasible);
     let counts: Vec<String> =
-        infeasible_gammas.iter().map(|(infeasible, count)| format!("{count} {}", infeasible.words())).collect();
+        infeasible_gammas.iter().map(|(infeasible, count)| format!("{count} {}", infeasible.text())).collect();
     let reason = format!("none of {gammas} values of γ is possible on any branch: {}", counts.join(", "));
     Failure { status: usual.label().into(), reason }
 }

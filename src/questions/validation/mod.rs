@@ -78,10 +78,10 @@ impl ValidationStudy {
         let facts = |variant: &Variant| variant.paths.first().map_or_else(Vec::new, |path| path.facts.clone());
         let first = self.variants.first().map(facts).unwrap_or_default();
         let mut labelled: Vec<(String, String)> =
-            first.iter().map(|(label, words)| ((*label).to_string(), words.clone())).collect();
+            first.iter().map(|(label, text)| ((*label).to_string(), text.clone())).collect();
         for variant in self.variants.iter().skip(1) {
             let differing = facts(variant).into_iter().filter(|fact| !first.contains(fact));
-            labelled.extend(differing.map(|(label, words)| (format!("{label}, {}", variant.name), words)));
+            labelled.extend(differing.map(|(label, text)| (format!("{label}, {}", variant.name), text)));
         }
         labelled
     }

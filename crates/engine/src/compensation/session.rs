@@ -117,7 +117,7 @@ impl Session {
             state: State::rigid(nominal, &nominal.home),
             rest: None,
             aside: Vector3::zeros(),
-            is_calibrated_under_weight: nominal.zeroed == ZeroState::AtRest && nominal.own_load_words().is_some(),
+            is_calibrated_under_weight: nominal.zeroed == ZeroState::AtRest && nominal.own_load_text().is_some(),
             workpiece: Workpiece::new(nominal, actual),
             seeded: None,
             side_by_side: None,

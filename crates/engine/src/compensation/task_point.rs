@@ -24,7 +24,7 @@ pub enum Target {
 
 impl Target {
     /// Describes in words what is compensated.
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Target::ToolTip => "position of the tool tip T",
             Target::PlatformPoint => "position of the platform point P",

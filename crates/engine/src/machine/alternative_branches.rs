@@ -66,8 +66,8 @@ impl Machine {
             }
         }
         if within.is_empty() && !limits.is_empty() {
-            let words = |(limit, branches): (String, Vec<&str>)| format!("{limit} ({})", branches.join(", "));
-            let limits = limits.into_iter().map(words).collect::<Vec<_>>().join("; ");
+            let text = |(limit, branches): (String, Vec<&str>)| format!("{limit} ({})", branches.join(", "));
+            let limits = limits.into_iter().map(text).collect::<Vec<_>>().join("; ");
             return Err(Unreachable::NoPosture { straight: Box::new(straight.clone()), limits });
         }
         let distance = |at: &Configuration| self.distance_from_home(at);

@@ -83,7 +83,7 @@ impl Motion {
     }
 
     /// Formats a force (N) or torque (N·mm) with its unit, torques from 10 N·m on in N·m: "415 N", "64.3 N·m", "2787 N·m".
-    pub fn force_words(self, load: f64) -> String {
+    pub fn force_text(self, load: f64) -> String {
         match self {
             Motion::Revolute if load.abs() >= 1e6 => format!("{:.0} N·m", 1e-3 * load),
             Motion::Revolute if load.abs() >= 1e4 => format!("{:.1} N·m", 1e-3 * load),
@@ -92,7 +92,7 @@ impl Motion {
     }
 
     /// Formats a position, given in mm or degrees, to 0.001 mm or 0.0001° and with its unit.
-    pub fn position_words(self, value: f64) -> String {
+    pub fn position_text(self, value: f64) -> String {
         let decimals = self.choose(3, 4);
         // What is nothing has no sign.
         let value = if value.abs() < 0.5 * 0.1f64.powi(decimals as i32) { 0.0 } else { value };

@@ -165,7 +165,7 @@ impl Machine {
     }
 
     /// Describes [`Machine::locked_drives`]; `None` if there are none.
-    pub fn locked_words(&self) -> Option<String> {
+    pub fn locked_text(&self) -> Option<String> {
         let locked = self.locked_drives().into_iter();
         let locked = locked.map(|(label, value, drive)| {
             let unit = drive.motion.position_suffix();
@@ -174,12 +174,12 @@ impl Machine {
                 None => format!("{label} at {value}{unit}"),
             }
         });
-        let words = locked.collect::<Vec<_>>().join(", ");
+        let text = locked.collect::<Vec<_>>().join(", ");
         let resting = match self.definition.resting.as_slice() {
             [] => String::new(),
             labels => format!(" (as at home, since nothing in the path commands them: {})", labels.join(", ")),
         };
-        (!words.is_empty()).then(|| words + &resting)
+        (!text.is_empty()).then(|| text + &resting)
     }
 
     /// All drives that can be locked: those of the machine, then those of its workpiece carrier.

@@ -230,8 +230,8 @@ fn unknown_machine(problem: &str) -> Error {
 impl Machine {
     /// Title of the machine up to the first comma or bracket; its name if that is empty.
     pub fn short_title(&self) -> &str {
-        let words = self.title.split([',', '(']).next().unwrap_or_default().trim();
-        if words.is_empty() { &self.name } else { words }
+        let text = self.title.split([',', '(']).next().unwrap_or_default().trim();
+        if text.is_empty() { &self.name } else { text }
     }
 
     /// The handle of a new model.
@@ -300,7 +300,7 @@ impl Machine {
     }
 
     /// Names what deflects the machine without a load: its weight, its springs or both; `None` if nothing does.
-    pub fn own_load_words(&self) -> Option<&'static str> {
+    pub fn own_load_text(&self) -> Option<&'static str> {
         match (self.has_weight(), self.has_springs()) {
             (true, true) => Some("weight and springs"),
             (true, false) => Some("weight"),

@@ -67,11 +67,11 @@ impl Machine {
 
 impl Model {
     /// Describes the tool: its tip in platform axes and its stiffness across its axis.
-    pub fn tool_words(&self) -> String {
+    pub fn tool_text(&self) -> String {
         self.tool_words_at(self.tool_tip, "platform")
     }
 
-    /// Describes the tool as [`Model::tool_words`] does, with its tip at `tip` (mm) of what is called `frame`.
+    /// Describes the tool as [`Model::tool_text`] does, with its tip at `tip` (mm) of what is called `frame`.
     pub fn tool_words_at(&self, tip: Vector3<f64>, frame: &str) -> String {
         let tip = format!("tip at ({}, {}, {}) mm of the {frame}", tip.x, tip.y, tip.z);
         match &self.tool_compliance {

@@ -75,7 +75,7 @@ impl Machine {
     }
 
     /// Describes how coordinates of a path that the drives do not control are treated; `None` if they control all translations.
-    pub fn uncontrolled_words(&self) -> Option<String> {
+    pub fn uncontrolled_text(&self) -> Option<String> {
         let names = self.uncontrolled_names()?;
         Some(format!("{names} of the base, taken where the machine stands; words of a program for {names} stay"))
     }

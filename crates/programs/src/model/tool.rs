@@ -88,7 +88,7 @@ impl ToolDescription {
     }
 
     /// Says the tool, and where this stands: "by the comment on line 3 a ball end mill of 6 mm".
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let place = match self.line {
             Some(line) => format!("the comment on line {line}"),
             None => format!("tools.{}", self.number),

@@ -14,7 +14,7 @@ use self::{
 };
 use super::{CorrectionQuestion, CorrectionResult, ResidualPoint, answer, residual_grid, residuals};
 use crate::{
-    answer::{Output, Run, size_words},
+    answer::{Output, Run, size_text},
     figures::Colours,
     files::{
         Manifest, OutputFile, PreparedFolder,
@@ -43,7 +43,7 @@ struct Report<'a> {
 impl Report<'_> {
     /// Returns the number of nodes along x, y and z in words.
     fn size(&self) -> String {
-        size_words(&self.answer.table.grid)
+        size_text(&self.answer.table.grid)
     }
 
     /// Returns whether the largest error found is within tolerance.

@@ -98,7 +98,7 @@ fn setting_facts(report: &Report<'_>) -> Vec<Fact> {
         Fact::new("forces", format!("up to {} N on the tool tip, in any direction", report.force())),
         Fact::new("tolerance", tolerance),
         Fact::new("table", format!("{} nodes", report.size())),
-        Fact::new("compensation holds", question.target.words()),
+        Fact::new("compensation holds", question.target.text()),
     ];
     let draws = uncertain.map(|_| spread_report::fact_of_draws(uncertain, Draws::PER_SCRAMBLE));
     facts_of(&question.machine, &question.errors, facts.into_iter().chain(draws))

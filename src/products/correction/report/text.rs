@@ -9,9 +9,9 @@ use crate::{
     process::uncertainty::Draws,
     products::{
         correction::{CorrectionQuestion, ForceTerms, Worst},
-        field_report::share_words,
+        field_report::share_text,
     },
-    questions::spread_report::quantile_words,
+    questions::spread_report::quantile_text,
     simulation::ROUNDING_MM,
 };
 
@@ -42,9 +42,9 @@ fn field_cautions(report: &Report<'_>) -> String {
         format!(
             "With the tables for single joints the tool stays within {} with 95 % probability; they are better than no correction with {} probability, worse \
              with {}.\n",
-            quantile_words(joints.largest.p95_mm),
-            share_words(joints.better),
-            share_words(joints.worse)
+            quantile_text(joints.largest.p95_mm),
+            share_text(joints.better),
+            share_text(joints.worse)
         )
     });
     let orientation = match report.question.target {

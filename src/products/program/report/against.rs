@@ -150,17 +150,17 @@ impl Machined {
     }
 
     /// Returns in a sentence how much of the surface is within tolerance without compensation and as written; empty without a tolerance.
-    pub fn within_words(&self, job: &ProgramJob, [before, after]: [&Side; 2]) -> String {
+    pub fn within_text(&self, job: &ProgramJob, [before, after]: [&Side; 2]) -> String {
         if after.judged == 0.0 {
             return String::new();
         }
         let what = if after.judged < after.area { "what has a tolerance" } else { "the machined surface" };
         let [before, after] = [before, after].map(|side| percent(side.within / side.judged));
-        format!(" {after} of {what} is within {}, {before} without.", self.tolerance_words(job))
+        format!(" {after} of {what} is within {}, {before} without.", self.tolerance_text(job))
     }
 
     /// Returns what the surface is to be within, in words.
-    pub fn tolerance_words(&self, job: &ProgramJob) -> String {
+    pub fn tolerance_text(&self, job: &ProgramJob) -> String {
         let least = self.least_tolerance_mm(job);
         let is_one = self.tools.iter().all(|own| own.tolerance_mm == least);
         match least.filter(|_| is_one) {
@@ -191,7 +191,7 @@ impl Machined {
             of(before.missing),
             of(programmed.left),
             of(programmed.missing),
-            self.within_words(job, [before, after]),
+            self.within_text(job, [before, after]),
         );
         if let Some((most, at, area)) = own.not_reached {
             let [x, y, z]: [f64; 3] = self.surface.axes.tr_mul(&at).into();
@@ -226,12 +226,12 @@ impl Machined {
         format!(
             "The program as written gouges the part ({}) by {written} ({}), beyond the tolerance of {tolerance} mm; the surface that it describes is {programmed} within the part there.\n",
             part.name,
-            self.line_words(job, patch)
+            self.line_text(job, patch)
         )
     }
 
     /// Returns the line that makes a patch as written, or that there is none.
-    fn line_words(&self, job: &ProgramJob, patch: usize) -> String {
+    fn line_text(&self, job: &ProgramJob, patch: usize) -> String {
         self.place(job, patch, 1).unwrap_or_else(|| "where nothing is to be cut".into())
     }
 
@@ -247,7 +247,7 @@ impl Machined {
                 let [programmed, before, after] = [0, 1, 2].map(|own| part.surfaces[own][*patch]);
                 let [after, before, programmed] = [after, before, programmed].map(signed);
                 let allowed = tolerance(tolerance_mm(job, self.surface.patches[*patch].tag));
-                vec![self.line_words(job, *patch), after, before, programmed, allowed]
+                vec![self.line_text(job, *patch), after, before, programmed, allowed]
             };
             let (listed, count) = (own.lines.len().min(LISTED), own.lines.len());
             let caption = format!("Lines out of tolerance against the part as written, the worst {listed} of {count}: left (+), missing (\u{2212})");
@@ -262,7 +262,7 @@ impl Machined {
             let most = |found: Option<(f64, usize)>| {
                 found.map_or_else(
                     || "–".into(),
-                    |(mm, patch)| format!("{}, {}", millimetres(mm, 4), self.line_words(job, patch)),
+                    |(mm, patch)| format!("{}, {}", millimetres(mm, 4), self.line_text(job, patch)),
                 )
             };
             let [before, after] = &own.sides;

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::{
     figures::Figure,
-    files::words::{counted, join_words},
+    files::words::{counted, join_text},
     page::{Section, SmallTable},
     process::feed::FeedQuantity,
     products::program::{FoundFeeds, Placed, ProgramJob},
@@ -64,7 +64,7 @@ pub(super) fn feed_text(report: &Report<'_>) -> String {
     let stopped: Vec<String> = stopped.map(|(key, count)| format!("{key} in {}", counted(count, "line"))).collect();
     if !stopped.is_empty() {
         let words: Vec<&str> = stopped.iter().map(String::as_str).collect();
-        text += &format!("What stops the feed where the tool cuts: {}.\n", join_words(&words));
+        text += &format!("What stops the feed where the tool cuts: {}.\n", join_text(&words));
     }
     if report.job.uncertainty.is_some() {
         text += "The limits of [feed] are for nominal numbers: what is uncertain is not in them.\n";

@@ -177,10 +177,10 @@ impl Machined {
         let [before, after] = &self.sides;
         let against = if self.part.is_some() { "Against the programmed surface" } else { "On the part" };
         let mut text = match &self.spread {
-            Some(spread) => uncertain_sentences(job, spread, &self.tolerance_words(job)),
+            Some(spread) => uncertain_sentences(job, spread, &self.tolerance_text(job)),
             None => {
                 let words = format!("{against} {} without compensation; {} as written.", words(before), words(after));
-                words + &self.within_words(job, [before, after])
+                words + &self.within_text(job, [before, after])
             }
         };
         for (side, name) in self.sides.iter().zip(NAMES).filter(|own| own.0.unknown > 0.0) {
@@ -236,7 +236,7 @@ impl Machined {
                     format!(
                         "{} of it within {}",
                         percent(sides[course].within / sides[course].judged),
-                        self.tolerance_words(job)
+                        self.tolerance_text(job)
                     )
                 }),
             };
@@ -273,7 +273,7 @@ impl Machined {
 
     /// Returns the place in the program whose move makes the surface at a patch on a course, in words.
     pub(super) fn place(&self, job: &ProgramJob, patch: usize, course: usize) -> Option<String> {
-        self.maker(patch, course).map(|point| job.place_words(point as usize))
+        self.maker(patch, course).map(|point| job.place_text(point as usize))
     }
 
     /// Returns largest values and shares as JSON.
@@ -364,7 +364,7 @@ impl Machined {
                 (_, None) => FaceValue::Unknown,
                 (_, Some(deviation)) => FaceValue::Value(*deviation),
             };
-            let title = format!("{name}\n{}", self.range_words(course));
+            let title = format!("{name}\n{}", self.range_text(course));
             (title, surface.patches.iter().zip(deviations).map(face).collect())
         };
         let corners = |patch: &Patch| patch.corners.map(|corner| corner.into());
@@ -409,7 +409,7 @@ impl Machined {
             made: (0..makers.len()).map(made).collect(),
             courses: self.courses(),
             end_mm: self.end_mm(job),
-            places: tags.iter().map(|tag| job.place_words(*tag as usize)).collect(),
+            places: tags.iter().map(|tag| job.place_text(*tag as usize)).collect(),
             columns: vec![
                 column("largest depth", "mm", &|k| Some(engaged(k)?.depth_mm)),
                 column("largest width", "mm", &|k| Some(engaged(k)?.width_mm)),
@@ -443,7 +443,7 @@ impl Machined {
         self.least_tolerance_mm(job).unwrap_or(largest)
     }
 
-    fn range_words(&self, course: usize) -> String {
+    fn range_text(&self, course: usize) -> String {
         let Side { left, missing, .. } = self.reference().2[course];
         let [left, missing] = [left, missing].map(|own| own.map_or(0.0, |own| own.0));
         match &self.spread {

@@ -3,7 +3,7 @@
 
 use super::Report;
 use crate::{
-    files::words::{counted, join_words, millimetres},
+    files::words::{counted, join_text, millimetres},
     machine::Machine,
     process::PathReference,
     products::program::{ProgramJob, WrittenCalls},
@@ -209,7 +209,7 @@ fn calls_text(calls: &WrittenCalls, lines: usize, written: usize) -> String {
             let names: Vec<&str> = beside.iter().map(|file| file.name.as_str()).collect();
             let with = match names[..] {
                 [] => String::new(),
-                _ => format!(" The program calls {} beside the file.", join_words(&names)),
+                _ => format!(" The program calls {} beside the file.", join_text(&names)),
             };
             format!(
                 "What the program calls and computes stays: no line needs other corrections each time that it runs.{with}\n"
@@ -231,7 +231,7 @@ fn robot_notes(program: &RobotProgram, calls: &WrittenCalls) -> String {
         let names: Vec<&str> = notes.uncalled.iter().map(String::as_str).collect();
         text += &format!(
             "Not called from main, so that their motions stay as they are: {}. Run by themselves, they are not corrected.\n",
-            join_words(&names)
+            join_text(&names)
         );
     }
     text += &format!("Read as a program in {}.\n", program.language().name());
@@ -292,5 +292,5 @@ fn motion_lines(lines: &[usize]) -> String {
     }
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let word = if lines.len() == 1 { "line" } else { "lines" };
-    format!("{}, {word} {}", counted(lines.len(), "motion"), join_words(&names))
+    format!("{}, {word} {}", counted(lines.len(), "motion"), join_text(&names))
 }

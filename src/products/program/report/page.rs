@@ -18,7 +18,7 @@ use crate::{
         machine::described,
     },
     figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
-    files::words::{counted, join_words, millimetres, or_dash},
+    files::words::{counted, join_text, millimetres, or_dash},
     page::{
         Better, Description, Explorer, Fact, Quantity, Section, SmallTable, TableNote,
         headline::{Headline, KeyNumber},
@@ -78,10 +78,10 @@ pub fn page(
 /// Returns the facts about machine and process that the page lists.
 fn setting_facts(job: &ProgramJob) -> Vec<Fact> {
     let (machine, process) = (&job.machine, &job.process);
-    let mut facts: Vec<Fact> = process.facts().into_iter().map(|(label, words)| Fact::new(label, words)).collect();
-    facts.push(Fact::new("compensation holds", process.target.words()));
+    let mut facts: Vec<Fact> = process.facts().into_iter().map(|(label, text)| Fact::new(label, text)).collect();
+    facts.push(Fact::new("compensation holds", process.target.text()));
     let teeth = process.stock.as_ref().and_then(|stock| stock.tooth_passing(&job.path));
-    facts.extend(teeth.map(|(words, _)| Fact::new("teeth pass at", words)));
+    facts.extend(teeth.map(|(text, _)| Fact::new("teeth pass at", text)));
     facts.extend(process.tolerance_mm.map(|tolerance| Fact::new("tolerance", format!("±{tolerance} mm"))));
     facts.push(spread_report::fact(job.uncertainty.as_deref()));
     facts_of(machine, &process.errors, facts)
@@ -117,14 +117,14 @@ fn cause_section(report: &Report<'_>) -> Section {
     if let Some(worst) = &report.findings.worst {
         let alone = |source: &Source| {
             let size = (*worst.by_source.get(*source)?)?;
-            Some(format!("{} {}", source.words(), shown(size)))
+            Some(format!("{} {}", source.text(), shown(size)))
         };
         let words: Vec<String> = Source::parts(&report.job.machine).iter().filter_map(alone).collect();
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         let along = report.job.path.points()[worst.point].arc_length_mm;
         text = format!(
             "At the worst point, {along:.1} mm along the path, each alone moves the tool by: {}.\n",
-            join_words(&words)
+            join_text(&words)
         );
     }
     Section::new("Why?", "which source causes it").text(&text).figures(&["sources", "cutting_force"])
@@ -166,11 +166,11 @@ const ALONG: &str = "Along the program";
 /// Returns the interactive view of errors, drives and forces along the program.
 fn along_explorer(job: &ProgramJob, points: &str) -> Explorer {
     let before = |source: &Source| {
-        let words = match source {
+        let text = match source {
             Source::All => "error without compensation".to_string(),
-            alone => format!("error by {} alone", alone.words()),
+            alone => format!("error by {} alone", alone.text()),
         };
-        Quantity::new([error_before_column(*source)], &words, "mm", Better::Smaller)
+        Quantity::new([error_before_column(*source)], &text, "mm", Better::Smaller)
     };
     let after = Quantity::new(["error_after_mm"], "error as written", "mm", Better::Smaller);
     let mut quantities = vec![before(&Source::All), after];
@@ -189,7 +189,7 @@ pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     let all = &findings.before_curves[Source::All];
     let mut sources = vec![("all at once".to_string(), all)];
     let alone = findings.before_curves.iter().filter(|(source, _)| *source != Source::All);
-    sources.extend(alone.map(|(source, curve)| (format!("{} alone", source.words()), curve)));
+    sources.extend(alone.map(|(source, curve)| (format!("{} alone", source.text()), curve)));
     let errors = [("before".into(), all), ("after".into(), &findings.after_curve)];
     let force = findings.force.labelled_curves();
     let distances = |title: &str, errors: &[(String, &Curve)]| curve_figure(report.job, title, "distance [mm]", errors);

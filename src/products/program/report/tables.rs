@@ -235,14 +235,14 @@ pub fn passes_table(
 fn binding_limits(job: &ProgramJob, bounded: Option<&BoundedPath>, k: usize) -> String {
     let labels = job.machine.drive_labels();
     let corrected = bounded.and_then(|path| path.points[k].corrected());
-    let words = corrected.into_iter().flat_map(|point| &point.binding).map(|binding| {
+    let text = corrected.into_iter().flat_map(|point| &point.binding).map(|binding| {
         let side = match binding.side {
             Side::Lower => "lower",
             Side::Upper => "upper",
         };
         format!("{} {} {side}", binding.kind.label(), labels[binding.drive])
     });
-    words.collect::<Vec<_>>().join("; ")
+    text.collect::<Vec<_>>().join("; ")
 }
 
 /// Returns quantities against their limits as JSON, such as where the program as written exceeds them.
@@ -384,8 +384,8 @@ pub fn program_json(report_of: &Report<'_>) -> Value {
         "limits_exceeded_as_written": exceeded.as_ref().map(|exceeded| exceeded_json(job, exceeded)),
         "write_tolerance_mm": (!matches!(job.file, ProgramFile::Polyline(_))).then_some(job.process.write_tolerance_mm),
         "blocks": written.blocks,
-        "workpiece": job.process.placement_words(),
-        "counts_as_cutting": job.process.cutting_words(),
+        "workpiece": job.process.placement_text(),
+        "counts_as_cutting": job.process.cutting_text(),
         "cuts_nowhere": job.cuts_nowhere(),
         "dialect": dialect,
         "unit_taken": notes.assumed_unit.map(|(unit, _)| unit.name()),

@@ -7,7 +7,7 @@ use super::{
     tables::{WITHOUT_FORCE, error_before_column},
 };
 use crate::{
-    answer::{ShareWithin, budget::OfVerdict, cautions, drive_columns::kind_word, force_words},
+    answer::{ShareWithin, budget::OfVerdict, cautions, drive_columns::kind_word, force_text},
     compensation::{BoundedPath, LimitKind, Method, Price},
     files::{
         exchange::Table,
@@ -264,7 +264,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let (points, inputs) =
         (counted(report.job.path.len(), "point"), spread_report::basis(report.job.uncertainty.as_deref()));
     let verdict_force = VerdictForce::of(&report.job.process, &report.job.path);
-    let force = force_words("up to ", report.findings.force.largest);
+    let force = force_text("up to ", report.findings.force.largest);
     let force = match &verdict_force {
         Some(own) => format!("{force} ({} over a turn)", own.rests_on.label()),
         None => force,
@@ -462,7 +462,7 @@ fn uncut_sentence(report: &Report<'_>) -> Option<String> {
         format!(
             "No motion of {} counts as cutting, so {corrected}. What counts is {} ({}).",
             report.name,
-            job.process.cutting_words(),
+            job.process.cutting_text(),
             cutting_motions(job)
         )
     })
@@ -493,7 +493,7 @@ fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
         without_force: off
             .most
             .filter(|(_, size)| *size > ROUNDING_MM)
-            .map(|(k, size)| (size, report.job.place_words(k))),
+            .map(|(k, size)| (size, report.job.place_text(k))),
     }
 }
 
@@ -525,7 +525,7 @@ fn caution_text(report: &Report<'_>) -> String {
         + &cautions::zeroing(machine)
         + &cautions::carrier(machine)
         + &cautions::large_errors(machine, &report.job.process.errors)
-        + &report.findings.outside.words("point")
+        + &report.findings.outside.text("point")
         + &facts_text(&report.job.process.assumed())
         + match report.job.is_full_pose() && report.job.uncertainty.is_some() {
             true => "The distributions are of distances alone: the orientation that full_pose holds is not judged.\n",
@@ -563,7 +563,7 @@ pub(super) fn deflected_cut_text(report: &Report<'_>, on_first_screen: bool) -> 
         "Without compensation the tool, deflected, cuts {} than programmed: with the force of that cut it is off by up to {own}, {}, not {programmed} ({} of the stock, \
          until deflection and force agree at {} of the points).\n",
         if change < 0.0 { "less" } else { "more" },
-        report.job.place_words(found.largest.0),
+        report.job.place_text(found.largest.0),
         counted(found.rounds, "cut"),
         percent(found.agreed)
     )
@@ -575,7 +575,7 @@ fn play_text(report: &Report<'_>) -> String {
         true => "the program as written takes it back",
         false => "the program as written does not take it back, as its commands are not by a compensation method",
     };
-    report.findings.play.sentences(taken_back, |k| report.job.place_words(k))
+    report.findings.play.sentences(taken_back, |k| report.job.place_text(k))
 }
 
 /// Returns where the written program leads the tool if the cutting force is absent, unless that is a key number; empty where none is expected, or
@@ -589,7 +589,7 @@ fn without_force_text(report: &Report<'_>) -> String {
             "Where the cutting force is absent (in air, in a spring pass, with a broken tool), the program as written leads the tool off its path by \
              up to {}, {}.\n",
             millimetres(size, 3),
-            report.job.place_words(point)
+            report.job.place_text(point)
         )
     });
     if off.unknown > 0 {
@@ -661,7 +661,7 @@ fn main_sentence(report: &Report<'_>) -> String {
 
 /// Returns the share of points within tolerance in words; empty without a tolerance.
 fn tolerance_text(job: &ProgramJob, within: ShareWithin) -> String {
-    within.words(job.process.tolerance_mm, "on … of the path").unwrap_or_default()
+    within.text(job.process.tolerance_mm, "on … of the path").unwrap_or_default()
 }
 
 /// Returns the largest error without compensation and as written, as key numbers.
@@ -692,12 +692,12 @@ fn largest_correction(report: &Report<'_>) -> Option<KeyNumber> {
     let (kind, most) = kinds.next()?;
     let drives = if machine.has_mixed_drives() { kind_word(machine, kind) } else { "drive" };
     let mut against: Vec<String> =
-        kinds.map(|(kind, most)| format!("{} {}", kind_word(machine, kind), kind.position_words(most))).collect();
+        kinds.map(|(kind, most)| format!("{} {}", kind_word(machine, kind), kind.position_text(most))).collect();
     against.extend(report.verified.bounded.as_ref().map(|path| match path.summary.prices.len() {
         0 => "no limit binds".to_string(),
         count => format!("{} bind", counted(count, "limit")),
     }));
-    Some(KeyNumber::new(&kind.position_words(most), format!("largest {drives} correction"), against.join("; ")))
+    Some(KeyNumber::new(&kind.position_text(most), format!("largest {drives} correction"), against.join("; ")))
 }
 
 /// Residual error that counts as zero where nothing is rounded, mm.

@@ -6,7 +6,7 @@ mod summary;
 mod tables;
 mod text;
 
-pub(crate) use text::{ANYTHING, width_words};
+pub(crate) use text::{ANYTHING, width_text};
 
 use serde_json::json;
 
@@ -76,7 +76,7 @@ fn without_answer(study: &IdentificationStudy) -> Description {
 
 /// Returns sections, setting and tables of the page; first screen, figures and question are added by the run.
 fn page(report: &Report<'_>) -> Description {
-    let lines = text::parameter_words(report);
+    let lines = text::parameter_text(report);
     let parameters = Section::new("Which numbers?", "each with its 95 % interval");
     let has_lengths =
         report.study.measurements.iter().flat_map(|row| &row.readings).any(|reading| !reading.quantity.is_rotation());
@@ -97,11 +97,11 @@ fn page(report: &Report<'_>) -> Description {
         sections: vec![
             parameters.figures(&["answer"]).tables(["parameters.csv", "correlations.csv"]),
             Section::new("What stays unknown?", "what to measure next")
-                .text(&text::unidentified_words(report))
+                .text(&text::unidentified_text(report))
                 .tables(["open.csv"]),
             Section::new("Does the model hold?", "residuals, and what other unknowns would do")
-                .text(&text::model_words(report))
-                .text(&text::pattern_words(report))
+                .text(&text::model_text(report))
+                .text(&text::pattern_text(report))
                 .explorers(has_lengths.then_some(RESIDUALS))
                 .figures(&["predicted", "residuals"])
                 .tables(["models.csv", "residuals.csv", "patterns.csv"]),

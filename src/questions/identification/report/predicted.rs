@@ -36,8 +36,8 @@ pub fn predict_rows(study: &IdentificationStudy, source: &[u8], file: &str, work
     let failure = match identification::run(study, work)? {
         Ok(results) if results.fit.is_converged => {
             let predictions = identification::predict(study, &results, &poses)?;
-            let words = prediction_words(study, &results, &poses, &predictions);
-            return Ok(PredictedRows::new(&poses, &predictions, words));
+            let text = prediction_text(study, &results, &poses, &predictions);
+            return Ok(PredictedRows::new(&poses, &predictions, text));
         }
         Ok(_) => {
             let reason = "the search for the parameters did not end".into();
@@ -45,8 +45,8 @@ pub fn predict_rows(study: &IdentificationStudy, source: &[u8], file: &str, work
         }
         Err(failure) => failure,
     };
-    let words = format!("Nothing is predicted: {}.", failure.reason.trim_end_matches('.'));
-    Ok(PredictedRows::new(&poses, &vec![Err(failure); poses.len()], words))
+    let text = format!("Nothing is predicted: {}.", failure.reason.trim_end_matches('.'));
+    Ok(PredictedRows::new(&poses, &vec![Err(failure); poses.len()], text))
 }
 
 /// Predicts the readings of the rows in the CSV text `source`, called `file` in messages, for `machine` as it is, without intervals; its
@@ -54,8 +54,8 @@ pub fn predict_rows(study: &IdentificationStudy, source: &[u8], file: &str, work
 pub fn predict_rows_of(machine: &Machine, source: &[u8], file: &str) -> InputResult<PredictedRows> {
     let poses = identification::read(source, file, &machine.nominal()?, RowUse::Predictions)?;
     let predictions = identification::predict_as_is(machine, &poses)?;
-    let words = text::beyond_travel(machine, &poses, |i| format!("pose {}", poses[i].name)).unwrap_or_default();
-    Ok(PredictedRows::new(&poses, &predictions, words))
+    let text = text::beyond_travel(machine, &poses, |i| format!("pose {}", poses[i].name)).unwrap_or_default();
+    Ok(PredictedRows::new(&poses, &predictions, text))
 }
 
 impl PredictedRows {
@@ -98,7 +98,7 @@ fn table(poses: &[Measurement], predicted: &[Result<Vec<Prediction>, Failure>]) 
 }
 
 /// Says how well the readings measured at `poses` are predicted, with the cautions of the identification.
-fn prediction_words(
+fn prediction_text(
     study: &IdentificationStudy,
     results: &Identified,
     poses: &[Measurement],
@@ -128,6 +128,6 @@ fn prediction_words(
     let file = MachineFile { text: None, left_out: Vec::new(), problem: None };
     let report = Report { study, results, file: &file, errors: &[] };
     sentences.extend(text::misfit_caution(&report));
-    sentences.extend(text::unit_factor_words(&report));
+    sentences.extend(text::unit_factor_text(&report));
     sentences.join(" ")
 }

@@ -34,9 +34,9 @@ impl Report<'_> {
     }
 
     /// Describes in a sentence the residual of the machine file if only some parameters were identified; `None` if no file is written.
-    pub fn partial_words(&self) -> Option<String> {
+    pub fn partial_text(&self) -> Option<String> {
         self.file.text.as_ref()?;
-        written_files::partial_words(self.study, self.results)
+        written_files::partial_text(self.study, self.results)
     }
 
     /// Returns the root mean square of the measured lengths, mm.
@@ -68,7 +68,7 @@ impl Report<'_> {
     }
 
     /// Returns a combination of unknowns as text, such as `+0.71 a -0.71 b`.
-    pub fn combination_words(&self, parts: &[(usize, f64)]) -> String {
+    pub fn combination_text(&self, parts: &[(usize, f64)]) -> String {
         let part = |(k, part): &(usize, f64)| format!("{part:+.2} {}", self.study.unknowns[*k].name);
         let words: Vec<String> = parts.iter().map(part).collect();
         words.join(" ")

@@ -2,7 +2,7 @@
 
 use super::{ERRORS, MACHINE, summary::Report};
 use crate::{
-    files::words::{counted, join_words, listed_up_to, millimetres, percent},
+    files::words::{counted, join_text, listed_up_to, millimetres, percent},
     machine::Machine,
     page::headline::{Headline, KeyNumber, State, Verdict},
     questions::identification::{
@@ -120,7 +120,7 @@ fn value_with_interval(estimate: &Estimate) -> String {
 const FEW: usize = 3;
 
 /// Formats half an interval, given in the coordinate of the unknown: logarithms in percent or as a factor, others in the unit.
-pub(crate) fn width_words(unknown: &Unknown, width: f64) -> String {
+pub(crate) fn width_text(unknown: &Unknown, width: f64) -> String {
     match unknown.coordinate {
         Coordinate::Logarithm if width > 7.0 => "any size".into(),
         Coordinate::Linear(_) if width > ANYTHING => "any size".into(),
@@ -135,7 +135,7 @@ pub(crate) const ANYTHING: f64 = 100.0;
 
 /// Formats an estimate: name, value and half its interval.
 pub(super) fn brief(estimate: &Estimate) -> String {
-    format!("{} {} {}", estimate.unknown.name, with_unit(estimate), width_words(&estimate.unknown, estimate.half_width))
+    format!("{} {} {}", estimate.unknown.name, with_unit(estimate), width_text(&estimate.unknown, estimate.half_width))
 }
 
 /// Lists the first identified parameters, for a part of a sentence.
@@ -144,7 +144,7 @@ fn first_identified(report: &Report<'_>) -> String {
 }
 
 /// Returns a line for each unknown: value and interval, or why it is not identified.
-pub(super) fn parameter_words(report: &Report<'_>) -> Vec<String> {
+pub(super) fn parameter_text(report: &Report<'_>) -> Vec<String> {
     let line = |estimate: &Estimate| match &estimate.open {
         None => format!("{}: {}", estimate.unknown.name, value_with_interval(estimate)),
         Some(reason) => format!("{}: not identified: {reason}", estimate.unknown.name),
@@ -161,26 +161,26 @@ fn profile_differences(report: &Report<'_>) -> Option<String> {
         // An end that is nowhere makes this no number, which is not less.
         !(shift(0) < 0.1 * estimate.half_width && shift(1) < 0.1 * estimate.half_width)
     };
-    let words = |estimate: &Estimate| {
+    let text = |estimate: &Estimate| {
         let end = |end: f64| if end.is_finite() { rounded(end) } else { "no limit".into() };
         let [low, high] = estimate.profile.unwrap_or(estimate.interval).map(end);
         format!("{} ({low} to {high})", estimate.unknown.name)
     };
-    let listed: Vec<String> = report.identified().filter(differs).map(words).collect();
+    let listed: Vec<String> = report.identified().filter(differs).map(text).collect();
     (!listed.is_empty())
         .then(|| format!("By the profile of the likelihood, intervals are others: {}.", listed.join("; ")))
 }
 
 /// Describes the significant correlations of the residuals.
-pub(super) fn pattern_words(report: &Report<'_>) -> String {
-    let words = |pattern: &Pattern| {
+pub(super) fn pattern_text(report: &Report<'_>) -> String {
+    let text = |pattern: &Pattern| {
         format!(
             "{} correlates with {} (rank correlation {:+.2}), as by {}",
             pattern.of, pattern.with, pattern.correlation, pattern.hint
         )
     };
     let significant: Vec<String> =
-        report.results.patterns.iter().filter(|pattern| pattern.is_significant()).map(words).collect();
+        report.results.patterns.iter().filter(|pattern| pattern.is_significant()).map(text).collect();
     match (report.results.patterns.is_empty(), significant.is_empty()) {
         (true, _) => "There are too few measurements to show a pattern in the residuals.".into(),
         (_, true) => {
@@ -193,7 +193,7 @@ pub(super) fn pattern_words(report: &Report<'_>) -> String {
 }
 
 /// Describes the unidentified parameter combinations and the force that would identify them best; without any, which intervals are too wide.
-pub(super) fn unidentified_words(report: &Report<'_>) -> String {
+pub(super) fn unidentified_text(report: &Report<'_>) -> String {
     if report.results.open.is_empty() {
         let open: Vec<&Estimate> = report.results.estimates.iter().filter(|estimate| estimate.open.is_some()).collect();
         let names: Vec<&str> = open.iter().map(|estimate| &*estimate.unknown.name).collect();
@@ -202,12 +202,12 @@ pub(super) fn unidentified_words(report: &Report<'_>) -> String {
             [] => "All parameter combinations are identifiable.".into(),
             _ => format!(
                 "The measurements constrain every parameter combination{farther}, but these intervals are too wide: {}.",
-                join_words(&names)
+                join_text(&names)
             ),
         };
     }
     let combinations: Vec<String> =
-        report.results.open.iter().map(|open| report.combination_words(&open.parts)).collect();
+        report.results.open.iter().map(|open| report.combination_text(&open.parts)).collect();
     let next = match &report.results.advice {
         Some(advice) => {
             let along = ["x", "y", "z"][advice.force.iamax()];
@@ -227,7 +227,7 @@ pub(super) fn unidentified_words(report: &Report<'_>) -> String {
 }
 
 /// Compares the sets of unknowns: RMS residual fitted and in cross-validation.
-pub(super) fn model_words(report: &Report<'_>) -> String {
+pub(super) fn model_text(report: &Report<'_>) -> String {
     let lines: Vec<String> = report
         .results
         .models
@@ -257,11 +257,11 @@ const MANY: usize = 8;
 const NAMED: usize = 3;
 
 /// Describes the outliers; `None` without any.
-fn outlier_words(report: &Report<'_>) -> Option<String> {
+fn outlier_text(report: &Report<'_>) -> Option<String> {
     let far = &report.results.outliers;
     let said = |one: &Outlier| {
         let unit = if one.column.ends_with("deg") { "°" } else { "mm" };
-        format!("{} of {} by {:.3} {unit}", one.column, report.study.measurement_words(one.measurement), one.by)
+        format!("{} of {} by {:.3} {unit}", one.column, report.study.measurement_text(one.measurement), one.by)
     };
     let what = counted(far.len(), "reading");
     let are = if far.len() == 1 { "is an outlier" } else { "are outliers" };
@@ -300,7 +300,7 @@ pub(super) fn beyond_travel(
 }
 
 /// Says what would explain a large residual; `None` where nothing that is tried does.
-fn cause_words(report: &Report<'_>) -> Option<String> {
+fn cause_text(report: &Report<'_>) -> Option<String> {
     let cause = report.results.cause.as_ref()?;
     let left = match (cause.share, cause.residual_mm) {
         (Some(share), _) => format!("{} of what was measured", percent(share)),
@@ -329,22 +329,22 @@ fn cause_words(report: &Report<'_>) -> Option<String> {
 
 /// Describes the most important problem with the residual, and what may cause it; `None` if it is small enough.
 pub(super) fn misfit_caution(report: &Report<'_>) -> Option<String> {
-    let cause = cause_words(report);
-    let words = misfit_words(report, cause.is_some())?;
-    Some([Some(words), cause].into_iter().flatten().collect::<Vec<_>>().join(" "))
+    let cause = cause_text(report);
+    let text = misfit_text(report, cause.is_some())?;
+    Some([Some(text), cause].into_iter().flatten().collect::<Vec<_>>().join(" "))
 }
 
 /// Describes the most important problem with the residual, and what to try unless something explains it; `None` if it is small enough.
-fn misfit_words(report: &Report<'_>, is_explained: bool) -> Option<String> {
+fn misfit_text(report: &Report<'_>, is_explained: bool) -> Option<String> {
     const TRY: &str = " Try as unknowns: play of the drives, bearings that tilt across the joints' axes (an arm's elbow first), elastic links.";
     let (fit, share) = (&report.results.fit, report.residual_share().unwrap_or(0.0));
-    let words = percent(share);
+    let text = percent(share);
     let tries = if is_explained { "" } else { TRY };
     const NOTHING: &str = "no noise is given that explains so much, so that nothing is identified; where readings do scatter so, say it by std_mm";
     let inliers = report.inlier_residual_share().unwrap_or(share);
-    let far = if share > NOTEWORTHY && inliers < 0.5 * share { outlier_words(report) } else { None };
+    let far = if share > NOTEWORTHY && inliers < 0.5 * share { outlier_text(report) } else { None };
     if let Some(far) = far {
-        let far = format!("The residual is {words} of what was measured, {} without {far}", percent(inliers));
+        let far = format!("The residual is {text} of what was measured, {} without {far}", percent(inliers));
         if fit.is_beyond_noise {
             return Some(format!(
                 "{far} The residual is {:.1} times the noise that was given, which chance makes less than once in a hundred times: nothing is identified.",
@@ -361,7 +361,7 @@ fn misfit_words(report: &Report<'_>, is_explained: bool) -> Option<String> {
         let nothing =
             if report.results.misfit.is_some() || fit.is_beyond_noise { " Nothing is identified." } else { "" };
         return Some(format!(
-            "The residual is nearly as large as what was measured ({words}): are the units, signs and axes of loads and readings those of \
+            "The residual is nearly as large as what was measured ({text}): are the units, signs and axes of loads and readings those of \
              their columns?{nothing}"
         ));
     }
@@ -373,11 +373,11 @@ fn misfit_words(report: &Report<'_>, is_explained: bool) -> Option<String> {
         ));
     }
     if report.results.misfit.is_some() {
-        return Some(format!("The residual is {words} of what was measured: {NOTHING}.{tries}"));
+        return Some(format!("The residual is {text} of what was measured: {NOTHING}.{tries}"));
     }
     if report.study.noise.is_estimated && share > NOTEWORTHY {
         return Some(format!(
-            "The residual is {words} of what was measured: the model lacks something, or readings scatter so; intervals are as wide as if \
+            "The residual is {text} of what was measured: the model lacks something, or readings scatter so; intervals are as wide as if \
              they did.{tries}"
         ));
     }
@@ -394,13 +394,13 @@ fn misfit_words(report: &Report<'_>, is_explained: bool) -> Option<String> {
 }
 
 /// Describes the common factor of stiffnesses that looks like a mistaken unit, if there is one.
-pub(super) fn unit_factor_words(report: &Report<'_>) -> Option<String> {
+pub(super) fn unit_factor_text(report: &Report<'_>) -> Option<String> {
     let common = report.results.unit_factor.as_ref()?;
     let [low, high] = common.interval;
     let than = if common.is_lower { "lower" } else { "higher" };
-    let (unit, words) = common.looks_like;
+    let (unit, text) = common.looks_like;
     Some(format!(
-        "Stiffnesses are {} ({} to {}) times {than} than the machine file's, each of them {} to {} times: that looks like {words} ({unit}), in \
+        "Stiffnesses are {} ({} to {}) times {than} than the machine file's, each of them {} to {} times: that looks like {text} ({unit}), in \
          loads, readings or the file.",
         rounded(common.factor),
         rounded(low),
@@ -411,30 +411,30 @@ pub(super) fn unit_factor_words(report: &Report<'_>) -> Option<String> {
 }
 
 /// Names the parameters whose interval by the profile likelihood could not be found.
-fn unknown_profile_words(report: &Report<'_>) -> Option<String> {
+fn unknown_profile_text(report: &Report<'_>) -> Option<String> {
     let all: Vec<&str> = report
         .identified()
         .filter(|estimate| estimate.has_no_profile)
         .map(|estimate| &*estimate.unknown.name)
         .collect();
     (!all.is_empty()).then(|| {
-        format!("The profile of the likelihood is unknown of {}: the other parameters could not be fitted anew; intervals are linear.", join_words(&all))
+        format!("The profile of the likelihood is unknown of {}: the other parameters could not be fitted anew; intervals are linear.", join_text(&all))
     })
 }
 
 /// Returns the cautions that a reader must know before the results, a line each.
 fn cautions(report: &Report<'_>) -> String {
     let mut lines: Vec<String> = misfit_caution(report).into_iter().collect();
-    lines.extend(unit_factor_words(report));
+    lines.extend(unit_factor_text(report));
     if report.results.fit.is_beyond_noise {
         // A wrong unit leaves more than any play.
         lines.reverse();
     }
-    lines.extend(report.partial_words());
+    lines.extend(report.partial_text());
     lines.extend(parameters_at_limit(report));
-    lines.extend(outlier_words(report).filter(|outliers| lines.iter().all(|line| !line.contains(outliers))));
+    lines.extend(outlier_text(report).filter(|outliers| lines.iter().all(|line| !line.contains(outliers))));
     let study = report.study;
-    lines.extend(beyond_travel(&study.machine, &study.measurements, |i| study.measurement_words(i)));
+    lines.extend(beyond_travel(&study.machine, &study.measurements, |i| study.measurement_text(i)));
     if let Some(better) = report.better_model() {
         let predicted =
             |model: &SetScore| millimetres(model.predicted_mm.as_ref().ok().copied().flatten().unwrap_or_default(), 3);
@@ -446,9 +446,9 @@ fn cautions(report: &Report<'_>) -> String {
         ));
     }
     lines.extend(profile_differences(report));
-    lines.extend(unknown_profile_words(report));
+    lines.extend(unknown_profile_text(report));
     if report.results.patterns.iter().any(Pattern::is_significant) {
-        lines.push(pattern_words(report));
+        lines.push(pattern_text(report));
     }
     if report.study.loss != LossSpec::Squares {
         let out = report.results.fit.weights.iter().filter(|&&weight| weight < 0.5).count();
@@ -475,12 +475,12 @@ pub(super) fn details(report: &Report<'_>) -> String {
             format!("{MACHINE} has what was identified but {}.", report.file.left_out.join(", "))
         }
     };
-    if let Some(partial) = report.partial_words() {
+    if let Some(partial) = report.partial_text() {
         file += &format!(" {partial}");
     }
     if !report.errors.is_empty() {
         file += &format!(" {ERRORS}, a process file, has {}.", report.errors.join(", "));
     }
-    [parameter_words(report).join("\n"), unidentified_words(report), model_words(report), pattern_words(report), file]
+    [parameter_text(report).join("\n"), unidentified_text(report), model_text(report), pattern_text(report), file]
         .join("\n")
 }

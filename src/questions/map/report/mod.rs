@@ -13,7 +13,7 @@ pub use text::text;
 use serde_json::json;
 
 use crate::{
-    answer::{Output, ReportText, Run, Streams, layers, size_words, source_group},
+    answer::{Output, ReportText, Run, Streams, layers, size_text, source_group},
     files::{
         exchange::{Image, Layer},
         words::{counted, position, typographic},
@@ -107,12 +107,12 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
                 .text(&text.remedy)
                 .figures(&["slices_delta_rho"]),
         ],
-        ..load_case.description("workspace_map", &positions_words(&load_case.machine))
+        ..load_case.description("workspace_map", &positions_text(&load_case.machine))
     }
 }
 
 /// Describes whose positions those of the map are, and where the tool tip is then.
-fn positions_words(machine: &Machine) -> String {
+fn positions_text(machine: &Machine) -> String {
     let tip = machine.home.pose.rotation * machine.tool_tip;
     match tip.norm() > 0.0 {
         true => format!("the platform point P, from which the tool tip is at {}", position(tip.x, tip.y, tip.z)),
@@ -126,11 +126,11 @@ fn setting(WorkspaceMapStudy { load_case, grid, uncertainty }: &WorkspaceMapStud
         let values = &grid.axes[axis];
         // The way to the middle of a box leaves rounding that must not show.
         let shown = |value: f64| (value * 1e9).round() / 1e9;
-        let words = match values.as_slice() {
+        let text = match values.as_slice() {
             [one] => format!("{} mm", shown(*one)),
             several => format!("{} to {} mm", shown(several[0]), shown(several[several.len() - 1])),
         };
-        typographic(&words)
+        typographic(&text)
     };
     let over = format!(
         "over these {} and {}; between grid points, and on a path with another force, values differ",
@@ -139,9 +139,9 @@ fn setting(WorkspaceMapStudy { load_case, grid, uncertainty }: &WorkspaceMapStud
     );
     let mut facts = load_case.facts([
         load_case.angles_fact("tool angles"),
-        Fact::new("grid", format!("{} positions of P, x {}, y {}, z {}", size_words(grid), span(0), span(1), span(2))),
+        Fact::new("grid", format!("{} positions of P, x {}, y {}, z {}", size_text(grid), span(0), span(1), span(2))),
         Fact::new("best and worst", over),
-        Fact::new("compensation holds", load_case.target.words()),
+        Fact::new("compensation holds", load_case.target.text()),
         spread_report::fact(uncertainty.as_ref()),
     ]);
     facts[1].value += match load_case.force.law {

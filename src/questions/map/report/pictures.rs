@@ -34,7 +34,7 @@ fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
         label: quantity.axis_label(),
         setting: match source {
             Source::Weight => "without cutting force".into(),
-            _ => study.load_case.worst_words(),
+            _ => study.load_case.worst_text(),
         },
         limit: None,
         of_limit: String::new(),
@@ -55,13 +55,13 @@ fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
         let title = "How far the tool moves at most with 95 % probability";
         layers.push(layer("deflection_p95_all", title, Source::All, P95_DEFLECTION));
     }
-    if let Some(load) = machine.own_load_words() {
-        let words = match load {
+    if let Some(load) = machine.own_load_text() {
+        let text = match load {
             "weight" => "How far the machine's own weight moves the tool",
             "springs" => "How far the machine's own springs move the tool",
             _ => "How far the machine's own weight and springs move the tool",
         };
-        let weight = layer("deflection_weight", words, Source::Weight, DEFLECTION);
+        let weight = layer("deflection_weight", text, Source::Weight, DEFLECTION);
         layers.push(MapLayer { label: "tool deflection [mm]".into(), ..weight });
     }
     for (kind, correction) in drives(machine).corrections {

@@ -5,7 +5,7 @@ use super::{
     summary::{AtAngle, SourceExtremes, Summary},
 };
 use crate::{
-    answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words, drive_columns::kind_word, force_words},
+    answer::{Quantity, ReportText, Tolerance, ValueAt, acting_text, drive_columns::kind_word, force_text},
     files::words::{counted, millimetres, percent},
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
@@ -168,12 +168,12 @@ fn drives_text(
     Some(format!(
         "To keep the tool on its path, correct the {drives} by up to {}, {}; where least is needed, {}, by up to {}. \
          Drive {}s{of_kind} reach {}, {}.\n",
-        kind.position_words(most.value),
+        kind.position_text(most.value),
         most.tip(),
         least.tip(),
-        kind.position_words(least.value),
+        kind.position_text(least.value),
         kind.force_word(),
-        kind.force_words(force.value),
+        kind.force_text(force.value),
         force.tip()
     ))
 }
@@ -194,7 +194,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let points = counted(summary.study.grid.len(), "grid point");
     let inputs = spread_report::basis(summary.study.uncertainty.as_ref());
     let angles = counted(case.phis.len(), "tool angle");
-    let basis = format!("{points}, {angles}, {}, {inputs}", force_words("", case.force.size()));
+    let basis = format!("{points}, {angles}, {}, {inputs}", force_text("", case.force.size()));
     let Some([least, most]) = all.of(&DEFLECTION).filter(|_| summary.is_enough(all.known)) else {
         let sentence = match all.known {
             0 => format!("How far the tool of {name} moves could be computed at none of the {points}."),
@@ -205,7 +205,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         let verdict = Verdict::new(State::Bad, "Too little could be computed");
         return Headline::new(sentence, basis).judged(verdict, false).with_cautions(&text.cautions);
     };
-    let acting = acting_words(&case.machine, &case.errors, !case.force.is_zero());
+    let acting = acting_text(&case.machine, &case.errors, !case.force.is_zero());
     // Where distributions were computed, the tolerance is judged by them.
     let judged = if summary.within_p95.get().is_some() { summary.within_p95 } else { summary.within };
     let verdict_of_share = Verdict::of_deflection(judged.get(), case.tolerance_mm);
@@ -280,11 +280,11 @@ fn verdict(summary: &Summary<'_>) -> String {
 fn probably_within(summary: &Summary<'_>) -> Option<(f64, String)> {
     let (share, tolerance) = (summary.within_p95.get()?, summary.study.load_case.tolerance_mm?);
     // Not to be within with 95 % probability is not to be out of tolerance with it.
-    let words = match share {
+    let text = match share {
         0.0 => format!("nowhere within tolerance ({tolerance} mm)"),
-        _ => summary.within_p95.words(Some(tolerance), BOX)?,
+        _ => summary.within_p95.text(Some(tolerance), BOX)?,
     };
-    Some((share, words + " with 95 % probability"))
+    Some((share, text + " with 95 % probability"))
 }
 
 /// Returns the key number of the largest 95 % quantile.
@@ -312,7 +312,7 @@ fn worst_number(summary: &Summary<'_>, [least, most]: [&ValueAt<AtAngle>; 2], hi
     };
     let nominal = if summary.study.uncertainty.is_some() { "nominal " } else { "" };
     let case = &summary.study.load_case;
-    let acting = acting_words(&case.machine, &case.errors, !case.force.is_zero()).to_lowercase();
+    let acting = acting_text(&case.machine, &case.errors, !case.force.is_zero()).to_lowercase();
     let what = format!("largest {nominal}tool deflection {acting}, {}", most.tip());
     let found = in_map_table(&DEFLECTION, Extreme::Largest, most.value);
     KeyNumber::new(high, what, against).held_to(case.tolerance_mm, most.value).found(found)
@@ -325,10 +325,10 @@ fn correction_number(all: &SourceExtremes, summary: &Summary<'_>) -> Option<KeyN
     let (kind, quantity, [least, most]) = kinds.next()?;
     let drives = if machine.has_mixed_drives() { kind_word(machine, kind) } else { "drive" };
     let others: String = kinds
-        .map(|(other, _, [_, most])| format!("; {} {}", kind_word(machine, other), other.position_words(most.value)))
+        .map(|(other, _, [_, most])| format!("; {} {}", kind_word(machine, other), other.position_text(most.value)))
         .collect();
-    let against = format!("{} where least is needed{others}", kind.position_words(least.value));
+    let against = format!("{} where least is needed{others}", kind.position_text(least.value));
     let what = format!("largest {drives} correction that keeps the tool on its path");
-    let number = KeyNumber::new(&kind.position_words(most.value), what, against);
+    let number = KeyNumber::new(&kind.position_text(most.value), what, against);
     Some(number.found(in_map_table(quantity, Extreme::Largest, most.value)))
 }

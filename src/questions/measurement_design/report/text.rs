@@ -2,17 +2,17 @@
 
 use super::summary::Report;
 use crate::{
-    files::words::{counted, join_words, millimetres},
+    files::words::{counted, join_text, millimetres},
     page::headline::{Headline, KeyNumber, State, Verdict},
     questions::{
-        identification::report::width_words,
+        identification::report::width_text,
         measurement_design::{HalfWidths, MeasurementDesignStudy},
     },
     simulation::Failure,
 };
 
 /// Returns what the results rest on: numbers of candidates, unknowns and measurements made already.
-fn basis_words(study: &MeasurementDesignStudy) -> String {
+fn basis_text(study: &MeasurementDesignStudy) -> String {
     let made = match study.measured.len() {
         0 => String::new(),
         count => format!(", {} made before", counted(count, "measurement")),
@@ -23,7 +23,7 @@ fn basis_words(study: &MeasurementDesignStudy) -> String {
 /// Returns the first screen: main sentence, cautions and key numbers.
 pub(super) fn headline(report: &Report<'_>) -> Headline {
     let chosen = counted(report.plan.chosen.len(), "measurement");
-    let reached = tested_words(report).or_else(|| widest_words(report));
+    let reached = tested_text(report).or_else(|| widest_text(report));
     let reached = reached.map_or_else(String::new, |reached| format!(": {reached}"));
     let total = report.study.unknowns.len();
     let will = match report.unidentified().len() {
@@ -36,11 +36,11 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
         0 => Verdict::new(State::Good, "All parameters will be identified"),
         open => Verdict::new(State::Partly, format!("{open} of {total} parameters stay unknown")),
     };
-    Headline::new(will + ".", basis_words(report.study))
+    Headline::new(will + ".", basis_text(report.study))
         .judged(verdict, false)
         .next("make the measurements of sheet.csv, and identify the machine with them.")
         .with_cautions(&details)
-        .with_cautions(&open_words(report))
+        .with_cautions(&open_text(report))
         .with_numbers(report.sufficient_count().map(|enough| {
             let what = "measurements are enough for the intervals wanted";
             let against = if enough == 0 { "known so well beforehand" } else { "" };
@@ -53,12 +53,12 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
 
 /// Returns the first screen where nothing could be computed.
 pub(super) fn failed(study: &MeasurementDesignStudy, failure: &Failure) -> Headline {
-    Headline::new(format!("Nothing could be planned: {}.", failure.reason.trim_end_matches('.')), basis_words(study))
+    Headline::new(format!("Nothing could be planned: {}.", failure.reason.trim_end_matches('.')), basis_text(study))
         .judged(Verdict::new(State::Bad, "Nothing could be planned"), false)
 }
 
 /// Says how well the tool will be predicted where it is tested, if that is the criterion.
-fn tested_words(report: &Report<'_>) -> Option<String> {
+fn tested_text(report: &Report<'_>) -> Option<String> {
     let error = report.final_widths()?.tested_mm?;
     let random = report.random_widths().and_then(|random| random.tested_mm);
     let beside = random.map_or_else(String::new, |random| format!("; with random ones, {}", millimetres(random, 4)));
@@ -66,21 +66,21 @@ fn tested_words(report: &Report<'_>) -> Option<String> {
 }
 
 /// Returns the unknown with the widest interval, and its half width in words.
-fn widest_in_words(report: &Report<'_>, widths: Option<&HalfWidths>) -> Option<(usize, String)> {
+fn widest_in_text(report: &Report<'_>, widths: Option<&HalfWidths>) -> Option<(usize, String)> {
     let (unknown, width) = widths?.widest()?;
-    Some((unknown, width_words(&report.study.unknowns[unknown], width)))
+    Some((unknown, width_text(&report.study.unknowns[unknown], width)))
 }
 
 /// Says how well the least known unknown will be known.
-fn widest_words(report: &Report<'_>) -> Option<String> {
-    let (unknown, width) = widest_in_words(report, report.final_widths())?;
-    let random = widest_in_words(report, report.random_widths());
+fn widest_text(report: &Report<'_>) -> Option<String> {
+    let (unknown, width) = widest_in_text(report, report.final_widths())?;
+    let random = widest_in_text(report, report.random_widths());
     let beside = random.map_or_else(String::new, |(_, random)| format!("; with random ones, {random}"));
     Some(format!("the least known, {}, to {width}{beside}", report.name(unknown)))
 }
 
 /// Names the unknowns that no candidate identifies, or not well enough.
-fn open_words(report: &Report<'_>) -> String {
+fn open_text(report: &Report<'_>) -> String {
     let (mut uninformed, mut wide) = (Vec::new(), Vec::new());
     for k in report.unidentified() {
         if report.plan.most_information[k] == 0.0 { uninformed.push(report.name(k)) } else { wide.push(report.name(k)) }
@@ -89,13 +89,13 @@ fn open_words(report: &Report<'_>) -> String {
     if !uninformed.is_empty() {
         sentences.push(format!(
             "No candidate measurement identifies {}: other poses, loads or readings are needed.",
-            join_words(&uninformed)
+            join_text(&uninformed)
         ));
     }
     if !wide.is_empty() {
         sentences.push(format!(
             "{} will still be open: more measurements, larger forces or other readings are needed.",
-            join_words(&wide)
+            join_text(&wide)
         ));
     }
     sentences.join(" ")
@@ -119,8 +119,8 @@ pub(super) fn parameter_lines(report: &Report<'_>) -> Vec<String> {
     let line = |(k, width): (usize, &f64)| {
         let random = report
             .random_widths()
-            .map(|random| format!(" (random: {})", width_words(&report.study.unknowns[k], random.each[k])));
-        format!("{}: {}{}", report.name(k), width_words(&report.study.unknowns[k], *width), random.unwrap_or_default())
+            .map(|random| format!(" (random: {})", width_text(&report.study.unknowns[k], random.each[k])));
+        format!("{}: {}{}", report.name(k), width_text(&report.study.unknowns[k], *width), random.unwrap_or_default())
     };
     reached.each.iter().enumerate().map(line).collect()
 }
@@ -141,7 +141,7 @@ pub(super) fn details(report: &Report<'_>) -> String {
     let mut lines = parameter_lines(report);
     lines.extend(tested_sentence(report));
     lines.extend(target_sentence(report));
-    let open = open_words(report);
+    let open = open_text(report);
     if !open.is_empty() {
         lines.push(open);
     }

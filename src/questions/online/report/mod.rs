@@ -180,7 +180,7 @@ fn setting(study: &OnlineStudy) -> Vec<Fact> {
     facts.extend(limit("largest correction", study.limits.correction_mm));
     facts.extend(limit("largest change of the correction", study.limits.correction_change_mm));
     facts.extend(path.uncertainty.as_deref().map(|own| spread_report::fact_of_draws(Some(own), study.seeds)));
-    facts.extend(path.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
+    facts.extend(path.facts.iter().map(|(label, text)| Fact::new(*label, text.clone())));
     facts_of(&path.machine, &path.errors, facts)
 }
 

@@ -24,15 +24,15 @@ pub(super) fn cautions(compared: &Compared<'_>) -> String {
             spread_report::counted_inputs(own)
         )
     });
-    unsafe_loop_words(compared)
-        + &unsolved_words(compared)
+    unsafe_loop_text(compared)
+        + &unsolved_text(compared)
         + &drawn
         + &spread_report::cautions(uncertainty, &SpreadCounts::default(), "trial", None)
         + &cautions_of(&compared.study.path)
 }
 
 /// Warns if the loop through the cutting force does not converge at the given cutting stiffness; else empty.
-fn unsafe_loop_words(compared: &Compared<'_>) -> String {
+fn unsafe_loop_text(compared: &Compared<'_>) -> String {
     let (Some(stiffness), Some(loop_gain)) = (compared.study.cutting_stiffness, compared.results.loop_gain) else {
         return String::new();
     };
@@ -49,7 +49,7 @@ fn unsafe_loop_words(compared: &Compared<'_>) -> String {
 }
 
 /// Says in how many trials a point was not solved; empty if in none.
-fn unsolved_words(compared: &Compared<'_>) -> String {
+fn unsolved_text(compared: &Compared<'_>) -> String {
     let trials = &compared.results.trials;
     match trials.iter().filter(|trial| quantities::status(trial) != SOLVED).count() {
         0 => String::new(),
@@ -165,17 +165,17 @@ fn break_even_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
 fn sure_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
     let study = compared.study;
     study.path.uncertainty.as_deref()?;
-    let words = |share| spread_report::share_words(share, study.seeds);
+    let text = |share| spread_report::share_text(share, study.seeds);
     let largest = percent_of(study.force_errors.last().copied()?);
     let what = format!("probability that measured forces leave less, if their prediction is off by {largest}");
     let within = compared.within_tolerance().zip(study.path.tolerance_mm).map(|([offline, online], tolerance)| {
         format!(
             "within {tolerance} mm all along the path with {} probability, by predicted forces with {}",
-            words(online),
-            words(offline)
+            text(online),
+            text(offline)
         )
     });
-    Some(KeyNumber::new(&words(compared.measured_is_smaller()?), what, within.unwrap_or_default()))
+    Some(KeyNumber::new(&text(compared.measured_is_smaller()?), what, within.unwrap_or_default()))
 }
 
 /// Returns the residual of both ways at the largest force error as a key number.

@@ -187,14 +187,14 @@ fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
         Fact::new("path", format!("{kind} of {:.1} mm, {points}", study.length_mm())),
         Fact::new("best and worst", extremes),
     ];
-    facts.extend(study.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
+    facts.extend(study.facts.iter().map(|(label, text)| Fact::new(*label, text.clone())));
     let forces = study.tasks.iter().map(|task| task.load.force.norm());
     let (low, high) = forces.fold((f64::INFINITY, 0.0f64), |(low, high), force| (low.min(force), high.max(force)));
     let force = if high > 0.0 { format!("{low:.1} N to {high:.1} N along the path") } else { "none".into() };
     facts.push(Fact::new("force on the tool", force));
-    facts.extend(study.tasks.first().map(|task| Fact::new("compensation holds", task.target.words())));
+    facts.extend(study.tasks.first().map(|task| Fact::new("compensation holds", task.target.text())));
     facts.extend(
-        study.gamma_search.as_ref().map(|search| Fact::new("rotation about the tool axis", search.choice().words())),
+        study.gamma_search.as_ref().map(|search| Fact::new("rotation about the tool axis", search.choice().text())),
     );
     facts.push(spread_report::fact(study.uncertainty.as_deref()));
     facts_of(&study.machine, &study.errors, facts)

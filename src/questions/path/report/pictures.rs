@@ -139,7 +139,7 @@ fn curve_figures(study: &PathStudy) -> Vec<CurveFigure> {
     };
     let by_source = |quantity: &Quantity<PointEffect>| -> Vec<FigureCurve> {
         let sources = Source::of(machine).iter();
-        sources.map(|source| of(source.words().into(), *source != Source::All, *source, quantity)).collect()
+        sources.map(|source| of(source.text().into(), *source != Source::All, *source, quantity)).collect()
     };
     let of_drives = |kind: Motion, quantities: &[Quantity<PointEffect>]| -> Vec<FigureCurve> {
         let drives = drives_of_kind(machine, kind);

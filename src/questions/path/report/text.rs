@@ -9,15 +9,15 @@ use super::{
 };
 use crate::{
     answer::{
-        Quantity, ReportText, Tolerance, acting_words,
+        Quantity, ReportText, Tolerance, acting_text,
         budget::OfVerdict,
         cautions::{self, OutsidePositions},
         drive_columns::kind_word,
-        force_words,
+        force_text,
     },
     files::{
         text_table::text_table,
-        words::{counted, join_words, millimetres, millimetres_in_table, or_dash},
+        words::{counted, join_text, millimetres, millimetres_in_table, or_dash},
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict},
@@ -44,7 +44,7 @@ pub fn text(summary: &Summary<'_>) -> ReportText {
 }
 
 /// Describes point `k` of the path: program line, length along the path, and φ on a circle.
-pub(super) fn point_words(summary: &Summary<'_>, k: usize) -> String {
+pub(super) fn point_text(summary: &Summary<'_>, k: usize) -> String {
     let station = &summary.study.stations[k];
     let angle = station.phi_deg.filter(|_| summary.shown.is_circle);
     let angle = angle.map(|phi| format!(" (tool angle φ = {phi:.0}°)")).unwrap_or_default();
@@ -81,7 +81,7 @@ fn cautions_text(summary: &Summary<'_>) -> String {
 /// Returns what the play of the drives does along the path, in sentences; empty without play.
 fn play_text(summary: &Summary<'_>) -> String {
     let taken_back = "it is in the distance as programmed, and the compensation takes it back";
-    summary.play.sentences(taken_back, |k| point_words(summary, k))
+    summary.play.sentences(taken_back, |k| point_text(summary, k))
 }
 
 /// Returns the sentences about the distribution of the distance from the path; empty where inputs are taken as exact.
@@ -92,7 +92,7 @@ fn spread_text(summary: &Summary<'_>) -> String {
         text += &format!(
             "Where the force is absent (in air, in a spring pass, with a broken tool), the compensated commands lead the tool off by up to {}, {}.\n",
             millimetres(off, 3),
-            point_words(summary, k)
+            point_text(summary, k)
         );
     }
     text + &summary.spread_counts().sentences("point")
@@ -114,7 +114,7 @@ fn along<'a>(summary: &'a Summary<'_>) -> Along<'a> {
             (true, false) => Some(spread_report::OUTSIDE),
             (true, true) => None,
         },
-        without_force: summary.largest(Source::All, &WITHOUT_FORCE).map(|(off, k)| (off, point_words(summary, k))),
+        without_force: summary.largest(Source::All, &WITHOUT_FORCE).map(|(off, k)| (off, point_text(summary, k))),
     }
 }
 
@@ -140,7 +140,7 @@ fn displacement_text(summary: &Summary<'_>, source: Source) -> String {
         None => String::new(),
         Some((size, k)) => {
             let cause = source.moves(&summary.study.machine);
-            format!("{cause} by up to {}, {}.\n", millimetres(size, 3), point_words(summary, k))
+            format!("{cause} by up to {}, {}.\n", millimetres(size, 3), point_text(summary, k))
         }
     }
 }
@@ -159,13 +159,13 @@ fn cause_text(summary: &Summary<'_>) -> String {
     }
     let shares = summary.single_sources.iter();
     let shares: Vec<String> =
-        shares.map(|(source, size)| format!("{} {}", source.words(), millimetres(*size, 3))).collect();
+        shares.map(|(source, size)| format!("{} {}", source.text(), millimetres(*size, 3))).collect();
     if let Some((_, k)) = summary.largest_displacement().filter(|_| shares.len() > 1) {
         let words: Vec<&str> = shares.iter().map(String::as_str).collect();
         text += &format!(
             "At the worst point, {}, each alone moves the tool by: {}.\n",
-            point_words(summary, k),
-            join_words(&words)
+            point_text(summary, k),
+            join_text(&words)
         );
     }
     text
@@ -181,16 +181,16 @@ fn remedy_text(summary: &Summary<'_>) -> String {
         let of_kind = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
         Some(format!(
             "To keep the tool on its path, correct the {drives} by up to {}, {}. Drive {}s{of_kind} then reach {}, {}.\n",
-            kind.position_words(correction),
-            point_words(summary, k),
+            kind.position_text(correction),
+            point_text(summary, k),
             kind.force_word(),
-            kind.force_words(force),
-            point_words(summary, kf)
+            kind.force_text(force),
+            point_text(summary, kf)
         ))
     };
     let mut text: String = summary.drives.corrections.iter().zip(&summary.drives.forces).filter_map(sentence).collect();
     if let (Some(axes), Some((residual, k))) = (machine.uncontrolled_names(), largest(&RESIDUAL_ERROR)) {
-        let (residual, place) = (millimetres(residual, 3), point_words(summary, k));
+        let (residual, place) = (millimetres(residual, 3), point_text(summary, k));
         text += &format!("The residual error is up to {residual}, {place}: the drives do not control {axes}.\n");
     }
     text
@@ -241,7 +241,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         "a path of {:.1} mm, {}, {}, {}",
         study.length_mm(),
         counted(study.stations.len(), "point"),
-        force_words("up to ", study.tasks.iter().map(|task| task.load.force.norm()).fold(0.0, f64::max)),
+        force_text("up to ", study.tasks.iter().map(|task| task.load.force.norm()).fold(0.0, f64::max)),
         spread_report::basis(study.uncertainty.as_deref())
     );
     let name = &study.machine.name;
@@ -265,7 +265,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
             .where_force_is(study.known_force)
             .resting_on(&budget(summary), &[(judged_mm(summary), study.tolerance_mm)]);
     }
-    let acting = acting_words(&study.machine, &study.errors, has_force(study)).to_lowercase();
+    let acting = acting_text(&study.machine, &study.errors, has_force(study)).to_lowercase();
     let off = millimetres(worst, 3);
     let residual = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(residual, _)| residual);
     let then = match residual {
@@ -276,7 +276,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let is_barred = cannot_be_run.is_some();
     let sentence = cannot_be_run.unwrap_or_else(|| format!("Tool off by up to {off}; {then}."));
     let against = summary.within.against(study.tolerance_mm, worst, OF_PATH).unwrap_or_default();
-    let what = format!("largest distance from the path {acting}, without compensation, {}", point_words(summary, k));
+    let what = format!("largest distance from the path {acting}, without compensation, {}", point_text(summary, k));
     let number = KeyNumber::new(&off, what, against);
     Headline::new(sentence, basis)
         .judged(state(&positions, summary), true)
@@ -398,9 +398,9 @@ fn correction_number(summary: &Summary<'_>) -> Option<KeyNumber> {
     let (kind, quantity, correction, force) = kinds.next()?;
     let drives = if machine.has_mixed_drives() { kind_word(machine, kind) } else { "drive" };
     let others: String = kinds
-        .map(|(kind, _, correction, _)| format!("; {} {}", kind_word(machine, kind), kind.position_words(correction)))
+        .map(|(kind, _, correction, _)| format!("; {} {}", kind_word(machine, kind), kind.position_text(correction)))
         .collect();
-    let against = format!("drive {}s up to {}{others}", kind.force_word(), kind.force_words(force));
-    let number = KeyNumber::new(&kind.position_words(correction), format!("largest {drives} correction"), against);
+    let against = format!("drive {}s up to {}{others}", kind.force_word(), kind.force_text(force));
+    let number = KeyNumber::new(&kind.position_text(correction), format!("largest {drives} correction"), against);
     Some(number.found(in_points_table(quantity, correction)))
 }

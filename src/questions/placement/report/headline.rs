@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::{
     largest_force_n,
     quantities::{entry_metric, spread_counts, verdict_counts},
-    text::{NO_DEFLECTION, best_entry, direction_words, infeasible_text, position_and_angles, robust_text, site_words},
+    text::{NO_DEFLECTION, best_entry, direction_text, infeasible_text, position_and_angles, robust_text, site_text},
 };
 use crate::{
     answer::{ShareWithin, budget::OfVerdict, cautions},
@@ -17,7 +17,7 @@ use crate::{
         path::report::facts_text,
         placement::{
             Candidate, End, Entry, Evaluation, FeatureJob, Margin, Metric, Metrics, Origin, PlacementResults,
-            PlacementStudy, evaluate, is_angle, site::printed_words,
+            PlacementStudy, evaluate, is_angle, site::printed_text,
         },
         spread_report::{self, Along},
     },
@@ -55,7 +55,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
                 || "Best place found; how far the tool is off is not known.".into(),
                 |worst| match value_of(study, evaluation, Metric::WorstResidual) {
                     Some(residual) => format!("Best place: {worst} off at most, {residual} once compensated."),
-                    None => format!("Best place: {worst} off at most{}.", gain_words(results, entry, evaluation)),
+                    None => format!("Best place: {worst} off at most{}.", gain_text(results, entry, evaluation)),
                 },
             );
             // A long name of a place stands below.
@@ -89,7 +89,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     });
     let (place, angles) = position_and_angles(&entry.site);
     let at = if angles.is_empty() { angles } else { format!(" at {angles}") };
-    let place = KeyNumber::new(&place, format!("{}{at}{}", origin_words(study), gamma_words(study, entry)), "");
+    let place = KeyNumber::new(&place, format!("{}{at}{}", origin_text(study), gamma_text(study, entry)), "");
     let mut numbers: Vec<KeyNumber> = [place].into_iter().chain(numbers).chain(margin_number(results)).collect();
     let more: String = numbers.drain(MOST_NUMBERS.min(numbers.len())..).map(|own| number_sentence(&own)).collect();
     Headline::new(sentence, basis)
@@ -112,7 +112,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
 /// Returns what to do next: search farther where the search or the machine ended at the best place, else cut there.
 fn next_step(results: &PlacementResults) -> String {
     let towards = |is_meant: fn(&Margin) -> bool| -> Vec<String> {
-        results.flatness.iter().filter(|own| is_meant(own)).map(direction_words).collect()
+        results.flatness.iter().filter(|own| is_meant(own)).map(direction_text).collect()
     };
     match (towards(|own| own.is_better_beyond && is_none(own)).as_slice(), towards(is_blocked).as_slice()) {
         ([], []) => "put this placement into the process file, and write the compensated program with it.".into(),
@@ -163,7 +163,7 @@ fn state(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> 
         State::Good => match results.flatness.iter().find(|own| is_blocked(own)) {
             Some(blocked) => Verdict::new(
                 State::Partly,
-                format!("Within tolerance, but no room towards {}", direction_words(blocked)),
+                format!("Within tolerance, but no room towards {}", direction_text(blocked)),
             ),
             None => judged,
         },
@@ -183,7 +183,7 @@ fn is_blocked(margin: &Margin) -> bool {
 
 /// Returns the number that first sentence, key numbers and figure tell of a place: the largest distance from the path, with uncertain inputs what it is
 /// within with 95 % probability; `None` where there is none.
-pub(super) fn distance_words(study: &PlacementStudy, entry: &Entry) -> Option<String> {
+pub(super) fn distance_text(study: &PlacementStudy, entry: &Entry) -> Option<String> {
     match &entry.spread {
         Some(spread) => {
             let judged = spread.largest.compensated.as_ref().filter(|_| !study.has_limits());
@@ -196,7 +196,7 @@ pub(super) fn distance_words(study: &PlacementStudy, entry: &Entry) -> Option<St
 
 /// Returns the cautions for any placement: the workpiece carrier, an assumed workspace box, and axes that the drives do not control.
 pub fn cautions_text(study: &PlacementStudy) -> String {
-    let words = study.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words));
+    let words = study.machine.uncontrolled_text().map(|words| (NOT_CONTROLLED, words));
     cautions::carrier(&study.machine) + &cautions::assumed_workspace(&study.machine) + &facts_text(words.as_slice())
 }
 
@@ -214,7 +214,7 @@ pub(super) fn of_verdict<'a>(results: &'a PlacementResults, budget: &'a mut Budg
 /// Returns what the verdict rests on: of several features, what is known worst.
 fn budget(study: &PlacementStudy, entry: &Entry) -> Budget {
     let of = |job: &FeatureJob| {
-        let known = job.force_words.known;
+        let known = job.force_text.known;
         let force = (largest_force_n(job) > 0.0 || known != KnownForce::Everywhere).then_some(known);
         let (machine, errors) = (job.machine(), &job.tracked.errors[..]);
         let uncertainty = job.tracked.uncertainty.as_deref().filter(|_| entry.spread.is_some());
@@ -239,7 +239,7 @@ fn judged(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Vec
         let least = study.features.iter().map(|job| job.feature.tolerance_mm).reduce(f64::min);
         return vec![(left[0].or(left[1]), least)];
     }
-    let is_exact = study.machine.uncontrolled_words().is_none();
+    let is_exact = study.machine.uncontrolled_text().is_none();
     let of = |(job, metrics): (&FeatureJob, &Metrics)| {
         // Without limits compensation leaves nothing.
         let left = match is_exact && evaluation.metrics.get(Metric::WorstCorrection).is_some() {
@@ -253,15 +253,15 @@ fn judged(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Vec
 
 /// Returns how much of the force is known on the feature of which least is.
 pub fn known_force(study: &PlacementStudy) -> KnownForce {
-    study.features.iter().map(|job| job.force_words.known).max().unwrap_or_default()
+    study.features.iter().map(|job| job.force_text.known).max().unwrap_or_default()
 }
 
 /// Returns what is to be known of the force on each feature, with its name if there are several.
 pub fn force_text(study: &PlacementStudy, of: impl Fn(&ForceWords) -> &String) -> String {
     let several = study.features.len() > 1;
-    let named = |job: &FeatureJob| match of(&job.force_words) {
-        words if several && !words.is_empty() => format!("{}: {words}", job.feature.name),
-        words => words.clone(),
+    let named = |job: &FeatureJob| match of(&job.force_text) {
+        text if several && !text.is_empty() => format!("{}: {text}", job.feature.name),
+        text => text.clone(),
     };
     study.features.iter().map(named).collect()
 }
@@ -310,20 +310,20 @@ fn part(study: &PlacementStudy) -> &str {
 
 /// Formats the value of `metric` with its unit; `None` where it was not computed or does not exist.
 fn value_of(study: &PlacementStudy, evaluation: &Evaluation, metric: Metric) -> Option<String> {
-    Some(metric.value_words(&study.machine, evaluation.metrics.get(metric)?))
+    Some(metric.value_text(&study.machine, evaluation.metrics.get(metric)?))
 }
 
 /// Returns the sentence of the first screen: where to clamp, and unless a verdict by the distribution says it, how far the tool leaves its path.
 fn clamp_sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> String {
     let study = &results.study;
     let how = if platform_offset(study).is_some() { "with P at" } else { "with its origin at" };
-    let (site, gamma) = (site_words(&entry.site), gamma_words(study, entry));
+    let (site, gamma) = (site_text(&entry.site), gamma_text(study, entry));
     let mut text = format!("Clamp the {} {how} {site}{gamma}", part(study));
     if entry.spread.is_some() {
         return text + ".";
     }
     if let Some(worst) = value_of(study, evaluation, Metric::WorstDeflection) {
-        let gain = gain_words(results, entry, evaluation);
+        let gain = gain_text(results, entry, evaluation);
         let is_programmed = |named: &Candidate| !named.at_best_gamma && gain.ends_with(&named.name);
         let has_note = study.seeks_gamma() && study.candidates.iter().any(is_programmed);
         let note = if has_note { " (as programmed)" } else { "" };
@@ -344,7 +344,7 @@ pub(super) fn platform_offset(study: &PlacementStudy) -> Option<Vector3<f64>> {
 }
 
 /// Describes whose position a place is: that of the part's origin, or of P there.
-fn origin_words(study: &PlacementStudy) -> String {
+fn origin_text(study: &PlacementStudy) -> String {
     match platform_offset(study) {
         None => format!("where to clamp the origin of the {}", part(study)),
         Some(tip) => {
@@ -355,9 +355,9 @@ fn origin_words(study: &PlacementStudy) -> String {
 }
 
 /// Describes the γ of each feature at a place; empty where none is sought.
-fn gamma_words(study: &PlacementStudy, entry: &Entry) -> String {
+fn gamma_text(study: &PlacementStudy, entry: &Entry) -> String {
     let gamma = |(job, gamma): (&FeatureJob, &Option<f64>)| {
-        let degrees = printed_words((1e9 * gamma.as_ref()?.to_degrees()).round() / 1e9);
+        let degrees = printed_text((1e9 * gamma.as_ref()?.to_degrees()).round() / 1e9);
         Some((job.feature.name.clone(), typographic(&format!("{}°", degrees.trim_end_matches(".0")))))
     };
     let gammas: Vec<(String, String)> = study.features.iter().zip(&entry.gammas).filter_map(gamma).collect();
@@ -372,7 +372,7 @@ fn gamma_words(study: &PlacementStudy, entry: &Entry) -> String {
 }
 
 /// Describes how much smaller the worst deflection is than at the first other named place that can be cut.
-fn gain_words(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> String {
+fn gain_text(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> String {
     let study = &results.study;
     let worst = |evaluation: &Evaluation| evaluation.metrics.get(Metric::WorstDeflection);
     let named = study.candidates.iter().filter_map(|candidate| {
@@ -399,7 +399,7 @@ fn common_tolerance(study: &PlacementStudy) -> Option<f64> {
 }
 
 /// Describes on which `share` of the path the tolerances are met, where the tool is `worst_mm` off at its worst.
-fn tolerance_words(study: &PlacementStudy, share: Option<f64>, worst_mm: Option<f64>) -> String {
+fn tolerance_text(study: &PlacementStudy, share: Option<f64>, worst_mm: Option<f64>) -> String {
     match (share, common_tolerance(study)) {
         (None, _) => String::new(),
         (Some(share), tolerance @ Some(_)) => ShareWithin::of_all(share)
@@ -418,7 +418,7 @@ fn in_candidates_table(study: &PlacementStudy, entry: &Entry, metric: Metric, va
 /// Returns the key number of the worst deflection without compensation.
 fn uncompensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Option<KeyNumber> {
     let metric = Metric::WorstDeflection;
-    let against = tolerance_words(study, evaluation.metrics.get(Metric::ShareWithin), evaluation.metrics.get(metric));
+    let against = tolerance_text(study, evaluation.metrics.get(Metric::ShareWithin), evaluation.metrics.get(metric));
     let number = KeyNumber::new(
         &value_of(study, evaluation, metric)?,
         "largest distance of the tool from its path, without compensation",
@@ -438,11 +438,7 @@ fn compensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evalua
     let (what, against) = match metric {
         Metric::WorstResidual => (
             "largest distance after compensation within the limits given".to_string(),
-            tolerance_words(
-                study,
-                evaluation.metrics.get(Metric::ShareWithinCorrected),
-                evaluation.metrics.get(metric),
-            ),
+            tolerance_text(study, evaluation.metrics.get(Metric::ShareWithinCorrected), evaluation.metrics.get(metric)),
         ),
         _ => {
             let force = words_of(Metric::WorstDriveForce).map(|force| format!("drives carry up to {force}"));
@@ -470,10 +466,8 @@ fn is_none(margin: &Margin) -> bool {
 /// Returns the key number of the smallest margin of the best place, and of directions without any.
 fn margin_number(results: &PlacementResults) -> Option<KeyNumber> {
     let (blocked, free): (Vec<&Margin>, Vec<&Margin>) = results.flatness.iter().partition(|margin| is_none(margin));
-    let none: Vec<String> = blocked
-        .iter()
-        .map(|margin| format!("none towards {}: {}", direction_words(margin), end_words(margin)))
-        .collect();
+    let none: Vec<String> =
+        blocked.iter().map(|margin| format!("none towards {}: {}", direction_text(margin), end_text(margin))).collect();
     let free = free.into_iter().filter(|margin| !is_angle(margin.coordinate));
     let Some(smallest) = free.min_by(|a, b| a.distance.total_cmp(&b.distance)) else {
         let is_blocked = blocked.iter().any(|margin| !is_angle(margin.coordinate));
@@ -484,14 +478,14 @@ fn margin_number(results: &PlacementResults) -> Option<KeyNumber> {
     let distance = (10.0 * smallest.distance).floor() / 10.0;
     let least = if none.is_empty() { "least margin" } else { "least margin elsewhere" };
     let what = match &smallest.end {
-        End::Worse => format!("{least} ({}), before the objective is 5 % worse", direction_words(smallest)),
-        _ => format!("{least} ({}), then {}", direction_words(smallest), end_words(smallest)),
+        End::Worse => format!("{least} ({}), before the objective is 5 % worse", direction_text(smallest)),
+        _ => format!("{least} ({}), then {}", direction_text(smallest), end_text(smallest)),
     };
     Some(KeyNumber::new(&format!("{distance:.1} mm"), what, none.join("; ")))
 }
 
 /// Describes why a margin ends.
-fn end_words(margin: &Margin) -> String {
+fn end_text(margin: &Margin) -> String {
     match &margin.end {
         End::Worse => "the objective gets worse at once".into(),
         End::Bound => "the bound of the search".into(),

@@ -116,7 +116,7 @@ fn page(results: &PlacementResults) -> Description {
     }
     Description {
         setting: setting(study),
-        terms: vec![Fact::new("Positions", positions_words(study))],
+        terms: vec![Fact::new("Positions", positions_text(study))],
         sections: sections(results),
         explorers: vec![sweep_view(results), places_view(study)],
         tables,
@@ -170,12 +170,12 @@ const SWEEP: &str = "Places of the sweep";
 const PLACES: &str = "Named and found places";
 
 /// Formats the point `p`, mm, for the page.
-fn point_words(p: Vector3<f64>) -> String {
+fn point_text(p: Vector3<f64>) -> String {
     typographic(&format!("({}, {}, {})", p.x, p.y, p.z))
 }
 
 /// Returns which point and frame the positions on the first screen refer to.
-fn positions_words(study: &PlacementStudy) -> String {
+fn positions_text(study: &PlacementStudy) -> String {
     let carrier = study.machine.carrier.as_ref().map_or("the machine's base", |carrier| carrier.name.as_str());
     let of = if headline::platform_offset(study).is_some() { "P at the part's origin" } else { "the part's origin" };
     format!("of {of}, from the origin of {carrier}")
@@ -185,7 +185,7 @@ fn positions_words(study: &PlacementStudy) -> String {
 fn setting(study: &PlacementStudy) -> Vec<Fact> {
     let mut facts = vec![
         Fact::new("machine", study.machine.title.clone()),
-        Fact::new("objective (minimised)", study.objective.words(&study.machine)),
+        Fact::new("objective (minimised)", study.objective.text(&study.machine)),
         Fact::new("best and worst", "over the points of the paths at one place; each place has its own"),
     ];
     for (i, name) in COORDINATES.iter().enumerate() {
@@ -197,7 +197,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
     let is_alike = study.features.windows(2).all(|pair| pair[0].tracked.errors == pair[1].tracked.errors);
     for (index, job) in study.features.iter().enumerate() {
         let name = &job.feature.name;
-        facts.push(Fact::new(format!("feature {name}"), feature_words(job)));
+        facts.push(Fact::new(format!("feature {name}"), feature_text(job)));
         let errors = error_facts(&study.machine, &job.tracked.errors);
         match is_alike {
             true if index + 1 == study.features.len() => facts.extend(errors),
@@ -206,21 +206,21 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
         }
     }
     facts.push(spread_report::fact(study.features[0].tracked.uncertainty.as_deref()));
-    facts.extend(study.machine.uncontrolled_words().map(|words| Fact::new(NOT_CONTROLLED, words)));
+    facts.extend(study.machine.uncontrolled_text().map(|text| Fact::new(NOT_CONTROLLED, text)));
     facts.extend(locked_fact(&study.machine));
     facts.push(Fact::new("P on all paths within", {
-        let (low, high) = (point_words(study.machine.workspace.min), point_words(study.machine.workspace.max));
+        let (low, high) = (point_text(study.machine.workspace.min), point_text(study.machine.workspace.max));
         format!("{low} to {high} mm, the machine's workspace box")
     }));
     if let Some(table) = &study.table {
         let (centre, size) = (table.centre_mm, table.size_mm);
-        let mut words = format!("{} mm × {} mm around ({}, {}) mm", size.x, size.y, centre.x, centre.y);
+        let mut text = format!("{} mm × {} mm around ({}, {}) mm", size.x, size.y, centre.x, centre.y);
         if table.yaw != 0.0 {
-            words += &format!(", turned by {}°", table.yaw.to_degrees());
+            text += &format!(", turned by {}°", table.yaw.to_degrees());
         }
         let hangs = if table.is_overhead { ", the part under it: the tool points up" } else { "" };
-        words += &table.height_mm.map_or_else(String::new, |height| format!(", surface at z = {height} mm{hangs}"));
-        facts.push(Fact::new("table", format!("{words}, margin {} mm", table.margin_mm)));
+        text += &table.height_mm.map_or_else(String::new, |height| format!(", surface at z = {height} mm{hangs}"));
+        facts.push(Fact::new("table", format!("{text}, margin {} mm", table.margin_mm)));
     }
     if !study.forbidden.is_empty() {
         let clearance =
@@ -228,7 +228,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
         facts.push(Fact::new("clearance around forbidden boxes", clearance));
     }
     for forbidden in &study.forbidden {
-        let (low, high) = (point_words(forbidden.extent.min), point_words(forbidden.extent.max));
+        let (low, high) = (point_text(forbidden.extent.min), point_text(forbidden.extent.max));
         facts.push(Fact::new(format!("forbidden box {}", forbidden.name), format!("{low} to {high} mm")));
     }
     facts
@@ -248,14 +248,14 @@ fn largest_force_n(job: &FeatureJob) -> f64 {
 }
 
 /// Describes a feature: points, largest force, tolerance, compensation and limits.
-fn feature_words(job: &FeatureJob) -> String {
+fn feature_text(job: &FeatureJob) -> String {
     let (feature, limits, largest_force) = (&job.feature, &job.limits, largest_force_n(job));
-    let mut words = format!(
+    let mut text = format!(
         "{}, force on the tool up to {largest_force:.1} N, tolerance {} mm, compensation holds: {}, cutting: {}",
         counted(feature.path.len(), "point"),
         feature.tolerance_mm,
-        job.target.words(),
-        job.cuts.words()
+        job.target.text(),
+        job.cuts.text()
     );
     for (limit, what, unit) in [
         (limits.correction_mm, "corrections", "mm"),
@@ -263,10 +263,10 @@ fn feature_words(job: &FeatureJob) -> String {
         (limits.force_N, "drive forces", "N"),
     ] {
         if let Some(limit) = limit {
-            words += &format!(", {what} at most {limit} {unit}");
+            text += &format!(", {what} at most {limit} {unit}");
         }
     }
-    words
+    text
 }
 
 /// Returns the view of the sweep.

@@ -32,7 +32,7 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
         }
         for metric in Metric::ALL.into_iter().filter(|metric| study.objective.metrics().contains(metric)) {
             let drawn =
-                map(results, &with_unit(results, metric), metric.words(&study.machine), &|metrics| metrics.get(metric));
+                map(results, &with_unit(results, metric), metric.text(&study.machine), &|metrics| metrics.get(metric));
             figures.push((format!("map_{}", metric.label()), Figure::Slices(drawn)));
         }
     }
@@ -52,8 +52,8 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
 /// Returns the name of a metric with its unit in brackets.
 pub(super) fn with_unit(results: &PlacementResults, metric: Metric) -> String {
     match metric.shown_unit(&results.study.machine) {
-        "" => metric.words(&results.study.machine).into(),
-        unit => format!("{} [{unit}]", metric.words(&results.study.machine)),
+        "" => metric.text(&results.study.machine).into(),
+        unit => format!("{} [{unit}]", metric.text(&results.study.machine)),
     }
 }
 
@@ -204,7 +204,7 @@ fn pareto_figure(results: &PlacementResults) -> LineFigure {
                 |v: &Metrics| (((value(v, 2) - low) / (high - low).max(f64::MIN_POSITIVE)) * 3.0).min(2.0) as usize;
             for k in 0..3 {
                 let edge = |k: usize| low + (high - low) * k as f64 / 3.0;
-                let label = format!("{}: {:.3} to {:.3}", third.words(&results.study.machine), edge(k), edge(k + 1));
+                let label = format!("{}: {:.3} to {:.3}", third.text(&results.study.machine), edge(k), edge(k + 1));
                 series.push((label, front.iter().filter(|v| part(v) == k).map(|v| point(v)).collect()));
             }
         }

@@ -28,7 +28,7 @@ fn objective_from<E: 'static>(value: impl Fn(&E) -> Option<f64> + Send + Sync + 
 
 /// Makes the quantity of a metric, which `metrics` reads from an `E`.
 fn metric_from<E: 'static>(study: &PlacementStudy, metric: Metric, metrics: fn(&E) -> Option<&Metrics>) -> Quantity<E> {
-    let (name, label) = (metric.column(&study.machine), metric.words(&study.machine).into());
+    let (name, label) = (metric.column(&study.machine), metric.text(&study.machine).into());
     let better = if metric.larger_is_better() { Larger } else { Smaller };
     Quantity::computed(name, label, better, move |row| if_finite(metrics(row)?.get(metric)?))
 }
@@ -286,7 +286,7 @@ pub fn summary_json(results: &PlacementResults) -> Value {
     };
     let mut summary = json!({
         "schema": 3,
-        "objective": study.objective.words(&study.machine),
+        "objective": study.objective.text(&study.machine),
         "sweep": {
             "places": results.cells.len(),
             "evaluated": complete,

@@ -12,10 +12,10 @@ use crate::{
     questions::placement::{
         COORDINATES, End, Entry, Metric, Origin, PlacementResults, Site, Trace, is_angle,
         report::{
-            headline::distance_words,
+            headline::distance_text,
             pictures::{self, PathVersion, cutting_pieces},
         },
-        site::{printed_words, unit_suffix},
+        site::{printed_text, unit_suffix},
     },
     spatial::Pose,
 };
@@ -53,7 +53,7 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
         marks.push((best.site.0[0], best.site.0[1], String::new()));
     }
     let places = nearby_named_places(results).into_iter().map(|entry| {
-        let words = distance_words(study, entry).map_or_else(|| "not possible".into(), |words| typographic(&words));
+        let words = distance_text(study, entry).map_or_else(|| "not possible".into(), |words| typographic(&words));
         let at = (entry.site.0[0], entry.site.0[1]);
         PlanShape { look: Look::Place, points: vec![at], label: format!("{}: {words}", entry.name) }
     });
@@ -68,7 +68,7 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
             || "No place for the part: plan of the machine".into(),
             |best| {
                 let drawn = deviation_note(results).map_or_else(String::new, |note| format!(", {note}"));
-                let value = distance_words(study, &results.entries[best.entry]);
+                let value = distance_text(study, &results.entries[best.entry]);
                 let value = value.map_or_else(String::new, |value| format!(" ({value})"));
                 typographic(&format!("The part at its best place{value}, {}{drawn}", height_and_angles(&best.site)))
             },
@@ -77,7 +77,7 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
             Some(_) => format!(
                 "{}, seen along −z; grey: if the part's origin stood there{}",
                 study.machine.name,
-                plane_words(results)
+                plane_text(results)
             ),
             None => format!("{}, seen along −z", study.machine.name),
         },
@@ -106,8 +106,8 @@ fn drawn_metric(results: &PlacementResults) -> Metric {
 fn height_and_angles(site: &Site) -> String {
     let shown = site.shown();
     let angles = (3..COORDINATES.len()).filter(|&i| shown[i] != 0.0);
-    let angles: Vec<String> = angles.map(|i| format!(", {} {}°", COORDINATES[i], printed_words(shown[i]))).collect();
-    format!("z = {} mm{}", printed_words(shown[2]), angles.concat())
+    let angles: Vec<String> = angles.map(|i| format!(", {} {}°", COORDINATES[i], printed_text(shown[i]))).collect();
+    format!("z = {} mm{}", printed_text(shown[2]), angles.concat())
 }
 
 /// Returns the named places near the bounds, other than the best.
@@ -227,12 +227,12 @@ fn margin_note(results: &PlacementResults) -> Option<String> {
 }
 
 /// Describes the plane of the sweep that is drawn, where it is not that of the best place.
-fn plane_words(results: &PlacementResults) -> String {
+fn plane_text(results: &PlacementResults) -> String {
     let Some(best) = &results.best else { return String::new() };
     let drawn =
         Site(std::array::from_fn(|i| results.study.grid.axes[i][pictures::best_grid_position(results)[i]])).shown();
     let others = (2..COORDINATES.len()).filter(|&i| (drawn[i] - best.site.shown()[i]).abs() > 1e-6);
-    others.map(|i| format!(", {} {}{}", COORDINATES[i], printed_words(drawn[i]), unit_suffix(i))).collect()
+    others.map(|i| format!(", {} {}{}", COORDINATES[i], printed_text(drawn[i]), unit_suffix(i))).collect()
 }
 
 /// Returns the slice of the sweep nearest to the best place.

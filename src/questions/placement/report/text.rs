@@ -7,14 +7,14 @@ use super::{
 use crate::{
     files::{
         text_table::text_table,
-        words::{counted, join_words, millimetres, typographic, with_minus_signs},
+        words::{counted, join_text, millimetres, typographic, with_minus_signs},
     },
     page::SmallTable,
     questions::{
         placement::{
             Agreement, Best, COORDINATES, End, Entry, Evaluation, Margin, Metric, Metrics, Origin, PlaceSpread,
             PlacementResults, PlacementStudy, Refinement, Site, Start, Verdict,
-            site::{in_unit, printed_words, unit_suffix},
+            site::{in_unit, printed_text, unit_suffix},
         },
         spread_report,
     },
@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// Describes a place: position, and angles that are not zero.
-pub(super) fn site_words(site: &Site) -> String {
+pub(super) fn site_text(site: &Site) -> String {
     let (position, angles) = position_and_angles(site);
     if angles.is_empty() { position } else { format!("{position} at {angles}") }
 }
@@ -31,8 +31,8 @@ pub(super) fn site_words(site: &Site) -> String {
 pub(super) fn position_and_angles(site: &Site) -> (String, String) {
     let [x, y, z, angles @ ..] = site.shown();
     let nonzero = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
-    let nonzero = nonzero.map(|(name, angle)| typographic(&format!("{name} {}°", printed_words(angle))));
-    let position = [x, y, z].map(printed_words).join(", ");
+    let nonzero = nonzero.map(|(name, angle)| typographic(&format!("{name} {}°", printed_text(angle))));
+    let position = [x, y, z].map(printed_text).join(", ");
     (typographic(&format!("({position}) mm")), nonzero.collect::<Vec<_>>().join(", "))
 }
 
@@ -56,16 +56,16 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
     let angles = if is_tilted { 3..6 } else { 3..4 };
     let mut header = vec!["place".to_string(), "x, y, z [mm]".into()];
     header.extend(COORDINATES[angles.clone()].iter().map(|name| format!("{name} [°]")));
-    header.extend(shown.iter().map(|metric| metric.short_words(machine).into()));
+    header.extend(shown.iter().map(|metric| metric.short_text(machine).into()));
     let mut table = text_table(header, 1);
     for entry in entries {
         let shown_site = entry.site.shown();
         let [x, y, z, ..] = shown_site;
-        let mut row = vec![entry.name.clone(), [x, y, z].map(printed_words).join(", ")];
-        row.extend(shown_site[angles.clone()].iter().copied().map(printed_words));
+        let mut row = vec![entry.name.clone(), [x, y, z].map(printed_text).join(", ")];
+        row.extend(shown_site[angles.clone()].iter().copied().map(printed_text));
         match &entry.outcome {
             Ok(evaluation) => row.extend(shown.iter().map(|metric| {
-                evaluation.metrics.get(*metric).map_or_else(|| "–".into(), |value| metric.value_words(machine, value))
+                evaluation.metrics.get(*metric).map_or_else(|| "–".into(), |value| metric.value_text(machine, value))
             })),
             Err(failure) => row.push(failure.status.replace('_', " ")),
         }
@@ -91,7 +91,7 @@ pub(super) fn search_text(results: &PlacementResults) -> String {
         study.machine.name,
         counted(study.features.len(), "feature"),
         counted(points, "path point"),
-        study.objective.words(&study.machine),
+        study.objective.text(&study.machine),
         counted(results.cells.len(), "place"),
         coarseness_text(results)
     )
@@ -155,7 +155,7 @@ fn unconfirmed_text(results: &PlacementResults) -> String {
     let open: Vec<&str> = results.entries.iter().filter(is_open).map(|entry| entry.name.as_str()).collect();
     match open[..] {
         [] => "The engine, solved along all paths at each place in draws next to the 95 % quantile, confirms the estimates.\n".into(),
-        _ => format!("Estimates that draws of the engine along all paths do not confirm: {}.\n", join_words(&open)),
+        _ => format!("Estimates that draws of the engine along all paths do not confirm: {}.\n", join_text(&open)),
     }
 }
 
@@ -222,7 +222,7 @@ pub(super) fn robust_text(results: &PlacementResults) -> String {
         text += &format!(
             "Not to be told apart from {}, as they are worse by more than 0.5 % with less than 95 % probability: {}.\n",
             if alike_best { "the place recommended" } else { &robust.name },
-            join_words(&alike)
+            join_text(&alike)
         );
     }
     text
@@ -231,7 +231,7 @@ pub(super) fn robust_text(results: &PlacementResults) -> String {
 /// Returns the sentences that the workpiece can be cut at no place, with the first reason.
 pub(super) fn infeasible_text(results: &PlacementResults) -> String {
     let cell = results.cells.iter().find_map(|cell| match &cell.verdict {
-        Verdict::Infeasible(failure) => Some((site_words(&cell.site), &failure.reason)),
+        Verdict::Infeasible(failure) => Some((site_text(&cell.site), &failure.reason)),
         _ => None,
     });
     let elsewhere: Vec<&str> =
@@ -258,9 +258,9 @@ pub(super) fn best_entry(results: &PlacementResults) -> Option<(&Entry, &Evaluat
 /// Returns the sentences about deflections, corrections and residual errors at the recommended place.
 fn best_place_text(results: &PlacementResults, best: &Best) -> String {
     let machine = &results.study.machine;
-    let mut text = format!("At the recommended place, {}:", site_words(&best.site));
+    let mut text = format!("At the recommended place, {}:", site_text(&best.site));
     let Some((_, evaluation)) = best_entry(results) else { return text + "\n" };
-    let value = |metric: Metric| Some(metric.value_words(machine, evaluation.metrics.get(metric)?));
+    let value = |metric: Metric| Some(metric.value_text(machine, evaluation.metrics.get(metric)?));
     if let (Some(worst), Some(rms)) = (value(Metric::WorstDeflection), value(Metric::RmsDeflection)) {
         text += &format!(" without compensation the tool leaves its path by up to {worst} (rms {rms})");
         let within = value(Metric::ShareWithin).unwrap_or_default();
@@ -352,10 +352,10 @@ fn how_found_text(results: &PlacementResults, best: &Best) -> String {
             format!(
                 "Refinement {} of {total} found the place, from {}{}, in {}",
                 index + 1,
-                start_words(results, refinement),
-                gain_words(results, best),
+                start_text(results, refinement),
+                gain_text(results, best),
                 counted(refinement.iterations, "iteration"),
-            ) + &convergence_words(refinement)
+            ) + &convergence_text(refinement)
         }
         Origin::Named => {
             format!("The best place is the named one {}; no refinement beats it", results.entries[best.entry].name)
@@ -372,19 +372,19 @@ fn how_found_text(results: &PlacementResults, best: &Best) -> String {
 }
 
 /// Describes where a refinement started.
-fn start_words(results: &PlacementResults, refinement: &Refinement) -> String {
+fn start_text(results: &PlacementResults, refinement: &Refinement) -> String {
     match refinement.from {
         Start::Sweep => {
             let rank = results.ranking.iter().position(|&cell| results.cells[cell].site == refinement.start);
             format!("place {} of the sweep", rank.map_or(0, |rank| rank + 1))
         }
-        Start::Between => format!("{}, between the places of the sweep", site_words(&refinement.start)),
+        Start::Between => format!("{}, between the places of the sweep", site_text(&refinement.start)),
         Start::Named(index) => format!("the named place {}", results.study.candidates[index].name),
     }
 }
 
 /// Describes how much better the best place is than the best of the sweep; no better where both are zero.
-fn gain_words(results: &PlacementResults, best: &Best) -> String {
+fn gain_text(results: &PlacementResults, best: &Best) -> String {
     let study = &results.study;
     let swept = results.ranking.first().and_then(|&index| results.cells[index].complete());
     let Some(swept) = swept.map(|metrics| study.objective.value(metrics)) else { return String::new() };
@@ -395,7 +395,7 @@ fn gain_words(results: &PlacementResults, best: &Best) -> String {
 }
 
 /// Describes whether a refinement converged and how often it used up its iterations.
-fn convergence_words(refinement: &Refinement) -> String {
+fn convergence_text(refinement: &Refinement) -> String {
     let continued = match refinement.continued {
         0 => String::new(),
         1 => "once the search used up max_iterations and went on from there".into(),
@@ -410,7 +410,7 @@ fn convergence_words(refinement: &Refinement) -> String {
 }
 
 /// Returns the direction of a margin: "+x".
-pub(super) fn direction_words(margin: &Margin) -> String {
+pub(super) fn direction_text(margin: &Margin) -> String {
     let sign = if margin.direction > 0.0 { "+" } else { "\u{2212}" };
     format!("{sign}{}", COORDINATES[margin.coordinate])
 }
@@ -427,7 +427,7 @@ fn margins_text(results: &PlacementResults) -> String {
             End::Nowhere => " (any angle)",
             End::Infeasible(_) => " (then the workpiece cannot be cut)",
         };
-        format!("{} {distance:.1}{}{end}", direction_words(margin), unit_suffix(i))
+        format!("{} {distance:.1}{}{end}", direction_text(margin), unit_suffix(i))
     };
     match results.flatness.as_slice() {
         [] => String::new(),
@@ -460,15 +460,15 @@ pub(super) fn compromises_table(results: &PlacementResults) -> Option<SmallTable
     if shown.len() < 2 {
         return None;
     }
-    let text = |site: &Site, i: usize| typographic(&format!("{}{}", printed_words(site.shown()[i]), unit_suffix(i)));
+    let text = |site: &Site, i: usize| typographic(&format!("{}{}", printed_text(site.shown()[i]), unit_suffix(i)));
     let varies = |i: &usize| shown.iter().any(|(site, _)| text(site, *i) != text(&shown[0].0, *i));
     let free: Vec<usize> = (0..COORDINATES.len()).filter(varies).collect();
     let header = free.iter().map(|&i| COORDINATES[i].to_string());
-    let header = header.chain(metrics.iter().map(|metric| metric.words(&study.machine).to_string())).collect();
+    let header = header.chain(metrics.iter().map(|metric| metric.text(&study.machine).to_string())).collect();
     let row = |(site, values): &&(Site, Metrics)| {
         let places = free.iter().map(|&i| text(site, i));
         let numbers = metrics.iter().map(|metric| {
-            values.get(*metric).map_or_else(|| "–".to_string(), |value| metric.value_words(&study.machine, value))
+            values.get(*metric).map_or_else(|| "–".to_string(), |value| metric.value_text(&study.machine, value))
         });
         places.chain(numbers).collect()
     };

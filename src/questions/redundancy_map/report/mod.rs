@@ -5,7 +5,7 @@ mod quantities;
 use serde_json::json;
 
 use crate::{
-    answer::{Output, Quantity, Run, layers, size_words},
+    answer::{Output, Quantity, Run, layers, size_text},
     files::{
         Manifest,
         text_table::text_table,
@@ -89,7 +89,7 @@ fn setting(report: &Report<'_>) -> Vec<Fact> {
             format!("inverse condition number of {} at least", settings.min_singularity_distance),
         ),
         load_case.angles_fact("directions of the force"),
-        Fact::new("grid", format!("{}, {}", size_words(grid), counted(grid.len(), "grid point"))),
+        Fact::new("grid", format!("{}, {}", size_text(grid), counted(grid.len(), "grid point"))),
     ])
 }
 
@@ -150,19 +150,19 @@ fn answer_sentence(report: &Report<'_>) -> String {
         1 => ("in … of the box", ""),
         _ => ("in … of the box over all directions", " over all grid points and directions"),
     };
-    let within = report.share_within().words(report.study.load_case.tolerance_mm, share_template);
-    let tolerance_words = within.map_or_else(String::new, |share| format!(" So rotated, the tool is {share}."));
+    let within = report.share_within().text(report.study.load_case.tolerance_mm, share_template);
+    let tolerance_text = within.map_or_else(String::new, |share| format!(" So rotated, the tool is {share}."));
     let gain = |at: FoundValue<'_>| format!(" At the worst γ the tool moves up to {:.1} times as far.", at.value);
     let gain_sentence = report.largest_gain().map_or_else(String::new, gain);
     format!(
-        "At the best rotation γ about its axis, the tool of {name} moves by {} to {}{extent}.{tolerance_words}{gain_sentence}",
+        "At the best rotation γ about its axis, the tool of {name} moves by {} to {}{extent}.{tolerance_text}{gain_sentence}",
         millimetres(least.value, 3),
         millimetres(most.value, 3),
     )
 }
 
 /// Describes the position of a value and, on a map of several directions, the tool direction.
-fn point_words(report: &Report<'_>, found: &FoundValue<'_>) -> String {
+fn point_text(report: &Report<'_>, found: &FoundValue<'_>) -> String {
     let [x, y, z] = found.point.position_mm;
     let at = position(x, y, z);
     match report.study.axes.len() {
@@ -186,7 +186,7 @@ fn best_gamma_number(report: &Report<'_>, found: &FoundValue<'_>, what: &str, ex
     let best = &found.gammas.best;
     let branch = best.branch.map_or_else(String::new, |branch| format!(", {}", branch.label()));
     let against = format!("γ = {:.0}°{branch}", best.gamma_deg);
-    let what = format!("{what}, at {}", point_words(report, found));
+    let what = format!("{what}, at {}", point_text(report, found));
     KeyNumber::new(&millimetres(found.value, 3), what, against).found(in_csv(report, found, &BEST, extreme))
 }
 
@@ -194,7 +194,7 @@ fn best_gamma_number(report: &Report<'_>, found: &FoundValue<'_>, what: &str, ex
 fn gain_number(report: &Report<'_>, found: &FoundValue<'_>) -> KeyNumber {
     let [worst, best] = [&found.gammas.worst, &found.gammas.best]
         .map(|at| format!("{} at {:.0}°", millimetres(at.deflection_mm, 3), at.gamma_deg));
-    let what = format!("times as far at the worst γ as at the best, at {}", point_words(report, found));
+    let what = format!("times as far at the worst γ as at the best, at {}", point_text(report, found));
     let number = KeyNumber::new(&format!("{:.2}", found.value), what, format!("{worst} against {best}"));
     number.found(in_csv(report, found, &WORST_OVER_BEST, Extreme::Largest))
 }

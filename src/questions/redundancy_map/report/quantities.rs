@@ -87,7 +87,7 @@ pub(super) fn figures(report: &Report<'_>, slices_z: &[f64]) -> Vec<(String, Fig
         stem,
         title: title.into(),
         label,
-        setting: format!("{tool}, {}, {} values of γ", study.load_case.force_words(), study.gamma_count()),
+        setting: format!("{tool}, {}, {} values of γ", study.load_case.force_text(), study.gamma_count()),
         limit: None,
         of_limit: String::new(),
         shading: Shading::Ordered,

@@ -14,7 +14,7 @@ pub use text::summary_text;
 use serde_json::json;
 
 use crate::{
-    answer::{Output, Run, Streams, layers, size_words},
+    answer::{Output, Run, Streams, layers, size_text},
     files::{
         StatusCount,
         exchange::{Image, Layer},
@@ -105,7 +105,7 @@ fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
         setting: load_case.facts([
             load_case.angles_fact("tool angles"),
             spread_report::fact_of_draws(uncertainty.as_ref(), Draws::PER_SCRAMBLE),
-            Fact::new("grid", format!("{} positions of P", size_words(grid))),
+            Fact::new("grid", format!("{} positions of P", size_text(grid))),
             Fact::new("locations", names.join(", ")),
             Fact::new("tolerance", format!("{tolerance} mm")),
         ]),
@@ -130,16 +130,16 @@ fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
 /// Returns the sections of the page: the map, the largest load, and the causes.
 fn sections(summary: &Summary<'_>, locations: &[LocationResult]) -> Vec<Section> {
     let meaning = "Superposition error: the displacement by each effect alone, added, less that by all at once.";
-    let at = |location: &LocationResult| format!("{} at {}", location.location.name, position_words(location));
+    let at = |location: &LocationResult| format!("{} at {}", location.location.name, position_text(location));
     let points = locations.iter().map(at).collect::<Vec<_>>().join(", ");
     vec![
         Section::new("How large is the superposition error?", "the map, at the tool tip and at the platform point")
             .text(meaning)
-            .text(&text::superposition_error_words(summary))
+            .text(&text::superposition_error_text(summary))
             .explorers([SUPERPOSITION_ERROR])
             .figures(&["slices_superposition", "slices_ratio", "slices_aggregation"]),
         Section::new("Up to which load?", "where effects may be added, and by how much the load may grow")
-            .text(&text::safety_words(summary))
+            .text(&text::safety_text(summary))
             .explorers([SAFE])
             .figures(&["slices_safe", "growth_"])
             .tables(["largest_factors.csv"]),
@@ -170,13 +170,13 @@ fn superposition_error_view(study: &SuperpositionStudy) -> Explorer {
 }
 
 /// Formats the position of a location.
-fn position_words(location: &LocationResult) -> String {
+fn position_text(location: &LocationResult) -> String {
     let [x, y, z]: [f64; 3] = location.location.position.into();
     position(x, y, z)
 }
 
 /// Returns the name of a cause for sentences.
-fn cause_words(cause: Cause) -> &'static str {
+fn cause_text(cause: Cause) -> &'static str {
     match cause {
         Cause::Point => "shift of the evaluation point",
         Cause::Chains => "chains turned and bent (another stiffness matrix)",

@@ -1,7 +1,7 @@
 //! Figures of a superposition study.
 
 use super::{
-    Summary, cause_words, contributions, position_words,
+    Summary, cause_text, contributions, position_text,
     quantities::{LARGEST_LOAD, RELATIVE, SUPERPOSITION_ERROR},
 };
 use crate::{
@@ -25,7 +25,7 @@ fn map_layers(study: &SuperpositionStudy) -> Vec<MapLayer<GridPoint>> {
         stem,
         title: title.into(),
         label: label.into(),
-        setting: study.load_case.worst_words(),
+        setting: study.load_case.worst_text(),
         limit: None,
         of_limit: String::new(),
         shading: Shading::Ordered,
@@ -130,8 +130,8 @@ fn growth_figure(study: &SuperpositionStudy, location: &LocationResult) -> Optio
     }
     (!series.is_empty()).then(|| {
         let title = format!("How the superposition error grows at {}", location.location.name);
-        let (case, at) = (&study.load_case, position_words(location));
-        let (machine, of) = (&case.machine.name, case.worst_words());
+        let (case, at) = (&study.load_case, position_text(location));
+        let (machine, of) = (&case.machine.name, case.worst_text());
         let subtitle = format!("{machine}, {at}, {of}; factor 1: load and errors of the study");
         let labels = ["factor on the scaled sources [1]", "superposition error of the tool tip [mm]"];
         LineFigure { log_x: true, log_y: true, ..LineFigure::new(title, subtitle, labels, series) }
@@ -159,14 +159,14 @@ fn ablation_figure(study: &SuperpositionStudy, location: &LocationResult) -> Opt
     let mut series = vec![LineSeries::new("superposition error", closed_over_turn(errors), false)];
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
         let points = closed_over_turn(ablations.iter().map(|(phi, _, parts)| (*phi, parts[index])));
-        series.push(LineSeries::new(cause_words(cause), points, index > 1));
+        series.push(LineSeries::new(cause_text(cause), points, index > 1));
     }
     let title = format!("Causes of the superposition error at {}", location.location.name);
     let subtitle = format!(
         "{}, {}, {}; parts along the superposition error of the tool tip, which at each angle add up to it",
         study.load_case.machine.name,
-        position_words(location),
-        study.load_case.force_words()
+        position_text(location),
+        study.load_case.force_text()
     );
     let labels = ["tool angle φ [°]", "part of the superposition error [mm]"];
     Some(LineFigure::new(title, subtitle, labels, series))

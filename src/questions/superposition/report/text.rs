@@ -3,14 +3,14 @@
 use std::cmp::Ordering;
 
 use super::{
-    cause_words,
+    cause_text,
     quantities::{LARGEST_LOAD, P95_ERROR, RATIO, RELATIVE, SUPERPOSITION_ERROR},
     summary::{Summary, spread_counts},
     worst_ablation,
 };
 use crate::{
-    answer::{Tolerance, ValueAt, force_words},
-    files::words::{counted, join_words, listed_up_to, millimetres, or_dash, percent, typographic},
+    answer::{Tolerance, ValueAt, force_text},
+    files::words::{counted, join_text, listed_up_to, millimetres, or_dash, percent, typographic},
     page::headline::{Extreme, Headline, KeyNumber, State, Verdict},
     process::uncertainty::{Draws, P95},
     questions::{
@@ -26,13 +26,13 @@ use crate::{
 };
 
 /// Formats a superposition error in mm.
-fn millimetre_words(superposition_error_mm: f64) -> String {
+fn millimetre_text(superposition_error_mm: f64) -> String {
     millimetres(superposition_error_mm, 4)
 }
 
 /// Returns all sentences of the results.
 pub fn summary_text(summary: &Summary<'_>, locations: &[LocationResult]) -> String {
-    superposition_error_words(summary) + &safety_words(summary) + &cause_sentences(locations)
+    superposition_error_text(summary) + &safety_text(summary) + &cause_sentences(locations)
 }
 
 /// Describes growth, limits and causes of the superposition error at each location, then the main causes.
@@ -41,7 +41,7 @@ pub(super) fn cause_sentences(locations: &[LocationResult]) -> String {
 }
 
 /// Describes the largest superposition errors of the map.
-pub(super) fn superposition_error_words(summary: &Summary<'_>) -> String {
+pub(super) fn superposition_error_text(summary: &Summary<'_>) -> String {
     let mut text = String::new();
     for (followed, name) in [(Followed::Tool, "the tool tip"), (Followed::Platform, "the platform point P")] {
         let by = |quantity| Sum::ALL.map(|sum| summary.largest(sum, followed, quantity));
@@ -51,7 +51,7 @@ pub(super) fn superposition_error_words(summary: &Summary<'_>) -> String {
         text += &format!(
             "Superposition error at {name}: up to {}, with P at {} (tool angle φ = {:.0}°), and up to {:.1} % of the largest displacement at the \
              same place, with P at {}; each the largest over all tool angles",
-            millimetre_words(largest.value),
+            millimetre_text(largest.value),
             largest.place(),
             largest.at.phi_deg,
             100.0 * share.value,
@@ -60,7 +60,7 @@ pub(super) fn superposition_error_words(summary: &Summary<'_>) -> String {
         text += &match aggregated {
             Some(largest) => format!(
                 ". With linearly aggregated errors, eqs. (14) and (15): up to {}, with P at {}.\n",
-                millimetre_words(largest.value),
+                millimetre_text(largest.value),
                 largest.place()
             ),
             None => ". Errors cannot be aggregated linearly.\n".into(),
@@ -79,7 +79,7 @@ pub(super) fn superposition_error_words(summary: &Summary<'_>) -> String {
 }
 
 /// Describes where and up to which load superposition is within the tolerance.
-pub(super) fn safety_words(summary: &Summary<'_>) -> String {
+pub(super) fn safety_text(summary: &Summary<'_>) -> String {
     let (Some(share), Some([least, most])) = (summary.safe_share(), summary.load_factor_extremes()) else {
         return "Nothing can be said about where effects may be added: no grid point was solved.\n".into();
     };
@@ -97,7 +97,7 @@ pub(super) fn safety_words(summary: &Summary<'_>) -> String {
             "{:.2} times that load, as limited with P at {}, and up to {} times with P at {}.\n",
             least.value,
             least.place(),
-            largest_words(&most.at),
+            largest_text(&most.at),
             most.place()
         ),
     };
@@ -118,7 +118,7 @@ fn location_sentences(location: &LocationResult) -> String {
         Err(failure) => return format!("{name}: {}: {}.\n", failure.status, failure.reason),
     };
     let tool = &superposition_errors.superposition[Followed::Tool as usize];
-    let mut text = format!("{name}: superposition error up to {}", millimetre_words(tool.superposition_error_mm));
+    let mut text = format!("{name}: superposition error up to {}", millimetre_text(tool.superposition_error_mm));
     if tool.simultaneous_mm > ROUNDING_MM {
         text += &format!(
             " ({:.1} % of {})",
@@ -126,8 +126,8 @@ fn location_sentences(location: &LocationResult) -> String {
             millimetres(tool.simultaneous_mm, 3)
         );
     }
-    text += &growth_words(location);
-    let largest = |scaled: Scaling| largest_words(&location.largest[scaled as usize]);
+    text += &growth_text(location);
+    let largest = |scaled: Scaling| largest_text(&location.largest[scaled as usize]);
     text += &format!(
         "; within tolerance up to {} × load, {} × errors, {} × both.\n",
         largest(Scaling::Load),
@@ -139,7 +139,7 @@ fn location_sentences(location: &LocationResult) -> String {
 
 /// Describes the distribution at a location.
 fn spread_sentence(spread: &DeflectionSpread) -> String {
-    let quantile = |quantile| or_dash(quantile, millimetre_words);
+    let quantile = |quantile| or_dash(quantile, millimetre_text);
     let failed = match spread.failed_draws {
         0 => String::new(),
         failed => format!(", no equilibrium in {failed} of {}", counted(spread.solved_draws, "draw")),
@@ -219,18 +219,18 @@ fn spread_cautions(summary: &Summary<'_>, locations: &[LocationResult]) -> Strin
 }
 
 /// Describes with which power of each source the superposition error grows, where that is known.
-fn growth_words(location: &LocationResult) -> String {
-    let words = |(scaled, name): (Scaling, &str)| {
+fn growth_text(location: &LocationResult) -> String {
+    let text = |(scaled, name): (Scaling, &str)| {
         let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool)?;
         Some(format!("{name}^{:.2}", fit.slope))
     };
     let scaled = [(Scaling::Load, "load"), (Scaling::Errors, "errors"), (Scaling::Both, "both")];
-    let powers: Vec<String> = scaled.into_iter().filter_map(words).collect();
+    let powers: Vec<String> = scaled.into_iter().filter_map(text).collect();
     if powers.is_empty() { String::new() } else { format!("; the error grows as {}", powers.join(", ")) }
 }
 
 /// Formats a largest factor, with what ended the search for it: tolerance, limit of the study, or equilibrium.
-fn largest_words(largest: &LargestFactor) -> String {
+fn largest_text(largest: &LargestFactor) -> String {
     match largest {
         LargestFactor::Reached(factor) => format!("{factor:.2}"),
         LargestFactor::BelowToLimit(factor) => format!("at least {factor:.2}"),
@@ -249,7 +249,7 @@ fn ablation_sentence(location: &LocationResult) -> String {
         let tenths = (1000.0 * parts[cause as usize] / error).round();
         // No negative zero.
         let percent = typographic(&format!("{:.1}", if tenths == 0.0 { 0.0 } else { tenths / 10.0 }));
-        format!("{}: {percent} %", cause_words(cause))
+        format!("{}: {percent} %", cause_text(cause))
     };
     format!("  Where the error comes from at tool angle {:.0}°: {}.\n", worst.phi_deg, Cause::ALL.map(share).join(", "))
 }
@@ -265,7 +265,7 @@ fn main_causes(locations: &[LocationResult]) -> String {
         let where_main = locations.iter().filter(|location| main_cause(location) == Some(cause));
         let names: Vec<&str> = where_main.map(|location| location.location.name.as_str()).collect();
         if !names.is_empty() {
-            text += &format!("The largest cause at {} is: {}.\n", names.join(", "), cause_words(cause));
+            text += &format!("The largest cause at {} is: {}.\n", names.join(", "), cause_text(cause));
         }
     }
     text
@@ -278,7 +278,7 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
     let inputs =
         uncertainty.as_ref().map_or_else(|| spread_report::basis(None), |_| counted(Draws::PER_SCRAMBLE, "draw"));
     let angles = counted(load_case.phis.len(), "tool angle");
-    let basis = format!("{places}, {angles}, {}, {inputs}", force_words("", load_case.force.size()));
+    let basis = format!("{places}, {angles}, {}, {inputs}", force_text("", load_case.force.size()));
     let probable = probable_verdict(summary, locations);
     let cautions = spread_cautions(summary, locations)
         + &load_case.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)));
@@ -288,8 +288,8 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
         let verdict = Verdict::new(State::Bad, "Nothing could be computed");
         return Headline::new(sentence, basis).judged(verdict, false).with_cautions(&cautions);
     };
-    let parts: Vec<&str> = Source::parts(&load_case.machine).iter().map(|source| source.words()).collect();
-    let effects = join_words(&parts);
+    let parts: Vec<&str> = Source::parts(&load_case.machine).iter().map(|source| source.text()).collect();
+    let effects = join_text(&parts);
     let wrong = millimetres(most.value, 4);
     let relative = most.at.relative().map_or_else(String::new, |r| format!(" ({:.1} %)", 100.0 * r));
     let verdict = match share {
@@ -332,8 +332,8 @@ pub(super) fn headline(summary: &Summary<'_>, locations: &[LocationResult], not_
 
 /// Returns the verdict in a few words: by the distributions at locations, else by the `share` of the box within tolerance.
 fn state(summary: &Summary<'_>, locations: &[LocationResult], share: f64) -> Verdict {
-    if let Some((state, words)) = probable_word(summary, locations) {
-        return Verdict::new(state, words);
+    if let Some((state, text)) = probable_word(summary, locations) {
+        return Verdict::new(state, text);
     }
     match share {
         1.0 => Verdict::new(State::Good, "Effects may be added"),
@@ -349,7 +349,7 @@ fn p95_key_number(locations: &[LocationResult]) -> Option<KeyNumber> {
     let what = format!("largest superposition error not exceeded with 95 % probability, at the tool tip, at {name}");
     let against = format!("within tolerance with {} probability", probability(spread));
     let reference = P95_ERROR.found_in("locations.csv", &[], Extreme::Largest, p95);
-    Some(KeyNumber::new(&millimetre_words(p95), what, against).found(reference))
+    Some(KeyNumber::new(&millimetre_text(p95), what, against).found(reference))
 }
 
 /// Returns the largest superposition error, written as `wrong`, as a key number, compared with the tolerance.
@@ -378,7 +378,7 @@ fn load_key_number(summary: &Summary<'_>, locations: &[LocationResult], nominall
     let what = format!(
         "of the load of the study, up to which the {nominally}superposition error is within tolerance in the whole box{end}{not_so}"
     );
-    let against = format!("up to {} × where it is best", largest_words(&most.at));
+    let against = format!("up to {} × where it is best", largest_text(&most.at));
     let reference = LARGEST_LOAD.found_in("safe_load.csv", &[], Extreme::Smallest, least.value);
     Some(KeyNumber::new(&format!("{:.2} ×", least.value), what, against).found(reference))
 }

@@ -91,10 +91,10 @@ fn setting(study: &ValidationStudy) -> Vec<Fact> {
         Fact::new("other processes", names[1..].join(", ")),
         Fact::new("cases", study.cases.join(", ")),
     ];
-    facts.extend(study.facts().into_iter().map(|(label, words)| Fact::new(label, words)));
+    facts.extend(study.facts().into_iter().map(|(label, text)| Fact::new(label, text)));
     // There is at least one case.
     let path = &study.variants[0].paths[0];
-    facts.extend(path.tasks.first().map(|task| Fact::new("compensation holds", task.target.words())));
+    facts.extend(path.tasks.first().map(|task| Fact::new("compensation holds", task.target.text())));
     facts_of(&study.machine, &path.errors, facts)
 }
 

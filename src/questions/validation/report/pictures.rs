@@ -191,7 +191,7 @@ fn curves_by_source(results: &ValidationResults, picture: &Picture, path: &PathR
     let sources = Source::of(machine);
     let name = |source: &Source| match source {
         Source::Geometry => "errors in serial chains",
-        other => other.words(),
+        other => other.text(),
     };
     let figure = |CurveGroup { what, y_label, curves }: CurveGroup| {
         let frame = |(title, quantity): (String, Quantity<PointEffect>)| CurvePanel {

@@ -38,7 +38,7 @@ pub struct ArmPosture {
 impl ArmPosture {
     /// Returns the posture in words: `front-up-flip, axes at 10.0°, …`.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let branch = self.branch.map_or_else(String::new, |branch| format!("{branch}, "));
         let angles = self.angles.map(|angle| format!("{:.1}°", angle.to_degrees()));
         format!("{branch}axes at {}", angles.join(", "))
@@ -156,12 +156,12 @@ impl ArmData {
             self.ask(*index, &mut asked);
             !asked.allows_posture(posture.branch, &posture.angles)
         };
-        let text = |index: usize| Some((Component::Arm(index), self.text(index, own.numbers[index]?)));
+        let text = |index: usize| Some((Component::Arm(index), self.number_text(index, own.numbers[index]?)));
         (0..6).filter(differs).filter_map(text).collect()
     }
 
     /// Returns the text of number `index` with the value `new`; what else a number says stays.
-    fn text(&self, index: usize, new: f32) -> String {
+    fn number_text(&self, index: usize, new: f32) -> String {
         match (self.language, index) {
             (Language::Ls, 0..3) => ["NF", "UD", "TB"][index][new as usize..=new as usize].to_owned(),
             (Language::Krl, 0) => {
@@ -175,9 +175,10 @@ impl ArmData {
 
     /// Returns the data in words of the language, such as `confdata [0,-1,0,1]`.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let name = |index: usize| if self.language == Language::Krl { ["S ", "T "][index] } else { "" };
-        let text = |index: usize| self.numbers[index].map(|number| name(index).to_owned() + &self.text(index, number));
+        let text =
+            |index: usize| self.numbers[index].map(|number| name(index).to_owned() + &self.number_text(index, number));
         let texts: Vec<String> = (0..6).filter_map(text).collect();
         match self.language {
             Language::Rapid => format!("confdata [{}]", texts.join(",")),

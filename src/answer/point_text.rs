@@ -7,7 +7,7 @@ use crate::machine::{Machine, NamedPoint};
 const ON: f64 = 1e-6;
 
 /// Describes a named point: its name, where it is in the workspace box of P, and its coordinates.
-pub fn named_point_words(machine: &Machine, point: &NamedPoint) -> String {
+pub fn named_point_text(machine: &Machine, point: &NamedPoint) -> String {
     let (low, high) = (machine.workspace.min, machine.workspace.max);
     let is_near = |i: usize, value: f64| (point.position[i] - value).abs() <= ON * (high[i] - low[i]).max(1.0);
     let axes = |end: &dyn Fn(usize) -> f64| -> Vec<&str> {
@@ -15,7 +15,7 @@ pub fn named_point_words(machine: &Machine, point: &NamedPoint) -> String {
     };
     let (lowest, highest) = (axes(&|i| low[i]), axes(&|i| high[i]));
     let middle = (0..3).all(|i| is_near(i, 0.5 * (low[i] + high[i])));
-    let words = match (lowest.len() + highest.len(), lowest.as_slice(), highest.as_slice()) {
+    let text = match (lowest.len() + highest.len(), lowest.as_slice(), highest.as_slice()) {
         _ if high == low => String::new(),
         (3, lowest, highest) => {
             let end = |word: &str, axes: &[&str]| match axes {
@@ -32,10 +32,10 @@ pub fn named_point_words(machine: &Machine, point: &NamedPoint) -> String {
         _ => "a point outside the workspace box, ".into(),
     };
     let [x, y, z]: [f64; 3] = point.position.into();
-    format!("{}: {words}{}", point.name, position(x, y, z))
+    format!("{}: {text}{}", point.name, position(x, y, z))
 }
 
 /// Describes all named points, for the caption of the first figure that shows them; empty without any.
-pub fn named_points_words(machine: &Machine) -> String {
-    machine.points.iter().map(|p| named_point_words(machine, p)).collect::<Vec<_>>().join("; ")
+pub fn named_points_text(machine: &Machine) -> String {
+    machine.points.iter().map(|p| named_point_text(machine, p)).collect::<Vec<_>>().join("; ")
 }
