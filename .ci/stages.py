@@ -34,9 +34,9 @@ LOG = ".ci/full.log"
 # What runs write, and what says what was measured, of which .ci/full runs nothing: draws that failed, planted faults, and the table of seconds.
 APART = (LOG, "tests/proptest-regressions", "crates/*/tests/proptest-regressions/*", "fuzz/corpus/*/found_*", ".ci/mutations", ".ci/README.md")
 # .ci/full was run at most as many commits ago.
-MOST_COMMITS = 150
+MAX_COMMITS = 150
 # Lines that the log keeps.
-MOST_LINES = 20
+MAX_LINES = 20
 
 
 @dataclasses.dataclass
@@ -339,7 +339,7 @@ def ago():
         return print("there is no history here: how long ago .ci/full has passed is not known")
     if git("rev-parse", "--is-shallow-repository") == "true":
         return print("the history here is not whole: how long ago .ci/full has passed is not known")
-    commits = git("rev-list", f"--max-count={MOST_COMMITS + 1}", "HEAD").split()
+    commits = git("rev-list", f"--max-count={MAX_COMMITS + 1}", "HEAD").split()
     count = next((count for count, commit in enumerate(commits) if tree_of(commit) in passed), None) if passed else None
     if count is not None:
         print(f".ci/full passed on the tree of {count} commits ago")
@@ -349,8 +349,8 @@ def ago():
         since = written or git("log", "-1", "--diff-filter=A", "--format=%H", "--", ".ci/full")
         count = int(git("rev-list", "--count", "HEAD", f"^{since}"))
         print(f"none of the last {len(commits)} commits has a tree on which .ci/full passed; {'its pass was written' if written else 'there is .ci/full since'} {count} commits ago")
-    if count > MOST_COMMITS:
-        sys.exit(f"more than {MOST_COMMITS} commits ago: run .ci/full and commit {LOG}")
+    if count > MAX_COMMITS:
+        sys.exit(f"more than {MAX_COMMITS} commits ago: run .ci/full and commit {LOG}")
 
 
 def record(tree, results, stages):
@@ -366,8 +366,8 @@ def record(tree, results, stages):
     file = ROOT / LOG
     lines = [*(file.read_text().splitlines() if file.exists() else []), line]
     # The last pass stays, however often it has failed since.
-    last_pass = [other for other in lines[:-MOST_LINES] if other.split("\t")[2] == "passed"][-1:]
-    file.write_text("\n".join([*last_pass, *lines[-MOST_LINES:]]) + "\n")
+    last_pass = [other for other in lines[:-MAX_LINES] if other.split("\t")[2] == "passed"][-1:]
+    file.write_text("\n".join([*last_pass, *lines[-MAX_LINES:]]) + "\n")
 
 
 def table(stages, results):

@@ -13,16 +13,16 @@ JOG_MM_PER_S = 90.0
 SIZE_MM, RATE_MM_PER_S, CYCLE_S = 2.0, 20.0, 1e-3
 # LinuxCNC's own spline and its own rounding.
 SPLINE_MM = 1e-9
-MOST_COMPARED = 700
+MAX_COMPARED = 700
 
 
 def moving(rows):
     """Some of the rows, no two at one place."""
     picked = []
-    for row in rows[:: max(1, len(rows) // (3 * MOST_COMPARED))]:
+    for row in rows[:: max(1, len(rows) // (3 * MAX_COMPARED))]:
         if not picked or distance(place(row), place(picked[-1])) > 1e-3:
             picked.append(row)
-    return picked[:: max(1, len(picked) // MOST_COMPARED)]
+    return picked[:: max(1, len(picked) // MAX_COMPARED)]
 
 
 def commanded(settings, name, rows):

@@ -51,15 +51,15 @@ pub struct GridMap<'a, P> {
 }
 
 /// Most nodes drawn along an axis of a slice, and of the picture in 3-D.
-const MOST_NODES: usize = 201;
-const MOST_IN_3D: usize = 41;
+const MAX_NODES: usize = 201;
+const MAX_IN_3D: usize = 41;
 
 impl<'a, P> GridMap<'a, P> {
     /// Starts a map of these layers without points; slices are at the heights `slices_z`, mm.
     pub fn new(load_case: &'a LoadCase, grid: &'a Grid, slices_z: &[f64], drawn: Vec<MapLayer<P>>) -> Self {
         let [nx, ny, _] = grid.counts();
-        let slices = [thinned_indices(nx, MOST_NODES), thinned_indices(ny, MOST_NODES), nearest_planes(grid, slices_z)];
-        let volume = grid.counts().map(|count| thinned_indices(count, MOST_IN_3D));
+        let slices = [thinned_indices(nx, MAX_NODES), thinned_indices(ny, MAX_NODES), nearest_planes(grid, slices_z)];
+        let volume = grid.counts().map(|count| thinned_indices(count, MAX_IN_3D));
         let mut nodes: Vec<usize> = nodes_of(&slices).chain(nodes_of(&volume)).map(|node| grid.index(node)).collect();
         nodes.sort_unstable();
         nodes.dedup();

@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Most bytes of all files together, since a page holds them.
-const MOST_BYTES: usize = 2 << 20;
+const MAX_BYTES: usize = 2 << 20;
 
 /// A machine to explore, and a workpiece or a map on it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -75,8 +75,8 @@ impl Scene {
     /// Files that are too long together, a program that is not ISO code, or a text that is no TOML with a machine.
     pub(super) fn from_text(text: &str, named: &BTreeMap<String, Vec<u8>>) -> Result<Self> {
         let size: usize = named.values().map(Vec::len).sum();
-        if size > MOST_BYTES {
-            let problem = format!("its files have {size} bytes together, of which a page holds at most {MOST_BYTES}");
+        if size > MAX_BYTES {
+            let problem = format!("its files have {size} bytes together, of which a page holds at most {MAX_BYTES}");
             return Err(Error::argument("study", problem));
         }
         let is_foreign = |(name, bytes): &(&String, &Vec<u8>)| {

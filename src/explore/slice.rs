@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// Most nodes of a plane.
-const MOST_NODES: usize = 40_000;
+const MAX_NODES: usize = 40_000;
 
 /// Nodes of a plane through the workspace box of P, to be solved.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -90,8 +90,8 @@ impl Explorer {
             return refuse(format!("expected an axis of 0 to 2 and a level, got {} and {}", plane.axis, plane.level));
         }
         let nodes = plane.counts[0].checked_mul(plane.counts[1]);
-        if nodes.is_none_or(|nodes| nodes == 0 || nodes > MOST_NODES) {
-            return refuse(format!("expected 1 to {MOST_NODES} nodes, got {:?}", plane.counts));
+        if nodes.is_none_or(|nodes| nodes == 0 || nodes > MAX_NODES) {
+            return refuse(format!("expected 1 to {MAX_NODES} nodes, got {:?}", plane.counts));
         }
         let (mut min, mut max) = (self.machine.workspace.min, self.machine.workspace.max);
         (min[plane.axis], max[plane.axis]) = (plane.level, plane.level);

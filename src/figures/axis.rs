@@ -9,7 +9,7 @@ const TICK: f64 = 9.0;
 /// Distance between tick stroke and tick label.
 const GAP: f64 = 8.0;
 /// Most ticks on an axis.
-const MOST_TICKS: usize = 7;
+const MAX_TICKS: usize = 7;
 
 /// How the values of an axis are spaced and its ticks chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +68,7 @@ impl Axis {
             };
             Self { low, high, spacing, ticks }
         };
-        let mut candidates = (2..=MOST_TICKS).rev().map(axis);
+        let mut candidates = (2..=MAX_TICKS).rev().map(axis);
         candidates.find(fits).unwrap_or_else(|| axis(1))
     }
 
@@ -223,7 +223,7 @@ pub struct Ticks {
 }
 
 /// Labels with more decimals than this have a power of ten moved into the axis label.
-const MOST_DECIMALS: i32 = 4;
+const MAX_DECIMALS: i32 = 4;
 /// Values from here on have a power of ten moved into the axis label.
 const LARGE: f64 = 1e5;
 
@@ -258,7 +258,7 @@ fn ticks_at_multiples(low: f64, high: f64, step: f64) -> Ticks {
     let values: Vec<f64> = (first..=last).map(|k| k as f64 * step).collect();
     let largest = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
     let decimals = -(libm::log10(step) + 1e-9).floor() as i32;
-    let exponent = if largest > 0.0 && (decimals > MOST_DECIMALS || largest >= LARGE) {
+    let exponent = if largest > 0.0 && (decimals > MAX_DECIMALS || largest >= LARGE) {
         3 * (libm::log10(largest) / 3.0).floor() as i32
     } else {
         0

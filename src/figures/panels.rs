@@ -8,7 +8,7 @@ use super::style::{self, BORDER, GRID, Sizes};
 use super::text::{self, LINE_PITCH, Weight};
 
 /// Most panels in one figure.
-const MOST_PANELS: usize = 6;
+const MAX_PANELS: usize = 6;
 /// Height of a panel with free axes, and the most with equal ones, in pixels.
 const FRAME_HEIGHT: f64 = 560.0;
 const TALLEST_EQUAL: f64 = 760.0;
@@ -67,8 +67,8 @@ impl PanelFigure {
         if self.panels.iter().all(|panel| panel.points().next().is_none()) {
             return Err(FigureError::Empty { what: "figure of panels".into() });
         }
-        if self.panels.len() > MOST_PANELS {
-            return Err(FigureError::TooManyPanels { found: self.panels.len(), most: MOST_PANELS });
+        if self.panels.len() > MAX_PANELS {
+            return Err(FigureError::TooManyPanels { found: self.panels.len(), most: MAX_PANELS });
         }
         self.panels.iter().try_for_each(|panel| {
             check_drawable(panel.points().flat_map(|p| [p.0, p.1]), || format!("panel \"{}\"", panel.title))

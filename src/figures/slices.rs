@@ -12,7 +12,7 @@ use super::style::{self, BORDER, INK, Sizes, WHITE};
 use super::text::{self, LINE_PITCH, Weight};
 
 /// Most panels in one figure.
-const MOST_PANELS: usize = 6;
+const MAX_PANELS: usize = 6;
 /// Highest panel in a figure of one row or column, and of more, in pixels.
 const TALLEST: [f64; 2] = [1050.0, 640.0];
 /// Smallest side of a panel in pixels.
@@ -126,8 +126,8 @@ pub(super) fn drawing(figure: &SliceFigure, colours: Colours, sizes: Sizes) -> R
     if figure.panels.is_empty() {
         return Err(FigureError::Empty { what: "slice figure".into() });
     }
-    if figure.panels.len() > MOST_PANELS {
-        return Err(FigureError::TooManyPanels { found: figure.panels.len(), most: MOST_PANELS });
+    if figure.panels.len() > MAX_PANELS {
+        return Err(FigureError::TooManyPanels { found: figure.panels.len(), most: MAX_PANELS });
     }
     figure.panels.iter().try_for_each(SlicePanel::check)?;
     let values = || figure.panels.iter().flat_map(|p| &p.values);

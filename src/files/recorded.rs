@@ -9,7 +9,7 @@ use toml::Value;
 use crate::input::{Inputs, to_hex};
 
 /// Most keys recorded of one file: a larger one is identified by its hash alone.
-const MOST_KEYS: usize = 4000;
+const MAX_KEYS: usize = 4000;
 /// Longest text recorded of an input that is no file, such as the size of a grid, in bytes.
 const LONGEST_TEXT: usize = 200;
 /// Name of the table of a study that may hold the same keys as a process file.
@@ -49,7 +49,7 @@ impl Recorded {
                 }
                 None => {}
             }
-            if keys.len() > MOST_KEYS {
+            if keys.len() > MAX_KEYS {
                 keys.clear();
             }
             all.push(Recorded { part: part.into(), name: name.into(), sha256: to_hex(&Sha256::digest(text)), keys });

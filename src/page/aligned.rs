@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::{
-    dataset::{Dataset, MOST_NUMBERS},
+    dataset::{Dataset, MAX_NUMBERS},
     description::{Explorer, Quantity, Shape},
     folder::ResultFolder,
     single::group_labels,
@@ -54,7 +54,7 @@ impl Aligned {
                     "{letter}: {kept} Here, means, smallest values and shares are of the rows that the table has."
                 ));
             }
-            data.push(Dataset::read(&reordered_like(view, &shared), &table, MOST_NUMBERS / 2 / folders.len())?);
+            data.push(Dataset::read(&reordered_like(view, &shared), &table, MAX_NUMBERS / 2 / folders.len())?);
         }
         let parts = data.iter().map(|own| data.iter().fold(own.clone(), |part, other| part.restricted_to(other)));
         Ok(Some(Self { common: parts.collect(), letters: letters.to_vec(), floors: Vec::new(), shared, data, remarks }))

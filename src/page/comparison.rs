@@ -25,7 +25,7 @@ use crate::{
 };
 
 /// Most results in one comparison: each needs a colour of its own.
-const MOST_RESULTS: usize = 6;
+const MAX_RESULTS: usize = 6;
 
 /// Content of the template `comparison.html`.
 #[derive(Debug, Serialize)]
@@ -264,8 +264,8 @@ fn check_comparable(folders: &[ResultFolder]) -> Result<&ResultFolder> {
     let [first, others @ ..] = folders else {
         return refuse("results".into(), "give at least one result folder".into());
     };
-    if folders.len() > MOST_RESULTS {
-        return refuse("results".into(), format!("at most {MOST_RESULTS} can be compared, got {}", folders.len()));
+    if folders.len() > MAX_RESULTS {
+        return refuse("results".into(), format!("at most {MAX_RESULTS} can be compared, got {}", folders.len()));
     }
     for other in others {
         let (kind, expected) = (&other.description.kind, &first.description.kind);

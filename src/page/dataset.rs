@@ -11,7 +11,7 @@ use super::{
 use crate::{input::error::Result, simulation::is_solved_status};
 
 /// Most numbers that a page holds; larger tables are thinned.
-pub(super) const MOST_NUMBERS: usize = 4_000_000;
+pub(super) const MAX_NUMBERS: usize = 4_000_000;
 
 /// Numbers of a view at its nodes (grid points, points of a curve, or names), by quantity and group.
 #[derive(Debug, Clone, PartialEq)]

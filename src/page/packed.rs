@@ -9,7 +9,7 @@ use crate::files::visible::display_json;
 const STEPS: f64 = 65534.0;
 const MISSING: u16 = u16::MAX;
 /// Most numbers of a page in single precision: 5 MB of text.
-const MOST_SINGLE: usize = 900_000;
+const MAX_SINGLE: usize = 900_000;
 
 /// Precision of the numbers in a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub enum Precision {
 impl Precision {
     /// Returns single precision for a count that keeps the page small, and steps for more.
     pub fn for_numbers(count: usize) -> Self {
-        if count <= MOST_SINGLE { Self::Single } else { Self::Steps }
+        if count <= MAX_SINGLE { Self::Single } else { Self::Steps }
     }
 
     /// Returns the words that tell a reader about the precision.

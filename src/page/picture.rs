@@ -17,7 +17,7 @@ use crate::files::{visible::visible, words::with_unit};
 /// Leads from which colours become stronger, as shares of the next best value.
 pub(super) const LEADS: [f64; 2] = [0.05, 0.25];
 /// Most points drawn of a curve.
-const MOST_POINTS: usize = 300;
+const MAX_POINTS: usize = 300;
 
 /// Drawings side by side, with a title.
 #[derive(Debug, Serialize)]
@@ -174,7 +174,7 @@ fn curve_panel(aligned: &Aligned, quantity: usize, winners: &Winners) -> Option<
     }
     for who in 0..aligned.letters.len() {
         let (x, y) = curve_of(who);
-        let step = x.len().div_ceil(MOST_POINTS).max(1);
+        let step = x.len().div_ceil(MAX_POINTS).max(1);
         let points = (0..x.len()).filter(|i| i % step == 0 || i + 1 == x.len()).filter(|i| y[*i].is_finite());
         let points: Vec<String> = points.map(|i| format!("{:.1},{:.1}", frame.x(x[i]), frame.y(y[i]))).collect();
         // Writing to a string cannot fail.

@@ -111,7 +111,7 @@ fn value_text(value: &Value) -> String {
 }
 
 /// Most changes that the first screen names one by one.
-const MOST_NAMED: usize = 5;
+const MAX_NAMED: usize = 5;
 /// Longest value shown, in characters.
 const LONGEST: usize = 160;
 
@@ -289,11 +289,11 @@ fn change_text(rows: &[Change], is_other_text: bool, letters: &[char]) -> (Strin
     let mut numbers: Vec<&&Change> = computed.iter().filter(|row| !is_other(row)).collect();
     numbers.sort_by(|a, b| size(b).total_cmp(&size(a)));
     let all: Vec<String> = kinds.iter().map(of_kind).chain(numbers.into_iter().map(|row| row.text(letters))).collect();
-    let sentence = match all.len().saturating_sub(MOST_NAMED) {
+    let sentence = match all.len().saturating_sub(MAX_NAMED) {
         0 => "What differs in the inputs:".into(),
         more => format!("What differs in the inputs, with {more} more under Why:"),
     };
-    (sentence, all.into_iter().take(MOST_NAMED).collect())
+    (sentence, all.into_iter().take(MAX_NAMED).collect())
 }
 
 /// Returns the values of a result's inputs by part and key; empty if none are recorded, `Err` if they have not the expected form.

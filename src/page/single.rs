@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::{
-    dataset::{Dataset, MOST_NUMBERS},
+    dataset::{Dataset, MAX_NUMBERS},
     description::{Better, Column, Description, Explorer, Fact, Mark, PartView, Quantity, Section, Shape},
     explore::{EngineView, Interactive},
     folder::{ResultFolder, href},
@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// Most reasons listed on a page.
-const MOST_REASONS: usize = 20;
+const MAX_REASONS: usize = 20;
 
 /// Content of the template `single.html`.
 #[derive(Debug, Serialize)]
@@ -181,7 +181,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
     let description = &folder.description;
     let address = |name: &str| href(out, &folder.path.join(name));
     let mut explorers = Vec::new();
-    let share = MOST_NUMBERS / description.explorers.len().max(1);
+    let share = MAX_NUMBERS / description.explorers.len().max(1);
     let keys = recorded_keys(folder)?;
     let mut pointed = Pointed::of(folder);
     for explorer in &description.explorers {
@@ -206,8 +206,8 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
         count_reasons(&note.file, &table, &mut reasons)?;
         tables.push(TableView::new(&table, note, address(&note.file))?);
     }
-    let more_reasons = reasons.len().saturating_sub(MOST_REASONS);
-    reasons.truncate(MOST_REASONS);
+    let more_reasons = reasons.len().saturating_sub(MAX_REASONS);
+    reasons.truncate(MAX_REASONS);
     let mut figures = folder_figures(folder, out)?;
     for (stem, figure) in besides {
         figures.push(FigureView { stem: stem.clone(), ..draw_figure(stem, figure)? });

@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// Most rows of a table on a page.
-const MOST_ROWS: usize = 60;
+const MAX_ROWS: usize = 60;
 
 /// A CSV file with a header. Rows are read from the file each time: a map may have millions.
 #[derive(Debug, Clone)]
@@ -162,7 +162,7 @@ impl TableView {
             if ranked_by.is_some() {
                 ranks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
             }
-            ranks.truncate(MOST_ROWS);
+            ranks.truncate(MAX_ROWS);
         };
         let mut leading = LeadingRowsByColumn::of(table.header.len());
         table.each_row(|row| {
@@ -171,16 +171,16 @@ impl TableView {
             ranks.push((value, total));
             total += 1;
             // A map may have more rows than memory.
-            if ranks.len() == 100 * MOST_ROWS {
+            if ranks.len() == 100 * MAX_ROWS {
                 shorten(&mut ranks);
             }
         })?;
-        if total > MOST_ROWS {
+        if total > MAX_ROWS {
             shorten(&mut ranks);
         }
         let mut chosen: Vec<(usize, Vec<Cell>)> = Vec::new();
         let shown_rows: BTreeSet<usize> = ranks.iter().map(|(_, index)| *index).collect();
-        let mut ranked = (total > MOST_ROWS).then(|| RankingBuilder::new(leading));
+        let mut ranked = (total > MAX_ROWS).then(|| RankingBuilder::new(leading));
         let mut index = 0;
         table.each_row(|row| {
             if shown_rows.contains(&index) {
@@ -203,7 +203,7 @@ impl TableView {
             file: note.file.clone(),
             href,
             caption: note.kept.iter().fold(note.caption.clone(), |caption, kept| caption + " " + kept),
-            ranked_by: note.largest_first.clone().filter(|_| total > MOST_ROWS),
+            ranked_by: note.largest_first.clone().filter(|_| total > MAX_ROWS),
             total,
             numeric: (0..table.header.len()).map(is_numeric).collect(),
             columns: table.header.clone(),
@@ -245,7 +245,7 @@ pub fn format_number(value: f64) -> String {
 }
 
 /// Most rows shown of a large table that is sorted.
-const MOST_SORTED: usize = 20;
+const MAX_SORTED: usize = 20;
 
 /// The leading rows of a table by each column, for a script that sorts all rows.
 #[derive(Debug, PartialEq, Serialize)]
@@ -298,12 +298,12 @@ impl LeadingRows {
             true => kept.compare(key) != Ordering::Less,
             false => kept.compare(key) != Ordering::Greater,
         };
-        if self.kept.len() == MOST_SORTED && self.kept.last().is_some_and(is_before) {
+        if self.kept.len() == MAX_SORTED && self.kept.last().is_some_and(is_before) {
             return;
         }
         let at = self.kept.partition_point(is_before);
         self.kept.insert(at, (key.clone(), row));
-        self.kept.truncate(MOST_SORTED);
+        self.kept.truncate(MAX_SORTED);
     }
 }
 

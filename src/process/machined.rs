@@ -61,7 +61,7 @@ type FactorAt<'a> = dyn Fn(usize) -> f64 + Sync + 'a;
 
 /// Patches over the plan of what is cut: what a picture shows; and most of them, for small tools.
 const PATCHES: f64 = 40_000.0;
-const MOST_PATCHES: f64 = 160_000.0;
+const MAX_PATCHES: f64 = 160_000.0;
 /// Tag of what programs before have cut.
 const EARLIER: u32 = u32::MAX;
 /// No point of the surface is farther off than the tool is from its path, but for rounding, as a share and in mm.
@@ -197,7 +197,7 @@ impl StockRemoval {
         }
         let (first, last) = field.stock().bounds();
         let size = (last.xy().inf(&high) - first.xy().sup(&low)).map(|own| own.max(0.0));
-        let finest = (size.x * size.y / MOST_PATCHES).sqrt();
+        let finest = (size.x * size.y / MAX_PATCHES).sqrt();
         let wanted = (size.x * size.y / PATCHES).sqrt().min(0.5 * smallest_mm);
         ([low, high], wanted.max(finest).max(f64::MIN_POSITIVE), finest > 0.5 * smallest_mm)
     }

@@ -136,7 +136,7 @@ const CELLS: f64 = 40.0;
 /// Slices of a corner, a ball or a point: with them the volume of a pass of a ball is within half a per cent.
 const NOSE_SLICES: u32 = 16;
 /// Most slices of the side of a tool in a high stock.
-const MOST_SLICES: f64 = 400.0;
+const MAX_SLICES: f64 = 400.0;
 /// Ways shorter than this are none: what is met by them is within what counts as touched, mm.
 pub(crate) const LEAST_WAY: f64 = 1e-5;
 /// A way that rises or falls by less is level, mm: it does so by rounding.
@@ -144,9 +144,9 @@ const LEVEL_MM: f64 = 1e-9;
 /// A rapid move may come so near into material: programs round, mm.
 const FREE_MM: f64 = 0.02;
 /// Most memory for a field, bytes.
-const MOST_BYTES: usize = 4 << 30;
+const MAX_BYTES: usize = 4 << 30;
 /// Largest bend of a tool, as a share of its radius: one that bends more is given wrongly, or breaks.
-const MOST_BEND: f64 = 0.1;
+const MAX_BEND: f64 = 0.1;
 /// A tooth passing frequency is near a natural one within this ratio.
 const NEAR: f64 = 1.2;
 /// The direction in a point belongs to the way there if it is within 45° of it, as the cosine: an arc turns by less in a step.
@@ -537,12 +537,12 @@ impl StockRemoval {
         let cell_mm = self.cell_mm.unwrap_or(2.0 * smallest_mm.min((high - low).norm()) / CELLS);
         let bytes = Field::memory_bytes(&stock, cell_mm, moves);
         let bytes = bytes.or_else(|error| self.check.key("cell_mm").fail(error.to_string()))?;
-        if bytes > MOST_BYTES {
+        if bytes > MAX_BYTES {
             let problem = format!(
                 "takes {:.1} GB with cells of {cell_mm} mm{}: expected at most {:.0} GB, by larger cells",
                 bytes as f64 / 1e9,
                 if self.cell_mm.is_none() { ", a fortieth of the smallest tool's diameter" } else { "" },
-                MOST_BYTES as f64 / 1e9
+                MAX_BYTES as f64 / 1e9
             );
             return self.check.key("cell_mm").fail(problem);
         }
@@ -574,7 +574,7 @@ impl Cutting {
     /// The uncut stock with these axes, into which rapid moves may come by `free_mm`.
     fn new(field: Field, axes: Axes, free_mm: f64) -> Self {
         let (low, high) = field.stock().bounds();
-        let slice_mm = ((high.z - low.z) / MOST_SLICES).max(Slicing::default().slice_mm);
+        let slice_mm = ((high.z - low.z) / MAX_SLICES).max(Slicing::default().slice_mm);
         let slicing = Slicing { nose_slices: NOSE_SLICES, slice_mm, ..Slicing::default() };
         let (engagement, at) = (Engagement::default(), Vector3::zeros());
         Self { field, slicing, engagement, axes, at, removed_mm2: 0.0, free_mm, largest_mean: 0.0, is_checked: true }
@@ -862,7 +862,7 @@ impl Contact<'_> {
         let bend = milling.bend(stub, engagement, tool.teeth.clone()?, c, way.z, left);
         let walls = bend.walls.iter().flatten().flat_map(|wall| wall.bends_mm);
         let most = walls.fold(bend.aimed_mm.norm(), |most, own| most.max(f64::from(own).abs()));
-        if most > MOST_BEND * tool.cutter.radius_mm() {
+        if most > MAX_BEND * tool.cutter.radius_mm() {
             return Err(format!(
                 "bends its tool by {most:.3} mm, more than a tenth of its radius: expected another youngs_modulus_N_per_mm2, stick_out_mm or holder_N_per_mm"
             ));

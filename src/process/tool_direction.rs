@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// A tool that leans by more is nearer to the normal of another plane, degrees.
-const MOST_DEG: f64 = 45.0;
+const MAX_DEG: f64 = 45.0;
 /// A direction that is given is that of the machine to this angle, degrees.
 const GIVEN_DEG: f64 = 1.0;
 
@@ -33,7 +33,7 @@ pub(super) fn check(program: &GcodeProgram, process: &Process, name: &str) -> Re
     let normals = normals(program.notes().feed_normals);
     let lean = |normal: &usize| libm::acos(axis[*normal].abs().min(1.0)).to_degrees();
     let least = normals.iter().map(lean).fold(f64::INFINITY, f64::min);
-    if least <= MOST_DEG {
+    if least <= MAX_DEG {
         return Ok(());
     }
     let meant =

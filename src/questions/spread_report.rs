@@ -217,7 +217,7 @@ pub(crate) fn condition(uncertainty: Option<&Uncertainty>) -> &'static str {
 }
 
 /// Parameters that a caution names.
-const MOST_NAMED: usize = 4;
+const MAX_NAMED: usize = 4;
 
 /// Returns what to know better first, or do `next` if that is known, and the cautions about what the distributions that `counts` counts rest on; empty where
 /// inputs are taken as exact.
@@ -255,7 +255,7 @@ pub(crate) fn cautions(
     for (grade, std, [low, high], names) in uncertainty.graded() {
         text += &format!(
             "The spread rests on a default: {} graded as {} in the machine file without an interval, and vary with a standard deviation of {:.0} %, 95 % of the values between {low:.2} and {high:.2} times it.\n",
-            listed_up_to(MOST_NAMED, names.into_iter().map(String::from)) + " are",
+            listed_up_to(MAX_NAMED, names.into_iter().map(String::from)) + " are",
             grade.label().replace('_', " "),
             100.0 * std
         );
@@ -276,7 +276,7 @@ pub(crate) fn cautions(
     if uncertainty.finds_no_provenance {
         text += "machine = \"provenance\" adds nothing: the machine file has no interval and no graded stiffness that is not named otherwise.\n";
     }
-    let exact = listed_up_to(MOST_NAMED, uncertainty.exact_stiffnesses());
+    let exact = listed_up_to(MAX_NAMED, uncertainty.exact_stiffnesses());
     if !exact.is_empty() {
         text += &match uncertainty.is_exact_by_choice {
             true => format!("Taken as exact, as machine = \"exact\" says: {exact}.\n"),
@@ -288,7 +288,7 @@ pub(crate) fn cautions(
     if !uncertainty.dropped_correlations.is_empty() {
         text += &format!(
             "Not taken from the identification, but varied by themselves or not at all: {}.\n",
-            listed_up_to(MOST_NAMED, uncertainty.dropped_correlations.iter().cloned())
+            listed_up_to(MAX_NAMED, uncertainty.dropped_correlations.iter().cloned())
         );
     }
     text
@@ -586,7 +586,7 @@ pub(crate) fn along_numbers(along: &Along<'_>, whole: &PathSpread) -> Vec<KeyNum
 }
 
 /// Uncertain parameters that the page lists; summary.json has all.
-const MOST_SHOWN: usize = 12;
+const MAX_SHOWN: usize = 12;
 
 /// Returns the fact of the page about what varies in which 95 % interval.
 pub(crate) fn fact(uncertainty: Option<&Uncertainty>) -> Fact {
@@ -601,7 +601,7 @@ pub(crate) fn fact_of_draws(uncertainty: Option<&Uncertainty>, draws: usize) -> 
             let (words, source) = (own.spread.text(), own.source.label());
             format!("{} {} {} ({words}, {source})", own.name(), interval(own.interval_95()), own.unit)
         };
-        let parameters = listed_up_to(MOST_SHOWN, uncertainty.parameters.iter().map(parameter));
+        let parameters = listed_up_to(MAX_SHOWN, uncertainty.parameters.iter().map(parameter));
         let wear = |most| format!(", of which tool wear × 1 to {}", format_number(1.0 + most));
         let wear = uncertainty.wear_force_increase().map_or_else(String::new, wear);
         let each = match uncertainty.tools.len() {

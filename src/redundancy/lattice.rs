@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{
     nodes::{Infeasible, Node, NodeState},
-    turnable::MOST_DRIVES,
+    turnable::MAX_DRIVES,
 };
 use crate::{
     machine::Machine,
@@ -57,7 +57,7 @@ impl Shape {
 
     /// Whether the drives may move from `before` to `after` (mm or rad) within `seconds`.
     #[must_use]
-    pub fn allows(&self, before: &[f64; MOST_DRIVES], after: &[f64; MOST_DRIVES], seconds: f64) -> bool {
+    pub fn allows(&self, before: &[f64; MAX_DRIVES], after: &[f64; MAX_DRIVES], seconds: f64) -> bool {
         let distance = |k: usize| (after[k] - before[k]).abs();
         let is_tracked = |(k, full): (usize, &Option<f64>)| full.is_none_or(|full| distance(k) <= SWUNG * full);
         self.full_turns.iter().enumerate().all(is_tracked)

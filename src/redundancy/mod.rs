@@ -52,14 +52,14 @@ pub mod internals {
     pub use super::{
         lattice::{Layer, Shape, Walk},
         nodes::NodeState,
-        turnable::MOST_DRIVES,
+        turnable::MAX_DRIVES,
     };
 }
 
 /// Knots whose nodes are computed together.
 const STRIPE: usize = 64;
 /// Most nodes of a lattice, all knots together.
-const MOST_NODES: usize = 1 << 28;
+const MAX_NODES: usize = 1 << 28;
 
 /// A path rotated by γ about the tool axis at each point, and how far the loaded tool is from it.
 #[derive(Debug, Clone, Serialize)]
@@ -212,7 +212,7 @@ pub(crate) fn infeasible_step(
     let (before, last) = before?;
     let (_, seconds) = knots::length_and_time(before, here.0);
     let drives = |at: &Configuration| {
-        let mut drives = [0.0; turnable::MOST_DRIVES];
+        let mut drives = [0.0; turnable::MAX_DRIVES];
         drives.iter_mut().zip(&at.drives).for_each(|(drive, rho)| *drive = *rho);
         drives
     };
@@ -301,7 +301,7 @@ struct Lattice<'a> {
 }
 
 impl<'a> Lattice<'a> {
-    /// Lays the lattice over `path`. `Err` if it would have more than [`MOST_NODES`] nodes.
+    /// Lays the lattice over `path`. `Err` if it would have more than [`MAX_NODES`] nodes.
     fn new(path: &'a RotatablePath<'a>) -> Result<Self> {
         let (gammas, settings) = (path.gammas(), path.problem.settings);
         let [low, high] = settings.range_deg.map(f64::to_radians);
@@ -316,9 +316,9 @@ impl<'a> Lattice<'a> {
         let (branches, is_cyclic, programmed) = (path.on_branches.len(), path.is_cyclic(), Some((least, on_branch)));
         let shape = Shape { branches, gammas: gammas.len(), is_cyclic, programmed, ..of_drives };
         let nodes = knots.len().saturating_mul(shape.gammas * shape.branches);
-        if nodes > MOST_NODES {
+        if nodes > MAX_NODES {
             let problem = format!(
-                "the lattice of {} points, {} values of γ and {} branches has {nodes} nodes: expected at most {MOST_NODES}; a larger \
+                "the lattice of {} points, {} values of γ and {} branches has {nodes} nodes: expected at most {MAX_NODES}; a larger \
                  redundancy.step_deg or a part of the path has fewer",
                 knots.len(),
                 shape.gammas,

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::turnable::{BranchMachine, MOST_DRIVES, RotatablePath};
+use super::turnable::{BranchMachine, MAX_DRIVES, RotatablePath};
 use crate::{
     compensation::TaskPoint,
     machine::{Configuration, Machine, Unreachable, ZeroState},
@@ -63,7 +63,7 @@ impl Infeasible {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NodeState {
     /// Positions of the drives, mm or rad; 0 beyond the last.
-    pub drives: [f64; MOST_DRIVES],
+    pub drives: [f64; MAX_DRIVES],
     /// Distance of the loaded tool from the path as the cost setting measures it, mm.
     pub cost_mm: f64,
 }
@@ -197,7 +197,7 @@ impl<'a> Solver<'a> {
         let node = |at: Result<Configuration, Infeasible>| {
             let at = at?;
             let error = errors.next().flatten().ok_or(Infeasible::NotStable)?;
-            let mut drives = [0.0; MOST_DRIVES];
+            let mut drives = [0.0; MAX_DRIVES];
             drives.iter_mut().zip(&at.drives).for_each(|(drive, rho)| *drive = *rho);
             Ok(NodeState { drives, cost_mm: self.path.cost(k, &error) })
         };

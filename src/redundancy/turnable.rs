@@ -70,7 +70,7 @@ pub(super) struct RotatablePath<'a> {
 const ON_AXIS_MM: f64 = 1e-6;
 
 /// Most drives of a machine for which γ is sought.
-pub const MOST_DRIVES: usize = 8;
+pub const MAX_DRIVES: usize = 8;
 
 /// `Err` for the argument "redundancy" with `problem` as its message.
 fn refuse<T>(problem: String) -> Result<T> {
@@ -88,9 +88,9 @@ pub(crate) fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -
         );
         return refuse(problem);
     }
-    if machine.redundancy > 0 || machine.drive_count() > MOST_DRIVES {
+    if machine.redundancy > 0 || machine.drive_count() > MAX_DRIVES {
         let problem = format!(
-            "machine {name} has {} drives and {} of them redundant: expected at most {MOST_DRIVES}, and the redundant ones locked ([locked], --lock)",
+            "machine {name} has {} drives and {} of them redundant: expected at most {MAX_DRIVES}, and the redundant ones locked ([locked], --lock)",
             machine.drive_count(),
             machine.redundancy
         );

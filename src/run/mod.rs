@@ -141,7 +141,7 @@ impl BegunRun<'_> {
 /// What a run has computed so far, in its result folder.
 const STATE: &str = "unfinished_run.state";
 /// Most points of a VTK image, which is made in one piece.
-const MOST_IMAGE_POINTS: usize = 2_000_000;
+const MAX_IMAGE_POINTS: usize = 2_000_000;
 
 impl Study {
     /// Runs the study on the current rayon pool and writes tables, figures, summary, page and manifest into the folder
@@ -172,8 +172,8 @@ impl Study {
         }
         match map_points {
             _ if formats.is_empty() => refuse("expected at least one".into()),
-            Some(points) if formats.contains(&Format::Vti) && points > MOST_IMAGE_POINTS => {
-                refuse(format!("an image has at most {MOST_IMAGE_POINTS} points, the grid of {name} {points}"))
+            Some(points) if formats.contains(&Format::Vti) && points > MAX_IMAGE_POINTS => {
+                refuse(format!("an image has at most {MAX_IMAGE_POINTS} points, the grid of {name} {points}"))
             }
             None if formats.iter().all(|format| *format == Format::Vti) => {
                 refuse(format!("study {name} has no map over the workspace for vti; expected csv or parquet, too"))

@@ -144,7 +144,7 @@ impl PlayedPoint<'_> {
         };
         let error_at = |session: &Session| wanted.task_error(&nominal, &session.state().pose).error;
         let (before, mut shift, mut near) = (error_at(session), Vector6::zeros(), session.command().clone());
-        for _ in 0..MOST_SHIFTS {
+        for _ in 0..MAX_SHIFTS {
             let pose = TaskPoint { pose: start, ..wanted }.shifted_pose(&nominal, &shift);
             near = nominal.inverse_kinematics_from(&near, &pose)?;
             nominal.check_limits(&near)?;
@@ -181,7 +181,7 @@ pub(crate) fn flank_offsets(machine: &Machine, sides: &[i8], calibrated: &[i8]) 
 }
 
 /// Most shifts of a target, each of which leaves about a hundredth of the error.
-const MOST_SHIFTS: usize = 10;
+const MAX_SHIFTS: usize = 10;
 
 /// Whether any motion of the drives of `nominal` can be commanded for `task`: all coordinates that they control are compensated, one for each drive.
 fn is_command_of_drives(nominal: &Machine, task: &TaskPoint) -> bool {

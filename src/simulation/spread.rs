@@ -120,7 +120,7 @@ const LARGEST_PROBABILITY_ERROR: f64 = 0.01;
 const FEWEST_ALIKE: usize = 4;
 /// Fewest draws next to a value by which a quantile or probability is corrected, and most: of the first scramble, whose machines are kept, and of all.
 const FEWEST_NEXT: usize = 8;
-const MOST_NEXT: [usize; 2] = [32, 256];
+const MAX_NEXT: [usize; 2] = [32, 256];
 /// Fewest scrambles of which all draws are solved, where those next to the quantile do not suffice.
 const FEWEST_SCRAMBLES: usize = 4;
 
@@ -513,7 +513,7 @@ impl WantedSpread<'_> {
         let (few, all, count) = (estimate.in_order(Draws::PER_SCRAMBLE), OnceCell::new(), estimate.sizes.len());
         let found_at = |estimate: &mut Estimate<'_>, value: f64, nearby: Option<f64>, is_known: &IsKnown<'_>| {
             let most_next = self.most_next.unwrap_or(usize::MAX).max(FEWEST_NEXT);
-            let [most, most_of_all] = MOST_NEXT.map(|most| most.min(most_next));
+            let [most, most_of_all] = MAX_NEXT.map(|most| most.min(most_next));
             let nearest = estimate.next_to(&few, value, most);
             match self.differences_next_to(&nearest, true, nearby, is_known, estimate)? {
                 // What has just been seen to differ does not agree after all.

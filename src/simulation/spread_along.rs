@@ -155,7 +155,7 @@ pub(crate) enum Command {
 }
 
 /// Most points that draws of the engine along a whole path are solved at, next to each value and of one order: a long path has fewer of them, but not fewer than eight.
-const MOST_POINTS: usize = 2_000_000;
+const MAX_POINTS: usize = 2_000_000;
 
 /// Draws in which corrections are left out one by one.
 const DRAWS_BY_DRIVE: usize = 4 * Draws::PER_SCRAMBLE;
@@ -407,7 +407,7 @@ pub(crate) fn whole(
             }
             Ok(Ok(most))
         };
-        let most_next = MOST_POINTS.checked_div(largest.points);
+        let most_next = MAX_POINTS.checked_div(largest.points);
         let wanted = WantedSpread {
             drawn: first.drawn,
             tolerance_mm,

@@ -6,7 +6,7 @@ use std::{
 };
 
 use kinetostat::{
-    files::{Foreign, OutputFile, exchange::MOST_ROWS, staging_beside, write_all},
+    files::{Foreign, OutputFile, exchange::MAX_ROWS, staging_beside, write_all},
     products::program::files::ProgramFiles,
 };
 use serde_json::{Value, json};
@@ -313,7 +313,7 @@ fn the_table_of_a_very_long_program_is_bounded_and_says_so() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let (some, found) = (rows(&out), report(&out));
     let total = found["points"].as_u64().unwrap() as usize;
-    assert!(total > MOST_ROWS && some.len() <= MOST_ROWS && some.len() > MOST_ROWS / 8, "{total} {}", some.len());
+    assert!(total > MAX_ROWS && some.len() <= MAX_ROWS && some.len() > MAX_ROWS / 8, "{total} {}", some.len());
     let note = format!("out.nc.points.csv has {} of {total} rows: every ", some.len());
     let page = std::fs::read_to_string(out.path().join("out.nc.html")).unwrap();
     for said in [unwrapped(&text(&output.stdout)), page, found.to_string()] {

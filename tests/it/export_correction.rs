@@ -25,7 +25,7 @@ use serde_json::Value;
 use crate::support::command::told;
 
 /// Most entries that LinuxCNC reads from a `COMP_FILE`.
-const MOST_ENTRIES: usize = 256;
+const MAX_ENTRIES: usize = 256;
 
 const FORCE: &str = "[force.path_frame]\nradial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n";
 /// An offset of a drive, which a table for that drive alone takes.
@@ -220,7 +220,7 @@ fn a_table_for_each_joint_takes_what_depends_on_it_alone() {
     assert!(worst.error_mm < found.without.error_mm, "{worst:?} {:?}", found.without);
     assert!(worst.error_mm > found.with_table.error_mm, "{worst:?} {:?}", found.with_table);
     for table in &tables {
-        assert!(table.positions_mm.len() <= MOST_ENTRIES);
+        assert!(table.positions_mm.len() <= MAX_ENTRIES);
         assert!(table.positions_mm.windows(2).all(|pair| pair[0] < pair[1]));
         let (at, correction) = (table.positions_mm[3], table.corrections_mm[3]);
         assert_eq!(table.correction(at), correction);
@@ -321,7 +321,7 @@ fn all_formats_hold_the_same_numbers() {
         let text = shop.read(&format!("joint_{}.comp", table.drive));
         let lines: Vec<Vec<f64>> =
             text.lines().map(|line| line.split(' ').map(|word| word.parse().unwrap()).collect()).collect();
-        assert!(lines.len() <= MOST_ENTRIES && lines.len() == table.positions_mm.len());
+        assert!(lines.len() <= MAX_ENTRIES && lines.len() == table.positions_mm.len());
         for (line, (position, correction)) in lines.iter().zip(table.positions_mm.iter().zip(&table.corrections_mm)) {
             assert!((line[0] - position).abs() < 1e-6 && (line[1] - correction).abs() < 1e-6);
             assert_eq!(line[1], line[2]);

@@ -260,7 +260,7 @@ const WORDS: [&str; 40] = [
 type One<'a> = &'a dyn Fn(&[u8]);
 
 /// So many failures end a search: most are the same.
-const MOST_FAILURES: usize = 5;
+const MAX_FAILURES: usize = 5;
 
 /// Random numbers, xorshift64*.
 struct Random(u64);
@@ -351,7 +351,7 @@ fn changed_inputs() {
                 fs::write(&file, &data).unwrap();
                 failed.push(file);
             }
-            if failed.len() >= MOST_FAILURES {
+            if failed.len() >= MAX_FAILURES {
                 break;
             }
         }

@@ -8,12 +8,12 @@ use std::{
 
 use kinetostat::{
     answer::ReportText,
-    files::exchange::MOST_ROWS,
+    files::exchange::MAX_ROWS,
     questions::{
         Overrides, Study, StudyKind,
         path::{
             self, PathResults, Shown,
-            report::{Curve, MOST_POINTS, Summary, drawn_indices, text, view_axes},
+            report::{Curve, MAX_POINTS, Summary, drawn_indices, text, view_axes},
             run,
         },
     },
@@ -246,7 +246,7 @@ fn a_table_of_very_many_points_has_the_worst_the_extremes_and_points_at_equal_st
     let [some, all] = [&kept, &whole].map(|out| lines(&out.join("points.csv")));
     assert_eq!(all.len(), 3 * 17_000 + 1);
     let rows = some.len() - 1;
-    assert!(rows > MOST_ROWS / 8 && rows <= MOST_ROWS, "{rows}");
+    assert!(rows > MAX_ROWS / 8 && rows <= MAX_ROWS, "{rows}");
     // Each is a row of the whole table, in its order, and so are all sources of its point.
     let mut rest = all.iter();
     assert!(some.iter().all(|row| rest.any(|other| other == row)));
@@ -301,7 +301,7 @@ fn a_short_curve_keeps_every_point_and_a_long_one_its_peaks() {
     (0..3).for_each(|k| short.add(k, k as f64, -(k as f64)));
     assert_eq!(short.points(), [(0.0, 0.0), (1.0, -1.0), (2.0, -2.0)]);
 
-    let count = 100 * MOST_POINTS;
+    let count = 100 * MAX_POINTS;
     let mut long = Curve::new(count);
     let value = |k: usize| {
         if k == 123_457 {
@@ -314,7 +314,7 @@ fn a_short_curve_keeps_every_point_and_a_long_one_its_peaks() {
     };
     (0..count).filter(|k| k % 3 > 0).for_each(|k| long.add(k, k as f64, value(k)));
     let points = long.points();
-    assert!(points.len() <= MOST_POINTS && points.windows(2).all(|pair| pair[0].0 < pair[1].0), "{}", points.len());
+    assert!(points.len() <= MAX_POINTS && points.windows(2).all(|pair| pair[0].0 < pair[1].0), "{}", points.len());
     assert!(points.contains(&(123_457.0, 7.0)) && points.contains(&(123_460.0, -7.0)));
 }
 
@@ -328,12 +328,12 @@ fn a_long_path_keeps_its_corners_and_its_ends() {
     for lines in [300, 900] {
         let positions: Vec<Vector3<f64>> = (0..1000 * lines).map(position).collect();
         let drawn = drawn_indices(&positions);
-        assert!(drawn.len() <= MOST_POINTS && drawn.windows(2).all(|pair| pair[0] < pair[1]));
+        assert!(drawn.len() <= MAX_POINTS && drawn.windows(2).all(|pair| pair[0] < pair[1]));
         for corner in (0..lines).flat_map(|line| [1000 * line, 1000 * line + 999]) {
             assert!(drawn.binary_search(&corner).is_ok(), "corner {corner} of {lines}");
         }
         assert!(drawn.windows(2).all(|pair| pair[1] - pair[0] <= lines / 2 + 1));
-        assert_eq!(path::report::drawn_indices(&positions[..MOST_POINTS]).len(), MOST_POINTS);
+        assert_eq!(path::report::drawn_indices(&positions[..MAX_POINTS]).len(), MAX_POINTS);
     }
 }
 

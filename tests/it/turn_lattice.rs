@@ -4,7 +4,7 @@ use kinetostat::{
     process::RedundancyObjective,
     redundancy::{
         Infeasible,
-        internals::{Layer, MOST_DRIVES, NodeState, Shape, Walk},
+        internals::{Layer, MAX_DRIVES, NodeState, Shape, Walk},
     },
 };
 use proptest::prelude::*;
@@ -17,7 +17,7 @@ fn layer(gammas: usize) -> impl Strategy<Value = Layer> {
     let node = prop_oneof![
         1 => Just(Err(Infeasible::Limits)),
         4 => (0.0..1.0f64, 0.0..2.0f64).prop_map(|(cost_mm, drive)| {
-            let mut drives = [0.0; MOST_DRIVES];
+            let mut drives = [0.0; MAX_DRIVES];
             drives[0] = drive;
             Ok(NodeState { drives, cost_mm })
         }),
@@ -72,7 +72,7 @@ fn walked(layers: &[Layer], shape: &Shape, objective: RedundancyObjective, ceili
 fn indifferent(gammas: usize, k: usize, step: f64) -> Layer {
     let noise = |turn: usize| 1e-13 * ((7 * turn + 3 * k) % 5) as f64;
     let cost = |turn: usize| 0.5 + noise(turn) - if turn >= 3 { step } else { 0.0 };
-    let node = |turn: usize| Ok(NodeState { drives: [0.0; MOST_DRIVES], cost_mm: cost(turn) });
+    let node = |turn: usize| Ok(NodeState { drives: [0.0; MAX_DRIVES], cost_mm: cost(turn) });
     let nodes = (0..gammas * BRANCHES).map(|node_of| node(node_of / BRANCHES)).collect();
     Layer { weight: if k == 2 { 0.0 } else { 1.0 }, band: gammas, seconds: 1.0, nodes }
 }

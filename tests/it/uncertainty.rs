@@ -28,8 +28,8 @@ use crate::support::{
 #[test]
 fn scrambles_are_evenly_spread_in_each_dimension_and_differ() {
     let (scrambles, points) = (3, 256);
-    let all = sobol::points(sobol::MOST_DIMENSIONS, scrambles, points, 7);
-    assert_eq!(all.len(), sobol::MOST_DIMENSIONS);
+    let all = sobol::points(sobol::MAX_DIMENSIONS, scrambles, points, 7);
+    assert_eq!(all.len(), sobol::MAX_DIMENSIONS);
     for (dimension, own) in all.iter().enumerate() {
         assert_eq!(own.len(), scrambles * points);
         assert!(own.iter().all(|u| *u > 0.0 && *u < 1.0));

@@ -147,12 +147,12 @@ impl Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 /// Most errors of one cause that are told.
-const MOST_TOLD: usize = 10;
+const MAX_TOLD: usize = 10;
 
 /// Returns a line for each of the first errors, and how many more there are.
 fn error_lines(errors: &[Error]) -> String {
-    let lines: String = errors.iter().take(MOST_TOLD).map(|error| format!("\n  {error}")).collect();
-    match errors.len().saturating_sub(MOST_TOLD) {
+    let lines: String = errors.iter().take(MAX_TOLD).map(|error| format!("\n  {error}")).collect();
+    match errors.len().saturating_sub(MAX_TOLD) {
         0 => lines,
         more => format!("{lines}\n  and {more} more"),
     }

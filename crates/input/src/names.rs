@@ -1,11 +1,11 @@
 //! Suggestions for misspelt names in errors.
 
 /// Most names that an error lists.
-const MOST_LISTED: usize = 10;
+const MAX_LISTED: usize = 10;
 
 /// Returns the first ten of `all` names, joined with commas, and how many more there are.
 pub fn listed(all: impl IntoIterator<Item = impl ToString>) -> String {
-    listed_up_to(MOST_LISTED, all.into_iter().map(|name| name.to_string()))
+    listed_up_to(MAX_LISTED, all.into_iter().map(|name| name.to_string()))
 }
 
 /// Returns the first `most` of `all`, joined with commas, and how many more there are: "a, b and 3 more".
@@ -19,12 +19,12 @@ pub fn listed_up_to(most: usize, all: impl Iterator<Item = String>) -> String {
 }
 
 /// Most names that are suggested.
-const MOST_SUGGESTED: usize = 4;
+const MAX_SUGGESTED: usize = 4;
 
 /// Returns up to four suggestions for `name`: names that continue it after a dot, or else those nearest by edit distance.
 pub fn nearest<'a>(name: &str, names: &'a [String]) -> Vec<&'a str> {
     let below = names.iter().filter(|other| other.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')));
-    let below: Vec<&str> = below.take(MOST_SUGGESTED).map(String::as_str).collect();
+    let below: Vec<&str> = below.take(MAX_SUGGESTED).map(String::as_str).collect();
     if !below.is_empty() {
         return below;
     }
@@ -32,7 +32,7 @@ pub fn nearest<'a>(name: &str, names: &'a [String]) -> Vec<&'a str> {
     let mut near: Vec<(usize, &str)> = names.iter().map(|other| (edit_distance(name, other), other.as_str())).collect();
     near.retain(|(edit_distance, _)| *edit_distance <= most);
     near.sort_by_key(|(edit_distance, _)| *edit_distance);
-    near.into_iter().take(MOST_SUGGESTED).map(|(_, other)| other).collect()
+    near.into_iter().take(MAX_SUGGESTED).map(|(_, other)| other).collect()
 }
 
 /// Returns the edit distance: the fewest letters to insert, delete or replace that turn `one` into `other`.

@@ -22,7 +22,7 @@ pub(crate) struct Mesh {
 }
 
 /// About how many triangles are looked at to see whether the surface faces outwards.
-const MOST_LOOKED_AT: usize = 50_000;
+const MAX_LOOKED_AT: usize = 50_000;
 /// Surfaces that touch may be the wrong way round by so much, mm: files round.
 const HAIR_MM: f64 = 1e-3;
 
@@ -104,7 +104,7 @@ impl Mesh {
     /// Fails where the surface winds backwards around a place: where that of a body faces inwards, or a cavity is in no body.
     fn check_sense(&self) -> Result<(), RemovalError> {
         let mut crossings = Vec::new();
-        for triangle in self.triangles.iter().step_by(self.triangles.len() / MOST_LOOKED_AT + 1) {
+        for triangle in self.triangles.iter().step_by(self.triangles.len() / MAX_LOOKED_AT + 1) {
             let [a, b, c] = self.corners(triangle);
             let centre = (a + b + c) / 3.0;
             crossings.clear();

@@ -6,7 +6,7 @@ use kinetostat_input::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 /// The most external axes that a path commands.
-pub const MOST_EXTERNAL_AXES: usize = 6;
+pub const MAX_EXTERNAL_AXES: usize = 6;
 
 /// An angle this near to a border, rad, is on both sides of it: KUKA's control reads turns so, and a wrong side cannot mean another posture.
 pub const ARM_BORDER: f64 = 2.0 * std::f64::consts::PI / 180.0;

@@ -14,7 +14,7 @@ mod rank_revealing;
 mod screw;
 mod skeleton;
 
-pub use arm::{ARM_BORDER, AskedPosture, Branch, Elbow, MOST_EXTERNAL_AXES, Shoulder, Wrist, branch_labels};
+pub use arm::{ARM_BORDER, AskedPosture, Branch, Elbow, MAX_EXTERNAL_AXES, Shoulder, Wrist, branch_labels};
 pub use grid::Grid;
 pub use halton::radical_inverse;
 pub use pose::{

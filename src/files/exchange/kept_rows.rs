@@ -9,12 +9,12 @@ use std::{
 use super::{Cell, Column, CsvFile, Kind, Row, Table};
 
 /// Most rows of a table of path points that is written whole; of a longer one as many are kept.
-pub const MOST_ROWS: usize = 50_000;
+pub const MAX_ROWS: usize = 50_000;
 
 /// Which rows of a table of path points are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WrittenRows {
-    /// All up to [`MOST_ROWS`]; of more, those that [`KeptRows`] keeps.
+    /// All up to [`MAX_ROWS`]; of more, those that [`KeptRows`] keeps.
     #[default]
     Bounded,
     /// All.
@@ -54,7 +54,7 @@ impl FromStr for Points {
     }
 }
 
-/// Rows kept of a table that has more than [`MOST_ROWS`]. Its first column numbers the points; the rows of a point follow one another, as many
+/// Rows kept of a table that has more than [`MAX_ROWS`]. Its first column numbers the points; the rows of a point follow one another, as many
 /// for each point. The choice depends on the rows alone, whatever parts they come in.
 pub struct KeptRows {
     rows_per_point: usize,
@@ -91,7 +91,7 @@ impl KeptRows {
         written: WrittenRows,
     ) -> Option<Self> {
         let total = points * rows_per_point;
-        if written == WrittenRows::All || total <= MOST_ROWS {
+        if written == WrittenRows::All || total <= MAX_ROWS {
             return None;
         }
         let numbers: Vec<usize> = (0..columns.len()).filter(|i| columns[*i].kind == Kind::Number).collect();
@@ -99,7 +99,7 @@ impl KeptRows {
         let ranked_by: Vec<(usize, String)> =
             ranked_by.iter().filter_map(|name| Some((position(name)?, (*name).to_string()))).collect();
         let extremes = rows_per_point * numbers.len();
-        let steps = (MOST_ROWS / rows_per_point).saturating_sub(extremes) / (1 + ranked_by.len());
+        let steps = (MAX_ROWS / rows_per_point).saturating_sub(extremes) / (1 + ranked_by.len());
         Some(Self {
             rows_per_point,
             total,

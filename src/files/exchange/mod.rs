@@ -20,7 +20,7 @@ use std::path::Path;
 pub(crate) use csv_file::DESCRIPTION;
 pub use csv_file::{CsvFile, csv, description, unescape_formula};
 pub use image::{Image, Layer};
-pub use kept_rows::{KeptRows, MOST_ROWS, Points, WrittenRows};
+pub use kept_rows::{KeptRows, MAX_ROWS, Points, WrittenRows};
 #[cfg(not(feature = "parquet"))]
 use not_built::parquet_file;
 #[cfg(not(feature = "vtk"))]

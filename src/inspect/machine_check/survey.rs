@@ -17,7 +17,7 @@ use crate::{
 /// Points along each side of the workspace.
 const POINTS: usize = 5;
 /// Most Newton iterations for droop over all places, and as many for payload; those of the built-in machines take at most 700.
-const MOST_ITERATIONS: usize = 8_000;
+const MAX_ITERATIONS: usize = 8_000;
 
 /// Findings on a grid over the workspace.
 #[derive(Debug, Clone, Serialize)]
@@ -64,7 +64,7 @@ pub(super) fn survey(machine: &Machine, scratch: &mut Scratch) -> Survey {
     let grid = Grid::new(min, max, [0, 1, 2].map(|axis| if max[axis] > min[axis] { POINTS } else { 1 }));
     let places: Vec<Configuration> =
         (0..grid.len()).filter_map(|index| machine.inverse_kinematics_at(grid.position(index)).ok()).collect();
-    let (mut of_droop, mut of_payload) = (Effort::new(MOST_ITERATIONS), Effort::new(MOST_ITERATIONS));
+    let (mut of_droop, mut of_payload) = (Effort::new(MAX_ITERATIONS), Effort::new(MAX_ITERATIONS));
     Survey {
         counts: grid.counts(),
         reached: places.len(),

@@ -28,9 +28,9 @@ use crate::{
 };
 
 /// Most parameters that vary.
-const MOST_PARAMETERS: usize = 200;
+const MAX_PARAMETERS: usize = 200;
 /// Most tools whose force varies by itself: each takes two dimensions of the draws, and one for each component of the force.
-const MOST_TOOLS: usize = 20;
+const MAX_TOOLS: usize = 20;
 /// What the model of a machine leaves out of which nobody says it: as much of its displacements as that of a measured arm left, with published
 /// stiffnesses (FANUC R-2000iC, `studies/07_robot_arm`).
 const MODEL_ERROR: f64 = 0.26;
@@ -280,9 +280,9 @@ fn resolve(
     let is_of_file = |own: &UncertainParameter| matches!(own.source, SpreadSource::Provenance | SpreadSource::Grade(_));
     let finds_no_provenance =
         spec.machine == Some(MachineUncertaintySpec::Provenance) && !parameters.iter().any(is_of_file);
-    if parameters.len() > MOST_PARAMETERS {
+    if parameters.len() > MAX_PARAMETERS {
         return check
-            .fail(format!("at most {MOST_PARAMETERS} parameters may vary by themselves, got {}", parameters.len()));
+            .fail(format!("at most {MAX_PARAMETERS} parameters may vary by themselves, got {}", parameters.len()));
     }
     parameters.extend(stated_accuracy(&machine.accuracy));
     let (force, tools) = force_spread(&process, cutting, check)?;
@@ -369,7 +369,7 @@ fn force_spread(
                 tools.push(*tool);
             }
         }
-        let most = 2 * MOST_TOOLS / (2 + force.varied_components().count());
+        let most = 2 * MAX_TOOLS / (2 + force.varied_components().count());
         if !(1..=most).contains(&tools.len()) {
             return check.fail(format!(
                 "expected a path, a program or a placement that says which tool cuts, 1 to {most} of them, got {}",

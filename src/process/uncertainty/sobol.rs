@@ -10,22 +10,22 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 /// Dimension, degree and coefficients of its polynomial, and first direction numbers: a line for each dimension from the second.
 const DIRECTION_NUMBERS: &str = include_str!("joe_kuo_6.txt");
 /// Most dimensions.
-pub const MOST_DIMENSIONS: usize = 256;
+pub const MAX_DIMENSIONS: usize = 256;
 /// Binary digits of a coordinate: one fewer than a number in [0.5, 1) has, so that the middle between two is a number as well.
 const DIGITS: usize = 52;
 /// Most points of a scramble: 2 to this power.
-const MOST_BITS: usize = 16;
+const MAX_BITS: usize = 16;
 
 /// Direction numbers of the dimensions 0 to `dimensions - 1`, of [`DIGITS`] digits, the first digit the most significant.
-fn direction_numbers(dimensions: usize) -> Vec<[u64; MOST_BITS]> {
+fn direction_numbers(dimensions: usize) -> Vec<[u64; MAX_BITS]> {
     let digit = |number: u64, k: usize| number << (DIGITS - 1 - k);
     let mut all = vec![std::array::from_fn(|k| digit(1, k))];
     for line in DIRECTION_NUMBERS.lines().filter(|line| !line.starts_with('#')) {
         let mut numbers = line.split_whitespace().filter_map(|word| word.parse::<u64>().ok()).skip(1);
         let (Some(degree), Some(polynomial)) = (numbers.next(), numbers.next()) else { continue };
         let (degree, first): (usize, Vec<u64>) = (degree as usize, numbers.collect());
-        let mut own = [0; MOST_BITS];
-        for k in 0..MOST_BITS {
+        let mut own = [0; MAX_BITS];
+        for k in 0..MAX_BITS {
             own[k] = match first.get(k) {
                 Some(number) => digit(*number, k),
                 None => {
@@ -42,13 +42,13 @@ fn direction_numbers(dimensions: usize) -> Vec<[u64; MOST_BITS]> {
 }
 
 /// The number `index` of the sequence in the dimension with these `directions`, as [`DIGITS`] digits.
-fn digits(directions: &[u64; MOST_BITS], index: usize) -> u64 {
+fn digits(directions: &[u64; MAX_BITS], index: usize) -> u64 {
     let chosen = directions.iter().enumerate().filter(|(k, _)| index >> k & 1 == 1);
     chosen.fold(0, |digits, (_, number)| digits ^ number)
 }
 
 /// Random lower triangular matrix of digits times `directions`: each digit becomes itself plus a random choice of those before it.
-fn scrambled(directions: &[u64; MOST_BITS], random: &mut Xoshiro256PlusPlus) -> [u64; MOST_BITS] {
+fn scrambled(directions: &[u64; MAX_BITS], random: &mut Xoshiro256PlusPlus) -> [u64; MAX_BITS] {
     let mut rows = [0; DIGITS];
     for (row, mask) in rows.iter_mut().enumerate() {
         let own = 1 << (DIGITS - 1 - row);
@@ -66,10 +66,10 @@ fn scrambled(directions: &[u64; MOST_BITS], random: &mut Xoshiro256PlusPlus) -> 
 /// The same `seed` gives the same points, and dimensions before the last do not depend on how many there are.
 ///
 /// # Panics
-/// More than [`MOST_DIMENSIONS`] dimensions, or more than 65,536 points.
+/// More than [`MAX_DIMENSIONS`] dimensions, or more than 65,536 points.
 pub fn points(dimensions: usize, scrambles: usize, points: usize, seed: u64) -> Vec<Vec<f64>> {
-    assert!(dimensions <= MOST_DIMENSIONS && points <= 1 << MOST_BITS, "{dimensions} dimensions, {points} points");
-    let in_dimension = |(dimension, directions): (usize, [u64; MOST_BITS])| -> Vec<f64> {
+    assert!(dimensions <= MAX_DIMENSIONS && points <= 1 << MAX_BITS, "{dimensions} dimensions, {points} points");
+    let in_dimension = |(dimension, directions): (usize, [u64; MAX_BITS])| -> Vec<f64> {
         let of_scramble = |scramble: usize| {
             // Each dimension of each scramble has random numbers of its own.
             let own = seed.wrapping_add((dimension as u64) << 32).wrapping_add((scramble as u64) << 48);

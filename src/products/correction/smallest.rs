@@ -3,7 +3,7 @@
 use super::{
     CorrectionQuestion, CorrectionTable, Corrector, ForceTerms, Worst,
     bound::{axis_forces, worst, worst_at_nodes},
-    table::MOST_NODES,
+    table::MAX_NODES,
 };
 use crate::{
     input::error::Result,
@@ -20,7 +20,7 @@ pub(super) struct CheckedTable {
     pub at_nodes_mm: f64,
 }
 
-/// Returns the table of `question`, of the size it gives or the smallest within tolerance; an error if that needs more than [`MOST_NODES`] nodes.
+/// Returns the table of `question`, of the size it gives or the smallest within tolerance; an error if that needs more than [`MAX_NODES`] nodes.
 pub(super) fn smallest_table(question: &CorrectionQuestion, machines: &Machines, work: &Work) -> Result<CheckedTable> {
     let search = SmallestSearch { question, machines, work, probe: probe(question, machines, work)? };
     let (table, worst) = match question.counts {
@@ -62,7 +62,7 @@ impl SmallestSearch<'_> {
         Ok(if worst.error_mm > self.question.tolerance_mm { Err(worst.error_mm) } else { Ok((table, worst)) })
     }
 
-    /// Grows the grid from an estimate until its table is within tolerance; an error if that takes more than [`MOST_NODES`] nodes.
+    /// Grows the grid from an estimate until its table is within tolerance; an error if that takes more than [`MAX_NODES`] nodes.
     fn grow(&self) -> Result<(CorrectionTable, Worst)> {
         let tolerance = self.question.tolerance_mm;
         let floor = self.probe.at_nodes_mm;
@@ -80,10 +80,10 @@ impl SmallestSearch<'_> {
             let sized = self.estimated_counts(scale, tolerance - floor);
             let worst = self.worst_axis(counts);
             counts = [0, 1, 2].map(|axis| counts[axis].max(sized[axis]).max(counts[axis] + usize::from(axis == worst)));
-            if counts.iter().try_fold(1usize, |all, &n| all.checked_mul(n)).is_none_or(|all| all > MOST_NODES) {
+            if counts.iter().try_fold(1usize, |all, &n| all.checked_mul(n)).is_none_or(|all| all > MAX_NODES) {
                 let nodes: f64 = counts.iter().map(|&n| n as f64).product();
                 let share = self.estimate(counts) / libm::pow(nodes, -2.0 / 3.0);
-                return self.unreachable_tolerance(floor + scale * share * libm::pow(MOST_NODES as f64, -2.0 / 3.0));
+                return self.unreachable_tolerance(floor + scale * share * libm::pow(MAX_NODES as f64, -2.0 / 3.0));
             }
         }
     }
@@ -142,7 +142,7 @@ impl SmallestSearch<'_> {
         let each = allowed.max(ROUNDING_MM) / axes.len().max(1) as f64;
         [0, 1, 2].map(|axis| match axes.contains(&axis) {
             true => {
-                1 + ((scale * self.probe.bends_mm[axis] / each).sqrt().ceil().min(MOST_NODES as f64) as usize).max(1)
+                1 + ((scale * self.probe.bends_mm[axis] / each).sqrt().ceil().min(MAX_NODES as f64) as usize).max(1)
             }
             false => 1,
         })
@@ -151,7 +151,7 @@ impl SmallestSearch<'_> {
     /// Returns the error that the tolerance needs too many nodes, where the largest table would leave `reachable` mm.
     fn unreachable_tolerance<T>(&self, reachable: f64) -> Result<T> {
         let problem = format!(
-            "no table of at most {MOST_NODES} nodes stays within {} mm for forces up to {} N; {:.2} mm can be reached: expected a larger tolerance, a smaller force or a smaller box",
+            "no table of at most {MAX_NODES} nodes stays within {} mm for forces up to {} N; {:.2} mm can be reached: expected a larger tolerance, a smaller force or a smaller box",
             self.question.tolerance_mm,
             (self.question.largest_force_N * 10.0).round() / 10.0,
             (reachable * 100.0).ceil() / 100.0

@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Most nodes of a table.
-pub(super) const MOST_NODES: usize = 40_000;
+pub(super) const MAX_NODES: usize = 40_000;
 
 /// Drive corrections over positions of P, for any force up to the largest one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -137,8 +137,8 @@ pub(super) fn check_counts(question: &CorrectionQuestion, counts: [usize; 3]) ->
         }
     }
     match counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n)) {
-        Some(total) if total <= MOST_NODES => Ok(counts),
-        _ => check.fail(format!("at most {MOST_NODES} nodes, got {counts:?}")),
+        Some(total) if total <= MAX_NODES => Ok(counts),
+        _ => check.fail(format!("at most {MAX_NODES} nodes, got {counts:?}")),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Compensates a program: finds the commands, writes the program that gives them, reads it back and verifies it by simulation.
 
-use super::deflected::{DeflectedCut, MOST_POINTS};
+use super::deflected::{DeflectedCut, MAX_POINTS};
 use super::{
     CorrectedPath, ForceCheck, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, Verification, VerifiedPart,
     WithoutForce,
@@ -202,7 +202,7 @@ impl ProgramJob {
             self.verify(name, &written, asked, work, |verified| {
                 work.check()?;
                 excess.iter_mut().for_each(|excess| excess.add(verified.part.first, &verified.written));
-                if self.process.stock.is_some() && self.path.len() <= MOST_POINTS {
+                if self.process.stock.is_some() && self.path.len() <= MAX_POINTS {
                     errors_before.extend_from_slice(&verified.before[Source::All]);
                 }
                 to.take(verified, bounded.as_ref())

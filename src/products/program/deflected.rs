@@ -24,8 +24,8 @@ pub struct DeflectedCut {
 }
 
 /// Most points of a program for which it is computed.
-pub const MOST_POINTS: usize = 20_000;
-const MOST_ROUNDS: usize = 8;
+pub const MAX_POINTS: usize = 20_000;
+const MAX_ROUNDS: usize = 8;
 /// They agree within this share of the largest error, or this distance, mm.
 const AGREED: f64 = 0.01;
 const LEAST_MM: f64 = 1e-3;
@@ -70,7 +70,7 @@ impl ProgramJob {
             let counted = || residual.iter().enumerate().filter(|own| self.is_counted(own.0));
             let agreed = counted().filter(|own| own.1.norm() <= most_mm).count() as f64 / counted().count() as f64;
             let found = DeflectedCut { largest, programmed_mm, rounds, left_mm: self.largest(&residual).1, agreed };
-            if agreed == 1.0 || rounds == MOST_ROUNDS {
+            if agreed == 1.0 || rounds == MAX_ROUNDS {
                 return Ok(Some(found));
             }
             for (relaxation, (before, now)) in relaxations.iter_mut().zip(before.iter().flatten().zip(&residual)) {

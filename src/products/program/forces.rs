@@ -49,11 +49,11 @@ pub(super) struct TightenedForces {
 /// Draws by which limits are tightened: the first scramble of those by which distances are judged, since few of them are spread evenly.
 const TIGHTENING: usize = Draws::PER_SCRAMBLE;
 /// Draws that may exceed the limits while they are tightened. Where they hold in less than 95 %, so few of independent draws do in 3 % of cases.
-const MOST_ABOVE: usize = 6;
+const MAX_ABOVE: usize = 6;
 /// Draws that check the program, independent of one another.
 const CHECKING: usize = 512;
 /// Most times that limits are tightened.
-const MOST_TIGHTENINGS: usize = 8;
+const MAX_TIGHTENINGS: usize = 8;
 /// Limits are tightened by so much more than their shares ask for, as forces are not quite proportional.
 const CLOSER: f64 = 1e-3;
 
@@ -106,7 +106,7 @@ impl ProgramJob {
         Ok(all)
     }
 
-    /// Returns the force limits for each drive with which those of process and machine hold in all draws but [`MOST_ABOVE`], and the path that `correct`
+    /// Returns the force limits for each drive with which those of process and machine hold in all draws but [`MAX_ABOVE`], and the path that `correct`
     /// finds within them, from `path` on, which is within the limits themselves. Ends where there is no such path, with the last one that there is.
     ///
     /// # Errors
@@ -120,12 +120,12 @@ impl ProgramJob {
         let Some(drawn) = self.machines_under_limits(Uncertainty::clone)? else { return Ok((path, None)) };
         let limits = force_limits(&self.machine, &self.process.limits);
         let (untightened_mm, mut tightened, mut hindrance) = (path.summary.after.worst, limits.clone(), None);
-        for _ in 0..MOST_TIGHTENINGS {
+        for _ in 0..MAX_TIGHTENINGS {
             let drives = self.drives_along(&path);
             let commands = ProgramCommands::Drives(&drives);
             let mut found = self.forces_in(&drawn, 0..TIGHTENING, &path, &commands, work)?;
             found.sort_by(|a, b| nearest(a, &limits).share().total_cmp(&nearest(b, &limits).share()));
-            found.truncate(TIGHTENING - MOST_ABOVE);
+            found.truncate(TIGHTENING - MAX_ABOVE);
             let kept: Vec<Vec<(f64, usize)>> = found.iter().flatten().cloned().collect();
             // No tightening helps where too many have no equilibrium: the check says so.
             if kept.len() < found.len() || found.last().is_none_or(|most| is_within(&nearest(most, &limits))) {

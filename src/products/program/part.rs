@@ -70,17 +70,17 @@ impl Part<'_> {
 }
 
 /// Most points of a program that is corrected within limits, since that solves all points at once.
-const MOST_AT_ONCE: usize = 200_000;
+const MAX_AT_ONCE: usize = 200_000;
 
 /// Tracked points of the nominal machine along a part, block by block.
 pub(super) type TrackPart = Vec<Vec<TrackPoint>>;
 
 /// Most points of a program whose tracked configurations are stored; those of longer programs are computed anew for each pass.
-const MOST_STORED: usize = 200_000;
+const MAX_STORED: usize = 200_000;
 
 /// Returns empty storage for the tracked points of each part of `path`; no storage at all if the path is too long.
 pub(super) fn empty_tracks(path: &Toolpath) -> Vec<OnceLock<TrackPart>> {
-    if path.len() > MOST_STORED { Vec::new() } else { parts(path.len()).map(|_| OnceLock::new()).collect() }
+    if path.len() > MAX_STORED { Vec::new() } else { parts(path.len()).map(|_| OnceLock::new()).collect() }
 }
 
 /// Returns the task points of `path`, called `name` in errors, for a platform with parasitic rotation; `None` for others.
@@ -213,12 +213,12 @@ impl ProgramJob {
         })
     }
 
-    /// Returns the task points of the whole program; an error if it has more than [`MOST_AT_ONCE`] points.
+    /// Returns the task points of the whole program; an error if it has more than [`MAX_AT_ONCE`] points.
     pub(super) fn all_tasks(&self) -> Result<Vec<TaskPoint>> {
         let points = self.path.len();
-        if points > MOST_AT_ONCE {
+        if points > MAX_AT_ONCE {
             let problem = format!(
-                "bounded corrects the whole path at once: {points} points, expected at most {MOST_AT_ONCE}; a coarser \
+                "bounded corrects the whole path at once: {points} points, expected at most {MAX_AT_ONCE}; a coarser \
                  [sampling] or a part of the program has fewer"
             );
             return Err(Error::argument("--method", problem));

@@ -50,8 +50,8 @@ pub(super) struct CourseSpread {
 }
 
 /// Most points at which draws are solved and patches that are looked at in all of them, if they are more than the fewest; of one scramble, halved.
-const MOST_POINTS: usize = 2_000_000;
-const MOST_PATCHES: usize = 10_000_000;
+const MAX_POINTS: usize = 2_000_000;
+const MAX_PATCHES: usize = 10_000_000;
 const FEWEST_DRAWS: usize = 32;
 /// Probability with which nothing is below the lower of the quantiles of a place.
 const P05: f64 = 1.0 - P95;
@@ -91,7 +91,7 @@ impl ProgramJob {
         let wanted = Wanted { job: self, stock, surface, rotations, tolerance_mm, path: &path, written, work };
         let mut draws = Draws::PER_SCRAMBLE;
         while draws > FEWEST_DRAWS
-            && (draws * self.path.len() > MOST_POINTS || draws * surface.patches.len() > MOST_PATCHES)
+            && (draws * self.path.len() > MAX_POINTS || draws * surface.patches.len() > MAX_PATCHES)
         {
             draws /= 2;
         }

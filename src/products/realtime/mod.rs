@@ -144,7 +144,7 @@ const TRIALS: usize = 96;
 /// Number of examples written with the code.
 const EXAMPLES: usize = 24;
 /// Most Newton steps.
-pub const MOST_STEPS: usize = 8;
+pub const MAX_STEPS: usize = 8;
 
 /// Generates the functions and finds their errors.
 ///
@@ -153,8 +153,8 @@ pub const MOST_STEPS: usize = 8;
 pub fn generate(question: Question) -> Result<Realtime> {
     domain::check_machine(&question.machines.nominal)?;
     let (domain, steps) = (question.domain, question.steps);
-    if !(1..=MOST_STEPS).contains(&steps) {
-        let problem = format!("must be from 1 to {MOST_STEPS}, got {steps}");
+    if !(1..=MAX_STEPS).contains(&steps) {
+        let problem = format!("must be from 1 to {MAX_STEPS}, got {steps}");
         return Err(Error::argument("--steps", problem));
     }
     let exact = ReferenceSolver { machines: question.machines.clone() };

@@ -151,7 +151,7 @@ const WIDE: f64 = 1.0;
 /// The same of a length or angle that is sure to be another than in the machine file: as a share of its change, and at most.
 const WIDE_CHANGED: [f64; 2] = [0.5, 10.0];
 /// Share of what was measured above which a residual is noise only if noise is given that explains it.
-const MOST_LEFT: f64 = 1.0 / 3.0;
+const MAX_LEFT: f64 = 1.0 / 3.0;
 /// Share of what was measured from which the model lacks something, or the readings scatter.
 const NOTEWORTHY: f64 = 0.1;
 
@@ -206,7 +206,7 @@ pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Resu
     let is_large = fit.is_beyond_noise || share.is_some_and(|share| share > NOTEWORTHY);
     let cause = if is_large { cause::find(study, &fit, work)? } else { None };
     // What has a cause is no noise.
-    let misfit = share.filter(|share| study.noise.is_estimated && (*share > MOST_LEFT || cause.is_some()));
+    let misfit = share.filter(|share| study.noise.is_estimated && (*share > MAX_LEFT || cause.is_some()));
     let open = advice::open_combinations(&fit);
     let advice = match open.is_empty() {
         true => None,

@@ -31,7 +31,7 @@ const NEAR: f64 = 0.03;
 /// Largest half width of the interval, as `ln` of a factor: a wider one fits too many units.
 const WIDEST: f64 = 0.26;
 /// Largest scatter of the stiffnesses about their common factor, as `ln` of a factor: files are about as wrong.
-const MOST_SCATTER: f64 = 0.2;
+const MAX_SCATTER: f64 = 0.2;
 
 /// Returns the common factor of all identifiable stiffnesses, if it looks like a mistaken unit. Each is a sample with an error and a
 /// scatter of its own, so their mean is that of a random-effects model (DerSimonian and Laird 1986).
@@ -53,7 +53,7 @@ pub fn unit_factor(study: &IdentificationStudy, fit: &Fit) -> Option<UnitFactor>
     let scatter = if excess > 0.0 && stiffnesses.len() > 1 { excess / (sum - squares / sum) } else { 0.0 };
     let (log, sum) = mean(scatter);
     let width = scatter::half_width(degrees_of_freedom(study, fit)) / sum.sqrt();
-    if !(fit.is_converged && stiffnesses.len() > 1 && width <= WIDEST && scatter.sqrt() <= MOST_SCATTER) {
+    if !(fit.is_converged && stiffnesses.len() > 1 && width <= WIDEST && scatter.sqrt() <= MAX_SCATTER) {
         return None;
     }
     let looks_like = UNIT_FACTORS.into_iter().find(|(unit, _)| (log.abs() - libm::log(*unit)).abs() <= width + NEAR)?;

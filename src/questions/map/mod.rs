@@ -123,13 +123,13 @@ pub fn run(study: &WorkspaceMapStudy, work: &Work) -> error::Result<WorkspaceMap
 }
 
 /// Largest number of points of a block, which limits what a killed run loses.
-const MOST_POINTS: usize = 4096;
+const MAX_POINTS: usize = 4096;
 /// Largest number of tool angles of all points of a block.
-const MOST_ANGLES: usize = 1 << 18;
+const MAX_ANGLES: usize = 1 << 18;
 
 /// Returns the number of grid points of a block, a multiple of [`Batch::WIDTH`].
 fn block_size(study: &WorkspaceMapStudy) -> usize {
-    let points = (MOST_ANGLES / study.load_case.phis.len().max(1)).min(MOST_POINTS);
+    let points = (MAX_ANGLES / study.load_case.phis.len().max(1)).min(MAX_POINTS);
     (points / Batch::WIDTH).max(1) * Batch::WIDTH
 }
 

@@ -19,7 +19,7 @@ use crate::{
 
 /// Fewest draws chosen at random that are solved in a map, as far as these many at each point suffice.
 const FEWEST_AUDITS: usize = 1024;
-const MOST_AUDITS_AT_POINT: usize = 32;
+const MAX_AUDITS_AT_POINT: usize = 32;
 
 /// Adds the digits of a coordinate to those of the others, so that each point has a number of its own.
 fn place_bits(others: u64, coordinate: &f64) -> u64 {
@@ -147,7 +147,7 @@ impl<'a> SpreadSolver<'a> {
             Ok(largest_displacement(study, drawn, configurations[point], draw))
         };
         let (tolerance_mm, audits) = (study.load_case.tolerance_mm, FEWEST_AUDITS.div_ceil(study.grid.len()));
-        let audits = audits.min(MOST_AUDITS_AT_POINT);
+        let audits = audits.min(MAX_AUDITS_AT_POINT);
         let seed = |point: usize| configurations[point].pose.translation.iter().fold(0, place_bits);
         let (checks, most_next) = (true, None);
         let wanted = WantedSpread {

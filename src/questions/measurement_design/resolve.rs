@@ -16,10 +16,10 @@ use crate::{
 
 /// Number of random choices if the study gives none.
 const DRAWS: usize = 200;
-const MOST_DRAWS: usize = 10_000;
-const MOST_POSES: usize = 100_000;
-const MOST_CANDIDATES: usize = 200_000;
-const MOST_CHOSEN: usize = 1000;
+const MAX_DRAWS: usize = 10_000;
+const MAX_POSES: usize = 100_000;
+const MAX_CANDIDATES: usize = 200_000;
+const MAX_CHOSEN: usize = 1000;
 
 impl Question for MeasurementDesignStudy {
     type Spec = MeasurementDesignSpec;
@@ -71,17 +71,17 @@ impl Question for MeasurementDesignStudy {
         let displacements = Reading::planned_displacements();
         let tested = tested.into_iter().map(|row| Measurement { readings: displacements.clone(), ..row }).collect();
         let check_count = check.key("count");
-        if !(1..=MOST_CHOSEN.min(candidates.len())).contains(&spec.count) {
-            let max_count = MOST_CHOSEN.min(candidates.len());
+        if !(1..=MAX_CHOSEN.min(candidates.len())).contains(&spec.count) {
+            let max_count = MAX_CHOSEN.min(candidates.len());
             return check_count.fail(format!(
-                "must be from 1 to {max_count} ({} candidates, at most {MOST_CHOSEN} chosen), got {}",
+                "must be from 1 to {max_count} ({} candidates, at most {MAX_CHOSEN} chosen), got {}",
                 candidates.len(),
                 spec.count
             ));
         }
         let draws = spec.draws.unwrap_or(DRAWS);
-        if draws > MOST_DRAWS {
-            return check.key("draws").fail(format!("must be at most {MOST_DRAWS}, got {draws}"));
+        if draws > MAX_DRAWS {
+            return check.key("draws").fail(format!("must be at most {MAX_DRAWS}, got {draws}"));
         }
         let study = MeasurementDesignStudy {
             machine: machine.clone(),
@@ -169,8 +169,8 @@ fn candidates(
 
 /// Returns candidates at poses spread over a region, each under each force.
 fn generate(spec: &CandidateSpec, machine: &Machine, readings: &[Reading], check: &Check) -> Result<Vec<Measurement>> {
-    if !(1..=MOST_POSES).contains(&spec.poses) {
-        return check.key("poses").fail(format!("must be from 1 to {MOST_POSES}, got {}", spec.poses));
+    if !(1..=MAX_POSES).contains(&spec.poses) {
+        return check.key("poses").fail(format!("must be from 1 to {MAX_POSES}, got {}", spec.poses));
     }
     let mut forces = Vec::with_capacity(spec.forces.len());
     for (i, force) in spec.forces.iter().enumerate() {
@@ -179,9 +179,9 @@ fn generate(spec: &CandidateSpec, machine: &Machine, readings: &[Reading], check
     if forces.is_empty() {
         return check.key("forces_N").fail("must have at least one force, got none".into());
     }
-    if spec.poses * forces.len() > MOST_CANDIDATES {
+    if spec.poses * forces.len() > MAX_CANDIDATES {
         let problem = format!(
-            "{} poses under {} forces are {} candidates: expected at most {MOST_CANDIDATES}",
+            "{} poses under {} forces are {} candidates: expected at most {MAX_CANDIDATES}",
             spec.poses,
             forces.len(),
             spec.poses * forces.len()

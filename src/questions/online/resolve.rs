@@ -15,11 +15,11 @@ use crate::{
 };
 
 /// Most trials: seeds times force errors.
-const MOST_TRIALS: usize = 100_000;
+const MAX_TRIALS: usize = 100_000;
 /// Fewest seeds where each is a draw: with fewer, probabilities say next to nothing.
 const FEWEST_DRAWS: usize = 16;
 /// Most cycles of the controller along the path.
-const MOST_CYCLES: f64 = 1e8;
+const MAX_CYCLES: f64 = 1e8;
 /// Force errors if the study gives none.
 const FORCE_ERRORS_PERCENT: [f64; 7] = [0.0, 2.0, 5.0, 10.0, 20.0, 30.0, 50.0];
 
@@ -75,8 +75,8 @@ impl Question for OnlineStudy {
         let times_s: Vec<f64> = path.stations.iter().map(|at| at.arc_length_mm * 60.0 / feed_mm_per_min).collect();
         let sensor = sensor(spec, check)?;
         let cycles = times_s.last().map_or(0.0, |last| sensor.cycles(*last));
-        if cycles > MOST_CYCLES {
-            let problem = format!("the path takes {cycles:.0} cycles: expected at most {MOST_CYCLES:.0}");
+        if cycles > MAX_CYCLES {
+            let problem = format!("the path takes {cycles:.0} cycles: expected at most {MAX_CYCLES:.0}");
             return check.key("cycle_ms").fail(problem);
         }
         let known_share = spec.known_chain_errors_percent.unwrap_or(100.0);
@@ -148,9 +148,9 @@ fn trials(spec: &OnlineSpec, uncertain: bool, check: &Check) -> Result<(Vec<f64>
     }
     let (usual, [least, draws]) = match uncertain {
         true => (Draws::PER_SCRAMBLE, [FEWEST_DRAWS, Draws::COUNT]),
-        false => (20, [1, MOST_TRIALS]),
+        false => (20, [1, MAX_TRIALS]),
     };
-    let (seeds, most) = (spec.seeds.unwrap_or(usual), draws.min(MOST_TRIALS / errors.len()));
+    let (seeds, most) = (spec.seeds.unwrap_or(usual), draws.min(MAX_TRIALS / errors.len()));
     if seeds < least || seeds > most {
         let of_draws = if uncertain { " with [uncertainty], where each is a machine of its own" } else { "" };
         let problem = format!("must be from {least} to {most}{of_draws}, got {seeds}");

@@ -55,7 +55,7 @@ pub struct PlacePoint {
 }
 
 /// Number of infeasible points of a feature after which it ends: each takes as long as many feasible ones.
-const MOST_REFUSALS: usize = 3;
+const MAX_REFUSALS: usize = 3;
 
 impl Evaluator {
     /// Solves the points at which the tool cuts, every `stride`-th and the last of a feature; ends a feature at its third infeasible point.
@@ -91,7 +91,7 @@ impl Evaluator {
                 }
                 refusals += usize::from(refusal.is_some());
                 points.push(place_point(k, &tasks[k], job.machine(), &walk.last, refusal));
-                if refusals == MOST_REFUSALS {
+                if refusals == MAX_REFUSALS {
                     break;
                 }
             }

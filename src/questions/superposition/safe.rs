@@ -55,9 +55,9 @@ impl LargestFactor {
 /// Accuracy of a factor: superposition error over tolerance, or, where equilibrium ends, the factor itself, to this share.
 const ACCURACY: f64 = 1e-6;
 /// Most halvings in search of a factor with a superposition error below the tolerance.
-const MOST_HALVINGS: usize = 60;
+const MAX_HALVINGS: usize = 60;
 /// Most evaluations between the two ends of the bracket.
-const MOST_STEPS: usize = 80;
+const MAX_STEPS: usize = 80;
 
 /// Upper end of the bracket in which the largest factor lies.
 enum UpperEnd {
@@ -105,7 +105,7 @@ pub(super) fn largest_factor(
         // The source that is scaled is not what cannot be solved.
         return LargestFactor::Unsolved(failure.clone());
     }
-    for _ in 0..MOST_HALVINGS {
+    for _ in 0..MAX_HALVINGS {
         let half = excess(0.5 * factor);
         if let Ok(below) = half
             && below < 0.0
@@ -128,7 +128,7 @@ fn factor_between(
     excess: &dyn Fn(f64) -> Result<f64, Failure>,
 ) -> LargestFactor {
     let mut last_was_low = None;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let share = match &high.1 {
             UpperEnd::Exceeded(above) => -low.1 / (above - low.1),
             UpperEnd::Unsolved(_) => 0.5,

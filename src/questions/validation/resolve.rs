@@ -19,7 +19,7 @@ const AGREEMENT: f64 = 0.1;
 /// Stem of the file names of the figure of the machine, which no other figure may have.
 const MACHINE_AT_HOME: &str = "machine_at_home";
 /// Most panels of a figure.
-pub(super) const MOST_FRAMES: usize = 6;
+pub(super) const MAX_FRAMES: usize = 6;
 
 impl Question for ValidationStudy {
     type Spec = ValidationSpec;
@@ -142,7 +142,7 @@ fn pictures(specs: &[FigureSpec], cases: &[String], machine: &Machine, check: &C
             return check.key("name").fail(problem);
         }
         check.key("name").short(&spec.name)?;
-        let max_cases = if spec.kind == FigureKind::Curves { MOST_FRAMES } else { 1 };
+        let max_cases = if spec.kind == FigureKind::Curves { MAX_FRAMES } else { 1 };
         let check_cases = check.key("cases");
         if !(1..=max_cases).contains(&spec.cases.len()) {
             let expected = if max_cases == 1 { "one case".into() } else { format!("1 to {max_cases} cases") };

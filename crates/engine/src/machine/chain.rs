@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Most turns of a joint after which a coupled drive is taken to stand as before, and how near they must be to whole ones.
-const MOST_TURNS: u32 = 12;
+const MAX_TURNS: u32 = 12;
 const WHOLE: f64 = 1e-9;
 
 /// Kind of an elementary one-parameter motion.
@@ -247,7 +247,7 @@ impl Chain {
     }
 
     /// Full turn of revolute drive `drive`: the least change of its command, rad, that turns every joint by whole turns, 2π where it moves one joint
-    /// alone. `None` for a prismatic joint, and where up to [`MOST_TURNS`] turns of a joint do not suffice.
+    /// alone. `None` for a prismatic joint, and where up to [`MAX_TURNS`] turns of a joint do not suffice.
     pub(crate) fn full_turn(&self, drive: usize) -> Option<f64> {
         if self.drives[drive].motion == Motion::Prismatic {
             return None;
@@ -258,7 +258,7 @@ impl Chain {
             .collect();
         let first = shares.first()?.abs();
         let is_whole = |turns: f64| (turns - turns.round()).abs() < WHOLE;
-        let mut whole = (1..=MOST_TURNS).map(|turns| f64::from(turns) / first);
+        let mut whole = (1..=MAX_TURNS).map(|turns| f64::from(turns) / first);
         whole.find(|turns| shares.iter().all(|share| is_whole(share * turns))).map(|turns| turns * TAU)
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Configuration, Drive, Machine, kinematics::Unreachable};
-use crate::spatial::{MOST_EXTERNAL_AXES, Pose};
+use crate::spatial::{MAX_EXTERNAL_AXES, Pose};
 
 /// Positions of a machine's external axes, mm or rad: its locked drives ([`Model::locked`](super::Model::locked)), then its carrier's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,7 +11,7 @@ pub struct ExternalAxes([f64; ExternalAxes::MOST]);
 
 impl ExternalAxes {
     /// The most axes that a path commands.
-    pub const MOST: usize = MOST_EXTERNAL_AXES;
+    pub const MOST: usize = MAX_EXTERNAL_AXES;
 
     /// Sets axis `index` to `position`, mm or rad.
     ///

@@ -539,7 +539,7 @@ impl<'a> Contour<'a> {
         let radius_mm = libm::hypot(arm[0], arm[1]) * self.unit.mm();
         let most = 2.0 * libm::acos((1.0 - CHORD_MM / radius_mm).max(0.0));
         let count = (sweep.abs() / most).ceil().max(1.0);
-        if radius_mm < CHORD_MM || count > MOST_CHORDS {
+        if radius_mm < CHORD_MM || count > MAX_CHORDS {
             return None;
         }
         let count = count as u32;
@@ -836,7 +836,7 @@ impl<'a> Contour<'a> {
 /// How far the lines that a helix becomes may be from it, mm.
 const CHORD_MM: f64 = 0.001;
 /// Most lines of a helix.
-const MOST_CHORDS: f64 = 100_000.0;
+const MAX_CHORDS: f64 = 100_000.0;
 
 /// Returns the line or arc of a move at feed; `None` of a rapid one, or an arc whose centre is not known.
 fn fed_element(code: MotionCode, centre: Option<Point>, from: Point, to: Point) -> Option<Element> {

@@ -7,7 +7,7 @@ use crate::{
     expand::{
         check_length,
         edit::{LineEdit, acts_at_end},
-        run::MOST_STEPS,
+        run::MAX_STEPS,
     },
     model::{
         Hole, MotionGeometry, NumberFormat, format_shortest,
@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Most pecks of a hole.
-const MOST_PECKS: f64 = 10_000.0;
+const MAX_PECKS: f64 = 10_000.0;
 
 /// Bytes of a program without cycles, and the line, from 0, that each of its lines comes from.
 pub(crate) type WithoutCycles = (Vec<u8>, Vec<usize>);
@@ -110,11 +110,8 @@ impl GcodeProgram {
         let mut lines = Vec::new();
         for motion in &block.motions {
             let MotionGeometry::Hole(hole) = &motion.geometry else { continue };
-            if lines.len() > MOST_STEPS {
-                return Err(Refusal::new(
-                    0..content.len(),
-                    Fault::Macro(MacroFault::TooManySteps { most: MOST_STEPS }),
-                ));
+            if lines.len() > MAX_STEPS {
+                return Err(Refusal::new(0..content.len(), Fault::Macro(MacroFault::TooManySteps { most: MAX_STEPS })));
             }
             let mut height = hole.start.z;
             for step in parameters.moves(motion, hole, !over.is_empty())? {
@@ -259,7 +256,7 @@ impl HoleParameters {
 fn check_peck(motion: &Motion, peck: f64, has_point: bool, depth: f64) -> Result<(), Refusal> {
     let word = motion.words.iter().find(|word| word.letter == 'Q');
     let span = word.map_or(motion.span.clone(), |word| word.span.clone());
-    if peck <= 0.0 || depth / peck > MOST_PECKS || (peck > depth && !has_point) {
+    if peck <= 0.0 || depth / peck > MAX_PECKS || (peck > depth && !has_point) {
         return Err(Refusal::new(span, Fault::Peck { depth_mm: depth }));
     }
     Ok(())

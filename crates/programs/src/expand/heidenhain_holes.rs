@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use crate::{expand::line::plain_number, model::NumberFormat, read::scan::Scan};
 
 /// Most pecks of a hole.
-const MOST_PECKS: usize = 10_000;
+const MAX_PECKS: usize = 10_000;
 
 /// What a parameter should be.
 pub(super) type Expected = &'static str;
@@ -162,7 +162,7 @@ impl Cycle {
             let end = at.min(depth);
             let count =
                 if every > 0.0 { ((end - before - NumberFormat::FINEST) / every).floor().max(0.0) } else { 0.0 };
-            if stops.len() as f64 + count >= MOST_PECKS as f64 {
+            if stops.len() as f64 + count >= MAX_PECKS as f64 {
                 return Err("no more than 10000 pecks");
             }
             stops.extend((1..=count as u32).map(|number| (before + f64::from(number) * every, Leaves::ToBreak)));

@@ -289,14 +289,14 @@ pub(crate) fn evaluate_line(line: &SourceLine, variables: &mut Variables) -> Res
 }
 
 /// Most digits of a computed number: what controls read.
-const MOST_DIGITS: usize = 8;
+const MAX_DIGITS: usize = 8;
 
 /// Formats a value as a word of `letter` takes it: whole, or with a decimal point and at most eight digits.
 pub(crate) fn word_number(letter: u8, value: f64) -> String {
     let min_decimals = u8::from(!matches!(letter, b'G' | b'M' | b'N' | b'T' | b'H' | b'D' | b'O' | b'P' | b'L'));
     // Controls read eight digits.
     let whole = format!("{:.0}", value.abs().trunc()).len();
-    write_scaled(value, 10f64.powi(i32::try_from(MOST_DIGITS.saturating_sub(whole)).unwrap_or(0)), min_decimals)
+    write_scaled(value, 10f64.powi(i32::try_from(MAX_DIGITS.saturating_sub(whole)).unwrap_or(0)), min_decimals)
 }
 
 /// Formats a value for Sinumerik or Heidenhain as a word of `letter` takes it: whole, or with a decimal point and at most seven decimals.

@@ -7,7 +7,7 @@ use crate::{
         switches::{Switches, take_switches},
     },
     model::{
-        MOST_MIB,
+        MAX_MIB,
         gcode::{Dialect, Fault, GcodeError, GcodeOptions, MacroFault, RadiusFault, Refusal, Unsupported},
     },
     read::gcode::{Expansion, GcodeProgram, dialect, lines::Lines},
@@ -38,9 +38,9 @@ mod sinumerik_holes;
 mod switches;
 pub(crate) mod variables;
 
-/// Refuses lines of more than [`MOST_MIB`] in all, those run or written out; `asked` says of what was asked for is still to be done.
+/// Refuses lines of more than [`MAX_MIB`] in all, those run or written out; `asked` says of what was asked for is still to be done.
 pub(crate) fn check_length(bytes: usize, asked: impl FnOnce() -> String) -> Result<(), Fault> {
-    match bytes > MOST_MIB << 20 {
+    match bytes > MAX_MIB << 20 {
         true => Err(Fault::Macro(MacroFault::TooManyBytes { asked: asked() })),
         false => Ok(()),
     }

@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// Most lines that are run.
-pub(crate) const MOST_STEPS: usize = 1_000_000;
+pub(crate) const MAX_STEPS: usize = 1_000_000;
 
 /// Lines that are looked through for the aim of a jump in the time of a byte that is run.
 const LINES_PER_BYTE: usize = 4;
@@ -131,8 +131,8 @@ impl<'a> Run<'a> {
                     byte.min(line.bytes.len())..line.bytes.trim_ascii_end().len().max(byte.min(line.bytes.len()));
                 Refusal::new(span, fault)
             };
-            let next = if steps > MOST_STEPS {
-                Err((line.begin, Fault::Macro(MacroFault::TooManySteps { most: MOST_STEPS })))
+            let next = if steps > MAX_STEPS {
+                Err((line.begin, Fault::Macro(MacroFault::TooManySteps { most: MAX_STEPS })))
             } else {
                 let checked = check_length(bytes, || self.runs_asked()).map_err(|fault| (line.begin, fault));
                 checked.and_then(|()| self.follow_line(&line))

@@ -21,7 +21,7 @@ use crate::{
 };
 
 /// Most elements of an array.
-const MOST_ELEMENTS: f64 = 10_000.0;
+const MAX_ELEMENTS: f64 = 10_000.0;
 
 /// A line with values for its expressions.
 pub(crate) struct Evaluated {
@@ -357,7 +357,7 @@ impl Run<'_> {
             }
             match size {
                 None => self.variables.declare(&name, kind, value)?,
-                Some(size) if (1.0..=MOST_ELEMENTS).contains(&size) => {
+                Some(size) if (1.0..=MAX_ELEMENTS).contains(&size) => {
                     (0..size as u32)
                         .try_for_each(|element| self.variables.declare(&format!("{name}[{element}]"), kind, value))?;
                 }

@@ -8,7 +8,7 @@ use crate::model::{
     robot::{ArmData, ArmPosture},
     tool::ToolDescription,
 };
-use kinetostat_spatial::MOST_EXTERNAL_AXES;
+use kinetostat_spatial::MAX_EXTERNAL_AXES;
 
 /// The largest coordinate of a path, mm: beyond any machine.
 pub(crate) const MAX_COORDINATE_MM: f64 = 1e6;
@@ -58,7 +58,7 @@ pub struct PathPoint {
     pub load: Option<Load>,
     /// Positions of the external axes that the path commands, in the order of [`Toolpath::external_axes`], mm or degrees as their names say, and
     /// behind them those of the drives that it leads.
-    pub external: [f64; MOST_EXTERNAL_AXES],
+    pub external: [f64; MAX_EXTERNAL_AXES],
     /// The move that the point comes from.
     pub source: PointSource,
     /// What the program of a robot says of the posture of the arm here.

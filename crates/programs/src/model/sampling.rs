@@ -23,7 +23,7 @@ pub struct SamplingError {
 }
 
 /// Most MiB of lines or statements that an expansion runs through in all.
-pub(crate) const MOST_MIB: usize = 256;
+pub(crate) const MAX_MIB: usize = 256;
 
 impl Sampling {
     /// The most points one path may have. A path that needs more is refused instead of filling the memory.

@@ -1350,7 +1350,7 @@ fn krl_line() -> impl Strategy<Value = String> {
 }
 
 /// Coordinates are refused beyond it, mm.
-const MOST_MM: f64 = 1e6;
+const MAX_MM: f64 = 1e6;
 
 /// How far from zero a circle of the program may go, mm: by the circumference through its three points, which are read as the ends of lines.
 fn farthest_circle_mm(language: Language, lines: &[String], ending: &str) -> f64 {
@@ -1391,7 +1391,7 @@ fn check_random(language: Language, lines: &[String], ending: &str) -> Result<()
         Err(refused) => {
             prop_assert!(refused.to_string().contains("expected a position on the machine"), "{}", refused);
             let farthest = farthest_circle_mm(language, lines, ending);
-            prop_assert!(farthest > MOST_MM, "{} though no circle goes beyond {} mm", refused, farthest);
+            prop_assert!(farthest > MAX_MM, "{} though no circle goes beyond {} mm", refused, farthest);
             return Ok(());
         }
     };
@@ -1459,7 +1459,7 @@ fn a_circle_that_goes_round_far_away_is_refused() {
     let program = parse(Language::Krl, &lines.join("\n"), &RobotOptions::default()).unwrap();
     let refused = program.toolpath(coarse()).unwrap_err().to_string();
     assert!(refused.starts_with("p.src:4: ") && refused.contains("expected a position on the machine"), "{refused}");
-    assert!(farthest_circle_mm(Language::Krl, &lines, "\n") > MOST_MM);
+    assert!(farthest_circle_mm(Language::Krl, &lines, "\n") > MAX_MM);
     check_random(Language::Krl, &lines, "\n").unwrap();
 }
 

@@ -9,9 +9,9 @@ use crate::process::stock::StockMesh;
 /// Length of what stands before the triangles of a binary file, and of a triangle, bytes.
 const BINARY: [usize; 2] = [84, 50];
 /// Most triangles of a stock.
-const MOST_TRIANGLES: usize = 5_000_000;
+const MAX_TRIANGLES: usize = 5_000_000;
 /// Largest coordinate, mm: beyond any machine.
-const MOST_MM: f32 = 1e6;
+const MAX_MM: f32 = 1e6;
 
 /// Reads a binary or ASCII STL file: equal vertices become one, and triangles of which two corners are equal are left out. `Err` says what is wrong.
 pub(super) fn read(mut bytes: Vec<u8>) -> Result<StockMesh, String> {
@@ -46,9 +46,9 @@ pub(super) fn read(mut bytes: Vec<u8>) -> Result<StockMesh, String> {
         let mut corners = [0; 3];
         for (corner, vertex) in corners.iter_mut().zip(triangle.vertices) {
             // Not-a-numbers compare as false; 0 and −0 are one place.
-            if !vertex.0.iter().all(|own| own.abs() <= MOST_MM) {
+            if !vertex.0.iter().all(|own| own.abs() <= MAX_MM) {
                 let [x, y, z] = vertex.0;
-                return Err(format!("has a vertex at ({x}, {y}, {z}) mm: expected numbers of at most {MOST_MM}"));
+                return Err(format!("has a vertex at ({x}, {y}, {z}) mm: expected numbers of at most {MAX_MM}"));
             }
             let place = vertex.0.map(|own| own + 0.0);
             *corner = *numbers.entry(place.map(f32::to_bits)).or_insert_with(|| {
@@ -60,8 +60,8 @@ pub(super) fn read(mut bytes: Vec<u8>) -> Result<StockMesh, String> {
         if a != b && b != c && c != a {
             mesh.triangles.push(corners);
         }
-        if mesh.triangles.len() > MOST_TRIANGLES {
-            return Err(format!("has more than {MOST_TRIANGLES} triangles: expected a coarser mesh"));
+        if mesh.triangles.len() > MAX_TRIANGLES {
+            return Err(format!("has more than {MAX_TRIANGLES} triangles: expected a coarser mesh"));
         }
     }
     Ok(mesh)

@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Most lines of which it is said how the control turns the tool.
-const MOST_CHOSEN: usize = 6;
+const MAX_CHOSEN: usize = 6;
 /// Smallest residual rotation that is mentioned, rad.
 const LEAST_TURN: f64 = 1e-6;
 
@@ -156,12 +156,12 @@ fn gcode_notes(notes: &Notes, calls: &WrittenCalls) -> String {
         );
     }
     if !notes.chosen_angles.is_empty() {
-        let shown = notes.chosen_angles.iter().take(MOST_CHOSEN).map(|(line, angles)| {
+        let shown = notes.chosen_angles.iter().take(MAX_CHOSEN).map(|(line, angles)| {
             let named = ["A", "B", "C"].into_iter().zip(angles).filter(|(_, angle)| **angle != 0.0);
             let named: Vec<String> = named.map(|(letter, angle)| format!("{letter}{:.3}", angle)).collect();
             format!("in line {line} to {}", if named.is_empty() { "0".into() } else { named.join(" ") })
         });
-        let more = if notes.chosen_angles.len() > MOST_CHOSEN { ", and so on" } else { "" };
+        let more = if notes.chosen_angles.len() > MAX_CHOSEN { ", and so on" } else { "" };
         text += &format!(
             "The control chooses how the rotary axes stand in inclined planes; by its rule {}{more}. See that it does: the machine bends otherwise \
              at other angles.\n",

@@ -14,7 +14,7 @@ pub(crate) use quantities::{ANGLE, ARC_LENGTH, DISPLACEMENT, displacement_compon
 pub use summary::Summary;
 pub(crate) use text::{MOVE_INSIDE, cautions_of, outside_positions};
 pub use text::{facts_text, failures_text, headline, text};
-pub use thinned::{Curve, MOST_POINTS, drawn_indices};
+pub use thinned::{Curve, MAX_POINTS, drawn_indices};
 
 use serde_json::json;
 

@@ -5,11 +5,11 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 use nalgebra::Vector3;
 
 /// Most points of a curve.
-pub const MOST_POINTS: usize = 4000;
+pub const MAX_POINTS: usize = 4000;
 
 /// Returns how many of the `points` of a path make one step of a curve, of which the smallest and the largest value are drawn.
 pub fn points_per_step(points: usize) -> usize {
-    if points <= MOST_POINTS { 1 } else { points.div_ceil(MOST_POINTS / 2) }
+    if points <= MAX_POINTS { 1 } else { points.div_ceil(MAX_POINTS / 2) }
 }
 
 /// A curve along a path, collected point by point; a long one keeps the smallest and largest value of each step.
@@ -73,14 +73,14 @@ impl Curve {
     }
 }
 
-/// Returns the indices of the points at which a path through `positions` is drawn: all, or at most [`MOST_POINTS`], one half evenly spread,
+/// Returns the indices of the points at which a path through `positions` is drawn: all, or at most [`MAX_POINTS`], one half evenly spread,
 /// the other the sharpest corners, with their neighbours where the shape does not need more corners.
 pub fn drawn_indices(positions: &[Vector3<f64>]) -> Vec<usize> {
     let count = positions.len();
-    if count <= MOST_POINTS {
+    if count <= MAX_POINTS {
         return (0..count).collect();
     }
-    let half = MOST_POINTS / 2;
+    let half = MAX_POINTS / 2;
     let mut drawn: Vec<usize> = (0..half).map(|k| k * (count - 1) / (half - 1)).collect();
     let corners = corners(positions, half);
     let few = half / 3;

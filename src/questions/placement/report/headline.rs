@@ -59,7 +59,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
                 },
             );
             // A long name of a place stands below.
-            match sentence.split(' ').count() <= MOST_WORDS {
+            match sentence.split(' ').count() <= MAX_WORDS {
                 true => (sentence, String::new(), numbers.into_iter().flatten().collect()),
                 false => {
                     let short = sentence.split_inclusive(',').next().unwrap_or_default().trim_end_matches(',');
@@ -91,7 +91,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     let at = if angles.is_empty() { angles } else { format!(" at {angles}") };
     let place = KeyNumber::new(&place, format!("{}{at}{}", origin_text(study), gamma_text(study, entry)), "");
     let mut numbers: Vec<KeyNumber> = [place].into_iter().chain(numbers).chain(margin_number(results)).collect();
-    let more: String = numbers.drain(MOST_NUMBERS.min(numbers.len())..).map(|own| number_sentence(&own)).collect();
+    let more: String = numbers.drain(MAX_NUMBERS.min(numbers.len())..).map(|own| number_sentence(&own)).collect();
     Headline::new(sentence, basis)
         .judged(state(results, entry, evaluation), entry.spread.is_none())
         .marked("simulated")
@@ -126,10 +126,10 @@ fn next_step(results: &PlacementResults) -> String {
 }
 
 /// Words of the first sentence, units by themselves.
-const MOST_WORDS: usize = 14;
+const MAX_WORDS: usize = 14;
 
 /// Key numbers of the first screen; what is beyond is told behind.
-const MOST_NUMBERS: usize = 3;
+const MAX_NUMBERS: usize = 3;
 
 /// Returns a key number as a sentence.
 fn number_sentence(number: &KeyNumber) -> String {

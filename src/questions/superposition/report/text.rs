@@ -170,7 +170,7 @@ fn by_probability(locations: &[LocationResult]) -> Vec<(&str, &DeflectionSpread)
 }
 
 /// Locations whose probability the first screen names.
-const MOST_NAMED: usize = 4;
+const MAX_NAMED: usize = 4;
 
 /// Returns the verdict by the distributions at the locations; empty where inputs are taken as exact.
 fn probable_verdict(summary: &Summary<'_>, locations: &[LocationResult]) -> String {
@@ -188,7 +188,7 @@ fn probable_verdict(summary: &Summary<'_>, locations: &[LocationResult]) -> Stri
         0 => String::new(),
         unsolved => format!("; not known at {unsolved} of {}", counted(locations.len(), "location")),
     };
-    let all = listed_up_to(MOST_NAMED, known.iter().enumerate().map(at));
+    let all = listed_up_to(MAX_NAMED, known.iter().enumerate().map(at));
     let condition = spread_report::condition(summary.study.uncertainty.as_ref());
     format!("{word}{condition}: the superposition error is within {tolerance} mm with {all}{unsolved}. ")
 }

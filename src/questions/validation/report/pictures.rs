@@ -18,7 +18,7 @@ use crate::{
             PathResults, PointEffect,
             report::{displacement_components, drives},
         },
-        validation::{FigureKind, Picture, Quoted, Relation, Shown, ValidationResults, resolve::MOST_FRAMES},
+        validation::{FigureKind, Picture, Quoted, Relation, Shown, ValidationResults, resolve::MAX_FRAMES},
     },
     simulation::Source,
 };
@@ -198,7 +198,7 @@ fn curves_by_source(results: &ValidationResults, picture: &Picture, path: &PathR
             title,
             curves: sources.iter().map(|source| over_angle(path, *source, &quantity)).collect(),
         };
-        let frames = curves.into_iter().take(MOST_FRAMES).map(frame).collect();
+        let frames = curves.into_iter().take(MAX_FRAMES).map(frame).collect();
         let names = sources.iter().map(|source| (name(source).to_string(), *source != Source::All)).collect();
         panels(results, picture, &format!("{what} by source"), y_label, names, frames)
     };

@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Full turns to each side that a revolute joint is taken.
-const MOST_TURNS: i32 = 2;
+const MAX_TURNS: i32 = 2;
 
 impl Machine {
     /// Angles (rad) of the six revolute joints at the end of a serial chain, as a pendant shows them, at `at`; `None` for other machines.
@@ -63,7 +63,7 @@ impl Machine {
                 asked.allows_angle(joint, *rho, ARM_BORDER)
                     && drive.travel.is_none_or(|travel| wrap_into_travel(*rho, travel, None).is_some())
             };
-            let turns = (-MOST_TURNS..=MOST_TURNS).map(|turns| nearest + f64::from(turns) * turn);
+            let turns = (-MAX_TURNS..=MAX_TURNS).map(|turns| nearest + f64::from(turns) * turn);
             // What lies beyond a border only if nothing else does.
             let away = |rho: &f64| (!asked.allows_angle(joint, *rho, 0.0), (rho - near[joint]).abs());
             at.drives[first + joint] = turns.filter(is_allowed).min_by(|a, b| {

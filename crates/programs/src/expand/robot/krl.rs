@@ -32,10 +32,10 @@ const FUNCTIONS: [&str; 7] = ["SIN", "COS", "TAN", "ACOS", "ATAN2", "SQRT", "ABS
 pub(crate) const OTHER_TYPE: &str = "another type";
 
 /// Most elements of arrays in a frame.
-const MOST_ELEMENTS: usize = 2_000;
+const MAX_ELEMENTS: usize = 2_000;
 
 /// Most tools and bases.
-const MOST_FRAMES: usize = 1000;
+const MAX_FRAMES: usize = 1000;
 
 impl Run<'_> {
     /// Adds what the declaration `unit` declares, or the value that a line of a `.dat` gives an element.
@@ -80,7 +80,7 @@ impl Run<'_> {
             let has_value = scan.takes(b'=');
             let count = sizes.iter().fold(1usize, |count, size| count.saturating_mul(*size));
             self.frame().elements = self.frame().elements.saturating_add(count);
-            let is_small = self.frame().elements <= MOST_ELEMENTS;
+            let is_small = self.frame().elements <= MAX_ELEMENTS;
             let mut value = if is_small { blank(kind, &sizes) } else { None };
             if has_value {
                 let mut reader = Reader::new(&text[scan.at..], self);
@@ -153,7 +153,7 @@ impl Run<'_> {
         for at in path {
             match place {
                 // Tools and bases need no declaration here.
-                Value::List(parts) if is_frame_data && (parts.len()..MOST_FRAMES).contains(&at) => {
+                Value::List(parts) if is_frame_data && (parts.len()..MAX_FRAMES).contains(&at) => {
                     parts.resize(at + 1, Value::Unknown);
                 }
                 _ => {}

@@ -13,7 +13,7 @@ use crate::{
         value::Value,
     },
     model::{
-        MOST_MIB,
+        MAX_MIB,
         robot::{Language, RobotFault},
     },
     read::{
@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Most statements that are run.
-const MOST_STEPS: usize = 1_000_000;
+const MAX_STEPS: usize = 1_000_000;
 
 /// What follows a statement.
 #[derive(Debug)]
@@ -185,13 +185,13 @@ impl<'a> Run<'a> {
         Ok(Signal::Next)
     }
 
-    /// Counts a step; `Err` beyond [`MOST_STEPS`], and where statements are too long in all.
+    /// Counts a step; `Err` beyond [`MAX_STEPS`], and where statements are too long in all.
     pub fn step(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
         self.steps += 1;
         self.count_bytes(unit.at.len());
         match self.steps {
-            steps if steps > MOST_STEPS => Err(refuse(unit, RobotFault::TooManySteps { most: MOST_STEPS })),
-            _ if self.bytes > MOST_MIB << 20 => Err(refuse(unit, RobotFault::TooManyBytes)),
+            steps if steps > MAX_STEPS => Err(refuse(unit, RobotFault::TooManySteps { most: MAX_STEPS })),
+            _ if self.bytes > MAX_MIB << 20 => Err(refuse(unit, RobotFault::TooManyBytes)),
             _ => Ok(()),
         }
     }

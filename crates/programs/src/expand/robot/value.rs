@@ -26,7 +26,7 @@ pub(crate) enum Value {
 const NEARLY_EQUAL: f64 = 1e-6;
 
 /// Longest text.
-const MOST_BYTES: usize = 10_000;
+const MAX_BYTES: usize = 10_000;
 
 impl Value {
     /// Returns the number; `Err` for other values.
@@ -172,7 +172,7 @@ impl Value {
                 let parts = a.iter().zip(b).map(|(a, b)| Ok(Value::Number(sum(operator, a.number()?, b.number()?))));
                 parts.collect::<Result<_, _>>().map(Value::List)
             }
-            (Value::Text(a), Value::Text(b)) if operator == "+" && a.len() + b.len() <= MOST_BYTES => {
+            (Value::Text(a), Value::Text(b)) if operator == "+" && a.len() + b.len() <= MAX_BYTES => {
                 Ok(Value::Text(format!("{}{}", a.trim_end_matches('"'), b.trim_start_matches('"'))))
             }
             _ => self.apply_to_numbers(operator, other),

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::model::MOST_MIB;
+use crate::model::MAX_MIB;
 
 /// The reason why a macro, a jump or a call is refused.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -58,7 +58,7 @@ pub enum MacroFault {
     },
     /// A program whose lines are too long in all.
     #[error(
-        "up to here, the lines that the program runs or is written out as have more than {MOST_MIB} MiB in all{asked}; expected a program \
+        "up to here, the lines that the program runs or is written out as have more than {MAX_MIB} MiB in all{asked}; expected a program \
          that is shorter written out"
     )]
     TooManyBytes {

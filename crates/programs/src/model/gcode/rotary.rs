@@ -65,7 +65,7 @@ pub struct Rotary {
 const FOLLOWED: bool = !cfg!(target_family = "wasm");
 
 /// Most steps to the angles of an axis of the tool.
-const MOST_STEPS: usize = 10;
+const MAX_STEPS: usize = 10;
 /// Axes that differ by less are the same.
 const SAME: f64 = 1e-13;
 /// Angle for difference quotients, rad.
@@ -130,7 +130,7 @@ impl Rotary {
     /// turns the tool about itself, the part of the change that only that axis could make is left out.
     pub(crate) fn angles_for(&self, target_axis: &Vector3<f64>, near: &Angles) -> Angles {
         let mut angles = *near;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let error = target_axis - self.tool_axis(&angles);
             if error.norm() <= SAME {
                 break;

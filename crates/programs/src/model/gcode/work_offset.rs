@@ -22,7 +22,7 @@ enum Name {
 }
 
 /// The most that G54.1 P goes to.
-const MOST_EXTENDED: u16 = 300;
+const MAX_EXTENDED: u16 = 300;
 
 impl WorkOffset {
     /// G54.
@@ -37,7 +37,7 @@ impl WorkOffset {
     /// Returns the work offset G54.1 P`number`; `None` unless `number` is 1 to 300.
     #[must_use]
     pub fn extended(number: u32) -> Option<WorkOffset> {
-        let number = u16::try_from(number).ok().filter(|number| (1..=MOST_EXTENDED).contains(number));
+        let number = u16::try_from(number).ok().filter(|number| (1..=MAX_EXTENDED).contains(number));
         number.map(|number| WorkOffset(Name::Extended(number)))
     }
 
@@ -63,7 +63,7 @@ impl WorkOffset {
     /// Returns Okuma's work offset G15 H`number`; `None` unless `number` is 1 to 300.
     #[must_use]
     pub fn okuma(number: u32) -> Option<WorkOffset> {
-        let number = u16::try_from(number).ok().filter(|number| (1..=MOST_EXTENDED).contains(number));
+        let number = u16::try_from(number).ok().filter(|number| (1..=MAX_EXTENDED).contains(number));
         number.map(|number| WorkOffset(Name::Numbered(number)))
     }
 

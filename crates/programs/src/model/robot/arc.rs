@@ -49,7 +49,7 @@ impl Arc {
             via: angle_to(via) / sweep.abs(),
             drift: Vector3::zeros(),
         };
-        (arc.radius().is_finite() && arc.radius() <= MOST_RADIUS_MM && arc.sweep_rad > 0.0).then_some(arc)
+        (arc.radius().is_finite() && arc.radius() <= MAX_RADIUS_MM && arc.sweep_rad > 0.0).then_some(arc)
     }
 
     /// Creates the arc from `start` to `end` about `centre` (mm), right-handed about the unit vector `axis`, with the rise of `end` along
@@ -140,4 +140,4 @@ const ON_TANGENT: f64 = 0.2;
 /// Sine of the angle between the ways to the middle and to the end below which three points are on a line.
 const LEAST_AREA: f64 = 1e-9;
 /// A larger circle is a line with rounding in it.
-const MOST_RADIUS_MM: f64 = 1e7;
+const MAX_RADIUS_MM: f64 = 1e7;

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::model::{MAX_COORDINATE_MM, MOST_MIB, gcode::ArcFault};
+use crate::model::{MAX_COORDINATE_MM, MAX_MIB, gcode::ArcFault};
 
 /// The error of a robot or APT program that cannot be followed: file, line, statement, reason and what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -109,7 +109,7 @@ pub enum RobotFault {
     },
     /// A program whose statements are too long in all.
     #[error(
-        "up to here, the statements that the program runs have more than {MOST_MIB} MiB in all; expected a program that is shorter written out"
+        "up to here, the statements that the program runs have more than {MAX_MIB} MiB in all; expected a program that is shorter written out"
     )]
     TooManyBytes,
     /// More motions than a program may have.

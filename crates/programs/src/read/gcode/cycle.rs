@@ -23,7 +23,7 @@ pub(crate) struct Cycle {
 }
 
 /// Most repetitions of a line.
-const MOST_REPEATS: u32 = 10_000;
+const MAX_REPEATS: u32 = 10_000;
 
 impl Interpreter {
     /// Drills with the cycle in force: returns the motions of line `line` (from 1), one for each hole. `Err` for what cannot be drilled.
@@ -160,7 +160,7 @@ fn repeat_count(request: &Request) -> Result<u32, Refusal> {
     let word = request.find_word('L').or_else(|| request.find_word('K').filter(|_| !is_peck));
     let Some(word) = word else { return Ok(1) };
     match word.whole_number()? {
-        repeats @ 0..=MOST_REPEATS => Ok(repeats),
-        _ => Err(word.refuse(Fault::TooManyRepeats { most: MOST_REPEATS })),
+        repeats @ 0..=MAX_REPEATS => Ok(repeats),
+        _ => Err(word.refuse(Fault::TooManyRepeats { most: MAX_REPEATS })),
     }
 }

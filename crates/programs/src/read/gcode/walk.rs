@@ -39,7 +39,7 @@ pub(crate) struct MotionLocation {
 }
 
 /// Most motions that are held at once.
-const MOST_HELD: usize = 1_000_000;
+const MAX_HELD: usize = 1_000_000;
 
 /// Most decimals of the coordinates so far, in mm and in inch.
 #[derive(Default)]
@@ -87,8 +87,8 @@ impl GcodeProgram {
         let mut motions = 0;
         self.walk(|block| {
             motions += block.motions.len();
-            if let Some(last) = block.motions.last().filter(|_| motions > MOST_HELD) {
-                return Err(self.error_at(last, Fault::TooMany { what: "motions", count: motions, most: MOST_HELD }));
+            if let Some(last) = block.motions.last().filter(|_| motions > MAX_HELD) {
+                return Err(self.error_at(last, Fault::TooMany { what: "motions", count: motions, most: MAX_HELD }));
             }
             blocks.push(block.clone());
             Ok::<(), GcodeError>(())

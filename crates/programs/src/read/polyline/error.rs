@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::model::Sampling;
 use kinetostat_input::csv_rows::RowFault;
-use kinetostat_spatial::MOST_EXTERNAL_AXES;
+use kinetostat_spatial::MAX_EXTERNAL_AXES;
 
 /// A polyline file that cannot be read: which file and line, and why.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -36,7 +36,7 @@ pub enum PolylineFault {
         name: String,
     },
     /// More external axes than a path commands.
-    #[error("{count} external axes; expected at most {most}", most = MOST_EXTERNAL_AXES)]
+    #[error("{count} external axes; expected at most {most}", most = MAX_EXTERNAL_AXES)]
     TooManyAxes {
         /// How many there are.
         count: usize,

@@ -10,7 +10,7 @@ use crate::{
     read::polyline::{Column, EXTERNAL_WORDS, Polyline, PolylineError, PolylineFault},
 };
 use kinetostat_input::csv_rows::{self, Row, RowFault, line_number};
-use kinetostat_spatial::MOST_EXTERNAL_AXES;
+use kinetostat_spatial::MAX_EXTERNAL_AXES;
 
 impl Polyline {
     /// Reads a polyline file. `name` is its name, for messages; `source` its bytes. `Err` for an unknown, repeated or missing column, a row
@@ -92,7 +92,7 @@ fn header_columns(header: &ByteRecord) -> Result<(Vec<Column>, Vec<String>), Pol
     if [Column::ToolAxis(0), Column::Platform(0)].iter().all(|column| columns.contains(column)) {
         return Err(PolylineFault::TwoOrientations);
     }
-    if external.len() > MOST_EXTERNAL_AXES {
+    if external.len() > MAX_EXTERNAL_AXES {
         return Err(PolylineFault::TooManyAxes { count: external.len() });
     }
     Ok((columns, external))

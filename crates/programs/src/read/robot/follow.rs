@@ -13,7 +13,7 @@ use crate::{
     },
     read::robot::krl::check_turn,
 };
-use kinetostat_spatial::MOST_EXTERNAL_AXES;
+use kinetostat_spatial::MAX_EXTERNAL_AXES;
 
 /// Position, orientation and external axes of the tool in the workpiece frame W.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub(crate) struct ToolState {
     pub position: Vector3<f64>,
     pub orientation: Option<Orientation>,
     /// Positions of external axes, mm or degrees; `None` if unknown.
-    pub external: [Option<f64>; MOST_EXTERNAL_AXES],
+    pub external: [Option<f64>; MAX_EXTERNAL_AXES],
 }
 
 /// A statement with its start, end and geometry.
@@ -38,9 +38,9 @@ pub(crate) struct Motion {
 }
 
 /// Feeds above this are ignored.
-const MOST_FEED_MM_PER_MIN: f64 = 1e9;
+const MAX_FEED_MM_PER_MIN: f64 = 1e9;
 /// Spindle speeds above this are ignored.
-const MOST_REV_PER_MIN: f64 = 1e9;
+const MAX_REV_PER_MIN: f64 = 1e9;
 
 /// The state that motions lead to, statement by statement.
 #[derive(Debug)]
@@ -51,7 +51,7 @@ pub(crate) struct Follower {
     ignores_configuration: bool,
     here: Option<ToolState>,
     /// First position of each external axis.
-    external: [Option<f64>; MOST_EXTERNAL_AXES],
+    external: [Option<f64>; MAX_EXTERNAL_AXES],
     /// The arc of APT that the last motion was.
     arc: Option<Arc>,
     /// Angles of the joints to which the motion before has led, rad, if it gave no pose.
@@ -67,7 +67,7 @@ impl Follower {
             named_axes,
             ignores_configuration,
             here: None,
-            external: [None; MOST_EXTERNAL_AXES],
+            external: [None; MAX_EXTERNAL_AXES],
             arc: None,
             joints: None,
         }
@@ -75,8 +75,8 @@ impl Follower {
 
     /// Returns the motion of the next `statement`, and updates the state. `Err` for what cannot be followed.
     pub fn follow(&mut self, mut statement: Statement) -> Result<Motion, RobotFault> {
-        statement.feed_mm_per_min = statement.feed_mm_per_min.filter(|feed| *feed <= MOST_FEED_MM_PER_MIN);
-        statement.spindle_rev_per_min = statement.spindle_rev_per_min.filter(|speed| *speed <= MOST_REV_PER_MIN);
+        statement.feed_mm_per_min = statement.feed_mm_per_min.filter(|feed| *feed <= MAX_FEED_MM_PER_MIN);
+        statement.spindle_rev_per_min = statement.spindle_rev_per_min.filter(|speed| *speed <= MAX_REV_PER_MIN);
         let start = self.here;
         let end = match &statement.end {
             Some(target) => target_state(self.language, &statement, target, start.as_ref())?,
@@ -307,8 +307,8 @@ impl Motion {
     }
 
     /// Returns the positions of the external axes at the share `t` (0 to 1) of the motion, mm or degrees.
-    pub fn external_at(&self, t: f64) -> [Option<f64>; MOST_EXTERNAL_AXES] {
-        let Some(end) = self.end else { return [None; MOST_EXTERNAL_AXES] };
+    pub fn external_at(&self, t: f64) -> [Option<f64>; MAX_EXTERNAL_AXES] {
+        let Some(end) = self.end else { return [None; MAX_EXTERNAL_AXES] };
         std::array::from_fn(|axis| match self.start.and_then(|start| start.external[axis]) {
             Some(start) if t < 1.0 => end.external[axis].map(|end| start + (end - start) * t),
             _ => end.external[axis],

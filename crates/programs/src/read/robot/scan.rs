@@ -16,7 +16,7 @@ pub(crate) fn check_depth(text: &[u8], depth: usize) -> Result<(), RobotFault> {
 }
 
 /// Most digits of a number behind leading zeros: more than any control writes, of which 17 identify an `f64`.
-const MOST_DIGITS: usize = 24;
+const MAX_DIGITS: usize = 24;
 
 impl<'a> Scan<'a> {
     /// Creates a cursor over a statement, in which line endings are blank.
@@ -70,7 +70,7 @@ impl<'a> Scan<'a> {
             count += end - at - 1;
             at = end;
         }
-        if count == 0 || count > MOST_DIGITS + zeros {
+        if count == 0 || count > MAX_DIGITS + zeros {
             return Err(fault);
         }
         if matches!(self.line.get(at), Some(b'e' | b'E')) {

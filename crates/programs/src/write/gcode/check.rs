@@ -132,7 +132,7 @@ fn passes_at(candidate: &MotionGeometry, from: f64, goal: &Goal, allowed: WriteT
 fn nearest(geometry: &MotionGeometry, goal: &Vector3<f64>, guess: f64) -> Option<f64> {
     let length = geometry.length();
     let mut t = guess;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let (position, tangent) = geometry.at(t)?;
         let step = (goal - position).dot(&tangent) / length;
         if step.is_nan() || step.abs() * length <= NEAR_MM {
@@ -144,6 +144,6 @@ fn nearest(geometry: &MotionGeometry, goal: &Vector3<f64>, guess: f64) -> Option
 }
 
 /// Steps to the nearest place, each shorter than the one before by the distance over the radius.
-const MOST_STEPS: usize = 20;
+const MAX_STEPS: usize = 20;
 /// A place is found when it moves by less, mm.
 const NEAR_MM: f64 = 1e-7;

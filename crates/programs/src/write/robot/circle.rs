@@ -190,7 +190,7 @@ impl Writer<'_> {
         let through = [from.position, via_pose.state.position, end.state.position];
         let Some(written) = Arc::through(through, None) else { return Ok(None) };
         let nominal = points.motion_share(&range) * arc.sweep_rad();
-        let is_alike = (written.sweep_rad() - nominal).abs() <= nominal * MOST_CHANGE_OF_TURN;
+        let is_alike = (written.sweep_rad() - nominal).abs() <= nominal * MAX_CHANGE_OF_TURN;
         let chord_mm = (end.state.position - from.position).norm();
         if !is_alike || written.sweep_rad() < LEAST_TURN_RAD || chord_mm < LEAST_CHORD_MM {
             return Ok(None);
@@ -206,7 +206,7 @@ fn are_alike(a: Option<Orientation>, b: Option<Orientation>) -> bool {
 }
 
 /// A part of a circle may turn by as much more or less than programmed, as a share.
-const MOST_CHANGE_OF_TURN: f64 = 0.5;
+const MAX_CHANGE_OF_TURN: f64 = 0.5;
 /// Controllers refuse shorter circles than this, and those that turn less.
 const LEAST_CHORD_MM: f64 = 1.0;
 /// See [`LEAST_CHORD_MM`]: a degree between the ways to the middle and to the end is a quarter of it.

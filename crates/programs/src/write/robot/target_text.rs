@@ -12,7 +12,7 @@ use crate::{
     },
     read::robot::{ToolState, target_state},
 };
-use kinetostat_spatial::MOST_EXTERNAL_AXES;
+use kinetostat_spatial::MAX_EXTERNAL_AXES;
 
 /// The position, orientation and external axes to which a pose should lead, in the workpiece frame.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ pub(crate) struct Goal {
     /// Position of the tool tip, mm.
     pub position: Vector3<f64>,
     pub orientation: Option<Orientation>,
-    pub external: [Option<f64>; MOST_EXTERNAL_AXES],
+    pub external: [Option<f64>; MAX_EXTERNAL_AXES],
     /// How the arm stands there, if it is to be written.
     pub arm: Option<ArmPosture>,
 }

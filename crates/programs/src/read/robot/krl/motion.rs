@@ -183,11 +183,11 @@ fn circle_angle(scan: &mut Scan<'_>) -> Result<f64, RobotFault> {
     }
     scan.takes(b'=');
     let (degrees, _) = scan.number()?;
-    if degrees == 0.0 || degrees.abs() > MOST_DEGREES { Err(fault) } else { Ok(degrees.to_radians()) }
+    if degrees == 0.0 || degrees.abs() > MAX_DEGREES { Err(fault) } else { Ok(degrees.to_radians()) }
 }
 
 /// Largest angle of a circle: a hundred revolutions.
-const MOST_DEGREES: f64 = 36_000.0;
+const MAX_DEGREES: f64 = 36_000.0;
 
 /// Takes the modes behind the last point; returns whether `#TOOL`, the axes of the tool, is among them.
 fn is_in_tool_axes(mut scan: Scan<'_>) -> Result<bool, RobotFault> {
