@@ -10,7 +10,7 @@ use std::{
 use kinetostat::{
     questions::{
         Overrides, Study, StudyKind,
-        placement::{PlacementResults, Verdict, run},
+        placement::{PlaceOutcome, PlacementResults, run},
     },
     work::{Event, Work},
 };
@@ -48,7 +48,7 @@ fn main() {
         let ((fine, brute), (pruned, quick)) = (timed(false), timed(true));
         assert_eq!(fine.best, pruned.best, "the winner changed");
         assert_eq!(fine.front, pruned.front, "the front changed");
-        let complete = pruned.cells.iter().filter(|cell| matches!(cell.verdict, Verdict::Complete(_))).count();
+        let complete = pruned.cells.iter().filter(|cell| matches!(cell.verdict, PlaceOutcome::Complete(_))).count();
         println!("    brute force    {brute:>7.2} s");
         println!("    coarse to fine {quick:>7.2} s, {complete} places on all points, same winner and front");
         println!("    {:.1} times faster", brute / quick);

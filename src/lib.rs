@@ -111,7 +111,7 @@ pub use machine::{Branch, ChainError, Machine};
 pub use process::{GammaChoice, MillingForce, Placement, Process};
 #[cfg(not(target_family = "wasm"))]
 pub use products::program::{
-    CommandSource, CompensateOptions, Compensated, NoFiles, PartSink, ProgramJob, Refusal, VerifiedProgram,
+    CommandSource, CompensateOptions, Compensated, NoFiles, NotWritten, PartSink, ProgramJob, VerifiedProgram,
 };
 pub use questions::{
     Overrides, Study, StudyKind, map,

@@ -13,7 +13,7 @@ use kinetostat::{
     input::error::{Error, Result},
     process::{GammaChoice, file::Process},
     products::program::{
-        CommandSource, CompensateOptions, Pass, ProgramJob, Refusal,
+        CommandSource, CompensateOptions, NotWritten, Pass, ProgramJob,
         files::{ProgramFiles, ProgramOutcome, compensate_into},
         report::{outside_workspace, passes_table},
     },
@@ -234,7 +234,7 @@ fn pass_table(passes: &[Pass]) -> String {
 const SHOWN: usize = 5;
 
 /// Returns which points have no command and why.
-fn refusal_text(job: &ProgramJob, refused: &Refusal) -> Result<String> {
+fn refusal_text(job: &ProgramJob, refused: &NotWritten) -> Result<String> {
     let (count, visited) = (counted(refused.failures.len(), "cutting point"), refused.visited);
     let mut text = match visited < job.path.len() {
         _ if refused.is_out_of_reach => {

@@ -112,7 +112,7 @@ struct Shared {
     /// Set by somebody else.
     stop: Arc<AtomicBool>,
     /// Why pieces can no longer be kept.
-    fault: Mutex<Option<Fault>>,
+    fault: Mutex<Option<SharedError>>,
     watch: Watch,
 }
 
@@ -130,14 +130,14 @@ struct Sharded {
 }
 
 /// An [`Error::Write`] or [`Error::Read`] of which every thread can get a copy.
-struct Fault {
+struct SharedError {
     is_writing: bool,
     file: PathBuf,
     kind: io::ErrorKind,
     words: String,
 }
 
-impl Fault {
+impl SharedError {
     /// Returns a copy of what an error of writing or reading says; `None` for other errors.
     fn of(error: &Error) -> Option<Self> {
         let (is_writing, file, source) = match error {
@@ -378,7 +378,7 @@ impl Work {
     /// Records why pieces can no longer be kept, and returns `error`.
     fn record_fault(&self, error: Error) -> Error {
         let mut first = lock(&self.shared.fault);
-        *first = first.take().or_else(|| Fault::of(&error));
+        *first = first.take().or_else(|| SharedError::of(&error));
         error
     }
 

@@ -9,7 +9,8 @@ use std::{
 use kinetostat::{
     machine::catalogue,
     questions::placement::{
-        Bounds, Cell, Evaluator, Metric, Origin, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
+        Bounds, Cell, Evaluator, Metric, Origin, PlaceOutcome, PlacementResults, PlacementStudy, Site, SiteGrid,
+        compare,
         report::{candidates_table, cautions_text, sweep_table},
         run,
     },
@@ -128,7 +129,7 @@ fn giving_places_up_changes_no_winner_no_start_and_no_front() {
         study.search.coarse_to_fine = false;
         let full = searched(&study);
         assert!(full.cells.iter().all(|cell| cell.complete().is_some()));
-        let stopped = pruned.cells.iter().filter(|cell| matches!(cell.verdict, Verdict::Pruned(_))).count();
+        let stopped = pruned.cells.iter().filter(|cell| matches!(cell.verdict, PlaceOutcome::Pruned(_))).count();
         assert!(stopped > 0 || weights.contains("share"), "{weights}: nothing is pruned");
         assert_eq!(pruned.best, full.best, "{weights}");
         assert_eq!(pruned.refinements, full.refinements, "{weights}");
@@ -167,9 +168,9 @@ fn a_path_wholly_out_of_tolerance_has_no_share_within_and_one_wholly_within_has_
             let study = study_in(groove_folder(), &format!("{head}{features}{rest}"));
             let results = searched(&study);
             for cell in &results.cells {
-                let (Verdict::Complete(metrics) | Verdict::Pruned(metrics)) = &cell.verdict else { continue };
+                let (PlaceOutcome::Complete(metrics) | PlaceOutcome::Pruned(metrics)) = &cell.verdict else { continue };
                 // Bounds of places given up count what was not looked at as within.
-                let is_complete = matches!(cell.verdict, Verdict::Complete(_));
+                let is_complete = matches!(cell.verdict, PlaceOutcome::Complete(_));
                 let share = metrics.get(Metric::ShareWithin).unwrap();
                 assert!(share == expected || !is_complete && share > expected, "{points}: {share}");
             }

@@ -75,7 +75,7 @@ pub enum Compensated {
     /// The program was written and verified.
     Verified(Box<VerifiedProgram>),
     /// The tool cuts at points that have no command.
-    Refused(Refusal),
+    Refused(NotWritten),
 }
 
 /// A rewritten program and its simulated residual errors.
@@ -112,7 +112,7 @@ impl VerifiedProgram {
 
 /// Reasons why no program was written.
 #[derive(Debug)]
-pub struct Refusal {
+pub struct NotWritten {
     /// Whether the rigid machine cannot be tracked to these points.
     pub is_out_of_reach: bool,
     /// Index of each failed point and the reason.
@@ -159,7 +159,12 @@ impl ProgramJob {
         if asked.ends_early {
             let failures = self.untrackable_points(NAMED, |points| work.tell(Event::Computed(points)))?;
             if !failures.is_empty() {
-                return Ok(Compensated::Refused(Refusal { is_out_of_reach: true, failures, visited: 0, pass: None }));
+                return Ok(Compensated::Refused(NotWritten {
+                    is_out_of_reach: true,
+                    failures,
+                    visited: 0,
+                    pass: None,
+                }));
             }
         }
         let done = || work.tell(Event::Computed(1));
@@ -184,7 +189,7 @@ impl ProgramJob {
             // What ended early has its reason in the failures.
             let (visited, pass) = (corrected.point_count(), if asked.ends_early { sought.ok() } else { Some(sought?) });
             let failures = corrected.failures;
-            return Ok(Compensated::Refused(Refusal { is_out_of_reach: false, failures, visited, pass }));
+            return Ok(Compensated::Refused(NotWritten { is_out_of_reach: false, failures, visited, pass }));
         }
         let sought = sought?;
         let mut written = self.write(&corrected)?;

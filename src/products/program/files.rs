@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use super::{
-    CompensateOptions, Compensated, PartSink, ProgramJob, Refusal, VerifiedPart, VerifiedProgram,
+    CompensateOptions, Compensated, NotWritten, PartSink, ProgramJob, VerifiedPart, VerifiedProgram,
     report::{self, Findings, PROGRAM_RANKS, Report, program_columns, program_json, program_table, use_text},
 };
 use crate::{
@@ -65,7 +65,7 @@ pub enum ProgramOutcome {
     /// It was written.
     Written(Box<ProgramResults>),
     /// No program was written, and earlier files stay.
-    Refused(Box<ProgramJob>, Refusal),
+    Refused(Box<ProgramJob>, NotWritten),
 }
 
 /// Compensates `job`, the program called `name`, as `asked`, with each error source simulated alone, and writes the results into `files`.

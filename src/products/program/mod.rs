@@ -39,7 +39,7 @@ use serde::Serialize;
 
 use self::part::TrackPart;
 use self::turned::with_best_gamma;
-pub use compensate::{CommandSource, CompensateOptions, Compensated, NoFiles, PartSink, Refusal, VerifiedProgram};
+pub use compensate::{CommandSource, CompensateOptions, Compensated, NoFiles, NotWritten, PartSink, VerifiedProgram};
 pub use corrected::{CorrectedPath, ProgramAsWritten, WrittenCalls};
 pub use deflected::DeflectedCut;
 pub use feed::{FoundFeeds, Placed};

@@ -4,12 +4,12 @@ use std::fmt::Write;
 
 use super::function::{Function, Start};
 use crate::{
-    lanes::{Operation, Program},
+    lanes::{Computation, Operation},
     statics::one_step::StepInput,
 };
 
 /// Returns the text of a Rust function `name` that computes `program` from its `arrays`, with names and lengths, and with `about` as its doc.
-fn function_text(name: &str, about: &str, arrays: &[(&str, usize)], program: &Program) -> String {
+fn function_text(name: &str, about: &str, arrays: &[(&str, usize)], program: &Computation) -> String {
     let given: Vec<String> = arrays.iter().map(|(name, length)| format!("{name}: &[f64; {length}]")).collect();
     let mut text = format!("/// {about}\npub fn {name}({}) -> [f64; {}] {{\n", given.join(", "), program.outputs.len());
     let mut is_used = vec![false; program.inputs];
@@ -40,7 +40,7 @@ fn function_text(name: &str, about: &str, arrays: &[(&str, usize)], program: &Pr
 }
 
 /// Returns the Rust variable or literal that holds the result of operation number `place`.
-fn operand_text(program: &Program, place: u32) -> String {
+fn operand_text(program: &Computation, place: u32) -> String {
     match program.operations[place as usize] {
         Operation::Input(number) => format!("x{number}"),
         // Reads back with the same bits.
@@ -50,7 +50,7 @@ fn operand_text(program: &Program, place: u32) -> String {
 }
 
 /// Returns the Rust expression of an operation; empty for inputs and constants, which are written where they are used.
-fn operation_text(program: &Program, operation: &Operation) -> String {
+fn operation_text(program: &Computation, operation: &Operation) -> String {
     let at = |place: u32| operand_text(program, place);
     match *operation {
         Operation::Input(_) | Operation::Constant(_) => String::new(),

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     input::error::{Error, Result},
-    lanes::{MAX_LANES, Program, Real, record},
+    lanes::{Computation, MAX_LANES, Real, record},
     statics::one_step::{self, StepInput},
 };
 
@@ -23,13 +23,19 @@ pub(crate) struct Function {
     /// Polynomials of the start state; for given drives, without these.
     pub start: Start,
     /// Operations of one Newton step, from state and input to the next state.
-    pub step: Program,
+    pub step: Computation,
 }
 
 impl Function {
     /// Builds a function whose start is polynomials of these degrees over `range`, fitted to the equilibria `solved`, and whose steps are
     /// `step`. `None` where these equilibria do not determine the polynomials.
-    pub fn new(kind: StepInput, range: &Domain, degrees: Degrees, solved: &[TipState], step: Program) -> Option<Self> {
+    pub fn new(
+        kind: StepInput,
+        range: &Domain,
+        degrees: Degrees,
+        solved: &[TipState],
+        step: Computation,
+    ) -> Option<Self> {
         let inputs: Vec<Vec<f64>> = solved.iter().map(|solved| start_inputs(kind, solved)).collect();
         let given_count = if kind == StepInput::Drives { DRIVES } else { 0 };
         let states: Vec<Vec<f64>> = solved.iter().map(|solved| solved.numbers[given_count..].to_vec()).collect();
@@ -38,7 +44,7 @@ impl Function {
     }
 
     /// Records one Newton step of the machine at the equilibria `solved`; an error if it cannot be written without branches.
-    pub fn step(exact: &ReferenceSolver, given: StepInput, solved: &[TipState]) -> Result<Program> {
+    pub fn step(exact: &ReferenceSolver, given: StepInput, solved: &[TipState]) -> Result<Computation> {
         let postures: Vec<Vec<f64>> = solved
             .iter()
             .take(MAX_LANES)
@@ -120,7 +126,7 @@ pub type Degrees = (usize, Option<usize>);
 #[derive(Debug, Clone)]
 pub struct Start {
     /// Operations that evaluate the basis terms from three coordinates and the wrench.
-    pub basis: Program,
+    pub basis: Computation,
     /// Coefficients of each basis term, one for each number of the state.
     pub coefficients: Vec<Vec<f64>>,
 }

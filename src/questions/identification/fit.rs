@@ -101,7 +101,7 @@ pub struct Fit {
 }
 
 /// Where a search ended, as in [`Fit`]; `scale` is the factor on standard deviations of readings.
-struct SearchEnd {
+struct SearchResult {
     x: DVector<f64>,
     predicted: Predicted,
     scale: f64,
@@ -193,7 +193,7 @@ impl Search<'_> {
             // The scatter is that of the values found so far.
             scale = self.noise_scale(&((&values - &predicted.values).component_div(&noise_stds)));
         }
-        Ok(self.fit_at(SearchEnd { x, predicted, scale, steps, is_converged }, measurements, &noise_stds))
+        Ok(self.fit_at(SearchResult { x, predicted, scale, steps, is_converged }, measurements, &noise_stds))
     }
 
     /// Clamps coordinates `x` to the limits of the search.
@@ -244,8 +244,8 @@ impl Search<'_> {
     }
 
     /// Returns the fit where a search ended: residuals of `measurements`, covariance, null space, noise test.
-    fn fit_at(&self, end: SearchEnd, measurements: &[&Measurement], noise_stds: &DVector<f64>) -> Fit {
-        let SearchEnd { x, predicted, scale, steps, is_converged } = end;
+    fn fit_at(&self, end: SearchResult, measurements: &[&Measurement], noise_stds: &DVector<f64>) -> Fit {
+        let SearchResult { x, predicted, scale, steps, is_converged } = end;
         let residuals = measured_values(measurements) - &predicted.values;
         let r = residuals.component_div(noise_stds) / scale;
         let weights = r.map(|r| self.loss.weight(r));

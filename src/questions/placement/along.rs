@@ -10,7 +10,7 @@ use super::{
     outcome::EntryEvaluators,
     site::Site,
     tally::Tally,
-    walk::{Refusal, Solution},
+    walk::{Infeasibility, Solution},
 };
 use crate::{
     compensation::{Compensation, Method, TaskPoint},
@@ -81,7 +81,7 @@ impl Evaluator {
                         partial.tallies[f].add(values, prepared.shares[k], job.feature.tolerance_mm);
                         None
                     }
-                    Err(Refusal { failure, .. }) => Some(failure.clone()),
+                    Err(Infeasibility { failure, .. }) => Some(failure.clone()),
                 };
                 if let (Some(refusal), None) = (&refusal, &failure) {
                     failure = Some(

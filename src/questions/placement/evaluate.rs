@@ -12,7 +12,7 @@ use super::{
     site::Site,
     tally::{Needs, PointValues, ResidualTally, Tally},
     uncertain,
-    walk::{ExactMode, PathWalk, Refusal, UNMEASURED, excess},
+    walk::{ExactMode, Infeasibility, PathWalk, UNMEASURED, excess},
 };
 use crate::{
     FOR_PAGES,
@@ -300,7 +300,7 @@ impl Evaluator {
         (k, task): (usize, &TaskPoint),
         walk: &mut PathWalk<'_>,
     ) -> Result<PointValues, Failure> {
-        let values = walk.visit(task).map_err(|Refusal { failure, .. }| at_path_point(job, k, failure))?;
+        let values = walk.visit(task).map_err(|Infeasibility { failure, .. }| at_path_point(job, k, failure))?;
         Ok(self.with_across_parts(values, site, job, (k, task), walk))
     }
 

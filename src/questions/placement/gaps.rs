@@ -16,7 +16,7 @@ use super::{
     evaluate::{Evaluator, NOT_RIGID},
     polish::{Steps, pattern_search},
     site::Site,
-    sweep::{Cell, Verdict},
+    sweep::{Cell, PlaceOutcome},
     walk::UNMEASURED,
 };
 use crate::{
@@ -82,7 +82,7 @@ fn is_coarse(study: &PlacementStudy, cells: &[Cell], sites: &[Site], i: usize) -
     }
     let stride: usize = grid.axes[..i].iter().map(Vec::len).product();
     let position = |index: usize| index / stride % axis.len();
-    let is_infeasible = |index: usize| matches!(cells[index].verdict, Verdict::Infeasible(_));
+    let is_infeasible = |index: usize| matches!(cells[index].verdict, PlaceOutcome::Infeasible(_));
     let is_isolated = |index: usize| {
         let (before, after) = (position(index) > 0, position(index) + 1 < axis.len());
         !is_infeasible(index) && before && after && is_infeasible(index - stride) && is_infeasible(index + stride)

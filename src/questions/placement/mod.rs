@@ -47,7 +47,7 @@ pub use refine::{Refinement, Start};
 pub(crate) use resolve::reference_position;
 pub use resolve::{CLEARANCE_MM, parse_place};
 pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
-pub use sweep::{Cell, Verdict};
+pub use sweep::{Cell, PlaceOutcome};
 pub use uncertain::PlaceSpread;
 
 use crate::{

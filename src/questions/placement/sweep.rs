@@ -23,7 +23,7 @@ use crate::{
 
 /// Outcome of the evaluation of a place of the sweep.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Verdict {
+pub enum PlaceOutcome {
     /// Evaluated on all points.
     Complete(Metrics),
     /// Pruned after some levels; the metrics are no better than these, if the workpiece can be cut there at all.
@@ -38,22 +38,22 @@ pub struct Cell {
     /// The place.
     pub site: Site,
     /// Its outcome.
-    pub verdict: Verdict,
+    pub verdict: PlaceOutcome,
 }
 
 impl Cell {
     /// Returns its metrics, or their bounds if it was pruned; `None` where the workpiece cannot be cut.
     pub fn metrics(&self) -> Option<&Metrics> {
         match &self.verdict {
-            Verdict::Complete(metrics) | Verdict::Pruned(metrics) => Some(metrics),
-            Verdict::Infeasible(_) => None,
+            PlaceOutcome::Complete(metrics) | PlaceOutcome::Pruned(metrics) => Some(metrics),
+            PlaceOutcome::Infeasible(_) => None,
         }
     }
 
     /// Returns its metrics, if it was evaluated on all points.
     pub fn complete(&self) -> Option<&Metrics> {
         match &self.verdict {
-            Verdict::Complete(metrics) => Some(metrics),
+            PlaceOutcome::Complete(metrics) => Some(metrics),
             _ => None,
         }
     }
@@ -63,7 +63,7 @@ impl Cell {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 enum State {
     Open(PartialEvaluation),
-    Closed(Box<Verdict>),
+    Closed(Box<PlaceOutcome>),
 }
 
 impl State {
@@ -91,7 +91,7 @@ pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) 
         let verdict = |state| match state {
             State::Closed(verdict) => *verdict,
             // No state is open once all are complete.
-            State::Open(partial) => Verdict::Pruned(evaluator.best_possible(&partial)),
+            State::Open(partial) => PlaceOutcome::Pruned(evaluator.best_possible(&partial)),
         };
         Ok(states.into_iter().map(verdict).collect::<Vec<_>>())
     })?;
@@ -108,7 +108,7 @@ fn states_before_level(
 ) -> error::Result<Vec<State>> {
     let open = |site: &Site| match evaluator.begin_evaluation(site) {
         Ok(partial) => State::Open(partial),
-        Err(failure) => closed_state(Verdict::Infeasible(failure), work),
+        Err(failure) => closed_state(PlaceOutcome::Infeasible(failure), work),
     };
     let Some(last) = level.checked_sub(1) else { return Ok(sites.par_iter().map(open).collect()) };
     let advanced = || {
@@ -152,7 +152,7 @@ fn step_open_states(states: &mut [State], work: &Work, step: impl Fn(&mut State)
 }
 
 /// Returns the state of a place that has its verdict, and reports the place to `work` as computed.
-fn closed_state(verdict: Verdict, work: &Work) -> State {
+fn closed_state(verdict: PlaceOutcome, work: &Work) -> State {
     work.tell(Event::Computed(1));
     State::Closed(Box::new(verdict))
 }
@@ -162,7 +162,7 @@ fn advance(evaluator: &Evaluator, state: &mut State, work: &Work) {
     if let State::Open(partial) = state
         && let Err(failure) = evaluator.advance(partial)
     {
-        *state = closed_state(Verdict::Infeasible(failure), work);
+        *state = closed_state(PlaceOutcome::Infeasible(failure), work);
     }
 }
 
@@ -170,8 +170,8 @@ fn advance(evaluator: &Evaluator, state: &mut State, work: &Work) {
 fn complete(evaluator: &Evaluator, state: &mut State, work: &Work) {
     if let State::Open(partial) = state {
         let verdict = match evaluator.complete(partial.clone()) {
-            Ok(evaluation) => Verdict::Complete(evaluation.metrics),
-            Err(failure) => Verdict::Infeasible(failure),
+            Ok(evaluation) => PlaceOutcome::Complete(evaluation.metrics),
+            Err(failure) => PlaceOutcome::Infeasible(failure),
         };
         *state = closed_state(verdict, work);
     }
@@ -214,7 +214,7 @@ fn prune(evaluator: &Evaluator, study: &PlacementStudy, states: &mut [State], wo
         .iter()
         .filter_map(|state| match state {
             State::Closed(verdict) => match **verdict {
-                Verdict::Complete(metrics) => Some(metrics),
+                PlaceOutcome::Complete(metrics) => Some(metrics),
                 _ => None,
             },
             State::Open(_) => None,
@@ -229,7 +229,7 @@ fn prune(evaluator: &Evaluator, study: &PlacementStudy, states: &mut [State], wo
         let outlook = evaluator.best_possible(partial);
         let is_off_front = pareto.is_empty() || known.iter().any(|metrics| dominates(metrics, &outlook, pareto));
         if study.objective.value(&outlook) > threshold && is_off_front {
-            *state = closed_state(Verdict::Pruned(outlook), work);
+            *state = closed_state(PlaceOutcome::Pruned(outlook), work);
         }
     }
 }

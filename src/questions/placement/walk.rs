@@ -32,7 +32,7 @@ pub(super) struct Solution {
 
 /// Why a point cannot be cut, and by how much limits are exceeded.
 #[derive(Debug, Clone)]
-pub(super) struct Refusal {
+pub(super) struct Infeasibility {
     pub failure: Failure,
     /// Excess beyond a limit, mm or degrees, or as a share of a force limit; [`UNMEASURED`] or more where it is only known to be large.
     pub excess: f64,
@@ -105,7 +105,7 @@ impl<'a> PathWalk<'a> {
     }
 
     /// Solves one point from the one before, and returns its numbers. `Err` says why it cannot be cut.
-    pub fn visit(&mut self, task: &TaskPoint) -> Result<PointValues, Refusal> {
+    pub fn visit(&mut self, task: &TaskPoint) -> Result<PointValues, Infeasibility> {
         self.last.exact = None;
         let mut uncompensated = compensate(&mut self.all_sources, task, Method::None);
         let elastic = uncompensated.position_error;
@@ -143,7 +143,7 @@ impl<'a> PathWalk<'a> {
         at: &Configuration,
         uncompensated: &Compensation,
         elastic: Vector3<f64>,
-    ) -> Result<PointValues, Refusal> {
+    ) -> Result<PointValues, Infeasibility> {
         if !uncompensated.status.is_success() {
             return Err(refusal(&uncompensated.status, uncompensated.status.reason(self.nominal)));
         }
@@ -171,7 +171,7 @@ impl<'a> PathWalk<'a> {
     }
 
     /// Checks that the machine is on the branch of inverse kinematics of the first point, as no path leads to another one.
-    fn check_branch(&mut self) -> Result<(), Refusal> {
+    fn check_branch(&mut self) -> Result<(), Infeasibility> {
         if self.nominal.branch_of(&self.nominal.home).is_none() {
             return Ok(());
         }
@@ -197,7 +197,7 @@ impl<'a> PathWalk<'a> {
         at: &Configuration,
         uncompensated: &Compensation,
         values: &mut PointValues,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), Infeasibility> {
         let mut exact = compensate(&mut self.all_sources, task, Method::Direct);
         let open = self.add_play(task, at, &mut exact, false);
         *values = values.with_open(open);
@@ -213,7 +213,7 @@ impl<'a> PathWalk<'a> {
         uncompensated: &Compensation,
         exact: &Compensation,
         values: &mut PointValues,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), Infeasibility> {
         if !exact.status.is_success() {
             values.is_uncorrected = true;
             return if self.exact == ExactMode::Needed {
@@ -259,17 +259,17 @@ impl<'a> PathWalk<'a> {
     }
 
     /// Returns the refusal of a drive force beyond its limit.
-    fn overload_refusal(&self, drive: usize, force: f64) -> Refusal {
+    fn overload_refusal(&self, drive: usize, force: f64) -> Infeasibility {
         let label = &self.nominal.drive_labels()[drive];
         let unit = self.nominal.drives().nth(drive).map_or("", |(_, drive)| drive.motion.shown_force_unit());
         let limit = self.force_limits[drive];
         let reason = format!("drive {label} needs {force:.1} {unit}, its limit is {limit:.1} {unit}");
-        Refusal { failure: Failure { status: "force_limit".into(), reason }, excess: (force - limit) / limit }
+        Infeasibility { failure: Failure { status: "force_limit".into(), reason }, excess: (force - limit) / limit }
     }
 }
 
 /// Returns the result of a solve if it succeeded; else why the point is refused.
-fn success_or_refusal(machine: &Machine, result: Compensation) -> Result<Compensation, Refusal> {
+fn success_or_refusal(machine: &Machine, result: Compensation) -> Result<Compensation, Infeasibility> {
     if result.status.is_success() {
         return Ok(result);
     }
@@ -277,14 +277,14 @@ fn success_or_refusal(machine: &Machine, result: Compensation) -> Result<Compens
 }
 
 /// Returns the refusal of a point for a status and its reason, with the excess beyond limits.
-fn refusal(status: &CompensationStatus, reason: String) -> Refusal {
+fn refusal(status: &CompensationStatus, reason: String) -> Infeasibility {
     let excess =
         if let CompensationStatus::Unreachable(unreachable) = status { excess(unreachable) } else { UNMEASURED };
-    Refusal { failure: Failure { status: status.label().into(), reason }, excess }
+    Infeasibility { failure: Failure { status: status.label().into(), reason }, excess }
 }
 
 /// Returns the refusal of a point that the loaded machine reaches but cannot correct.
-fn uncorrected(machine: &Machine, status: &CompensationStatus) -> Refusal {
+fn uncorrected(machine: &Machine, status: &CompensationStatus) -> Infeasibility {
     let reason = match status {
         CompensationStatus::Unreachable(Unreachable::Travel { chain, drive, value, low, high, unit }) => format!(
             "the corrected drive {drive} of chain {chain} would stand at {value:.3} {unit}, beyond its travel of \

@@ -7,7 +7,7 @@ use nalgebra::Vector6;
 use super::{
     Method, compensate, direct,
     outcome::{Compensation, CompensationStatus},
-    session::{Ending, Progress, Session},
+    session::{MethodResult, Progress, Session},
     task_point::TaskPoint,
 };
 use crate::{
@@ -39,7 +39,7 @@ pub fn compensate_batch(
         let solved = sessions.iter_mut().zip(&outcomes).filter(|(_, outcome)| outcome.is_some());
         find_targets(&mut solved.map(|(session, _)| &mut **session).collect::<Vec<_>>());
     }
-    let mut endings: Vec<Option<(Ending, Vec<f64>)>> = vec![None; sessions.len()];
+    let mut endings: Vec<Option<(MethodResult, Vec<f64>)>> = vec![None; sessions.len()];
     if method == Method::Direct {
         let chosen = sessions.iter_mut().zip(ready_tasks).zip(&ready).zip(&mut endings);
         let chosen =
@@ -127,17 +127,17 @@ pub(super) struct PartialTask<'a> {
     session: &'a mut Session,
     task: &'a TaskPoint,
     progress: Progress,
-    ending: &'a mut Option<(Ending, Vec<f64>)>,
+    ending: &'a mut Option<(MethodResult, Vec<f64>)>,
 }
 
 impl<'a> PartialTask<'a> {
     /// A task whose iteration has not begun; `ending` receives its result.
-    fn new(session: &'a mut Session, task: &'a TaskPoint, ending: &'a mut Option<(Ending, Vec<f64>)>) -> Self {
+    fn new(session: &'a mut Session, task: &'a TaskPoint, ending: &'a mut Option<(MethodResult, Vec<f64>)>) -> Self {
         Self { session, task, progress: Progress::new(), ending }
     }
 
     /// Ends the iteration with `ending`, to which the history of errors is added.
-    fn end(&mut self, ending: Ending) {
+    fn end(&mut self, ending: MethodResult) {
         *self.ending = Some((ending, std::mem::take(&mut self.progress.history)));
     }
 }
@@ -148,7 +148,7 @@ pub(super) fn solve_alone(
     task: &TaskPoint,
     progress: &mut Progress,
     solve: impl FnOnce(&mut [PartialTask<'_>], &mut Batch),
-) -> Ending {
+) -> MethodResult {
     let stored = session.alone.take();
     let mut batch = stored.unwrap_or_else(|| Box::new(Batch::at_level(&session.actual, Level::One)));
     let mut ending = None;

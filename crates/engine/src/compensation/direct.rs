@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, Vector6};
 use super::{
     batch,
     outcome::CompensationStatus,
-    session::{Ending, Progress, Session},
+    session::{MethodResult, Progress, Session},
     task_point::TaskPoint,
 };
 use crate::{
@@ -24,7 +24,7 @@ use crate::{
 const NEAR: f64 = 0.05;
 
 /// Finds drives and equilibrium in one Newton iteration; where that fails, corrects the target between equilibria.
-pub(super) fn compensate(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
+pub(super) fn compensate(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> MethodResult {
     if !determines_drives(session, task) {
         return batch::solve_alone(session, task, progress, batch::solve_partial);
     }
@@ -59,7 +59,7 @@ pub(super) fn accept_or_correct(
     task: &TaskPoint,
     outcome: Option<Outcome>,
     progress: &mut Progress,
-) -> Ending {
+) -> MethodResult {
     let is_met = |outcome: &Outcome| {
         outcome.status == statics::Status::Solved && session.task_error(task).size() <= session.tolerance_mm()
     };

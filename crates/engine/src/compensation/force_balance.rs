@@ -13,7 +13,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::{
     outcome::CompensationStatus,
-    session::{Ending, Progress, Session},
+    session::{MethodResult, Progress, Session},
     task_point::TaskPoint,
 };
 use crate::{
@@ -34,7 +34,12 @@ pub(super) enum MatrixKind {
 }
 
 /// Compensates by the force balance, then finds the loaded equilibrium at the command so found; `progress` gets the errors, mm.
-pub(super) fn iterate(session: &mut Session, task: &TaskPoint, matrix: MatrixKind, progress: &mut Progress) -> Ending {
+pub(super) fn iterate(
+    session: &mut Session,
+    task: &TaskPoint,
+    matrix: MatrixKind,
+    progress: &mut Progress,
+) -> MethodResult {
     let status = balance_load(session, task, matrix, progress)?;
     let (outcome, failure) = match session.stable_near_state(task) {
         Ok(outcome) => (outcome, None),

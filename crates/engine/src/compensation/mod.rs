@@ -26,7 +26,7 @@ pub use bounded::{
 };
 pub use outcome::{Compensation, CompensationStatus};
 pub use session::{CompensationSettings, Session};
-use session::{Ending, Progress};
+use session::{MethodResult, Progress};
 pub use task_point::{Target, TaskPoint};
 
 /// Method by which a command is found.
@@ -135,7 +135,7 @@ pub fn compensate(session: &mut Session, task: &TaskPoint, method: Method) -> Co
 fn run_with_wanted(
     session: &mut Session,
     task: &TaskPoint,
-    solve: impl FnOnce(&mut Session, &TaskPoint) -> (Ending, Vec<f64>),
+    solve: impl FnOnce(&mut Session, &TaskPoint) -> (MethodResult, Vec<f64>),
 ) -> Compensation {
     match session.with_wanted_pose(task) {
         Ok(task) => {
@@ -167,7 +167,7 @@ pub fn simulate_drives(session: &mut Session, task: &TaskPoint, drives: &[f64]) 
 }
 
 /// Runs `method` on `task`, whose wanted pose is known; refuses a step length outside (0, 1].
-fn run_method(session: &mut Session, task: &TaskPoint, method: Method, progress: &mut Progress) -> Ending {
+fn run_method(session: &mut Session, task: &TaskPoint, method: Method, progress: &mut Progress) -> MethodResult {
     if let Some(alpha) = method.step_length().filter(|alpha| !(*alpha > 0.0 && *alpha <= 1.0)) {
         return Err(CompensationStatus::BadStepLength { alpha });
     }

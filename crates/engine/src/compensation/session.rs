@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// End of a method: a status and the equilibrium at its command, or the reason why there is none.
-pub(super) type Ending = Result<(CompensationStatus, Outcome), CompensationStatus>;
+pub(super) type MethodResult = Result<(CompensationStatus, Outcome), CompensationStatus>;
 
 /// Tolerance and number of iterations at which a compensation stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -431,7 +431,7 @@ impl Session {
     }
 
     /// Result of `task` at the present drives and equilibrium, of the status in `ending`; `history`: lengths of its task errors, mm.
-    pub(super) fn conclude(&self, task: &TaskPoint, ending: Ending, history: Vec<f64>) -> Compensation {
+    pub(super) fn conclude(&self, task: &TaskPoint, ending: MethodResult, history: Vec<f64>) -> Compensation {
         let offset = task.offset(&self.nominal);
         let (status, outcome) =
             ending.map_or_else(|status| (status, None), |(status, outcome)| (status, Some(outcome)));

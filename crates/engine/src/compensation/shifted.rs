@@ -4,7 +4,7 @@ use nalgebra::Vector6;
 
 use super::{
     outcome::CompensationStatus,
-    session::{Ending, Progress, Session},
+    session::{MethodResult, Progress, Session},
     task_point::TaskPoint,
 };
 use crate::statics::{aggregate_errors, unloaded_compliance, unloaded_stiffness};
@@ -16,7 +16,7 @@ pub(super) fn iterate(
     alpha: f64,
     start: Vector6<f64>,
     progress: &mut Progress,
-) -> Ending {
+) -> MethodResult {
     let mut shift = start;
     loop {
         let (residual, outcome) = session.simulate_tracked(task, &shift)?;
@@ -28,7 +28,7 @@ pub(super) fn iterate(
 }
 
 /// Mirrors the error of a pass at the wanted path `passes` times, Figure 2: eq. (13) with α = 1, stopped early; without a pass, no compensation.
-pub(super) fn mirror(session: &mut Session, task: &TaskPoint, passes: usize, progress: &mut Progress) -> Ending {
+pub(super) fn mirror(session: &mut Session, task: &TaskPoint, passes: usize, progress: &mut Progress) -> MethodResult {
     let mut shift = Vector6::zeros();
     for _ in 0..passes {
         let (residual, _) = session.simulate_tracked(task, &shift)?;
@@ -65,7 +65,7 @@ pub(super) fn linear_shift(
 }
 
 /// Commands the target shifted once by the linear deflection and finds the equilibrium there; `progress` gets its error, mm.
-pub(super) fn linear(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
+pub(super) fn linear(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> MethodResult {
     let shift = linear_shift(session, task, false)?;
     let (residual, outcome) = session.simulate_tracked(task, &shift)?;
     progress.history.push(residual.size());

@@ -23,7 +23,7 @@ use std::{
 
 pub use linear::solve;
 pub(crate) use linear::{clear, copy, dot, pairs, subtract};
-pub use tape::{Operation, OperationIndex, Program};
+pub use tape::{Computation, Operation, OperationIndex};
 pub use traced::{Traced, TracedMask, record};
 pub use trigonometry::sin_cos;
 pub(crate) use vector::{Frame, Screw};

@@ -198,8 +198,8 @@ impl Tape {
         index
     }
 
-    /// Program that computes the operations at `outputs` from inputs, whose number is `inputs`, without unused operations.
-    pub fn program(&self, inputs: usize, outputs: &[OperationIndex]) -> Program {
+    /// Computation that computes the operations at `outputs` from inputs, whose number is `inputs`, without unused operations.
+    pub fn program(&self, inputs: usize, outputs: &[OperationIndex]) -> Computation {
         let mut is_used = vec![false; self.len()];
         for &output in outputs {
             is_used[output as usize] = true;
@@ -216,13 +216,13 @@ impl Tape {
             indices[index] = operations.len() as OperationIndex;
             operations.push(self.operations[index].renumbered(&indices));
         }
-        Program { inputs, operations, outputs: outputs.iter().map(|&output| indices[output as usize]).collect() }
+        Computation { inputs, operations, outputs: outputs.iter().map(|&output| indices[output as usize]).collect() }
     }
 }
 
 /// A computation without branches: operations in a fixed order.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Program {
+pub struct Computation {
     /// Number of inputs.
     pub inputs: usize,
     /// Operations, each after its operands.
@@ -231,8 +231,8 @@ pub struct Program {
     pub outputs: Vec<OperationIndex>,
 }
 
-impl Program {
-    /// Outputs for `inputs`, in the order of [`Program::outputs`]; `values` is storage for the values of all operations.
+impl Computation {
+    /// Outputs for `inputs`, in the order of [`Computation::outputs`]; `values` is storage for the values of all operations.
     pub fn evaluate(&self, inputs: &[f64], values: &mut Vec<f64>) -> Vec<f64> {
         values.clear();
         for operation in &self.operations {

@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use super::{
     MAX_LANES, Real,
     operators::operators,
-    tape::{Operation, OperationIndex, Program, Tape},
+    tape::{Computation, Operation, OperationIndex, Tape},
 };
 
 /// Values of a number at the postures.
@@ -30,7 +30,7 @@ thread_local! {
 }
 
 /// Records what `work` computes from its inputs at [`MAX_LANES`] `postures` (rows of input values); `None` if that is not one list of operations.
-pub fn record(postures: &[Vec<f64>], work: impl FnOnce(&[Traced]) -> Option<Vec<Traced>>) -> Option<Program> {
+pub fn record(postures: &[Vec<f64>], work: impl FnOnce(&[Traced]) -> Option<Vec<Traced>>) -> Option<Computation> {
     debug_assert_eq!(postures.len(), MAX_LANES);
     let count = postures.first().map_or(0, Vec::len);
     RECORDING.replace(Recording { inputs: postures.to_vec(), ..Recording::default() });

@@ -5,7 +5,7 @@ use nalgebra::{Matrix6, Matrix6xX, Vector3};
 
 use super::{
     full_system::{self, FullTangent},
-    iteration::{Iteration, Verdict},
+    iteration::{Iteration, IterationStatus},
     lane_solver::LaneSolver,
     outcome::{Outcome, Settings, Status, TaskError},
     platform::{self, SquareTask},
@@ -202,9 +202,9 @@ impl<'a> Newton<'a> {
         for _ in 0..=self.settings.max_iterations {
             let balance = self.linearise();
             match iteration.judge(balance.residual, self.settings) {
-                Verdict::Solved => return Some(balance.residual),
-                Verdict::Failed => return None,
-                Verdict::Continue => {}
+                IterationStatus::Solved => return Some(balance.residual),
+                IterationStatus::Failed => return None,
+                IterationStatus::Continue => {}
             }
             let twist = self.step(&balance)?;
             if !iteration.accept_step(self.scratch.solver.largest_rotation(&twist)) {

@@ -22,9 +22,9 @@ pub(super) struct Iteration {
     pub steps: usize,
 }
 
-/// Verdict on an iteration by its residual.
+/// IterationStatus on an iteration by its residual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub(super) enum IterationStatus {
     Solved,
     Continue,
     Failed,
@@ -37,16 +37,16 @@ impl Iteration {
     }
 
     /// Judges the residual before the next step (dimensionless) and records it.
-    pub fn judge(&mut self, residual: f64, settings: &Settings) -> Verdict {
+    pub fn judge(&mut self, residual: f64, settings: &Settings) -> IterationStatus {
         let stalled = residual < ROUNDING && residual > 0.5 * self.previous && self.previous < ROUNDING;
         if residual <= settings.tolerance || stalled {
-            return Verdict::Solved;
+            return IterationStatus::Solved;
         }
         if !residual.is_finite() || residual > 1e6 * self.previous {
-            return Verdict::Failed;
+            return IterationStatus::Failed;
         }
         self.previous = residual;
-        Verdict::Continue
+        IterationStatus::Continue
     }
 
     /// Records a step whose largest rotation is `turn` rad; returns whether it is small enough to be taken.

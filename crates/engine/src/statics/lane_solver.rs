@@ -13,7 +13,7 @@ use nalgebra::Matrix6xX;
 use super::{
     batch::Case,
     chain_system::{ChainInput, ChainResidual, ChainSystem},
-    iteration::{Iteration, Verdict},
+    iteration::{Iteration, IterationStatus},
     outcome::{Outcome, Settings, Status},
     platform::{self, Square, SquareTask},
     rigid_directions::RigidDirections,
@@ -381,9 +381,9 @@ impl<R: Real> LaneSolver<R> {
             let residual = task_error.larger(residuals.lane(lane));
             progress.residuals[lane] = residual;
             match progress.iterations[lane].judge(residual, settings) {
-                Verdict::Continue => {}
-                Verdict::Failed => progress.active &= !(1 << lane),
-                Verdict::Solved => {
+                IterationStatus::Continue => {}
+                IterationStatus::Failed => progress.active &= !(1 << lane),
+                IterationStatus::Solved => {
                     progress.active &= !(1 << lane);
                     progress.solved |= 1 << lane;
                 }

@@ -173,7 +173,7 @@ pub(crate) fn is_arc_word(word: &Word) -> bool {
 
 /// What becomes of a word where its line becomes several.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Share {
+pub(crate) enum LineShare {
     /// Each line has its own: what moves with the tool, by the length, and the words of arcs.
     Each,
     /// On the first line: what holds from there on, and what is done before the motion.
@@ -185,25 +185,25 @@ pub(crate) enum Share {
 }
 
 /// Returns what becomes of `word` where its line, which has `words`, becomes several.
-pub(crate) fn share_of(word: &Word, words: &[Word]) -> Share {
+pub(crate) fn share_of(word: &Word, words: &[Word]) -> LineShare {
     let owns_e = |word: &Word| word.letter == 'M' && matches!(word.whole_number(), Ok(67 | 68));
     let parameters = || match words.iter().filter(|word| takes_parameters(word)).all(acts_at_end) {
-        true => Share::Last,
-        false => Share::First,
+        true => LineShare::Last,
+        false => LineShare::First,
     };
     match word.letter {
-        'A' | 'B' | 'C' | 'X' | 'Y' | 'Z' => Share::Each,
-        _ if is_arc_word(word) => Share::Each,
+        'A' | 'B' | 'C' | 'X' | 'Y' | 'Z' => LineShare::Each,
+        _ if is_arc_word(word) => LineShare::Each,
         // Exact stop, of this motion alone.
-        'G' if word.meaning.is_none() && word.tenths() == Some(90) => Share::Last,
-        'M' if acts_at_end(word) => Share::Last,
+        'G' if word.meaning.is_none() && word.tenths() == Some(90) => LineShare::Last,
+        'M' if acts_at_end(word) => LineShare::Last,
         // Others are refused: what stands at 0 does not move.
-        'U' | 'V' | 'W' if word.value == 0.0 => Share::First,
+        'U' | 'V' | 'W' if word.value == 0.0 => LineShare::First,
         // LinuxCNC's M67 and M68 have it for an output.
         'E' if words.iter().any(owns_e) => parameters(),
         'P' | 'Q' => parameters(),
-        'D' | 'F' | 'G' | 'H' | 'L' | 'M' | 'N' | 'O' | 'S' | 'T' => Share::First,
-        _ => Share::Axis,
+        'D' | 'F' | 'G' | 'H' | 'L' | 'M' | 'N' | 'O' | 'S' | 'T' => LineShare::First,
+        _ => LineShare::Axis,
     }
 }
 

@@ -9,7 +9,7 @@ use nalgebra::{Rotation2, Vector2};
 
 use crate::{
     expand::{
-        edit::{LineEdit, Share, share_of},
+        edit::{LineEdit, LineShare, share_of},
         geometry::Element,
         line::{SourceLine, word_number},
     },
@@ -150,7 +150,8 @@ impl Frames {
         }
         // What moves along, or acts at the end, would do so on one of the lines alone.
         let is_whole = |word: &Word| {
-            matches!(share_of(word, &words), Share::Last | Share::Axis) || matches!(word.letter, 'A' | 'B' | 'C')
+            matches!(share_of(word, &words), LineShare::Last | LineShare::Axis)
+                || matches!(word.letter, 'A' | 'B' | 'C')
         };
         let is_at_corner = corner.is_some() || self.corner.is_some();
         if let Some(word) = words.iter().find(|word| is_at_corner && is_whole(word)) {

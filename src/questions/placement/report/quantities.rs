@@ -8,8 +8,8 @@ use crate::{
     page::Better::{Larger, Neither, Smaller},
     questions::{
         placement::{
-            Agreement, COORDINATES, Cell, End, Entry, FeatureJob, Margin, Metric, Metrics, Origin, PlacementResults,
-            PlacementStudy, Refinement, Site, Start, UNITS, Verdict, site::in_unit,
+            Agreement, COORDINATES, Cell, End, Entry, FeatureJob, Margin, Metric, Metrics, Origin, PlaceOutcome,
+            PlacementResults, PlacementStudy, Refinement, Site, Start, UNITS, site::in_unit,
         },
         spread_report::{self, SpreadCounts},
     },
@@ -145,9 +145,9 @@ pub fn sweep_table(results: &PlacementResults) -> Table {
     }
     let row = |(cell, rank): (&'_ Cell, Option<usize>)| {
         let reason = match &cell.verdict {
-            Verdict::Complete(_) => "",
-            Verdict::Pruned(_) => "cannot be the best place",
-            Verdict::Infeasible(Failure { reason, .. }) => reason,
+            PlaceOutcome::Complete(_) => "",
+            PlaceOutcome::Pruned(_) => "cannot be the best place",
+            PlaceOutcome::Infeasible(Failure { reason, .. }) => reason,
         };
         coordinate_cells(&cell.site).chain([cell_status(cell).into(), reason.into(), rank.into()]).collect()
     };
@@ -159,9 +159,9 @@ pub fn sweep_table(results: &PlacementResults) -> Table {
 /// Returns the status word of a cell of the sweep.
 pub(super) fn cell_status(cell: &Cell) -> &str {
     match &cell.verdict {
-        Verdict::Complete(_) => SOLVED,
-        Verdict::Pruned(_) => "pruned",
-        Verdict::Infeasible(failure) => &failure.status,
+        PlaceOutcome::Complete(_) => SOLVED,
+        PlaceOutcome::Pruned(_) => "pruned",
+        PlaceOutcome::Infeasible(failure) => &failure.status,
     }
 }
 
@@ -219,9 +219,9 @@ pub(super) fn verdict_counts(results: &PlacementResults) -> [usize; 3] {
     let mut counts = [0; 3];
     for cell in &results.cells {
         counts[match cell.verdict {
-            Verdict::Complete(_) => 0,
-            Verdict::Pruned(_) => 1,
-            Verdict::Infeasible(_) => 2,
+            PlaceOutcome::Complete(_) => 0,
+            PlaceOutcome::Pruned(_) => 1,
+            PlaceOutcome::Infeasible(_) => 2,
         }] += 1;
     }
     counts

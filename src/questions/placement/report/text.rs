@@ -12,8 +12,8 @@ use crate::{
     page::SmallTable,
     questions::{
         placement::{
-            Agreement, Best, COORDINATES, End, Entry, Evaluation, Margin, Metric, Metrics, Origin, PlaceSpread,
-            PlacementResults, PlacementStudy, Refinement, Site, Start, Verdict,
+            Agreement, Best, COORDINATES, End, Entry, Evaluation, Margin, Metric, Metrics, Origin, PlaceOutcome,
+            PlaceSpread, PlacementResults, PlacementStudy, Refinement, Site, Start,
             site::{in_unit, printed_text, unit_suffix},
         },
         spread_report,
@@ -231,7 +231,7 @@ pub(super) fn robust_text(results: &PlacementResults) -> String {
 /// Returns the sentences that the workpiece can be cut at no place, with the first reason.
 pub(super) fn infeasible_text(results: &PlacementResults) -> String {
     let cell = results.cells.iter().find_map(|cell| match &cell.verdict {
-        Verdict::Infeasible(failure) => Some((site_text(&cell.site), &failure.reason)),
+        PlaceOutcome::Infeasible(failure) => Some((site_text(&cell.site), &failure.reason)),
         _ => None,
     });
     let elsewhere: Vec<&str> =

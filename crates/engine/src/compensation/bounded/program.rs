@@ -27,7 +27,7 @@ use super::{
 
 /// Objective of the program.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Goal {
+pub(super) enum Objective {
     /// Sum of squared errors.
     Squares,
     /// The largest error.
@@ -84,7 +84,7 @@ pub(super) struct ConvexSolution {
 
 /// Reason why there is no solution.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Failure {
+pub(super) enum NoSolution {
     /// The limits exclude one another.
     Infeasible,
     /// Anything else: the solver's word.
@@ -99,7 +99,7 @@ const SINGLE: f64 = 1e-9;
 const SMALLEST_LENGTH: f64 = 1e-9;
 
 /// The linearised path.
-pub(super) struct Program<'a> {
+pub(super) struct LinearisedPath<'a> {
     results: &'a [Simulation],
     bounds: &'a Bounds,
     /// Drive motion that moves the tool by about 1 mm, mm or rad.
@@ -109,7 +109,7 @@ pub(super) struct Program<'a> {
     rows: Vec<Row>,
 }
 
-impl<'a> Program<'a> {
+impl<'a> LinearisedPath<'a> {
     /// The program linearised at `corrections` (point-major, mm or rad), which `bounds` must hold for, with the simulated `results` there.
     pub fn new(results: &'a [Simulation], corrections: &[f64], bounds: &'a Bounds) -> Self {
         let count = bounds.drive_count();
@@ -195,9 +195,9 @@ impl<'a> Program<'a> {
     }
 
     /// Solves the program for `goal`; `Err` if its limits exclude one another or the convex solver gives up.
-    pub fn solve(&self, goal: Goal) -> Result<ConvexSolution, Failure> {
+    pub fn solve(&self, goal: Objective) -> Result<ConvexSolution, NoSolution> {
         let steps = self.results.len() * self.bounds.drive_count();
-        let has_extra = matches!(goal, Goal::Largest | Goal::Excess);
+        let has_extra = matches!(goal, Objective::Largest | Objective::Excess);
         let variables = steps + usize::from(has_extra);
         let (hessian, gradient) = self.objective(goal, variables);
         let (equations, others): (Vec<&Row>, Vec<&Row>) = self.rows.iter().partition(|row| row.is_equation);
@@ -210,14 +210,16 @@ impl<'a> Program<'a> {
         let matrix = constraints.matrix(variables);
         let mut solver =
             DefaultSolver::new(&hessian, &gradient, &matrix, &constraints.right, &cones, solver_settings(goal))
-                .map_err(|error| Failure::Other(error.to_string()))?;
+                .map_err(|error| NoSolution::Other(error.to_string()))?;
         solver.solve();
         let solution = &solver.solution;
         let is_accurate = match solution.status {
             SolverStatus::Solved => true,
             SolverStatus::AlmostSolved => false,
-            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => return Err(Failure::Infeasible),
-            status => return Err(Failure::Other(format!("{status:?}"))),
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => {
+                return Err(NoSolution::Infeasible);
+            }
+            status => return Err(NoSolution::Other(format!("{status:?}"))),
         };
         let count = self.bounds.drive_count();
         let unscaled = |(column, value): (usize, &f64)| value * self.unit[column % count];
@@ -231,23 +233,23 @@ impl<'a> Program<'a> {
         })
     }
 
-    /// Constraints `A x ≤ b` of the rows in `order`; for [`Goal::Excess`], forces may exceed theirs by ξ, the variable in column `steps`.
-    fn linear_constraints(&self, goal: Goal, steps: usize, order: &[&Row]) -> Constraints {
+    /// Constraints `A x ≤ b` of the rows in `order`; for [`Objective::Excess`], forces may exceed theirs by ξ, the variable in column `steps`.
+    fn linear_constraints(&self, goal: Objective, steps: usize, order: &[&Row]) -> Constraints {
         let mut constraints = Constraints::default();
         for row in order {
             constraints.add_row(row.coefficients.iter().copied(), row.margin);
-            if goal == Goal::Excess && row.limit.kind == LimitKind::Force {
+            if goal == Objective::Excess && row.limit.kind == LimitKind::Force {
                 constraints.append_entry(steps, -self.bounds.force[row.limit.drive] / row.scale);
             }
         }
-        if goal == Goal::Excess {
+        if goal == Objective::Excess {
             constraints.add_row([(steps, -1.0)], 0.0);
         }
         constraints
     }
 
     /// Multiplier of a row whose limit binds, else `None`: interior points leave either `slack` or `dual` well away from zero.
-    fn multiplier(&self, goal: Goal, row: &Row, slack: f64, dual: f64) -> Option<Multiplier> {
+    fn multiplier(&self, goal: Objective, row: &Row, slack: f64, dual: f64) -> Option<Multiplier> {
         let mut limit = row.limit;
         if row.is_equation && dual < 0.0 {
             limit.side = Side::Lower;
@@ -257,17 +259,17 @@ impl<'a> Program<'a> {
     }
 
     /// Unit of the objective, in mm² or mm.
-    fn multiplier_scale(&self, goal: Goal) -> f64 {
+    fn multiplier_scale(&self, goal: Objective) -> f64 {
         match goal {
-            Goal::Squares | Goal::Within(_) => self.length * self.length,
-            Goal::Largest => self.length,
-            Goal::Excess => 1.0,
+            Objective::Squares | Objective::Within(_) => self.length * self.length,
+            Objective::Largest => self.length,
+            Objective::Excess => 1.0,
         }
     }
 
     /// Unit of the last variable: mm for the largest error, else 1.
-    fn extra_scale(&self, goal: Goal) -> f64 {
-        if goal == Goal::Largest { self.length } else { 1.0 }
+    fn extra_scale(&self, goal: Objective) -> f64 {
+        if goal == Objective::Largest { self.length } else { 1.0 }
     }
 
     /// Sensitivity `J_k` and error `e_k` of point `point` in the program's units: lengths over σ, steps over `unit`.
@@ -281,20 +283,20 @@ impl<'a> Program<'a> {
     }
 
     /// Hessian (upper triangle) and gradient of the objective over the program's variables, whose number is `variables`.
-    fn objective(&self, goal: Goal, variables: usize) -> (CscMatrix<f64>, Vec<f64>) {
+    fn objective(&self, goal: Objective, variables: usize) -> (CscMatrix<f64>, Vec<f64>) {
         let count = self.bounds.drive_count();
         let mut hessian = Triplets::default();
         let mut gradient = vec![0.0; variables];
         for point in 0..self.results.len() {
             let first = self.column(point, 0);
             let squares = match goal {
-                Goal::Squares | Goal::Within(_) => {
+                Objective::Squares | Objective::Within(_) => {
                     let (slope, error) = self.scaled_linearisation(point);
                     let linear = slope.tr_mul(&error);
                     gradient[first..first + count].copy_from_slice(linear.as_slice());
                     slope.tr_mul(&slope)
                 }
-                Goal::Largest | Goal::Excess => DMatrix::zeros(count, count),
+                Objective::Largest | Objective::Excess => DMatrix::zeros(count, count),
             };
             for j in 0..count {
                 for i in 0..=j {
@@ -303,24 +305,24 @@ impl<'a> Program<'a> {
                 }
             }
         }
-        if matches!(goal, Goal::Largest | Goal::Excess) {
+        if matches!(goal, Objective::Largest | Objective::Excess) {
             gradient[variables - 1] = 1.0;
         }
         (hessian.matrix(variables, variables), gradient)
     }
 
-    /// Adds the cones `‖e_k + J_k x_k‖ ≤ t` where `goal` bounds the largest error: t is variable `step_count`, or fixed ([`Goal::Within`]).
+    /// Adds the cones `‖e_k + J_k x_k‖ ≤ t` where `goal` bounds the largest error: t is variable `step_count`, or fixed ([`Objective::Within`]).
     fn add_cones(
         &self,
-        goal: Goal,
+        goal: Objective,
         step_count: usize,
         constraints: &mut Constraints,
         cones: &mut Vec<SupportedConeT<f64>>,
     ) {
         let fixed_bound = match goal {
-            Goal::Largest => None,
-            Goal::Within(bound) => Some(bound / self.length),
-            Goal::Squares | Goal::Excess => return,
+            Objective::Largest => None,
+            Objective::Within(bound) => Some(bound / self.length),
+            Objective::Squares | Objective::Excess => return,
         };
         for point in 0..self.results.len() {
             let (slope, error) = self.scaled_linearisation(point);
@@ -345,10 +347,10 @@ pub(super) fn motion_per_mm(results: &[Simulation], drive: usize) -> f64 {
 }
 
 /// Settings of clarabel, as accurate as it gets: programs with cones end at 10⁻⁸ of the length σ.
-fn solver_settings(goal: Goal) -> DefaultSettings<f64> {
+fn solver_settings(goal: Objective) -> DefaultSettings<f64> {
     let (tolerance, reduced) = match goal {
-        Goal::Squares | Goal::Excess => (1e-10, 1e-6),
-        Goal::Largest | Goal::Within(_) => (1e-8, 1e-5),
+        Objective::Squares | Objective::Excess => (1e-10, 1e-6),
+        Objective::Largest | Objective::Within(_) => (1e-8, 1e-5),
     };
     DefaultSettings {
         verbose: false,

@@ -6,7 +6,7 @@ use super::{
     limits::{Bounds, LimitKind, Limits},
     outcome::{BoundedStatus, Errors},
     path::{Point, Simulation, Simulator},
-    program::{ConvexSolution, Failure, Goal, Multiplier, Program, motion_per_mm},
+    program::{ConvexSolution, LinearisedPath, Multiplier, NoSolution, Objective, motion_per_mm},
 };
 use crate::machine::{Machine, Motion};
 
@@ -157,18 +157,18 @@ impl Search<'_, '_> {
         if bounds.has_force_limits() {
             self.narrow_to_trusted(&mut bounds, now);
         }
-        let program = Program::new(&now.results, &now.corrections, &bounds);
+        let program = LinearisedPath::new(&now.results, &now.corrections, &bounds);
         let solution = match self.solve_objective(&program) {
             Ok(solution) => Some(solution),
             // There are none with smaller errors than those reached, or none that can be told from them.
             Err(_) if self.largest.is_some() => return Ok(Some(BoundedStatus::Stalled)),
-            Err(Failure::Infeasible) if self.bounds.has_force_limits() => None,
-            Err(Failure::Infeasible) => return Err(BoundedError::Convex { status: "PrimalInfeasible".into() }),
+            Err(NoSolution::Infeasible) if self.bounds.has_force_limits() => None,
+            Err(NoSolution::Infeasible) => return Err(BoundedError::Convex { status: "PrimalInfeasible".into() }),
             // What has been reached keeps all limits.
-            Err(Failure::Other(_)) if result.iterations > 1 && now.excess <= self.settings.force_tolerance => {
+            Err(NoSolution::Other(_)) if result.iterations > 1 && now.excess <= self.settings.force_tolerance => {
                 return Ok(Some(BoundedStatus::Stalled));
             }
-            Err(Failure::Other(status)) => return Err(BoundedError::Convex { status }),
+            Err(NoSolution::Other(status)) => return Err(BoundedError::Convex { status }),
         };
         if let Some(solved) = solution {
             result.convex_iterations += solved.iterations;
@@ -191,7 +191,7 @@ impl Search<'_, '_> {
             }
         }
         // The force limits cannot be kept within the linearisation, or not by going to its solution: forces first.
-        let solved = program.solve(Goal::Excess).map_err(convex_error)?;
+        let solved = program.solve(Objective::Excess).map_err(convex_error)?;
         result.convex_iterations += solved.iterations;
         match self.step_along(&solved.step, &result.iterate) {
             Some(next) => result.iterate = next,
@@ -202,16 +202,16 @@ impl Search<'_, '_> {
 
     /// Solves the program for the objective. The worst error is found first and then, with it given, the least sum of squares: so the
     /// points that are not the worst are as good as they can be, and the solution is unique.
-    fn solve_objective(&self, program: &Program<'_>) -> Result<ConvexSolution, Failure> {
+    fn solve_objective(&self, program: &LinearisedPath<'_>) -> Result<ConvexSolution, NoSolution> {
         match self.objective {
             ErrorNorm::Rms => match self.largest {
-                Some(largest) => program.solve(Goal::Within(largest * (1.0 - STAGE_SLACK))),
-                None => program.solve(Goal::Squares),
+                Some(largest) => program.solve(Objective::Within(largest * (1.0 - STAGE_SLACK))),
+                None => program.solve(Objective::Squares),
             },
             ErrorNorm::Worst => {
-                let first = program.solve(Goal::Largest)?;
+                let first = program.solve(Objective::Largest)?;
                 let within = first.extra * (1.0 + STAGE_SLACK) + SAME_LENGTH;
-                Ok(match program.solve(Goal::Within(within)) {
+                Ok(match program.solve(Objective::Within(within)) {
                     Ok(second) => with_first_prices(second, first),
                     // What the first stage found is right; its best points may be less good than they could be.
                     Err(_) => first,
@@ -336,8 +336,8 @@ impl Search<'_, '_> {
             return false;
         }
         self.narrow_to_trusted(&mut bounds, iterate);
-        let program = Program::new(&iterate.results, &iterate.corrections, &bounds);
-        program.solve(Goal::Excess).is_ok_and(|solved| solved.extra <= self.settings.force_tolerance)
+        let program = LinearisedPath::new(&iterate.results, &iterate.corrections, &bounds);
+        program.solve(Objective::Excess).is_ok_and(|solved| solved.extra <= self.settings.force_tolerance)
     }
 }
 
@@ -358,10 +358,10 @@ fn is_less(new: f64, old: f64, share: f64) -> bool {
 }
 
 /// Error of a program without a solution.
-fn convex_error(failure: Failure) -> BoundedError {
+fn convex_error(failure: NoSolution) -> BoundedError {
     let status = match failure {
-        Failure::Infeasible => "PrimalInfeasible".into(),
-        Failure::Other(status) => status,
+        NoSolution::Infeasible => "PrimalInfeasible".into(),
+        NoSolution::Other(status) => status,
     };
     BoundedError::Convex { status }
 }

@@ -6,7 +6,7 @@ use super::{
     Configuration, Unreachable,
     equations::{Equations, LaneCommand, RigidState, mm_per_unit, move_platform},
     normal_step::NormalStep,
-    search::{MAX_ITERATIONS, MAX_STEP_ROTATION, Search, Verdict},
+    search::{MAX_ITERATIONS, MAX_STEP_ROTATION, Search, SearchStatus},
 };
 use crate::{
     lanes::{Frame, dot},
@@ -117,12 +117,12 @@ impl<'a> Closure<'a> {
             }
             let error = self.residual.iter().fold(0.0, |most, entry| larger(most, entry.abs()));
             match search.judge(error, scale) {
-                Verdict::Failed => return SearchEnd { at, solved: false },
-                Verdict::Solved => {
+                SearchStatus::Failed => return SearchEnd { at, solved: false },
+                SearchStatus::Solved => {
                     let is_near = !search.has_left_branch() && self.rotation_change(start, &at) < MAX_STEP_ROTATION;
                     return SearchEnd { at, solved: is_near };
                 }
-                Verdict::Continue => {}
+                SearchStatus::Continue => {}
             }
             if only_on_branch && search.has_left_branch() {
                 return SearchEnd { at, solved: false };

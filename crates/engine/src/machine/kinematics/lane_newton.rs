@@ -13,7 +13,7 @@ use super::{
     inverse::StraightLine,
     lane_configuration::{LaneConfiguration, set_lane_pose},
     normal_step::NormalStep,
-    search::{MAX_ITERATIONS, MAX_STEP_ROTATION, Search, Verdict},
+    search::{MAX_ITERATIONS, MAX_STEP_ROTATION, Search, SearchStatus},
     singularity::{Barriers, judged_commands},
 };
 use crate::{
@@ -125,13 +125,13 @@ impl<R: Real> LaneNewton<R> {
             for lane in active_lanes(active) {
                 let search = &mut searches[lane];
                 let judged = search.judge(error.lane(lane), machine.characteristic_length);
-                if judged == Verdict::Continue && !search.has_left_branch() {
+                if judged == SearchStatus::Continue && !search.has_left_branch() {
                     damping.set_lane(lane, search.update_damping(error.lane(lane)));
                     continue;
                 }
                 active &= !(1 << lane);
                 let is_near = !search.has_left_branch() && turned.lane(lane) < MAX_STEP_ROTATION;
-                solved |= u8::from(judged == Verdict::Solved && is_near) << lane;
+                solved |= u8::from(judged == SearchStatus::Solved && is_near) << lane;
             }
             if active == 0 {
                 break;

@@ -24,7 +24,7 @@ pub(super) struct Search {
 
 /// Whether a search goes on, has failed or has found a solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub(super) enum SearchStatus {
     Continue,
     Failed,
     Solved,
@@ -42,12 +42,12 @@ impl Search {
     }
 
     /// Judges the search by its largest residual `error`, mm or NaN; `scale` is the characteristic length, mm.
-    pub fn judge(&self, error: f64, scale: f64) -> Verdict {
+    pub fn judge(&self, error: f64, scale: f64) -> SearchStatus {
         let stalled = error < CLOSURE_ROUNDING * scale && error > 0.3 * self.best;
         match error {
-            error if !error.is_finite() => Verdict::Failed,
-            error if error < CLOSURE_TOLERANCE * scale || stalled => Verdict::Solved,
-            _ => Verdict::Continue,
+            error if !error.is_finite() => SearchStatus::Failed,
+            error if error < CLOSURE_TOLERANCE * scale || stalled => SearchStatus::Solved,
+            _ => SearchStatus::Continue,
         }
     }
 

@@ -5,7 +5,7 @@
 
 use super::{Iteration, LaneSolver, MAX_LANES, Progress};
 use crate::{
-    lanes::{Frame, Program, Real, Screw, Vec3, pairs, record},
+    lanes::{Computation, Frame, Real, Screw, Vec3, pairs, record},
     machine::Machine,
     spatial::{Pose, Wrench},
     statics::{ChainState, State, platform::SquareTask},
@@ -75,7 +75,7 @@ pub fn state_from_numbers(machine: &Machine, numbers: &[f64]) -> (Vec<f64>, Stat
 /// Records a Newton step of `machine`, whose drives control its three translations, as operations from the numbers of a state and the
 /// inputs of kind `input` to the numbers of the next state. The wrench is a dead one about the tool tip, the platform oriented as at home.
 /// `postures` are rows of inputs that decide which branches are recorded; `None` where the step cannot be written as one list of operations.
-pub fn step_program(machine: &Machine, input: StepInput, postures: &[Vec<f64>]) -> Option<Program> {
+pub fn step_program(machine: &Machine, input: StepInput, postures: &[Vec<f64>]) -> Option<Computation> {
     record(postures, |inputs| step(machine, input, inputs))
 }
 

@@ -9,7 +9,7 @@ use crate::{
         value::Value,
     },
     model::robot::RobotFault,
-    read::robot::{Refusal, rapid::CodeUnit},
+    read::robot::{LocatedFault, rapid::CodeUnit},
 };
 
 impl Run<'_> {
@@ -48,7 +48,7 @@ impl Run<'_> {
     }
 
     /// Returns whether the condition between the word of `unit` and `end` holds.
-    fn condition(&mut self, unit: &CodeUnit, end: &'static str) -> Result<bool, Refusal> {
+    fn condition(&mut self, unit: &CodeUnit, end: &'static str) -> Result<bool, LocatedFault> {
         let source = self.source;
         let text = &source[unit.at.start + unit.word.len()..unit.at.end];
         let mut reader = Reader::new(text, self);

@@ -20,7 +20,7 @@ use std::collections::BTreeSet;
 use crate::{
     model::robot::{Language, RobotError, RobotOptions},
     read::robot::{
-        Chunk, Refusal, RobotExpansion, RobotProgram,
+        Chunk, LocatedFault, RobotExpansion, RobotProgram,
         krl::{check_program, points::is_config},
         line_ending,
     },
@@ -62,7 +62,11 @@ pub(crate) struct Expanded {
 }
 
 /// Expands the module `source` with the data `beside` it.
-pub(crate) fn expand(source: &[u8], language: Language, beside: &[(String, Vec<u8>)]) -> Result<Expanded, Refusal> {
+pub(crate) fn expand(
+    source: &[u8],
+    language: Language,
+    beside: &[(String, Vec<u8>)],
+) -> Result<Expanded, LocatedFault> {
     // The data stand behind the program; those of all programs first, as its own count.
     let (of_all, own): (Vec<_>, Vec<_>) = beside.iter().partition(|(name, _)| is_config(name));
     let joined = |files: Vec<&(String, Vec<u8>)>| -> Vec<u8> {

@@ -10,7 +10,7 @@ use crate::{
     expand::robot::syntax::{Units, is_motion, matters_to_motions, names_of},
     model::robot::{Language, RobotFault},
     read::robot::{
-        Refusal,
+        LocatedFault,
         rapid::{CODE_BEHIND, CodeUnit, MOTION_IN_FUNCTION, has_code_behind, one_line_statement, uncalled},
         scan::check_depth,
     },
@@ -90,7 +90,7 @@ pub(crate) struct Module {
 
 impl Module {
     /// Reads the module `source`; `Err` for what is not closed. All beyond `length` bytes are data, which are its own from `own_data` on.
-    pub fn read(source: &[u8], length: usize, own_data: usize, language: Language) -> Result<Module, Refusal> {
+    pub fn read(source: &[u8], length: usize, own_data: usize, language: Language) -> Result<Module, LocatedFault> {
         let (routines, data) = (BTreeMap::new(), Vec::new());
         let uncalled = if language == Language::Rapid { uncalled(&source[..length])? } else { BTreeSet::new() };
         let mut module = Module { language, routines, data, head_end: 0, first: None, own_data, uncalled };
@@ -127,7 +127,7 @@ impl Module {
             let (line, at) = (routine.head.line, routine.head.at.clone());
             if module.routines.insert(routine.name.clone(), Rc::new(routine)).is_some() {
                 let fault = RobotFault::Form { expected: "each routine once" };
-                return Err(Refusal { line, at, fault });
+                return Err(LocatedFault { line, at, fault });
             }
         }
         Ok(module)
@@ -135,7 +135,7 @@ impl Module {
 
     /// Returns the routine that runs first: `main`, or the only procedure with motions that no other routine calls; the first one of KRL. `Err`
     /// if another one that moves the tool is not called.
-    pub fn entry(&self, source: &[u8]) -> Result<Rc<Routine>, Refusal> {
+    pub fn entry(&self, source: &[u8]) -> Result<Rc<Routine>, LocatedFault> {
         let mut called = BTreeSet::new();
         for routine in self.routines.values() {
             let names = names_of(&source[routine.inside.clone()], self.language);
@@ -149,7 +149,8 @@ impl Module {
         let mut first: Vec<_> = self.routines.values().filter(is_run).collect();
         first.retain(|routine| is_first(routine) || !called.contains(&routine.name));
         first.sort_by_key(|routine| (!is_first(routine), routine.head.line));
-        let refuse = |routine: &Routine, fault| Refusal { line: routine.head.line, at: routine.head.at.clone(), fault };
+        let refuse =
+            |routine: &Routine, fault| LocatedFault { line: routine.head.line, at: routine.head.at.clone(), fault };
         // Where a function is called in an expression, its motions would be lost.
         if let Some(function) = self.routines.values().find(|routine| routine.kind == "FUNC" && is_run(routine)) {
             return Err(refuse(function, MOTION_IN_FUNCTION));
@@ -158,7 +159,8 @@ impl Module {
             [] => {
                 let fault = RobotFault::Form { expected: "a procedure with motions that no other calls" };
                 let any = self.routines.values().next();
-                Err(any.map_or(Refusal { line: 1, at: 0..0, fault: fault.clone() }, |routine| refuse(routine, fault)))
+                Err(any
+                    .map_or(LocatedFault { line: 1, at: 0..0, fault: fault.clone() }, |routine| refuse(routine, fault)))
             }
             [only] if self.language == Language::Krl && !is_first(only) => {
                 let first = self.first.as_ref().and_then(|name| self.routines.get(name));
@@ -187,7 +189,7 @@ fn read_routine(
     head: CodeUnit,
     kind: &str,
     units: &mut Units<'_>,
-) -> Result<Routine, Refusal> {
+) -> Result<Routine, LocatedFault> {
     let (name, parameters) = signature(source, &head, kind).map_err(|fault| refuse(&head, fault))?;
     let from = end_of_line(source, head.at.end);
     let mut inside = from..from;
@@ -256,8 +258,8 @@ fn push(node: Node, open: &mut [Block], body: &mut Vec<Node>) {
 }
 
 /// Returns the refusal of a unit.
-fn refuse(unit: &CodeUnit, fault: RobotFault) -> Refusal {
-    Refusal { line: unit.line, at: unit.at.clone(), fault }
+fn refuse(unit: &CodeUnit, fault: RobotFault) -> LocatedFault {
+    LocatedFault { line: unit.line, at: unit.at.clone(), fault }
 }
 
 /// Reads name and parameters of a routine: `PROC slot(robtarget start,VAR num n\num depth)`, `DEF slot(start:IN,n[]:OUT)`.

@@ -17,7 +17,7 @@ use crate::{
         robot::{Language, RobotFault},
     },
     read::{
-        robot::{Chunk, Refusal, indent, line_ending, rapid::CodeUnit, scan::check_depth},
+        robot::{Chunk, LocatedFault, indent, line_ending, rapid::CodeUnit, scan::check_depth},
         scan::Scan,
     },
 };
@@ -39,7 +39,7 @@ pub(crate) enum Signal {
     End,
 }
 
-pub(crate) type Flow = Result<Signal, Refusal>;
+pub(crate) type Flow = Result<Signal, LocatedFault>;
 
 /// A datum.
 #[derive(Clone, Debug, Default)]
@@ -155,7 +155,7 @@ impl<'a> Run<'a> {
     }
 
     /// Runs the routine from which the program starts.
-    pub fn run_entry(&mut self, entry: &Routine) -> Result<(), Refusal> {
+    pub fn run_entry(&mut self, entry: &Routine) -> Result<(), LocatedFault> {
         self.frames.push(Frame::default());
         self.last_end = entry.inside.start;
         match self.run_nodes(&entry.body)? {
@@ -186,7 +186,7 @@ impl<'a> Run<'a> {
     }
 
     /// Counts a step; `Err` beyond [`MAX_STEPS`], and where statements are too long in all.
-    pub fn step(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
+    pub fn step(&mut self, unit: &CodeUnit) -> Result<(), LocatedFault> {
         self.steps += 1;
         self.count_bytes(unit.at.len());
         match self.steps {
@@ -228,8 +228,8 @@ impl<'a> Run<'a> {
     pub fn follow_silently(
         &mut self,
         at: &Range<usize>,
-        follow: impl FnOnce(&mut Self) -> Result<(), Refusal>,
-    ) -> Result<(), Refusal> {
+        follow: impl FnOnce(&mut Self) -> Result<(), LocatedFault>,
+    ) -> Result<(), LocatedFault> {
         let (was_silent, depth) = (std::mem::replace(&mut self.is_silent, true), self.frames.len());
         let followed = follow(self);
         self.is_silent = was_silent;
@@ -442,8 +442,8 @@ pub(crate) fn value_text(value: &Value, language: Language) -> Option<String> {
 }
 
 /// Returns the refusal of a statement.
-pub(crate) fn refuse(unit: &CodeUnit, fault: RobotFault) -> Refusal {
-    Refusal { line: unit.line, at: unit.at.clone(), fault }
+pub(crate) fn refuse(unit: &CodeUnit, fault: RobotFault) -> LocatedFault {
+    LocatedFault { line: unit.line, at: unit.at.clone(), fault }
 }
 
 /// Fault of a counter or a parameter that is assigned.
@@ -453,7 +453,7 @@ pub(crate) const COUNTER: RobotFault = RobotFault::NotFollowed {
 };
 
 /// Returns the refusal of a jump that leads nowhere.
-pub(crate) fn missing_label(head: &CodeUnit, _label: &str) -> Refusal {
+pub(crate) fn missing_label(head: &CodeUnit, _label: &str) -> LocatedFault {
     refuse(head, RobotFault::NotFollowed { what: "jumps into branches and loops are", expected: "a label outside" })
 }
 

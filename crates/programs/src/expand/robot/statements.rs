@@ -14,7 +14,7 @@ use crate::{
     model::robot::RobotFault,
     read::{
         robot::{
-            Refusal,
+            LocatedFault,
             rapid::{CodeUnit, is_ignored, option_start, parse_target, split_arguments},
             trimmed,
         },
@@ -145,7 +145,7 @@ impl Run<'_> {
     }
 
     /// Runs an assignment, or copies the statement.
-    pub fn assign_or_copy(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
+    pub fn assign_or_copy(&mut self, unit: &CodeUnit) -> Result<(), LocatedFault> {
         let source = self.source;
         let is_krl = self.is_krl();
         if is_krl && let Some(text) = self.krl_setting(unit).map_err(|fault| refuse(unit, fault))? {
@@ -193,7 +193,7 @@ impl Run<'_> {
     }
 
     /// Runs Incr, Decr, Add and Clear.
-    fn count(&mut self, unit: &CodeUnit, word: &str) -> Result<(), Refusal> {
+    fn count(&mut self, unit: &CodeUnit, word: &str) -> Result<(), LocatedFault> {
         let source = self.source;
         let text = &source[unit.inside(source)];
         let arguments = Reader::new(text, self).arguments(None).map_err(|fault| refuse(unit, fault))?;
@@ -216,7 +216,7 @@ impl Run<'_> {
     }
 
     /// Sets the datum `name`, and writes the statement where the datum has a name in what is written.
-    fn assign(&mut self, unit: &CodeUnit, name: &str, value: Option<Value>) -> Result<(), Refusal> {
+    fn assign(&mut self, unit: &CodeUnit, name: &str, value: Option<Value>) -> Result<(), LocatedFault> {
         let place = self.place(name);
         let is_own = self.is_own(&place);
         if self.frames[place.0].slots.get(&place.1).is_some_and(|slot| slot.is_fixed) {
@@ -238,7 +238,7 @@ impl Run<'_> {
     }
 
     /// Writes a statement as it stands, but for data that have no names in what is written.
-    pub fn write_statement(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
+    pub fn write_statement(&mut self, unit: &CodeUnit) -> Result<(), LocatedFault> {
         self.effects += 1;
         if self.is_writing() {
             let text = self.substituted(unit.at.clone()).map_err(|fault| refuse(unit, fault))?;
@@ -286,7 +286,7 @@ impl Run<'_> {
     }
 
     /// Writes a motion, with the numbers of targets that are computed.
-    pub fn write_motion(&mut self, unit: &CodeUnit) -> Result<(), Refusal> {
+    pub fn write_motion(&mut self, unit: &CodeUnit) -> Result<(), LocatedFault> {
         if !self.is_writing() {
             return Err(refuse(unit, RobotFault::Form { expected: "no motion in a function" }));
         }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::{
     model::robot::Language,
     read::robot::{
-        LineCursor, Refusal, krl,
+        LineCursor, LocatedFault, krl,
         rapid::{self, CodeUnit, CodeUnits, code_bytes_before},
     },
 };
@@ -26,7 +26,7 @@ impl<'a> Units<'a> {
     }
 
     /// Returns the next unit; `None` at the end, `Err` for a statement without end.
-    pub fn next(&mut self) -> Result<Option<CodeUnit>, Refusal> {
+    pub fn next(&mut self) -> Result<Option<CodeUnit>, LocatedFault> {
         match self {
             Units::Rapid(units) => units.next(),
             Units::Krl(source, lines) => krl::next_unit(source, lines),

@@ -14,7 +14,7 @@ use crate::{
         RobotOptions, Statement, Target,
     },
     read::{
-        robot::{LineCursor, Refusal, trimmed},
+        robot::{LineCursor, LocatedFault, trimmed},
         scan::Scan,
     },
 };
@@ -103,10 +103,10 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the next record that moves the tool; `None` at the end, `Err` for a record that is not followed.
-    pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
+    pub fn next(&mut self) -> Result<Option<Statement>, LocatedFault> {
         while let Some((at, line, code)) = self.next_record()? {
             let found = self.follow_record(at.clone(), line, &code);
-            if let Some(statement) = found.map_err(|fault| Refusal { line, at, fault })? {
+            if let Some(statement) = found.map_err(|fault| LocatedFault { line, at, fault })? {
                 return Ok(Some(statement));
             }
         }
@@ -114,7 +114,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Follows the comment on the line `range` where CAM systems say in one in which frame points are, and which points.
-    fn follow_comment(&mut self, mut range: Range<usize>) -> Result<(), Refusal> {
+    fn follow_comment(&mut self, mut range: Range<usize>) -> Result<(), LocatedFault> {
         let source = self.source;
         let text = |range: Range<usize>| String::from_utf8_lossy(&source[range]).trim().to_ascii_uppercase();
         let (line, start, mut comment) = (self.lines.line, range.start, text(range.clone()));
@@ -126,7 +126,7 @@ impl<'a> Reader<'a> {
             }
             if self.catia_lines == 0 {
                 let words = std::mem::take(&mut self.catia_words);
-                self.same_system(words).map_err(|fault| Refusal { line, at: range, fault })?;
+                self.same_system(words).map_err(|fault| LocatedFault { line, at: range, fault })?;
             }
             return Ok(());
         }
@@ -154,7 +154,7 @@ impl<'a> Reader<'a> {
             }
             _ => Ok(()),
         };
-        followed.map_err(|fault| Refusal { line, at: start..range.end, fault })
+        followed.map_err(|fault| LocatedFault { line, at: start..range.end, fault })
     }
 
     /// Notes the frame of the coordinates, which `words` give. `Err` if it is another than before.
@@ -206,7 +206,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the next record: its bytes, its first line, and its text with blanks for comments and line breaks; `None` at the end.
-    fn next_record(&mut self) -> Result<Option<Record>, Refusal> {
+    fn next_record(&mut self) -> Result<Option<Record>, LocatedFault> {
         loop {
             let Some(whole) = self.lines.advance() else { return Ok(None) };
             let (mut range, mut is_continued) = code_range(self.source, whole.clone());

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::{
     model::robot::RobotError,
-    read::robot::{Refusal, RobotProgram},
+    read::robot::{LocatedFault, RobotProgram},
 };
 
 /// A part of an expanded program.
@@ -59,7 +59,7 @@ impl RobotExpansion {
 
 impl RobotProgram {
     /// Converts a refusal to an error with the file and the line that it comes from.
-    pub(crate) fn locate(&self, refusal: Refusal) -> RobotError {
+    pub(crate) fn locate(&self, refusal: LocatedFault) -> RobotError {
         let line = self.expansion.as_ref().map_or(refusal.line, |expansion| expansion.line_of(refusal.at.start));
         RobotError { line, ..refusal.locate(&self.name, &self.source) }
     }

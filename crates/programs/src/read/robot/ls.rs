@@ -13,7 +13,7 @@ use crate::{
         Component, Frames, MotionKind, Number, RobotFault, RobotOptions, Statement, Target, rotation_of_abc,
     },
     read::{
-        robot::{Base, Bases, LineCursor, Refusal, Tool, Tools, scan::check_depth},
+        robot::{Base, Bases, LineCursor, LocatedFault, Tool, Tools, scan::check_depth},
         scan::Scan,
     },
 };
@@ -76,18 +76,18 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the next statement that moves the tool; `None` at the end, `Err` for a statement that is not followed.
-    pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
+    pub fn next(&mut self) -> Result<Option<Statement>, LocatedFault> {
         while !self.is_in_program {
             let Some(line) = self.lines.advance() else {
                 let fault = RobotFault::Form {
                     expected: "a listing with /PROG and /MN; a binary .tp becomes one by PrintTP of WinOLPC or ROBOGUIDE, or by saving the \
                                program as .ls on the controller (ASCII Upload)",
                 };
-                return Err(Refusal { line: 1, at: 0..0, fault });
+                return Err(LocatedFault { line: 1, at: 0..0, fault });
             };
             self.is_in_program = self.source[line.clone()].starts_with(b"/MN");
             if self.source[line.clone()].starts_with(b"/POS") {
-                return Err(Refusal {
+                return Err(LocatedFault {
                     line: self.lines.line,
                     at: line,
                     fault: RobotFault::Form { expected: "/MN before /POS" },
@@ -100,9 +100,9 @@ impl<'a> Reader<'a> {
                 return Ok(None);
             }
             let line = self.lines.line;
-            let (at, code) = self.instruction(first).map_err(|(at, fault)| Refusal { line, at, fault })?;
+            let (at, code) = self.instruction(first).map_err(|(at, fault)| LocatedFault { line, at, fault })?;
             let found = self.follow_instruction(at.clone(), line, &code);
-            if let Some(statement) = found.map_err(|fault| Refusal { line, at, fault })? {
+            if let Some(statement) = found.map_err(|fault| LocatedFault { line, at, fault })? {
                 return Ok(Some(statement));
             }
         }

@@ -6,7 +6,7 @@ use crate::model::robot::{RobotError, RobotFault};
 
 /// A fault with its line and bytes in the source.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Refusal {
+pub(crate) struct LocatedFault {
     /// Line, from 1.
     pub line: usize,
     pub at: Range<usize>,
@@ -16,7 +16,7 @@ pub(crate) struct Refusal {
 /// Most characters of a statement in a message.
 const SHOWN: usize = 80;
 
-impl Refusal {
+impl LocatedFault {
     /// Converts the refusal to an error with the file `name` and the statement from `source`, shortened.
     pub fn locate(self, name: &str, source: &[u8]) -> RobotError {
         let text = String::from_utf8_lossy(source.get(self.at).unwrap_or_default());

@@ -13,7 +13,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use crate::{
     model::robot::{Component, Frames, METRE_MM, MotionKind, Number, RobotFault, RobotOptions, Statement, Target},
     read::{
-        robot::{Base, Bases, LineCursor, Refusal, Tool, Tools, scan::check_depth, trimmed},
+        robot::{Base, Bases, LineCursor, LocatedFault, Tool, Tools, scan::check_depth, trimmed},
         scan::Scan,
     },
 };
@@ -96,12 +96,12 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the next statement that moves the tool; `None` at the end, `Err` for a statement that is not followed.
-    pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
+    pub fn next(&mut self) -> Result<Option<Statement>, LocatedFault> {
         while let Some(line) = self.lines.advance() {
             let length = code_bytes(&self.source[line.clone()]).find(|(_, byte)| *byte == b'#').map(|(at, _)| at);
             let code = trimmed(self.source, line.start..length.map_or(line.end, |length| line.start + length));
             let found = self.follow_line(code.clone());
-            if let Some(statement) = found.map_err(|fault| Refusal { line: self.lines.line, at: code, fault })? {
+            if let Some(statement) = found.map_err(|fault| LocatedFault { line: self.lines.line, at: code, fault })? {
                 return Ok(Some(statement));
             }
         }

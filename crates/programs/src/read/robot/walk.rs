@@ -10,7 +10,7 @@ use crate::{
             RobotFault, Statement, Target,
         },
     },
-    read::robot::{Follower, Motion, Refusal, RobotProgram, Tools, apt, krl, ls, rapid, urscript},
+    read::robot::{Follower, LocatedFault, Motion, RobotProgram, Tools, apt, krl, ls, rapid, urscript},
 };
 
 /// Line and byte at which a motion begins.
@@ -61,12 +61,12 @@ impl RobotProgram {
         let mut reader = Reader::new(self);
         let mut follower = Follower::new(self.language, &self.options);
         let mut notes = RobotNotes::default();
-        let located = |refusal: Refusal| self.locate(refusal);
+        let located = |refusal: LocatedFault| self.locate(refusal);
         // A spline waits for the motion behind it.
         let mut waiting: Option<Motion> = None;
         while let Some(statement) = reader.next().map_err(located)? {
             let (line, at) = (statement.line, statement.at.clone());
-            let motion = follower.follow(statement).map_err(|fault| located(Refusal { line, at, fault }))?;
+            let motion = follower.follow(statement).map_err(|fault| located(LocatedFault { line, at, fault }))?;
             let is_spline = motion.statement.kind == MotionKind::Spline;
             if is_spline || motion.geometry == MotionGeometry::Unlocated {
                 let expansion = self.expansion.as_ref();
@@ -168,7 +168,7 @@ impl RobotProgram {
 
     /// Returns the error that `fault` is at `statement`.
     pub(crate) fn error_at(&self, statement: &Statement, fault: RobotFault) -> RobotError {
-        self.locate(Refusal { line: statement.line, at: statement.at.clone(), fault })
+        self.locate(LocatedFault { line: statement.line, at: statement.at.clone(), fault })
     }
 }
 
@@ -199,7 +199,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the next statement that moves the tool; `None` at the end, `Err` for a statement that is not followed.
-    pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
+    pub fn next(&mut self) -> Result<Option<Statement>, LocatedFault> {
         match self {
             Reader::Krl(reader) => reader.next(),
             Reader::Rapid(reader) => reader.next(),

@@ -30,7 +30,7 @@ pub(crate) struct WriteTolerance {
 }
 
 /// A position that a written block should pass.
-pub(crate) struct Goal {
+pub(crate) struct DesiredPosition {
     /// How far along the stretch the position lies, from 0 to 1.
     share: f64,
     pub position: Vector3<f64>,
@@ -61,19 +61,19 @@ impl<'a> Stretch<'a> {
 
     /// Iterates over the corrected points, and before each the middle of the curve to it, moved by the mean of the two corrections: an
     /// arc in the other direction could pass the points alone.
-    pub fn goals(self) -> impl Iterator<Item = Goal> + use<'a> {
+    pub fn goals(self) -> impl Iterator<Item = DesiredPosition> + use<'a> {
         let begin = self.before.0;
         let length = self.correction(self.points.len().checked_sub(1)).0 - begin;
         let share = move |t: f64| if length > 0.0 { (t - begin) / length } else { 1.0 };
         (0..self.points.len()).flat_map(move |k| {
             let (from, to) = (self.correction(k.checked_sub(1)), self.correction(Some(k)));
             let middle = f64::midpoint(from.0, to.0);
-            let between = self.nominal.at(middle).map(|(position, _)| Goal {
+            let between = self.nominal.at(middle).map(|(position, _)| DesiredPosition {
                 share: share(middle),
                 position: position + (from.1 + to.1) / 2.0,
                 is_point: false,
             });
-            let point = Goal { share: share(to.0), position: self.corrected[k], is_point: true };
+            let point = DesiredPosition { share: share(to.0), position: self.corrected[k], is_point: true };
             between.into_iter().chain([point])
         })
     }
@@ -115,7 +115,13 @@ impl<'a> Stretch<'a> {
 
 /// Returns the parameter, at least `from`, at which `candidate` passes `goal`; `None` if it is too far off. If rotary axes turn along it
 /// (`turns`), only the goal's own share counts.
-fn passes_at(candidate: &MotionGeometry, from: f64, goal: &Goal, allowed: WriteTolerance, turns: bool) -> Option<f64> {
+fn passes_at(
+    candidate: &MotionGeometry,
+    from: f64,
+    goal: &DesiredPosition,
+    allowed: WriteTolerance,
+    turns: bool,
+) -> Option<f64> {
     let error = |t: f64| Some(candidate.at(t)?.0 - goal.position);
     let error_at_share = error(goal.share)?;
     if error_at_share.amax() <= allowed.unit_mm || (turns && error_at_share.norm() <= allowed.tolerance_mm) {

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use nalgebra::Vector3;
 
 use crate::{
-    expand::edit::{LineEdit, Share, is_arc_word, share_of},
+    expand::edit::{LineEdit, LineShare, is_arc_word, share_of},
     model::{
         MotionGeometry, format_shortest,
         gcode::{Arc, Centre, Dialect, Fault, FeedMode, Motion, MotionCode, PartialPosition, Word, located},
@@ -46,7 +46,7 @@ impl Writer<'_> {
     /// Writes the block as a sequence of arcs and lines that pass the points of `stretch`.
     pub(crate) fn write_split(&mut self, block: &Block, motion: &Motion, format: CoordinateFormat, stretch: Stretch) {
         let content = self.program.content(block.line);
-        if let Some(word) = motion.words.iter().find(|word| share_of(word, &motion.words) == Share::Axis) {
+        if let Some(word) = motion.words.iter().find(|word| share_of(word, &motion.words) == LineShare::Axis) {
             let refusal = word.refuse(Fault::MovesWithTool { letter: word.letter });
             self.refused.get_or_insert((motion.line, refusal));
         }
@@ -274,7 +274,7 @@ fn remove_end_words(edit: &mut LineEdit, motion: &Motion, code: MotionCode, othe
     for (index, word) in motion.words.iter().enumerate() {
         if is_arc_word(word) && code == MotionCode::Line {
             edit.remove(index);
-        } else if others_follow && share_of(word, &motion.words) == Share::Last {
+        } else if others_follow && share_of(word, &motion.words) == LineShare::Last {
             at_end.extend(edit.remove(index));
         }
     }

@@ -24,7 +24,7 @@ pub(crate) struct CycleState {
 
 /// The corrected bottom of a hole and the height of its plane R, mm.
 #[derive(Clone, Copy)]
-struct Goal {
+struct DesiredHole {
     bottom: Vector3<f64>,
     clear: f64,
     back: f64,
@@ -58,7 +58,7 @@ impl Writer<'_> {
     /// Writes the holes of one line: the line unchanged if it is right for all of them, otherwise a line for each.
     pub fn write_holes(&mut self, block: &Block, motions: &[Motion], targets: &[Targets]) {
         let Some(first) = motions.first() else { return };
-        let goals: Vec<Goal> = motions.iter().zip(targets).filter_map(hole_goal).collect();
+        let goals: Vec<DesiredHole> = motions.iter().zip(targets).filter_map(hole_goal).collect();
         let retracts = first.words.iter().any(|word| word.letter == Word::RETRACT);
         if !retracts {
             self.set_motion(first.code);
@@ -149,7 +149,7 @@ impl Writer<'_> {
     }
 
     /// Returns one hole as it is written from the tracked position: words of the line that already lead to `goal` stay.
-    fn fit_hole(&self, motion: &Motion, format: CoordinateFormat, goal: Goal) -> WrittenHole {
+    fn fit_hole(&self, motion: &Motion, format: CoordinateFormat, goal: DesiredHole) -> WrittenHole {
         let is_first = matches!(motion.geometry, MotionGeometry::Hole(Hole { is_first: true, .. }));
         let level = self.tracked[2];
         let mut cycle = self.cycle;
@@ -194,7 +194,7 @@ impl CycleState {
 }
 
 /// Returns the corrected bottom of a hole and the corrected height of its plane R; `None` if the motion is no located hole.
-fn hole_goal((_, targets): (&Motion, &Targets)) -> Option<Goal> {
+fn hole_goal((_, targets): (&Motion, &Targets)) -> Option<DesiredHole> {
     let [_, clear, .., bottom, back] = targets.corrected else { return None };
-    Some(Goal { bottom: *bottom, clear: clear.z, back: back.z })
+    Some(DesiredHole { bottom: *bottom, clear: clear.z, back: back.z })
 }

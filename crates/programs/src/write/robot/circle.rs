@@ -10,7 +10,7 @@ use crate::{
         robot::{AptCircle, Arc, CircleTurn, RobotFault, Target},
     },
     read::robot::{Motion, ToolState, target_state},
-    write::robot::{Goal, Piece, Points, Writer, WrittenPose},
+    write::robot::{DesiredPose, Piece, Points, Writer, WrittenPose},
 };
 
 /// A written circle may turn by as much more or less than the programmed one, rad.
@@ -50,7 +50,7 @@ impl Writer<'_> {
         };
         let postures = |k: usize| points.postures.get(k).copied().flatten();
         let via_k = (0..last).find(|k| points.points[*k].source.parameter >= arc.via).unwrap_or(last);
-        let goal = |state: &ToolState, by: Vector3<f64>, orientation, k: usize| Goal {
+        let goal = |state: &ToolState, by: Vector3<f64>, orientation, k: usize| DesiredPose {
             position: state.position + by,
             orientation,
             external: state.external,

@@ -11,7 +11,7 @@ use crate::{
         robot::{ArmPosture, CircleTurn, Language, MotionKind, RobotFault, Target},
     },
     read::robot::{Motion, ToolState, indent, line_ending, tool_axis},
-    write::robot::{Goal, LastBlend, Listing, PoseFormat, WrittenPose, suffix_between},
+    write::robot::{DesiredPose, LastBlend, Listing, PoseFormat, WrittenPose, suffix_between},
 };
 
 /// The points of one motion, and their corrected positions and orientations.
@@ -37,8 +37,8 @@ impl Points<'_> {
     }
 
     /// Returns where the written pose of point `k` should lead.
-    pub(crate) fn goal(&self, k: usize, motion: &Motion) -> Goal {
-        Goal {
+    pub(crate) fn goal(&self, k: usize, motion: &Motion) -> DesiredPose {
+        DesiredPose {
             position: self.corrected[k],
             orientation: self.orientation(k),
             external: motion.external_at(self.points[k].source.parameter),
@@ -170,7 +170,7 @@ impl<'a> Writer<'a> {
         };
         let axis = tool_axis(statement, points.orientation(bottom));
         let position = points.corrected[bottom] + axis * drilling.depth_mm;
-        let goal = Goal { position, ..points.goal(bottom, motion) };
+        let goal = DesiredPose { position, ..points.goal(bottom, motion) };
         let from = self.tracked;
         let pose = self.format.write_pose(statement, target, &goal, from.as_ref())?;
         let mut pose = pose.ok_or(RobotFault::CircleFromNowhere)?;

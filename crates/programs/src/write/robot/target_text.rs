@@ -16,7 +16,7 @@ use kinetostat_spatial::MAX_EXTERNAL_AXES;
 
 /// The position, orientation and external axes to which a pose should lead, in the workpiece frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Goal {
+pub(crate) struct DesiredPose {
     /// Position of the tool tip, mm.
     pub position: Vector3<f64>,
     pub orientation: Option<Orientation>,
@@ -70,7 +70,7 @@ impl PoseFormat {
         self,
         statement: &Statement,
         target: &Target,
-        goal: &Goal,
+        goal: &DesiredPose,
         from: Option<&ToolState>,
     ) -> Result<Option<WrittenPose>, RobotFault> {
         let full;
@@ -98,7 +98,7 @@ impl PoseFormat {
         statement: &Statement,
         target: &Target,
         current: &ToolState,
-        goal: &Goal,
+        goal: &DesiredPose,
         from: Option<&ToolState>,
     ) -> Result<Vec<(Component, String)>, RobotFault> {
         let frames = &statement.frames;

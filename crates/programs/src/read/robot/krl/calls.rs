@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     model::robot::{RobotFault, RobotOptions},
-    read::robot::{LineCursor, Refusal},
+    read::robot::{LineCursor, LocatedFault},
 };
 
 /// Words that stand before brackets and call nothing, and functions of KRL that change nothing.
@@ -28,7 +28,7 @@ pub(crate) fn check_functions(code: &[u8], options: &RobotOptions) -> Result<(),
 }
 
 /// Refuses what the expansion of a program does not follow: functions, records of its own, and other statements within SPLINE than segments.
-pub(crate) fn check_program(source: &[u8], options: &RobotOptions) -> Result<(), Refusal> {
+pub(crate) fn check_program(source: &[u8], options: &RobotOptions) -> Result<(), LocatedFault> {
     let (mut lines, mut in_block) = (LineCursor::new(source), false);
     while let Some(line) = lines.advance() {
         let code = code_range(source, line);
@@ -52,7 +52,7 @@ pub(crate) fn check_program(source: &[u8], options: &RobotOptions) -> Result<(),
             }
             [] => Ok(()),
         };
-        checked.map_err(|fault| Refusal { line: lines.line, at: code, fault })?;
+        checked.map_err(|fault| LocatedFault { line: lines.line, at: code, fault })?;
     }
     Ok(())
 }

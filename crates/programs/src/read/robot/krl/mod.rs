@@ -8,7 +8,7 @@ use std::ops::Range;
 use crate::{
     model::robot::{RobotFault, RobotOptions, Statement},
     read::{
-        robot::{Base, Bases, LineCursor, Refusal, Tool, Tools, krl::points::Points, trimmed},
+        robot::{Base, Bases, LineCursor, LocatedFault, Tool, Tools, krl::points::Points, trimmed},
         scan::Scan,
     },
 };
@@ -28,7 +28,7 @@ pub(crate) use {
     units::next_unit,
 };
 
-/// Refusal of fixed tools, for which the robot carries the part.
+/// LocatedFault of fixed tools, for which the robot carries the part.
 const FIXED_TOOL: RobotFault =
     RobotFault::NotFollowed { what: "fixed tools ($IPO_MODE #TCP) are", expected: "a tool that the robot carries" };
 
@@ -89,24 +89,24 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the next statement that moves the tool; `None` at the end, `Err` for a statement that is not followed.
-    pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
+    pub fn next(&mut self) -> Result<Option<Statement>, LocatedFault> {
         while let Some(line) = self.lines.advance() {
             let code = code_range(self.source, line);
             if code.is_empty() || self.source[code.start] == b'&' {
                 continue;
             }
-            let refuse = |fault| Refusal { line: self.lines.line, at: code.clone(), fault };
+            let refuse = |fault| LocatedFault { line: self.lines.line, at: code.clone(), fault };
             if self.source[code.clone()].ends_with(b"\\") {
                 return Err(refuse(RobotFault::Form { expected: "a statement on one line" }));
             }
             let checked = calls::check_functions(&self.source[code.clone()], self.options);
             let found = checked.and_then(|()| self.follow_line(code.clone()));
-            if let Some(statement) = found.map_err(|fault| Refusal { line: self.lines.line, at: code, fault })? {
+            if let Some(statement) = found.map_err(|fault| LocatedFault { line: self.lines.line, at: code, fault })? {
                 return Ok(Some(statement));
             }
         }
         match self.block.take() {
-            Some(block) => Err(Refusal {
+            Some(block) => Err(LocatedFault {
                 line: block.line,
                 at: block.at,
                 fault: RobotFault::Form { expected: "ENDSPLINE behind it" },

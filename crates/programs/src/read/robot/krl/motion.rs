@@ -166,7 +166,7 @@ fn motion_kind(word: &str) -> Result<(MotionKind, bool), RobotFault> {
     }
 }
 
-/// Refusal of an operator on points.
+/// LocatedFault of an operator on points.
 const OPERATOR: RobotFault =
     RobotFault::NotFollowed { what: "operators on points are", expected: "a point whose numbers the file gives" };
 

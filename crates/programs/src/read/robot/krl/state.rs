@@ -17,7 +17,7 @@ use crate::{
 /// 1 m/s in mm/min.
 pub(crate) const PER_METRE_PER_SECOND: f64 = 60_000.0;
 
-/// Refusal of orientations that go another way than the shortest.
+/// LocatedFault of orientations that go another way than the shortest.
 pub(crate) const TURNING_UNEVENLY: RobotFault = RobotFault::NotFollowed {
     what: "orientations that do not turn evenly along a motion ($ORI_TYPE) are",
     expected: "#VAR",

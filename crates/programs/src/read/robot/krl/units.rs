@@ -3,7 +3,7 @@
 use crate::{
     model::robot::RobotFault,
     read::{
-        robot::{LineCursor, Refusal, krl::code_range, rapid::CodeUnit, trimmed},
+        robot::{LineCursor, LocatedFault, krl::code_range, rapid::CodeUnit, trimmed},
         scan::Scan,
     },
 };
@@ -14,7 +14,7 @@ const STRUCTURE: &str = "DEF DEFFCT END ENDFCT IF ELSE ENDIF FOR ENDFOR WHILE EN
 
 /// Returns the unit of the next line that is not empty; the word of a comment is `;`. `None` at the end, `Err` for a statement that goes on
 /// in the next line.
-pub(crate) fn next_unit(source: &[u8], lines: &mut LineCursor<'_>) -> Result<Option<CodeUnit>, Refusal> {
+pub(crate) fn next_unit(source: &[u8], lines: &mut LineCursor<'_>) -> Result<Option<CodeUnit>, LocatedFault> {
     while let Some(range) = lines.advance() {
         let line = lines.line;
         let mut at = code_range(source, range.clone());
@@ -30,7 +30,7 @@ pub(crate) fn next_unit(source: &[u8], lines: &mut LineCursor<'_>) -> Result<Opt
             return Ok(Some(CodeUnit { at, line, word: ";".to_owned(), is_statement: true }));
         }
         if text.ends_with(b"\\") {
-            return Err(Refusal { line, at, fault: RobotFault::Form { expected: "a statement on one line" } });
+            return Err(LocatedFault { line, at, fault: RobotFault::Form { expected: "a statement on one line" } });
         }
         let mut scan = Scan::new(text);
         let mut word = scan.name().0.to_ascii_uppercase();

@@ -6,7 +6,7 @@ use super::{
     is_motion,
     lex::{CodeUnits, code_bytes, one_line_statement},
 };
-use crate::read::{robot::Refusal, scan::Scan};
+use crate::read::{robot::LocatedFault, scan::Scan};
 
 /// Functions of the language and its options, and words before brackets that are none.
 const KNOWN: &str = "\
@@ -46,7 +46,7 @@ pub(super) fn name_in(head: &[u8]) -> Option<String> {
 
 /// Returns the procedures with their names in capitals that `main` does not lead to; none without a `main` that moves the tool or leads to what does, or where names
 /// of procedures are computed.
-pub(crate) fn uncalled(source: &[u8]) -> Result<BTreeSet<String>, Refusal> {
+pub(crate) fn uncalled(source: &[u8]) -> Result<BTreeSet<String>, LocatedFault> {
     // By routine, what it names; traps run when something happens.
     let (mut named, mut reached) = (BTreeMap::<String, BTreeSet<String>>::new(), vec!["MAIN".to_owned()]);
     let (mut units, mut routine, mut moving) = (CodeUnits::new(source), String::new(), BTreeSet::new());
@@ -103,7 +103,7 @@ pub(crate) fn names(text: &[u8]) -> Vec<String> {
 }
 
 /// Returns the names in capitals of routines that have parameters by reference (VAR, INOUT, PERS, REF).
-pub(super) fn by_reference(source: &[u8]) -> Result<BTreeSet<String>, Refusal> {
+pub(super) fn by_reference(source: &[u8]) -> Result<BTreeSet<String>, LocatedFault> {
     let (mut units, mut found) = (CodeUnits::new(source), BTreeSet::new());
     while let Some(unit) = units.next()? {
         let text = &source[unit.at.clone()];

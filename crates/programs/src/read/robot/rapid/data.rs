@@ -11,7 +11,7 @@ use crate::{
     model::robot::{Component, Number, RobotFault},
     read::{
         robot::{
-            Refusal,
+            LocatedFault,
             rapid::{
                 calls,
                 lex::{CodeUnit, CodeUnits, one_line_statement},
@@ -61,7 +61,7 @@ pub(crate) struct ModuleData {
 
 impl ModuleData {
     /// Reads all declarations of `source`.
-    pub fn read(source: &[u8]) -> Result<ModuleData, Refusal> {
+    pub fn read(source: &[u8]) -> Result<ModuleData, LocatedFault> {
         let mut data = ModuleData { by_reference: calls::by_reference(source)?, ..ModuleData::default() };
         let mut units = CodeUnits::new(source);
         while let Some(unit) = units.next()? {

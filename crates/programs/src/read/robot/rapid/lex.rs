@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::{
     model::robot::RobotFault,
-    read::{robot::Refusal, scan::Scan},
+    read::{robot::LocatedFault, scan::Scan},
 };
 
 /// A statement, or a word of structure that opens or closes a part of a module.
@@ -45,7 +45,7 @@ impl<'a> CodeUnits<'a> {
     }
 
     /// Returns the next unit; `None` at the end, `Err` for a statement without `;`.
-    pub fn next(&mut self) -> Result<Option<CodeUnit>, Refusal> {
+    pub fn next(&mut self) -> Result<Option<CodeUnit>, LocatedFault> {
         self.skip_blanks();
         let Some(first) = self.source.get(self.at).copied() else { return Ok(None) };
         let (start, line) = (self.at, self.line);
@@ -72,7 +72,11 @@ impl<'a> CodeUnits<'a> {
         let end = end.or_else(|| self.end_after(b';'));
         let at = start..end.unwrap_or(self.source.len());
         if end.is_none() {
-            return Err(Refusal { line, at, fault: RobotFault::Form { expected: "; at the end of the statement" } });
+            return Err(LocatedFault {
+                line,
+                at,
+                fault: RobotFault::Form { expected: "; at the end of the statement" },
+            });
         }
         self.advance_to(at.end);
         Ok(Some(CodeUnit { at, line, word, is_statement }))

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use crate::{
     model::robot::{RobotFault, RobotOptions, Statement},
     read::{
-        robot::{Bases, Refusal, Tools, rapid::data::ModuleData, scan::check_depth},
+        robot::{Bases, LocatedFault, Tools, rapid::data::ModuleData, scan::check_depth},
         scan::Scan,
     },
 };
@@ -83,7 +83,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the next statement that moves the tool; `None` at the end, `Err` for a statement that is not followed.
-    pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
+    pub fn next(&mut self) -> Result<Option<Statement>, LocatedFault> {
         if self.data.is_none() {
             self.data = Some(ModuleData::read(self.source)?);
             self.uncalled = uncalled(self.source)?;
@@ -96,7 +96,7 @@ impl<'a> Reader<'a> {
                 continue;
             }
             let found = if unit.is_statement { self.follow_statement(&unit) } else { self.follow_structure(&unit) };
-            let refuse = |fault| Refusal { line: unit.line, at: unit.at.clone(), fault };
+            let refuse = |fault| LocatedFault { line: unit.line, at: unit.at.clone(), fault };
             if let Some(statement) = found.map_err(refuse)? {
                 return Ok(Some(statement));
             }
