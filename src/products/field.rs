@@ -196,7 +196,7 @@ fn sizes(
         let moved = drawn
             .uncertainty
             .setup_displacement(index, &ToolOnWorkpiece { axis, position_mm: Vector3::zeros(), pass: 0 });
-        Ok(controlled_size(nominal, drawn.real_displacement(index, free, loaded) + moved))
+        Ok(controlled_size(nominal, drawn.actual_displacement(index, free, loaded) + moved))
     };
     let ways = cases.first().map_or(0, |case| case.drives.len());
     (0..ways).flat_map(|way| cases.iter().map(move |case| (case, way))).map(|(case, way)| size(case, way)).collect()

@@ -249,7 +249,7 @@ impl DrawnMachines {
 
     /// The displacement `loaded` that the engine found in the draw `index`, with what the model leaves out of it; `free` is that without cutting force, where
     /// the model leaves something out.
-    pub fn real_displacement(&self, index: usize, free: Option<Vector3<f64>>, loaded: Vector3<f64>) -> Vector3<f64> {
+    pub fn actual_displacement(&self, index: usize, free: Option<Vector3<f64>>, loaded: Vector3<f64>) -> Vector3<f64> {
         free.map_or(loaded, |free| loaded + self.uncertainty.draws.model_error(index, &(loaded - free)))
     }
 

@@ -699,7 +699,7 @@ impl<'a> Block<'a> {
             let loaded = error(answer)? + self.more_bend(k, factor);
             let moved = |tool| self.path.drawn.uncertainty.setup_displacement(index, tool);
             let moved = self.tools.get(k).map_or_else(Vector3::zeros, moved);
-            Ok(self.path.drawn.real_displacement(index, free, loaded) + answer.seated() + moved)
+            Ok(self.path.drawn.actual_displacement(index, free, loaded) + answer.seated() + moved)
         };
         Ok(loaded.iter().enumerate().map(displacement).collect())
     }

@@ -188,7 +188,7 @@ fn largest_displacement(
             phis.iter().map(|phi| under(&study.load_case.task_point(at.pose, Some(*phi)), factors.all)).collect();
         let lanes: Vec<usize> = (0..tasks.len()).collect();
         for answer in group.command(&study.load_case.machine, None, Method::None, &lanes, |lane| tasks[lane]) {
-            largest = largest.max(drawn.real_displacement(index, free, answer?.tool_displacement).norm());
+            largest = largest.max(drawn.actual_displacement(index, free, answer?.tool_displacement).norm());
         }
     }
     Ok(largest)

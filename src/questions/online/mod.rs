@@ -169,12 +169,12 @@ impl CutSimulation<'_> {
         let forces: Vec<Vector3<f64>> = tasks.iter().map(|task| task.load.force).collect();
         let measured = study.sensor.measured(&study.times_s, &forces, &mut random);
         let read: Vec<TaskPoint> = tasks.iter().zip(measured).map(|(task, force)| self.measured(task, force)).collect();
-        let residual = |drives: &[Vec<f64>]| self.residual(&self.on_real_machine(seed, &tasks, drives));
+        let residual = |drives: &[Vec<f64>]| self.residual(&self.on_actual_machine(seed, &tasks, drives));
         Trial { force_error, seed, force_factor, offline: residual(offline), online: residual(&self.commands(&read)) }
     }
 
     /// Simulates the actual machine with these drive positions: that of the draw `seed` where inputs are uncertain, no point being settled if there is none.
-    fn on_real_machine(&self, seed: usize, tasks: &[TaskPoint], drives: &[Vec<f64>]) -> Vec<PathPointResult> {
+    fn on_actual_machine(&self, seed: usize, tasks: &[TaskPoint], drives: &[Vec<f64>]) -> Vec<PathPointResult> {
         let on = |machines: &Machines, tasks: &[TaskPoint]| self.simulate(machines, tasks, &Commands::Drives(drives));
         let Some(drawn) = self.drawn else { return on(self.machines, tasks) };
         let actual = drawn.on_draw(seed, |machines| {
@@ -185,7 +185,7 @@ impl CutSimulation<'_> {
                 let free = free.as_ref().map(|free| &free[k]);
                 // What the model leaves out is known where both are.
                 point.is_settled &= free.is_none_or(|free| free.is_settled);
-                let error = drawn.real_displacement(seed, free.map(|free| free.position_error), point.position_error);
+                let error = drawn.actual_displacement(seed, free.map(|free| free.position_error), point.position_error);
                 let moved = |tool| drawn.uncertainty.setup_displacement(seed, tool);
                 point.position_error = error + self.tools.get(k).map_or_else(Vector3::zeros, moved);
             }

@@ -196,7 +196,7 @@ pub struct Model {
     pub characteristic_length: f64,
     /// Number of independent motions of the drives beyond those that the controlled coordinates take: 0 for most machines.
     ///
-    /// The drives of a redundant machine stand as near to home as the task allows: the sum of squares of their distances from home is least, slides
+    /// The drives of a redundant machine stand as near to home as the task allows: the sum of squares of their distances from home is least, prismatic ones
     /// in mm and revolute joints in mm at the [characteristic length](crate::machine::Model::characteristic_length). So a path has the same commands from
     /// wherever it is begun. A drive that would leave its travel stays at its end, and the others make up for it. Other platform motions follow.
     pub redundancy: usize,

@@ -57,7 +57,7 @@ pub fn page(
             feed::section(report),
             Some(OfVerdict::section().tables([causes])),
             Some(use_section(report)),
-            Some(proof_section(report)),
+            Some(verification_section(report)),
         ]
         .into_iter()
         .flatten()
@@ -147,7 +147,7 @@ fn use_section(report: &Report<'_>) -> Section {
 }
 
 /// Returns the section on the simulated passes.
-fn proof_section(report: &Report<'_>) -> Section {
+fn verification_section(report: &Report<'_>) -> Section {
     let (header, rows) = passes_table(&report.verified.passes, false, shown);
     let caption = "Error of the tool's path while it cuts, by drive command".into();
     let table = SmallTable { caption, header: header.into_iter().map(String::from).collect(), rows };
