@@ -59,17 +59,17 @@ impl<E> Clone for Quantity<E> {
 }
 
 impl<E: 'static> Quantity<E> {
-    /// Makes a quantity that pages show.
+    /// Makes a quantity that pages show; a result for which `get` returns `None` has no value.
     pub const fn new(name: &'static str, label: &'static str, better: Better, get: fn(&E) -> Option<f64>) -> Self {
         Self::from_getter(name, label, better, Get::Number(get))
     }
 
-    /// Makes a quantity that is in tables only.
+    /// Makes a quantity that is in tables only; `None`: no value.
     pub const fn in_table(name: &'static str, get: fn(&E) -> Option<f64>) -> Self {
         Self::new(name, "", Better::Neither, get)
     }
 
-    /// Makes a whole number that is in tables only.
+    /// Makes a whole number that is in tables only; `None`: no value.
     pub const fn count(name: &'static str, get: fn(&E) -> Option<usize>) -> Self {
         Self::from_getter(name, "", Better::Neither, Get::Count(get))
     }
@@ -95,7 +95,7 @@ impl<E: 'static> Quantity<E> {
         Self { name: Cow::Borrowed(name), label: Cow::Borrowed(label), better, of: Vec::new(), get }
     }
 
-    /// Makes the components of a vector in mm: columns `WHAT_x_mm` and so on, each with `label` and its axis.
+    /// Makes the components of a vector in mm: columns `WHAT_x_mm` and so on, each with `label` and its axis; `None`: no value.
     pub fn vector_mm(what: &str, label: &str, get: fn(&E) -> Option<[f64; 3]>) -> [Self; 3] {
         Self::vector(what, "mm", label, get)
     }
@@ -114,7 +114,7 @@ impl<E: 'static> Quantity<E> {
         })
     }
 
-    /// Makes a quantity from names and a closure that are known only at run time.
+    /// Makes a quantity from names and a closure that are known only at run time; `None`: no value.
     pub fn computed(
         name: String,
         label: String,

@@ -68,8 +68,8 @@ impl ShareWithin {
         Some(format!("within {held_to} {}{solved}", whole.replace('…', &part)))
     }
 
-    /// Holds the worst length of the whole, mm, against the tolerance, and says in which share it is met: "3.4 times the tolerance of 0.5 mm, within it in 1.6 % of
-    /// the box"; [`words`](Self::words) where it is met everywhere.
+    /// Holds the worst length of the whole, mm, against the tolerance, and says in which share it is met: "3.4 times the tolerance of 0.5 mm, within
+    /// it in 1.6 % of the box"; [`text`](Self::text) where it is met everywhere, `None` without tolerance or known part.
     pub fn against(self, tolerance_mm: Option<f64>, worst_mm: f64, whole: &str) -> Option<String> {
         match worst_mm <= tolerance_mm? {
             true => self.text(tolerance_mm, whole),
@@ -77,7 +77,7 @@ impl ShareWithin {
         }
     }
 
-    /// Returns [`words`](Self::words) as a sentence about the tool without compensation; empty where there are none.
+    /// Returns [`text`](Self::text) as a sentence about the tool without compensation; empty where there are none.
     pub fn sentence(self, tolerance_mm: Option<f64>, whole: &str) -> String {
         let share = self.text(tolerance_mm, whole);
         share.map_or_else(String::new, |share| format!("Without compensation the tool is {share}.\n"))

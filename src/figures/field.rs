@@ -53,7 +53,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Returns the cells between the edges, columns to the right and rows upward, with the colours `colour(column, row)`.
+    /// Returns the cells between the edges, columns to the right and rows upward, with the colours `colour(column, row)`; `None`: hatched.
     pub fn new(
         [origin, across, down]: [Point; 3],
         column_edges: &[f64],

@@ -74,7 +74,7 @@ impl VolumeFigure {
         field::edges([x, y, z])
     }
 
-    /// Returns the value at the node with these indices along x, y and z.
+    /// Returns the value at the node with these indices along x, y and z; `None` where there is no solution.
     fn value(&self, [i, j, k]: [usize; 3]) -> Option<f64> {
         let [x, y, _] = &self.axes;
         self.values[(k * y.len() + j) * x.len() + i]

@@ -100,7 +100,7 @@ fn flatten(at: &str, value: &Value, keys: &mut BTreeMap<String, String>) {
     }
 }
 
-/// Returns the name of a table in a list, also where its only key holds the name: `{ beam = { name = "foot", … } }`.
+/// Returns the name of a table in a list, also where its only key holds the name: `{ beam = { name = "foot", … } }`; `None` without one.
 fn name_of(item: &Value) -> Option<&str> {
     let table = item.as_table()?;
     let direct = ["name", "chain", "what"].iter().find_map(|key| table.get(*key)?.as_str());

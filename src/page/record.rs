@@ -187,7 +187,7 @@ impl Change {
         (self.part == "machine" && of_machine()) || (self.part == "study" && of_study())
     }
 
-    /// Returns chain and element of a machine to which the key belongs, and of which kind that is.
+    /// Returns chain and element of a machine to which the key belongs, and of which kind that is; `None` for other keys.
     fn element(&self) -> Option<(&str, &str, &str)> {
         let (chain, rest) = self.key.strip_prefix("chain.")?.split_once(".elements.")?;
         let mut words = rest.split('.');

@@ -101,7 +101,7 @@ struct Pointed {
 }
 
 impl Pointed {
-    /// Returns the quantity of the first key number, if the view in place of the first figure shows it.
+    /// Returns the quantity of the first key number, if the view in place of the first figure shows it, else `None`.
     fn of(ResultFolder { description, kind, .. }: &ResultFolder) -> Option<Self> {
         let found = description.headline.numbers.first()?.found.as_ref()?;
         let shape = kind.pointed?;
@@ -115,7 +115,7 @@ impl Pointed {
     }
 }
 
-/// Returns the tolerance of the process in a scene, mm.
+/// Returns the tolerance of the process in a scene, or half of its tolerance zone, mm; `None` without these, or without a scene.
 fn process_tolerance_mm(interactive: &Interactive) -> Option<f64> {
     let Interactive::Scene(scene) = interactive else { return None };
     let study: toml::Table = scene.get("study")?.as_str()?.parse().ok()?;

@@ -64,7 +64,7 @@ pub(super) struct VerdictWriter<'a> {
 
 impl VerdictWriter<'_> {
     /// Returns the quantity of the first screen: on maps a 95 % quantile that all results have, as each is judged by it; else the first one whose
-    /// small or large values are better.
+    /// small or large values are better; `None` without any.
     pub fn main_quantity(&self) -> Option<usize> {
         let quantities = &self.aligned.shared.quantities;
         let is_judged = |q: &Quantity| self.aligned.shared.shape == Shape::Grid && is_quantile(q);
@@ -509,7 +509,7 @@ impl VerdictWriter<'_> {
         bar_picture(format!("{} at the best place of each", q.label), &q.unit, &values, &self.aligned.letters)
     }
 
-    /// Returns the valid row with the smallest objective.
+    /// Returns the valid row of a result with the smallest objective; `None` if no valid row has one.
     fn best_row(&self, who: usize, objective: usize) -> Option<usize> {
         let data = &self.aligned.data[who];
         let is_valid = |node: &usize| !data.flags[0].iter().any(|flag| flag.0 == *node);

@@ -202,8 +202,8 @@ impl StockRemoval {
         ([low, high], wanted.max(finest).max(f64::MIN_POSITIVE), finest > 0.5 * smallest_mm)
     }
 
-    /// Returns what is left of the stock by a tool that is at `shift` from each point of the path (W, mm), by its feed moves; those between points without one are left out. Moves are
-    /// tagged by the index of their point; of programs before [`EARLIER`].
+    /// Returns what is left of the stock by a tool that is at `shift` from each point of the path (W, mm), by its feed moves; those from or to a
+    /// point without one (`None`) are left out. Moves are tagged by the index of their point; of programs before [`EARLIER`].
     fn cut_along(
         &self,
         path: &Toolpath,

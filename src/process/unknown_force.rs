@@ -61,7 +61,8 @@ impl Process {
         Some(turned.tool_axes().tr_mul(&point.tangent))
     }
 
-    /// Returns sentences about where `path` cuts and the force is not known, and is therefore not compensated, with the lines that `line_name` gives of its moves; empty where it is known.
+    /// Returns sentences about where `path` cuts and the force is not known, and is therefore not compensated; empty where it is known. Moves are
+    /// called by the lines that `line_name` gives, by their number where it returns `None`.
     #[must_use]
     pub fn unknown_force_text(&self, path: &CutPath, line_name: &dyn Fn(usize) -> Option<String>) -> String {
         let mut moves: BTreeMap<Option<UnknownForce>, Vec<usize>> = BTreeMap::new();
@@ -111,7 +112,8 @@ pub struct ForceWords {
 }
 
 impl ForceWords {
-    /// Returns those of `path` by the laws of `process`, with the lines that `line_name` gives of its moves.
+    /// Returns what must be known of the force on `path` by the laws of `process`. Moves are called by the lines that `line_name` gives, by their
+    /// number where it returns `None`.
     #[must_use]
     pub fn of(process: &Process, path: &CutPath, line_name: &dyn Fn(usize) -> Option<String>) -> Self {
         let of_turn = sentence(|| VerdictForce::of(process, path));

@@ -326,12 +326,13 @@ pub(crate) const AS_PROGRAMMED: &str = "as programmed";
 pub(crate) const OUTSIDE: &str = "Outside the workspace box";
 
 impl Along<'_> {
-    /// The tolerance by which it is judged.
+    /// The tolerance by which it is judged, mm; `None` without one, or where there is no verdict.
     fn judged_by(&self) -> Option<f64> {
         self.tolerance_mm.filter(|_| self.unjudged.is_none())
     }
 
-    /// Where the commands lead the tool out of tolerance if the force is absent, and how far, mm.
+    /// How far the commands lead the tool off the path if the force is absent, mm, and where, if that is out of tolerance; else `None`, as for
+    /// commands as programmed.
     fn out_without_force(&self) -> Option<&(f64, String)> {
         let tolerance = self.judged_by()?;
         self.without_force.as_ref().filter(|(off, _)| *off > tolerance && self.commands != AS_PROGRAMMED)

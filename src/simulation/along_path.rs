@@ -157,7 +157,7 @@ pub(crate) fn track_blocks(
     track
 }
 
-/// Returns the configuration at the last point of `track` that is reached.
+/// Returns the configuration at the last point of `track` that is reached; `None` if none is.
 pub(crate) fn last_configuration(track: &[Vec<TrackPoint>]) -> Option<&Configuration> {
     track.iter().rev().find_map(|points| last_reached(points))
 }
@@ -239,7 +239,7 @@ impl<'a> TrackBlocks<'a> {
         Self { nominal, tasks, blocks: blocks.into_iter().map(OnceLock::from).collect() }
     }
 
-    /// Returns the configuration at the last point, from which the next part goes on.
+    /// Returns the configuration at the last point that is reached, from which the next part goes on; `None` if none of those tracked so far is.
     pub fn last(&self) -> Option<Configuration> {
         self.blocks.iter().rev().filter_map(OnceLock::get).find_map(|points| last_reached(points)).cloned()
     }

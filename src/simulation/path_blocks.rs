@@ -148,7 +148,8 @@ impl<'a> OpenBlock<'a> {
         }
     }
 
-    /// Returns a posture change if the corrected command turns a revolute joint back within its travel where the path goes on.
+    /// Returns a posture change if the corrected command turns a revolute joint back within its travel where the path goes on; `None` if not, and for
+    /// commands that are drive positions.
     fn full_turn_jump(
         &self,
         nominal: &Machine,

@@ -114,7 +114,7 @@ impl<T> BySource<T> {
         BySource(sources.iter().copied().zip(self.0).map(|(source, own)| value(source, own)).collect())
     }
 
-    /// Returns the value of `source`, if the machine has it.
+    /// Returns the value of `source`, if the machine has it, else `None`.
     pub fn get(&self, source: Source) -> Option<&T> {
         let place = self.sources().iter().position(|own| *own == source)?;
         self.0.get(place)

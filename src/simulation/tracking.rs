@@ -16,7 +16,7 @@ pub(crate) struct TrackPoint {
 }
 
 impl TrackPoint {
-    /// Returns the configuration, if the machine can be there at all.
+    /// Returns the configuration, if the machine can be there at all, else `None`.
     fn configuration(&self) -> Option<&Configuration> {
         self.at.as_ref().filter(|_| !matches!(self.tracked, Err(CompensationStatus::Unreachable(_))))
     }
@@ -52,7 +52,7 @@ pub(crate) fn join_blocks<'a>(
     }
 }
 
-/// Returns the configuration at the last point of `track` that is reached.
+/// Returns the configuration at the last point of `track` that is reached; `None` if none is.
 pub(crate) fn last_reached(track: &[TrackPoint]) -> Option<&Configuration> {
     track.iter().rev().find_map(TrackPoint::configuration)
 }

@@ -225,7 +225,7 @@ impl Budget {
         self
     }
 
-    /// Returns the causes that are asked about, where these are not all.
+    /// Returns the causes that are asked about; `None` where these are all.
     pub fn scope(&self) -> Option<&[Cause]> {
         self.scope.as_deref()
     }

@@ -150,7 +150,7 @@ impl ProgramFile {
         }
     }
 
-    /// Returns the line of the file, from 1, with the move number `segment`, where it is known.
+    /// Returns the line of the file, from 1, with the move number `segment`; `None` if there is no such move.
     pub fn line_of(&self, segment: usize) -> Option<usize> {
         match self {
             ProgramFile::Polyline(polyline) => polyline.line_of(segment),
@@ -180,7 +180,7 @@ impl ProgramFile {
         }
     }
 
-    /// Returns the line of a move in words: "line 7", or "O100.nc line 7" of a called file.
+    /// Returns the line of a move in words: "line 7", or "O100.nc line 7" of a called file; `None` if there is no such move.
     pub fn line_name(&self, segment: usize) -> Option<String> {
         let line = self.line_of(segment)?;
         let called = self.called_files();
@@ -207,7 +207,7 @@ impl ProgramFile {
         }
     }
 
-    /// Returns the text of the line of a move; bytes that are not UTF-8 are replaced.
+    /// Returns the text of the line of a move; bytes that are not UTF-8 are replaced. `None` if there is no such move.
     pub fn line_text(&self, segment: usize) -> Option<String> {
         let bytes = match self {
             ProgramFile::Polyline(polyline) => polyline.content_of(segment)?,

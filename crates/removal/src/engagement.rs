@@ -341,7 +341,8 @@ impl Directions {
 }
 
 impl Field {
-    /// Returns where corner or point may touch material: by the columns below it, each with the cutter as low as over any point of its cell.
+    /// Returns where corner or point may touch material: by the columns below it, each with the cutter as low as over any point of its cell; `None`
+    /// if nowhere.
     fn nose_contact(&self, cutter: &Cutter, front: &Front) -> Option<Contact> {
         let (centre, heading) = front.plan();
         // A wall may be as far from the centres on both sides of it.

@@ -173,8 +173,9 @@ impl Mesh {
     }
 }
 
-/// Returns the height at which the vertical through `p` crosses a triangle, and whether it comes into the body there (1) or leaves it (−1) on its way up. A vertical through an edge crosses one of the two triangles that
-/// share it: the sign of an edge is computed from its ends in a fixed order, and zero counts as left of it.
+/// Returns the height at which the vertical through `p` crosses a triangle, and whether it comes into the body there (1) or leaves it (−1) on its way
+/// up; `None` if it passes beside. A vertical through an edge crosses one of the two triangles that share it: the sign of an edge is computed from
+/// its ends in a fixed order, and zero counts as left of it.
 fn crossing(corners: &[Vector3<f64>; 3], p: Vector2<f64>) -> Option<[f64; 2]> {
     let [a, b, c] = corners;
     let (w_c, w_a, w_b) = (side(a, b, p), side(b, c, p), side(c, a, p));

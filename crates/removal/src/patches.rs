@@ -221,7 +221,8 @@ impl Tops<'_> {
         is_jump.then(|| self.around_crossing(a, b, z, BISECTIONS).map(|[low, high]| 0.5 * (low + high)))?
     }
 
-    /// Returns the points beside the wall at `z`: where there is no material, and where there is.
+    /// Returns the points beside the wall at `z` between the centres of two cells: where there is no material, and where there is; `None` if there is
+    /// some at both centres or at neither.
     fn around_crossing(&self, a: [u32; 2], b: [u32; 2], z: f64, bisections: usize) -> Option<[Vector2<f64>; 2]> {
         let mut spans = Vec::new();
         let mut is_below = |p: Vector2<f64>| {

@@ -145,7 +145,7 @@ pub(crate) struct Profile {
 }
 
 impl View<'_> {
-    /// Returns the part of its range that moves into material at an angle.
+    /// Returns the part of its range that moves into material at an angle; `None` if none does.
     fn moving(&self, place: &Place) -> Option<[f64; 2]> {
         let [from, to] = self.range;
         // Across the motion the sign is of rounding.
@@ -315,7 +315,8 @@ impl Profile {
         Sample { place: *place, number, first, end, is_beside: false, is_straight: false }
     }
 
-    /// Returns what is in material about the highest of three places on a line in air, where the surface may come out of it between them.
+    /// Returns what is in material about the highest of three places on a line in air, where the surface may come out of it between them; `None` if
+    /// it is not seen to.
     fn crest(
         &mut self,
         view: &View<'_>,

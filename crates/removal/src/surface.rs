@@ -106,7 +106,7 @@ impl Field {
         Floor { height: best.reach.height, number: best.number }
     }
 
-    /// Returns H over the cell where a flat cutter on a level move left it and the cells about it no lower: it reached beyond them.
+    /// Returns H over the cell where a flat cutter on a level move left it and the cells about it no lower: it reached beyond them; `None` elsewhere.
     fn level_floor(&self, x: u32, y: u32) -> Option<Floor> {
         let column = &self.columns[self.grid.index(x, y)];
         if !column.is_flat_beyond() {
@@ -148,7 +148,8 @@ impl Field {
         tried.add(first, last);
     }
 
-    /// Walks from `start` in one direction while moves get better at `p`. Returns the best, and the last that was tried.
+    /// Walks from `start` in one direction, by `next` (`None` at its end), while moves get better at `p`. Returns the best, and the last that was
+    /// tried.
     fn walk(&self, p: Vector2<f64>, start: Best, tried: &Tried, next: impl Fn(u32) -> Option<u32>) -> (Best, u32) {
         let (mut best, mut at, mut worse) = (start, start.number, 0);
         while worse < LOOK_AHEAD {

@@ -179,7 +179,7 @@ fn check_places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
     (places.into_iter().map(visit).collect(), worst)
 }
 
-/// Returns a warning if the chains do not hold the platform in the home pose of the machine file.
+/// Returns a warning if the chains do not hold the platform in the home pose of the machine file, else `None`.
 fn home_warning(machine: &Machine) -> Option<String> {
     let (found, given) = (machine.home.pose, machine.home_target);
     let shift = (found.translation - given.translation).norm();
@@ -196,7 +196,7 @@ fn home_warning(machine: &Machine) -> Option<String> {
     ))
 }
 
-/// Returns a warning if the tool's direction was assumed and is none of the platform's axes.
+/// Returns a warning if the tool's direction was assumed and is none of the platform's axes, else `None`.
 fn skew_tool_warning(machine: &Machine) -> Option<String> {
     let axis = machine.tool_axes.column(2);
     let angle = libm::acos(axis.amax().min(1.0)).to_degrees();
@@ -211,7 +211,7 @@ fn skew_tool_warning(machine: &Machine) -> Option<String> {
     ))
 }
 
-/// Returns a warning if the given tool direction points against that from P to the tip.
+/// Returns a warning if the given tool direction points against that from P to the tip, else `None`.
 fn tool_sign_warning(machine: &Machine) -> Option<String> {
     let towards_tip = machine.tool_tip.try_normalize(SHORTEST_TOOL_MM)?;
     let angle = libm::acos(machine.tool_axes.column(2).dot(&towards_tip).clamp(-1.0, 1.0)).to_degrees();
@@ -223,7 +223,7 @@ fn tool_sign_warning(machine: &Machine) -> Option<String> {
     })
 }
 
-/// Returns a warning that names the drives without travel.
+/// Returns a warning that names the drives without travel; `None` if all have one.
 fn travel_warning(machine: &Machine) -> Option<String> {
     let labels = machine.drive_labels();
     let without: Vec<&str> =

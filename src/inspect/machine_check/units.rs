@@ -94,7 +94,7 @@ fn may_be_metres(machine: &Machine, length: f64) -> bool {
     length > 0.0 && length < SHORT_MM.min(SHORT * size) && (least * size..=largest * size).contains(&(1e3 * length))
 }
 
-/// Returns a question about a link or a cutter that would be shorter than it is thick.
+/// Returns a question about a link or a cutter of next to no length, unless it is known to be as long as thick; else `None`.
 fn short_link(machine: &Machine, own: &Parameter, all: &[&Parameter]) -> Option<String> {
     let (element, kind) = own.name.rsplit_once('.')?;
     if !["length", "advance", "stick_out"].contains(&kind) || !may_be_metres(machine, own.value?) {
@@ -111,7 +111,7 @@ fn short_link(machine: &Machine, own: &Parameter, all: &[&Parameter]) -> Option<
     (!is_flexure).then(|| format!("{}: is it in metres?", shown(machine, own)))
 }
 
-/// Returns a question about a translation or a tool tip, given by its components, that is next to none.
+/// Returns a question about a translation or a tool tip, given by its components to three decimals at most, that is next to none; else `None`.
 fn short_offset(machine: &Machine, components: &[&Parameter]) -> Option<String> {
     let (first, key) = (components.first()?, components.first()?.key.as_ref()?);
     let length = components.iter().map(|param| value_of(param).powi(2)).sum::<f64>().sqrt();
@@ -131,7 +131,7 @@ fn has_more_decimals(value: f64, count: i32) -> bool {
 }
 
 /// Returns a question about a revolute joint whose travel or limits, given by their `ends` in degrees, fit in a turn in radians: it is asked where
-/// they have decimals as angles in degrees seldom have, or where a place is not reached.
+/// they have decimals as angles in degrees seldom have, or where a place is not reached; else `None`.
 fn small_travel(machine: &Machine, ends: &[&Parameter], findings: &Findings) -> Option<String> {
     let (first, key) = (ends.first()?, ends.first()?.key.as_ref()?);
     let is_travel = key.ends_with("travel_deg") || key.ends_with("limits_deg");
@@ -145,7 +145,7 @@ fn small_travel(machine: &Machine, ends: &[&Parameter], findings: &Findings) -> 
     })
 }
 
-/// Returns a question about a workspace that is next to a point.
+/// Returns a question about a workspace that is next to a point, else `None`.
 fn small_workspace(machine: &Machine) -> Option<String> {
     let diagonal = (machine.workspace.max - machine.workspace.min).norm();
     may_be_metres(machine, diagonal).then(|| {
@@ -154,7 +154,7 @@ fn small_workspace(machine: &Machine) -> Option<String> {
     })
 }
 
-/// Returns a question about a mass larger than that of a block of steel of the machine's size.
+/// Returns a question about a mass larger than that of a block of steel of the machine's size, else `None`.
 fn huge_mass(machine: &Machine, own: &Parameter) -> Option<String> {
     let heaviest = (STEEL_KG_PER_MM3 * machine_size(machine).powi(3)).min(HEAVIEST_KG);
     (own.unit == Unit::KG && own.value? > heaviest).then(|| {
@@ -162,7 +162,7 @@ fn huge_mass(machine: &Machine, own: &Parameter) -> Option<String> {
     })
 }
 
-/// Returns a question about a prismatic joint too soft for a screw or a linear motor.
+/// Returns a question about a prismatic joint too soft for a screw or a linear motor, else `None`.
 fn soft_slide(machine: &Machine, param: &Parameter) -> Option<String> {
     let is_slide = param.key.as_ref()?.contains("prismatic_drive.") && param.unit == Unit::N_PER_MM;
     (is_slide && param.value? <= SOFT_SLIDE).then(|| {
@@ -170,7 +170,8 @@ fn soft_slide(machine: &Machine, param: &Parameter) -> Option<String> {
     })
 }
 
-/// Returns a question about a parameter far from the median of others of its kind.
+/// Returns a question about a parameter far from the median of others of its kind; `None` if it is near it, for under [`FEWEST_OTHERS`] of these,
+/// and for kinds that are not compared ([`ALIKE`]) and values that are unknown or 0.
 fn odd_one_out(machine: &Machine, own: &Parameter, all: &[Parameter]) -> Option<String> {
     let (kind, value) = (name_kind(own), own.value?);
     if !ALIKE.contains(&kind) || value == 0.0 {
@@ -190,7 +191,7 @@ fn odd_one_out(machine: &Machine, own: &Parameter, all: &[Parameter]) -> Option<
     Some(format!("{}: {times:.0} times {size} than others of its kind; is its unit another?", shown(machine, own)))
 }
 
-/// Returns a question about a Young's modulus that no material has.
+/// Returns a question about a Young's modulus that no material has, else `None`.
 fn odd_modulus(machine: &Machine, param: &Parameter) -> Option<String> {
     let value = param.value.filter(|_| name_kind(param) == "youngs_modulus")?;
     let [least, largest] = MODULI;
@@ -199,14 +200,14 @@ fn odd_modulus(machine: &Machine, param: &Parameter) -> Option<String> {
     })
 }
 
-/// Returns a question about a gravity that is not that of Earth.
+/// Returns a question about a gravity that acts on masses and is not that of Earth, else `None`.
 fn odd_gravity(machine: &Machine) -> Option<String> {
     let norm = machine.gravity.norm();
     (norm != 0.0 && machine.has_weight() && !(GRAVITY[0]..=GRAVITY[1]).contains(&norm))
         .then(|| format!("gravity_m_per_s2: the magnitude is {norm:.3} m/s², on Earth 9.81"))
 }
 
-/// Returns a question about a large displacement by weight.
+/// Returns a question about a displacement by weight that is large for the machine's size, else `None`.
 fn odd_droop(machine: &Machine, droop: &Droop) -> Option<String> {
     let [_, largest] = droop.range_mm;
     (largest > FAR_DROOP * machine_size(machine)).then(|| {

@@ -287,7 +287,8 @@ impl EngagedMilling {
     }
 }
 
-/// Returns the heights between `bottom` and `top` at which a tooth that is at `tip_angle` at the tip, and lags by `lag` for each mm above, is in an arc.
+/// Returns the heights between `bottom` and `top`, mm, at which a tooth that is at `tip_angle` at the tip, and lags by `lag` for each mm above, is in
+/// an arc; `None` if it is there at none.
 fn heights_in(arc: &Arc, tip_angle: f64, lag: f64, [bottom, top]: [f64; 2]) -> Option<[f64; 2]> {
     if lag == 0.0 {
         return (arc.from - AT_WALL <= tip_angle && tip_angle <= arc.to + AT_WALL).then_some([bottom, top]);

@@ -36,7 +36,7 @@ impl OwnForces {
         self.by_tool.values().chain(self.by_feature.iter().map(|(_, law)| law))
     }
 
-    /// Returns these forces with one component each, as [`CuttingLaw::with_only`] does.
+    /// Returns these forces with one component each, as [`CuttingLaw::with_only`] does; `None` if one of them is no sum of components.
     pub(crate) fn with_only(&self, component: usize) -> Option<Self> {
         let by_tool = self.by_tool.iter().map(|(number, law)| Some((*number, law.with_only(component)?)));
         let by_feature = self.by_feature.iter().map(|(text, law)| Some((text.clone(), law.with_only(component)?)));

@@ -81,7 +81,7 @@ impl Cutter {
         Some(self.force().torque_Nmm.abs() / 1e3 * rad_per_s)
     }
 
-    /// Returns the feed, mm/min, if the speed of the spindle is known.
+    /// Returns the feed, mm/min; `None` without a spindle speed.
     #[must_use]
     pub fn feed_mm_per_min(&self) -> Option<f64> {
         Some(self.feed_per_tooth_mm * f64::from(self.law.teeth) * self.rev_per_min?)

@@ -391,7 +391,7 @@ struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// Name of the parameter as the machine file has it, of the design and not of its mounting.
+    /// Name of the parameter as the machine file has it, of the design and not of its mounting; `None` if it is of no copy of a design.
     fn name_in_design(&self, name: &str) -> Option<String> {
         let of = |(copy, design): (&String, &String)| {
             let rest = name.strip_prefix(copy.as_str()).filter(|rest| rest.starts_with('.'))?;
@@ -696,8 +696,8 @@ impl Groups {
     }
 }
 
-/// Name of the matrix of which the parameter called `name` is an entry (`leg.rod.stiffness` of `leg.rod.stiffness.x_ry`), whose entries vary together:
-/// one by one they make no stiffness.
+/// Name of the matrix of which the parameter called `name` is an entry (`leg.rod.stiffness` of `leg.rod.stiffness.x_ry`), whose entries vary
+/// together: one by one they make no stiffness. `None` for other parameters.
 fn matrix_of(name: &str) -> Option<&str> {
     let (matrix, entry) = name.rsplit_once('.')?;
     let (row, column) = entry.split_once('_')?;

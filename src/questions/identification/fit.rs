@@ -61,7 +61,7 @@ impl Noise {
         self.given_std(reading).unwrap_or(1.0)
     }
 
-    /// Returns the standard deviation of a reading, mm or rad, if the measurement file or the study gives it.
+    /// Returns the standard deviation of a reading, mm or rad; `None` if neither the measurement file nor the study gives it.
     pub fn given_std(&self, reading: &Reading) -> Option<f64> {
         reading.std.or(if reading.quantity.is_rotation() { self.rotation } else { self.length })
     }

@@ -125,7 +125,8 @@ pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> V
 }
 
 /// Returns the rank correlation of force with the missing share of the predicted displacement, and its limit. The displacement per force is
-/// partialled out, as missing compliance is the same share under any force: only nonlinear elasticity correlates.
+/// partialled out, as missing compliance is the same share under any force: only nonlinear elasticity correlates. `None` for under `FEWEST` or
+/// constant values, or where the displacement per force alone ranks the force or the share.
 fn load_correlation(residuals: &[Option<LengthResidual>], measurements: &[Measurement]) -> Option<(f64, f64)> {
     let rows = residuals.iter().zip(measurements).filter_map(|(residuals, m)| {
         let (predicted, share) = residuals.as_ref()?.along_predicted?;

@@ -71,7 +71,7 @@ pub struct SourceEffect {
 }
 
 impl SourceEffect {
-    /// Returns the norm of the superposition error, mm.
+    /// Returns the norm of the superposition error, mm; `None` where it is not known, as for single sources.
     pub fn superposition_error_mm(&self) -> Option<f64> {
         self.superposition_error_vector_mm.map(|v| Vector3::from(v).norm())
     }

@@ -57,7 +57,8 @@ impl DesignProblem<'_> {
         self.candidates.par_iter().enumerate().map(gain).collect()
     }
 
-    /// Returns the gain by a candidate's `rows`, with `M⁻¹` by `factors`: `det(M + AᵀA) = det M det(1 + A M⁻¹ Aᵀ)`, `tr` by Woodbury's formula.
+    /// Returns the gain by a candidate's `rows`, with `M⁻¹` by `factors`: `det(M + AᵀA) = det M det(1 + A M⁻¹ Aᵀ)`, `tr` by Woodbury's formula;
+    /// `None` where numerically `1 + A M⁻¹ Aᵀ` is not positive definite.
     fn gain(&self, factors: &Cholesky<f64, Dyn>, total: f64, rows: &DMatrix<f64>) -> Option<f64> {
         let spread = factors.solve(&rows.transpose());
         let inner = Cholesky::new(DMatrix::identity(rows.nrows(), rows.nrows()) + rows * &spread)?;
@@ -70,7 +71,7 @@ impl DesignProblem<'_> {
         })
     }
 
-    /// Returns the candidate with the largest gain that is not in `taken`, and its gain; the first of equals.
+    /// Returns the candidate with the largest gain that is not in `taken`, and its gain; the first of equals. `None` if none is left.
     fn best_candidate(&self, information: &DMatrix<f64>, taken: &[usize]) -> Option<(usize, f64)> {
         let gains = self.gains(information, taken).into_iter().enumerate();
         gains.filter(|(_, gain)| gain.is_finite()).fold(None, |best: Option<(usize, f64)>, (i, gain)| match best {

@@ -125,7 +125,7 @@ impl Evaluator {
         Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(partial)? })
     }
 
-    /// Returns the failure at the first point, up to point `k` of feature `f`, that the rigid machine does not reach.
+    /// Returns the failure at the first point, up to point `k` of feature `f`, that the rigid machine does not reach; `None` if it reaches all.
     fn first_unreachable(&self, site: &Site, f: usize, k: usize) -> Option<Failure> {
         self.check_reach(site, |other, point| other < f || other == f && point <= k).err()
     }

@@ -200,7 +200,7 @@ impl Metric {
 pub struct Metrics([Option<f64>; Metric::ALL.len()]);
 
 impl Metrics {
-    /// Returns the value of `metric`, in its [`Metric::unit`].
+    /// Returns the value of `metric`, in its [`Metric::unit`]; `None` if it was not computed or does not exist.
     pub fn get(&self, metric: Metric) -> Option<f64> {
         self.0[metric as usize]
     }

@@ -135,7 +135,7 @@ impl PlacementStudy {
 }
 
 impl Entry {
-    /// Returns the evaluation, if the workpiece can be cut there.
+    /// Returns the evaluation, if the workpiece can be cut there, else `None`.
     pub fn feasible(&self) -> Option<&Evaluation> {
         self.outcome.as_ref().ok().filter(|evaluation| evaluation.outside_workspace.is_none())
     }
@@ -146,7 +146,7 @@ impl Entry {
     }
 }
 
-/// Returns the index of the best of `entries` that can be cut and lies within the bounds, and its place.
+/// Returns the index of the best of `entries` that can be cut and lies within the bounds, and its place; `None` if there is none.
 pub(super) fn best_entry(study: &PlacementStudy, entries: &[Entry]) -> Option<(usize, Site)> {
     let mut can_be_cut = entries.iter().enumerate().filter(|(_, entry)| entry.feasible().is_some());
     can_be_cut.find_map(|(index, entry)| Some((index, study.bounds.inside(&entry.site)?)))

@@ -275,7 +275,8 @@ impl Cost<'_> {
         simplex
     }
 
-    /// Runs one Nelder–Mead search; returns the better of its start and its end, and whether it used up its iterations.
+    /// Runs one Nelder–Mead search; returns the better of its start and its end, and whether it used up its iterations; `None` if it fails or is
+    /// stopped.
     fn descend(
         &self,
         start: (Site, f64),

@@ -85,7 +85,7 @@ impl Question for SuperpositionStudy {
         (self.grid.len() + self.locations.len(), "points")
     }
 
-    /// Returns the number of grid points, as every map can be an image.
+    /// Returns the number of grid points, never `None`, as every map can be an image.
     fn image_points(&self) -> Option<usize> {
         Some(self.grid.len())
     }

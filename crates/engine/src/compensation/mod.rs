@@ -79,7 +79,8 @@ impl Method {
         Method::Direct,
     ];
 
-    /// The method called `name` in a command or file, with step length `alpha` where it has one; `mirror_N` mirrors N passes.
+    /// The method called `name` in a command or file, with step length `alpha` where it has one; `mirror_N` mirrors N passes, 1 to 100. `None` for
+    /// other names.
     pub fn named(name: &str, alpha: f64) -> Option<Self> {
         if let Some(passes) = name.strip_prefix("mirror_").and_then(|count| count.parse().ok()) {
             return (1..=MAX_PASSES).contains(&passes).then_some(Method::Mirror { passes });
@@ -113,7 +114,7 @@ impl Method {
         self.step_length().is_some()
     }
 
-    /// Step length of the methods that have one.
+    /// Step length of the methods that have one; `None` for others.
     fn step_length(self) -> Option<f64> {
         match self {
             Method::MatrixFree { alpha } | Method::FixedMatrix { alpha } | Method::Procedure { alpha } => Some(alpha),

@@ -57,7 +57,7 @@ pub struct Stated {
 }
 
 impl Accuracy {
-    /// What commands are off by along a path: AT or AP, of both the larger, never their sum.
+    /// What commands are off by along a path: AT or AP, of both the larger, never their sum; `None` if neither is known.
     pub fn systematic(&self) -> Option<&Stated> {
         let stated = self.path.iter().chain(&self.pose);
         stated.max_by(|one, other| one.axis_std_mm.total_cmp(&other.axis_std_mm))

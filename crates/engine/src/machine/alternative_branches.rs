@@ -127,7 +127,7 @@ impl Machine {
         if share == 0.0 { 0.0 } else { angle / share }
     }
 
-    /// Posture nearest to home, of those found from the drive positions `starts` that meet `target` within the limits.
+    /// Posture nearest to home, of those found from the drive positions `starts` that meet `target` within the limits; `None` if none does.
     fn nearest_posture(&self, starts: &[Vec<f64>], target: &Pose) -> Option<Configuration> {
         let mut closure = Closure::new(self);
         let postures = starts.iter().filter_map(|drives| {
@@ -153,7 +153,8 @@ impl Machine {
         Configuration { pose, drives: drives.to_vec(), passive: vec![Vec::new()] }
     }
 
-    /// Configuration at `target` reached around a singularity: from home to a point beside the straight line, and on to the target.
+    /// Configuration at `target` reached around a singularity: from home to a point beside the straight line, and on to the target; `None` if no
+    /// detour leads there, or the target is next to home.
     fn solve_by_detour(&self, target: &Pose) -> Option<Configuration> {
         let home = self.home.pose;
         let line = self.controllable_position(target.translation) - home.translation;

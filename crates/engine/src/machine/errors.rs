@@ -68,7 +68,8 @@ impl ChainError {
     }
 }
 
-/// Axis of `drive`, the joints before it at zero, if the route or one of its loops has it; `rotation`: axes of the route's first frame.
+/// Axis of `drive`, the joints before it at zero; `None` if neither the route nor one of its loops has it. `rotation`: axes of the route's first
+/// frame.
 fn drive_axis(route: &Route, drive: &Drive, mut rotation: Matrix3<f64>) -> Option<Vector3<f64>> {
     let mut frames = Vec::new();
     for step in &route.steps {

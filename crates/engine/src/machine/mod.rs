@@ -345,12 +345,12 @@ impl Machine {
         self.drive_kinds().count() > 1
     }
 
-    /// Index of the chain called `name`.
+    /// Index of the chain called `name`; `None` if there is none.
     pub fn chain_index(&self, name: &str) -> Option<usize> {
         self.chains.iter().position(|chain| chain.name == name)
     }
 
-    /// The named location called `name`, if the machine has one.
+    /// The named location called `name`; `None` if the machine has none.
     pub fn point(&self, name: &str) -> Option<&NamedPoint> {
         self.points.iter().find(|point| point.name == name)
     }

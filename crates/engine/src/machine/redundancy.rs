@@ -39,7 +39,7 @@ pub(super) fn is_met(changed: &DMatrix<f64>, right: &DMatrix<f64>) -> bool {
 
 impl Closure<'_> {
     /// Shortest drive motions that change the equations by the columns of `right`, the rest of the unknowns, and the length of the free part.
-    /// `free`: a motion of the drives whose part in the null space is added.
+    /// `free`: a motion of the drives whose part in the null space is added. `None` where the equations are not finite or cannot be solved.
     fn min_norm(&self, right: &DMatrix<f64>, free: Option<&DVector<f64>>) -> Option<(DMatrix<f64>, DMatrix<f64>, f64)> {
         let drive_count = self.machine.drive_count();
         let rest = self.jacobian.clone().remove_columns(6, drive_count);
@@ -77,12 +77,13 @@ impl Closure<'_> {
         })
     }
 
-    /// Newton step of the present linearisation with the shortest motion of the drives.
+    /// Newton step of the present linearisation with the shortest motion of the drives; `None` where it cannot be solved.
     pub(super) fn min_norm_step(&self, at: &Configuration) -> Option<DVector<f64>> {
         self.step_with_free(at, None).map(|(step, _)| step)
     }
 
-    /// Newton step with the shortest motion of the drives and the part of `free` in their null space; also the length of that part.
+    /// Newton step with the shortest motion of the drives and the part of `free` in their null space; also the length of that part. `None` where it
+    /// cannot be solved.
     fn step_with_free(&self, at: &Configuration, free: Option<&DVector<f64>>) -> Option<(DVector<f64>, f64)> {
         let mut right = DMatrix::from_column_slice(self.residual.len(), 1, (-&self.residual).as_slice());
         let to_lock: Vec<(usize, f64)> = self.locked.iter().map(|&(d, value)| (d, self.gap_mm(at, d, value))).collect();

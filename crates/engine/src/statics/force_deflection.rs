@@ -78,7 +78,7 @@ fn is_negligible(stiffness: &Matrix6<f64>, imbalance: &Vector6<f64>, scale: f64,
     twist.fixed_rows::<3>(0).amax().max(twist.fixed_rows::<3>(3).amax() * scale) <= tolerance * scale
 }
 
-/// Wrench that holds the platform's body at `pose`, without bending of the tool; arguments and result as of [`wrench_at_pose`].
+/// Wrench that holds the platform's body at `pose`, without bending of the tool; arguments, result and `None` as of [`wrench_at_pose`].
 fn wrench_on_body(
     machine: &Machine,
     drives: &[f64],

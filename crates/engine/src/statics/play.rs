@@ -27,8 +27,8 @@ pub fn tool_play(machine: &Machine, pose: &Pose, twists: &Matrix6xX<f64>) -> Opt
     open_play(machine, pose, twists, &[])
 }
 
-/// [`tool_play`] where drives are pressed to `sides`, see [`loaded_flanks`]: of a drive that is pressed to a side the friction alone counts.
-/// No `sides`: every drive is open.
+/// [`tool_play`] where drives are pressed to `sides`, see [`loaded_flanks`]: of a drive that is pressed to a side the friction alone counts. No
+/// `sides`: every drive is open. `None` as of [`tool_play`].
 pub fn open_play(machine: &Machine, pose: &Pose, twists: &Matrix6xX<f64>, sides: &[i8]) -> Option<Vector3<f64>> {
     if !has_play(machine) {
         return None;

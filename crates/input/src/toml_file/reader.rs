@@ -36,7 +36,7 @@ enum Step {
 type Result<T> = std::result::Result<T, Fault>;
 
 impl Fault {
-    /// Returns the bytes of the text at fault, where known.
+    /// Returns the bytes of the text at fault; `None` if they are not known.
     pub fn span(&self) -> Option<Range<usize>> {
         self.0.span.clone()
     }
@@ -345,7 +345,7 @@ impl<'de> SeqAccess<'de> for Items<'de> {
         Reader::from(item).read(seed).map(Some).map_err(|fault| fault.with_step(Step::Item(index)))
     }
 
-    /// Returns the number of items left.
+    /// Returns the number of items left, never `None`.
     fn size_hint(&self) -> Option<usize> {
         Some(self.rest.len())
     }

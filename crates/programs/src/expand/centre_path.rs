@@ -555,7 +555,7 @@ impl CentrePath<'_> {
     }
 }
 
-/// Returns the coordinates X and Y of a position, if both are known.
+/// Returns the coordinates X and Y of a position; `None` if one is unknown.
 fn in_plane([x, y, _]: PartialPosition) -> Option<Point> {
     Some([x?, y?])
 }

@@ -45,7 +45,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// Skips blanks and returns the next byte without taking it.
+    /// Skips blanks and returns the next byte without taking it; `None` at the end.
     pub fn peek(&mut self) -> Option<u8> {
         self.skip_blanks();
         self.text.get(self.at).copied()

@@ -149,7 +149,8 @@ fn has_other_tool_axis(words: &[&str]) -> bool {
     words.iter().any(|word| matches!(*word, "X" | "Y" | "U" | "V" | "W"))
 }
 
-/// Returns the feed that a block of these `words` leaves in force, as a word, where it was `before`. F of other blocks than motions belongs to them alone.
+/// Returns the feed that a block of these `words` leaves in force, as a word, where it was `before`; `None`: no feed yet. F of other blocks than
+/// motions belongs to them alone.
 fn feed_behind(words: &[&str], before: Option<String>) -> Option<String> {
     let is_motion = words.first().is_some_and(|word| MOTIONS.contains(word));
     let is_number = |text: &str| text.starts_with(|first: char| first.is_ascii_digit() || first == '+');

@@ -10,12 +10,12 @@ pub(crate) struct SourceFile {
 }
 
 impl SourceFile {
-    /// Index of the first line from `from` on with the O name `name` and one of `keywords`.
+    /// Index of the first line from `from` on with the O name `name` and one of `keywords`; `None` if there is none.
     pub fn next_o_line(&self, from: usize, name: &str, keywords: &[&str]) -> Option<usize> {
         (from..self.lines.len()).find(|line| self.has_o_word(*line, name, keywords))
     }
 
-    /// Index of the last line before `before` with the O name `name` and one of `keywords`.
+    /// Index of the last line before `before` with the O name `name` and one of `keywords`; `None` if there is none.
     pub fn last_o_line(&self, before: usize, name: &str, keywords: &[&str]) -> Option<usize> {
         (0..before).rev().find(|line| self.has_o_word(*line, name, keywords))
     }
@@ -26,12 +26,12 @@ impl SourceFile {
         line.o_name.as_deref() == Some(name) && keywords.contains(&line.keyword())
     }
 
-    /// Index of the line that begins program O`name`.
+    /// Index of the line that begins program O`name`; `None` if there is none.
     pub fn program_line(&self, name: &str) -> Option<usize> {
         self.lines.iter().position(|line| line.o_name.as_deref() == Some(name) && line.keyword().is_empty())
     }
 
-    /// Index of line N`number` in the program around the line with index `from`, or else in the whole file.
+    /// Index of line N`number` in the program around the line with index `from`, or else in the whole file; `None` if there is none.
     pub fn label_at(&self, from: usize, number: u32) -> Option<usize> {
         let is_label = |line: &usize| self.lines[*line].n_number == Some(number);
         let begin = (0..=from).rev().find(|line| self.lines[*line].begins_program()).unwrap_or(0);
@@ -39,8 +39,8 @@ impl SourceFile {
         (begin..end.unwrap_or(self.lines.len())).find(is_label).or_else(|| (0..self.lines.len()).find(is_label))
     }
 
-    /// Index of the line that Sinumerik's jump from the line `from` leads to: forwards (GOTOF), backwards (GOTOB), or forwards and then from
-    /// the beginning of the program.
+    /// Index of the line that Sinumerik's jump from the line `from` leads to: forwards (GOTOF), backwards (GOTOB), or forwards and then from the
+    /// beginning of the program; `None` if there is none.
     pub fn jump_target(&self, from: usize, word: &str, target: &str) -> Option<usize> {
         let number = target.strip_prefix('N').and_then(|number| number.parse::<u32>().ok());
         let is_target = |line: &usize| {
@@ -57,7 +57,8 @@ impl SourceFile {
         }
     }
 
-    /// Index of the next line after `from` with one of `words` that ends or divides the block in which it is, not one within it.
+    /// Index of the next line after `from` with one of `words` that ends or divides the block in which it is, not one within it; `None` if there is
+    /// none.
     pub fn block_end(&self, from: usize, words: &[&str]) -> Option<usize> {
         let mut depth = 0i32;
         (from + 1..self.lines.len()).find(|line| {
@@ -68,7 +69,7 @@ impl SourceFile {
         })
     }
 
-    /// Index of the last line before `from` with `word` that begins the block which the line `from` ends.
+    /// Index of the last line before `from` with `word` that begins the block which the line `from` ends; `None` if there is none.
     pub fn block_begin(&self, from: usize, word: &str) -> Option<usize> {
         let mut depth = 0i32;
         (0..from).rev().find(|line| {
@@ -79,12 +80,12 @@ impl SourceFile {
         })
     }
 
-    /// Index of the next `END number` after `from`.
+    /// Index of the next `END number` after `from`; `None` if there is none.
     pub fn find_end_after(&self, from: usize, number: u32) -> Option<usize> {
         (from + 1..self.lines.len()).find(|line| end_number(&self.lines[*line]) == Some(number))
     }
 
-    /// Index of the last `DO number` before `from`.
+    /// Index of the last `DO number` before `from`; `None` if there is none.
     pub fn find_do_before(&self, from: usize, number: u32) -> Option<usize> {
         (0..from).rev().find(|line| do_number(&self.lines[*line]) == Some(number))
     }

@@ -166,7 +166,7 @@ fn sets_radius(words: &[Word]) -> bool {
     is_data && is_of_tools && find('R').is_some()
 }
 
-/// Returns where the G word of compensation stands among `words`, and what it switches.
+/// Returns where the G word of compensation stands among `words`, and what it switches; `None` without one, or without the D of G41.1 and G42.1.
 fn coded_switch(words: &[Word], dialect: Dialect) -> Option<(usize, Switch)> {
     let d = words.iter().find(|word| word.letter == 'D');
     words.iter().enumerate().filter(|(_, word)| word.letter == 'G').find_map(|(at, word)| {
@@ -248,7 +248,8 @@ fn tool_words(code: &str) -> Vec<(usize, ToolWord)> {
     found
 }
 
-/// Returns where RL, RR or R0 stands in a line of Heidenhain's, and the side.
+/// Returns where RL, RR or R0 stands in a line of Heidenhain's, and the side (1 left, −1 right, 0 none); `None` without one, and in lines without a
+/// motion.
 fn conversational_switch(code: &str) -> Option<(usize, f64)> {
     let verb = code.split_whitespace().map(|word| word.trim_start_matches('/')).find(|word| !is_block_number(word))?;
     let is_free = |byte: Option<&u8>| byte.is_none_or(|byte| !byte.is_ascii_alphanumeric() && !b".,".contains(byte));

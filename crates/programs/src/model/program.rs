@@ -127,8 +127,9 @@ impl<T: FnMut(&PathPoint)> Sampler<T> {
         Self { most, segment: 0, count: 0, length_mm: 0.0, points: Vec::new(), take }
     }
 
-    /// Samples the next motion: `parameters` returns the parameters of its points (0 to 1) for its index, and `sample` appends the points
-    /// to a list, given index, parameters and the path length (mm) before it. Fails if the points are too many or too far away.
+    /// Samples the next motion: `parameters` returns the parameters of its points (0 to 1) for its index, and `sample` appends the points to a list,
+    /// given index, parameters and the path length (mm) before it. Fails if the points are too many, as where `parameters` returns `None`, or too far
+    /// away.
     pub fn sample_motion(
         &mut self,
         parameters: impl FnOnce(usize) -> Option<Vec<f64>>,

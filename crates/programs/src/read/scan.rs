@@ -26,7 +26,7 @@ impl<'a> Scan<'a> {
         self
     }
 
-    /// Skips blanks and returns the next byte without taking it.
+    /// Skips blanks and returns the next byte without taking it; `None` at the end.
     pub(crate) fn next(&mut self) -> Option<u8> {
         self.skip_blanks().peek()
     }

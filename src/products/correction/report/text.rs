@@ -249,7 +249,7 @@ fn table_number(report: &Report<'_>) -> KeyNumber {
     error_number(&report.answer.with_table, &what, against)
 }
 
-/// Returns the largest error with a table of each drive alone as a key number, if such tables are written.
+/// Returns the largest error with a table of each drive alone as a key number, if such tables are written, else `None`.
 fn joint_number(report: &Report<'_>) -> Option<KeyNumber> {
     let (_, worst) = report.answer.per_joint.as_ref().ok().filter(|_| report.has(CorrectionFormat::Comp))?;
     Some(error_number(worst, "largest error with a table for each joint alone", ratio_text(report, worst)))

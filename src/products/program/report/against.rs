@@ -47,7 +47,8 @@ impl ToolSides {
     }
 }
 
-/// Returns the tolerance of what this move makes, or of what no move of the program makes, mm.
+/// Returns the tolerance of the surface that the move to point `tag` makes, mm: that of its tool, or else of the process. Without a `tag`, of what no
+/// move of the program makes, that of the process. `None` if there is none.
 pub(super) fn tolerance_mm(job: &ProgramJob, tag: Option<u32>) -> Option<f64> {
     let own = |tag: u32| job.process.stock.as_ref()?.tolerance_mm(job.path.points()[tag as usize].tool);
     tag.and_then(own).or(job.process.tolerance_mm)

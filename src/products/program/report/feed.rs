@@ -72,7 +72,7 @@ pub(super) fn feed_text(report: &Report<'_>) -> String {
     text
 }
 
-/// Returns the section of the page.
+/// Returns the section of the page about feeds that were chosen, what limits them and which limits are not kept; `None` if none were chosen.
 pub(super) fn section(report: &Report<'_>) -> Option<Section> {
     let feed = report.job.feed.as_ref()?;
     let rows = feed.largest.iter().map(|(quantity, limit, values)| {

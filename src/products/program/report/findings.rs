@@ -135,7 +135,7 @@ impl Findings {
         Ok(())
     }
 
-    /// Returns the part for other programs, if stock is cut.
+    /// Returns the machined surface in the form for other programs; `None` if no stock is cut.
     pub fn part(&self, job: &ProgramJob) -> Option<Surface> {
         self.machined.as_ref().map(|machined| machined.exported(job))
     }

@@ -116,7 +116,7 @@ pub(super) struct Side {
 }
 
 impl Side {
-    /// Returns it for the patches that `counts` takes, with these deviations and tolerances, mm.
+    /// Returns how far the surface is off at the patches that `counts` takes, by their deviations, mm (`None`: unknown), and tolerances, mm.
     pub fn new(
         surface: &MachinedSurface,
         deviations: &[Option<f64>],
@@ -196,7 +196,8 @@ impl Machined {
         text + "\n" + &self.against_sentences(job)
     }
 
-    /// Returns the index of the point whose move makes the surface at a patch on a course; as programmed on [`PROGRAMMED`].
+    /// Returns the index of the point whose move makes the surface at a patch on a course, for [`PROGRAMMED`] as programmed; `None` where no move of
+    /// the program does.
     pub(super) fn maker(&self, patch: usize, course: usize) -> Option<u32> {
         match self.surface.makers.get(course) {
             Some(makers) => makers[patch].or(self.surface.patches[patch].tag),
@@ -271,7 +272,7 @@ impl Machined {
         }
     }
 
-    /// Returns the place in the program whose move makes the surface at a patch on a course, in words.
+    /// Returns in words the place in the program whose move makes the surface at a patch on a course; `None` where no move of the program does.
     pub(super) fn place(&self, job: &ProgramJob, patch: usize, course: usize) -> Option<String> {
         self.maker(patch, course).map(|point| job.place_text(point as usize))
     }
@@ -539,7 +540,7 @@ fn uncertain_sentences(job: &ProgramJob, spread: &SurfaceSpread, within: &str) -
     text
 }
 
-/// Returns the lines that may take more than the tolerance from the part, the likeliest first, as a table; none without such.
+/// Returns the lines that may take more than the tolerance from the part, the likeliest first, as a table; `None` without such.
 fn uncertain_tables(job: &ProgramJob, spread: &SurfaceSpread) -> Option<SmallTable> {
     let [before, after] = &spread.courses;
     let row = |(segment, count): &(usize, usize)| {

@@ -45,7 +45,7 @@ pub const PROGRAM_RANKS: [&str; 2] = ["error_before_mm", "error_after_mm"];
 pub(super) const WITHOUT_FORCE: &str = "error_without_force_mm";
 
 impl WithSpread for PointSpread {
-    /// Returns the distribution of the error as written.
+    /// Returns the distribution of the error as written; `None` where compensation failed.
     fn distribution(&self) -> Option<&DeflectionSpread> {
         self.compensated.as_ref()
     }

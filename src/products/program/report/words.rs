@@ -451,7 +451,7 @@ fn is_corrected(report: &Report<'_>) -> bool {
     report.findings.corrections.iter().flatten().any(|most| *most > EXACT_MM)
 }
 
-/// Returns the first sentence of a program that cuts nowhere.
+/// Returns the first sentence of a program that cuts nowhere; `None` if it cuts.
 fn uncut_sentence(report: &Report<'_>) -> Option<String> {
     let job = report.job;
     let corrected = match is_corrected(report) {
@@ -684,7 +684,8 @@ fn distances(report: &Report<'_>) -> [Option<KeyNumber>; 2] {
     ]
 }
 
-/// Returns the largest correction as a key number, of prismatic joints where there are both kinds of drives, and whether limits bind.
+/// Returns the largest correction as a key number, of prismatic joints where there are both kinds of drives, and whether limits bind; `None` where no
+/// point is solved.
 fn largest_correction(report: &Report<'_>) -> Option<KeyNumber> {
     let machine = &report.job.machine;
     let of = |kind: Motion| Some((kind, report.findings.corrections[kind as usize]?));
@@ -706,7 +707,7 @@ const EXACT_MM: f64 = 1e-6;
 const ROUNDINGS: f64 = 10.0;
 
 impl VerifiedProgram {
-    /// Returns a caution if the residual error as written exceeds that of the commands by more than rounding explains.
+    /// Returns a caution if the residual error as written exceeds that of the commands by more than rounding explains, else `None`.
     pub fn worse_as_written(&self) -> Option<String> {
         let (commanded, written) = (self.commanded_max_mm()?, self.passes.last()?.summary.max_mm?);
         let rounded_mm = self.written.rounded_mm;

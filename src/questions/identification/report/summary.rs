@@ -28,7 +28,7 @@ impl Report<'_> {
         residual_share(self.results.fit.residuals.as_slice(), &self.study.measurements, &[])
     }
 
-    /// Returns [`residual_share`](Self::residual_share) without the outliers.
+    /// Returns [`residual_share`](Self::residual_share) without the outliers; `None` without other lengths that the load changes.
     pub fn inlier_residual_share(&self) -> Option<f64> {
         residual_share(self.results.fit.residuals.as_slice(), &self.study.measurements, &self.results.outliers)
     }
@@ -39,14 +39,14 @@ impl Report<'_> {
         written_files::partial_text(self.study, self.results)
     }
 
-    /// Returns the root mean square of the measured lengths, mm.
+    /// Returns the root mean square of the measured lengths, mm; `None` without any.
     pub fn measured_mm(&self) -> Option<f64> {
         let readings = self.study.measurements.iter().flat_map(|measurement| &measurement.readings);
         let values: Vec<f64> = readings.map(|reading| reading.value).collect();
         rms_mm(&values, &self.study.measurements)
     }
 
-    /// Returns the root mean square of the residuals of lengths, mm.
+    /// Returns the root mean square of the residuals of lengths, mm; `None` without any.
     pub fn residual_mm(&self) -> Option<f64> {
         rms_mm(self.results.fit.residuals.as_slice(), &self.study.measurements)
     }

@@ -152,7 +152,7 @@ pub(super) fn parameter_text(report: &Report<'_>) -> Vec<String> {
     report.results.estimates.iter().map(line).collect()
 }
 
-/// Says which intervals by the profile likelihood differ from the linear ones by more than a tenth of the half width.
+/// Says which intervals by the profile likelihood differ from the linear ones by more than a tenth of the half width; `None` if none does.
 fn profile_differences(report: &Report<'_>) -> Option<String> {
     let differs = |estimate: &&Estimate| {
         let Some(profile) = estimate.profile else { return false };
@@ -410,7 +410,7 @@ pub(super) fn unit_factor_text(report: &Report<'_>) -> Option<String> {
     ))
 }
 
-/// Names the parameters whose interval by the profile likelihood could not be found.
+/// Names the parameters whose interval by the profile likelihood could not be found; `None` if there are none.
 fn unknown_profile_text(report: &Report<'_>) -> Option<String> {
     let all: Vec<&str> = report
         .identified()

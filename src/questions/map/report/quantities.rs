@@ -47,7 +47,7 @@ pub(super) const RESIDUAL_ERROR: Of =
     Of::in_table("residual_error_mm", |effect| effect.delta_rho.as_ref().ok().map(|_| effect.residual_mm));
 
 impl WithSpread for SourceEffect {
-    /// Returns the distribution of the deflection.
+    /// Returns the distribution of the deflection; `None` for single sources, and where inputs are taken as exact.
     fn distribution(&self) -> Option<&DeflectionSpread> {
         self.spread.as_ref()
     }

@@ -318,7 +318,8 @@ fn worst_number(summary: &Summary<'_>, [least, most]: [&ValueAt<AtAngle>; 2], hi
     KeyNumber::new(high, what, against).held_to(case.tolerance_mm, most.value).found(found)
 }
 
-/// Returns the key number of the largest drive correction, of prismatic joints where the machine has prismatic and revolute joints.
+/// Returns the key number of the largest drive correction, of prismatic joints where the machine has prismatic and revolute joints; `None` where no
+/// point has one.
 fn correction_number(all: &SourceExtremes, summary: &Summary<'_>) -> Option<KeyNumber> {
     let machine = &summary.study.load_case.machine;
     let mut kinds = summary.drives.corrections.iter().filter_map(|(kind, own)| Some((*kind, own, all.of(own)?)));

@@ -20,12 +20,12 @@ pub(super) struct Report<'a> {
 const WIDE: f64 = 1.0;
 
 impl Report<'_> {
-    /// Returns the half widths with all chosen measurements.
+    /// Returns the half widths with all chosen measurements; `None` where the information matrix is not positive definite.
     pub fn final_widths(&self) -> Option<&HalfWidths> {
         self.plan.widths.last()
     }
 
-    /// Returns the half widths with as many random measurements.
+    /// Returns the half widths with as many random measurements; `None` if none were drawn.
     pub fn random_widths(&self) -> Option<&HalfWidths> {
         self.plan.random.last()
     }

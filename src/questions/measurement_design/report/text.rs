@@ -65,13 +65,13 @@ fn tested_text(report: &Report<'_>) -> Option<String> {
     Some(format!("where it is tested, the tool is predicted to {} RMS{beside}", millimetres(error, 4)))
 }
 
-/// Returns the unknown with the widest interval, and its half width in words.
+/// Returns the unknown with the widest interval, and its half width in words; `None` without `widths` or unknowns.
 fn widest_in_text(report: &Report<'_>, widths: Option<&HalfWidths>) -> Option<(usize, String)> {
     let (unknown, width) = widths?.widest()?;
     Some((unknown, width_text(&report.study.unknowns[unknown], width)))
 }
 
-/// Says how well the least known unknown will be known.
+/// Says how well the least known unknown will be known; `None` without unknowns or half widths.
 fn widest_text(report: &Report<'_>) -> Option<String> {
     let (unknown, width) = widest_in_text(report, report.final_widths())?;
     let random = widest_in_text(report, report.random_widths());

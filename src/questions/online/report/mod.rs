@@ -46,7 +46,8 @@ impl<'a> Compared<'a> {
         Some(at_largest.iter().filter(|trial| counts(trial)).count() as f64 / at_largest.len() as f64)
     }
 
-    /// Returns with which probability, at the largest force error, the rms residual by measured forces is smaller by more than 0.5 %.
+    /// Returns with which probability, at the largest force error, the rms residual by measured forces is smaller by more than 0.5 %; `None` without
+    /// trials.
     fn measured_is_smaller(&self) -> Option<f64> {
         let rms = |residual: &Residual| residual.rms_mm.unwrap_or(f64::INFINITY);
         self.share_at_largest(|own| is_larger(rms(&own.offline), rms(&own.online), 0.0))
@@ -71,7 +72,7 @@ impl<'a> Compared<'a> {
         Some(all)
     }
 
-    /// Returns the median RMS residuals of off-line and on-line correction at the largest force error, mm.
+    /// Returns the median RMS residuals of off-line and on-line correction at the largest force error, mm; `None` where one of them has none.
     fn medians_at_largest(&self) -> Option<[f64; 2]> {
         Some([(*self.offline.last()?)?.median_mm, (*self.online.last()?)?.median_mm])
     }

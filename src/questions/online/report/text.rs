@@ -178,7 +178,7 @@ fn sure_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
     Some(KeyNumber::new(&text(compared.measured_is_smaller()?), what, within.unwrap_or_default()))
 }
 
-/// Returns the residual of both ways at the largest force error as a key number.
+/// Returns the residual of both ways at the largest force error as a key number; `None` where one of them has none.
 fn residual_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
     let [offline, online] = compared.medians_at_largest()?;
     let largest = percent_of(compared.study.force_errors.last().copied()?);

@@ -119,7 +119,8 @@ impl<'a> Pictures<'a> {
     }
 }
 
-/// Returns the horizontal position of a point: φ in degrees on a circle, else the length along the path, mm.
+/// Returns the horizontal position of a point: φ in degrees on a circle, else the length along the path, mm; `None` where a point of a circle has no
+/// φ.
 fn horizontal_position(shown: Shown, station: &Station) -> Option<f64> {
     if shown.is_circle { station.phi_deg } else { Some(station.arc_length_mm) }
 }

@@ -27,13 +27,13 @@ pub(crate) const DISPLACEMENT: Of =
 pub(super) const RESIDUAL_ERROR: Of =
     Of::new("residual_error_mm", "residual error", Smaller, |at| Some(at.compensated()?.position_error.norm()));
 
-/// Returns the distribution of the distance from the path at the nominal command, where inputs are uncertain.
+/// Returns the distribution of the distance from the path at the nominal command; `None` for single sources, and where inputs are taken as exact.
 pub(super) fn plain_spread(at: &PointEffect) -> Option<&DeflectionSpread> {
     Some(&at.spread.as_ref()?.plain)
 }
 
 impl WithSpread for PointEffect {
-    /// Returns the distribution of the residual error.
+    /// Returns the distribution of the residual error; `None` for single sources, where inputs are taken as exact, and where compensation failed.
     fn distribution(&self) -> Option<&DeflectionSpread> {
         self.spread.as_ref()?.compensated.as_ref()
     }

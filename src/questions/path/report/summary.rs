@@ -126,7 +126,7 @@ impl<'a> Summary<'a> {
         self.sources.get(source)?.largest[index]
     }
 
-    /// Returns the largest displacement by all sources together, mm, and its point.
+    /// Returns the largest displacement by all sources together, mm, and the index of its point; `None` where no point has one.
     pub(super) fn largest_displacement(&self) -> Option<(f64, usize)> {
         self.largest(Source::All, &DISPLACEMENT)
     }

@@ -329,8 +329,8 @@ pub(super) fn of_verdict<'a>(summary: &'a Summary<'_>, budget: &'a Budget) -> Of
     }
 }
 
-/// Returns the distance from the path by which it is judged, mm, compensated where that is known: what is not exceeded with 95 % probability, or with nominal
-/// inputs the largest.
+/// Returns the distance from the path by which it is judged, mm, compensated where that is known: what is not exceeded with 95 % probability, or with
+/// nominal inputs the largest; `None` where more than 5 % of the draws, or with nominal inputs all points, have no equilibrium.
 fn judged_mm(summary: &Summary<'_>) -> Option<f64> {
     match &summary.whole {
         Some(whole) => whole.compensated.as_ref().unwrap_or(&whole.plain).spread.p95_mm,
@@ -389,7 +389,8 @@ fn residual_number(summary: &Summary<'_>, mm: f64) -> KeyNumber {
         .found(in_points_table(&RESIDUAL_ERROR, mm))
 }
 
-/// Returns the key number of the largest drive correction, of prismatic joints where the machine has prismatic and revolute joints, with the drive force.
+/// Returns the key number of the largest drive correction, of prismatic joints where the machine has prismatic and revolute joints, with the drive
+/// force; `None` where no point has one.
 fn correction_number(summary: &Summary<'_>) -> Option<KeyNumber> {
     let machine = &summary.study.machine;
     let largest = |quantity: &Quantity<PointEffect>| Some(summary.largest(Source::All, quantity)?.0);

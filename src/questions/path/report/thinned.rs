@@ -115,7 +115,7 @@ struct Stretch {
 impl Eq for Stretch {}
 
 impl PartialOrd for Stretch {
-    /// Compares as [`Ord`] does.
+    /// Compares as [`Ord`] does; never `None`.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }

@@ -337,7 +337,8 @@ fn clamp_sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evalua
     text + "."
 }
 
-/// Returns the tool tip from P at home, O axes, mm, where paths give positions of P and not of the tip.
+/// Returns the tool tip from P at home, O axes, mm, where paths give positions of P and not of the tip; `None` where they give the tip, or the tip is
+/// at P.
 pub(super) fn platform_offset(study: &PlacementStudy) -> Option<Vector3<f64>> {
     let is_of_platform = study.features[0].feature.reference == PathReference::PlatformPoint;
     Some(study.machine.home.pose.rotation * study.machine.tool_tip).filter(|tip| is_of_platform && tip.norm() > 0.0)
@@ -391,7 +392,7 @@ fn gain_text(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation)
     }
 }
 
-/// Returns the tolerance in mm if all features have the same.
+/// Returns the tolerance that all features have, mm; `None` if they differ.
 fn common_tolerance(study: &PlacementStudy) -> Option<f64> {
     let mut tolerances = study.features.iter().map(|job| job.feature.tolerance_mm);
     let first = tolerances.next()?;
@@ -415,7 +416,7 @@ fn in_candidates_table(study: &PlacementStudy, entry: &Entry, metric: Metric, va
     entry_metric(study, metric).found_in("candidates.csv", &rows, Extreme::Largest, value)
 }
 
-/// Returns the key number of the worst deflection without compensation.
+/// Returns the key number of the worst deflection without compensation; `None` if it was not computed.
 fn uncompensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Option<KeyNumber> {
     let metric = Metric::WorstDeflection;
     let against = tolerance_text(study, evaluation.metrics.get(Metric::ShareWithin), evaluation.metrics.get(metric));
@@ -428,7 +429,7 @@ fn uncompensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Eval
     Some(number.held_to(common_tolerance(study), value).found(in_candidates_table(study, entry, metric, value)))
 }
 
-/// Returns the key number of the worst residual error within limits; without limits, of the largest correction.
+/// Returns the key number of the worst residual error within limits; without limits, of the largest correction; `None` if neither was computed.
 fn compensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Option<KeyNumber> {
     let words_of = |metric| value_of(study, evaluation, metric);
     let metric = match evaluation.metrics.get(Metric::WorstResidual) {
@@ -463,7 +464,7 @@ fn is_none(margin: &Margin) -> bool {
     }
 }
 
-/// Returns the key number of the smallest margin of the best place, and of directions without any.
+/// Returns the key number of the smallest margin of the best place along x, y or z, and of directions without any; `None` without such margins.
 fn margin_number(results: &PlacementResults) -> Option<KeyNumber> {
     let (blocked, free): (Vec<&Margin>, Vec<&Margin>) = results.flatness.iter().partition(|margin| is_none(margin));
     let none: Vec<String> =

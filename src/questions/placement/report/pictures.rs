@@ -81,7 +81,8 @@ pub(super) fn best_grid_position(results: &PlacementResults) -> [usize; 6] {
     })
 }
 
-/// Returns the metrics that are drawn in a cell of the sweep: of that around the best place the metrics there, as its grid point may be impossible.
+/// Returns the metrics that are drawn in a cell of the sweep: of that around the best place the metrics there, as its grid point may be impossible;
+/// `None` where the workpiece cannot be cut.
 pub(super) fn metrics_at(results: &PlacementResults, position: [usize; 6]) -> Option<&Metrics> {
     let best = results.best.as_ref().filter(|_| position == best_grid_position(results));
     match best.and_then(|best| results.entries[best.entry].feasible()) {
@@ -120,7 +121,8 @@ fn plane_title(results: &PlacementResults, plane: &[usize; 6]) -> String {
     typographic(&parts.join(", "))
 }
 
-/// Draws the map over the places of the sweep of what `value` reads from metrics; `quantity` labels the colours, `words` name it.
+/// Draws the map over the places of the sweep of what `value` reads from metrics (`None`: as impossible); `quantity` labels the colours, `words` name
+/// it.
 fn map(
     results: &PlacementResults,
     quantity: &str,
@@ -253,7 +255,7 @@ impl PathVersion {
     }
 }
 
-/// Returns the values at the points where the tool cuts, in pieces that end where it does not cut or a value is missing.
+/// Returns the values at the points where the tool cuts, in pieces that end where it does not cut or a value is missing (`None`).
 pub(super) fn cutting_pieces<T: Copy>(trace: &Trace, value: impl Fn(usize) -> Option<T>) -> Vec<Vec<T>> {
     let mut pieces: Vec<Vec<T>> = Vec::new();
     let mut last = None;

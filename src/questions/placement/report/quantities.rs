@@ -21,12 +21,12 @@ fn if_finite(value: f64) -> Option<f64> {
     Some(value).filter(|value| value.is_finite())
 }
 
-/// Makes the quantity of the objective, which `value` reads from an `E`.
+/// Makes the quantity of the objective, which `value` reads from an `E`; no value where that is `None` or not finite.
 fn objective_from<E: 'static>(value: impl Fn(&E) -> Option<f64> + Send + Sync + 'static) -> Quantity<E> {
     Quantity::computed("objective".into(), "objective".into(), Smaller, move |row| if_finite(value(row)?))
 }
 
-/// Makes the quantity of a metric, which `metrics` reads from an `E`.
+/// Makes the quantity of a metric, which `metrics` reads from an `E`; no value where that is `None`, or the metric is missing or not finite.
 fn metric_from<E: 'static>(study: &PlacementStudy, metric: Metric, metrics: fn(&E) -> Option<&Metrics>) -> Quantity<E> {
     let (name, label) = (metric.column(&study.machine), metric.text(&study.machine).into());
     let better = if metric.larger_is_better() { Larger } else { Smaller };

@@ -198,7 +198,7 @@ fn deviation_note(results: &PlacementResults) -> Option<String> {
     has_errors.then(|| format!("deviations ×{factor}"))
 }
 
-/// Returns the margins in words, coordinate by coordinate.
+/// Returns the margins in words, coordinate by coordinate; `None` without any.
 fn margin_note(results: &PlacementResults) -> Option<String> {
     let mut parts: Vec<String> = Vec::new();
     for (i, name) in COORDINATES.iter().enumerate() {
@@ -235,7 +235,7 @@ fn plane_text(results: &PlacementResults) -> String {
     others.map(|i| format!(", {} {}{}", COORDINATES[i], printed_text(drawn[i]), unit_suffix(i))).collect()
 }
 
-/// Returns the slice of the sweep nearest to the best place.
+/// Returns `metric` over x and y in the slice of the sweep nearest to the best place; `None` if the sweep has only one x or only one y.
 fn sweep_slice(results: &PlacementResults, metric: Metric) -> Option<PlanField> {
     let study = &results.study;
     let [xs, ys, ..] = &study.grid.axes;

@@ -249,7 +249,7 @@ pub(super) fn infeasible_text(results: &PlacementResults) -> String {
     text
 }
 
-/// Returns the recommended entry with its evaluation.
+/// Returns the recommended entry with its evaluation; `None` if the workpiece can be cut nowhere.
 pub(super) fn best_entry(results: &PlacementResults) -> Option<(&Entry, &Evaluation)> {
     let entry = results.entries.get(results.best.as_ref()?.entry)?;
     Some((entry, entry.feasible()?))

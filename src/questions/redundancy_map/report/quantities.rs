@@ -30,7 +30,7 @@ pub(super) fn page_quantities() -> [Of; 5] {
     [BEST, WORST, WORST_OVER_BEST, BEST_GAMMA, POSSIBLE]
 }
 
-/// Rounds an angle to a thousandth of a degree.
+/// Rounds an angle to a thousandth of a degree; never `None`.
 fn rounded_degrees(degrees: f64) -> Option<f64> {
     Some((degrees * 1e3).round() / 1e3 + 0.0)
 }

@@ -186,7 +186,8 @@ fn cause_text(cause: Cause) -> &'static str {
     }
 }
 
-/// Returns the angle with the largest superposition error of the tool tip, the contribution of each cause, mm, and the error, mm.
+/// Returns the angle with the largest superposition error of the tool tip, the contribution of each cause, mm, and the error, mm; `None` where that
+/// is zero or could not be computed.
 fn worst_ablation(location: &LocationResult) -> Option<(&Ablation, [f64; 5], f64)> {
     let size = |ablation: &Ablation| ablation.superposition_error.tool.norm();
     let ablations = location.ablation.as_ref().ok()?.iter();

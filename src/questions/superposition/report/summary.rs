@@ -76,12 +76,13 @@ impl<'a> Summary<'a> {
         self.points += 1;
     }
 
-    /// Returns the largest `quantity` of the superposition error of `sum` at `followed`, and where it is.
+    /// Returns the largest `quantity` of the superposition error of `sum` at `followed`, and where it is; `None` where no point has one.
     pub(super) fn largest(&self, sum: Sum, followed: Followed, quantity: &Quantity<Worst>) -> Option<&ValueAt<Worst>> {
         self.superposition_errors[sum as usize][followed as usize].of(quantity).map(|[_, largest]| largest)
     }
 
-    /// Returns the smallest and the largest factor on the load, and where they are.
+    /// Returns the smallest and the largest factor on the load up to which superposition is within tolerance, and where they are; `None` where no
+    /// point is solved.
     pub(super) fn load_factor_extremes(&self) -> Option<&[ValueAt<LargestFactor>; 2]> {
         self.loads.get()
     }

@@ -362,7 +362,7 @@ fn error_key_number(tolerance: Tolerance, largest: &ValueAt<Worst>, wrong: &str,
         .found(reference)
 }
 
-/// Returns the largest load within tolerance in the whole box as a key number.
+/// Returns the largest load within tolerance in the whole box as a key number; `None` where no point is solved.
 fn load_key_number(summary: &Summary<'_>, locations: &[LocationResult], nominally: &str) -> Option<KeyNumber> {
     let [least, most] = summary.load_factor_extremes()?;
     let end = match least.at {

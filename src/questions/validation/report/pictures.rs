@@ -45,7 +45,7 @@ fn subtitle(results: &ValidationResults, cases: &[usize]) -> String {
     format!("{}, {}; {}", results.study.machine.name, cases.join(", "), results.study.variants[0].name)
 }
 
-/// Returns the target path in the xy-plane with `error` (mm, by index of the point) added, as a line.
+/// Returns the target path in the xy-plane with `error` (mm, by index of the point) added, as a line, without points that have none (`None`).
 fn shifted(path: &PathResults, label: &str, dashed: bool, error: &dyn Fn(usize) -> Option<Vector3<f64>>) -> LineSeries {
     let at = |(k, point): (usize, Vector3<f64>)| error(k).map(|error| (point.x + error.x, point.y + error.y));
     LineSeries::new(label, path.study.wanted_positions().into_iter().enumerate().filter_map(at).collect(), dashed)

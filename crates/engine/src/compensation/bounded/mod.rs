@@ -116,7 +116,7 @@ pub fn compensate_bounded(
     Ok(conclude(nominal, points, bounds, best, objective, reasons))
 }
 
-/// The largest error without correction, mm, if every point has an equilibrium there.
+/// The largest error without correction, mm; `None` if a point has no equilibrium there.
 fn largest_uncorrected(points: &[Point]) -> Option<f64> {
     let errors = points.iter().map(|point| point.uncorrected.as_ref().map(|result| result.error.norm()));
     errors.collect::<Option<Vec<f64>>>().map(|errors| errors.into_iter().fold(0.0, f64::max))

@@ -28,7 +28,7 @@ pub enum BoundedPoint {
 }
 
 impl BoundedPoint {
-    /// The correction, if the point has one.
+    /// The correction; `None` if the point is left out.
     pub fn corrected(&self) -> Option<&CorrectedPoint> {
         match self {
             BoundedPoint::Corrected(point) => Some(point),

@@ -53,7 +53,8 @@ impl Machine {
         turned.min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// The configuration with its revolute joints turned fully as `asked` and travel allow, nearest to the angles `near` (rad).
+    /// The configuration with its revolute joints turned fully as `asked` and travel allow, nearest to the angles `near` (rad); `None` if they allow
+    /// none, and for machines without six revolute joints at the end of a serial chain.
     fn turned_as_asked(&self, mut at: Configuration, asked: &AskedPosture, near: &[f64; 6]) -> Option<Configuration> {
         let first = self.six_revolute()?;
         for (joint, ((_, drive), turn)) in self.drives().zip(self.full_turns()).skip(first).enumerate() {

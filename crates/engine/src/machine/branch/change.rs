@@ -83,7 +83,8 @@ impl Machine {
         self.may_change_posture().then(|| self.find_jump(from, to, JUMP_TRACKED)).flatten()
     }
 
-    /// The first revolute joint that moves by more than the share `min_share_of_turn` of a full turn between two sets of drive positions (mm, rad).
+    /// The first revolute joint that moves by more than the share `min_share_of_turn` of a full turn between two sets of drive positions (mm, rad);
+    /// `None` if none does.
     fn find_jump(&self, from: &[f64], to: &[f64], min_share_of_turn: f64) -> Option<PostureChange> {
         let moved = self
             .full_turns()

@@ -30,7 +30,7 @@ pub const ENTRIES: &[Entry] = &[
     Entry { name: "hybrid_3ups", toml: include_str!("hybrid_3ups.toml") },
 ];
 
-/// The built-in machine called `name`.
+/// The built-in machine called `name`; `None` if there is none.
 pub fn find(name: &str) -> Option<&'static Entry> {
     ENTRIES.iter().find(|entry| entry.name == name)
 }

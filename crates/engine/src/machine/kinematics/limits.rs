@@ -70,7 +70,7 @@ impl Machine {
         self.check_branch(at)
     }
 
-    /// Index of the first drive that is beyond its travel at `positions` (mm, rad; machine order), and the error that says so.
+    /// Index of the first drive that is beyond its travel at `positions` (mm, rad; machine order), and the error that says so; `None` if none is.
     pub fn drive_beyond_travel(&self, positions: &[f64]) -> Option<(usize, Unreachable)> {
         self.drives().zip(positions).enumerate().find_map(|(number, ((c, drive), &rho))| {
             let (low, high) = drive.travel?;

@@ -147,13 +147,14 @@ impl Machine {
         parameters
     }
 
-    /// What the machine file says of the parameter called `name`: its entry of provenance that names the most of it.
+    /// What the machine file says of the parameter called `name`: its entry of provenance that names the most of it; `None` if none names it.
     pub fn provenance_of(&self, name: &str) -> Option<&Provenance> {
         let named = self.provenance.iter().filter_map(|about| about.match_length(name).map(|part| (part, about)));
         named.max_by_key(|(part, _)| *part).map(|(_, about)| about)
     }
 
-    /// Line of the machine file, from 1, with the value at `key` ([`Parameter::key`]), or else with the innermost table around it.
+    /// Line of the machine file, from 1, with the value at `key` ([`Parameter::key`]), or else with the innermost table around it; `None` if it has
+    /// neither.
     pub fn line_of(&self, key: &str) -> Option<usize> {
         line_of(&self.definition.text, key)
     }

@@ -387,7 +387,8 @@ pub(crate) fn null_frame() -> Value {
     frame
 }
 
-/// Returns a value as it is written in a statement: a REAL with its point, so that it is none of INT.
+/// Returns a value as it is written in a statement: a REAL with its point, so that it is none of INT; `None` for an unknown value, an infinite number
+/// and an array.
 pub(crate) fn value_text(value: &Value) -> Option<String> {
     let plain = |value: &Value| match value {
         Value::Integer(number) => Some(number.to_string()),

@@ -425,7 +425,7 @@ pub(crate) fn number_text(number: f64) -> String {
     crate::model::format_shortest(number, 0).trim_end_matches('.').to_owned()
 }
 
-/// Returns a value as it is written in a statement: its numbers in brackets.
+/// Returns a value as it is written in a statement: its numbers in brackets; `None` where it, or a part of it, has no value.
 pub(crate) fn value_text(value: &Value, language: Language) -> Option<String> {
     match value {
         _ if language == Language::Krl => super::krl::value_text(value),

@@ -104,12 +104,12 @@ impl ModalState {
         }
     }
 
-    /// Returns the spindle speed, rev/min, if S gives it.
+    /// Returns the spindle speed, rev/min; `None` without S, or where S is a surface speed.
     pub fn spindle_rev_per_min(&self) -> Option<f64> {
         self.spindle.filter(|_| self.is_rev_per_min)
     }
 
-    /// Returns F per minute, in mm, or as it is in inverse time, if F (and for feed per revolution S) gives it.
+    /// Returns F per minute, in mm, or as it is in inverse time; `None` without F (and for feed per revolution, without S in rev/min).
     pub fn per_minute(&self) -> Option<f64> {
         match self.feed_mode {
             FeedMode::PerMinute | FeedMode::InverseTime => self.feed,

@@ -12,7 +12,7 @@ use crate::model::{
 /// A position of which some coordinates may be unknown, mm in the workpiece frame.
 pub(crate) type PartialPosition = [Option<f64>; 3];
 
-/// Returns the position, mm, if every coordinate is known.
+/// Returns the position, mm; `None` if a coordinate is unknown.
 pub(crate) fn located(position: PartialPosition) -> Option<Vector3<f64>> {
     match position {
         [Some(x), Some(y), Some(z)] => Some(Vector3::new(x, y, z)),
@@ -90,7 +90,8 @@ impl Motion {
         }
     }
 
-    /// Returns the feed of a motion of `length_mm`, mm/min, if F (and for feed per revolution S) gives it; hardly any where the tip stands.
+    /// Returns the feed of a motion of `length_mm`, mm/min, hardly any where the tip stands; `None` if F (and for feed per revolution S) does not
+    /// give it.
     pub fn feed_mm_per_min(&self, length_mm: f64) -> Option<f64> {
         if self.modal.feed_mode != FeedMode::InverseTime && self.turned_alone_deg().is_none() {
             return self.modal.per_minute();

@@ -98,7 +98,7 @@ impl Rotary {
         FOLLOWED && self.axes.iter().any(|axis| axis.letter == letter)
     }
 
-    /// Returns the letter of the first axis that is not at 0 and whose position (`through_mm`) is unknown.
+    /// Returns the letter of the first axis that is not at 0 and whose position (`through_mm`) is unknown; `None` if there is none.
     pub(crate) fn first_unlocated_axis(&self, angles: &Angles) -> Option<char> {
         if !FOLLOWED {
             return None;

@@ -116,7 +116,7 @@ fn words_refusal(text: &str) -> Refusal {
     word_refusal(text, worst.map_or(0, |(_, start)| start))
 }
 
-/// Ranks the fault in text without blanks: 0 no words, 1 no number behind the last letter, 2 several letters before a number.
+/// Ranks the fault in text without blanks: 0 no words, 1 no number behind the last letter, 2 several letters before a number; `None` without one.
 fn fault_rank(mut rest: &str) -> Option<u8> {
     let mut found = None;
     while !rest.is_empty() {

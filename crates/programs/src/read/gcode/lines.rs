@@ -143,7 +143,7 @@ pub(crate) fn is_deletable(line: &[u8]) -> bool {
     first_byte(line) == Some(b'/')
 }
 
-/// The first byte that is not blank.
+/// The first byte that is not blank; `None` in a blank line.
 pub(crate) fn first_byte(line: &[u8]) -> Option<u8> {
     line.get(blank_len(line)).copied()
 }

@@ -135,7 +135,7 @@ impl GcodeProgram {
         self.motions.len()
     }
 
-    /// Line, from 1, of motion `segment` in the file it comes from.
+    /// Line, from 1, of motion `segment` in the file it comes from; `None` if there is no such motion.
     #[must_use]
     pub fn line_of(&self, segment: usize) -> Option<usize> {
         let line = self.motions.get(segment).map(|motion| motion.line);
@@ -154,7 +154,7 @@ impl GcodeProgram {
         self.expansion.iter().flat_map(Expansion::called_files)
     }
 
-    /// Bytes of the line of motion `segment`, without its ending.
+    /// Bytes of the line of motion `segment`, without its ending; `None` if there is no such motion.
     #[must_use]
     pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
         self.motions.get(segment).map(|motion| self.content(motion.line - 1))
@@ -220,7 +220,8 @@ impl GcodeProgram {
         self.options.rotary.axes.len() == self.rotary_columns(false).len()
     }
 
-    /// Passes the points of each motion at its `parameters` (0 to 1) to `take`, at most `most` in all; an unknown tangent is zero.
+    /// Passes the points of each motion at its `parameters` (0 to 1) to `take`, at most `most` in all; an unknown tangent is zero. Fails for more
+    /// points, and where `parameters` returns `None`.
     pub(crate) fn sample(
         &self,
         most: usize,
@@ -286,7 +287,7 @@ impl Rewritable for GcodeProgram {
         GcodeProgram::parse(bytes, name, options)
     }
 
-    /// Passes the points of each motion, at the parameters that `parameters` returns for its index, to `take`.
+    /// Passes the points of each motion, at the parameters that `parameters` returns for its index, to `take`; fails where it returns `None`.
     fn points_at(
         &self,
         mut parameters: impl FnMut(usize) -> Option<Vec<f64>>,

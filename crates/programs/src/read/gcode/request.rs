@@ -106,7 +106,7 @@ impl<'w> Request<'w> {
         })
     }
 
-    /// Returns the word that turns the tool along z of the inclined plane, and by which rule.
+    /// Returns the word that turns the tool along z of the inclined plane, and by which rule; `None` if there is none.
     pub fn alignment(&self) -> Option<(&'w Word, AngleChoice)> {
         self.g_words.iter().find_map(|(word, g)| match g {
             GWord::Align(choice) => Some((*word, *choice)),
@@ -114,7 +114,7 @@ impl<'w> Request<'w> {
         })
     }
 
-    /// Returns the word that finds the angles for the inclined plane, and by which rule.
+    /// Returns the word that finds the angles for the inclined plane, and by which rule; `None` if there is none.
     pub fn angle_search(&self) -> Option<(&'w Word, AngleChoice)> {
         self.g_words.iter().find_map(|(word, g)| match g {
             GWord::FindAngles(choice) => Some((*word, *choice)),
@@ -122,12 +122,12 @@ impl<'w> Request<'w> {
         })
     }
 
-    /// Returns the word with this letter, other than G and M.
+    /// Returns the word with this letter, other than G and M; `None` if there is none.
     pub fn find_word(&self, letter: char) -> Option<&'w Word> {
         self.words.iter().find(|word| word.letter == letter)
     }
 
-    /// Returns the word whose meaning is `g`.
+    /// Returns the word whose meaning is `g`; `None` if there is none.
     pub fn find_g(&self, g: GWord) -> Option<&'w Word> {
         self.g_words.iter().find(|(_, other)| *other == g).map(|(word, _)| *word)
     }
@@ -140,7 +140,7 @@ impl<'w> Request<'w> {
         })
     }
 
-    /// Returns the G word that commands the motion.
+    /// Returns the G word that commands the motion; `None` if none does.
     pub fn motion_word_source(&self) -> Option<&'w Word> {
         self.g_words.iter().find(|(_, g)| matches!(g, GWord::Motion(_))).map(|(word, _)| *word)
     }

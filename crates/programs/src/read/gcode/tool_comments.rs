@@ -46,7 +46,7 @@ pub fn tool_comments(source: &[u8], unit: Option<LengthUnit>) -> Vec<ToolDescrip
     found
 }
 
-/// Returns the tool that a comment describes in one of the forms above.
+/// Returns the tool that a comment describes in one of the forms above; `None` for other comments.
 fn parse(comment: &str, unit: Option<LengthUnit>) -> Option<ToolDescription> {
     let comment = comment.trim();
     autodesk(comment, unit)
@@ -159,7 +159,7 @@ fn type_of(name: &str, matches: impl Fn(&str, &str) -> bool) -> Option<Result<To
     shape.map(|(shape, _)| Ok(*shape)).or_else(|| OTHERS.split('|').find(is_one).map(Err))
 }
 
-/// Returns the unit that the text behind a length begins with.
+/// Returns the unit that the text behind a length begins with; `None` if neither mm nor inches.
 fn own_unit(text: &str) -> Option<LengthUnit> {
     match text {
         _ if text.starts_with("mm") => Some(LengthUnit::Millimetre),
@@ -168,25 +168,25 @@ fn own_unit(text: &str) -> Option<LengthUnit> {
     }
 }
 
-/// Splits digits from the start of `text`.
+/// Splits digits from the start of `text`; `None` without any, or for too large a number.
 fn leading_integer(text: &str) -> Option<(u32, &str)> {
     let end = text.bytes().take_while(u8::is_ascii_digit).count();
     Some((text[..end].parse().ok()?, &text[end..]))
 }
 
-/// Splits a decimal number, positive or zero, from the start of `text`.
+/// Splits a decimal number, positive or zero, from the start of `text`; `None` without one.
 fn leading_number(text: &str) -> Option<(f64, &str)> {
     let text = text.trim_start_matches('+');
     let end = text.bytes().take_while(|byte| byte.is_ascii_digit() || *byte == b'.').count();
     Some((text[..end].parse().ok()?, &text[end..]))
 }
 
-/// Returns the decimal number that `text` is, nothing more: `10,5` is none.
+/// Returns the decimal number that `text` is, nothing more; `None` for other text, such as `10,5`.
 fn number_alone(text: &str) -> Option<f64> {
     leading_number(text.trim()).filter(|(_, rest)| rest.is_empty()).map(|(number, _)| number)
 }
 
-/// Splits a decimal number or a fraction (`1/2`) from the start of `text`, and the blanks behind it.
+/// Splits a decimal number or a fraction (`1/2`) from the start of `text`, and the blanks behind it; `None` without one, or where it divides by 0.
 fn leading_fraction(text: &str) -> Option<(f64, &str)> {
     let (number, rest) = leading_number(text)?;
     let Some((divisor, rest)) = rest.strip_prefix('/').and_then(leading_number) else {

@@ -93,7 +93,7 @@ impl Interpreter {
         RotaryMotion { from: followed(self.rotary_before), to: followed(self.rotary), coordinates }
     }
 
-    /// Returns the first followed axis that is not at 0 after the line, and its angle, degrees.
+    /// Returns the first followed axis that is not at 0 after the line, and its angle, degrees; `None` if all are at 0.
     pub(crate) fn nonzero_rotary_axis(&self) -> Option<(char, f64)> {
         let turning = self.turning();
         ['A', 'B', 'C'].into_iter().zip(turning.to).find(|(_, at)| *at != 0.0)

@@ -178,7 +178,7 @@ impl GcodeProgram {
     }
 }
 
-/// Returns the index of the longest of `texts` that `line` contains, in any case and not within a longer word or number.
+/// Returns the index of the longest of `texts` that `line` contains, in any case and not within a longer word or number; `None` if it contains none.
 fn feature_on_line(texts: &[String], line: &[u8]) -> Option<u16> {
     let found = (0..).zip(texts).filter(|(_, text)| contains_text(line, text.as_bytes()));
     found.max_by_key(|(_, text)| text.len()).map(|(index, _)| index)

@@ -37,13 +37,13 @@ impl Polyline {
         &self.source
     }
 
-    /// The line, from 1, that the row of a point stands on; blank lines count.
+    /// The line, from 1, that the row of a point stands on; blank lines count. `None` if there is no such point.
     #[must_use]
     pub fn line_of(&self, segment: usize) -> Option<usize> {
         self.lines.get(segment).copied()
     }
 
-    /// The bytes of the row of a point, without its line ending.
+    /// The bytes of the row of a point, without its line ending; `None` if there is no such point.
     #[must_use]
     pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
         self.rows.get(segment).map(|row| &self.source[row.clone()])

@@ -34,7 +34,7 @@ impl Rewritable for Polyline {
         Polyline::read(bytes, "written file")
     }
 
-    /// Passes the points of each row, at the parameters that `parameters` returns for its index, to `take`.
+    /// Passes the points of each row, at the parameters that `parameters` returns for its index, to `take`; fails where it returns `None`.
     fn points_at(
         &self,
         mut parameters: impl FnMut(usize) -> Option<Vec<f64>>,

@@ -121,7 +121,8 @@ impl Follower {
         Ok(Motion { statement, start, end, geometry, arm })
     }
 
-    /// Returns what `statement` says of the posture of the arm at its end, `from` the angles of the joints to which the motion before led, rad.
+    /// Returns what `statement` says of the posture of the arm at its end, `from` the angles of the joints to which the motion before led, rad;
+    /// `None` where it says nothing and these are not known, or postures are ignored.
     fn arm_data(&self, statement: &Statement, from: Option<[f32; 6]>) -> Option<ArmData> {
         if self.ignores_configuration {
             return None;

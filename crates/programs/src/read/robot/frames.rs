@@ -120,14 +120,15 @@ impl<'a> Tools<'a> {
         }
     }
 
-    /// Returns the name of the first tool if nothing gives its rotation, so that the flange's is taken; "the tool" where motions have none.
+    /// Returns the name of the first tool if nothing gives its rotation, so that the flange's is taken, "the tool" where motions have none; else
+    /// `None`.
     #[must_use]
     pub fn assumed_rotation(&self) -> Option<&str> {
         let unknown = self.first.as_ref().filter(|tool| tool.in_flange.is_none()).map(|tool| tool.name.as_str());
         unknown.or(self.is_unnamed.then_some("the tool")).filter(|_| self.options.tool_rotation.is_none())
     }
 
-    /// Returns the name of the first tool and its tip in the flange, mm, if the program gives it.
+    /// Returns the name of the first tool and its tip in the flange, mm; `None` without a tool, or where the program does not give its frame.
     #[must_use]
     pub fn tip_mm(&self) -> Option<(String, Vector3<f64>)> {
         let tool = self.first.as_ref()?;

@@ -431,7 +431,7 @@ pub(crate) fn code_start(source: &[u8], line: Range<usize>) -> Option<(usize, bo
     })
 }
 
-/// Returns an index that is a whole number.
+/// Returns the index that `number` is; `None` if it is not whole, negative or too large.
 fn index(number: f64) -> Option<u32> {
     (number >= 0.0 && number <= f64::from(u32::MAX) && number.fract() == 0.0).then_some(number as u32)
 }
@@ -507,7 +507,7 @@ pub(crate) fn positions(source: &[u8]) -> impl Iterator<Item = (u32, Range<usize
     })
 }
 
-/// Returns the index of the line that begins with `name`.
+/// Returns the byte at which the first line that begins with `name` starts; `None` if there is none.
 pub(crate) fn section(source: &[u8], name: &[u8]) -> Option<usize> {
     let mut lines = LineCursor::new(source);
     std::iter::from_fn(|| lines.advance()).find(|line| source[line.clone()].starts_with(name)).map(|line| line.start)

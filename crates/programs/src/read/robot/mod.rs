@@ -121,7 +121,7 @@ impl RobotProgram {
         self.motions.len()
     }
 
-    /// Line, from 1, on which motion `segment` begins.
+    /// Line, from 1, on which motion `segment` begins; `None` if there is no such motion.
     #[must_use]
     pub fn line_of(&self, segment: usize) -> Option<usize> {
         self.motions.get(segment).map(|motion| motion.line as usize)
@@ -133,7 +133,7 @@ impl RobotProgram {
         self.motions.get(segment).is_some_and(|motion| motion.is_hole)
     }
 
-    /// Returns the bytes of the line of motion `segment` from the motion on, without the line ending.
+    /// Returns the bytes of the line of motion `segment` from the motion on, without the line ending; `None` if there is no such motion.
     #[must_use]
     pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
         let rest = &self.source[self.motions.get(segment)?.start..];
@@ -161,7 +161,8 @@ impl RobotProgram {
         Ok(Toolpath::assemble(points).with_external_axes(&self.options.external_axes))
     }
 
-    /// Passes the points of each motion at its `parameters` (0 to 1) to `take`, at most `most` in all; an unknown tangent is zero.
+    /// Passes the points of each motion at its `parameters` (0 to 1) to `take`, at most `most` in all; an unknown tangent is zero. Fails for more
+    /// points, and where `parameters` returns `None`.
     pub(crate) fn sample(
         &self,
         most: usize,
@@ -194,7 +195,7 @@ impl Rewritable for RobotProgram {
         RobotProgram::parse(bytes, name, *language, beside.clone(), options)
     }
 
-    /// Passes the points of each motion, at the parameters that `parameters` returns for its index, to `take`.
+    /// Passes the points of each motion, at the parameters that `parameters` returns for its index, to `take`; fails where it returns `None`.
     fn points_at(
         &self,
         mut parameters: impl FnMut(usize) -> Option<Vec<f64>>,

@@ -78,7 +78,8 @@ impl CoordinateFormat {
         [0, 1, 2].map(|axis| AxisWord { number: None, at: self.unchanged_coordinate(&motion.words, tracked, axis) })
     }
 
-    /// Returns the coordinate, mm, to which the unchanged word for `axis` leads from `tracked`; without a word that of `tracked`.
+    /// Returns the coordinate, mm, to which the unchanged word for `axis` leads from `tracked`; without a word that of `tracked`. `None` if that is
+    /// needed and unknown.
     pub fn unchanged_coordinate(self, words: &[Word], tracked: PartialPosition, axis: usize) -> Option<f64> {
         let word = words.iter().find(|word| word.letter == ['X', 'Y', 'Z'][axis]);
         match (word, self.distances[axis]) {

@@ -184,7 +184,8 @@ impl Writer<'_> {
         self.rotary_words_to(motion, content, &corrected.unwrap_or_else(|| motion.turning.at(parameter)), lines)
     }
 
-    /// Fits an arc of the program's plane and direction between these ends (mm) to `stretch`; returns it with the words for its centre.
+    /// Fits an arc of the program's plane and direction between these ends (mm) to `stretch`; returns it with the words for its centre. `None` where
+    /// the motion is no arc with a centre of its own, no circle is determined, or the arc cannot be written safely.
     fn fit_arc(
         &self,
         motion: &Motion,

@@ -28,7 +28,7 @@ pub(crate) struct Listing {
     pub added_lines: usize,
 }
 
-/// Returns the number in the name of a position behind its bracket.
+/// Returns the number at the start of `name`, which is what stands behind the bracket of a position such as `P[12]`; `None` without one.
 fn number_in(name: &[u8]) -> Option<u32> {
     Some(Scan::new(name).number().ok()?.0 as u32)
 }

@@ -31,7 +31,7 @@ impl Points<'_> {
         self.points.len()
     }
 
-    /// Returns the tool orientation to write at point `k`: the corrected one, or that of the path.
+    /// Returns the tool orientation to write at point `k`: the corrected one, or that of the path; `None` if neither is known.
     pub(crate) fn orientation(&self, k: usize) -> Option<Orientation> {
         self.orientations.map_or(self.points[k].orientation, |orientations| Some(orientations[k]))
     }

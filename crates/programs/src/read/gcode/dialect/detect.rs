@@ -27,7 +27,7 @@ impl Dialect {
     }
 }
 
-/// Returns the first line of `source` that is not blank.
+/// Returns the first line of `source` that is not blank; `None` if all are.
 fn first_line(source: &[u8]) -> Option<&[u8]> {
     source.split(|byte| matches!(byte, b'\r' | b'\n')).map(<[u8]>::trim_ascii).find(|line| !line.is_empty())
 }

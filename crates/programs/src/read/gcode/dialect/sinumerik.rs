@@ -365,7 +365,7 @@ fn take_arguments(scan: &mut Scan) -> Result<Vec<Range<usize>>, Refusal> {
     Ok(arguments)
 }
 
-/// Parses a number without an exponent.
+/// Parses a number without an exponent; `None` for other text.
 fn plain_number(text: &[u8]) -> Option<f64> {
     let is_plain = text.iter().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'+' | b'-'));
     std::str::from_utf8(text).ok().filter(|_| is_plain)?.parse().ok()

@@ -81,7 +81,7 @@ pub(crate) fn parse_point(text: &[u8]) -> Result<Value, RobotFault> {
     }
 }
 
-/// Parses a status or a turn, which may be binary: `'B110'`.
+/// Parses a status or a turn, which may be binary: `'B110'`; `None` for other text, and above 255.
 fn status_number(text: &[u8]) -> Option<u8> {
     let text = std::str::from_utf8(text).ok()?;
     match text.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\'')) {

@@ -290,7 +290,7 @@ impl Reader<'_> {
     }
 }
 
-/// Returns the argument (upper case) of `function` if `value` is a call of it with one.
+/// Returns the argument (upper case) of `function` if `value` is a call of it with one, else `None`.
 fn argument_of(value: &[u8], function: &str) -> Option<String> {
     let mut scan = Scan::new(value);
     if !scan.name().0.eq_ignore_ascii_case(function) || !scan.takes(b'(') {

@@ -245,7 +245,7 @@ impl Reader<'_> {
     }
 }
 
-/// Returns the word behind `key` in `data`, both in upper case.
+/// Returns the word behind `key` in `data`, both in upper case, empty where another sign follows; `None` without the key.
 pub(crate) fn word_behind<'a>(data: &'a str, key: &str) -> Option<&'a str> {
     let (_, behind) = data.split_once(key)?;
     behind.trim_start().split(|own: char| !own.is_ascii_alphanumeric() && !matches!(own, '#' | '_')).next()

@@ -36,7 +36,7 @@ pub(super) fn is_known(name: &str) -> bool {
     KNOWN.split_whitespace().any(|known| known == name)
 }
 
-/// Returns the name in capitals that a head such as `LOCAL FUNC num depth(num n)` declares.
+/// Returns the name in capitals that a head such as `LOCAL FUNC num depth(num n)` declares; `None` without one.
 pub(super) fn name_in(head: &[u8]) -> Option<String> {
     let before = head.split(|byte| *byte == b'(').next()?;
     let name = before.split(u8::is_ascii_whitespace).rfind(|word| !word.is_empty())?;

@@ -113,7 +113,7 @@ impl<'a> CodeUnits<'a> {
         self.at + rest.iter().position(|byte| matches!(byte, b'\r' | b'\n')).unwrap_or(rest.len())
     }
 
-    /// Returns the index behind the next byte `stop` outside strings and comments.
+    /// Returns the index behind the next byte `stop` outside strings and comments; `None` if none follows.
     fn end_after(&self, stop: u8) -> Option<usize> {
         code_bytes(&self.source[self.at..]).find(|(_, byte)| *byte == stop).map(|(at, _)| self.at + at + 1)
     }
@@ -139,7 +139,8 @@ impl<'a> CodeUnits<'a> {
     }
 }
 
-/// Returns where the statement of `IF condition statement;` begins in `text`: where one operand follows another.
+/// Returns where the statement of `IF condition statement;` begins in `text`: where one operand follows another; `None` if none does, or the
+/// condition cannot be read.
 pub(crate) fn one_line_statement(text: &[u8]) -> Option<usize> {
     let mut scan = Scan::new(text);
     scan.name();
@@ -201,7 +202,7 @@ pub(crate) fn one_line_statement(text: &[u8]) -> Option<usize> {
     }
 }
 
-/// Returns the index behind the bracket that closes the one at byte `start` of `text`.
+/// Returns the index behind the bracket that closes the one at byte `start` of `text`; `None` if none does.
 fn end_of_group(text: &[u8], start: usize) -> Option<usize> {
     let mut depth = 0usize;
     let last = code_bytes(&text[start..]).find(|(_, byte)| {
