@@ -59,9 +59,10 @@ PAGE_TOOLS = """
 """
 
 RUN = [
-    Stage("format", "One layout of code.", """
+    Stage("format", "One layout of code; the planted faults apply to it.", """
         # The questions' modules are named in a macro, where cargo does not look for files.
         cargo fmt --all --check -- src/questions/*/mod.rs
+        for fault in .ci/mutations/*.patch; do git apply --check "$fault" || { echo "$fault does not apply any more"; exit 1; }; done
     """),
     Stage("clippy", "The compiler's and clippy's warnings, in all code.", "cargo clippy --all-targets --all-features -- -D warnings",
           ("format",), LINT),

@@ -8,7 +8,7 @@ use kinetostat::{
     input::error::{Error, Result},
     machine::Machine,
     process::{
-        Extent, Feature, ForceWords, KnownForce,
+        Extent, Feature, ForceText, KnownForce,
         file::{Process, TOLERANCE_MM},
     },
     questions::placement::{
@@ -138,7 +138,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
         return Err(Error::argument("--at", "expected a place, as the process file gives no placement.origin_mm"));
     }
     let loads = process.loads(&path).map_err(|source| Error::argument(&name, source.to_string()))?;
-    let force_text = ForceWords::of(&process, &path, &|segment| program.line_name(segment));
+    let force_text = ForceText::of(&process, &path, &|segment| program.line_name(segment));
     let tracked = TrackedPath { tolerance_mm: Some(tolerance_mm), ..TrackedPath::of(&process) };
     let job = FeatureJob {
         feature: Feature { name, loads, path, reference, tolerance_mm },

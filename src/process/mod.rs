@@ -33,7 +33,7 @@ pub use milling::{ForceLaw, MillingForce};
 pub use placement::{PathReference, PlacedWorkpiece, Placement};
 pub use program_file::program_inputs;
 pub use redundancy::{GammaChoice, RedundancyCost, RedundancyObjective, RedundancySettings};
-pub use unknown_force::{ForceWords, KnownForce};
+pub use unknown_force::{ForceText, KnownForce};
 pub use verdict_basis::{Basis, VerdictTable};
 pub(crate) use verdict_basis::{TemperatureSpec, VerdictSpec};
 pub use verdict_force::{RightForce, VerdictForce};

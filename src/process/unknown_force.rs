@@ -102,7 +102,7 @@ impl Process {
 
 /// What must be known of the force on a path before anything computed with it, in sentences; empty where there is nothing.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct ForceWords {
+pub struct ForceText {
     /// [`Process::unknown_force_text`].
     pub unknown: String,
     /// How much of it is known.
@@ -111,7 +111,7 @@ pub struct ForceWords {
     pub of_turn: String,
 }
 
-impl ForceWords {
+impl ForceText {
     /// Returns what must be known of the force on `path` by the laws of `process`. Moves are called by the lines that `line_name` gives, by their
     /// number where it returns `None`.
     #[must_use]

@@ -7,7 +7,7 @@ use crate::{
     compensation::Target,
     input::{Inputs, check::Check, error::Result},
     process::{
-        ForceWords,
+        ForceText,
         cutting::CuttingLaw,
         uncertainty::{CutBy, Uncertainty},
     },
@@ -57,7 +57,7 @@ pub(super) fn load_case(
         CuttingLaw::EndMilling(own) => own.feed_per_tooth_mm.map(|c| own.force(c).into()),
         _ => None,
     };
-    let force_of_turn = ForceWords::of_cut(&process);
+    let force_of_turn = ForceText::of_cut(&process);
     let Some(force) = force else {
         let problem = format!(
             "{} has no path: expected a force that is constant in the frame of the tool, [force.path_frame], or [force.end_milling] with \

@@ -45,7 +45,9 @@ impl DesignProblem<'_> {
 
     /// Returns by how much each candidate raises the criterion from this information matrix; minus infinity for those in `taken` (indices).
     pub fn gains(&self, information: &DMatrix<f64>, taken: &[usize]) -> Vec<f64> {
-        let Some(factors) = Cholesky::new(information.clone()) else { return vec![0.0; self.candidates.len()] };
+        let Some(factors) = Cholesky::new(information.clone()) else {
+            return vec![f64::NEG_INFINITY; self.candidates.len()];
+        };
         let total = match &self.criterion {
             Criterion::AllNumbers => 0.0,
             Criterion::Tested(tested) => factors.solve(tested).trace(),
@@ -162,7 +164,7 @@ fn widths_with(problem: &DesignProblem<'_>, chosen: &[usize]) -> Option<HalfWidt
 
 /// Returns the half widths with the first 0, 1, 2, … of the chosen candidates (indices), up to all.
 pub fn widths(problem: &DesignProblem<'_>, chosen: &[usize]) -> Vec<HalfWidths> {
-    (0..=chosen.len()).filter_map(|count| widths_with(problem, &chosen[..count])).collect()
+    (0..=chosen.len()).map_while(|count| widths_with(problem, &chosen[..count])).collect()
 }
 
 /// Returns the half widths with 0 to `count` random candidates: the median of each over `draws`, from fixed seeds; none without draws.

@@ -8,7 +8,7 @@ use crate::{
     compensation::{Method, TaskPoint},
     input::{Inputs, check::Check, error::Result, names::listed},
     machine::Machine,
-    process::{CutPath, ForceWords, Process, program_inputs},
+    process::{CutPath, ForceText, Process, program_inputs},
     questions::{
         Overrides, Question, Resolved, StudyContext, Template,
         path::{
@@ -99,7 +99,7 @@ pub(crate) fn path(
     let process = &with_drives_left(process.clone(), &toolpath, program.as_ref(), &origin)?;
     let tasks = tasks(process, &toolpath, &origin)?;
     let line_name = |segment: usize| program.as_ref()?.line_name(segment);
-    let ForceWords { unknown, known, of_turn } = ForceWords::of(process, &toolpath, &line_name);
+    let ForceText { unknown, known, of_turn } = ForceText::of(process, &toolpath, &line_name);
     let of_force =
         [("force not known", unknown), ("mean or peak", of_turn)].into_iter().filter(|own| !own.1.is_empty());
     let of_force = of_force.map(|(label, text)| (label, text.trim_end_matches(['.', '\n']).to_string()));

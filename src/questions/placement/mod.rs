@@ -55,7 +55,7 @@ use crate::{
     input::error::Result,
     machine::Machine,
     process::{
-        CuttingRule, Extent, Feature, ForbiddenBox, ForceWords, PathReference, VerdictTable, cutting::PathLoad,
+        CuttingRule, Extent, Feature, ForbiddenBox, ForceText, PathReference, VerdictTable, cutting::PathLoad,
         file::CorrectionLimits, uncertainty::ForceSpread,
     },
     simulation::{Machines, TrackedPath, spread::DrawnMachines, spread_along::SpreadPath},
@@ -79,7 +79,7 @@ pub struct FeatureJob {
     /// Rule for which moves of its path cut.
     pub cuts: CuttingRule,
     /// What must be known of its force.
-    pub force_text: ForceWords,
+    pub force_text: ForceText,
     /// What the verdict is about, and bounds of what is not computed.
     pub verdict: VerdictTable,
     /// Loads of the components of the force at each point of its path, where one of them varies by itself.

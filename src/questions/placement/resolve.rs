@@ -20,7 +20,7 @@ use crate::{
     },
     machine::{Machine, ToolAxisSource},
     process::{
-        Extent, Feature, ForbiddenBox, ForceWords, GammaChoice, PathReference, Process,
+        Extent, Feature, ForbiddenBox, ForceText, GammaChoice, PathReference, Process,
         cutting::LoadError,
         tilt::TiltAngles,
         uncertainty::{CutBy, Uncertainty},
@@ -224,7 +224,7 @@ fn resolve_feature(
     let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
     let loads = process.loads(&path).map_err(fault)?;
     let points = Inputs::of(format!("points of {}", spec.name), path.len().to_string());
-    let force_text = ForceWords::of(&process, &path, &|segment| program.as_ref()?.line_name(segment));
+    let force_text = ForceText::of(&process, &path, &|segment| program.as_ref()?.line_name(segment));
     let inputs = process.inputs.clone().and(program_input(spec.file.as_deref(), program.as_ref())).and(points);
     let feature = Feature {
         name: spec.name.clone(),

@@ -53,6 +53,7 @@ fn tools_are_read_as_posts_write_them() {
         ("(  Tool #2: Ball End Mill 3 Flutes, Diam = 6mm, Len = 20.00mm)", inch, "2 ball end mill D6 Z3"),
         ("(T2 = End Mill {0.5 inches})", LengthUnit::Millimetre, "2 flat end mill D12.7"),
         ("(5 = End Mill {0.2500 inch} UpDown)", LengthUnit::Millimetre, "5 flat end mill D6.35"),
+        ("(T2 = End Mill {6 insert})", LengthUnit::Millimetre, "2 flat end mill"),
         ("(2 = V-Bit {60 deg 12 mm})", inch, "2 V-BIT D12"),
         ("(2 = V-Bit {60 deg})", inch, "2 V-BIT"),
         ("(T2 = Spiral Bit {0.5 inches})", inch, "2 ? D12.7"),

@@ -12,7 +12,7 @@ use crate::{
     answer::{ShareWithin, budget::OfVerdict, cautions},
     files::words::{counted, millimetres, percent, position, typographic, with_minus_signs},
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict, worst_judged},
-    process::{Basis, ForceWords, KnownForce, PathReference, file::NOT_CONTROLLED},
+    process::{Basis, ForceText, KnownForce, PathReference, file::NOT_CONTROLLED},
     questions::{
         path::report::facts_text,
         placement::{
@@ -257,7 +257,7 @@ pub fn known_force(study: &PlacementStudy) -> KnownForce {
 }
 
 /// Returns what is to be known of the force on each feature, with its name if there are several.
-pub fn force_text(study: &PlacementStudy, of: impl Fn(&ForceWords) -> &String) -> String {
+pub fn force_text(study: &PlacementStudy, of: impl Fn(&ForceText) -> &String) -> String {
     let several = study.features.len() > 1;
     let named = |job: &FeatureJob| match of(&job.force_text) {
         text if several && !text.is_empty() => format!("{}: {text}", job.feature.name),

@@ -429,6 +429,7 @@ pub(crate) fn number_text(number: f64) -> String {
 pub(crate) fn value_text(value: &Value, language: Language) -> Option<String> {
     match value {
         _ if language == Language::Krl => super::krl::value_text(value),
+        Value::Number(number) if !number.is_finite() => None,
         Value::Number(number) if number.abs() >= 9e8 => Some(format!("{number:E}").replace('E', "E+0")),
         Value::Number(number) => Some(number_text(*number)),
         Value::Truth(truth) => Some(if *truth { "TRUE" } else { "FALSE" }.to_owned()),

@@ -161,9 +161,10 @@ fn type_of(name: &str, matches: impl Fn(&str, &str) -> bool) -> Option<Result<To
 
 /// Returns the unit that the text behind a length begins with; `None` if neither mm nor inches.
 fn own_unit(text: &str) -> Option<LengthUnit> {
-    match text {
-        _ if text.starts_with("mm") => Some(LengthUnit::Millimetre),
-        _ if text.starts_with("in") || text.starts_with('"') => Some(LengthUnit::Inch),
+    match &text[..text.bytes().take_while(u8::is_ascii_alphabetic).count()] {
+        "mm" => Some(LengthUnit::Millimetre),
+        "in" | "inch" | "inches" => Some(LengthUnit::Inch),
+        "" if text.starts_with('"') => Some(LengthUnit::Inch),
         _ => None,
     }
 }
