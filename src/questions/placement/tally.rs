@@ -189,7 +189,8 @@ impl Tally {
     }
 }
 
-/// Sums and extremes of the residual errors after the correction within limits.
+/// Sums and extremes of the residual errors after the correction within limits: of whole paths, as a part of a path bounds nothing here but
+/// [`perfect`](Self::perfect).
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct ResidualTally {
     worst: f64,

@@ -329,7 +329,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
             "point",
             spread_report::next_along(distribution).as_deref(),
         ))
-        .with_cautions(&caution_text(report))
+        .with_cautions(&other_cautions(report))
         .with_numbers(numbers)
         .where_force_is(report.job.process.known_force(&report.job.path))
         .resting_on(&budget(report), &judged(report));
@@ -518,8 +518,8 @@ pub fn findings_text(report: &Report<'_>) -> String {
         + &blocks_text(job, verified.written.blocks.as_ref())
 }
 
-/// Returns the cautions of the result, a sentence per line.
-fn caution_text(report: &Report<'_>) -> String {
+/// Returns the cautions that come last, a sentence per line: of the machine, its errors, what is assumed and what was left as it is.
+fn other_cautions(report: &Report<'_>) -> String {
     let machine = &report.job.machine;
     near_frequency_text(report.job)
         + &cautions::zeroing(machine)

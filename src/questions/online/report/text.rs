@@ -9,7 +9,7 @@ use crate::{
     page::headline::{Headline, KeyNumber, State, Verdict},
     questions::{
         online::{Band, BreakEven, LoopGain},
-        path::report::{MOVE_INSIDE, cautions_of, facts_text, outside_positions},
+        path::report::{MOVE_INSIDE, path_cautions, facts_text, outside_positions},
         spread_report::{self, SpreadCounts},
     },
     simulation::SOLVED,
@@ -28,7 +28,7 @@ pub(super) fn cautions(compared: &Compared<'_>) -> String {
         + &unsolved_text(compared)
         + &drawn
         + &spread_report::cautions(uncertainty, &SpreadCounts::default(), "trial", None)
-        + &cautions_of(&compared.study.path)
+        + &path_cautions(&compared.study.path)
 }
 
 /// Warns if the loop through the cutting force does not converge at the given cutting stiffness; else empty.

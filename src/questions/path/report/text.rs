@@ -75,7 +75,7 @@ fn cautions_text(summary: &Summary<'_>) -> String {
             "point",
             spread_report::next_along(summary.whole.as_ref()).as_deref(),
         )
-        + &cautions_of(study)
+        + &path_cautions(study)
 }
 
 /// Returns what the play of the drives does along the path, in sentences; empty without play.
@@ -129,7 +129,7 @@ pub(crate) fn outside_positions(study: &PathStudy) -> OutsidePositions {
 }
 
 /// Returns the cautions for any result along the path of `study`: about the machine, its errors and assumed values.
-pub(crate) fn cautions_of(study: &PathStudy) -> String {
+pub(crate) fn path_cautions(study: &PathStudy) -> String {
     cautions::machine_cautions(&study.machine, &study.errors, "path point", study.positions())
         + &facts_text(&study.assumed)
 }
