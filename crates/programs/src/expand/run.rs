@@ -12,7 +12,9 @@ use crate::{
         modes::{CallFrame, Modes},
         variables::Variables,
     },
-    model::gcode::{BlockDelete, Dialect, Fault, GcodeError, GcodeOptions, MacroFault, Refusal},
+    model::gcode::{
+        BlockDelete, Dialect, ENDED_BY_TOUCH, Fault, GcodeError, GcodeOptions, MacroFault, Refusal, Unsupported,
+    },
     read::gcode::{
         CalledFile, Expansion, Origin,
         lines::{self, Lines},
@@ -276,6 +278,10 @@ impl<'a> Run<'a> {
         }
         if line.has_word(b'G', &[65.0]) {
             return self.call_macro(line);
+        }
+        // Here, as otherwise a line behind it that computes with where it ended (#5063) would be refused in its place.
+        if line.has_word(b'G', &ENDED_BY_TOUCH) {
+            return Err((line.begin, Fault::Unsupported(Unsupported::Touch)));
         }
         if line.has_word(b'G', &[66.0, 66.1]) {
             return Err((line.begin, Fault::Macro(MacroFault::ModalCall)));

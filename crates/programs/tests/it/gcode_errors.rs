@@ -120,6 +120,41 @@ fn features_that_cannot_be_followed_are_refused_by_name() {
     );
 }
 
+/// Where such a move ends is not in the program, in any dialect of ISO; one that computes with it is refused for the move as well.
+#[test]
+fn moves_that_a_touch_ends_are_refused_by_what_they_are() {
+    let touch = "goes on until something is touched, so that the program does not say where it ends; expected G0 or G1 to a position, and what \
+                 measures in a program of its own";
+    for dialect in Dialect::ALL.into_iter().filter(|dialect| dialect.is_iso()) {
+        let options = GcodeOptions { dialect: Some(dialect), ..GcodeOptions::default() };
+        let suffix = if dialect == Dialect::Iso { String::new() } else { format!(" (read as {})", dialect.name()) };
+        for line in
+            ["G31 Z-10 F50", "g31 z-10 p1", "G91 G31 Z-10", "G31.2 X5", "G36 X5", "G37 Z-5", "G38.2 Z-10", "G38.5 Z10"]
+        {
+            let source = format!("G21 G90 G17 F100\nG0 X0 Y0 Z5\n{line}\nG1 X5\n#100=#5063\n");
+            let plain = source.replace("#100=#5063\n", "");
+            let word = line.split(' ').find(|word| word.to_uppercase().starts_with("G3")).unwrap();
+            let column = 1 + line.find(word).unwrap();
+            let refused = GcodeProgram::parse(plain, "part.nc", &options).unwrap_err();
+            assert_eq!(refused.to_string(), format!("part.nc:3:{column}: `{word}`: {touch}{suffix}"));
+            assert!(!refused.fault.is_solved_by_expansion());
+            for read in [GcodeProgram::parse_expanded, GcodeProgram::parse_with_calls] {
+                let refused = read(source.clone(), "part.nc", &options, &|_| None).unwrap_err();
+                assert_eq!(refused.to_string(), format!("part.nc:3:1: `{line}`: {touch}{suffix}"));
+            }
+        }
+        // Other words near these: no skip, and no move.
+        for line in ["G35 X5", "G38 X5", "G33 Z-5 K1"] {
+            let refused = GcodeProgram::parse(format!("G0 X0 Y0 Z5\n{line}\n"), "part.nc", &options).unwrap_err();
+            assert!(!refused.to_string().contains("touched"), "{refused}");
+        }
+    }
+    // One that is not run ends nothing.
+    let source = "G0 X0 Y0 Z5\nGOTO 20\nG31 Z-10 F50\nN20 G1 X5 F100 (G31)\nM30\n";
+    let program = GcodeProgram::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
+    assert!(String::from_utf8_lossy(program.source()).ends_with("G0 X0 Y0 Z5\nN20 G1 X5 F100 (G31)\nM30\n"));
+}
+
 #[test]
 fn text_that_is_no_word_is_refused() {
     for (line, expected) in [

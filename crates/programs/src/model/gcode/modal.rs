@@ -310,15 +310,20 @@ impl GWord {
     }
 }
 
+/// Numbers of the G words of moves that a touch ends: skip (Fanuc, Haas, Mach), measuring of workpieces and tools (Haas, Fanuc), probing
+/// (LinuxCNC, Grbl). G38 alone is another motion.
+pub(crate) const ENDED_BY_TOUCH: [f64; 11] = [31.0, 31.1, 31.2, 31.3, 31.4, 36.0, 37.0, 38.2, 38.3, 38.4, 38.5];
+
 /// Returns why the G word whose number in tenths this is is not followed.
 fn unsupported_reason(tenths: u32) -> Unsupported {
     match tenths {
+        _ if ENDED_BY_TOUCH.contains(&(f64::from(tenths) / 10.0)) => Unsupported::Touch,
         410..=429 => Unsupported::CutterCompensation,
         730..=769 | 810..=899 => Unsupported::CannedCycle,
         435 => Unsupported::ToolVector,
         160 | 510..=519 | 680..=689 => Unsupported::Transform,
         650..=669 => Unsupported::Subprogram,
-        310 | 360 | 370 | 52..=69 | 330..=339 | 380..=389 => Unsupported::Motion,
+        52..=69 | 330..=339 | 380..=389 => Unsupported::Motion,
         _ => Unsupported::UnknownG,
     }
 }

@@ -24,9 +24,15 @@ pub enum Unsupported {
     /// G43.5.
     #[error("tool axes as vectors (G43.5) are not supported; expected angles of rotary axes with G43.4")]
     ToolVector,
-    /// G5, G6, G33, G38 and other motions.
+    /// G5, G6, G33 and other motions.
     #[error("this motion is not supported; expected G0, G1, G2 or G3")]
     Motion,
+    /// G31, G37, G38.2 and their kin: moves that a touch ends.
+    #[error(
+        "goes on until something is touched, so that the program does not say where it ends; expected G0 or G1 to a position, and what \
+         measures in a program of its own"
+    )]
+    Touch,
     /// Any other G word.
     #[error("this G word is not supported; expected a word of a 3-axis mill program")]
     UnknownG,
