@@ -9,7 +9,7 @@ use crate::{
     page::headline::{Headline, KeyNumber, State, Verdict},
     questions::{
         online::{Band, BreakEven, LoopGain},
-        path::report::{MOVE_INSIDE, path_cautions, facts_text, outside_positions},
+        path::report::{MOVE_INSIDE, facts_text, outside_positions, path_cautions},
         spread_report::{self, SpreadCounts},
     },
     simulation::SOLVED,

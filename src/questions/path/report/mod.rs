@@ -12,7 +12,7 @@ pub use on_part::view_axes;
 use quantities::DRAWS;
 pub(crate) use quantities::{ANGLE, ARC_LENGTH, DISPLACEMENT, displacement_components, drives, points_table};
 pub use summary::Summary;
-pub(crate) use text::{MOVE_INSIDE, path_cautions, outside_positions};
+pub(crate) use text::{MOVE_INSIDE, outside_positions, path_cautions};
 pub use text::{facts_text, failures_text, headline, text};
 pub use thinned::{Curve, MAX_POINTS, drawn_indices};
 
