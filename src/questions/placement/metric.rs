@@ -189,7 +189,7 @@ impl Metric {
         matches!(self, Metric::P95Deflection | Metric::WithinProbability)
     }
 
-    /// Returns whether the metric comes from the correction within limits: those that [`ResidualTally`](super::tally::ResidualTally) writes.
+    /// Returns whether the metric comes from the correction within limits: those that `ResidualTally::write_into` sets.
     pub fn is_bounded(self) -> bool {
         matches!(self, Metric::WorstResidual | Metric::RmsResidual | Metric::ShareWithinCorrected)
     }
