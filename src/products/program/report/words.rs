@@ -309,27 +309,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .next(next)
         .judged(state, uncertain.is_none())
         .marked("simulated")
-        .with_cautions(&report.verified.worse_as_written().unwrap_or_default())
-        .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.gouge_text(report.job)))
-        .with_cautions(
-            &report.verified.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
-        )
-        .with_cautions(&unknown_force_text(report.job))
-        .with_cautions(&feed::caution(report.job))
-        .with_cautions(&report.findings.machined.as_ref().map_or_else(String::new, |own| own.sentences(report.job)))
-        .with_cautions(&of_tool)
-        .with_cautions(&verdict_force.map_or_else(String::new, |own| own.sentence()))
-        .with_cautions(&spread_report::along_cautions(&along(report), distribution))
-        .with_cautions(&deflected_cut_text(report, true))
-        .with_cautions(&without_force_text(report))
-        .with_cautions(&play_text(report))
-        .with_cautions(&spread_report::cautions(
-            uncertain,
-            &report.findings.spread,
-            "point",
-            spread_report::next_along(distribution).as_deref(),
-        ))
-        .with_cautions(&other_cautions(report))
+        .with_cautions(&all_cautions(report, &of_tool))
         .with_numbers(numbers)
         .where_force_is(report.job.process.known_force(&report.job.path))
         .resting_on(&budget(report), &judged(report));
@@ -516,6 +496,33 @@ pub fn findings_text(report: &Report<'_>) -> String {
         + &holes_text(verified.written.in_holes_mm)
         + &spread
         + &blocks_text(job, verified.written.blocks.as_ref())
+}
+
+/// Returns the cautions of the first screen, a sentence per line, in the order in which they stand against the program: what is wrong with what was
+/// written, what is cut, `of_tool` (how the tool goes), then how sure that is, and last what holds for any program on the machine.
+fn all_cautions(report: &Report<'_>, of_tool: &str) -> String {
+    let (job, verified) = (report.job, report.verified);
+    let distribution = verified.spread.as_ref();
+    let machined = report.findings.machined.as_ref();
+    let next = spread_report::next_along(distribution);
+    [
+        verified.worse_as_written().unwrap_or_default(),
+        machined.map_or_else(String::new, |own| own.gouge_text(job)),
+        verified.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(job, found)),
+        unknown_force_text(job),
+        feed::caution(job),
+        machined.map_or_else(String::new, |own| own.sentences(job)),
+        of_tool.to_owned(),
+        VerdictForce::of(&job.process, &job.path).map_or_else(String::new, |own| own.sentence()),
+        spread_report::along_cautions(&along(report), distribution),
+        deflected_cut_text(report, true),
+        without_force_text(report),
+        play_text(report),
+        spread_report::cautions(job.uncertainty.as_deref(), &report.findings.spread, "point", next.as_deref()),
+        other_cautions(report),
+    ]
+    .map(|text| text.trim_end().to_owned() + "\n")
+    .concat()
 }
 
 /// Returns the cautions that come last, a sentence per line: of the machine, its errors, what is assumed and what was left as it is.
