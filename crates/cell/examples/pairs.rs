@@ -1,0 +1,80 @@
+//! Random pairs of shapes with their distance, a line each, for `tests/coal.py`: `cargo run --release -p kinetostat-cell --example pairs -- SEED COUNT`.
+
+use std::env;
+
+use kinetostat_cell::{Body, Cell, Grade, Shape};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+
+/// Random numbers, the same for a seed on every machine.
+struct Numbers(u64);
+
+impl Numbers {
+    /// Returns a number between 0 and 1.
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Returns a length, mm: as many between 5 and 50 as between 50 and 500.
+    fn length(&mut self, low: f64, high: f64) -> f64 {
+        self.between(low.ln(), high.ln()).exp()
+    }
+
+    fn rotation(&mut self) -> UnitQuaternion<f64> {
+        let mut normal = || {
+            let (size, turn) = (self.unit().max(1e-12), self.unit());
+            (-2.0 * size.ln()).sqrt() * (std::f64::consts::TAU * turn).cos()
+        };
+        UnitQuaternion::from_quaternion(Quaternion::new(normal(), normal(), normal(), normal()))
+    }
+
+    /// Returns a shape about the origin, and its words: kind and sizes.
+    fn shape(&mut self) -> (Shape, String) {
+        let kind = (4.0 * self.unit()) as usize;
+        if kind == 0 {
+            let size = [0; 3].map(|_| self.length(5.0, 800.0));
+            let shape = Shape::Cuboid { pose: Isometry3::identity(), size_mm: size.into() };
+            return (shape, format!("box {} {} {}", size[0], size[1], size[2]));
+        }
+        if kind == 1 {
+            let (count, half) = (6 + (40.0 * self.unit()) as usize, self.length(10.0, 400.0));
+            let points_mm: Vec<Point3<f64>> =
+                (0..count).map(|_| Point3::from([0; 3].map(|_| self.between(-half, half)))).collect();
+            let words: Vec<String> = points_mm.iter().map(|own| format!("{} {} {}", own.x, own.y, own.z)).collect();
+            return (Shape::Hull { points_mm }, format!("hull {}", words.join(" ")));
+        }
+        let (length, radius_mm) = (self.length(5.0, 800.0), self.length(3.0, 200.0));
+        let ends_mm = [-0.5, 0.5].map(|end| Point3::new(0.0, 0.0, end * length));
+        match kind {
+            2 => (Shape::Capsule { ends_mm, radius_mm }, format!("capsule {length} {radius_mm}")),
+            _ => (Shape::Cylinder { ends_mm, radius_mm }, format!("cylinder {length} {radius_mm}")),
+        }
+    }
+}
+
+fn words(pose: &Isometry3<f64>) -> String {
+    let (at, turn) = (pose.translation.vector, pose.rotation.quaternion());
+    format!("{} {} {} {} {} {} {}", at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k)
+}
+
+fn main() {
+    let argument = |index: usize, otherwise: u64| {
+        env::args().nth(index).map_or(otherwise, |text| text.parse().expect("SEED and COUNT are whole numbers"))
+    };
+    let mut numbers = Numbers(argument(1, 1));
+    for _ in 0..argument(2, 1000) {
+        let shapes = [numbers.shape(), numbers.shape()];
+        let body = |index: usize| Body::new("", index, Grade::Given, &[shapes[index].0.clone()]).expect("a volume");
+        let bodies = vec![body(0), body(1)];
+        let reach: f64 = bodies.iter().map(|own| own.ball().1).sum();
+        let first = Vector3::from([0; 3].map(|_| numbers.between(-2000.0, 2000.0)));
+        let second = first + numbers.rotation() * Vector3::x() * numbers.between(0.0, 1.2) * reach;
+        let poses = [first, second].map(|at| Isometry3::from_parts(Translation3::from(at), numbers.rotation()));
+        let distance_mm = Cell::new(bodies, |_, _| false).separations(&poses)[0].distance_mm;
+        println!("{}|{}|{}|{}|{distance_mm}", shapes[0].1, shapes[1].1, words(&poses[0]), words(&poses[1]));
+    }
+}

@@ -1,0 +1,193 @@
+//! How near bodies come while their frames move, by conservative advancement.
+
+use std::collections::BinaryHeap;
+
+use nalgebra::{Isometry3, Point3};
+use parry3d_f64::math::Pose;
+
+use crate::{
+    body::{Cell, Separation, pose},
+    separation::Search,
+};
+
+/// A ball in a frame, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ball {
+    /// Its centre.
+    pub centre_mm: Point3<f64>,
+    /// Its radius.
+    pub radius_mm: f64,
+}
+
+/// How the frames move, over a parameter from 0 to 1.
+pub trait Motion {
+    /// Writes the pose of each frame at `s`. `Err` with a reason where the machine has none.
+    ///
+    /// # Errors
+    /// As above; the sweep ends with it.
+    fn poses(&mut self, s: f64, poses: &mut [Isometry3<f64>]) -> Result<(), String>;
+
+    /// Returns a bound of how far any point of `ball`, fixed to `frame`, moves between two parameters in `[from, to]`, mm for each 1 of the parameter:
+    /// no point may be faster. It may be infinite where it is not known, and becomes finite on a shorter interval.
+    fn speed(&mut self, frame: usize, ball: &Ball, interval: [f64; 2]) -> f64;
+}
+
+/// When a sweep ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SweepOptions {
+    /// The least distance is found to within this, mm.
+    pub tolerance_mm: f64,
+    /// It ends as soon as a distance below this is certain, mm; minus infinity for the least distance whatever it is.
+    pub enough_mm: f64,
+    /// Distances certain to be at least this are not resolved, mm.
+    pub beyond_mm: f64,
+    /// Most states that are looked at.
+    pub max_states: usize,
+}
+
+impl Default for SweepOptions {
+    fn default() -> Self {
+        Self { tolerance_mm: 0.1, enough_mm: f64::NEG_INFINITY, beyond_mm: f64::INFINITY, max_states: 100_000 }
+    }
+}
+
+/// How near the bodies come along a motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Nearest {
+    /// No distance along the motion is less, mm.
+    pub lower_mm: f64,
+    /// The nearest state that was looked at: its parameter, and the pair that is nearest there.
+    pub at: Option<(f64, Separation)>,
+    /// States that were looked at.
+    pub states: usize,
+    /// Searches for a distance of two convex pieces.
+    pub searches: usize,
+}
+
+/// An interval between states that is not cleared yet.
+struct Open {
+    /// No distance in it is less.
+    lower: f64,
+    interval: [f64; 2],
+    /// Pairs with which this may be, by index.
+    pairs: Vec<u32>,
+}
+
+impl PartialEq for Open {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Open {}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Open {
+    // The least bound is looked at first, of equals the one that comes first.
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        other.lower.total_cmp(&self.lower).then_with(|| other.interval[0].total_cmp(&self.interval[0]))
+    }
+}
+
+impl Cell {
+    /// Returns how near the pairs `considered` (indices of [`pairs`](Self::pairs)) come along `motion` of `frames` frames.
+    ///
+    /// # Errors
+    /// The reason of a state that `motion` does not have.
+    pub fn sweep(&self, motion: &mut dyn Motion, frames: usize, options: &SweepOptions) -> Result<Nearest, String> {
+        let mut state = Sweep {
+            cell: self,
+            options,
+            poses: vec![Isometry3::identity(); frames],
+            fast: vec![Pose::IDENTITY; frames],
+            search: Search::default(),
+            found: Nearest { lower_mm: f64::INFINITY, at: None, states: 0, searches: 0 },
+        };
+        let mut open = BinaryHeap::new();
+        let all: Vec<u32> = (0..self.pairs.len() as u32).collect();
+        for end in [0.0, 1.0] {
+            state.look(motion, end, &all)?;
+        }
+        open.push(Open { lower: f64::NEG_INFINITY, interval: [0.0, 1.0], pairs: all });
+        while let Some(next) = open.pop() {
+            let upper = state.upper();
+            let is_resolved = next.lower >= upper - options.tolerance_mm || next.lower >= options.beyond_mm;
+            if is_resolved || upper < options.enough_mm || state.found.states >= options.max_states {
+                state.found.lower_mm = state.found.lower_mm.min(next.lower);
+                break;
+            }
+            state.split(motion, next, &mut open)?;
+        }
+        state.found.lower_mm = state.found.lower_mm.min(state.upper());
+        state.found.searches = state.search.count;
+        Ok(state.found)
+    }
+}
+
+struct Sweep<'a> {
+    cell: &'a Cell,
+    options: &'a SweepOptions,
+    poses: Vec<Isometry3<f64>>,
+    fast: Vec<Pose>,
+    search: Search,
+    found: Nearest,
+}
+
+impl Sweep<'_> {
+    fn upper(&self) -> f64 {
+        self.found.at.map_or(f64::INFINITY, |(_, own)| own.distance_mm)
+    }
+
+    /// Looks at the state at `s` and returns the distance of each of `pairs`.
+    fn look(&mut self, motion: &mut dyn Motion, s: f64, pairs: &[u32]) -> Result<Vec<f64>, String> {
+        motion.poses(s, &mut self.poses)?;
+        self.fast.iter_mut().zip(&self.poses).for_each(|(fast, own)| *fast = pose(own));
+        self.found.states += 1;
+        let mut distances = Vec::with_capacity(pairs.len());
+        for &pair in pairs {
+            let own = self.cell.separation(self.cell.pairs[pair as usize], &self.fast, f64::INFINITY, &mut self.search);
+            if own.distance_mm < self.upper() {
+                self.found.at = Some((s, own));
+            }
+            distances.push(own.distance_mm);
+        }
+        Ok(distances)
+    }
+
+    /// Looks at the middle of an interval and keeps of its halves what may be nearer than what is known.
+    fn split(&mut self, motion: &mut dyn Motion, own: Open, open: &mut BinaryHeap<Open>) -> Result<(), String> {
+        let [from, to] = own.interval;
+        let middle = 0.5 * (from + to);
+        let distances = self.look(motion, middle, &own.pairs)?;
+        for interval in [[from, middle], [middle, to]] {
+            let mut left = Open { lower: f64::INFINITY, interval, pairs: Vec::new() };
+            let limit = (self.upper() - self.options.tolerance_mm).min(self.options.beyond_mm);
+            for (&pair, distance) in own.pairs.iter().zip(&distances) {
+                let speed: f64 =
+                    self.cell.pairs[pair as usize].iter().map(|&body| self.speed(motion, body, interval)).sum();
+                let lower = (distance - speed * (interval[1] - interval[0])).max(own.lower);
+                if lower < limit {
+                    left.pairs.push(pair);
+                    left.lower = left.lower.min(lower);
+                } else {
+                    self.found.lower_mm = self.found.lower_mm.min(lower);
+                }
+            }
+            if !left.pairs.is_empty() {
+                open.push(left);
+            }
+        }
+        Ok(())
+    }
+
+    fn speed(&self, motion: &mut dyn Motion, body: usize, interval: [f64; 2]) -> f64 {
+        let body = &self.cell.bodies[body];
+        let (centre_mm, radius_mm) = body.ball();
+        motion.speed(body.frame, &Ball { centre_mm, radius_mm }, interval)
+    }
+}

@@ -1,0 +1,73 @@
+//! Distances that are known, and motions between two samples.
+
+use kinetostat_cell::{Ball, Body, Cell, Grade, Motion, Shape, SweepOptions};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+
+fn cuboid(size: [f64; 3]) -> Shape {
+    Shape::Cuboid { pose: Isometry3::identity(), size_mm: size.into() }
+}
+
+fn rod(radius: f64) -> Shape {
+    Shape::Capsule { ends_mm: [Point3::new(0.0, 0.0, -50.0), Point3::new(0.0, 0.0, 50.0)], radius_mm: radius }
+}
+
+fn two(a: Shape, b: Shape) -> Cell {
+    let bodies = vec![Body::new("a", 0, Grade::Given, &[a]).unwrap(), Body::new("b", 1, Grade::Given, &[b]).unwrap()];
+    Cell::new(bodies, |_, _| false)
+}
+
+fn distance(a: Shape, b: Shape, at: [f64; 3]) -> f64 {
+    let poses = [Isometry3::identity(), Isometry3::translation(at[0], at[1], at[2])];
+    two(a, b).nearest(&poses).unwrap().distance_mm
+}
+
+#[test]
+fn boxes_rods_and_cylinders() {
+    let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    near(distance(cuboid([10.0; 3]), cuboid([10.0; 3]), [20.0, 0.0, 0.0]), 10.0);
+    near(distance(cuboid([10.0; 3]), cuboid([10.0; 3]), [13.0, 14.0, 0.0]), 5.0);
+    near(distance(cuboid([10.0; 3]), cuboid([10.0; 3]), [8.0, 1.0, 0.5]), -2.0);
+    near(distance(cuboid([100.0; 3]), cuboid([10.0; 3]), [1.0, 2.0, 40.0]), -15.0);
+    near(distance(rod(3.0), rod(4.0), [10.0, 0.0, 20.0]), 3.0);
+    near(distance(rod(3.0), rod(4.0), [5.0, 0.0, 20.0]), -2.0);
+    let cylinder =
+        || Shape::Cylinder { ends_mm: [Point3::new(0.0, 0.0, 0.0), Point3::new(0.0, 0.0, 100.0)], radius_mm: 30.0 };
+    near(distance(cylinder(), cylinder(), [80.0, 0.0, 10.0]), 20.0);
+    near(distance(cylinder(), cuboid([10.0; 3]), [0.0, 0.0, 120.0]), 15.0);
+    near(distance(cylinder(), cuboid([10.0; 3]), [0.0, 0.0, 104.0]), -1.0);
+}
+
+struct Straight {
+    from: Vector3<f64>,
+    to: Vector3<f64>,
+    turn: f64,
+}
+
+impl Motion for Straight {
+    fn poses(&mut self, s: f64, poses: &mut [Isometry3<f64>]) -> Result<(), String> {
+        poses[1] = Isometry3::from_parts(
+            Translation3::from(self.from.lerp(&self.to, s)),
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.turn * s),
+        );
+        Ok(())
+    }
+
+    fn speed(&mut self, frame: usize, ball: &Ball, _: [f64; 2]) -> f64 {
+        if frame == 0 {
+            return 0.0;
+        }
+        (self.to - self.from).norm() + self.turn.abs() * (ball.centre_mm.coords.xy().norm() + ball.radius_mm)
+    }
+}
+
+#[test]
+fn a_thin_rod_between_two_samples_is_found() {
+    let cell = two(rod(3.0), rod(3.0));
+    let mut motion = Straight { from: Vector3::new(-500.0, 1.0, 0.0), to: Vector3::new(723.0, 1.0, 0.0), turn: 0.0 };
+    let found = cell.sweep(&mut motion, 2, &SweepOptions::default()).unwrap();
+    assert!(found.lower_mm <= -5.0 && found.lower_mm >= -5.1 - 1e-9, "{found:?}");
+    let mut past = Straight { from: Vector3::new(-500.0, 7.0, 0.0), to: Vector3::new(723.0, 7.0, 0.0), turn: 0.0 };
+    let found = cell.sweep(&mut past, 2, &SweepOptions::default()).unwrap();
+    assert!(found.lower_mm <= 1.0 && found.lower_mm >= 0.9, "{found:?}");
+    println!("{found:?}");
+}
