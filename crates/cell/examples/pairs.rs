@@ -1,4 +1,4 @@
-//! Random pairs of shapes with their distance, a line each, for `tests/coal.py`: `cargo run --release -p kinetostat-cell --example pairs -- SEED COUNT`.
+//! Random pairs of shapes with their distance, a line each, for `tests/against_coal.py`: `cargo run --release -p kinetostat-cell --example pairs -- SEED COUNT`.
 
 use std::env;
 

@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """Distances of random pairs of bodies against Coal (pip install coal==3.0.3 numpy).
 
-cargo run --release -p kinetostat-cell --example pairs -- 1 20000 | python3 crates/cell/tests/coal.py
+cargo run --release -p kinetostat-cell --example pairs -- 1 20000 | python3 crates/cell/tests/against_coal.py
 
 Fails where a sign differs beyond 0.05 mm, a distance by more than 1e-3 mm, or a depth by more than 0.05 mm.
 """
