@@ -282,8 +282,9 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 
 /// Most lines of each crate, 5 % more than it had when that was written; all of them together have a limit of their own. A new capability is a
 /// crate, or says what it takes out.
-const MAX_LINES: [(&str, usize); 7] = [
+const MAX_LINES: [(&str, usize); 8] = [
     ("crates/budget/src", 300),
+    ("crates/cell/src", 900),
     ("crates/engine/src", 22_450),
     ("crates/input/src", 1_260),
     ("crates/programs/src", 32_300),

@@ -55,7 +55,9 @@ def main():
         has_other_sign = abs(theirs) > SIGN_MM and overlaps != (float(own) < 0)
         if has_other_sign or off > (DEPTH_MM if overlaps else DISTANCE_MM):
             faults.append(f"{one} and {other}: {own} mm, by Coal {theirs}")
-    print(f"{count[0]} apart, off by at most {worst[0]:.1e} mm; {count[1]} that overlap, off by at most {worst[1]:.1e} mm")
+    print(
+        f"{count[0]} apart, off by at most {worst[0]:.1e} mm; {count[1]} that overlap, off by at most {worst[1]:.1e} mm"
+    )
     sys.exit("\n".join(faults[:10]) if faults or not all(count) else 0)
 
 
