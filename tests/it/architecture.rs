@@ -7,10 +7,11 @@ use std::{
 };
 
 /// Crates, and folders of the engine, the library and the program; each may use those before it. What a crate uses is up to the compiler.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 25] = [
     "input",
     "budget",
     "removal",
+    "cell",
     "spatial",
     "lanes",
     "machine",
@@ -35,7 +36,7 @@ const ORDER: [&str; 24] = [
 ];
 
 /// Crates that are one entry of [`ORDER`]; the engine has its folders there.
-const CRATES: [&str; 5] = ["input", "budget", "removal", "spatial", "programs"];
+const CRATES: [&str; 6] = ["input", "budget", "removal", "cell", "spatial", "programs"];
 
 pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
