@@ -219,7 +219,8 @@ fn header_text(job: &ProgramJob) -> Result<String> {
     Ok(format!("{name}: {points}, {cutting} of them cutting, path length {length:.1} mm\n{facts}{cautions}"))
 }
 
-const TABLE: &str = "Error of the tool's path while it cuts, by drive command (steps: correction steps per point):";
+const TABLE: &str =
+    "Error of the tool's path while it cuts, without and with compensation (steps: correction steps per point):";
 
 /// Returns the table of passes and the failures of their commands.
 fn pass_table(passes: &[Pass]) -> String {

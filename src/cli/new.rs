@@ -61,7 +61,12 @@ pub fn new(arguments: &NewArguments) -> Result<Ending> {
             let next = format!("Next: edit {}, then", folder.join("study.toml").display());
             say_written(folder, files.into_iter(), &next)?;
         }
-        _ => return Err(Error::argument("KIND", "expected the kind of a study and a folder, or --example")),
+        _ => {
+            return Err(Error::argument(
+                "KIND",
+                "expected the kind of a study and a folder, such as `kinetostat new map mine`, or --example",
+            ));
+        }
     }
     Ok(Ending::Complete)
 }

@@ -178,7 +178,8 @@ fn first_screen(
         let better = std::mem::replace(&mut own.headline.sentence, first.clone());
         own.headline.cautions.splice(0..0, others.iter().cloned().chain([better]));
         own.headline.verdict = Some(Verdict::new(State::Bad, "One of the paths cannot be run as placed"));
-        own.headline.next = Some("move the part into the box of the machine, and run it again.".into());
+        own.headline.next =
+            Some("move that part into the workspace box of its machine, and compute its path again.".into());
     }
     Ok(screen)
 }

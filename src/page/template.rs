@@ -41,7 +41,7 @@ static PLOTLY: LazyLock<String> = LazyLock::new(|| {
     let mut text = String::new();
     let compressed: &[u8] = include_bytes!("assets/plotly/plotly-kinetostat.min.js.br");
     let read = Decompressor::new(compressed, BUFFER).read_to_string(&mut text);
-    read.expect("the library is part of the program, and memory takes it");
+    read.expect("what was compressed with the program can be decompressed");
     text
 });
 /// Bytes decompressed at once.

@@ -121,12 +121,13 @@ fn controlled_size(nominal: &Machine, mut error: Vector3<f64>) -> f64 {
 }
 
 impl FieldSpread {
-    /// Solves the `cases` on the machines and under the forces that `uncertainty` makes of `machines` with their chain `errors`; `None` where inputs are
-    /// taken as exact. Chance decides nothing: the draws are those of all questions.
+    /// Solves the `cases` on the machines and under the forces that `uncertainty` makes of `machines` with their chain `errors`, in the first
+    /// scramble of the draws of all questions. Cases of one position follow one another, and all have drives for the same methods. `tolerance_mm`: of which the
+    /// probability is wanted. `None` where inputs are taken as exact, and in pages.
     ///
     /// # Errors
-    /// Of `cases` and of `work`.
-    pub(super) fn new(
+    /// No machines can be drawn, those of `cases`, and work that is stopped.
+    pub(super) fn solve(
         uncertainty: Option<&Uncertainty>,
         machines: &Machines,
         errors: &[ChainError],

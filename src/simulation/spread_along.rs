@@ -573,7 +573,8 @@ impl<'a> Block<'a> {
         Ok(solve_blocks(&case, commands, &blocks, &|| self.work.check())?.concat())
     }
 
-    /// Commands of the nominal machine, those that compensate solved as the study does, so that they are the same.
+    /// Poses of P that are commanded, O: none of its own for the plain path; of a written program those read back from it; else those that compensate with
+    /// nominal inputs, solved as the study does. Where there is no such command, the pose of the task, not known. `Err` where the work is stopped.
     fn commanded(&self, command: Command) -> Result<Commanded> {
         let is_known = vec![true; self.tasks.len()];
         match (command, self.written) {

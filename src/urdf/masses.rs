@@ -16,16 +16,22 @@ pub(super) struct Mass {
 
 /// So many equal masses are no coincidence.
 const EQUAL_MASSES: usize = 3;
-/// Machines weigh between these, in kg per square metre of the chain's length: a light arm of 1 m and a foundry robot are far within.
-const LIGHTEST: f64 = 0.2;
-const HEAVIEST: f64 = 5000.0;
+/// Machines weigh between these, in kg over the square of the reach in m: a light arm of 1 m and a foundry robot are far within.
+const MIN_KG_PER_M2: f64 = 0.2;
+const MAX_KG_PER_M2: f64 = 5000.0;
 
-/// Returns the mass of each link where it is plausible for a chain of `length` (m), and notes the others.
-pub(super) fn plausible_masses(robot: &Robot, tree: &Tree, length: f64, notes: &mut ImportNotes) -> Vec<Option<Mass>> {
+/// Returns the mass of each of `robot.links`, in their order, and notes what is left out: `None` where it is missing or not plausible for a chain
+/// that reaches at most `reach_bound_m`, and of all links where their sum is not. A bound of 0 leaves sum and centres unchecked.
+pub(super) fn plausible_masses(
+    robot: &Robot,
+    tree: &Tree,
+    reach_bound_m: f64,
+    notes: &mut ImportNotes,
+) -> Vec<Option<Mass>> {
     let mut masses: Vec<Option<Mass>> =
-        (0..robot.links.len()).map(|link| link_mass(robot, tree, link, length, notes)).collect();
+        (0..robot.links.len()).map(|link| link_mass(robot, tree, link, reach_bound_m, notes)).collect();
     note_missing(robot, notes);
-    if let Some(problem) = all_implausible(&masses, length) {
+    if let Some(problem) = all_implausible(&masses, reach_bound_m) {
         notes.add(problem);
         masses.fill(None);
     }
@@ -86,7 +92,7 @@ fn all_implausible(masses: &[Option<Mass>], length: f64) -> Option<String> {
     if are_equal && (kg.len() >= EQUAL_MASSES || kg.len() > 1 && first == 1.0) {
         return Some(format!("masses: none used, all {} are {first:?} kg, a placeholder", kg.len()));
     }
-    let (least, most) = (LIGHTEST * length * length, HEAVIEST * length * length);
+    let (least, most) = (MIN_KG_PER_M2 * length * length, MAX_KG_PER_M2 * length * length);
     (length > 0.0 && !(least..=most).contains(&total)).then(|| {
         format!(
             "masses: none used, {total} kg in all is absurd for a chain {length:.3} m long, expected {least:.3} to {most:.0} kg"

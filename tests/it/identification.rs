@@ -631,7 +631,10 @@ fn data_that_cannot_be_read_are_refused_by_line_and_column() {
     let row = "0,14,-50,0,50,0,300,0.1\n";
     for (data, expected) in [
         (String::new(), "data.csv:1: header: missing"),
-        (head.to_string(), "data.csv:2: row: missing: expected a row for each measurement"),
+        (
+            head.to_string(),
+            "data.csv:2: row: missing: there are names of columns and no measurements below; add a row for each",
+        ),
         (format!("{head}{row}0,14,-50,0,50,0,300,far\n"), "data.csv:3: displacement_x_mm: must be a number, got `far`"),
         (format!("{head}0,14,-50,0,50,0,300\n"), "data.csv:2: row: has 7 values; expected 8"),
         (format!("{head}0,14,,0,50,0,300,0.1\n"), "missing beside the positions of the other drives"),

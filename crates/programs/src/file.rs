@@ -75,7 +75,7 @@ impl ProgramFile {
             Expand::WhereNeeded => {
                 GcodeProgram::parse_or_give_back(bytes, &name, &options.gcode).or_else(|given_back| {
                     let (refused, bytes) = *given_back;
-                    if !refused.fault.is_solved_by_expansion() {
+                    if !refused.fault.may_vanish_on_expansion() {
                         return Err(refused);
                     }
                     GcodeProgram::parse_with_calls(bytes, &name, &options.gcode, beside)
@@ -94,7 +94,7 @@ impl ProgramFile {
             ProgramFile::Robot(program) => program.file_bytes(),
         };
         let own = [(name, Some(bytes)), (name, self.written_out())];
-        own.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).chain(self.files_beside())
+        own.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).chain(self.sibling_files())
     }
 
     /// Returns the format of its coordinates.
@@ -115,8 +115,8 @@ impl ProgramFile {
         }
     }
 
-    /// Returns names and bytes of the files beside a robot program from which it has points and frames.
-    fn files_beside(&self) -> Vec<(&str, &[u8])> {
+    /// Returns names and bytes of the data files read with a robot program (`.dat`, `$config.dat`, `sysframe.va`); none of other programs.
+    fn sibling_files(&self) -> Vec<(&str, &[u8])> {
         match self {
             #[cfg(not(target_family = "wasm"))]
             ProgramFile::Robot(program) => program.beside().collect(),
@@ -240,7 +240,7 @@ fn robot_program(
         }
         (Language::Rapid | Language::Krl, Expand::WhereNeeded) => {
             match RobotProgram::parse(bytes.clone(), name, language, beside.clone(), robot) {
-                Err(refused) if refused.fault.is_solved_by_expansion() => {
+                Err(refused) if refused.fault.may_vanish_on_expansion() => {
                     Ok(RobotProgram::parse_expanded(bytes, name, language, beside, robot, true)?)
                 }
                 read => Ok(read?),

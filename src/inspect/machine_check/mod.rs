@@ -316,7 +316,10 @@ fn spring_names(machine: &Machine) -> Vec<String> {
 fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<String> {
     let mut warnings = Vec::new();
     if *status != Status::Solved {
-        warnings.push(format!("home: a load of 1 N has no stable equilibrium ({})", status.reason(machine)));
+        warnings.push(format!(
+            "home: under a load of 1 N the machine is in no stable equilibrium ({})",
+            status.reason(machine)
+        ));
     }
     warnings.extend(home_warning(machine));
     warnings.extend(skew_tool_warning(machine));

@@ -267,7 +267,7 @@ fn cutter_radii(spec: &GcodeSpec, check: &Check) -> Result<Option<BTreeMap<Cutte
         let check = check.key(&format!("cutter_radius_mm.{name}"));
         let Ok(of) = name.parse::<CutterOf>() else {
             return check
-                .fail("must be D1 and so on, the number of the offset, or T1 and so on, that of the tool".into());
+                .fail("must be D with the number of an offset, or T with that of a tool, such as D1 or T3".into());
         };
         radii.insert(of, check.not_negative(*given)?);
     }

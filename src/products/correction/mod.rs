@@ -160,7 +160,7 @@ pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionRe
     let ways: Vec<_> = [Corrector::Nothing, Corrector::Table(&table)].into_iter().chain(tables).collect();
     let cases = || field_cases(question, &machines, &ways, [&without, &with_table]);
     let (uncertainty, tolerance_mm) = (question.uncertainty.as_ref(), Some(question.judged_mm));
-    let spread = FieldSpread::new(uncertainty, &machines, &question.errors, cases, tolerance_mm, work)?;
+    let spread = FieldSpread::solve(uncertainty, &machines, &question.errors, cases, tolerance_mm, work)?;
     Ok(CorrectionResult { table, with_table, at_nodes_mm, without, per_joint, spread })
 }
 

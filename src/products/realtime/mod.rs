@@ -183,7 +183,7 @@ pub fn generate(question: Question) -> Result<Realtime> {
     };
     let Question { machines, errors, uncertainty, tolerance_mm, .. } = &realtime.question;
     let (uncertainty, cases) = (uncertainty.as_ref(), || realtime.field_cases());
-    realtime.spread = FieldSpread::new(uncertainty, machines, errors, cases, *tolerance_mm, &Work::default())?;
+    realtime.spread = FieldSpread::solve(uncertainty, machines, errors, cases, *tolerance_mm, &Work::default())?;
     Ok(realtime)
 }
 
@@ -236,7 +236,7 @@ fn shortest_function(
     best.filter(|(error, _)| error.is_finite()).map(|(_, function)| function).ok_or_else(|| {
         let name = &exact.machines.nominal.name;
         let problem = format!(
-            "{steps} steps from none of the starts lead to equilibria of {name} all over the box; expected more steps, a smaller box or smaller forces"
+            "with {steps} Newton steps the generated code does not reach the equilibria of {name} everywhere in the box; allow more steps, or ask for a smaller box or smaller forces"
         );
         Error::argument("--steps", problem)
     })

@@ -321,7 +321,9 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Re
     }
     number_poses(&mut measurements, machine);
     match measurements.is_empty() {
-        true => at_line(source.len()).key("row").fail("missing: expected a row for each measurement".into()),
+        true => at_line(source.len())
+            .key("row")
+            .fail("missing: there are names of columns and no measurements below; add a row for each".into()),
         false => Ok(measurements),
     }
 }

@@ -128,7 +128,7 @@ fn noise(spec: &IdentificationSpec, measured: &[Measurement], check: &Check) -> 
             .fail(format!("missing: {because}, so that lengths need theirs to weigh against them"));
     }
     if lacks(true) && rotation.is_none() {
-        return check.key("std_deg").fail("missing: rotations were measured without a column std_deg".into());
+        return check.key("std_deg").fail("missing: rotations were measured, and their standard deviation is not known; give it here or in a column std_deg".into());
     }
     Ok(Noise { length, rotation, is_estimated })
 }

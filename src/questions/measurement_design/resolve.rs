@@ -51,7 +51,7 @@ impl Question for MeasurementDesignStudy {
             row.readings.iter().any(|reading| reading.quantity.is_rotation() && reading.std.is_none())
         };
         if noise.rotation.is_none() && measured.iter().any(has_no_std) {
-            return check.key("std_deg").fail("missing: rotations were measured without a column std_deg".into());
+            return check.key("std_deg").fail("missing: rotations were measured, and their standard deviation is not known; give it here or in a column std_deg".into());
         }
         let tested = match (spec.criterion, &spec.tested) {
             (CriterionSpec::AllNumbers, Some(_)) => {

@@ -195,7 +195,7 @@ fn check_same_draws(jobs: &[FeatureJob], check: &Check) -> Result<()> {
     match jobs.windows(2).find(have_different_draws) {
         None => Ok(()),
         Some(pair) => check.fail(format!(
-            "{} and {} have other uncertain numbers or draws: expected [uncertainty] in the study, and machines that have the numbers that it names",
+            "{} and {} do not have the same uncertain numbers and draws: give [uncertainty] in the study instead of their processes, with numbers that the machines of both have",
             pair[0].feature.name, pair[1].feature.name
         )),
     }
@@ -557,8 +557,7 @@ fn resolve_candidates(
         check.key("name").readable(&name)?;
         check.key("name").unique(&name, candidates.iter().map(|c| c.name.as_str()))?;
         if is_name_of_found(&name) {
-            let problem =
-                format!("\"{name}\" is what results call a place that the search finds: expected another name");
+            let problem = format!("\"{name}\" is a name of places that the search finds: choose another");
             return check.key("name").fail(problem);
         }
         let position = match (&spec.point, spec.origin_mm) {

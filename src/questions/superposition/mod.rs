@@ -194,7 +194,8 @@ pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work)
     Ok(points)
 }
 
-/// Computes the grid points with these indices in pieces of `work`, those alone that belong to this shard. `Err` if `work` was stopped.
+/// Computes the grid points with these indices, in grid order, in pieces of `work`, without those that another shard computes. `Err` if `work` was stopped or
+/// a piece cannot be kept or read.
 fn map_part(
     study: &SuperpositionStudy,
     machines: &Machines,

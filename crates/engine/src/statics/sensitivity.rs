@@ -72,9 +72,9 @@ impl Sensitivities {
         self.varied.iter().map(|varied| &varied.variation)
     }
 
-    /// Derivatives by each parameter at the equilibrium `state` of `machine` with the drives at `drives` (mm, rad) under the dead wrench `load`
-    /// at P in O axes, N and N·mm, which may depend on the tool tip of the machine or varied machine given. The tighter the equilibrium was
-    /// solved, the better: an error of it goes into the linear system. With the platform held, the wrench on it changes by `−K_C` times the twist
+    /// Derivatives by each parameter, in the order of [`variations`](Self::variations), at the equilibrium `state` of `machine`, the one of
+    /// [`new`](Self::new), with the drives at `drives` (mm, rad). `load` gives the dead wrench at P in O axes, N and N·mm, on `machine` and on each varied
+    /// machine, as its lever may depend on the tool tip. A residual error of `state` enters the derivatives to first order. With the platform held, the wrench on it changes by `−K_C` times the twist
     /// ([`Outcome::stiffness`](super::Outcome::stiffness)). A workpiece carrier is not part of it. `None` where the platform is free.
     pub fn at(
         &mut self,
@@ -86,27 +86,31 @@ impl Sensitivities {
     ) -> Option<Vec<Sensitivity>> {
         let own_load = load(machine);
         let adjoints = adjoints(machine, drives, state, &own_load, scratch)?;
-        let carried = tool::twist_transfer(machine, state.platform(), &own_load);
+        let body_to_p = tool::twist_transfer(machine, state.platform(), &own_load);
         let sensitivity_to = |varied: &mut VariedParameter| {
             let weights = varied.variation.weights();
-            let (mut by_body, mut by_tool, mut tool_tip) = (Vector6::zeros(), Vector6::zeros(), Vector3::zeros());
-            for ((beside, chains), weight) in varied.variation.machines.iter().zip(&mut varied.chains).zip(weights) {
-                let load = load(beside);
-                let on_body = load_and_weight(beside, state, &load);
-                by_body += weight * Vector6::from_iterator(adjoints.iter().map(|own| own.motion_by_wrench(&on_body)));
-                let inputs = chain_inputs(beside, state, drives);
-                let systems = chains.iter_mut().zip(&beside.chains).zip(inputs).enumerate();
-                for (number, ((system, chain), (own, drives))) in systems.filter(|(number, _)| varied.differs[*number])
+            let (mut body_twist, mut tool_twist, mut tool_tip) = (Vector6::zeros(), Vector6::zeros(), Vector3::zeros());
+            for ((varied_machine, chains), weight) in
+                varied.variation.machines.iter().zip(&mut varied.chains).zip(weights)
+            {
+                let varied_load = load(varied_machine);
+                let on_body = load_and_weight(varied_machine, state, &varied_load);
+                let by_wrench = |adjoint: &Adjoint| adjoint.motion_by_wrench(&on_body);
+                body_twist += weight * Vector6::from_iterator(adjoints.iter().map(by_wrench));
+                let inputs = chain_inputs(varied_machine, state, drives);
+                let systems = chains.iter_mut().zip(&varied_machine.chains).zip(inputs).enumerate();
+                for (index, ((system, chain), (chain_state, chain_drives))) in
+                    systems.filter(|(index, _)| varied.differs[*index])
                 {
-                    system.linearise(chain, drives, own, state.platform(), &beside.gravity);
+                    system.linearise(chain, chain_drives, chain_state, state.platform(), &varied_machine.gravity);
                     let residual = system.right_hand_sides();
-                    let moved = |adjoint: &Adjoint| adjoint.motion_by_residual(number, system, &residual);
-                    by_body += weight * Vector6::from_iterator(adjoints.iter().map(moved));
+                    let by_residual = |adjoint: &Adjoint| adjoint.motion_by_residual(index, system, &residual);
+                    body_twist += weight * Vector6::from_iterator(adjoints.iter().map(by_residual));
                 }
-                by_tool += weight * tool_motion(beside, state, &load);
-                tool_tip += weight * beside.tool_tip;
+                tool_twist += weight * tool_motion(varied_machine, state, &varied_load);
+                tool_tip += weight * varied_machine.tool_tip;
             }
-            Sensitivity { twist: carried * by_body + by_tool, tool_tip }
+            Sensitivity { twist: body_to_p * body_twist + tool_twist, tool_tip }
         };
         Some(self.varied.iter_mut().map(sensitivity_to).collect())
     }

@@ -61,15 +61,19 @@ pub(crate) fn corner([a, b]: [&Element; 2], is_rapid: [bool; 2], distance: f64) 
     Ok(Corner { points: [end, start], turn: Some(turn) })
 }
 
-/// Whether the parallel of `element` from one point to another leads the same way as the element.
-pub(crate) fn keeps_its_way(element: &Element, [from, to]: [Point; 2], distance: f64) -> bool {
+/// Smallest radius of an offset arc, mm: below it the arc has vanished.
+const MIN_OFFSET_RADIUS_MM: f64 = 1e-6;
+
+/// Whether the offset of `element` by `distance` (mm, positive to its left) between its corners `from` and `to` (mm) leads the same way as the element: not where
+/// the offset of a concave arc or of a short line is turned round.
+pub(crate) fn offset_keeps_direction(element: &Element, [from, to]: [Point; 2], distance: f64) -> bool {
     match element.arc {
         None => {
             let [x, y] = element.tangent(true);
             (to[0] - from[0]) * x + (to[1] - from[1]) * y > 0.0
         }
         Some(about) => {
-            if element.parallel_radius(about, distance) < 1e-6 {
+            if element.parallel_radius(about, distance) < MIN_OFFSET_RADIUS_MM {
                 return false;
             }
             // By how much the ends are moved along the arc.
@@ -78,9 +82,9 @@ pub(crate) fn keeps_its_way(element: &Element, [from, to]: [Point; 2], distance:
                 let sense = if about.1 == TurnDirection::CounterClockwise { 1.0 } else { -1.0 };
                 libm::remainder((b - a) * sense, std::f64::consts::TAU)
             };
-            let [lost, added] = [moved(element.from, from), moved(element.to, to)];
-            let whole = sweep(element.from, element.to, about.0, about.1).abs();
-            whole + added - lost > 0.0 && lost < whole && -added < whole
+            let [trimmed, extended] = [moved(element.from, from), moved(element.to, to)];
+            let length = sweep(element.from, element.to, about.0, about.1).abs();
+            length + extended - trimmed > 0.0 && trimmed < length && -extended < length
         }
     }
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use crate::{
     expand::{
-        beside::{corner, keeps_its_way},
+        beside::{corner, offset_keeps_direction},
         contour::signed,
         edit::LineEdit,
         geometry::{About, Element, Point, sweep},
@@ -428,7 +428,7 @@ impl CentrePath<'_> {
         }
         ways[elements.len() - 1][1] = elements[elements.len() - 1].beside(true, distance);
         for (at, element) in elements.iter().enumerate() {
-            if !keeps_its_way(element, ways[at], distance) {
+            if !offset_keeps_direction(element, ways[at], distance) {
                 return Err(refuse(contour[at], RadiusFault::Narrow));
             }
         }

@@ -1,7 +1,7 @@
 //! Canned cycles of ISO programs as moves: up, to the hole, down with pecks and dwell, and back.
 //!
-//! A series of holes stays as it is if it stops or reverses the spindle (G74, G84, G86), which no move does, if its first hole starts at an
-//! unknown position, or with inverse time feed (G93) or pecks by I, J and K.
+//! A series of holes stays as it is if a cycle of it is none of G73, G81, G82, G83, G85 and G89 (others stop, reverse or orient the spindle, which no move
+//! does), if a hole starts at an unknown position, with inverse time feed (G93), with I or J, or with a move between that is kept.
 
 use crate::{
     expand::{
@@ -44,7 +44,7 @@ impl GcodeProgram {
     /// Returns the program with its cycles as moves; `None` if no cycle can be expanded. `Err` for a peck that does not lead down.
     pub(crate) fn without_cycles(&self) -> Result<Option<WithoutCycles>, GcodeError> {
         let blocks = self.all_blocks()?;
-        let expandable = expandable_series(&blocks);
+        let expandable = expandable_cycle_blocks(&blocks);
         if expandable.is_empty() {
             return Ok(None);
         }
@@ -154,14 +154,15 @@ impl GcodeProgram {
     }
 }
 
-/// Returns the indices of the blocks that belong to series of holes which can be expanded as a whole.
-fn expandable_series(blocks: &[Block]) -> Vec<usize> {
+/// Returns the ascending indices of the blocks of series of holes that can be expanded. A series are the cycle blocks that no other motion parts; it can be
+/// expanded if each is G73, G81, G82, G83, G85 or G89 at a known position, without inverse time feed, I or J, or a move that is kept.
+fn expandable_cycle_blocks(blocks: &[Block]) -> Vec<usize> {
     let mut series: Vec<Vec<usize>> = Vec::new();
-    let mut continues = false;
+    let mut is_open = false;
     for (number, block) in blocks.iter().enumerate() {
         let motions = &block.motions;
         let Some(Motion { code: MotionCode::Cycle(_), .. }) = motions.first() else {
-            continues &= motions.is_empty() && block.motion_word.is_none();
+            is_open &= motions.is_empty() && block.motion_word.is_none();
             if let (Some((MotionCode::Cycle(_), _)), Some(current)) = (&block.kept_move, series.last_mut()) {
                 current.push(number);
             }
@@ -171,10 +172,10 @@ fn expandable_series(blocks: &[Block]) -> Vec<usize> {
             motions.iter().any(|motion| matches!(motion.geometry, MotionGeometry::Hole(hole) if hole.is_first));
         let has_holes = |block: &usize| blocks[*block].motions.iter().any(is_hole);
         match series.last_mut() {
-            Some(current) if continues && !(begins && current.iter().any(has_holes)) => current.push(number),
+            Some(current) if is_open && !(begins && current.iter().any(has_holes)) => current.push(number),
             _ => series.push(vec![number]),
         }
-        continues = true;
+        is_open = true;
     }
     let is_expandable = |block: &usize| {
         // Behind moves no cycle is in force for a move that is kept.

@@ -241,7 +241,9 @@ fn ascii_upper(byte: u8) -> char {
     if matches!(byte, b' '..=b'~') { char::from(byte.to_ascii_uppercase()) } else { ' ' }
 }
 
-/// Returns the line with values for its expressions and without its assignments, which take effect after them. `Err` gives the faulty byte.
+/// Returns a line of a macro program of Fanuc's kind with numbers of at most eight digits for its expressions and without its assignments `#n = …`, which
+/// are made in `variables` once all words have their values. `Err` gives the index of the faulty byte in the line, and the fault: so is ROUND in a word,
+/// which controls round differently (LinuxCNC's excepted).
 pub(crate) fn evaluate_line(line: &SourceLine, variables: &mut Variables) -> Result<Vec<u8>, (usize, Fault)> {
     if !line.code.contains(['#', '[']) {
         return Ok(line.bytes.clone());

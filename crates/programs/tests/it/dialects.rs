@@ -174,7 +174,7 @@ fn a_centre_moves_with_the_arc_about_it() {
 }
 
 #[test]
-fn a_split_block_of_sinumerik_keeps_its_way_of_writing() {
+fn a_split_block_of_sinumerik_offset_keeps_direction_of_writing() {
     assert_eq!(
         rewritten(
             "G710 G90\nG0 X=0 Y=0 Z=0\nN7 G01 X=15 F=200 M3 M9 ; cut\nX=IC(10) Y=AC(0)\nG2 X30 Y-5 CR=5\nG1 X=35 Y=0\n",

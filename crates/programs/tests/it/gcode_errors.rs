@@ -137,7 +137,7 @@ fn moves_that_a_touch_ends_are_refused_by_what_they_are() {
             let column = 1 + line.find(word).unwrap();
             let refused = GcodeProgram::parse(plain, "part.nc", &options).unwrap_err();
             assert_eq!(refused.to_string(), format!("part.nc:3:{column}: `{word}`: {touch}{suffix}"));
-            assert!(!refused.fault.is_solved_by_expansion());
+            assert!(!refused.fault.may_vanish_on_expansion());
             for read in [GcodeProgram::parse_expanded, GcodeProgram::parse_with_calls] {
                 let refused = read(source.clone(), "part.nc", &options, &|_| None).unwrap_err();
                 assert_eq!(refused.to_string(), format!("part.nc:3:1: `{line}`: {touch}{suffix}"));

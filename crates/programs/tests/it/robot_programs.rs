@@ -584,7 +584,7 @@ fn rapid_that_is_not_followed_is_refused_by_line_and_statement() {
         ),
         (
             format!("{one}MoveL {},v100,fine,tool1;", at(2.0)),
-            ": uses tool1 after tool0; expected one tool, or tools whose orientation the program gives and whose tips are the same",
+            ": uses tool1 after tool0: split it into a program for each tool; several in one are read where the program gives their orientation and their tips are the same",
         ),
         (format!("MoveL {},v100,fine,tool0", at(2.0)), ": expected ; at the end of the statement"),
         (
@@ -1564,7 +1564,7 @@ fn a_second_tool_is_refused_unless_its_tip_is_the_same() {
     let refused = of_tools(&[1, 2, 3]).unwrap_err().to_string();
     assert!(
         refused.ends_with(
-            "uses tool_data[3] after tool_data[1]; expected one tool, or tools whose orientation the program gives and whose tips are the same"
+            "uses tool_data[3] after tool_data[1]: split it into a program for each tool; several in one are read where the program gives their orientation and their tips are the same"
         ),
         "{refused}"
     );

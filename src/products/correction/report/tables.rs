@@ -116,7 +116,7 @@ pub(super) fn correction_json(report: &Report<'_>, inputs: &Inputs) -> Value {
         "largest_force_N": question.largest_force_N,
         "terms": terms.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
         "drives": drives.collect::<Vec<_>>(),
-        "order": "node after node, x fastest, then y, then z; in each drive after drive; in each term after term",
+        "order": "nodes one after another, x fastest, then y, then z; of a node its drives one after another; of a drive its terms",
         "columns": coefficient_columns(machine, table.terms),
         "values": values,
         "bound": bound_json(report),

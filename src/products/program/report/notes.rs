@@ -97,7 +97,7 @@ fn switch_off_text(report: &Report<'_>) -> String {
         off.push("for sag under weight");
     }
     if job.process.errors.iter().any(|errors| !errors.is_none()) {
-        off.push("for the chain errors of the process (kinematic or volumetric error tables that were off when these were measured)");
+        off.push("for the chain errors of the process (kinematic or volumetric error tables, if they were off when the errors were measured)");
     }
     if report.verified.takes_play_back && job.machine.drives().any(|(_, drive)| drive.half_backlash > 0.0) {
         off.push("for backlash of the drives");

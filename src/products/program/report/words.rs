@@ -620,7 +620,7 @@ fn first_sentence(report: &Report<'_>) -> String {
 fn next_step(report: &Report<'_>, verdict: &Verdict) -> String {
     match verdict.state {
         _ if report.findings.outside.outside() > 0 && verdict.state == State::Bad => {
-            "place the workpiece inside the workspace box, and compute again: do not load the program.".into()
+            "do not load the program: move the workpiece until all of its path is inside the workspace box, and compute again.".into()
         }
         State::Bad
             if verdict.words.starts_with(NOT_TO_BE_RUN)

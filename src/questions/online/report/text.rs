@@ -103,7 +103,7 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         Some(BreakEven::Never(_)) => "write the compensated program with kinetostat compensate.",
         Some(BreakEven::Always) => "measure the force, and correct in the controller.",
         Some(BreakEven::From(_)) => "find how far off the prediction of the force is: cut once, and measure it.",
-        None => "see in the table why nothing could be compared.",
+        None => "see in trials.csv why nothing could be compared.",
     };
     let barred = positions.sentence(&study.path.machine);
     Headline::new(barred.unwrap_or_else(|| first_sentence(compared)), basis)

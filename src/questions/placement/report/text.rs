@@ -398,8 +398,8 @@ fn gain_text(results: &PlacementResults, best: &Best) -> String {
 fn convergence_text(refinement: &Refinement) -> String {
     let continued = match refinement.continued {
         0 => String::new(),
-        1 => "once the search used up max_iterations and went on from there".into(),
-        count => format!("{count} times the search used up max_iterations and went on from there"),
+        1 => "once the search went on after max_iterations".into(),
+        count => format!("{count} times the search went on after max_iterations"),
     };
     match (refinement.is_converged, continued.is_empty()) {
         (true, true) => String::new(),

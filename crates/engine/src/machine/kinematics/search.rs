@@ -59,7 +59,7 @@ impl Search {
         self.damping
     }
 
-    /// Records a step of this length, mm.
+    /// Counts an iteration with a step of this length (all unknowns as mm). The first step is what later ones are held against.
     pub fn record_step(&mut self, length: f64) {
         match self.iteration {
             0 => self.first_step = length,

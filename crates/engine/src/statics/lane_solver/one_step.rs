@@ -1,7 +1,7 @@
 //! One Newton step of the whole machine as a function of numbers: what controllers compute.
 //!
 //! A state as a row of numbers has the positions of the drives, the axes of the platform (its rotation column by column) and
-//! its origin, and of each chain its coordinates, its wrench and those of its loops.
+//! its origin, and of each chain its coordinates, its wrench and those of its loops, each force (N) before moment (N·mm).
 
 use super::{Iteration, LaneSolver, MAX_LANES, Progress};
 use crate::{
@@ -110,7 +110,7 @@ fn wrench_at_platform<R: Real>(machine: &Machine, wrench: &[R]) -> [R; 6] {
 }
 
 impl<R: Real> LaneSolver<R> {
-    /// Sets drives, platform and chains from the numbers of a state.
+    /// Sets drives, platform and chains from numbers in the order of [`state_numbers`].
     fn set_numbers(&mut self, numbers: &[R]) {
         let mut rest = numbers.iter().copied();
         let mut put = |number: &mut R| {
@@ -130,7 +130,7 @@ impl<R: Real> LaneSolver<R> {
         }
     }
 
-    /// Drives, platform and chains as the numbers of a state.
+    /// Drives, platform and chains as numbers in the order of [`state_numbers`]; the inverse of `set_numbers`.
     fn to_numbers(&self) -> Vec<R> {
         let mut numbers = self.drives.clone();
         numbers.extend(self.platform.axes.iter().flat_map(|axis| axis.0));

@@ -360,7 +360,7 @@ impl Fault {
     pub const MAX_COORDINATE_MM: f64 = MAX_COORDINATE_MM;
 
     /// Whether the fault may vanish when the program is expanded into its moves.
-    pub fn is_solved_by_expansion(&self) -> bool {
+    pub fn may_vanish_on_expansion(&self) -> bool {
         let of_dialect = |foreign: &Foreign| {
             use Foreign::{Call, Compensation, Corner, Cycle, Flow, Frame, Motion, Parameter};
             matches!(foreign, Parameter | Flow | Call | Cycle | Motion | Corner | Frame | Compensation { .. })

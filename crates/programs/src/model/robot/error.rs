@@ -136,7 +136,7 @@ pub enum RobotFault {
     },
     /// A second tool whose rotation or tip may be another.
     #[error(
-        "uses {name} after {before}; expected one tool, or tools whose orientation the program gives and whose tips are the same"
+        "uses {name} after {before}: split it into a program for each tool; several in one are read where the program gives their orientation and their tips are the same"
     )]
     SecondTool {
         /// Name of the second tool.
@@ -206,9 +206,10 @@ pub enum RobotFault {
 }
 
 impl RobotFault {
-    /// Whether a program may be followed nevertheless, once its routines, branches and loops are, and its targets are computed.
+    /// Whether the fault may vanish where the program is expanded (calls inlined, branches and loops executed, targets computed), which callers then
+    /// try. A statement that is not followed, or has a form that is not, may stand in a branch that is never taken.
     #[must_use]
-    pub fn is_solved_by_expansion(&self) -> bool {
+    pub fn may_vanish_on_expansion(&self) -> bool {
         matches!(
             self,
             Self::Branch { .. }

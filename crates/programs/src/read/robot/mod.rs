@@ -55,7 +55,7 @@ impl RobotProgram {
         RobotProgram::read(source.into(), name, language, beside.into_iter().collect(), options, None)
     }
 
-    /// Reads and follows a program that comes from `expansion`, if from one.
+    /// As [`RobotProgram::parse`]; `expansion` is what `source` was expanded from, to name lines of the program as posted, or `None` if it is that.
     pub(crate) fn read(
         source: Vec<u8>,
         name: &str,
