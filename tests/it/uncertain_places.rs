@@ -298,7 +298,7 @@ fn features_with_other_draws_are_refused() {
     };
     said([1, 1]).unwrap();
     let refused = said([1, 2]).unwrap_err().to_string();
-    assert!(refused.contains("a and b have other uncertain numbers or draws"), "{refused}");
+    assert!(refused.contains("a and b do not have the same uncertain numbers and draws"), "{refused}");
 }
 
 #[test]

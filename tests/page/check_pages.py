@@ -88,6 +88,14 @@ class Page:
         if not holds:
             self.fault(words)
 
+    def comes_true(self, holds):
+        """Whether `holds` within some seconds: a busy computer draws late."""
+        for _ in range(25):
+            if holds():
+                return True
+            self.page.wait_for_timeout(200)
+        return False
+
     def console(self, message):
         if message.type == "error":
             self.fault(f"console: {message.text[:200]}")
@@ -203,8 +211,7 @@ class Page:
         before = self.page.evaluate(scrolled)
         self.page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
         self.page.mouse.wheel(0, 160)
-        self.page.wait_for_timeout(400)
-        self.expect(self.page.evaluate(scrolled) > before, "the page does not scroll under the wheel over a map")
+        self.expect(self.comes_true(lambda: self.page.evaluate(scrolled) > before), "the page does not scroll under the wheel over a map")
         layer.scroll_into_view_if_needed()
         box = layer.bounding_box()
         address = self.page.url
@@ -413,7 +420,7 @@ class Page:
         self.page.mouse.wheel(0, -140)
         self.page.wait_for_timeout(500)
         self.expect(view.evaluate(camera) == after, "the wheel zooms the view")
-        self.expect(self.page.evaluate("window.scrollY") < scrolled, "the page does not scroll under the wheel over the view")
+        self.expect(self.comes_true(lambda: self.page.evaluate("window.scrollY") < scrolled), "the page does not scroll under the wheel over the view")
 
     def check_table(self, file):
         table = self.page.locator("table.sortable:visible").first
