@@ -203,7 +203,8 @@ fn named(message: &str) {
 }
 
 fn examine(machine: &Machine) {
-    let findings = machine_check::check(machine);
+    // A mesh that is not there.
+    let Ok(findings) = machine_check::check(machine) else { return };
     assert!(findings.round_trip.0.is_finite() && findings.round_trip.1.is_finite(), "{:?}", findings.round_trip);
     assert!(findings.home_drives.iter().all(|rho| rho.is_finite()));
     let stiffness = findings.stiffness.iter().flat_map(|matrix| matrix.iter()).all(|entry| entry.is_finite());

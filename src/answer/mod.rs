@@ -6,6 +6,8 @@
 
 pub(crate) mod budget;
 pub mod cautions;
+#[cfg(not(target_family = "wasm"))]
+pub mod clearance;
 pub(crate) mod command_columns;
 pub mod deflected_pose;
 pub(crate) mod drive_columns;

@@ -49,11 +49,11 @@ pub fn check(arguments: &CheckArguments) -> Result<Ending> {
         let problem = "check looks at the machine without errors of its chains: set numbers of its file";
         return Err(Error::argument("--set", problem));
     }
-    let only_geometry = (!geometry.unknown().is_empty()).then(|| check_geometry(&geometry));
+    let only_geometry = (!geometry.unknown().is_empty()).then(|| check_geometry(&geometry)).transpose()?;
     if arguments.json {
         let kinematics = geometry.kinematics().clone();
         let machine = geometry.machine();
-        let findings = only_geometry.unwrap_or_else(|| check_machine(&kinematics));
+        let findings = only_geometry.map_or_else(|| check_machine(&kinematics), Ok)?;
         let error = machine.as_ref().err().map(ToString::to_string);
         print_json(
             &json!({ "machine": kinematics.name, "title": kinematics.title, "findings": findings, "error": error }),
@@ -64,6 +64,6 @@ pub fn check(arguments: &CheckArguments) -> Result<Ending> {
         print(&geometry_text(&geometry, &findings))?;
     }
     let machine = geometry.machine()?;
-    print(&machine_text(&machine, &check_machine(&machine)))?;
+    print(&machine_text(&machine, &check_machine(&machine)?))?;
     Ok(Ending::Complete)
 }

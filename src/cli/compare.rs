@@ -15,7 +15,7 @@ use kinetostat::{
         Candidate, FeatureJob, PlacementStudy, compare as evaluate, parse_place,
         report::{candidates_table, cautions_text, entries_table, force_text, known_force},
     },
-    simulation::{TrackedPath, with_drives_left},
+    simulation::{TrackedPath, clearance::MachineCell, with_drives_left},
     toolpath::Toolpath,
 };
 
@@ -140,7 +140,9 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
     let loads = process.loads(&path).map_err(|source| Error::argument(&name, source.to_string()))?;
     let force_text = ForceText::of(&process, &path, &|segment| program.line_name(segment));
     let tracked = TrackedPath { tolerance_mm: Some(tolerance_mm), ..TrackedPath::of(&process) };
+    let bodies = MachineCell::of(&tracked.machine, process.cell.as_ref())?;
     let job = FeatureJob {
+        bodies,
         feature: Feature { name, loads, path, reference, tolerance_mm },
         machines: tracked.machines()?,
         tracked,

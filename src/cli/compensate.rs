@@ -147,7 +147,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), results.page.display()))?;
     reporting.print_styled(&headline::sentences(&results.used))?;
     let does_harm = verified.worse_as_written().is_some() || verified.is_probably_worse();
-    let is_unsure = results.exceeds_feed_limits || results.knows_no_force;
+    let is_unsure = results.exceeds_feed_limits || results.knows_no_force || results.hits;
     Ok(Ending::of(headline.unsolved.is_none() && !does_harm && !is_unsure))
 }
 

@@ -335,6 +335,16 @@ impl Headline {
         self
     }
 
+    /// Returns this as the result of what must not be done: `sentence` comes first and what it found behind it, nothing is good, and `next` is to be done.
+    #[must_use]
+    pub fn barred(mut self, sentence: String, verdict: Verdict, next: &str) -> Self {
+        let found = std::mem::replace(&mut self.sentence, sentence);
+        self.cautions.insert(0, found);
+        self.numbers.iter_mut().for_each(|number| number.state = None);
+        (self.verdict, self.next) = (Some(verdict), Some(next.into()));
+        self
+    }
+
     /// Adds each line of `text` that is not blank as a caution.
     #[must_use]
     pub fn with_cautions(mut self, text: &str) -> Self {

@@ -172,6 +172,11 @@ type Axes = Matrix3<f64>;
 pub(super) type Tools = BTreeMap<Option<u32>, std::result::Result<StockTool, String>>;
 
 impl StockRemoval {
+    /// Returns what is cut, in the frame of the workpiece.
+    pub(super) fn shape(&self) -> &StockShape {
+        &self.shape
+    }
+
     /// Creates the stock of a `shape` with its largest cell, for paths sampled so.
     pub(super) fn new(
         shape: StockShape,

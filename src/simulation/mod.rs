@@ -2,6 +2,8 @@
 //! where it is tracked, what is commanded and what is left, block after block.
 
 pub mod along_path;
+#[cfg(not(target_family = "wasm"))]
+pub mod clearance;
 pub(crate) mod drawn_forces;
 pub(crate) mod external_axes;
 mod load_case;

@@ -147,7 +147,7 @@ fn check_warns_of_no_machine_of_the_catalogue_but_of_travel_that_nobody_publishe
         let is_example = entry.name == "hybrid_3ups";
         let has_source = grades.contains(&"published") || grades.contains(&"data_sheet");
         assert!(grades.contains(&"assumed") && has_source != is_example, "{}: {grades:?}", entry.name);
-        let warnings = machine_check::check(&machine).warnings;
+        let warnings = machine_check::check(&machine).unwrap().warnings;
         let without_travel = ["orthoglide", "tripteron"].contains(&entry.name);
         assert_eq!(warnings.len(), usize::from(without_travel), "{}: {warnings:?}", entry.name);
         assert!(warnings.iter().all(|warning| warning.contains("no travel is given")), "{warnings:?}");

@@ -42,7 +42,7 @@ fn a_place_outside_the_workspace_box_is_said_with_its_coordinate() {
 
 /// What `check` says of the machine.
 fn warnings(machine: &Machine) -> String {
-    kinetostat::inspect::machine_check::check(machine).warnings.join("\n")
+    kinetostat::inspect::machine_check::check(machine).unwrap().warnings.join("\n")
 }
 
 fn orthoglide_with(controls: &str) -> Machine {

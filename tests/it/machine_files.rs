@@ -82,7 +82,7 @@ fn templates_are_machines_with_and_without_their_examples() {
         }
         for text in [text, examples] {
             let machine = Machine::from_toml(&text, kind).unwrap_or_else(|e| panic!("{e}\n{text}"));
-            let warnings = machine_check::check(&machine).warnings;
+            let warnings = machine_check::check(&machine).unwrap().warnings;
             assert!(warnings.is_empty(), "{kind}: {warnings:?}\n{text}");
         }
     }

@@ -12,6 +12,7 @@ mod boxes;
 mod branches;
 mod catalogue;
 mod checkpoints;
+mod clearance;
 mod closed_forms;
 mod cobots;
 mod command_line;

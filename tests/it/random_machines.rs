@@ -94,7 +94,7 @@ fn finite_outcome(what: &str, outcome: &Outcome) {
 }
 
 fn check_findings(machine: &Machine) {
-    let findings = machine_check::check(machine);
+    let findings = machine_check::check(machine).unwrap();
     finite("round trip", [&findings.round_trip.0, &findings.round_trip.1]);
     finite("home", &findings.home_drives);
     finite("stiffness at home", findings.stiffness.iter().flat_map(|matrix| matrix.iter()));

@@ -56,7 +56,7 @@ fn a_given_axis_holds_and_has_any_length() {
     assert!((machine.tool_axes.transpose() * machine.tool_axes - nalgebra::Matrix3::identity()).norm() < 1e-14);
     let warnings = |axis: &str| {
         let machine = arm("[0.0, 180.0, 0.0]", axis);
-        kinetostat::inspect::machine_check::check(&machine).warnings.join("\n")
+        kinetostat::inspect::machine_check::check(&machine).unwrap().warnings.join("\n")
     };
     assert!(warnings("tool_axis = [0.0, 0.0, -1.0]").contains("is its sign wrong?"));
     assert!(!warnings("tool_axis = [0.0, 0.0, 1.0]").contains("is its sign wrong?"));

@@ -2,7 +2,7 @@
 
 use std::env;
 
-use kinetostat_cell::{Body, Cell, Grade, Shape};
+use kinetostat_cell::{Body, BodyGrade, Cell, Shape};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 /// Random numbers, the same for a seed on every machine.
@@ -68,7 +68,7 @@ fn main() {
     let mut numbers = Numbers(argument(1, 1));
     for _ in 0..argument(2, 1000) {
         let shapes = [numbers.shape(), numbers.shape()];
-        let body = |index: usize| Body::new("", index, Grade::Given, &[shapes[index].0.clone()]).expect("a volume");
+        let body = |index: usize| Body::new("", index, BodyGrade::Given, &[shapes[index].0.clone()]).expect("a volume");
         let bodies = vec![body(0), body(1)];
         let reach: f64 = bodies.iter().map(|own| own.ball().1).sum();
         let first = Vector3::from([0; 3].map(|_| numbers.between(-2000.0, 2000.0)));

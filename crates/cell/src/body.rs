@@ -9,21 +9,24 @@ use crate::{
 };
 
 /// How well a body is known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Grade {
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum BodyGrade {
     /// Measured or drawn: its distances count.
     Given,
     /// Assumed, and certain to enclose the real one: it may reject a state, and its distances are lower bounds.
     Enclosing,
     /// Assumed: it may reject a state and never clears one, and its distances are none.
+    #[default]
     Assumed,
 }
 
-impl Grade {
+impl BodyGrade {
     /// Returns whether a distance from the body is one, or a lower bound of one.
     #[must_use]
     pub fn clears(self) -> bool {
-        self != Grade::Assumed
+        self != BodyGrade::Assumed
     }
 }
 
@@ -35,7 +38,7 @@ pub struct Body {
     /// Index of its frame.
     pub frame: usize,
     /// How well it is known.
-    pub grade: Grade,
+    pub grade: BodyGrade,
     pub(crate) pieces: Vec<Piece>,
     /// A ball around all of it in its frame.
     pub(crate) ball: (Vector, f64),
@@ -57,7 +60,7 @@ impl Body {
     ///
     /// # Errors
     /// There are no shapes, or one has no volume.
-    pub fn new(name: impl Into<String>, frame: usize, grade: Grade, shapes: &[Shape]) -> Result<Body, BodyFault> {
+    pub fn new(name: impl Into<String>, frame: usize, grade: BodyGrade, shapes: &[Shape]) -> Result<Body, BodyFault> {
         let pieces: Result<Vec<Piece>, BodyFault> = shapes
             .iter()
             .enumerate()

@@ -10,11 +10,14 @@ mod body;
 mod mesh;
 mod separation;
 mod shape;
+pub mod spec;
+mod stl;
 mod sweep;
 
-pub use body::{Body, BodyFault, Cell, Grade, Separation};
+pub use body::{Body, BodyFault, BodyGrade, Cell, Separation};
 pub use mesh::{MAX_TRIANGLES, MeshFault, pieces_of_mesh};
 pub use shape::{Shape, ShapeFault};
+pub use stl::{Mesh, read_stl};
 pub use sweep::{Ball, Motion, Nearest, SweepOptions};
 
 #[cfg(doctest)]

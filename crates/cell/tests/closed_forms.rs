@@ -1,6 +1,6 @@
 //! Distances that are known, and motions between two samples.
 
-use kinetostat_cell::{Ball, Body, Cell, Grade, Motion, Shape, SweepOptions};
+use kinetostat_cell::{Ball, Body, BodyGrade, Cell, Motion, Shape, SweepOptions};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 fn cuboid(size: [f64; 3]) -> Shape {
@@ -12,7 +12,8 @@ fn rod(radius: f64) -> Shape {
 }
 
 fn two(a: Shape, b: Shape) -> Cell {
-    let bodies = vec![Body::new("a", 0, Grade::Given, &[a]).unwrap(), Body::new("b", 1, Grade::Given, &[b]).unwrap()];
+    let bodies =
+        vec![Body::new("a", 0, BodyGrade::Given, &[a]).unwrap(), Body::new("b", 1, BodyGrade::Given, &[b]).unwrap()];
     Cell::new(bodies, |_, _| false)
 }
 

@@ -1,6 +1,6 @@
 //! Sweeps against many samples, and meshes against their pieces.
 
-use kinetostat_cell::{Ball, Body, Cell, Grade, MeshFault, Motion, Shape, SweepOptions, pieces_of_mesh};
+use kinetostat_cell::{Ball, Body, BodyGrade, Cell, MeshFault, Motion, Shape, SweepOptions, pieces_of_mesh};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 /// Numbers between -1 and 1, the same in every run.
@@ -64,10 +64,11 @@ fn no_sample_is_nearer_than_a_sweep_says() {
         let arm = capsule(Vector3::zeros(), Vector3::new(300.0, 0.0, 0.0), 20.0);
         let obstacle = numbers.vector(600.0);
         let bodies = vec![
-            Body::new("post", 0, Grade::Given, &[capsule(obstacle, obstacle + numbers.vector(100.0), 3.0)]).unwrap(),
-            Body::new("link", 1, Grade::Given, &[capsule(Vector3::zeros(), Vector3::new(400.0, 0.0, 0.0), 30.0)])
+            Body::new("post", 0, BodyGrade::Given, &[capsule(obstacle, obstacle + numbers.vector(100.0), 3.0)])
                 .unwrap(),
-            Body::new("tool", 2, Grade::Given, &[arm]).unwrap(),
+            Body::new("link", 1, BodyGrade::Given, &[capsule(Vector3::zeros(), Vector3::new(400.0, 0.0, 0.0), 30.0)])
+                .unwrap(),
+            Body::new("tool", 2, BodyGrade::Given, &[arm]).unwrap(),
         ];
         let cell = Cell::new(bodies, |a, b| [a, b] == [1, 2]);
         let mut motion = Arm {
@@ -107,8 +108,8 @@ fn pieces_of_a_mesh_enclose_it_and_leave_its_corner_free() {
     assert!(pieces.len() >= 2, "{pieces:?}");
     let ball = |at: [f64; 3]| {
         let bodies = vec![
-            Body::new("corner", 0, Grade::Given, &pieces).unwrap(),
-            Body::new("ball", 1, Grade::Given, &[capsule(Vector3::zeros(), Vector3::zeros(), 1.0)]).unwrap(),
+            Body::new("corner", 0, BodyGrade::Given, &pieces).unwrap(),
+            Body::new("ball", 1, BodyGrade::Given, &[capsule(Vector3::zeros(), Vector3::zeros(), 1.0)]).unwrap(),
         ];
         Cell::new(bodies, |_, _| false)
             .nearest(&[Isometry3::identity(), Isometry3::translation(at[0], at[1], at[2])])

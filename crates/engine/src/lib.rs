@@ -40,6 +40,8 @@ pub mod lanes;
 pub mod machine;
 pub mod statics;
 
+/// Bodies and their distances.
+pub use kinetostat_cell as cell;
 /// What machine files are read with.
 pub use kinetostat_input as input;
 /// Poses, wrenches, and their transport.

@@ -1,5 +1,6 @@
 //! Checks a machine as a whole, as a designer wants to know it before trusting it.
 
+mod bodies;
 #[cfg(feature = "report")]
 pub mod report;
 mod survey;
@@ -8,10 +9,12 @@ mod units;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use serde::Serialize;
 
+pub use self::bodies::{BodiesFound, NearestPair};
 pub use self::survey::{Droop, Payload, Softest, Span, Survey};
 use self::survey::{compliance, spans, survey};
 
 use crate::{
+    input::error::Result,
     machine::{
         Branch, Chain, Clearance, Coordinate, Drive, Geometry, Machine, Mobility, Posture, SpringLaw, ToolAxisSource,
     },
@@ -27,7 +30,7 @@ pub struct Findings {
     /// Drive positions at home, mm or rad.
     pub home_drives: Vec<f64>,
     /// Each named point and workspace corner: name, position of P (O, mm), and whether inverse kinematics reaches it.
-    pub reached: Vec<(String, Vector3<f64>, Result<(), String>)>,
+    pub reached: Vec<(String, Vector3<f64>, std::result::Result<(), String>)>,
     /// How far P can go from home along x, y and z, mm, oriented as at home; `None` along an axis that the drives do not control.
     pub spans: [Option<Span>; 3],
     /// Largest error of forward after inverse kinematics over the reached places: mm, and rad.
@@ -48,6 +51,8 @@ pub struct Findings {
     pub tool_stiffness: Option<[f64; 3]>,
     /// Share of each elastic element in the compliance of the tool tip at home, all directions together; sums to 1.
     pub compliance_shares: Vec<(String, f64)>,
+    /// Its bodies; `None` without any.
+    pub bodies: Option<BodiesFound>,
     /// Findings over the workspace; `None` where only the geometry is known.
     pub survey: Option<Survey>,
     /// Warnings, a sentence each.
@@ -82,8 +87,11 @@ fn machine_size(machine: &Machine) -> f64 {
 }
 
 /// Checks `machine` at home, at its named points, and over its workspace; returns all findings with warnings.
-pub fn check(machine: &Machine) -> Findings {
-    let mut findings = kinematic_findings(machine);
+///
+/// # Errors
+/// The mesh of a body cannot be read, is open or inside out.
+pub fn check(machine: &Machine) -> Result<Findings> {
+    let mut findings = kinematic_findings(machine)?;
     let mut scratch = Scratch::new(machine);
     findings.stiffness = unloaded_stiffness(machine, &machine.home, &mut scratch);
     findings.compliance = unloaded_compliance(machine, &machine.home, &mut scratch);
@@ -108,22 +116,26 @@ pub fn check(machine: &Machine) -> Findings {
     let parameters = machine.parameters();
     findings.warnings.extend(units::geometry_questions(machine, &findings, &parameters));
     findings.warnings.extend(units::unit_questions(machine, &findings, &parameters));
-    findings
+    Ok(findings)
 }
 
-/// Checks what does not depend on stiffness: mobility, kinematics, spans and branches.
-pub fn check_geometry(geometry: &Geometry) -> Findings {
+/// Checks what does not depend on stiffness: mobility, kinematics, spans, branches and bodies.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_geometry(geometry: &Geometry) -> Result<Findings> {
     let machine = geometry.kinematics();
-    let mut findings = kinematic_findings(machine);
+    let mut findings = kinematic_findings(machine)?;
     findings.warnings = warnings(machine, &findings, &Status::Solved);
     findings.warnings.extend(units::geometry_questions(machine, &findings, &machine.parameters()));
-    findings
+    Ok(findings)
 }
 
 /// Returns the findings that need no stiffness, without warnings.
-fn kinematic_findings(machine: &Machine) -> Findings {
+fn kinematic_findings(machine: &Machine) -> Result<Findings> {
     let (reached, round_trip) = check_places(machine);
-    Findings {
+    Ok(Findings {
+        bodies: bodies::bodies_found(machine, &reached)?,
         mobility: machine.mobility(&machine.home),
         home_drives: machine.home.drives.clone(),
         reached,
@@ -133,7 +145,7 @@ fn kinematic_findings(machine: &Machine) -> Findings {
         clearance: machine.clearance(&machine.home),
         branches: home_branches(machine),
         ..Findings::default()
-    }
+    })
 }
 
 /// Returns the posture in the home pose on each branch of an arm, `None` where it does not reach; empty for other machines.
@@ -147,7 +159,7 @@ fn home_branches(machine: &Machine) -> Vec<(Branch, Option<Posture>)> {
 }
 
 /// Name and position (P in O, mm) of a place, and whether inverse kinematics reaches it.
-type Place = (String, Vector3<f64>, Result<(), String>);
+type Place = (String, Vector3<f64>, std::result::Result<(), String>);
 
 /// Returns whether home, named points and workspace corners are reached, and the largest round-trip error of the kinematics, mm and rad.
 fn check_places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
@@ -332,6 +344,7 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
         ));
     }
     warnings.extend(control_warnings(machine));
+    warnings.extend(findings.bodies.as_ref().and_then(BodiesFound::warning));
     warnings.extend(travel_warning(machine));
     for (name, element, share) in shares_by_element(findings) {
         if share > DOMINANT_SHARE && may_be_too_soft(machine, findings, &element) {

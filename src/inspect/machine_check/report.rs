@@ -7,7 +7,7 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use crate::{
     answer::{direction, drive_columns::shown_positions, tool_axis_text},
     files::words::counted,
-    inspect::machine_check::{Droop, Findings, Payload, Softest, Span, Survey},
+    inspect::machine_check::{BodiesFound, Droop, Findings, Payload, Softest, Span, Survey},
     machine::{Clearance, Drive, Geometry, Machine, Mobility, UnknownStiffness},
     spatial::PARALLEL_TO_X,
 };
@@ -179,7 +179,20 @@ fn kinematics_text(machine: &Machine, findings: &Findings) -> String {
     text +=
         &line("round trip", format!("{off_mm:.1e} mm, {off_rad:.1e} rad (forward after inverse kinematics, largest)"));
     text += &line("singularity", conditioning_text(findings.conditioning));
+    text += &findings.bodies.as_ref().map_or_else(String::new, bodies_text);
     text + &branches_text(machine, findings)
+}
+
+/// Returns the bodies and which of them come nearest, as a line.
+fn bodies_text(bodies: &BodiesFound) -> String {
+    let mut text = format!("{} ({})", bodies.names.len(), bodies.names.join(", "));
+    if let Some(own) = &bodies.at_home {
+        text += &format!("; at home {}", own.text());
+    }
+    if let Some((place, own)) = bodies.anywhere.as_ref().filter(|(place, _)| place != "home") {
+        text += &format!("; at {place} {}", own.text());
+    }
+    line("bodies", text)
 }
 
 /// Returns a distance to singularity in words.

@@ -7,10 +7,13 @@ pub(crate) mod force_spec;
 mod resolve;
 pub(crate) mod spec;
 #[cfg_attr(target_family = "wasm", path = "no_tables.rs")]
-mod tables;
+pub(crate) mod tables;
 mod tool_force;
 
 pub use cutter::Cutter;
+pub use tables::cell::ProcessCell;
+#[cfg(not(target_family = "wasm"))]
+pub use tables::cell::{CellBodySpec, CellFrame, CellSpec, RapidMove};
 
 use crate::{
     FOR_PAGES,
@@ -53,6 +56,8 @@ pub struct Process {
     pub own_forces: OwnForces,
     /// What is cut, from which the engagement follows; `None`: as the cutting forces say.
     pub stock: Option<StockRemoval>,
+    /// What stands around the workpiece or moves with it; `None`: bodies are not looked at.
+    pub cell: Option<std::sync::Arc<ProcessCell>>,
     /// The rule that decides which moves cut.
     pub cutting_rule: CuttingRule,
     /// Errors of each chain of the machine, in its order.

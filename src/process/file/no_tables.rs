@@ -15,6 +15,30 @@ use crate::{
     },
 };
 
+/// The table `cell`.
+pub(crate) mod cell {
+    use std::sync::Arc;
+
+    use super::*;
+
+    pub(crate) type CellSpec = IgnoredAny;
+
+    /// No bodies.
+    #[derive(Debug)]
+    pub enum ProcessCell {}
+
+    /// Returns no bodies.
+    pub(crate) fn cell(
+        _: &ProcessSpec,
+        _: Option<&StockRemoval>,
+        _: &Machine,
+        _: &Folder,
+        _: &Check,
+    ) -> Result<(Option<Arc<ProcessCell>>, Inputs)> {
+        Ok(Default::default())
+    }
+}
+
 /// The table `feed`.
 pub(crate) mod feed {
     use super::*;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::tables::{feed, redundancy, robot, rotary::rotary, stock};
+use super::tables::{cell, feed, redundancy, robot, rotary::rotary, stock};
 use crate::{
     compensation::Target,
     input::{Folder, check::Check, error::Result},
@@ -78,6 +78,7 @@ fn process(
     };
     let placement = placement(&spec.placement, machine, &check.key("placement"))?;
     let target = spec.compensate.target;
+    let (cell, bodies) = cell::cell(spec, stock.as_ref(), machine, folder, check)?;
     let table = |spec| UncertaintyTable::read(spec, folder, check.key("uncertainty"));
     let uncertainty = spec.uncertainty.as_ref().map(table).transpose()?;
     let (uncertainty, covariance) = uncertainty.unzip();
@@ -97,6 +98,7 @@ fn process(
         cutting,
         own_forces,
         stock,
+        cell,
         cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
         errors: chain_errors(&spec.chain_error, machine, check)?,
         uncertainty,
@@ -114,7 +116,7 @@ fn process(
         helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),
         path_only_tables: spec.path_only_tables(),
         key_prefix,
-        inputs: wrenches.and(own_tables).and(covariance.unwrap_or_default()).and(mesh),
+        inputs: wrenches.and(own_tables).and(covariance.unwrap_or_default()).and(mesh).and(bodies),
     };
     stock::with_earlier(process, spec.stock.as_ref(), folder, check)
 }

@@ -8,6 +8,7 @@ use super::{
     chain_errors::ChainErrorSpec,
     force_spec::ForceSpec,
     tables::{
+        cell::CellSpec,
         feed::FeedSpec,
         redundancy::RedundancySpec,
         robot::RobotSpec,
@@ -79,6 +80,8 @@ pub struct ProcessSpec {
     /// What a G-code program does not say itself.
     #[serde(default)]
     pub gcode: GcodeSpec,
+    /// What stands around the workpiece or moves with it; bodies are not looked at if not given.
+    pub cell: Option<CellSpec>,
     /// What is cut, from which the engagement follows; as the cutting forces say if not given.
     pub stock: Option<StockSpec>,
     /// Tools that cut the stock, by number.
@@ -102,6 +105,7 @@ impl ProcessSpec {
             ("feed", self.feed.is_some()),
             ("redundancy", self.redundancy != RedundancySpec::default()),
             ("gcode", self.gcode != GcodeSpec::default()),
+            ("cell", self.cell.is_some()),
             ("stock", self.stock.is_some()),
             ("robot_program", self.robot_program != RobotSpec::default()),
         ];

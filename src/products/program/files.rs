@@ -43,6 +43,8 @@ pub struct ProgramResults {
     pub verified: VerifiedProgram,
     /// Whether limits of its feed are exceeded, though the feed is as slow as it may be.
     pub exceeds_feed_limits: bool,
+    /// Whether bodies hit along the program, or come nearer than is wanted.
+    pub hits: bool,
     /// Whether no motion of the program counts as cutting, or the force of none is known.
     pub knows_no_force: bool,
     /// The process, a line for each fact.
@@ -92,6 +94,7 @@ pub fn compensate_into(
     let (mut points, rows) = points.finish()?;
     let mut findings = findings;
     findings.find_machined(&job, &verified.written, name, work)?;
+    findings.find_clearance(&job, work)?;
     if let Some(part) = findings.part(&job) {
         points.push(part.ply(files.file_named(PART)));
         let fault = |source| Error::Write { file: files.out.with_file_name(files.file_named(PART_VTK)), source };
@@ -120,6 +123,7 @@ pub fn compensate_into(
     let mut results = ProgramResults {
         headline,
         exceeds_feed_limits: job.feed.as_ref().is_some_and(|feed| !feed.exceeded.is_empty()),
+        hits: findings.hits(),
         knows_no_force: job.cuts_nowhere() || job.process.known_force(&job.path) == KnownForce::Nowhere,
         facts: facts_text(&job.process.facts()),
         gamma: job.redundancy.as_ref().map(|found| redundancy::report::text(found, settings)),

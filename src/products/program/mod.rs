@@ -14,6 +14,8 @@
 //! | `files::ProgramResults` | what was found of a program that stands in its files; `files::ProgramOutcome`: that, or why there is none |
 
 pub mod bounded;
+#[cfg(not(target_family = "wasm"))]
+mod clearance;
 mod compensate;
 mod corrected;
 mod deflected;

@@ -6,17 +6,22 @@ pub(crate) mod resolve;
 pub(crate) mod spec;
 mod turned;
 
-use std::ops::{Deref, Range};
+use std::{
+    ops::{Deref, Range},
+    sync::Arc,
+};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
+#[cfg(not(target_family = "wasm"))]
+use crate::simulation::clearance::{MachineCell, PathClearance};
 use crate::{
     compensation::{Method, TaskPoint},
     input::error::Result,
     machine::{Configuration, Machine},
-    process::{KnownForce, VerdictTable, uncertainty::DrawnForceAt},
+    process::{KnownForce, VerdictTable, file::ProcessCell, uncertainty::DrawnForceAt},
     simulation::{
         BySource, Machines, Source, TrackedPath,
         along_path::{self, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, TrackBlocks, run_pieces},
@@ -38,6 +43,9 @@ pub struct Station {
     pub phi_deg: Option<f64>,
     /// Whether the tool cuts on the way to this point.
     pub cutting: bool,
+    /// Whether the way to this point is rapid.
+    #[serde(skip)]
+    pub is_rapid: bool,
     /// Program line that leads to this point, from 1; `None` if the path is in no file.
     #[serde(skip)]
     pub line: Option<usize>,
@@ -75,6 +83,8 @@ pub struct PathStudy {
     pub gamma_search: Option<PathGammaSearch>,
     /// Names of the files that its program calls.
     pub called_files: Vec<String>,
+    /// What stands around the workpiece or moves with it; `None`: bodies are not looked at.
+    pub cell: Option<Arc<ProcessCell>>,
 }
 
 impl Deref for PathStudy {
@@ -280,6 +290,27 @@ pub fn run_in_parts(
         spread_path.as_ref().map(|path| spread_along::whole(&[(path, &*each_part)], &largest, work)).transpose()?;
     let draws = largest.each_ref().map(|own| own.sizes().to_vec());
     Ok(WholePath { methods, spread: whole.flatten(), draws })
+}
+
+/// Returns how near bodies come along the path of a study returned by [`PathStudy::with_gamma`]; `None` without bodies.
+///
+/// # Errors
+/// Those of [`MachineCell::new`], and of `work`.
+#[cfg(not(target_family = "wasm"))]
+pub fn clearance(study: &PathStudy, work: &Work) -> Result<Option<PathClearance>> {
+    let Some(own) = &study.cell else { return Ok(None) };
+    work.summary("clearance", || {
+        let cell = MachineCell::new(&study.machine, own)?;
+        let track = TrackBlocks::new(&study.machine, None, &study.tasks);
+        let mut along = cell.begin(&study.placement);
+        for start in (0..study.tasks.len()).step_by(along_path::BLOCK) {
+            for (k, at) in (start..).zip(track.block(start)) {
+                work.check()?;
+                along.add(&study.tasks[k], at.at.as_ref(), study.stations[k].is_rapid);
+            }
+        }
+        Ok(Some(along.finish()))
+    })
 }
 
 /// What each method leaves at points.

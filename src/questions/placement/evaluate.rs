@@ -3,6 +3,9 @@
 //! A sweep evaluates paths in levels, from few points to all; `Evaluator::best_possible` gives after each level the best values that the metrics
 //! can still have.
 
+#[cfg(not(target_family = "wasm"))]
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +17,8 @@ use super::{
     uncertain,
     walk::{ExactMode, Infeasibility, PathWalk, UNMEASURED, excess},
 };
+#[cfg(not(target_family = "wasm"))]
+use crate::simulation::clearance::MachineCell;
 use crate::{
     FOR_PAGES,
     compensation::TaskPoint,
@@ -46,6 +51,9 @@ pub struct Evaluator {
     /// Number of levels of the feature with most of them.
     pub(super) levels: usize,
     pub(super) gammas: super::turned::GammaCache,
+    /// Bodies of each feature, `None` where its process names no cell.
+    #[cfg(not(target_family = "wasm"))]
+    cells: Vec<Option<Arc<MachineCell>>>,
 }
 
 /// Data of a feature that do not depend on its place.
@@ -128,6 +136,8 @@ impl Evaluator {
         let share = features.iter().map(|feature| feature.share).sum();
         Self {
             gammas: super::turned::GammaCache::default(),
+            #[cfg(not(target_family = "wasm"))]
+            cells: study.features.iter().map(|job| job.bodies.clone()).collect(),
             study: study.clone(),
             needs,
             check_forces,
@@ -160,6 +170,24 @@ impl Evaluator {
             self.check_reach(site, |_, _| true)?;
         }
         Ok(partial)
+    }
+
+    /// Returns the bodies of each feature.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn cells(&self) -> &[Option<Arc<MachineCell>>] {
+        &self.cells
+    }
+
+    /// Nothing: pages look at no bodies.
+    #[cfg(target_family = "wasm")]
+    pub(super) fn check_bodies(&self, _: &Site) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// Nothing: pages look at no bodies.
+    #[cfg(target_family = "wasm")]
+    pub(super) fn check_bodies_along(&self, _: usize, _: &Site, _: &[TaskPoint]) -> Result<(), Failure> {
+        Ok(())
     }
 
     /// Returns an evaluation at `site` with no points added; does not check whether the workpiece fits there.
@@ -354,6 +382,7 @@ impl Evaluator {
             self.advance(&mut partial)?;
         }
         self.check_reach(&partial.site, |f, k| !self.features[f].is_counted[k])?;
+        self.check_bodies(&partial.site)?;
         self.conclude(&partial)
     }
 
@@ -399,6 +428,7 @@ impl Evaluator {
                 self.study.machine.limit_fractions(at, shares);
             }
         })?;
+        self.check_bodies(site)?;
         self.add_points(&mut partial, |prepared| &prepared.counted, shares)?;
         self.conclude(&partial)
     }

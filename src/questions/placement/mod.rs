@@ -12,6 +12,8 @@
 //! instead.
 
 mod along;
+#[cfg(not(target_family = "wasm"))]
+mod bodies;
 mod boxes;
 mod evaluate;
 mod front;
@@ -86,6 +88,9 @@ pub struct FeatureJob {
     pub components: Option<[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]>,
     /// Settings of the search for γ, the rotation about the tool axis, at each place, if there is one.
     pub gamma_search: Option<crate::process::RedundancySettings>,
+    /// Bodies of its machine and of what surrounds it; `None` where its process names no cell.
+    #[cfg(not(target_family = "wasm"))]
+    pub bodies: Option<std::sync::Arc<crate::simulation::clearance::MachineCell>>,
 }
 
 impl FeatureJob {
@@ -183,7 +188,11 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let best = outcome::choose_best(study, &entries, &refinements);
     let flatness = margins::margins(&evaluator, study, work, best.as_ref().map(|best| (best.site, best.value)))?;
     let traces = along::traces(&evaluators, study, &entries, best.as_ref());
+    #[cfg(not(target_family = "wasm"))]
+    let clearance = best.as_ref().map_or_else(Vec::new, |best| evaluators.found.clearances(&best.site));
     Ok(PlacementResults {
+        #[cfg(not(target_family = "wasm"))]
+        clearance,
         front,
         gaps,
         flatness,

@@ -245,8 +245,12 @@ fn resolve_feature(
     let today = Candidate::from_process(&process);
     let cuts = process.cutting_rule;
     let tracked = TrackedPath { tolerance_mm: Some(feature.tolerance_mm), ..TrackedPath::of(&process) };
+    #[cfg(not(target_family = "wasm"))]
+    let bodies = crate::simulation::clearance::MachineCell::of(&tracked.machine, process.cell.as_ref())?;
     let job = FeatureJob {
         feature,
+        #[cfg(not(target_family = "wasm"))]
+        bodies,
         machines: tracked.machines()?,
         tracked,
         limits: process.limits,

@@ -207,6 +207,7 @@ impl Evaluator {
                 infeasible.map_or(Ok(()), |why| Err(at_path_point(job, k, no_gamma(why.into()))))
             },
         )?;
+        self.check_bodies_along(f, site, tasks)?;
         // As a place is judged: in the order of the path.
         let (mut walk, mut tally) = (self.start_walk(f), Tally::default());
         for &k in &prepared.counted {

@@ -6,6 +6,7 @@
 
 mod accuracy;
 mod alternative_branches;
+mod bodies;
 mod branch;
 pub mod catalogue;
 mod chain;
@@ -15,6 +16,7 @@ mod external_axes;
 mod kinematics;
 mod locked;
 mod mobility;
+mod motion;
 mod other_tool;
 mod parameters;
 mod provenance;
@@ -41,6 +43,7 @@ use std::{
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 pub use accuracy::{ACCURACY_FACTOR, Accuracy, AccuracyFrame, RP_FACTOR, Stated};
+pub use bodies::{MachineBody, O_FRAME, PLATFORM_FRAME, WORKPIECE_FRAME};
 pub use branch::{AskedPosture, Branch, Clearance, Elbow, Posture, PostureChange, Shoulder, Wrist};
 pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
 pub use errors::ChainError;
@@ -48,10 +51,11 @@ pub use external_axes::{ExternalAxes, PositionedMachine};
 pub use kinematics::{BatchKinematics, Configuration, Unreachable};
 pub(crate) use kinematics::{CommandStep, DriveMotions};
 pub use mobility::Mobility;
+pub use motion::MachineMotion;
 pub use parameters::{Parameter, Unit, Variation, is_pattern_of};
 pub use provenance::{Grade, Provenance};
 pub use rotary_drives::{RotaryDrive, RotaryDrives};
-pub use route::{Anchor, Loop, Mass, PointSpring, Route, Step};
+pub use route::{Anchor, HungBody, Loop, Mass, PointSpring, Route, Step};
 #[cfg(feature = "schema")]
 pub use schema::file_schema;
 pub use section::{Material, Section, beam_stiffness, parallelogram_terms};
@@ -181,6 +185,10 @@ pub struct Model {
     pub gravity: Vector3<f64>,
     /// Mass that moves with P.
     pub platform_mass: Option<PlatformMass>,
+    /// Bodies that stand fast in O.
+    pub base_bodies: Vec<MachineBody>,
+    /// Bodies that move with P.
+    pub platform_bodies: Vec<MachineBody>,
     /// From where deflections are measured.
     pub zeroed: ZeroState,
     /// Compliance between P and T (spindle, holder, cutter): deflection of T per wrench there, axes of T (mm, rad; N, N·mm); `None`: rigid.

@@ -2,7 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::chain::{Motion, MoveScrew};
+use super::{
+    bodies::MachineBody,
+    chain::{Motion, MoveScrew},
+};
 use crate::{
     lanes::{Frame, Real, Screw, Vec3},
     spatial::{Axis, Pose},
@@ -72,6 +75,15 @@ impl PointSpring {
     }
 }
 
+/// A body that moves with a frame of a route.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HungBody {
+    /// Frame of the route on which it hangs.
+    pub frame: usize,
+    /// The body.
+    pub body: MachineBody,
+}
+
 /// Another route between two frames of a route. It and the part of the route between them are a parallel module.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loop {
@@ -96,6 +108,8 @@ pub struct Route {
     pub attachment: Pose,
     /// Masses on its frames.
     pub masses: Vec<Mass>,
+    /// Bodies on its frames.
+    pub bodies: Vec<HungBody>,
     /// Springs between points of its frames.
     pub point_springs: Vec<PointSpring>,
     /// Other ways between its frames.
@@ -109,6 +123,7 @@ impl Default for Route {
             steps: Vec::new(),
             attachment: Pose::identity(),
             masses: Vec::new(),
+            bodies: Vec::new(),
             point_springs: Vec::new(),
             loops: Vec::new(),
         }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use kinetostat_cell::spec::BodySpec;
 use serde::Deserialize;
 
 use super::{accuracy::AccuracyFrame, provenance::Grade, unknown::StiffnessSpec};
@@ -62,6 +63,12 @@ tables! {
         pub accuracy: Option<AccuracySpec>,
         /// What carries the workpiece (turntable, slide) and bends as well; the workpiece stands fast in O if not given.
         pub workpiece_carrier: Option<CarrierSpec>,
+        /// Bodies that stand fast in O, such as its pedestal; none if not given.
+        #[serde(default)]
+        pub body: Vec<BodySpec>,
+        /// Pairs of bodies, by name, that may touch or overlap, besides those with one joint between them; none if not given.
+        #[serde(default)]
+        pub may_touch: Vec<[String; 2]>,
     }
 
     /// How accurate the machine is without load, as ISO 9283 names it: each number is stated by itself, as none follows from another.
@@ -120,6 +127,9 @@ tables! {
         pub mass: Option<MassSpec>,
         /// Task coordinates the drives control.
         pub controls: Vec<CoordinateSpec>,
+        /// Bodies that move with P, such as the spindle; none if not given.
+        #[serde(default)]
+        pub body: Vec<BodySpec>,
     }
 
     /// What lies between P and the tool tip; its parts bend one after the other.
@@ -294,6 +304,8 @@ pub enum ElementSpec {
     SphericalJoint(SphericalJointSpec),
     /// A mass that moves with the frame reached.
     Mass(NamedMassSpec),
+    /// A body that moves with the frame reached.
+    Body(BodySpec),
     /// A name for the frame reached, for springs.
     Frame(String),
     /// A spring between points of two named frames.
@@ -317,6 +329,7 @@ impl ElementSpec {
             ElementSpec::UniversalJoint(joint) => ("universal_joint", Some(&joint.name)),
             ElementSpec::SphericalJoint(joint) => ("spherical_joint", Some(&joint.name)),
             ElementSpec::Mass(mass) => ("mass", mass.name.as_deref()),
+            ElementSpec::Body(body) => ("body", Some(&body.name)),
             ElementSpec::Frame(name) => ("frame", Some(name)),
             ElementSpec::Spring(spring) => ("spring", spring.name.as_deref()),
             ElementSpec::Module(module) => ("module", module.name.as_deref()),

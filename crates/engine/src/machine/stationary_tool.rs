@@ -47,7 +47,7 @@ impl Machine {
                     elements.push(fixed_element(name, &at.inverse()));
                     continue;
                 }
-                ElementSpec::Frame(_) => continue,
+                ElementSpec::Frame(_) | ElementSpec::Body(_) => continue,
                 ElementSpec::Mass(_) | ElementSpec::Spring(_) => {
                     has_weight = true;
                     continue;

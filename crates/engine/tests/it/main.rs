@@ -1,5 +1,6 @@
 //! The tests of the engine that need nothing private, in one binary; those over whole machines are the root package's.
 
+mod bodies;
 mod cases;
 mod conditioning;
 mod counted;

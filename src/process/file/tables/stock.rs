@@ -2,10 +2,10 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
+use kinetostat_cell::read_stl;
 use kinetostat_removal::{RemovalError, Stock};
 use serde::Deserialize;
 
-use super::stl;
 use crate::{
     input::{
         Folder, Inputs,
@@ -17,7 +17,7 @@ use crate::{
         file::{force::teeth, spec::ProcessSpec},
         part::FinishedPart,
         program_inputs,
-        stock::{StickOut, StockRemoval, StockShape, StockToolSpec, cutter},
+        stock::{StickOut, StockMesh, StockRemoval, StockShape, StockToolSpec, cutter},
     },
     toolpath::{Sampling, ToolDescription, ToolShape},
 };
@@ -70,7 +70,7 @@ pub struct CylinderSpec {
 /// A cylinder about the axis of a tool that must not come into the stock.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct BodySpec {
+pub struct ToolBodySpec {
     /// D.
     pub diameter_mm: f64,
     /// Height above the tip from which on it is there.
@@ -98,9 +98,9 @@ pub struct ToolSpec {
     /// Width of the zone of ISO 1101 in which that must be, in place of `tolerance_mm`.
     pub tolerance_zone_mm: Option<f64>,
     /// What is above its flutes.
-    pub shank: Option<BodySpec>,
+    pub shank: Option<ToolBodySpec>,
     /// What holds it.
-    pub holder: Option<BodySpec>,
+    pub holder: Option<ToolBodySpec>,
     /// Length from the holder to the tip.
     pub stick_out_mm: Option<f64>,
     /// Young's modulus.
@@ -131,7 +131,8 @@ pub(crate) fn stock(
     let mut mesh = |name: &str, check: &Check| {
         let bytes = beside(name, folder, check)?.bytes(name)?;
         inputs = std::mem::take(&mut inputs).and(Inputs::of_bytes(name, &bytes));
-        let mesh = stl::read(bytes).and_then(|own| {
+        let mesh = read_stl(bytes).and_then(|own| {
+            let own = StockMesh::from(own);
             let closed = Stock::mesh(own.vertices.clone(), own.triangles.clone());
             closed.map(|_| Arc::new(own)).map_err(|error| error.to_string())
         });
@@ -169,8 +170,8 @@ pub(crate) fn stock(
         };
         let stick_out = stick_out(spec, &check)?;
         let tolerance_mm = check.tolerance(spec.tolerance_mm, spec.tolerance_zone_mm)?;
-        let body = |(name, body): (&'static str, Option<BodySpec>)| {
-            let BodySpec { diameter_mm, from_mm } = body?;
+        let body = |(name, body): (&'static str, Option<ToolBodySpec>)| {
+            let ToolBodySpec { diameter_mm, from_mm } = body?;
             let check = check.key(name);
             let size = check.key("diameter_mm").positive(diameter_mm);
             Some(size.and_then(|diameter_mm| Ok((name, diameter_mm, check.key("from_mm").positive(from_mm)?))))

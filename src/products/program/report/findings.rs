@@ -20,6 +20,7 @@ use crate::{
     simulation::{
         BySource, Source,
         along_path::{PathPointResult, length_of_point},
+        clearance::{ClearanceState, PathClearance},
     },
     work::Work,
 };
@@ -79,6 +80,8 @@ pub struct Findings {
     courses: Option<Courses>,
     /// The surface that is left, once it was computed.
     pub(super) machined: Option<Machined>,
+    /// How near bodies come, once it was looked at; `None` where the process names no cell.
+    pub(super) clearance: Option<PathClearance>,
 }
 
 impl Findings {
@@ -115,6 +118,7 @@ impl Findings {
             corrections: [None; 2],
             courses: Courses::new(job),
             machined: None,
+            clearance: None,
         })
     }
 
@@ -133,6 +137,21 @@ impl Findings {
             self.machined = courses.surface(job, written, name, work)?;
         }
         Ok(())
+    }
+
+    /// Looks at how near bodies come along the program.
+    ///
+    /// # Errors
+    /// As [`ProgramJob::clearance`].
+    pub fn find_clearance(&mut self, job: &ProgramJob, work: &Work) -> Result<()> {
+        self.clearance = job.clearance(work)?;
+        Ok(())
+    }
+
+    /// Returns whether bodies hit along the program.
+    #[must_use]
+    pub fn hits(&self) -> bool {
+        self.clearance.as_ref().is_some_and(|own| own.state() == ClearanceState::Hit)
     }
 
     /// Returns the machined surface in the form for other programs; `None` if no stock is cut.

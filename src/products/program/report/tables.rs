@@ -374,6 +374,7 @@ pub fn program_json(report_of: &Report<'_>) -> Value {
         "machine": job.machine.name,
         "points": job.path.len(),
         "length_mm": job.path.length_mm(),
+        "clearance": findings.clearance,
         "passes": passes.iter().map(pass_json).collect::<Vec<_>>(),
         "bounded": bounded.as_ref().map(|path| bounded_json(job, path, verified.forces.as_ref())),
         "without_force": json!({

@@ -7,7 +7,7 @@ use super::{
     tables::{WITHOUT_FORCE, error_before_column},
 };
 use crate::{
-    answer::{ShareWithin, budget::OfVerdict, cautions, drive_columns::kind_word, force_text},
+    answer::{ShareWithin, budget::OfVerdict, cautions, clearance, drive_columns::kind_word, force_text},
     compensation::{BoundedPath, LimitKind, Method, Price},
     files::{
         exchange::Table,
@@ -288,6 +288,8 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let uncertain = report.job.uncertainty.as_deref();
     let forces = report.verified.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
     let of_tool = feed::verdict(report.job) + &verdict + &sure + &forces;
+    let of_bodies = report.findings.clearance.as_ref();
+    let hit = of_bodies.and_then(|own| clearance::first_sentence(own, |k| report.job.place_text(k)));
     // What is cut is what will be measured; how the tool goes is behind it.
     let uncut = uncut_sentence(report);
     let short =
@@ -305,6 +307,11 @@ pub fn headline(report: &Report<'_>) -> Headline {
     };
     let state = state(report);
     let next = next_step(report, &state);
+    // What hits something is not run, however well it would cut.
+    let (sentence, of_tool) = match hit {
+        Some(hit) => (hit, format!("{sentence} {of_tool}")),
+        None => (sentence, of_tool),
+    };
     let mut headline = Headline::new(sentence, basis)
         .next(next)
         .judged(state, uncertain.is_none())
@@ -370,6 +377,9 @@ const NOT_TO_BE_RUN: &str = "Not to be run";
 /// Returns the verdict on the written program, in a few words: what stands against running it first.
 fn state(report: &Report<'_>) -> Verdict {
     let Report { job, verified, findings, .. } = report;
+    if let Some(hit) = findings.clearance.as_ref().and_then(clearance::verdict) {
+        return Verdict::new(State::Bad, format!("{NOT_TO_BE_RUN}: {}", hit.words));
+    }
     if let Some(written) = verified.passes.last().map(|pass| &pass.summary)
         && written.solved < written.points
     {
@@ -518,6 +528,11 @@ fn all_cautions(report: &Report<'_>, of_tool: &str) -> String {
         deflected_cut_text(report, true),
         without_force_text(report),
         play_text(report),
+        report
+            .findings
+            .clearance
+            .as_ref()
+            .map_or_else(String::new, |own| clearance::sentences(own, |k| job.place_text(k))),
         spread_report::cautions(job.uncertainty.as_deref(), &report.findings.spread, "point", next.as_deref()),
         other_cautions(report),
     ]
@@ -619,6 +634,7 @@ fn first_sentence(report: &Report<'_>) -> String {
 /// Returns what to do next.
 fn next_step(report: &Report<'_>, verdict: &Verdict) -> String {
     match verdict.state {
+        _ if report.findings.hits() => clearance::MOVE_AWAY.into(),
         _ if report.findings.outside.outside() > 0 && verdict.state == State::Bad => {
             "do not load the program: move the workpiece until all of its path is inside the workspace box, and compute again.".into()
         }

@@ -38,7 +38,7 @@ use crate::{
     process::RedundancySettings,
     questions::{
         Answered,
-        path::{PathPart, PathStudy, PointEffect, Shown, WholePath, run_in_parts},
+        path::{PathPart, PathStudy, PointEffect, Shown, WholePath, clearance, run_in_parts},
         spread_report,
     },
     redundancy::{self, FoundGamma},
@@ -67,6 +67,7 @@ impl Answered for PathStudy {
             table.write_block(&part)
         })?;
         summary.add_whole(&spread);
+        summary.add_clearance(clearance(study, run.work)?);
         let text = text(&summary);
         let deflected = summary.largest_displacement().filter(|_| run.figures).and_then(|(_, point)| {
             let place = format!("{:.1} mm along the path", study.stations[point].arc_length_mm);

@@ -12,7 +12,7 @@ use crate::{
         path::{MethodAlongPath, PathPart, PathSpread, PathStudy, PointEffect, Shown},
         spread_report::{self, SpreadCounts, WithSpread},
     },
-    simulation::{BySource, Source, along_path::length_of_point},
+    simulation::{BySource, Source, along_path::length_of_point, clearance::PathClearance},
 };
 
 /// Extremes and counts of one source of error along the path.
@@ -43,6 +43,8 @@ pub struct Summary<'a> {
     pub(super) whole: Option<PathSpread>,
     /// Play of the drives.
     pub(super) play: PlayCounts,
+    /// How near bodies come; `None` where the process names no cell.
+    pub(super) clearance: Option<PathClearance>,
 }
 
 impl<'a> Summary<'a> {
@@ -65,6 +67,7 @@ impl<'a> Summary<'a> {
             spread: Default::default(),
             whole: None,
             play: PlayCounts::default(),
+            clearance: None,
         }
     }
 
@@ -112,6 +115,11 @@ impl<'a> Summary<'a> {
     /// Sets the distribution of the largest distance from the path.
     pub fn add_whole(&mut self, spread: &Option<PathSpread>) {
         self.whole.clone_from(spread);
+    }
+
+    /// Sets how near bodies come.
+    pub fn add_clearance(&mut self, clearance: Option<PathClearance>) {
+        self.clearance = clearance;
     }
 
     /// Returns the counts of the distributions of the residual error, or without any, of the distance at the nominal command.
@@ -196,6 +204,9 @@ impl<'a> Summary<'a> {
             for quantity in [P95_RESIDUAL, WITHOUT_FORCE] {
                 summary["uncertainty"][format!("{}_max", quantity.name)] = json!(largest(Source::All, &quantity));
             }
+        }
+        if let Some(clearance) = &self.clearance {
+            summary["clearance"] = json!(clearance);
         }
         if let Some(play) = self.play.json() {
             summary["play"] = play;

@@ -12,6 +12,7 @@ use crate::{
         Quantity, ReportText, Tolerance, acting_text,
         budget::OfVerdict,
         cautions::{self, OutsidePositions},
+        clearance,
         drive_columns::kind_word,
         force_text,
     },
@@ -75,7 +76,14 @@ fn cautions_text(summary: &Summary<'_>) -> String {
             "point",
             spread_report::next_along(summary.whole.as_ref()).as_deref(),
         )
+        + &clearance_text(summary)
         + &path_cautions(study)
+}
+
+/// Returns what is known of the distances of bodies along the path, in sentences; empty where one hits, which is said first, and without bodies.
+fn clearance_text(summary: &Summary<'_>) -> String {
+    let own = summary.clearance.as_ref();
+    own.map_or_else(String::new, |own| clearance::sentences(own, |k| point_text(summary, k)))
 }
 
 /// Returns what the play of the drives does along the path, in sentences; empty without play.
@@ -234,8 +242,21 @@ pub fn failures_text<'a>(passes: impl Iterator<Item = (String, &'a PathSummary)>
     passes.filter_map(sentence).collect()
 }
 
-/// Returns the first screen: one sentence, key numbers and cautions.
+/// Returns the first screen: one sentence, key numbers and cautions; where bodies hit, that first.
 pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
+    let own = headline_of_tool(summary, text);
+    let hit = summary.clearance.as_ref().and_then(|clearance| {
+        let sentence = clearance::first_sentence(clearance, |k| point_text(summary, k))?;
+        Some((sentence, clearance::verdict(clearance)?))
+    });
+    match hit {
+        Some((sentence, verdict)) => own.barred(sentence, verdict, clearance::MOVE_AWAY),
+        None => own,
+    }
+}
+
+/// Returns the first screen as far as the tool goes.
+fn headline_of_tool(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let study = summary.study;
     let basis = format!(
         "a path of {:.1} mm, {}, {}, {}",

@@ -9,7 +9,7 @@ use super::{
     text::{NO_DEFLECTION, best_entry, direction_text, infeasible_text, position_and_angles, robust_text, site_text},
 };
 use crate::{
-    answer::{ShareWithin, budget::OfVerdict, cautions},
+    answer::{ShareWithin, budget::OfVerdict, cautions, clearance},
     files::words::{counted, millimetres, percent, position, typographic, with_minus_signs},
     page::headline::{Extreme, Headline, InTable, KeyNumber, State, Verdict, worst_judged},
     process::{Basis, ForceText, KnownForce, PathReference, file::NOT_CONTROLLED},
@@ -21,6 +21,7 @@ use crate::{
         },
         spread_report::{self, Along},
     },
+    simulation::clearance::PathClearance,
 };
 
 /// Returns the first screen: one sentence, key numbers and cautions.
@@ -100,6 +101,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
         .with_cautions(&details)
         .with_cautions(&more)
         .with_cautions(&robust_text(results))
+        .with_cautions(&clearance_text(results))
         .with_cautions(&spread_cautions)
         .with_cautions(&force_text(study, |own| &own.of_turn))
         .with_cautions(&cautions_text(study))
@@ -192,6 +194,14 @@ pub(super) fn distance_text(study: &PlacementStudy, entry: &Entry) -> Option<Str
         }
         None => Some(value_of(study, entry.feasible()?, Metric::WorstDeflection)? + " off at most"),
     }
+}
+
+/// Returns how near bodies come at the best place, and what of them is not known, in sentences; empty without bodies.
+fn clearance_text(results: &PlacementResults) -> String {
+    let of = |(job, own): (&FeatureJob, &PathClearance)| {
+        clearance::sentences(own, |k| format!("point {k} of {}", job.feature.name))
+    };
+    results.study.features.iter().zip(&results.clearance).map(of).collect()
 }
 
 /// Returns the cautions for any placement: the workpiece carrier, an assumed workspace box, and axes that the drives do not control.

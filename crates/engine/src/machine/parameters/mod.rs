@@ -92,6 +92,11 @@ impl Definition {
         &self.spec
     }
 
+    /// Name of the machine file in errors: its path, unless it is built in.
+    pub fn origin(&self) -> &str {
+        &self.origin
+    }
+
     /// Records errors that are built in otherwise than as parameters.
     pub fn record_errors(&mut self, errors: &[ChainError]) {
         self.built_in.push(errors.to_vec());

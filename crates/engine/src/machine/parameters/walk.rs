@@ -168,6 +168,8 @@ impl SpecWalk<'_> {
             chain,
             mount,
             workpiece_carrier,
+            body: _,
+            may_touch: _,
         } = spec;
         self.descend("platform", "platform", |walk| walk.visit_platform(platform));
         self.visit_vector("gravity", Unit::M_PER_S2, gravity.get_or_insert(GRAVITY));
@@ -204,7 +206,7 @@ impl SpecWalk<'_> {
     }
 
     fn visit_platform(&mut self, spec: &mut PlatformSpec) {
-        let PlatformSpec { tool_tip_mm, tool_axis, tool, mass, controls: _ } = spec;
+        let PlatformSpec { tool_tip_mm, tool_axis, tool, mass, controls: _, body: _ } = spec;
         self.visit_vector("tool_tip", Unit::MM, tool_tip_mm);
         if let Some(axis) = tool_axis {
             self.visit_vector("tool_axis", Unit::ONE, axis);
@@ -299,7 +301,7 @@ impl SpecWalk<'_> {
                 self.visit_axes(AXES, home_deg, limits_deg);
             }
             ElementSpec::Mass(NamedMassSpec { name: _, kg, at_mm }) => self.visit_mass(kg, at_mm),
-            ElementSpec::Frame(_) => {}
+            ElementSpec::Frame(_) | ElementSpec::Body(_) => {}
             ElementSpec::Spring(spring) => self.visit_point_spring(spring),
             ElementSpec::Module(ModuleSpec { name: _, mounts }) => self.visit_mounts("mounts", mounts),
         }

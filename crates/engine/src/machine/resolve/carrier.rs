@@ -51,6 +51,8 @@ pub(super) fn resolve(written: &CarrierSpec, spec: &MachineSpec, machine: &Machi
         controls: Vec::new(),
         points: Vec::new(),
         platform_mass: None,
+        base_bodies: Vec::new(),
+        platform_bodies: Vec::new(),
         tool_compliance: None,
         carrier: None,
         locked: Vec::new(),

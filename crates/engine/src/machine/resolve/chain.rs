@@ -188,6 +188,7 @@ impl ChainBuilder<'_> {
                 self.add_revolute_joints(&joint.name, &axes, &joint.home_deg, limits, &check)?;
             }
             ElementSpec::Mass(mass) => self.add_mass(mass, &check.key("mass"))?,
+            ElementSpec::Body(body) => self.add_body(body, &check.key("body"))?,
             ElementSpec::Frame(name) => self.name_frame(name, &check.key("frame"))?,
             ElementSpec::Spring(spring) => self.springs.push((spring.clone(), check.key("spring"))),
             ElementSpec::Module(module) => self.add_module(module, &check.key("module"))?,

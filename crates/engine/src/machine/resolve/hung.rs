@@ -1,10 +1,12 @@
 //! What hangs on the frames of a route, from a machine file as written: masses, names, springs between points.
 
+use kinetostat_cell::spec::BodySpec;
+
 use super::chain::ChainBuilder;
 use crate::{
     input::{check::Check, error::Result},
     machine::{
-        Anchor, Mass, PointSpring, Step,
+        Anchor, HungBody, MachineBody, Mass, PointSpring, Step,
         spec::{AnchorSpec, NamedMassSpec},
     },
 };
@@ -27,6 +29,17 @@ impl ChainBuilder<'_> {
         let at = check.key("at_mm").position(mass.at_mm)?;
         let frame = self.ensure_frame();
         self.route.masses.push(Mass { frame, at, kilograms });
+        Ok(())
+    }
+
+    /// Hangs a body on the frame reached; its name has that of its mount before it where the design is mounted several times.
+    pub fn add_body(&mut self, body: &BodySpec, check: &Check) -> Result<()> {
+        let design = self.designs.last().map(|design| self.spec.chain[*design].name.as_str());
+        let is_shared = self.spec.mount.iter().filter(|mount| Some(mount.chain.as_str()) == design).count() > 1;
+        let prefix = if is_shared { format!("{} ", self.chain.name) } else { self.prefix.replace('_', " ") };
+        let body = MachineBody::resolve(body, &prefix, check)?;
+        let frame = self.ensure_frame();
+        self.route.bodies.push(HungBody { frame, body });
         Ok(())
     }
 

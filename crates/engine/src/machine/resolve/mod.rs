@@ -10,11 +10,12 @@ mod section;
 
 use std::sync::Arc;
 
+use kinetostat_cell::spec::BodySpec;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::{
-    Chain, Coordinate, Machine, Model, NamedPoint, PlatformMass, Provenance, ToolAxisSource, WorkspaceBox, ZeroState,
-    accuracy,
+    Chain, Coordinate, Machine, MachineBody, Model, NamedPoint, PlatformMass, Provenance, ToolAxisSource, WorkspaceBox,
+    ZeroState, accuracy,
     branch::Arm,
     kinematics::{self, Configuration},
     parameters::{self, Definition, GRAVITY},
@@ -75,6 +76,8 @@ pub(super) fn resolve_machine(definition: MachineSpec, origin: &str, text: Arc<s
         gravity: resolve_gravity(spec.gravity, &check)?,
         tool_compliance: resolve_tool_compliance(spec, &check.key("platform.tool"))?,
         platform_mass: resolve_platform_mass(spec.platform.mass.as_ref(), &check.key("platform.mass"))?,
+        base_bodies: resolve_bodies(&spec.body, &check.key("body"))?,
+        platform_bodies: resolve_bodies(&spec.platform.body, &check.key("platform.body"))?,
         zeroed: match spec.zeroed {
             ZeroedSpec::AtRest => ZeroState::AtRest,
             ZeroedSpec::Weightless => ZeroState::Weightless,
@@ -96,7 +99,13 @@ pub(super) fn resolve_machine(definition: MachineSpec, origin: &str, text: Arc<s
         let check = check.key("workpiece_carrier");
         machine.carrier = Some(carrier::resolve(&definition, machine.definition.spec(), &machine, &check)?);
     }
+    machine.check_body_names()?;
     Ok(machine)
+}
+
+/// Checks bodies that are fixed to one frame.
+fn resolve_bodies(specs: &[BodySpec], check: &Check) -> Result<Vec<MachineBody>> {
+    specs.iter().enumerate().map(|(index, spec)| MachineBody::resolve(spec, "", &check.item(index))).collect()
 }
 
 /// Checks the entries of provenance, whose patterns must name parameters.
@@ -158,7 +167,9 @@ fn check_element_names(design: &ChainSpec, check: &Check) -> Result<()> {
             return check.fail(format!("\"{name}\" is the name of an end of every chain: expected another one"));
         }
         let others = names.iter().zip(&design.elements).enumerate();
-        let others = others.filter(|&(other, (_, element))| other != i && !matches!(element, ElementSpec::Frame(_)));
+        let others = others.filter(|&(other, (_, element))| {
+            other != i && !matches!(element, ElementSpec::Frame(_) | ElementSpec::Body(_))
+        });
         check.unique(name, others.map(|(_, (name, _))| name.as_str()))?;
     }
     Ok(())

@@ -95,6 +95,10 @@ impl ChainBuilder<'_> {
             mass.frame += first;
             mass
         }));
+        self.route.bodies.extend(inner.bodies.into_iter().map(|mut body| {
+            body.frame += first;
+            body
+        }));
         self.route.point_springs.extend(inner.point_springs.into_iter().map(|mut spring| {
             for anchor in [&mut spring.from, &mut spring.to] {
                 anchor.frame = anchor.frame.map(|frame| frame + first);

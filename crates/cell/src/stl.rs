@@ -1,20 +1,30 @@
-//! Reads the surface of a stock from an STL file.
+//! Surfaces of triangles from STL files.
 
 use std::{collections::HashMap, io::Cursor};
 
-use nalgebra::Vector3;
-
-use crate::process::stock::StockMesh;
+use nalgebra::Point3;
 
 /// Length of what stands before the triangles of a binary file, and of a triangle, bytes.
 const BINARY: [usize; 2] = [84, 50];
-/// Most triangles of a stock.
+/// Most triangles of a file.
 const MAX_TRIANGLES: usize = 5_000_000;
 /// Largest coordinate, mm: beyond any machine.
 const MAX_MM: f32 = 1e6;
 
-/// Reads a binary or ASCII STL file: equal vertices become one, and triangles of which two corners are equal are left out. `Err` says what is wrong.
-pub(super) fn read(mut bytes: Vec<u8>) -> Result<StockMesh, String> {
+/// A surface of triangles.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mesh {
+    /// Corners, each once, in the unit of the file.
+    pub vertices: Vec<Point3<f64>>,
+    /// Indices of the corners of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Reads a binary or ASCII STL file: equal vertices become one, and triangles of which two corners are equal are left out.
+///
+/// # Errors
+/// What is wrong with the file.
+pub fn read_stl(mut bytes: Vec<u8>) -> Result<Mesh, String> {
     let count = bytes.get(80..BINARY[0]).and_then(|own| Some(u32::from_le_bytes(own.try_into().ok()?) as usize));
     let text = bytes.len() - bytes.trim_ascii_start().len();
     let is_text =
@@ -40,7 +50,7 @@ pub(super) fn read(mut bytes: Vec<u8>) -> Result<StockMesh, String> {
         );
     }
     let mut bytes = Cursor::new(bytes);
-    let (mut numbers, mut mesh) = (HashMap::new(), StockMesh::default());
+    let (mut numbers, mut mesh) = (HashMap::new(), Mesh::default());
     for (index, triangle) in stl_io::create_stl_reader(&mut bytes).map_err(|error| error.to_string())?.enumerate() {
         let triangle = triangle.map_err(|error| format!("triangle {}: {error}", index + 1))?;
         let mut corners = [0; 3];
@@ -52,7 +62,7 @@ pub(super) fn read(mut bytes: Vec<u8>) -> Result<StockMesh, String> {
             }
             let place = vertex.0.map(|own| own + 0.0);
             *corner = *numbers.entry(place.map(f32::to_bits)).or_insert_with(|| {
-                mesh.vertices.push(Vector3::from(place).map(f64::from));
+                mesh.vertices.push(Point3::from(place.map(f64::from)));
                 mesh.vertices.len() as u32 - 1
             });
         }

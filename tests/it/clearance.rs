@@ -1,0 +1,250 @@
+//! Clearance of bodies along paths: against dense samples, with a rod between two samples, and what is said of it.
+
+use std::{fs, path::Path};
+
+use kinetostat::{
+    Folder,
+    machine::{Configuration, Machine},
+    process::{Process, file::CellFrame},
+    simulation::{
+        clearance::{ClearanceState, MachineCell, PathClearance},
+        tasks::tasks,
+    },
+    spatial::Pose,
+};
+use kinetostat_cell::{Body, Cell};
+use nalgebra::Isometry3;
+use proptest::{
+    strategy::{Strategy, ValueTree},
+    test_runner::TestRunner,
+};
+
+use crate::support::command::told;
+
+/// A six-axis arm with a pedestal, a forearm, a wrist and a spindle that points down.
+fn arm() -> String {
+    let text = include_str!("../machines/kr270.toml");
+    let joint = |name: &str, body: &str| {
+        let line = text.lines().find(|line| line.contains(&format!("name = \"{name}\""))).unwrap();
+        (line.to_owned(), format!("  {{ body = {{ {body} }} }},\n{line}"))
+    };
+    let [forearm, wrist] = [
+        joint(
+            "A4",
+            r#"name = "forearm", grade = "given", shapes = [{ capsule = { from_mm = [-1100.0, 0.0, 0.0], to_mm = [-400.0, 0.0, 0.0], radius_mm = 180.0 } }]"#,
+        ),
+        joint(
+            "A6",
+            r#"name = "wrist", grade = "enclosing", shapes = [{ capsule = { from_mm = [0.0, 0.0, 0.0], to_mm = [60.0, 0.0, 0.0], radius_mm = 140.0 } }]"#,
+        ),
+    ];
+    let bodies = r#"
+[[platform.body]]
+name = "spindle"
+grade = "given"
+shapes = [{ cylinder = { from_mm = [0.0, 0.0, 0.0], to_mm = [0.0, 0.0, 230.0], radius_mm = 60.0 } }]
+
+[[body]]
+name = "pedestal"
+grade = "given"
+shapes = [{ cylinder = { from_mm = [0.0, 0.0, 0.0], to_mm = [0.0, 0.0, 300.0], radius_mm = 300.0 } }]
+
+[home]"#;
+    text.replace(&forearm.0, &forearm.1).replace(&wrist.0, &wrist.1).replacen("\n[home]", bodies, 1)
+}
+
+/// A process with the table `cell` given, its workpiece in front of the arm.
+fn process(cell: &str) -> String {
+    format!("schema = 1\n[placement]\norigin_mm = [1700.0, 0.0, 500.0]\n[sampling]\nmax_segment_mm = 400.0\n{cell}")
+}
+
+/// Two clamps beside the part, and a post on the base.
+const CLAMPS: &str = r#"
+[cell]
+rapid = "joint"
+[[cell.body]]
+name = "left clamp"
+on = "part"
+grade = "given"
+shapes = [{ box = { size_mm = [40.0, 40.0, 200.0], at_mm = [-170.0, 0.0, 80.0] } }]
+[[cell.body]]
+name = "right clamp"
+on = "part"
+grade = "given"
+shapes = [{ box = { size_mm = [40.0, 40.0, 200.0], at_mm = [170.0, 20.0, 80.0], rotation_deg = [0.0, 0.0, 30.0] } }]
+[[cell.body]]
+name = "post"
+on = "base"
+grade = "given"
+shapes = [{ capsule = { from_mm = [1500.0, 350.0, 0.0], to_mm = [1500.0, 350.0, 900.0], radius_mm = 25.0 } }]
+"#;
+
+/// A program along a path, and the configurations at its points.
+fn follow(process: &Process, program: &str) -> (PathClearance, Vec<Configuration>) {
+    let file = process.parse_program(program.as_bytes().to_vec(), Path::new("part.nc")).unwrap();
+    let path = process.mark_cutting(file.toolpath(process.sampling).unwrap(), "part.nc").unwrap();
+    let tasks = tasks(process, &path, "part.nc").unwrap();
+    let cell = MachineCell::new(&process.machine, process.cell.as_ref().unwrap()).unwrap();
+    let (mut along, mut at) = (cell.begin(&process.placement), vec![process.machine.home.clone()]);
+    for (point, task) in path.points().iter().zip(&tasks) {
+        at.push(process.machine.inverse_kinematics_from(&at[at.len() - 1], &task.pose).unwrap());
+        along.add(task, at.last(), !point.cutting && point.feed_mm_per_min.is_none());
+    }
+    (along.finish(), at.split_off(1))
+}
+
+fn checked(machine: &Machine, cell: &str) -> Process {
+    Process::from_toml(&process(cell), "process", Folder::in_memory([]), machine).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn clearance(machine: &Machine, cell: &str, program: &str) -> PathClearance {
+    follow(&checked(machine, cell), program).0
+}
+
+/// The least distance at many states of the straight moves between configurations, by poses that are solved one by one.
+fn sampled(process: &Process, at: &[Configuration], count: usize) -> f64 {
+    let machine = &process.machine;
+    let own = machine.cell().unwrap();
+    let mut bodies: Vec<Body> = machine.bodies().unwrap();
+    let frames = machine.frame_count();
+    let first = bodies.len();
+    bodies.extend(process.cell.as_ref().unwrap().bodies.iter().map(|(on, body)| {
+        let mut body = body.clone();
+        body.frame = if *on == CellFrame::Part { frames } else { 0 };
+        body
+    }));
+    let across = Cell::new(bodies, |a, b| (a < first) == (b < first));
+    let (mut least, mut poses) = (f64::INFINITY, Vec::new());
+    for pair in at.windows(2) {
+        let mut near = pair[0].clone();
+        for k in 0..=count {
+            let s = k as f64 / count as f64;
+            let tip = |at: &Configuration| at.pose.transform(machine.tool_tip);
+            let here = tip(&pair[0]) + (tip(&pair[1]) - tip(&pair[0])) * s;
+            let rotation = pair[0].pose.rotation;
+            near = machine
+                .inverse_kinematics_from(&near, &Pose { rotation, translation: here - rotation * machine.tool_tip })
+                .unwrap();
+            machine.frame_poses(&near, &mut poses);
+            poses.push(Isometry3::translation(1700.0, 0.0, 500.0));
+            least =
+                least.min(own.nearest(&poses).unwrap().distance_mm).min(across.nearest(&poses).unwrap().distance_mm);
+        }
+    }
+    least
+}
+
+#[test]
+fn no_state_between_two_points_is_nearer_than_the_bound() {
+    let machine = Machine::from_toml(&arm(), "arm").unwrap();
+    let process = checked(&machine, CLAMPS);
+    let mut runner = TestRunner::deterministic();
+    let mut hits = 0;
+    for _ in 0..24 {
+        let places = proptest::collection::vec(proptest::array::uniform3(0.0f64..1.0), 4)
+            .new_tree(&mut runner)
+            .unwrap()
+            .current();
+        let line = |place: &[f64; 3]| {
+            format!(
+                "G1 X{:.3} Y{:.3} Z{:.3} F1000\n",
+                400.0 * place[0] - 200.0,
+                400.0 * place[1] - 200.0,
+                20.0 + 200.0 * place[2]
+            )
+        };
+        let program = format!("G21 G90\n{}", places.iter().map(line).collect::<String>());
+        let (found, at) = follow(&process, &program);
+        assert!(found.not_looked_at.is_empty(), "{:?}", found.not_looked_at);
+        let (least, sampled) = (found.at_least_mm.unwrap(), sampled(&process, &at, 300));
+        assert!(least <= sampled + 1e-6, "{program}{least} > {sampled}");
+        assert!(least > sampled - 2.0, "{program}{least} < {sampled}");
+        hits += usize::from(least < 0.0);
+        assert_eq!(found.state() == ClearanceState::Hit, least <= 0.0);
+    }
+    assert!((3..24).contains(&hits), "{hits}");
+}
+
+/// A post of 6 mm between two points of a path, 300 mm apart, somewhere in what the spindle sweeps.
+#[test]
+fn a_rod_between_two_points_is_not_missed() {
+    let machine = Machine::from_toml(&arm(), "arm").unwrap();
+    let mut runner = TestRunner::deterministic();
+    for _ in 0..40 {
+        let [along, across, up] = proptest::array::uniform3(0.0f64..1.0).new_tree(&mut runner).unwrap().current();
+        // The spindle stands 90 mm beside the tip, from 90 to 320 mm above it.
+        let x = -60.0 + 300.0 * along;
+        let y = 110.0 * across - 55.0;
+        let z = 155.0 + 200.0 * up;
+        let cell = format!(
+            "[cell]\n[[cell.body]]\nname = \"rod\"\non = \"part\"\ngrade = \"given\"\nshapes = [{{ capsule = {{ from_mm = [{x:?}, {y:?}, {z:?}], to_mm = [{x:?}, {y:?}, {:?}], radius_mm = 3.0 }} }}]\n",
+            z + 15.0
+        );
+        let found = clearance(&machine, &cell, "G21 G90\nG1 X-150 Y0 Z60 F1000\nG1 X150\n");
+        let nearest = found.nearest.clone().unwrap();
+        assert_eq!(found.state(), ClearanceState::Hit, "{cell}{found:?}");
+        assert_eq!(nearest.names, ["spindle", "rod"], "{found:?}");
+    }
+}
+
+#[test]
+fn what_is_assumed_or_not_looked_at_clears_nothing() {
+    let machine = Machine::from_toml(&arm(), "arm").unwrap();
+    let straight = "G21 G90\nG1 X-50 Y0 Z120 F1000\nG1 X50\n";
+    let clear = clearance(&machine, CLAMPS, straight);
+    assert_eq!(clear.state(), ClearanceState::Clear, "{clear:?}");
+    let assumed = clearance(&machine, &CLAMPS.replacen("\"given\"", "\"assumed\"", 1), straight);
+    assert_eq!((assumed.state(), assumed.assumed), (ClearanceState::Unknown, vec!["left clamp".to_owned()]));
+    let rapid = "G21 G90\nG0 X-50 Y0 Z120\nG0 X50\n";
+    assert_eq!(clearance(&machine, CLAMPS, rapid).state(), ClearanceState::Clear);
+    for way in ["", "rapid = \"per_axis\""] {
+        let found = clearance(&machine, &CLAMPS.replace("rapid = \"joint\"", way), rapid);
+        assert_eq!(found.state(), ClearanceState::Unknown, "{found:?}");
+        assert!(found.not_looked_at[0].starts_with("rapid moves"), "{found:?}");
+    }
+    // More room is wanted than there is.
+    let least = clear.at_least_mm.unwrap();
+    let wanted = CLAMPS.replace("[cell]", &format!("[cell]\nclearance_mm = {:?}", least + 5.0));
+    assert_eq!(clearance(&machine, &wanted, straight).state(), ClearanceState::Hit);
+}
+
+#[test]
+fn bodies_that_overlap_at_home_are_named() {
+    let text = arm()
+        .replace("radius_mm = 300.0", "radius_mm = 900.0")
+        .replace("to_mm = [0.0, 0.0, 300.0]", "to_mm = [0.0, 0.0, 1900.0]");
+    let machine = Machine::from_toml(&text, "arm").unwrap();
+    let process = checked(&machine, CLAMPS);
+    let cell = process.cell.as_ref().unwrap();
+    let said = MachineCell::new(&process.machine, cell).unwrap_err().to_string();
+    assert!(said.contains("process: cell.may_touch: forearm and pedestal overlap by"), "{said}");
+    let allowed = text.replace("title = ", "may_touch = [[\"pedestal\", \"forearm\"]]\ntitle = ");
+    let machine = Machine::from_toml(&allowed, "arm").unwrap();
+    assert!(MachineCell::new(&machine, cell).is_ok());
+}
+
+#[test]
+fn a_program_that_hits_something_says_so_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let machine = file("arm.toml", &arm());
+    let process = file("process.toml", &process(CLAMPS));
+    let out = folder.path().join("out.nc").to_str().unwrap().to_owned();
+    for (z, code, expected) in
+        [(60.0, Some(1), "left clamp and spindle overlap by up to"), (160.0, Some(0), "Bodies stay at least")]
+    {
+        let program = file("part.nc", &format!("G21 G90\nG1 X-250 Y0 Z{z} F1000\nG1 X100\nM30\n"));
+        let arguments =
+            ["compensate", &program, "--machine", &machine, "--process", &process, "--out", &out, "--force"];
+        let (ended, said, error) = told(&arguments);
+        assert_eq!(ended, code, "{said}{error}");
+        let names_first = said.find("spindle and left clamp overlap").or(said.find(expected));
+        assert!(names_first.is_some(), "{said}");
+        let report = fs::read_to_string(format!("{out}.report.json")).unwrap();
+        assert!(report.contains("\"clearance\""), "{report}");
+    }
+}
