@@ -217,7 +217,7 @@ fn bodies_that_overlap_at_home_are_named() {
     let process = checked(&machine, CLAMPS);
     let cell = process.cell.as_ref().unwrap();
     let said = MachineCell::new(&process.machine, cell).unwrap_err().to_string();
-    assert!(said.contains("process: cell.may_touch: forearm and pedestal overlap by"), "{said}");
+    assert!(said.contains("process: cell.may_touch: pedestal and forearm overlap by"), "{said}");
     let allowed = text.replace("title = ", "may_touch = [[\"pedestal\", \"forearm\"]]\ntitle = ");
     let machine = Machine::from_toml(&allowed, "arm").unwrap();
     assert!(MachineCell::new(&machine, cell).is_ok());
