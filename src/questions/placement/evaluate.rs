@@ -382,12 +382,14 @@ impl Evaluator {
             self.advance(&mut partial)?;
         }
         self.check_reach(&partial.site, |f, k| !self.features[f].is_counted[k])?;
-        self.check_bodies(&partial.site)?;
         self.conclude(&partial)
     }
 
-    /// Returns the evaluation once all points are added. `Err` where the objective asks for a correction within limits and there is none.
+    /// Returns the evaluation once all points are added. `Err` where something is hit, or the objective asks for a correction within limits and
+    /// there is none.
     pub(super) fn conclude(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
+        // Last of what can refuse a place, as it takes the longest.
+        self.check_bodies(&partial.site)?;
         let metrics = self.best_possible(partial);
         let metrics_of = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
         let features = partial.tallies.iter().zip(&self.features).map(metrics_of).collect();
@@ -428,7 +430,6 @@ impl Evaluator {
                 self.study.machine.limit_fractions(at, shares);
             }
         })?;
-        self.check_bodies(site)?;
         self.add_points(&mut partial, |prepared| &prepared.counted, shares)?;
         self.conclude(&partial)
     }
