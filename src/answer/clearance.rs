@@ -1,7 +1,7 @@
 //! Sentences about how near bodies come along a path.
 
 use crate::{
-    files::words::{counted, join_text},
+    files::words::{capitalised, counted, join_text, millimetres},
     page::headline::{State, Verdict},
     simulation::clearance::{ClearanceState, NearestBodies, PathClearance},
 };
@@ -13,7 +13,7 @@ pub const MOVE_AWAY: &str =
 /// Returns the verdict where bodies hit; `None` where none was found to.
 #[must_use]
 pub fn verdict(clearance: &PathClearance) -> Option<Verdict> {
-    let nearest = clearance.nearest.as_ref().filter(|_| clearance.state() == ClearanceState::Hit)?;
+    let nearest = clearance.nearest.as_ref().filter(|_| clearance.state == ClearanceState::Hit)?;
     let [a, b] = &nearest.names;
     let hits = if nearest.distance_mm <= 0.0 { "hits" } else { "comes too near to" };
     Some(Verdict::new(State::Bad, format!("{a} {hits} {b}")))
@@ -22,7 +22,7 @@ pub fn verdict(clearance: &PathClearance) -> Option<Verdict> {
 /// Returns the first sentence where bodies hit; `place` describes a point of the path. `None` where none was found to.
 #[must_use]
 pub fn first_sentence(clearance: &PathClearance, place: impl Fn(usize) -> String) -> Option<String> {
-    let nearest = clearance.nearest.as_ref().filter(|_| clearance.state() == ClearanceState::Hit)?;
+    let nearest = clearance.nearest.as_ref().filter(|_| clearance.state == ClearanceState::Hit)?;
     let NearestBodies { names: [a, b], distance_mm, is_assumed, point, .. } = nearest;
     let assumed = if *is_assumed { ", as far as their assumed shapes say" } else { "" };
     let place = place(*point);
@@ -40,28 +40,45 @@ pub fn first_sentence(clearance: &PathClearance, place: impl Fn(usize) -> String
 /// Returns what is known of the distances of bodies where none hits, and what is not, in sentences.
 #[must_use]
 pub fn sentences(clearance: &PathClearance, place: impl Fn(usize) -> String) -> String {
-    let PathClearance { at_least_mm, nearest, assumed, not_looked_at, effort: [pairs, ..], .. } = clearance;
-    let mut text = match (clearance.state(), at_least_mm, nearest) {
-        (ClearanceState::Hit, ..) => String::new(),
-        (_, Some(least), Some(NearestBodies { names: [a, b], is_assumed, point, .. })) => {
-            let pairs = counted(*pairs, "pair");
-            let place = place(*point);
-            match is_assumed {
-                true => format!("Of {pairs} of bodies none hits, {a} and {b} come nearest, on the way to {place}.\n"),
-                false => format!(
-                    "Bodies stay at least {least:.1} mm apart: of {pairs}, {a} and {b} come nearest, on the way to {place}.\n"
-                ),
-            }
-        }
-        _ => "No pair of bodies could be looked at.\n".into(),
-    };
-    if !assumed.is_empty() {
-        let names: Vec<&str> = assumed.iter().map(String::as_str).collect();
+    let mut text = distance_sentence(clearance, place);
+    if !clearance.assumed.is_empty() {
+        let names: Vec<&str> = clearance.assumed.iter().map(String::as_str).collect();
         let (shape, is) = if names.len() == 1 { ("shape", "is") } else { ("shapes", "are") };
         text += &format!("That nothing is hit is not known: the {shape} of {} {is} assumed.\n", join_text(&names));
     }
-    if !not_looked_at.is_empty() {
-        text += &format!("Bodies were not looked at on {}.\n", not_looked_at.join("; nor on "));
+    if clearance.state == ClearanceState::Unknown
+        && clearance.at_least_mm.is_some_and(|least| least - clearance.moved_mm < clearance.wanted_mm)
+    {
+        let moved = millimetres(clearance.moved_mm, 2);
+        text += &format!("Deflection moves the tool by up to {moved}, which may be more than they are apart.\n");
+    }
+    if !clearance.not_looked_at.is_empty() {
+        text += &format!("Not looked at for hits: {}.\n", clearance.not_looked_at.join("; "));
     }
     text
+}
+
+/// Returns the sentence on the least distance; empty where bodies hit, or nothing was looked at.
+fn distance_sentence(clearance: &PathClearance, place: impl Fn(usize) -> String) -> String {
+    let PathClearance { state, at_least_mm: Some(least), nearest: Some(nearest), effort: [pairs, ..], .. } = clearance
+    else {
+        return String::new();
+    };
+    if *state == ClearanceState::Hit {
+        return String::new();
+    }
+    let NearestBodies { names: [a, b], is_assumed, point, .. } = nearest;
+    let (pairs, place) = (counted(*pairs, "pair"), place(*point));
+    let told = match is_assumed {
+        true => format!("of {pairs} of bodies none hits"),
+        // What is said is so.
+        false => format!("bodies stay at least {:.1} mm apart, of {pairs}", (10.0 * least).floor() / 10.0),
+    };
+    let told = match clearance.not_looked_at.is_empty() {
+        true => capitalised(&told),
+        false => format!("Where they were looked at, {told}"),
+    };
+    format!(
+        "{told}; {a} and {b} come nearest, on the way to {place}. Ways to the path and back from it are not looked at.\n"
+    )
 }

@@ -199,6 +199,9 @@ impl Study {
     }
 }
 
+/// Why places are not tried where bodies may be in the way.
+const NO_BODIES: &str = "the engine in the page does not look at bodies";
+
 /// Returns the scene in which a reader of the page can try the workpiece at other places, or why none can; `None` without a workpiece.
 fn interactive_scene(study: &Study, best: Option<Value>) -> Result<Option<Interactive>> {
     let nothing = |why: &str| Ok(Some(Interactive::Nothing(format!("Other places cannot be tried here: {why}."))));
@@ -214,6 +217,10 @@ fn interactive_scene(study: &Study, best: Option<Value>) -> Result<Option<Intera
         {
             return nothing("the engine in the page cannot cut stock");
         }
+        StudyKind::Placement(placement, _) if placement.features.iter().any(|job| job.bodies.is_some()) => {
+            return nothing(NO_BODIES);
+        }
+        StudyKind::Path(path, _) if path.cell.is_some() => return nothing(NO_BODIES),
         _ => {}
     }
     let scene = match Scene::from_study(study) {

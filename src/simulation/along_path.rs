@@ -19,6 +19,7 @@ use crate::{
     },
     spatial::Pose,
     statics::Batch,
+    toolpath::{PathPoint, Way},
     work::{Event, Work, if_this_shard},
 };
 
@@ -48,6 +49,21 @@ impl<'a> PathCase<'a> {
     pub(crate) fn new(machines: &'a Machines, source: Source, tasks: &'a [TaskPoint]) -> Self {
         let (nominal, actual) = (machines.nominal(source), machines.actual(source));
         Self { nominal, actual, unloaded: machines.unloaded(), before: None, tasks, play: true }
+    }
+}
+
+/// How a point of a path is reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Arrival {
+    /// The way there.
+    pub way: Way,
+    /// The tool in the spindle, if the path says it.
+    pub tool: Option<u32>,
+}
+
+impl From<&PathPoint> for Arrival {
+    fn from(point: &PathPoint) -> Self {
+        Self { way: point.way, tool: point.tool }
     }
 }
 

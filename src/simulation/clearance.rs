@@ -2,10 +2,11 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use kinetostat_cell::{Ball, Cell, Motion, SweepOptions};
+use kinetostat_cell::{Ball, Cell, Motion, Separation, SweepEnd, SweepOptions};
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
+use super::along_path::Arrival;
 use crate::{
     compensation::TaskPoint,
     input::error::Result,
@@ -16,6 +17,7 @@ use crate::{
         file::tables::cell::{CellFrame, RapidMove},
     },
     spatial::Pose,
+    toolpath::Way,
 };
 
 /// Bodies of a machine and of what surrounds it, and the pairs of them that are to be apart along a path.
@@ -28,6 +30,8 @@ pub struct MachineCell {
     standing: Cell,
     /// Number of the machine's bodies, which come first.
     of_machine: usize,
+    /// Whether pairs of the stock and what is on the tool are left out.
+    leaves_out_stock: bool,
     /// Number of the machine's frames; those of the workpiece and of the tool follow.
     frames: usize,
     /// The tool in platform axes.
@@ -37,10 +41,14 @@ pub struct MachineCell {
 /// How near bodies come along a path.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct PathClearance {
+    /// What is known.
+    pub state: ClearanceState,
     /// Least distance that is wanted, mm.
     pub wanted_mm: f64,
-    /// No distance is less, mm, along what could be looked at; `None` without pairs.
+    /// No distance is less, mm, along what could be looked at; `None` where nothing could.
     pub at_least_mm: Option<f64>,
+    /// How far deflection may move what is on the tool from where bodies are looked at, mm; 0 where it is not known.
+    pub moved_mm: f64,
     /// Where bodies come nearest.
     pub nearest: Option<NearestBodies>,
     /// Bodies whose shapes are only assumed, so that nothing is known to be clear of them.
@@ -67,12 +75,13 @@ pub struct NearestBodies {
 }
 
 /// What is known of the clearance along a path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ClearanceState {
     /// Bodies touch, or come nearer than is wanted.
     Hit,
     /// Nothing that was looked at hits, but not all is known or could be looked at.
+    #[default]
     Unknown,
     /// All bodies stay apart.
     Clear,
@@ -80,13 +89,33 @@ pub enum ClearanceState {
 
 impl PathClearance {
     /// Returns what is known; assumed shapes may be in the way, and never clear it.
-    #[must_use]
-    pub fn state(&self) -> ClearanceState {
+    fn known(&self) -> ClearanceState {
+        let is_open = !self.assumed.is_empty() || !self.not_looked_at.is_empty();
         match self.at_least_mm {
-            Some(least) if least < self.wanted_mm || least <= 0.0 => ClearanceState::Hit,
-            _ if !self.assumed.is_empty() || !self.not_looked_at.is_empty() => ClearanceState::Unknown,
-            _ => ClearanceState::Clear,
+            Some(least) if self.is_too_near(least) => ClearanceState::Hit,
+            Some(least) if !is_open && !self.is_too_near(least - self.moved_mm) => ClearanceState::Clear,
+            _ => ClearanceState::Unknown,
         }
+    }
+
+    /// Whether a distance is less than wanted, mm.
+    fn is_too_near(&self, distance_mm: f64) -> bool {
+        distance_mm < self.wanted_mm || distance_mm <= 0.0
+    }
+
+    /// Returns that nothing was looked at, as no process names a cell; `None` where `machine` has no bodies either.
+    #[must_use]
+    pub fn without_cell(machine: &Machine) -> Option<Self> {
+        let not_looked_at = vec!["the path, as its process has no table [cell]".into()];
+        machine.has_bodies().then(|| Self { not_looked_at, ..Self::default() })
+    }
+
+    /// Returns it where deflection moves what is on the tool by up to `moved_mm`.
+    #[must_use]
+    pub fn moved_by(mut self, moved_mm: f64) -> Self {
+        self.moved_mm = moved_mm;
+        self.state = self.known();
+        self
     }
 }
 
@@ -116,27 +145,33 @@ impl MachineCell {
         let rest = machine.resting_frames();
         let is_at_rest = |frame: usize| frame == frames || rest.contains(&frame);
         let joined = machine.joined_frames();
+        let listed: Vec<&[String; 2]> = machine.may_touch().iter().chain(&own.may_touch).collect();
+        let is_listed = |a: usize, b: usize| {
+            let is = |pair: &&[String; 2]| {
+                [[a, b], [b, a]].iter().any(|own| own.map(|body| &names[body]) == [&pair[0], &pair[1]])
+            };
+            listed.iter().any(is)
+        };
+        let stock = own.stock.map(|index| of_machine + index);
+        // The cut says what the tool meets of the stock.
+        let is_cut =
+            |a: usize, b: usize| [[a, b], [b, a]].iter().any(|&[a, b]| Some(a) == stock && at[b] == frames + 1);
+        let leaves_out_stock = stock.is_some() && at.contains(&(frames + 1));
         let may_touch = |a: usize, b: usize| {
-            let on = [at[a], at[b]];
-            // Where the tool is as wide as the cut, the cut says what it meets of the part.
-            let cuts = on.contains(&frames) && on.contains(&(frames + 1));
-            let on = on.map(|frame| if frame == frames + 1 { PLATFORM_FRAME } else { frame });
-            let is_joined = on[0] == on[1] || joined.contains(&[on[0].min(on[1]), on[0].max(on[1])]);
-            let is_listed =
-                |pair: &[String; 2]| *pair == [names[a].as_str(), &names[b]] || *pair == [names[b].as_str(), &names[a]];
-            let listed = machine.may_touch().iter().chain(&own.may_touch);
-            cuts || is_joined || on.into_iter().all(is_at_rest) || listed.into_iter().any(is_listed)
+            let on = [at[a], at[b]].map(|frame| if frame == frames + 1 { PLATFORM_FRAME } else { frame });
+            // Links meet in their joint; what is put beside them does not.
+            let are_links = a < of_machine && b < of_machine;
+            let is_joined = are_links && joined.contains(&[on[0].min(on[1]), on[0].max(on[1])]);
+            on[0] == on[1] || is_joined || on.into_iter().all(is_at_rest) || is_cut(a, b) || is_listed(a, b)
         };
         let standing = Cell::new(bodies.clone(), |a, b| {
-            let is_listed =
-                |pair: &[String; 2]| *pair == [names[a].as_str(), &names[b]] || *pair == [names[b].as_str(), &names[a]];
             let is_put = (at[a] == frames) != (at[b] == frames);
             let stands = [at[a], at[b]].into_iter().all(is_at_rest);
-            !is_put || !stands || machine.may_touch().iter().chain(&own.may_touch).any(is_listed)
+            !is_put || !stands || is_listed(a, b)
         });
         let cell = Cell::new(bodies, may_touch);
         let (machine, own, tool) = (machine.clone(), own.clone(), isometry(&machine.tool()));
-        let found = Self { machine, own, cell, standing, of_machine, frames, tool };
+        let found = Self { machine, own, cell, standing, of_machine, leaves_out_stock, frames, tool };
         found.check_home()?;
         Ok(found)
     }
@@ -193,15 +228,21 @@ impl MachineCell {
             effort: [self.cell.pairs().len(), 0, 0],
             ..PathClearance::default()
         };
-        ClearanceAlong {
+        let workpiece = isometry(&placement.pose());
+        let mut along = ClearanceAlong {
             cell: self,
-            workpiece: isometry(&placement.pose()),
+            workpiece,
             ends_at_hit: false,
             clearance,
             said: BTreeSet::new(),
             before: None,
+            tool: None,
             count: 0,
+        };
+        if self.leaves_out_stock {
+            along.leave_out("what is on the tool against the stock, of which the cut says what it meets");
         }
+        along
     }
 
     /// Writes the poses of all frames in a configuration with the workpiece placed at `workpiece`; `own` is storage.
@@ -229,14 +270,17 @@ pub struct ClearanceAlong<'c> {
     said: BTreeSet<String>,
     /// Configuration at the last point.
     before: Option<Configuration>,
+    /// The tool at the first point.
+    tool: Option<u32>,
     /// Number of points so far.
     count: usize,
 }
 
-impl ClearanceAlong<'_> {
+impl<'c> ClearanceAlong<'c> {
     /// Returns how near bodies come along the points added.
     #[must_use]
-    pub fn finish(self) -> PathClearance {
+    pub fn finish(mut self) -> PathClearance {
+        self.clearance.state = self.clearance.known();
         self.clearance
     }
 
@@ -246,46 +290,109 @@ impl ClearanceAlong<'_> {
         Self { ends_at_hit: true, ..self }
     }
 
-    /// Returns how near bodies come along the points added so far.
+    /// Returns whether bodies hit along the points added so far.
     #[must_use]
-    pub fn so_far(&self) -> &PathClearance {
-        &self.clearance
+    pub fn hits(&self) -> bool {
+        self.clearance.known() == ClearanceState::Hit
     }
 
-    /// Adds the way to the next point of the path, and that point: its task, the configuration `at` it, if the machine reaches it, and whether the way is rapid.
-    pub fn add(&mut self, task: &TaskPoint, at: Option<&Configuration>, is_rapid: bool) {
+    /// Adds the way to the next point of the path, and that point: its task, and the configuration `at` it, if the machine reaches it.
+    pub fn add(&mut self, task: &TaskPoint, at: Option<&Configuration>, to: Arrival) {
         let k = self.count;
         self.count += 1;
         let before = std::mem::replace(&mut self.before, at.cloned());
-        let Some(to) = at else { return self.not_looked_at("points that the machine does not reach") };
-        if task.external.is_some() || task.led.is_some() {
-            return self.not_looked_at("ways along which external axes move");
+        let first = k == 0;
+        if first {
+            self.tool = to.tool;
         }
-        let (from, is_rapid) = match &before {
-            Some(from) => (from, is_rapid),
-            None if k == 0 => (to, false),
-            None => return self.not_looked_at("ways from points that the machine does not reach"),
-        };
-        let machine = &self.cell.machine;
-        let motion = match self.cell.own.rapid {
-            Some(RapidMove::Joint) if is_rapid => MachineMotion::joints(machine, from, to),
-            Some(RapidMove::PerAxis) if is_rapid => {
-                Err("rapid moves of axes one by one, which may be anywhere between the ends".into())
-            }
-            None if is_rapid => {
-                Err("rapid moves, as the process does not say how the control makes them ([cell] rapid)".into())
-            }
-            _ => MachineMotion::straight(machine, from, to),
+        if self.tool != to.tool {
+            return self.leave_out("ways of other tools than the first: what is on the tool is on that one");
+        }
+        let Some(here) = at else { return self.leave_out("points that the machine does not reach") };
+        if task.external.is_some() || task.led.is_some() {
+            return self.leave_out("ways along which external axes may move");
+        }
+        let motion = match (&before, first) {
+            (_, true) => self.motion(here, here, Way::Followed),
+            (Some(from), _) => self.motion(from, here, to.way),
+            (None, _) => Err("ways from points that the machine does not reach".into()),
         };
         match motion {
             Ok(motion) => self.sweep(motion, k),
-            Err(why) => self.not_looked_at(&why),
+            Err(why) => {
+                self.leave_out(&why);
+                self.look_at(here, k);
+            }
         }
     }
 
-    fn not_looked_at(&mut self, what: &str) {
+    /// Returns the motion of the machine on the way from one point to the next. `Err` with the ways of which it is not known.
+    fn motion(
+        &self,
+        from: &Configuration,
+        to: &Configuration,
+        way: Way,
+    ) -> std::result::Result<MachineMotion<'c>, String> {
+        let machine: &'c Machine = &self.cell.machine;
+        let is_arm = machine.chains.len() == 1 && machine.chains[0].passive.is_empty();
+        match (way, self.cell.own.rapid) {
+            (Way::Followed, _) | (Way::Rapid, Some(RapidMove::Linear)) => MachineMotion::straight(machine, from, to),
+            (Way::PointToPoint, _) if is_arm => MachineMotion::joints(machine, from, to),
+            (Way::PointToPoint, Some(RapidMove::Linear)) => MachineMotion::straight(machine, from, to),
+            (Way::Rapid | Way::PointToPoint, Some(RapidMove::Joint)) => MachineMotion::joints(machine, from, to),
+            (Way::Rapid | Way::PointToPoint, Some(RapidMove::PerAxis)) => {
+                Err("rapid moves of axes one by one, which may be anywhere between the ends".into())
+            }
+            (Way::Rapid | Way::PointToPoint, None) => {
+                Err("rapid moves, as the process does not say how the control makes them ([cell] rapid)".into())
+            }
+            (Way::Curve, _) => Err("splines, of which only the ends are known".into()),
+            (Way::Unknown, _) => {
+                Err("ways whose start the program does not say, as after G28 or a change of tools".into())
+            }
+        }
+    }
+
+    /// Says what could not be looked at.
+    pub fn leave_out(&mut self, what: &str) {
         if self.said.insert(what.into()) {
             self.clearance.not_looked_at.push(what.into());
+        }
+    }
+
+    /// Looks at the configuration at point `k` alone, to which the way is not known: it may hit, and clears nothing.
+    fn look_at(&mut self, at: &Configuration, k: usize) {
+        let cell = self.cell;
+        let mut poses = vec![Isometry3::identity(); cell.frames + 2];
+        cell.place(at, &self.workpiece, &mut Vec::new(), &mut poses);
+        self.clearance.effort[1] += 1;
+        let nearest = cell.cell.nearest(&poses).filter(|own| self.clearance.is_too_near(own.distance_mm));
+        if let Some(nearest) = nearest {
+            self.lower(nearest.distance_mm);
+            self.note(&nearest, k);
+        }
+    }
+
+    /// Notes that bodies may come as near as this, mm.
+    fn lower(&mut self, distance_mm: f64) {
+        let least = self.clearance.at_least_mm.unwrap_or(f64::INFINITY);
+        if distance_mm < least {
+            self.clearance.at_least_mm = Some(distance_mm);
+        }
+    }
+
+    /// Notes a pair at point `k`, or on the way there, if none was nearer.
+    fn note(&mut self, found: &Separation, k: usize) {
+        let known = self.clearance.nearest.as_ref().map_or(f64::INFINITY, |own| own.distance_mm);
+        if found.distance_mm < known {
+            let pair = found.pair.map(|body| &self.cell.cell.bodies()[body]);
+            self.clearance.nearest = Some(NearestBodies {
+                names: pair.map(|body| body.name.clone()),
+                distance_mm: found.distance_mm,
+                is_assumed: pair.iter().any(|body| !body.grade.clears()),
+                point: k,
+                points_mm: found.points_mm.map(|point| point.coords.into()),
+            });
         }
     }
 
@@ -293,30 +400,27 @@ impl ClearanceAlong<'_> {
     fn sweep(&mut self, motion: MachineMotion<'_>, k: usize) {
         let cell = self.cell;
         let mut motion = CellMotion { cell, workpiece: self.workpiece, own: motion, poses: Vec::new() };
-        let least = self.clearance.at_least_mm.unwrap_or(f64::INFINITY);
-        let enough_mm = if self.ends_at_hit { cell.own.clearance_mm } else { f64::NEG_INFINITY };
-        let options = SweepOptions { enough_mm, beyond_mm: least, max_states: MAX_STATES, ..SweepOptions::default() };
-        match cell.cell.sweep(&mut motion, cell.frames + 2, &options) {
-            Err(why) => self.not_looked_at(&format!("a way of which a state is not known: {why}")),
-            Ok(found) => {
-                self.clearance.effort[1] += found.states;
-                self.clearance.effort[2] += found.searches;
-                let bodies = cell.cell.bodies();
-                if found.lower_mm < least {
-                    self.clearance.at_least_mm = Some(found.lower_mm);
-                }
-                let known = self.clearance.nearest.as_ref().map_or(f64::INFINITY, |own| own.distance_mm);
-                if let Some((_, own)) = found.at.filter(|(_, own)| own.distance_mm < known) {
-                    let pair = own.pair.map(|body| &bodies[body]);
-                    self.clearance.nearest = Some(NearestBodies {
-                        names: pair.map(|body| body.name.clone()),
-                        distance_mm: own.distance_mm,
-                        is_assumed: pair.iter().any(|body| !body.grade.clears()),
-                        point: k,
-                        points_mm: own.points_mm.map(|point| point.coords.into()),
-                    });
-                }
+        let beyond_mm = self.clearance.at_least_mm.unwrap_or(f64::INFINITY);
+        let wanted_mm = cell.own.clearance_mm.max(f64::MIN_POSITIVE);
+        let enough_mm = if self.ends_at_hit { wanted_mm } else { f64::NEG_INFINITY };
+        let options =
+            SweepOptions { wanted_mm, enough_mm, beyond_mm, max_states: MAX_STATES, ..SweepOptions::default() };
+        let found = cell.cell.sweep(&mut motion, cell.frames + 2, &options);
+        self.clearance.effort[1] += found.states;
+        self.clearance.effort[2] += found.searches;
+        let upper = found.at.map_or(f64::INFINITY, |(_, own)| own.distance_mm);
+        if let Some((_, own)) = &found.at {
+            self.note(own, k);
+        }
+        match found.end {
+            SweepEnd::Whole if found.lower_mm.is_finite() => self.lower(found.lower_mm),
+            SweepEnd::Whole => {}
+            // What was looked at hits, and no more is known.
+            _ if self.clearance.is_too_near(upper) => self.lower(upper),
+            SweepEnd::Enough | SweepEnd::Undecided => {
+                self.leave_out("ways next to singular postures, of which bounds do not tell how near bodies come");
             }
+            SweepEnd::Broken(why) => self.leave_out(&format!("a way of which a state is not known: {why}")),
         }
     }
 }
@@ -324,7 +428,7 @@ impl ClearanceAlong<'_> {
 /// Bodies that stand on one another may overlap by so much, mm.
 const TOUCHING_MM: f64 = 0.05;
 /// States at most that are looked at between two points of a path.
-const MAX_STATES: usize = 20_000;
+const MAX_STATES: usize = 10_000;
 
 /// The motion of all frames: those of the machine, the workpiece's and the tool's.
 struct CellMotion<'c> {

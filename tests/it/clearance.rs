@@ -160,7 +160,7 @@ fn no_state_between_two_points_is_nearer_than_the_bound() {
         assert!(least <= sampled + 1e-6, "{program}{least} > {sampled}");
         assert!(least > sampled - 2.0, "{program}{least} < {sampled}");
         hits += usize::from(least < 0.0);
-        assert_eq!(found.state() == ClearanceState::Hit, least <= 0.0);
+        assert_eq!(found.state == ClearanceState::Hit, least <= 0.0);
     }
     assert!((3..24).contains(&hits), "{hits}");
 }
@@ -182,7 +182,7 @@ fn a_rod_between_two_points_is_not_missed() {
         );
         let found = clearance(&machine, &cell, "G21 G90\nG1 X-150 Y0 Z60 F1000\nG1 X150\n");
         let nearest = found.nearest.clone().unwrap();
-        assert_eq!(found.state(), ClearanceState::Hit, "{cell}{found:?}");
+        assert_eq!(found.state, ClearanceState::Hit, "{cell}{found:?}");
         assert_eq!(nearest.names, ["spindle", "rod"], "{found:?}");
     }
 }
@@ -192,20 +192,117 @@ fn what_is_assumed_or_not_looked_at_clears_nothing() {
     let machine = Machine::from_toml(&arm(), "arm").unwrap();
     let straight = "G21 G90\nG1 X-50 Y0 Z120 F1000\nG1 X50\n";
     let clear = clearance(&machine, CLAMPS, straight);
-    assert_eq!(clear.state(), ClearanceState::Clear, "{clear:?}");
+    assert_eq!(clear.state, ClearanceState::Clear, "{clear:?}");
     let assumed = clearance(&machine, &CLAMPS.replacen("\"given\"", "\"assumed\"", 1), straight);
-    assert_eq!((assumed.state(), assumed.assumed), (ClearanceState::Unknown, vec!["left clamp".to_owned()]));
+    assert_eq!((assumed.state, assumed.assumed), (ClearanceState::Unknown, vec!["left clamp".to_owned()]));
     let rapid = "G21 G90\nG0 X-50 Y0 Z120\nG0 X50\n";
-    assert_eq!(clearance(&machine, CLAMPS, rapid).state(), ClearanceState::Clear);
+    assert_eq!(clearance(&machine, CLAMPS, rapid).state, ClearanceState::Clear);
     for way in ["", "rapid = \"per_axis\""] {
         let found = clearance(&machine, &CLAMPS.replace("rapid = \"joint\"", way), rapid);
-        assert_eq!(found.state(), ClearanceState::Unknown, "{found:?}");
+        assert_eq!(found.state, ClearanceState::Unknown, "{found:?}");
         assert!(found.not_looked_at[0].starts_with("rapid moves"), "{found:?}");
     }
     // More room is wanted than there is.
     let least = clear.at_least_mm.unwrap();
     let wanted = CLAMPS.replace("[cell]", &format!("[cell]\nclearance_mm = {:?}", least + 5.0));
-    assert_eq!(clearance(&machine, &wanted, straight).state(), ClearanceState::Hit);
+    assert_eq!(clearance(&machine, &wanted, straight).state, ClearanceState::Hit);
+}
+
+/// A body of the cell made of one capsule, with its axis along z of its frame.
+fn post(name: &str, on: &str, [x, y, low, high, radius]: [f64; 5]) -> String {
+    format!(
+        "[[cell.body]]\nname = \"{name}\"\non = \"{on}\"\ngrade = \"given\"\nshapes = [{{ capsule = {{ from_mm = [{x:?}, {y:?}, {low:?}], to_mm = [{x:?}, \
+         {y:?}, {high:?}], radius_mm = {radius:?} }} }}]\n"
+    )
+}
+
+#[test]
+fn a_holder_hits_what_clamps_the_part() {
+    let machine = Machine::from_toml(&arm(), "arm").unwrap();
+    let clamp = post("clamp", "part", [-100.0, 0.0, 0.0, 60.0, 15.0]);
+    // The tool frame has its origin at the tip and z towards it.
+    let holder = post("holder", "tool", [0.0, 0.0, -140.0, -60.0, 30.0]);
+    let program = "G21 G90\nG1 X-200 Y0 Z5 F1000\nG1 X100\n";
+    let found = clearance(&machine, &format!("[cell]\n{clamp}{holder}"), program);
+    assert_eq!(found.state, ClearanceState::Hit, "{found:?}");
+    assert_eq!(found.nearest.unwrap().names, ["clamp", "holder"]);
+}
+
+#[test]
+fn what_stands_on_the_base_is_held_against_the_first_link() {
+    let line = arm().lines().find(|line| line.contains("name = \"A2\"")).unwrap().to_owned();
+    let motor = "  { body = { name = \"motor\", grade = \"given\", shapes = [{ capsule = { from_mm = [600.0, 0.0, 0.0], to_mm = [600.0, 0.0, 50.0], \
+                 radius_mm = 100.0 } }] } },\n";
+    let machine = Machine::from_toml(&arm().replace(&line, &format!("{motor}{line}")), "arm").unwrap();
+    let at_home = machine.bodies().unwrap().iter().position(|body| body.name == "motor").unwrap();
+    let mut poses = Vec::new();
+    machine.frame_poses(&machine.home, &mut poses);
+    let centre = poses[machine.bodies().unwrap()[at_home].frame] * nalgebra::Point3::new(600.0, 0.0, 25.0);
+    // Beside where it stands at home, where the arm turns to.
+    let (angle, radius) = (centre.y.atan2(centre.x) + 0.2, centre.coords.xy().norm());
+    let column = post("column", "base", [radius * angle.cos(), radius * angle.sin(), 0.0, centre.z + 200.0, 40.0]);
+    let found = clearance(&machine, &format!("[cell]\n{column}"), "G21 G90\nG1 X0 Y-300 Z60 F1000\nG1 Y600\n");
+    assert_eq!(found.state, ClearanceState::Hit, "{found:?}");
+    assert_eq!(found.nearest.unwrap().names, ["motor", "column"]);
+}
+
+#[test]
+fn a_way_that_the_program_does_not_say_clears_nothing() {
+    let machine = Machine::from_toml(&arm(), "arm").unwrap();
+    let way = "G21 G90\nG1 X-50 Y0 Z120 F1000\nG28 Z0\nG1 X0 Y0\nG1 Z120\nG1 X50\n";
+    let found = clearance(&machine, CLAMPS, way);
+    assert_eq!(found.state, ClearanceState::Unknown, "{found:?}");
+    assert!(found.not_looked_at[0].contains("start the program does not say"), "{found:?}");
+    // Where it ends is looked at all the same: it may hit.
+    let into = "G21 G90\nG1 X-50 Y0 Z120 F1000\nG28 Z0\nG1 X-260 Y0\nG1 Z20\n";
+    assert_eq!(clearance(&machine, CLAMPS, into).state, ClearanceState::Hit);
+    let per_axis = CLAMPS.replace("\"joint\"", "\"per_axis\"");
+    assert_eq!(clearance(&machine, &per_axis, "G21 G90\nG0 X-50 Y0 Z120\nG0 X-260 Z20\n").state, ClearanceState::Hit);
+    let tools = clearance(&machine, CLAMPS, "G21 G90\nT1 M6\nG1 X-50 Y0 Z120 F1000\nG1 X50\nT2 M6\nG1 X0\n");
+    assert_eq!(tools.state, ClearanceState::Unknown, "{tools:?}");
+}
+
+#[test]
+fn deflection_that_may_close_the_gap_clears_nothing() {
+    let machine = Machine::from_toml(&arm(), "arm").unwrap();
+    let clear = clearance(&machine, CLAMPS, "G21 G90\nG1 X-50 Y0 Z120 F1000\nG1 X50\n");
+    let least = clear.at_least_mm.unwrap();
+    assert_eq!(clear.clone().moved_by(0.5 * least).state, ClearanceState::Clear);
+    assert_eq!(clear.moved_by(1.5 * least).state, ClearanceState::Unknown);
+}
+
+#[test]
+fn a_mesh_of_the_machine_is_among_what_was_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let inputs = |size: f64| {
+        fs::write(folder.path().join("post.stl"), cube(size)).unwrap();
+        let with_mesh = arm().replacen(
+            "\n[home]",
+            "\n[[body]]\nname = \"post\"\nshapes = [{ mesh = { file = \"post.stl\" } }]\n\n[home]",
+            1,
+        );
+        let path = folder.path().join("arm.toml");
+        fs::write(&path, with_mesh).unwrap();
+        checked(&Machine::from_file(&path).unwrap(), CLAMPS).inputs
+    };
+    let (small, large) = (inputs(100.0), inputs(110.0));
+    assert_ne!(format!("{small:?}"), format!("{large:?}"));
+    assert!(format!("{small:?}").contains("post.stl"));
+}
+
+/// A cube with a corner at the origin, as an ASCII STL file.
+fn cube(size: f64) -> String {
+    let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2].map(|bit| bit as f64 * size);
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangle = |[a, b, c]: [usize; 3]| {
+        let vertex = |k: usize| {
+            let [x, y, z] = corner(k);
+            format!("vertex {x} {y} {z}\n")
+        };
+        format!("facet normal 0 0 0\nouter loop\n{}{}{}endloop\nendfacet\n", vertex(a), vertex(b), vertex(c))
+    };
+    let faces = faces.iter().flat_map(|&[a, b, c, d]| [triangle([a, b, c]), triangle([a, c, d])]);
+    format!("solid cube\n{}endsolid cube\n", faces.collect::<String>())
 }
 
 #[test]

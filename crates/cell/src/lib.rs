@@ -18,7 +18,7 @@ pub use body::{Body, BodyFault, BodyGrade, Cell, Separation};
 pub use mesh::{MAX_TRIANGLES, MeshFault, pieces_of_mesh};
 pub use shape::{Shape, ShapeFault};
 pub use stl::{Mesh, read_stl};
-pub use sweep::{Ball, Motion, Nearest, SweepOptions};
+pub use sweep::{Ball, Motion, Nearest, SweepEnd, SweepOptions};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

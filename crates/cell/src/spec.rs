@@ -134,6 +134,14 @@ const LARGEST_MM: f64 = 1e6;
 pub type ReadMesh<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>>;
 
 impl BodySpec {
+    /// The files of its meshes, as they are named.
+    pub fn mesh_files(&self) -> impl Iterator<Item = &str> {
+        self.shapes.iter().filter_map(|shape| match shape {
+            ShapeSpec::Mesh(mesh) => Some(mesh.file.as_str()),
+            _ => None,
+        })
+    }
+
     /// Makes the body on frame number `frame`, named `name`. Without `read` meshes are left out, unread, and `None` is returned if nothing
     /// else is left.
     ///

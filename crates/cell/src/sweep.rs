@@ -37,6 +37,8 @@ pub trait Motion {
 pub struct SweepOptions {
     /// The least distance is found to within this, mm.
     pub tolerance_mm: f64,
+    /// Whether it is less than this is told to within a ten-thousandth of a millimetre, mm.
+    pub wanted_mm: f64,
     /// It ends as soon as a distance below this is certain, mm; minus infinity for the least distance whatever it is.
     pub enough_mm: f64,
     /// Distances certain to be at least this are not resolved, mm.
@@ -47,15 +49,18 @@ pub struct SweepOptions {
 
 impl Default for SweepOptions {
     fn default() -> Self {
-        Self { tolerance_mm: 0.1, enough_mm: f64::NEG_INFINITY, beyond_mm: f64::INFINITY, max_states: 100_000 }
+        let (wanted_mm, enough_mm, beyond_mm) = (f64::MIN_POSITIVE, f64::NEG_INFINITY, f64::INFINITY);
+        Self { tolerance_mm: 0.1, wanted_mm, enough_mm, beyond_mm, max_states: 100_000 }
     }
 }
 
 /// How near the bodies come along a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nearest {
-    /// No distance along the motion is less, mm.
+    /// No distance along the motion is less, mm, as far as it was looked at.
     pub lower_mm: f64,
+    /// Why it was not looked at any farther.
+    pub end: SweepEnd,
     /// The nearest state that was looked at: its parameter, and the pair that is nearest there.
     pub at: Option<(f64, Separation)>,
     /// States that were looked at.
@@ -63,6 +68,22 @@ pub struct Nearest {
     /// Searches for a distance of two convex pieces.
     pub searches: usize,
 }
+
+/// Why a sweep ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SweepEnd {
+    /// All of the motion was looked at.
+    Whole,
+    /// A distance is less than is enough.
+    Enough,
+    /// After the most states: bounds of the motion do not tell whether a pair comes nearer, as next to a singular place.
+    Undecided,
+    /// The reason for which a state is not known.
+    Broken(String),
+}
+
+/// How finely it is told whether a distance is less than wanted, mm.
+const FINE_MM: f64 = 1e-4;
 
 /// An interval between states that is not cleared yet.
 struct Open {
@@ -95,37 +116,22 @@ impl Ord for Open {
 }
 
 impl Cell {
-    /// Returns how near the pairs `considered` (indices of [`pairs`](Self::pairs)) come along `motion` of `frames` frames.
-    ///
-    /// # Errors
-    /// The reason of a state that `motion` does not have.
-    pub fn sweep(&self, motion: &mut dyn Motion, frames: usize, options: &SweepOptions) -> Result<Nearest, String> {
+    /// Returns how near the pairs of bodies come along `motion` of `frames` frames.
+    pub fn sweep(&self, motion: &mut dyn Motion, frames: usize, options: &SweepOptions) -> Nearest {
         let mut state = Sweep {
             cell: self,
             options,
             poses: vec![Isometry3::identity(); frames],
             fast: vec![Pose::IDENTITY; frames],
             search: Search::default(),
-            found: Nearest { lower_mm: f64::INFINITY, at: None, states: 0, searches: 0 },
+            found: Nearest { lower_mm: f64::INFINITY, end: SweepEnd::Whole, at: None, states: 0, searches: 0 },
         };
-        let mut open = BinaryHeap::new();
-        let all: Vec<u32> = (0..self.pairs.len() as u32).collect();
-        for end in [0.0, 1.0] {
-            state.look(motion, end, &all)?;
-        }
-        open.push(Open { lower: f64::NEG_INFINITY, interval: [0.0, 1.0], pairs: all });
-        while let Some(next) = open.pop() {
-            let upper = state.upper();
-            let is_resolved = next.lower >= upper - options.tolerance_mm || next.lower >= options.beyond_mm;
-            if is_resolved || upper < options.enough_mm || state.found.states >= options.max_states {
-                state.found.lower_mm = state.found.lower_mm.min(next.lower);
-                break;
-            }
-            state.split(motion, next, &mut open)?;
+        if let Err(why) = state.all(motion) {
+            state.found.end = SweepEnd::Broken(why);
         }
         state.found.lower_mm = state.found.lower_mm.min(state.upper());
         state.found.searches = state.search.count;
-        Ok(state.found)
+        state.found
     }
 }
 
@@ -141,6 +147,37 @@ struct Sweep<'a> {
 impl Sweep<'_> {
     fn upper(&self) -> f64 {
         self.found.at.map_or(f64::INFINITY, |(_, own)| own.distance_mm)
+    }
+
+    /// A distance certain to be at least this is not of interest, mm.
+    fn limit(&self) -> f64 {
+        let (upper, SweepOptions { tolerance_mm, wanted_mm, beyond_mm, .. }) = (self.upper(), *self.options);
+        let coarse = upper - tolerance_mm;
+        let is_open = coarse < wanted_mm && upper >= wanted_mm;
+        (if is_open { coarse.max(wanted_mm.min(upper - FINE_MM)) } else { coarse }).min(beyond_mm)
+    }
+
+    /// Looks at all of the motion, as far as is asked. `Err` with the reason of a state that it does not have.
+    fn all(&mut self, motion: &mut dyn Motion) -> Result<(), String> {
+        let mut open = BinaryHeap::new();
+        let all: Vec<u32> = (0..self.cell.pairs.len() as u32).collect();
+        for end in [0.0, 1.0] {
+            self.look(motion, end, &all)?;
+        }
+        open.push(Open { lower: f64::NEG_INFINITY, interval: [0.0, 1.0], pairs: all });
+        while let Some(next) = open.pop() {
+            if next.lower >= self.limit() {
+                self.found.lower_mm = self.found.lower_mm.min(next.lower);
+                break;
+            }
+            if self.upper() < self.options.enough_mm || self.found.states >= self.options.max_states {
+                let is_enough = self.upper() < self.options.enough_mm;
+                self.found.end = if is_enough { SweepEnd::Enough } else { SweepEnd::Undecided };
+                break;
+            }
+            self.split(motion, next, &mut open)?;
+        }
+        Ok(())
     }
 
     /// Looks at the state at `s` and returns the distance of each of `pairs`.
@@ -166,7 +203,7 @@ impl Sweep<'_> {
         let distances = self.look(motion, middle, &own.pairs)?;
         for interval in [[from, middle], [middle, to]] {
             let mut left = Open { lower: f64::INFINITY, interval, pairs: Vec::new() };
-            let limit = (self.upper() - self.options.tolerance_mm).min(self.options.beyond_mm);
+            let limit = self.limit();
             for (&pair, distance) in own.pairs.iter().zip(&distances) {
                 let speed: f64 =
                     self.cell.pairs[pair as usize].iter().map(|&body| self.speed(motion, body, interval)).sum();

@@ -75,7 +75,7 @@ fn no_sample_is_nearer_than_a_sweep_says() {
             turns: std::array::from_fn(|_| [2.0 * numbers.next(), numbers.next()]),
             slide: [100.0 * numbers.next(), 50.0 * numbers.next()],
         };
-        let found = cell.sweep(&mut motion, 3, &SweepOptions::default()).unwrap();
+        let found = cell.sweep(&mut motion, 3, &SweepOptions::default());
         let mut poses = vec![Isometry3::identity(); 3];
         let mut least = f64::INFINITY;
         for k in 0..=2_000 {

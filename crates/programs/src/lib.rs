@@ -32,7 +32,7 @@ pub use model::{
     generate::{Circle, GenerateError, cutting_point},
     number::{FormatError, NumberFormat},
     orientation::Orientation,
-    path::{Load, PathPoint, Plane, PointSource, PositionsError, Toolpath, TurnDirection},
+    path::{Load, PathPoint, Plane, PointSource, PositionsError, Toolpath, TurnDirection, Way},
     program::{RewriteError, Rewritten},
     sampling::{Sampling, SamplingError},
     tool::{ToolDescription, ToolShape},

@@ -129,6 +129,9 @@ fn stationary_tip(spec: &ProcessSpec, check: &Check) -> Result<Option<(Vector3<f
         let problem = "is not followed where the tool stands: expected no such table";
         return check.key("chain_error").fail(problem.into());
     }
+    if spec.cell.is_some() {
+        return check.key("cell").fail("is not looked at where the tool stands: expected no such table".into());
+    }
     if spec.uncertainty.is_some() {
         return check_stationary.fail("is not followed with [uncertainty]: expected exact inputs".into());
     }

@@ -8,21 +8,20 @@ use crate::{
 };
 
 impl ProgramJob {
-    /// Returns how near bodies come along the program, with the tool where it is programmed: there it is as written, up to what is left of its deflection.
-    /// `None` where the process names no cell.
+    /// Returns how near the bodies of `cell`, those of its machine and process, come along the program, with the tool where it is programmed: there it
+    /// is as written, up to what is left of its deflection. `None` without bodies.
     ///
     /// # Errors
-    /// Those of [`MachineCell::new`], of `work`, and a path that lacks what the cutting force needs.
-    pub fn clearance(&self, work: &Work) -> Result<Option<PathClearance>> {
-        let Some(own) = &self.process.cell else { return Ok(None) };
-        let cell = MachineCell::new(&self.machine, own)?;
+    /// Those of `work`, and a path that lacks what the cutting force needs.
+    pub fn clearance(&self, cell: Option<&MachineCell>, work: &Work) -> Result<Option<PathClearance>> {
+        let Some(cell) = cell else { return Ok(PathClearance::without_cell(&self.machine)) };
         let (mut along, mut before) = (cell.begin(&self.placement), None);
         for part in self.parts() {
             let part = part?;
             let track = self.track(&part, &mut before);
             for ((point, task), at) in part.points.iter().zip(part.tasks()).zip(track.iter().flatten()) {
                 work.check()?;
-                along.add(task, at.at.as_ref(), !point.cutting && point.feed_mm_per_min.is_none());
+                along.add(task, at.at.as_ref(), point.into());
             }
         }
         Ok(Some(along.finish()))

@@ -81,6 +81,8 @@ pub fn compensate_into(
     name: &str,
     work: &Work,
 ) -> Result<ProgramOutcome> {
+    // What is wrong with bodies is said before anything is computed.
+    let cell = MachineCell::of(&job.machine, job.process.cell.as_ref())?;
     // The columns of the points need it.
     let asked = CompensateOptions { sources_apart: true, ..asked.clone() };
     let mut receiver = FileReceiver { job: &job, files, under_way: None };
@@ -94,7 +96,7 @@ pub fn compensate_into(
     let (mut points, rows) = points.finish()?;
     let mut findings = findings;
     findings.find_machined(&job, &verified.written, name, work)?;
-    findings.find_clearance(&job, work)?;
+    findings.find_clearance(&job, cell.as_deref(), work)?;
     if let Some(part) = findings.part(&job) {
         points.push(part.ply(files.file_named(PART)));
         let fault = |source| Error::Write { file: files.out.with_file_name(files.file_named(PART_VTK)), source };

@@ -24,7 +24,9 @@ use crate::{
     process::{KnownForce, VerdictTable, file::ProcessCell, uncertainty::DrawnForceAt},
     simulation::{
         BySource, Machines, Source, TrackedPath,
-        along_path::{self, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, TrackBlocks, run_pieces},
+        along_path::{
+            self, Arrival, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, TrackBlocks, run_pieces,
+        },
         play::Reversals,
         spread_along::{self, LargestBoth, SpreadPart, SpreadPath},
     },
@@ -43,9 +45,9 @@ pub struct Station {
     pub phi_deg: Option<f64>,
     /// Whether the tool cuts on the way to this point.
     pub cutting: bool,
-    /// Whether the way to this point is rapid.
+    /// How it is reached.
     #[serde(skip)]
-    pub is_rapid: bool,
+    pub arrival: Arrival,
     /// Program line that leads to this point, from 1; `None` if the path is in no file.
     #[serde(skip)]
     pub line: Option<usize>,
@@ -292,21 +294,20 @@ pub fn run_in_parts(
     Ok(WholePath { methods, spread: whole.flatten(), draws })
 }
 
-/// Returns how near bodies come along the path of a study returned by [`PathStudy::with_gamma`]; `None` without bodies.
+/// Returns how near the bodies of `cell`, those of the study, come along the path of a study returned by [`PathStudy::with_gamma`]; `None` without bodies.
 ///
 /// # Errors
-/// Those of [`MachineCell::new`], and of `work`.
+/// Those of `work`.
 #[cfg(not(target_family = "wasm"))]
-pub fn clearance(study: &PathStudy, work: &Work) -> Result<Option<PathClearance>> {
-    let Some(own) = &study.cell else { return Ok(None) };
+pub fn clearance(study: &PathStudy, cell: Option<&MachineCell>, work: &Work) -> Result<Option<PathClearance>> {
+    let Some(cell) = cell else { return Ok(PathClearance::without_cell(&study.machine)) };
     work.summary("clearance", || {
-        let cell = MachineCell::new(&study.machine, own)?;
         let track = TrackBlocks::new(&study.machine, None, &study.tasks);
         let mut along = cell.begin(&study.placement);
         for start in (0..study.tasks.len()).step_by(along_path::BLOCK) {
             for (k, at) in (start..).zip(track.block(start)) {
                 work.check()?;
-                along.add(&study.tasks[k], at.at.as_ref(), study.stations[k].is_rapid);
+                along.add(&study.tasks[k], at.at.as_ref(), study.stations[k].arrival);
             }
         }
         Ok(Some(along.finish()))

@@ -248,7 +248,7 @@ pub(crate) fn stations(
             arc_length_mm: point.arc_length_mm,
             phi_deg: heading.map(|h| rounded_angle(libm::atan2(h.y, h.x).to_degrees() - 90.0)),
             cutting: point.cutting,
-            is_rapid: !point.cutting && point.feed_mm_per_min.is_none(),
+            arrival: point.into(),
             line: program.and_then(|program| program.line_of(point.source.segment)),
             file: program.map_or(0, |program| program.file_of(point.source.segment)),
         }

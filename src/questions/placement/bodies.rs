@@ -8,6 +8,7 @@ use crate::{
     compensation::TaskPoint,
     simulation::{
         Failure,
+        along_path::Arrival,
         clearance::{ClearanceState, PathClearance},
     },
 };
@@ -36,7 +37,7 @@ impl Evaluator {
         let Some((found, nearest)) = found.as_ref().and_then(|own| Some((own, own.nearest.as_ref()?))) else {
             return Ok(());
         };
-        if found.state() != ClearanceState::Hit {
+        if found.state != ClearanceState::Hit {
             return Ok(());
         }
         let [a, b] = &nearest.names;
@@ -50,10 +51,14 @@ impl Evaluator {
         Err(at_path_point(&self.study.features[f], nearest.point, Failure { status: HIT.into(), reason }))
     }
 
-    /// Returns how near bodies come along the path of each feature at `site`; empty without bodies.
-    pub(super) fn clearances(&self, site: &Site) -> Vec<PathClearance> {
-        let along = |f: usize| self.clearance_along(f, site, &self.tasks(site, f), false).ok().flatten();
-        (0..self.features.len()).filter_map(along).collect()
+    /// Returns how near bodies come along the path of each feature at `site`, where deflection moves the tool by up to `moved_mm`; `None` without bodies.
+    pub(super) fn clearances(&self, site: &Site, moved_mm: f64) -> Vec<Option<PathClearance>> {
+        let along = |f: usize| match self.clearance_along(f, site, &self.tasks(site, f), false) {
+            Ok(Some(found)) => Some(found.moved_by(moved_mm)),
+            Ok(None) => PathClearance::without_cell(&self.study.machine),
+            Err(_) => None,
+        };
+        (0..self.features.len()).map(along).collect()
     }
 
     /// Returns how near bodies come along `tasks`, the path of feature `f` at `site`, or only up to the first hit; `None` without bodies.
@@ -71,6 +76,9 @@ impl Evaluator {
         if to_first_hit {
             along = along.to_first_hit();
         }
+        if tasks.iter().any(|task| task.asked.is_some()) {
+            along.leave_out("postures that the program asks for: those nearest to one another were looked at");
+        }
         let mut has_hit = false;
         track_feature(
             job,
@@ -78,8 +86,8 @@ impl Evaluator {
             |_| true,
             |k, at| {
                 if !(to_first_hit && has_hit) {
-                    along.add(&tasks[k], Some(at), !points[k].cutting && points[k].feed_mm_per_min.is_none());
-                    has_hit = along.so_far().state() == ClearanceState::Hit;
+                    along.add(&tasks[k], Some(at), Arrival::from(&points[k]));
+                    has_hit = along.hits();
                 }
                 Ok(())
             },

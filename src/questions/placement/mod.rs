@@ -189,7 +189,10 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let flatness = margins::margins(&evaluator, study, work, best.as_ref().map(|best| (best.site, best.value)))?;
     let traces = along::traces(&evaluators, study, &entries, best.as_ref());
     #[cfg(not(target_family = "wasm"))]
-    let clearance = best.as_ref().map_or_else(Vec::new, |best| evaluators.found.clearances(&best.site));
+    let clearance = best.as_ref().map_or_else(Vec::new, |best| {
+        let at_best = entries[best.entry].feasible().and_then(|own| own.metrics.get(Metric::WorstDeflection));
+        evaluators.found.clearances(&best.site, at_best.unwrap_or(0.0))
+    });
     Ok(PlacementResults {
         #[cfg(not(target_family = "wasm"))]
         clearance,

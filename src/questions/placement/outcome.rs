@@ -42,9 +42,9 @@ pub struct PlacementResults {
     pub front: Vec<(Site, Metrics)>,
     /// Paths at the best place and at the poorest.
     pub traces: Vec<Trace>,
-    /// How near bodies come at the best place along the path of each feature; empty without bodies.
+    /// How near bodies come at the best place along the path of each feature; `None` without bodies.
     #[cfg(not(target_family = "wasm"))]
-    pub clearance: Vec<crate::simulation::clearance::PathClearance>,
+    pub clearance: Vec<Option<crate::simulation::clearance::PathClearance>>,
 }
 
 /// The best place and how it was found. It is one of the entries.

@@ -120,6 +120,18 @@ impl Machine {
         self.listed_bodies().filter_map(body).collect()
     }
 
+    /// The files of meshes of its bodies, each once: name as the machine file has it, and contents.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn body_files(&self) -> Result<Vec<(String, Vec<u8>)>> {
+        let folder = Path::new(self.definition.origin()).parent().unwrap_or(Path::new(""));
+        let mut names: Vec<&str> = self.listed_bodies().flat_map(|(_, body)| body.spec.mesh_files()).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.into_iter().map(|name| Ok((name.to_owned(), file::read(&folder.join(name))?))).collect()
+    }
+
     /// Number of frames of [`frame_poses`](Self::frame_poses).
     pub fn frame_count(&self) -> usize {
         let routes = self.body_chains().flat_map(|chain| chain.route.with_loops());

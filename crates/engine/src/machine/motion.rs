@@ -5,6 +5,8 @@
 //! follows from the lengths of the chain alone. Within `h` of that state therefore `|q − q₀| ≤ r` with `r = h |q̇₀| / (1 − β n r)` (Newton–Kantorovich), and
 //! `|q̇ − q̇₀| ≤ β n r |q̇₀| / (1 − β n r)`. Where no such `r` exists the interval is too long, and the bound is infinite.
 
+use std::collections::BTreeMap;
+
 use kinetostat_cell::{Ball, Motion as SweptMotion};
 use nalgebra::{DMatrix, DVector, Isometry3, Vector3, Vector6};
 
@@ -38,10 +40,12 @@ pub struct MachineMotion<'a> {
     ends: [Configuration; 2],
     /// Twist of the tool tip on a straight move: mm and rad for each 1 of the parameter, O axes.
     twist: Vector6<f64>,
-    /// States known so far, by the parameter.
-    known: Vec<(f64, Configuration)>,
-    /// What is known of the chains in the state last asked for.
-    bounds: Option<(f64, Vec<ChainBounds>)>,
+    /// States known so far, by the bits of the parameter, which order numbers from 0 as they are.
+    known: BTreeMap<u64, Configuration>,
+    /// The parameter last asked for.
+    last: f64,
+    /// What is known of the chains in a state; `None` where one of them is singular.
+    bounds: Option<(f64, Option<Vec<ChainBounds>>)>,
     poses: Vec<Isometry3<f64>>,
 }
 
@@ -98,8 +102,8 @@ impl<'a> MachineMotion<'a> {
             }
         }
         let ends = [from.clone(), to.clone()];
-        let known = vec![(0.0, from.clone()), (1.0, to.clone())];
-        Ok(Self { machine, way, ends, twist, known, bounds: None, poses: Vec::new() })
+        let known = BTreeMap::from([(0f64.to_bits(), from.clone()), (1f64.to_bits(), to.clone())]);
+        Ok(Self { machine, way, ends, twist, known, last: 0.0, bounds: None, poses: Vec::new() })
     }
 
     /// The configuration at `s`.
@@ -107,10 +111,8 @@ impl<'a> MachineMotion<'a> {
     /// # Errors
     /// The machine does not reach it, or leaves the line.
     pub fn configuration(&mut self, s: f64) -> Result<Configuration, String> {
-        let next = self.known.partition_point(|(at, _)| *at < s);
-        if let Some((at, known)) = self.known.get(next)
-            && *at == s
-        {
+        self.last = s;
+        if let Some(known) = self.known.get(&s.to_bits()) {
             return Ok(known.clone());
         }
         let found = match self.way {
@@ -120,25 +122,24 @@ impl<'a> MachineMotion<'a> {
                     from.drives.iter().zip(&to.drives).map(|(from, to)| from + s * (to - from)).collect();
                 self.machine.serial_configuration(&drives)
             }
-            Way::Straight => self.on_line(s, next)?,
+            Way::Straight => self.on_line(s)?,
         };
-        self.known.insert(next, (s, found.clone()));
+        self.known.insert(s.to_bits(), found.clone());
         Ok(found)
     }
 
-    /// Follows the line to `s` from the nearest state known, of which the one behind has index `next`.
-    fn on_line(&self, s: f64, next: usize) -> Result<Configuration, String> {
-        let before = &self.known[next - 1];
-        let nearest = match self.known.get(next) {
-            Some(after) if after.0 - s < s - before.0 => after,
-            _ => before,
-        };
+    /// Follows the line to `s` from the nearest state known.
+    fn on_line(&self, s: f64) -> Result<Configuration, String> {
+        let before = self.known.range(..s.to_bits()).next_back();
+        let after = self.known.range(s.to_bits()..).next();
+        let off = |own: &(&u64, &Configuration)| (f64::from_bits(*own.0) - s).abs();
+        let nearest = before.into_iter().chain(after).min_by(|a, b| off(a).total_cmp(&off(b)));
+        let nearest = nearest.map_or(&self.ends[0], |own| own.1);
         let start = &self.ends[0].pose;
         let rotation = rotation_exp(self.twist.fixed_rows::<3>(3) * s) * start.rotation;
         let tip = start.transform(self.machine.tool_tip) + self.twist.fixed_rows::<3>(0) * s;
         let wanted = Pose { rotation, translation: tip - rotation * self.machine.tool_tip };
-        let found =
-            self.machine.unlimited_inverse_kinematics_from(&nearest.1, &wanted).map_err(|why| why.to_string())?;
+        let found = self.machine.unlimited_inverse_kinematics_from(nearest, &wanted).map_err(|why| why.to_string())?;
         let turned = rotation_log(&(found.pose.rotation * wanted.rotation.transpose())).norm();
         let off = (found.pose.translation - wanted.translation).norm() + turned * self.machine.characteristic_length;
         match off <= OFF_LINE_MM {
@@ -153,22 +154,23 @@ impl<'a> MachineMotion<'a> {
     fn bounds_at(&mut self, interval: [f64; 2]) -> Option<&[ChainBounds]> {
         let is_known = |s: f64| self.bounds.as_ref().is_some_and(|(at, _)| *at == s);
         if !interval.into_iter().any(is_known) {
-            let s = interval[0];
+            // Halves of an interval share the state that was last asked for.
+            let s = if interval.contains(&self.last) { self.last } else { interval[0] };
             let at = self.configuration(s).ok()?;
             let mut first = 0;
-            let mut bounds = Vec::with_capacity(self.machine.chains.len());
-            for (chain, passive) in self.machine.chains.iter().zip(&at.passive) {
+            let of = |(chain, passive): (&Chain, &Vec<f64>)| {
                 let rates = (self.way == Way::Joints).then(|| self.joint_rates(chain));
-                bounds.push(ChainBounds::new(self.machine, chain, &at.drives[first..], passive, &self.twist, rates)?);
+                let own = ChainBounds::new(self.machine, chain, &at.drives[first..], passive, &self.twist, rates);
                 first += chain.drives.len();
-            }
-            self.bounds = Some((s, bounds));
+                own
+            };
+            self.bounds = Some((s, self.machine.chains.iter().zip(&at.passive).map(of).collect()));
         }
         let (s, bounds) = self.bounds.as_ref()?;
+        let bounds = bounds.as_ref()?;
         let other = if *s == interval[0] { interval[1] } else { interval[0] };
         let (mut values, mut first) = (Vec::new(), 0);
-        if let Ok(index) = self.known.binary_search_by(|(at, _)| at.total_cmp(&other)) {
-            let at = &self.known[index].1;
+        if let Some(at) = self.known.get(&other.to_bits()) {
             for ((chain, passive), bounds) in self.machine.chains.iter().zip(&at.passive).zip(bounds) {
                 chain.rigid_values(&at.drives[first..], passive, &mut values);
                 if !bounds.leads_to(&values, interval[1] - interval[0]) {
@@ -193,6 +195,9 @@ impl<'a> MachineMotion<'a> {
     /// Bound of the speed of the points of `ball`, fixed to `frame`, within `interval`.
     fn speed_of(&mut self, frame: usize, ball: &Ball, interval: [f64; 2]) -> Option<f64> {
         let length = interval[1] - interval[0];
+        if self.ends[0] == self.ends[1] {
+            return Some(0.0);
+        }
         if frame == PLATFORM_FRAME && self.way == Way::Straight {
             let [linear, angular] = [0, 3].map(|row| self.twist.fixed_rows::<3>(row).norm());
             return Some(linear + angular * ((ball.centre_mm.coords - self.machine.tool_tip).norm() + ball.radius_mm));
@@ -231,8 +236,10 @@ impl SweptMotion for MachineMotion<'_> {
 fn active_coordinates(machine: &Machine, chain: &Chain) -> Vec<usize> {
     let before = machine.chains.iter().take_while(|other| other.name != chain.name);
     let first: usize = before.map(|other| other.drives.len()).sum();
-    let is_locked = |drive: usize| machine.locked.iter().any(|(locked, _)| *locked == first + drive);
-    let drives = chain.drives.iter().enumerate().filter(|(drive, _)| !is_locked(*drive));
+    let is_free = |drive: usize| !machine.locked.iter().any(|(locked, _)| *locked == first + drive);
+    // A locked drive still turns by what another is coupled to.
+    let moves = |joint: usize| (0..chain.drives.len()).any(|d| is_free(d) && chain.joint_per_drive(joint, d) != 0.0);
+    let drives = chain.drives.iter().enumerate().filter(|(joint, _)| moves(*joint));
     drives.map(|(_, drive)| drive.coordinate).chain(chain.virtual_count..chain.coordinate_count()).collect()
 }
 
@@ -335,11 +342,12 @@ impl ChainBounds {
         });
         let gram = jacobian.tr_mul(&jacobian);
         let eigen = gram.clone().symmetric_eigenvalues();
-        // What rounding may have added.
-        let least = eigen.min() - 1e-12 * eigen.max();
-        if least <= 0.0 {
+        // Rates follow from the squares of singular values, of which half the digits are left.
+        if eigen.min() <= 1e-8 * eigen.max() {
             return None;
         }
+        // What rounding may have added.
+        let least = eigen.min() - 1e-12 * eigen.max();
         let wanted = DVector::from_fn(6, |row, _| if row < 3 { twist[row] } else { twist[row] * turned });
         self.rates = gram.cholesky()?.solve(&jacobian.tr_mul(&wanted));
         self.bend = self.change(self.moves.len(), reach, turned) / least.sqrt();

@@ -73,6 +73,10 @@ impl Machine {
         }
         let home = self.home.pose.inverse().compose(&Pose::from_translation(tip_mm.into()));
         let mut seen = spec.clone();
+        // Bodies stand where the machine had its base and its platform, which change their places.
+        seen.body.clear();
+        seen.platform.body.clear();
+        seen.may_touch.clear();
         seen.chain = vec![ChainSpec { name: mount.chain.clone(), elements }];
         let [base, mut platform] = [mount.platform.clone(), mount.base.clone()];
         platform.position_mm.iter_mut().zip(tip_mm).for_each(|(at, tip)| *at -= tip);

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::model::{PathPoint, Plane, PointSource, Sampling, Toolpath, TurnDirection, direction};
+use crate::model::{PathPoint, Plane, PointSource, Sampling, Toolpath, TurnDirection, Way, direction};
 
 /// The parameters of a closed circular path: its last point is its first.
 ///
@@ -149,5 +149,6 @@ pub fn cutting_point(
         external: Default::default(),
         source: PointSource { segment: 0, parameter },
         arm: None,
+        way: Way::Followed,
     }
 }

@@ -32,6 +32,22 @@ pub struct PointSource {
     pub parameter: f64,
 }
 
+/// What is known of the way to a point from the one before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Way {
+    /// Straight, or a piece of a curve that the points follow.
+    #[default]
+    Followed,
+    /// Made rapidly (G0), as the control does that.
+    Rapid,
+    /// From point to point, all joints of an arm at once (PTP, MoveJ).
+    PointToPoint,
+    /// A curve of which only the ends are known.
+    Curve,
+    /// Nothing: where it starts is not known, as after a return to the reference position.
+    Unknown,
+}
+
 /// One point of a toolpath: where the tool tip is, how the tool is oriented, how it moves and what acts on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathPoint {
@@ -63,6 +79,8 @@ pub struct PathPoint {
     pub source: PointSource,
     /// What the program of a robot says of the posture of the arm here.
     pub arm: Option<ArmData>,
+    /// What is known of the way here.
+    pub way: Way,
 }
 
 /// An ordered list of points the tool should pass, in the workpiece frame.

@@ -83,6 +83,8 @@ pub struct ProcessCell {
     pub rapid: Option<RapidMove>,
     /// Bodies besides those of the machine; their frames are not set.
     pub bodies: Vec<(CellFrame, Body)>,
+    /// Index of the stock among them.
+    pub stock: Option<usize>,
     /// Pairs of bodies that may touch or overlap.
     pub may_touch: Vec<[String; 2]>,
     /// The place of the table.
@@ -113,7 +115,18 @@ pub(crate) fn cell(
     };
     let mut names: Vec<String> = machine.listed_bodies().map(|(_, body)| body.name.clone()).collect();
     let mut bodies = Vec::new();
+    for (name, bytes) in machine.body_files()? {
+        let others = inputs.take();
+        *inputs.borrow_mut() = others.and(Inputs::of_bytes(&name, &bytes));
+    }
     if let Some(shape) = stock.map(StockRemoval::shape) {
+        if names.iter().any(|name| name == PART) {
+            let problem = format!(
+                "machine {} has a body \"{PART}\", the name of the stock: expected another name there",
+                machine.name
+            );
+            return check.fail(problem);
+        }
         names.push(PART.into());
         let body = part(shape).or_else(|problem| check.root().key("stock").fail(problem))?;
         bodies.push((CellFrame::Part, body));
@@ -138,6 +151,7 @@ pub(crate) fn cell(
     let cell = ProcessCell {
         clearance_mm: check.key("clearance_mm").not_negative(spec.clearance_mm.unwrap_or(0.0))?,
         rapid: spec.rapid,
+        stock: bodies.iter().position(|(_, body)| body.name == PART).filter(|_| stock.is_some()),
         bodies,
         may_touch: spec.may_touch.clone(),
         check,

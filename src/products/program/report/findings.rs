@@ -20,7 +20,7 @@ use crate::{
     simulation::{
         BySource, Source,
         along_path::{PathPointResult, length_of_point},
-        clearance::{ClearanceState, PathClearance},
+        clearance::{ClearanceState, MachineCell, PathClearance},
     },
     work::Work,
 };
@@ -143,15 +143,17 @@ impl Findings {
     ///
     /// # Errors
     /// As [`ProgramJob::clearance`].
-    pub fn find_clearance(&mut self, job: &ProgramJob, work: &Work) -> Result<()> {
-        self.clearance = job.clearance(work)?;
+    pub fn find_clearance(&mut self, job: &ProgramJob, cell: Option<&MachineCell>, work: &Work) -> Result<()> {
+        // Where tool and workpiece press on one another is about where the machine gives way most.
+        let moved_mm = self.worst.as_ref().map_or(0.0, |worst| worst.size_mm);
+        self.clearance = job.clearance(cell, work)?.map(|own| own.moved_by(moved_mm));
         Ok(())
     }
 
     /// Returns whether bodies hit along the program.
     #[must_use]
     pub fn hits(&self) -> bool {
-        self.clearance.as_ref().is_some_and(|own| own.state() == ClearanceState::Hit)
+        self.clearance.as_ref().is_some_and(|own| own.state == ClearanceState::Hit)
     }
 
     /// Returns the machined surface in the form for other programs; `None` if no stock is cut.

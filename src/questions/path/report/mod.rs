@@ -42,7 +42,7 @@ use crate::{
         spread_report,
     },
     redundancy::{self, FoundGamma},
-    simulation::Source,
+    simulation::{Source, clearance::MachineCell},
 };
 use pictures::Pictures;
 
@@ -54,6 +54,8 @@ impl Answered for PathStudy {
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
         let at_gamma = self.with_gamma(run.work)?;
         let (study, machine) = (at_gamma.as_ref(), &at_gamma.machine);
+        // What is wrong with bodies is said before anything is computed.
+        let cell = MachineCell::of(machine, study.cell.as_ref())?;
         let empty = points_table(study, &PathPart::empty(machine));
         let ranked_by = [&*DISPLACEMENT.name, &*quantities::RESIDUAL_ERROR.name];
         let (points, sources) = (study.stations.len(), Source::of(machine).len());
@@ -67,7 +69,7 @@ impl Answered for PathStudy {
             table.write_block(&part)
         })?;
         summary.add_whole(&spread);
-        summary.add_clearance(clearance(study, run.work)?);
+        summary.add_clearance(clearance(study, cell.as_deref(), run.work)?);
         let text = text(&summary);
         let deflected = summary.largest_displacement().filter(|_| run.figures).and_then(|(_, point)| {
             let place = format!("{:.1} mm along the path", study.stations[point].arc_length_mm);

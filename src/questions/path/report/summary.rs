@@ -119,7 +119,8 @@ impl<'a> Summary<'a> {
 
     /// Sets how near bodies come.
     pub fn add_clearance(&mut self, clearance: Option<PathClearance>) {
-        self.clearance = clearance;
+        let moved_mm = self.largest_displacement().map_or(0.0, |(largest, _)| largest);
+        self.clearance = clearance.map(|own| own.moved_by(moved_mm));
     }
 
     /// Returns the counts of the distributions of the residual error, or without any, of the distance at the nominal command.

@@ -198,10 +198,13 @@ pub(super) fn distance_text(study: &PlacementStudy, entry: &Entry) -> Option<Str
 
 /// Returns how near bodies come at the best place, and what of them is not known, in sentences; empty without bodies.
 fn clearance_text(results: &PlacementResults) -> String {
-    let of = |(job, own): (&FeatureJob, &PathClearance)| {
-        clearance::sentences(own, |k| format!("point {k} of {}", job.feature.name))
+    let of = |(job, own): (&FeatureJob, &Option<PathClearance>)| {
+        let place = |k: usize| format!("point {k} of {}", job.feature.name);
+        own.as_ref().map_or_else(String::new, |own| clearance::sentences(own, place))
     };
-    results.study.features.iter().zip(&results.clearance).map(of).collect()
+    let mut told: Vec<String> = results.study.features.iter().zip(&results.clearance).map(of).collect();
+    told.dedup();
+    told.concat()
 }
 
 /// Returns the cautions for any placement: the workpiece carrier, an assumed workspace box, and axes that the drives do not control.

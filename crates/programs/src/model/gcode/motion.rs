@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use crate::model::{
-    Hole, MotionGeometry, Orientation, PathPoint, PointSource, Sampling, direction, even_parameters,
+    Hole, MotionGeometry, Orientation, PathPoint, PointSource, Sampling, Way, direction, even_parameters,
     gcode::{Centre, Coordinates, FeedMode, ModalState, MotionCode, Rotary, RotaryMotion, Word, rotary},
 };
 
@@ -209,6 +209,12 @@ impl Motion {
                 external: Default::default(),
                 source: PointSource { segment, parameter },
                 arm: None,
+                way: match self.geometry {
+                    MotionGeometry::Arrival(_) | MotionGeometry::Unlocated => Way::Unknown,
+                    MotionGeometry::Spline { .. } => Way::Curve,
+                    _ if self.code == MotionCode::Rapid => Way::Rapid,
+                    _ => Way::Followed,
+                },
             });
         }
     }

@@ -6,7 +6,7 @@ use csv::ByteRecord;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::{
-    model::{Load, NumberFormat, Orientation, PathPoint, PointSource, Sampling, Toolpath, direction, number},
+    model::{Load, NumberFormat, Orientation, PathPoint, PointSource, Sampling, Toolpath, Way, direction, number},
     read::polyline::{Column, EXTERNAL_WORDS, Polyline, PolylineError, PolylineFault},
 };
 use kinetostat_input::csv_rows::{self, Row, RowFault, line_number};
@@ -167,6 +167,7 @@ fn row_point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
         external: std::array::from_fn(|axis| value(Column::External(axis)).unwrap_or(0.0)),
         source: PointSource { segment, parameter: 1.0 },
         arm: None,
+        way: Way::Followed,
     }
 }
 

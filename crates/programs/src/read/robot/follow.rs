@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::{
     model::{
-        Hole, MAX_COORDINATE_MM, MotionGeometry, Orientation, PathPoint, PointSource, Sampling, direction,
+        Hole, MAX_COORDINATE_MM, MotionGeometry, Orientation, PathPoint, PointSource, Sampling, Way, direction,
         even_parameters,
         robot::{
             AptCircle, Arc, ArmData, CircleTurn, Component, Drilling, Language, MotionKind, RobotFault, RobotOptions,
@@ -350,6 +350,12 @@ impl Motion {
                 external: self.external_at(parameter).map(Option::unwrap_or_default),
                 source: PointSource { segment, parameter },
                 arm: self.arm.filter(|_| parameter == 1.0),
+                way: match self.geometry {
+                    MotionGeometry::Arrival(_) | MotionGeometry::Unlocated => Way::Unknown,
+                    MotionGeometry::Spline { .. } => Way::Curve,
+                    _ if self.may_cut() => Way::Followed,
+                    _ => Way::PointToPoint,
+                },
             });
         }
     }
