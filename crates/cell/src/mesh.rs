@@ -52,20 +52,23 @@ pub fn pieces_of_mesh(triangles: &[[Point3<f64>; 3]], max_pieces: usize) -> Resu
     if volume_of(&own) < 0.0 {
         return Err(MeshFault::InsideOut);
     }
-    let mut parts = vec![Part::new(own).ok_or(MeshFault::Flat)?];
-    let least = parts[0].volume / 50.0;
-    while parts.len() < max_pieces.max(1) {
-        let halved = parts.iter().enumerate().filter_map(|(k, part)| part.halved().map(|halves| (k, halves)));
-        let gain = |(k, halves): &(usize, [Part; 2])| parts[*k].volume - halves[0].volume - halves[1].volume;
-        let Some((k, halves)) = halved.max_by(|a, b| gain(a).total_cmp(&gain(b))).filter(|own| gain(own) > least)
-        else {
-            break;
-        };
-        parts.splice(k..=k, halves);
+    let first = Part::new(own).ok_or(MeshFault::Flat)?;
+    let least = first.volume / 50.0;
+    let with_halves = |part: Part| (part.halved(), part);
+    let gain = |(halves, part): &(Option<[Part; 2]>, Part)| {
+        halves.as_ref().map_or(f64::NEG_INFINITY, |halves| part.volume - halves[0].volume - halves[1].volume)
+    };
+    let mut parts = if max_pieces > 1 { vec![with_halves(first)] } else { vec![(None, first)] };
+    while parts.len() < max_pieces {
+        let most = (0..parts.len()).max_by(|&a, &b| gain(&parts[a]).total_cmp(&gain(&parts[b])));
+        let Some(most) = most.filter(|&most| gain(&parts[most]) > least) else { break };
+        if let Some(halves) = parts[most].0.take() {
+            parts.splice(most..=most, halves.map(with_halves));
+        }
     }
     let hull =
         |part: Part| Shape::Hull { points_mm: part.hull.iter().map(|own| Point3::new(own.x, own.y, own.z)).collect() };
-    Ok(parts.into_iter().map(hull).collect())
+    Ok(parts.into_iter().map(|(_, part)| hull(part)).collect())
 }
 
 /// A part of a mesh and its hull.
@@ -81,7 +84,9 @@ const PLANES: usize = 7;
 impl Part {
     /// Returns the part of `triangles`; `None` if they lie in a plane.
     fn new(triangles: Triangles) -> Option<Part> {
-        let corners: Vec<Vector> = triangles.iter().flatten().copied().collect();
+        let mut corners: Vec<Vector> = triangles.iter().flatten().copied().collect();
+        corners.sort_unstable_by(|a, b| a.to_array().map(f64::to_bits).cmp(&b.to_array().map(f64::to_bits)));
+        corners.dedup();
         let (hull, faces) = try_convex_hull(&corners).ok()?;
         let volume = volume_of(&faces.iter().map(|face| face.map(|k| hull[k as usize])).collect::<Triangles>());
         (volume > 0.0).then_some(Part { triangles, hull, volume })

@@ -1,5 +1,7 @@
 //! Path study: displacements along a path by each source of error, commands that compensate them, and a comparison of the methods.
 
+#[cfg(not(target_family = "wasm"))]
+mod clearance;
 #[cfg(feature = "report")]
 pub mod report;
 pub(crate) mod resolve;
@@ -15,8 +17,6 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-#[cfg(not(target_family = "wasm"))]
-use crate::simulation::clearance::{MachineCell, PathClearance};
 use crate::{
     compensation::{Method, TaskPoint},
     input::error::Result,
@@ -34,6 +34,8 @@ use crate::{
 };
 
 pub use crate::simulation::spread_along::{LargestSpread, PathSpread, PointSpread};
+#[cfg(not(target_family = "wasm"))]
+pub use clearance::clearance;
 pub use turned::PathGammaSearch;
 
 /// Where a point of the path lies: length, tool angle and program line.
@@ -292,26 +294,6 @@ pub fn run_in_parts(
         spread_path.as_ref().map(|path| spread_along::whole(&[(path, &*each_part)], &largest, work)).transpose()?;
     let draws = largest.each_ref().map(|own| own.sizes().to_vec());
     Ok(WholePath { methods, spread: whole.flatten(), draws })
-}
-
-/// Returns how near the bodies of `cell`, those of the study, come along the path of a study returned by [`PathStudy::with_gamma`]; `None` without bodies.
-///
-/// # Errors
-/// Those of `work`.
-#[cfg(not(target_family = "wasm"))]
-pub fn clearance(study: &PathStudy, cell: Option<&MachineCell>, work: &Work) -> Result<Option<PathClearance>> {
-    let Some(cell) = cell else { return Ok(PathClearance::without_cell(&study.machine)) };
-    work.summary("clearance", || {
-        let track = TrackBlocks::new(&study.machine, None, &study.tasks);
-        let mut along = cell.begin(&study.placement);
-        for start in (0..study.tasks.len()).step_by(along_path::BLOCK) {
-            for (k, at) in (start..).zip(track.block(start)) {
-                work.check()?;
-                along.add(&study.tasks[k], at.at.as_ref(), study.stations[k].arrival);
-            }
-        }
-        Ok(Some(along.finish()))
-    })
 }
 
 /// What each method leaves at points.
