@@ -30,6 +30,7 @@ use crate::{
     process::KnownForce,
     questions::path::report::facts_text,
     redundancy,
+    simulation::clearance::MachineCell,
     toolpath::{CommandedPath, gcode::CalledFile},
     work::Work,
 };
