@@ -88,7 +88,7 @@ fn follow(process: &Process, program: &str) -> (PathClearance, Vec<Configuration
     let (mut along, mut at) = (cell.begin(&process.placement), vec![process.machine.home.clone()]);
     for (point, task) in path.points().iter().zip(&tasks) {
         at.push(process.machine.inverse_kinematics_from(&at[at.len() - 1], &task.pose).unwrap());
-        along.add(task, at.last(), !point.cutting && point.feed_mm_per_min.is_none());
+        along.add(task, at.last(), point.into());
     }
     (along.finish(), at.split_off(1))
 }
@@ -278,7 +278,7 @@ fn a_mesh_of_the_machine_is_among_what_was_read() {
         fs::write(folder.path().join("post.stl"), cube(size)).unwrap();
         let with_mesh = arm().replacen(
             "\n[home]",
-            "\n[[body]]\nname = \"post\"\nshapes = [{ mesh = { file = \"post.stl\" } }]\n\n[home]",
+            "\n[[body]]\nname = \"column\"\nshapes = [{ mesh = { file = \"post.stl\" } }]\n\n[home]",
             1,
         );
         let path = folder.path().join("arm.toml");
