@@ -212,8 +212,8 @@ impl Motion {
                 way: match self.geometry {
                     MotionGeometry::Arrival(_) | MotionGeometry::Unlocated => Way::Unknown,
                     MotionGeometry::Spline { .. } => Way::Curve,
-                    _ if self.code == MotionCode::Rapid => Way::Rapid,
-                    _ => Way::Followed,
+                    _ if cutting => Way::Followed,
+                    _ => Way::Rapid,
                 },
             });
         }

@@ -353,7 +353,8 @@ impl Motion {
                 way: match self.geometry {
                     MotionGeometry::Arrival(_) | MotionGeometry::Unlocated => Way::Unknown,
                     MotionGeometry::Spline { .. } => Way::Curve,
-                    _ if self.may_cut() => Way::Followed,
+                    _ if cutting => Way::Followed,
+                    MotionGeometry::Hole(_) => Way::Rapid,
                     _ => Way::PointToPoint,
                 },
             });
