@@ -1,5 +1,7 @@
 //! Sentences about how near bodies come along a path.
 
+use kinetostat_budget::{Budget, Cause, Entry, Mark};
+
 use crate::{
     files::words::{capitalised, counted, join_text, millimetres},
     page::headline::{State, Verdict},
@@ -10,12 +12,33 @@ use crate::{
 pub const MOVE_AWAY: &str =
     "move workpiece, clamps or approach until nothing is hit, and compute again: do not run the path.";
 
+/// Distances of which the tenth of a millimetre that is printed is 0 are told as touching, mm.
+const TOUCHING_MM: f64 = 0.05;
+
+/// Returns `budget` with what is known of bodies, which it then asks about.
+#[must_use]
+pub fn in_budget(mut budget: Budget, clearance: Option<&PathClearance>) -> Budget {
+    let Some(clearance) = clearance else { return budget };
+    budget.set(match clearance.state {
+        ClearanceState::Clear => Entry::counted(Cause::Bodies, Mark::Full, "apart all along the path"),
+        ClearanceState::Hit => Entry::counted(Cause::Bodies, Mark::Full, "something is hit"),
+        ClearanceState::Unknown if !clearance.assumed.is_empty() => Entry::unknown(Cause::Bodies, "shapes are assumed"),
+        ClearanceState::Unknown => Entry::unknown(Cause::Bodies, "not all could be looked at"),
+    });
+    let scope = budget.scope().map(|own| {
+        let mut own = own.to_vec();
+        own.extend(Some(Cause::Bodies).filter(|bodies| !own.contains(bodies)));
+        own
+    });
+    budget.within(scope)
+}
+
 /// Returns the verdict where bodies hit; `None` where none was found to.
 #[must_use]
 pub fn verdict(clearance: &PathClearance) -> Option<Verdict> {
     let nearest = clearance.nearest.as_ref().filter(|_| clearance.state == ClearanceState::Hit)?;
     let [a, b] = &nearest.names;
-    let hits = if nearest.distance_mm <= 0.0 { "hits" } else { "comes too near to" };
+    let hits = if nearest.distance_mm <= TOUCHING_MM { "hits" } else { "comes too near to" };
     Some(Verdict::new(State::Bad, format!("{a} {hits} {b}")))
 }
 
@@ -27,8 +50,11 @@ pub fn first_sentence(clearance: &PathClearance, place: impl Fn(usize) -> String
     let assumed = if *is_assumed { ", as far as their assumed shapes say" } else { "" };
     let place = place(*point);
     Some(match *distance_mm {
-        depth if depth <= 0.0 => {
+        depth if depth < -TOUCHING_MM => {
             format!("{a} and {b} overlap by up to {:.1} mm on the way to {place}{assumed}.", -depth)
+        }
+        depth if depth <= TOUCHING_MM && clearance.wanted_mm <= TOUCHING_MM => {
+            format!("{a} and {b} touch on the way to {place}{assumed}.")
         }
         distance => format!(
             "{a} and {b} come within {distance:.1} mm of each other on the way to {place}, and {} mm are wanted{assumed}.",

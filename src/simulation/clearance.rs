@@ -16,7 +16,7 @@ use crate::{
         file::ProcessCell,
         file::tables::cell::{CellFrame, RapidMove},
     },
-    spatial::Pose,
+    spatial::{Pose, rotation_log},
     toolpath::Way,
 };
 
@@ -302,17 +302,14 @@ impl<'c> ClearanceAlong<'c> {
         self.count += 1;
         let before = std::mem::replace(&mut self.before, at.cloned());
         let first = k == 0;
-        if first {
-            self.tool = to.tool;
-        }
-        if self.tool != to.tool {
-            return self.leave_out("ways of other tools than the first: what is on the tool is on that one");
-        }
+        self.tool = self.tool.or(to.tool);
         let Some(here) = at else { return self.leave_out("points that the machine does not reach") };
         if task.external.is_some() || task.led.is_some() {
             return self.leave_out("ways along which external axes may move");
         }
+        let is_other = to.tool.is_some_and(|tool| self.tool != Some(tool));
         let motion = match (&before, first) {
+            _ if is_other => Err("ways of other tools than the first: what is on the tool is on that one".into()),
             (_, true) => self.motion(here, here, Way::Followed),
             (Some(from), _) => self.motion(from, here, to.way),
             (None, _) => Err("ways from points that the machine does not reach".into()),
@@ -335,7 +332,11 @@ impl<'c> ClearanceAlong<'c> {
     ) -> std::result::Result<MachineMotion<'c>, String> {
         let machine: &'c Machine = &self.cell.machine;
         let is_arm = machine.chains.len() == 1 && machine.chains[0].passive.is_empty();
+        let turned = rotation_log(&(to.pose.rotation * from.pose.rotation.transpose())).norm();
         match (way, self.cell.own.rapid) {
+            (Way::Rapid, Some(RapidMove::Linear)) if turned > STEADY_RAD => {
+                Err("rapid moves that turn the tool, whose axes may turn it another way".into())
+            }
             (Way::Followed, _) | (Way::Rapid, Some(RapidMove::Linear)) => MachineMotion::straight(machine, from, to),
             (Way::PointToPoint, _) if is_arm => MachineMotion::joints(machine, from, to),
             (Way::PointToPoint, Some(RapidMove::Linear)) => MachineMotion::straight(machine, from, to),
@@ -427,6 +428,8 @@ impl<'c> ClearanceAlong<'c> {
 
 /// Bodies that stand on one another may overlap by so much, mm.
 const TOUCHING_MM: f64 = 0.05;
+/// A rapid move that turns the tool by less turns it about one axis, rad.
+const STEADY_RAD: f64 = 0.035;
 /// States at most that are looked at between two points of a path.
 const MAX_STATES: usize = 10_000;
 

@@ -285,7 +285,7 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// crate, or says what it takes out.
 const MAX_LINES: [(&str, usize); 8] = [
     ("crates/budget/src", 300),
-    ("crates/cell/src", 1_270),
+    ("crates/cell/src", 1_320),
     ("crates/engine/src", 22_450),
     ("crates/input/src", 1_260),
     ("crates/programs/src", 32_300),

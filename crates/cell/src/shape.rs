@@ -48,6 +48,9 @@ pub enum ShapeFault {
     Flat,
 }
 
+/// A hull of less volume than this share of the cube over its diagonal is flat.
+const FLAT: f64 = 1e-9;
+
 /// A core that GJK knows by its support points.
 #[derive(Debug, Clone)]
 pub(crate) enum Core {
@@ -159,9 +162,12 @@ impl Piece {
         if points.len() < 4 {
             return Err(ShapeFault::Flat);
         }
-        let (hull, _) = try_convex_hull(points).map_err(|_| ShapeFault::Flat)?;
+        let (hull, faces) = try_convex_hull(points).map_err(|_| ShapeFault::Flat)?;
         let (low, high) = hull.iter().fold((hull[0], hull[0]), |(low, high), own| (low.min(*own), high.max(*own)));
-        if (high - low).min_element() <= 0.0 {
+        // About a corner of it, so that rounding adds no volume of its own.
+        let corner = |face: &[u32; 3]| face.map(|k| hull[k as usize] - hull[0]);
+        let volume: f64 = faces.iter().map(corner).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum();
+        if volume <= FLAT * (high - low).length().powi(3) {
             return Err(ShapeFault::Flat);
         }
         let centre = 0.5 * (low + high);

@@ -65,9 +65,8 @@ tables! {
     pub struct MeshSpec {
         /// The file, from the folder of the file that names it.
         pub file: String,
-        /// Unit of its numbers: "mm", "m" or "inch"; mm if not given.
-        #[serde(default)]
-        pub unit: MeshUnit,
+        /// Unit of its numbers: "mm", "m" or "inch", required where all are within a ball of radius 10; mm if not given.
+        pub unit: Option<MeshUnit>,
         /// Where its origin is; the origin of the frame if not given.
         #[serde(default)]
         pub at_mm: [f64; 3],
@@ -128,6 +127,8 @@ const MAX_POINTS: usize = 10_000;
 const MAX_SHAPES: usize = 1000;
 /// A body within a ball of this radius is one in a wrong unit, mm.
 const SMALLEST_MM: f64 = 1.0;
+/// A mesh within a ball of this radius must name its unit, mm.
+const SMALLEST_WITHOUT_UNIT_MM: f64 = 10.0;
 /// And one that is in no ball of this radius.
 const LARGEST_MM: f64 = 1e6;
 /// Returns the bytes of a file that a mesh names.
@@ -252,21 +253,33 @@ impl MeshSpec {
         }
         let Some(read) = read else { return Ok(Vec::new()) };
         let fault = |problem: String| check_file.fail(format!("{} {problem}", self.file));
-        let Mesh { vertices, triangles } = match read_stl(read(&self.file)?) {
+        let bytes = match read(&self.file) {
+            Ok(bytes) => bytes,
+            Err(error) => return check_file.fail(error.to_string()),
+        };
+        let Mesh { vertices, triangles } = match read_stl(bytes) {
             Ok(mesh) => mesh,
             Err(problem) => return fault(problem),
         };
-        let vertices: Vec<Point3<f64>> = vertices.iter().map(|own| pose * (own * self.unit.mm())).collect();
+        let vertices: Vec<Point3<f64>> =
+            vertices.iter().map(|own| pose * (own * self.unit.unwrap_or_default().mm())).collect();
         let corners: Vec<[Point3<f64>; 3]> =
             triangles.iter().map(|own| own.map(|index| vertices[index as usize])).collect();
         let shapes = pieces_of_mesh(&corners, pieces).or_else(|problem| fault(problem.to_string()))?;
         let (low, high) =
             vertices.iter().fold((vertices[0], vertices[0]), |(low, high), own| (low.inf(own), high.sup(own)));
-        let how = match self.unit {
-            MeshUnit::Mm => "; unit = \"m\" or \"inch\" says so",
-            _ => "",
-        };
-        check_size(0.5 * (high - low).norm(), how, &check_file)?;
+        let radius = 0.5 * (high - low).norm();
+        match self.unit {
+            // What stands in a cell is rarely so small, and in metres often of these numbers.
+            None if radius < SMALLEST_WITHOUT_UNIT_MM => {
+                let problem = format!(
+                    "has numbers within a ball of radius {radius:.3}: are they metres, or millimetres? unit = \"m\", \"mm\" or \"inch\" says so"
+                );
+                return check_file.fail(problem);
+            }
+            None => check_size(radius, "; unit = \"m\" or \"inch\" says so", &check_file)?,
+            Some(_) => check_size(radius, "", &check_file)?,
+        }
         Ok(shapes)
     }
 }

@@ -83,15 +83,29 @@ fn a_mesh_is_read_in_its_unit_and_place() {
 }
 
 #[test]
+fn a_mesh_as_small_as_one_in_metres_is_taken_where_its_unit_is_said() {
+    let small = |unit: &str| format!("name = \"it\"\nshapes = [{{ mesh = {{ file = \"box.stl\"{unit} }} }}]");
+    let read = |_: &str| Ok(box_stl([5.0, 4.0, 3.0], false, false));
+    assert!(body(&small(""), &read).is_err());
+    assert!(body(&small(", unit = \"mm\""), &read).is_ok());
+}
+
+#[test]
+fn a_hull_in_any_plane_is_flat() {
+    let points = "[[0.0, 0.0, 0.0], [90.0, 0.0, 90.0], [0.0, 90.0, 90.0], [90.0, 90.0, 180.0], [30.0, 40.0, 70.0]]";
+    let text = format!("name = \"it\"\nshapes = [{{ hull = {{ points_mm = {points} }} }}]");
+    let said = body(&text, &nothing).unwrap_err().to_string();
+    assert!(said.contains("shapes[0].hull: has its points in a plane"), "{said}");
+}
+
+#[test]
 fn meshes_that_are_none_are_refused() {
     let text = "name = \"it\"\nshapes = [{ mesh = { file = \"box.stl\" } }]";
     for (bytes, expected) in [
         (box_stl([100.0, 200.0, 300.0], true, false), "box.stl is open at the edge from"),
         (box_stl([100.0, 200.0, 300.0], false, true), "box.stl is inside out"),
-        (
-            box_stl([0.1, 0.2, 0.3], false, false),
-            "fits into a ball of 0.187 mm radius: expected millimetres; is it in metres?; unit = \"m\"",
-        ),
+        // A table of 2 m, in metres.
+        (box_stl([2.0, 1.2, 0.5], false, false), "has numbers within a ball of radius 1.193: are they metres"),
         (b"ISO-10303-21;".to_vec(), "box.stl is no STL file"),
         (b"solid nothing\nendsolid nothing\n".to_vec(), "box.stl has 0 triangles"),
     ] {

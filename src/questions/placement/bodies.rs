@@ -42,7 +42,8 @@ impl Evaluator {
         }
         let [a, b] = &nearest.names;
         let reason = match nearest.distance_mm {
-            depth if depth <= 0.0 => format!("{a} and {b} overlap by {:.1} mm on the way there", -depth),
+            depth if depth < -TOUCHING_MM => format!("{a} and {b} overlap by {:.1} mm on the way there", -depth),
+            depth if depth <= 0.0 => format!("{a} and {b} touch on the way there"),
             distance => format!(
                 "{a} and {b} come within {distance:.1} mm of each other on the way there, and {} mm are wanted",
                 found.wanted_mm
@@ -96,5 +97,7 @@ impl Evaluator {
     }
 }
 
+/// Smaller overlaps are told as touching, mm.
+const TOUCHING_MM: f64 = 0.05;
 /// Status of a place at which something is hit.
 const HIT: &str = "hits";

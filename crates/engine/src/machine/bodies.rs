@@ -17,6 +17,8 @@ pub const O_FRAME: usize = 0;
 pub const PLATFORM_FRAME: usize = 1;
 /// Frame on which the workpiece is placed: that of the workpiece carrier, or O without one.
 pub const WORKPIECE_FRAME: usize = 2;
+/// Bodies at most: each is held against each of those that move otherwise.
+const MAX_BODIES: usize = 500;
 /// Frames that every machine has.
 pub(super) const FIXED_FRAMES: usize = 3;
 
@@ -235,11 +237,20 @@ impl Machine {
     pub(super) fn check_body_names(&self) -> Result<()> {
         let check = Check::new(self.definition.origin());
         let bodies: Vec<&MachineBody> = self.listed_bodies().map(|(_, body)| body).collect();
+        if bodies.len() > MAX_BODIES {
+            return check
+                .key("body")
+                .fail(format!("expected at most {MAX_BODIES} bodies in all, got {}", bodies.len()));
+        }
         for (index, body) in bodies.iter().enumerate() {
             let before = bodies[..index].iter().map(|body| body.name.as_str());
             check.key(&body.key).key("name").unique(&body.name, before)?;
         }
         for (index, pair) in self.definition.spec().may_touch.iter().enumerate() {
+            if pair[0] == pair[1] {
+                let problem = format!("is \"{}\" twice: expected two bodies", pair[0]);
+                return check.key("may_touch").item(index).fail(problem);
+            }
             let unknown = pair.iter().find(|name| bodies.iter().all(|body| body.name != **name));
             if let Some(name) = unknown {
                 let known = listed(bodies.iter().map(|body| &body.name));

@@ -93,6 +93,8 @@ pub struct ProcessCell {
 
 /// Name of the stock as a body.
 pub const PART: &str = "part";
+/// Bodies at most: each is held against each of those that move otherwise.
+const MAX_BODIES: usize = 500;
 /// Convex pieces of a stock at most.
 const PIECES: usize = 24;
 
@@ -131,6 +133,9 @@ pub(crate) fn cell(
         let body = part(shape).or_else(|problem| check.root().key("stock").fail(problem))?;
         bodies.push((CellFrame::Part, body));
     }
+    if spec.body.len() > MAX_BODIES {
+        return check.key("body").fail(format!("expected at most {MAX_BODIES} bodies, got {}", spec.body.len()));
+    }
     for (index, own) in spec.body.iter().enumerate() {
         let check = check.key("body").item(index);
         check.key("name").readable(&own.name)?;
@@ -143,6 +148,10 @@ pub(crate) fn cell(
         bodies.extend(spec.resolve(&own.name, 0, Some(&read), &check)?.map(|body| (own.on, body)));
     }
     for (index, pair) in spec.may_touch.iter().enumerate() {
+        if pair[0] == pair[1] {
+            let problem = format!("is \"{}\" twice: expected two bodies", pair[0]);
+            return check.key("may_touch").item(index).fail(problem);
+        }
         if let Some(name) = pair.iter().find(|name| !names.contains(name)) {
             let problem = format!("no body is called \"{name}\"; there are: {}", names.join(", "));
             return check.key("may_touch").item(index).fail(problem);

@@ -307,11 +307,6 @@ pub fn headline(report: &Report<'_>) -> Headline {
     };
     let state = state(report);
     let next = next_step(report, &state);
-    // What hits something is not run, however well it would cut.
-    let (sentence, of_tool) = match hit {
-        Some(hit) => (hit, format!("{sentence} {of_tool}")),
-        None => (sentence, of_tool),
-    };
     let mut headline = Headline::new(sentence, basis)
         .next(next)
         .judged(state, uncertain.is_none())
@@ -321,7 +316,11 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .where_force_is(report.job.process.known_force(&report.job.path))
         .resting_on(&budget(report), &judged(report));
     headline.unsolved = report.verified.unsolved_as_written();
-    headline
+    // What hits something is not run, however well it would cut.
+    match hit {
+        Some(hit) => headline.barred(hit, self::state(report), clearance::MOVE_AWAY),
+        None => headline,
+    }
 }
 
 /// Returns what the verdict rests on.
@@ -333,8 +332,8 @@ pub(super) fn budget(report: &Report<'_>) -> Budget {
     let uncertainty = job.uncertainty.as_deref().filter(|_| report.verified.spread.is_some());
     let open_backlash_mm = report.findings.play.open_mm();
     let fastest_mm_per_s = job.path.largest_cutting_feed_mm_per_min().map(|own| own / 60.0);
-    Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: true }
-        .budget(&job.process.verdict)
+    let basis = Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: true };
+    clearance::in_budget(basis.budget(&job.process.verdict), report.findings.clearance.as_ref())
 }
 
 /// Returns what the verdict rests on as a table.
@@ -634,7 +633,6 @@ fn first_sentence(report: &Report<'_>) -> String {
 /// Returns what to do next.
 fn next_step(report: &Report<'_>, verdict: &Verdict) -> String {
     match verdict.state {
-        _ if report.findings.hits() => clearance::MOVE_AWAY.into(),
         _ if report.findings.outside.outside() > 0 && verdict.state == State::Bad => {
             "do not load the program: move the workpiece until all of its path is inside the workspace box, and compute again.".into()
         }

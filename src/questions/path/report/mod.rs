@@ -99,6 +99,8 @@ impl Answered for PathStudy {
         }
         let budget = text::budget(&summary);
         let of_verdict = text::of_verdict(&summary, &budget);
+        // As of a program that hits something: what must not be done is no answer.
+        output.is_answered = Some(false).filter(|_| summary.hits());
         output.tables.push((BUDGET.into(), of_verdict.table()));
         output.figures.extend(of_verdict.figure().filter(|_| run.figures).map(|own| (BUDGET.into(), own)));
         output.summary[BUDGET] = of_verdict.json();

@@ -12,7 +12,11 @@ use crate::{
         path::{MethodAlongPath, PathPart, PathSpread, PathStudy, PointEffect, Shown},
         spread_report::{self, SpreadCounts, WithSpread},
     },
-    simulation::{BySource, Source, along_path::length_of_point, clearance::PathClearance},
+    simulation::{
+        BySource, Source,
+        along_path::length_of_point,
+        clearance::{ClearanceState, PathClearance},
+    },
 };
 
 /// Extremes and counts of one source of error along the path.
@@ -115,6 +119,11 @@ impl<'a> Summary<'a> {
     /// Sets the distribution of the largest distance from the path.
     pub fn add_whole(&mut self, spread: &Option<PathSpread>) {
         self.whole.clone_from(spread);
+    }
+
+    /// Returns whether bodies hit along the path.
+    pub fn hits(&self) -> bool {
+        self.clearance.as_ref().is_some_and(|own| own.state == ClearanceState::Hit)
     }
 
     /// Sets how near bodies come.

@@ -336,7 +336,8 @@ pub(super) fn budget(summary: &Summary<'_>) -> Budget {
     let uncertainty = study.uncertainty.as_deref().filter(|_| summary.whole.is_some());
     let open_backlash_mm = summary.play.open_mm();
     let fastest_mm_per_s = study.fastest_mm_per_s;
-    Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: false }.budget(verdict)
+    let basis = Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: false };
+    clearance::in_budget(basis.budget(verdict), summary.clearance.as_ref())
 }
 
 /// Returns what the verdict rests on, with what is judged.

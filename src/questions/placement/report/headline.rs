@@ -108,7 +108,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
         .with_cautions(&not_corrected(evaluation))
         .with_numbers(numbers)
         .where_force_is(known_force(study))
-        .resting_on(&budget(study, entry), &judged(study, entry, evaluation))
+        .resting_on(&budget(results, entry), &judged(study, entry, evaluation))
 }
 
 /// Returns what to do next: search farther where the search or the machine ended at the best place, else cut there.
@@ -216,7 +216,7 @@ pub fn cautions_text(study: &PlacementStudy) -> String {
 /// Returns what the verdict on the best place rests on, with what is judged there; `None` where nothing can be cut.
 pub(super) fn of_verdict<'a>(results: &'a PlacementResults, budget: &'a mut Budget) -> Option<OfVerdict<'a>> {
     let (study, (entry, evaluation)) = (&results.study, best_entry(results)?);
-    *budget = self::budget(study, entry);
+    *budget = self::budget(results, entry);
     let worst = worst_judged(budget, &judged(study, entry, evaluation));
     let compensated =
         entry.spread.as_ref().filter(|_| !study.has_limits()).and_then(|own| own.largest.compensated.as_ref());
@@ -225,7 +225,8 @@ pub(super) fn of_verdict<'a>(results: &'a PlacementResults, budget: &'a mut Budg
 }
 
 /// Returns what the verdict rests on: of several features, what is known worst.
-fn budget(study: &PlacementStudy, entry: &Entry) -> Budget {
+fn budget(results: &PlacementResults, entry: &Entry) -> Budget {
+    let PlacementResults { study, clearance, .. } = results;
     let of = |job: &FeatureJob| {
         let known = job.force_text.known;
         let force = (largest_force_n(job) > 0.0 || known != KnownForce::Everywhere).then_some(known);
@@ -237,7 +238,9 @@ fn budget(study: &PlacementStudy, entry: &Entry) -> Budget {
         Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: false }
             .budget(&job.verdict)
     };
-    study.features.iter().map(of).reduce(Budget::worse).unwrap_or_default()
+    let of_bodies = |(budget, own): (Budget, &Option<PathClearance>)| clearance::in_budget(budget, own.as_ref());
+    let all = study.features.iter().map(of).zip(clearance.iter().chain(std::iter::repeat(&None))).map(of_bodies);
+    all.reduce(Budget::worse).unwrap_or_default()
 }
 
 /// Returns the distances from the path by which a place is judged, mm, with their tolerances: of all features together where inputs are uncertain, else of each.
