@@ -82,7 +82,7 @@ fn a_body_needs_a_name_of_its_own_and_shapes_in_millimetres() {
     let text = with_bodies(catalogue::find("kr270").unwrap().toml);
     for (from, to, expected) in [
         ("\"part 2\"", "\"part 1\"", "chain[0].elements[5].body.name: \"part 1\" is used twice"),
-        ("radius_mm = 40.0", "radius_mm = 0.0", "radius_mm: must be a number above 0"),
+        ("radius_mm = 40.0", "radius_mm = 0.0", "radius_mm: must be greater than 0, got 0"),
         ("radius_mm = 40.0", "radius_mm = 0.04", "from"),
         ("\"given\"", "\"measured\"", "unknown variant `measured`"),
         (
