@@ -84,13 +84,13 @@ fn a_body_needs_a_name_of_its_own_and_shapes_in_millimetres() {
         ("\"part 2\"", "\"part 1\"", "chain[0].elements[5].body.name: \"part 1\" is used twice"),
         ("radius_mm = 40.0", "radius_mm = 0.0", "radius_mm: must be greater than 0, got 0"),
         ("radius_mm = 40.0", "radius_mm = 0.04", "from"),
-        ("\"given\"", "\"measured\"", "unknown variant `measured`"),
+        ("\"given\"", "\"measured\"", "unknown value `measured`"),
         (
             "size_mm = [80.0, 90.0, 200.0]",
             "size_mm = [0.08, 0.09, 0.2]",
             "platform.body[0].shapes[0].box: fits into a ball of 0.117 mm radius",
         ),
-        ("shapes = [{ box", "shape = [{ box", "unknown field `shape`"),
+        ("shapes = [{ box", "shape = [{ box", "unknown"),
     ] {
         let result = Machine::from_toml(&text.replacen(from, to, 1), "kr270");
         if expected == "from" {
