@@ -24,17 +24,23 @@ use crate::{
     simulation::clearance::PathClearance,
 };
 
+/// Returns how many places the search looked at, and at how many of them the workpiece cannot be cut.
+fn searched_text(results: &PlacementResults) -> String {
+    let [_, pruned, infeasible] = verdict_counts(results);
+    let mut searched = counted(results.cells.len(), "place");
+    if pruned > 0 {
+        searched += &format!(", {pruned} of them ruled out early");
+    }
+    if infeasible > 0 {
+        searched += &format!(", at {infeasible} of them the workpiece cannot be cut");
+    }
+    searched
+}
+
 /// Returns the first screen: one sentence, key numbers and cautions.
 pub(super) fn headline(results: &PlacementResults) -> Headline {
     let study = &results.study;
-    let [_, pruned, infeasible] = verdict_counts(results);
-    let mut basis = counted(results.cells.len(), "place");
-    if pruned > 0 {
-        basis += &format!(", {pruned} of them ruled out early");
-    }
-    if infeasible > 0 {
-        basis += &format!(", at {infeasible} of them the workpiece cannot be cut");
-    }
+    let mut basis = searched_text(results);
     let Some((entry, evaluation)) = best_entry(results) else {
         let sentences = infeasible_text(results);
         let (first, rest) = sentences.split_once('\n').unwrap_or((&sentences, ""));
