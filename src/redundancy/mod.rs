@@ -27,7 +27,7 @@ pub use lattice::DeadEnd;
 pub use nodes::Infeasible;
 pub(crate) use nodes::Node;
 pub(crate) use turnable::check;
-pub use turnable::{BranchMachine, GammaProblem};
+pub use turnable::{BranchMachine, BranchMachines, GammaProblem};
 
 use self::{
     knots::{Knot, find_knots},
@@ -165,10 +165,14 @@ fn search_along(path: RotatablePath<'_>, work: &Work) -> Result<FoundGamma> {
     Ok(FoundGamma { as_programmed, best_constant, best, on_lattice, refused: path.refused, counted, leaves_box })
 }
 
-/// Values of γ on the lattice (rad) at which the machine reaches every point of the path, each on its own, least cost first; with γ = 0 if
-/// it is in range. The inner `Err` is the first point up to which none is left; `Err` if the machine cannot rotate its tool freely, or from `work`.
-pub fn gammas_by_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<Vec<f64>, DeadEnd>> {
-    let path = RotatablePath::new(problem)?;
+/// Values of γ on the lattice (rad) at which the machine, on each branch as in `machines`, reaches every point of the path, each on its own, least
+/// cost first; with γ = 0 if it is in range. The inner `Err` is the first point up to which none is left; `Err` if the machine cannot rotate its tool freely, or from `work`.
+pub fn gammas_by_cost(
+    problem: GammaProblem<'_>,
+    machines: &BranchMachines,
+    work: &Work,
+) -> Result<std::result::Result<Vec<f64>, DeadEnd>> {
+    let path = RotatablePath::on(problem, machines)?;
     let [low, high] = problem.settings.range_deg;
     let mut gammas = path.gammas();
     if (low..=high).contains(&0.0) && !gammas.contains(&0.0) {
@@ -223,7 +227,7 @@ pub(crate) fn infeasible_step(
 
 /// The path of `problem` with all its platform orientations rotated by `gamma` (rad) about the tool axis. `Err` if the machine cannot do so.
 pub fn rotated_by(problem: GammaProblem<'_>, gamma: f64) -> Result<CutPath> {
-    let path = RotatablePath::new(problem)?;
+    let path = RotatablePath::on(problem, &BranchMachines::default())?;
     Ok(path.rotated(&vec![gamma; path.points().len()]))
 }
 

@@ -244,7 +244,7 @@ fn postures(
     gammas: &[f64],
     tasks: &[TaskPoint],
 ) -> Vec<Vec<Result<Configuration, Infeasible>>> {
-    match path.on_branches.as_slice() {
+    match &path.on_branches[..] {
         [only] if only.branch.is_none() => vec![track(only, gammas, tasks)],
         on_branches => {
             let mut found: Vec<Vec<_>> = vec![vec![Err(Infeasible::Unreachable); tasks.len()]; on_branches.len()];

@@ -1,6 +1,6 @@
 //! A path whose tool may be rotated about its axis: the task point of each point and γ, and the branches of the machine.
 
-use std::f64::consts::TAU;
+use std::{f64::consts::TAU, sync::Arc};
 
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 
@@ -43,17 +43,23 @@ pub struct BranchMachine {
     pub(super) machines: Machines,
 }
 
-/// Branches left out, and why.
-pub(super) type Refused = Vec<(Branch, String)>;
+/// The machine on each branch, whatever path it follows.
+#[derive(Debug, Clone, Default)]
+pub struct BranchMachines {
+    /// Those that have a home, in the order of [`Branch::ALL`].
+    pub(super) found: Arc<[BranchMachine]>,
+    /// Branches left out, and why.
+    pub(super) refused: Vec<(Branch, String)>,
+}
 
 /// A path that is checked to be rotatable about its tool axis, and its machines.
 #[derive(Debug)]
 pub(super) struct RotatablePath<'a> {
     pub problem: GammaProblem<'a>,
     /// The machine on each branch, in the order of [`Branch::ALL`].
-    pub on_branches: Vec<BranchMachine>,
+    pub on_branches: Arc<[BranchMachine]>,
     /// Branches left out, and why.
-    pub refused: Refused,
+    pub refused: Vec<(Branch, String)>,
     /// Whether γ at which P leaves the machine's workspace box are infeasible.
     pub keeps_box: bool,
     /// Full turn of each drive, rad; `None` for a linear drive.
@@ -125,7 +131,13 @@ pub(crate) fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -
 impl<'a> RotatablePath<'a> {
     /// Checks the problem and prepares the machine on each branch. `Err` says why the machine cannot rotate its tool freely.
     pub fn new(problem: GammaProblem<'a>) -> Result<Self> {
-        let GammaProblem { machine, errors, placement, path, .. } = problem;
+        check(problem.machine, problem.placement, problem.path)?;
+        Self::on(problem, &BranchMachines::new(problem.machine, problem.errors)?)
+    }
+
+    /// Checks the problem, of which `machines` are the machine on each branch. `Err` as [`RotatablePath::new`].
+    pub fn on(problem: GammaProblem<'a>, machines: &BranchMachines) -> Result<Self> {
+        let GammaProblem { machine, placement, path, .. } = problem;
         check(machine, placement, path)?;
         let placed = placement.place(machine);
         let workpiece = placed.workpiece().rotation;
@@ -134,11 +146,10 @@ impl<'a> RotatablePath<'a> {
                 point.orientation.as_ref().map_or(placed, |orientation| placed.with_tool_orientation(orientation));
             workpiece.tr_mul(there.orientation())
         };
-        let (on_branches, refused) = branch_machines(machine, errors)?;
         Ok(Self {
             problem,
-            on_branches,
-            refused,
+            on_branches: machines.found.clone(),
+            refused: machines.refused.clone(),
             keeps_box: false,
             full_turns: machine.full_turns().collect(),
             axis: Unit::new_normalize(machine.tool_axes.column(2).into_owned()),
@@ -220,26 +231,28 @@ impl<'a> RotatablePath<'a> {
     }
 }
 
-/// The machine on each branch, and the branches that have no home, with the reason. `Err` if `errors` do not fit the machine.
-fn branch_machines(machine: &Machine, errors: &[ChainError]) -> Result<(Vec<BranchMachine>, Refused)> {
-    let on_branch = |branch, machine: Machine| -> Result<BranchMachine> {
-        Ok(BranchMachine { branch, machines: Machines::new(&machine, errors)?, machine })
-    };
-    let branches = machine.branch.map_or_else(|| Branch::ALL.to_vec(), |branch| vec![branch]);
-    if machine.branch_of(&machine.home).is_none() {
-        return Ok((vec![on_branch(None, machine.clone())?], Vec::new()));
-    }
-    let (mut on_branches, mut refused) = (Vec::new(), Vec::new());
-    for branch in branches {
-        let machine_there = match machine.branch {
-            Some(_) => Ok(machine.clone()),
-            None => machine.on_branch(branch),
+impl BranchMachines {
+    /// Puts `machine` on each branch. `Err` if `errors` do not fit it.
+    pub fn new(machine: &Machine, errors: &[ChainError]) -> Result<Self> {
+        let on_branch = |branch, machine: Machine| -> Result<BranchMachine> {
+            Ok(BranchMachine { branch, machines: Machines::new(&machine, errors)?, machine })
         };
-        match machine_there.and_then(|machine| on_branch(Some(branch), machine)) {
-            Ok(found) => on_branches.push(found),
-            Err(Error::Argument { problem, .. }) => refused.push((branch, problem)),
-            Err(other) => return Err(other),
+        let branches = machine.branch.map_or_else(|| Branch::ALL.to_vec(), |branch| vec![branch]);
+        if machine.branch_of(&machine.home).is_none() {
+            return Ok(Self { found: [on_branch(None, machine.clone())?].into(), refused: Vec::new() });
         }
+        let (mut found, mut refused) = (Vec::new(), Vec::new());
+        for branch in branches {
+            let machine_there = match machine.branch {
+                Some(_) => Ok(machine.clone()),
+                None => machine.on_branch(branch),
+            };
+            match machine_there.and_then(|machine| on_branch(Some(branch), machine)) {
+                Ok(own) => found.push(own),
+                Err(Error::Argument { problem, .. }) => refused.push((branch, problem)),
+                Err(other) => return Err(other),
+            }
+        }
+        Ok(Self { found: found.into(), refused })
     }
-    Ok((on_branches, refused))
 }

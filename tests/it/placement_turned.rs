@@ -103,6 +103,24 @@ fn a_place_of_today_is_as_programmed_and_as_clamped() {
 }
 
 #[test]
+fn no_place_next_to_the_best_one_is_better_at_its_own_turn() {
+    let results = results("best_constant", "worst_deflection", "");
+    let best = results.best.as_ref().unwrap();
+    let evaluator = Evaluator::new(&results.study, &results.study.objective.metrics());
+    // As far away as the last steps to it were: what ruled places out there was a bound.
+    for (coordinate, by) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0), (0, 8.0), (1, 8.0), (0, -8.0), (1, -8.0)] {
+        let mut site = best.site;
+        site.0[coordinate] += by;
+        if (0..2).any(|i| !(results.study.bounds.low[i]..=results.study.bounds.high[i]).contains(&site.0[i])) {
+            continue;
+        }
+        let Ok(there) = evaluator.evaluate(&site) else { continue };
+        let value = results.study.objective.value(&there.metrics);
+        assert!(value >= best.value * (1.0 - 1e-3), "{value} {} {coordinate} {by}", best.value);
+    }
+}
+
+#[test]
 fn coarse_to_fine_is_exact_with_turns_and_parts() {
     for objective in ["worst_across_path", "rms_across_surface"] {
         let [exact, fast] = ["coarse_to_fine = false", "coarse_to_fine = true"]

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     PlacementStudy,
-    metric::{Metric, Metrics},
+    metric::{Metric, Metrics, Objective},
     site::Site,
     tally::{Needs, PointValues, ResidualTally, Tally},
     uncertain,
@@ -26,6 +26,7 @@ use crate::{
     machine::{Configuration, Machine},
     process::RedundancyCost,
     questions::placement::FeatureJob,
+    redundancy::BranchMachines,
     simulation::{
         Failure, Machines, along_path::length_of_point, spread::DrawnMachines, tasks::tasks_under, within_limits,
     },
@@ -72,6 +73,8 @@ pub(super) struct PreparedFeature {
     pub(super) levels: Vec<Vec<usize>>,
     /// Force limit of each drive, N or N·mm; infinite where there is none.
     force_limits: Vec<f64>,
+    /// Its machine on each branch, where γ is sought; `Err` says why there are none.
+    pub(super) branches: std::result::Result<BranchMachines, String>,
 }
 
 /// Evaluation of a placement up to some level.
@@ -439,6 +442,22 @@ impl Evaluator {
         work.part("evaluate").piece(&site.0, |_| 0, || Ok(self.evaluate(site))).unwrap_or_else(stopped_failure)
     }
 
+    /// Evaluates `site` as [`Evaluator::evaluate_below`] does for the `objective`, as a piece of `work`; `None` too if that is stopped.
+    pub(super) fn evaluate_better_in_work(
+        &self,
+        work: &Work,
+        site: &Site,
+        objective: &Objective,
+        below: f64,
+    ) -> Option<Evaluation> {
+        let value = |metrics: &Metrics| objective.value(metrics);
+        let compute = || match *objective != self.study.objective || self.may_be_below(site, below) {
+            true => Ok(self.evaluate_below(site, &value, below)),
+            false => Ok(None),
+        };
+        work.part("below").piece(&(site.0, below), |_| 0, compute).ok().flatten()
+    }
+
     /// Evaluates `site` as [`Evaluator::evaluate_below`] does, as a piece of `work`; `None` too if that is stopped.
     pub(super) fn evaluate_below_in_work(
         &self,
@@ -605,6 +624,12 @@ fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64
         is_counted,
         counted,
         force_limits: study.machine.drives().map(|(_, drive)| limit(drive)).collect(),
+        branches: match &job.gamma_search {
+            Some(own) if own.is_sought() => {
+                BranchMachines::new(job.machine(), &job.tracked.errors).map_err(|error| error.to_string())
+            }
+            _ => Ok(BranchMachines::default()),
+        },
     }
 }
 

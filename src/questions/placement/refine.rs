@@ -184,8 +184,7 @@ impl RefinementSearch<'_> {
         let start = (refinement.site, refinement.value);
         let mut best = None;
         let (site, value) = pattern_search(self.study, start, POLISH, f64::NEG_INFINITY, |site, below| {
-            let evaluation =
-                self.evaluator.evaluate_below_in_work(self.work, site, &|metrics| self.objective.value(metrics), below);
+            let evaluation = self.evaluator.evaluate_better_in_work(self.work, site, self.objective, below);
             let Some(metrics) = evaluation.map(|evaluation| evaluation.metrics) else { return f64::INFINITY };
             let value = self.objective.value(&metrics);
             if value < below {

@@ -21,7 +21,7 @@ use crate::{
     input::error::Error,
     machine::Configuration,
     process::{CutPath, Placement, RedundancySettings},
-    redundancy::{GammaProblem, gammas_by_cost, infeasible_step, rotated_by},
+    redundancy::{BranchMachines, GammaProblem, gammas_by_cost, infeasible_step, rotated_by},
     simulation::{Failure, tasks::tasks_under},
     toolpath::{PathPoint, Toolpath},
     work::Work,
@@ -61,7 +61,12 @@ impl FeatureJob {
     }
 
     /// Returns the values of γ, rad, feasible at [`TRIED`] points of the path, the smallest residual error first. `Err` if there are none.
-    fn feasible_gammas(&self, settings: &RedundancySettings, site: &Site) -> Result<Vec<f64>, Failure> {
+    fn feasible_gammas(
+        &self,
+        settings: &RedundancySettings,
+        machines: &BranchMachines,
+        site: &Site,
+    ) -> Result<Vec<f64>, Failure> {
         let feature = &self.feature;
         let points = feature.path.points();
         let cuts = |point: &PathPoint| point.cutting;
@@ -76,7 +81,7 @@ impl FeatureJob {
         let loads: Vec<_> = chosen.iter().map(|k| feature.loads[*k]).collect();
         let placement = site.placement(feature.reference);
         let problem = GammaProblem { path: &path, loads: &loads, ..self.gamma_problem(settings, &placement) };
-        match gammas_by_cost(problem, &Work::default()) {
+        match gammas_by_cost(problem, machines, &Work::default()) {
             // As γ is printed.
             Ok(Ok(gammas)) => Ok(gammas
                 .into_iter()
@@ -140,9 +145,30 @@ impl Evaluator {
         if known.is_some() {
             return known;
         }
-        let found = job.feasible_gammas(settings, site).and_then(|gammas| self.best_gamma(&gammas, site, f));
+        let gammas = self.feasible_gammas(settings, site, f);
+        let found = gammas.and_then(|gammas| self.best_gamma(&gammas, site, f));
         self.gammas.0.lock().unwrap_or_else(PoisonError::into_inner).insert(key, found.clone());
         Some(found)
+    }
+
+    /// Returns the values of γ of feature `f` at `site` to try, rad, as [`FeatureJob::feasible_gammas`].
+    fn feasible_gammas(&self, settings: &RedundancySettings, site: &Site, f: usize) -> Result<Vec<f64>, Failure> {
+        let machines = self.features[f].branches.as_ref().map_err(|problem| no_gamma(problem.clone()))?;
+        self.study.features[f].feasible_gammas(settings, machines, site)
+    }
+
+    /// Returns whether the objective of the study may be less than `below` at `site`: false where it is not at any γ, with the workpiece exactly
+    /// there, which only bounds find faster than the best γ.
+    pub(super) fn may_be_below(&self, site: &Site, below: f64) -> bool {
+        // The objective of all features is not known from that of each.
+        let ([job], true) = (&self.study.features[..], below.is_finite()) else { return true };
+        let Some(settings) = job.gamma_search.as_ref().filter(|own| own.is_sought()) else { return true };
+        let Ok(gammas) = self.feasible_gammas(settings, site, 0) else { return false };
+        gammas.iter().any(|gamma| {
+            let Ok(tasks) = job.tasks_at_gamma(site, *gamma) else { return false };
+            let is_within = self.check_feature_workspace(0, &tasks).is_ok();
+            is_within && matches!(self.value_at_gamma(site, 0, &tasks, below), Ok(Some(_)))
+        })
     }
 
     /// Returns which of `gammas`, rad, has the least objective, first of those that keep the workspace box. `Err` if it can be cut at none.
