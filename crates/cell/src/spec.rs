@@ -127,10 +127,11 @@ const MAX_POINTS: usize = 10_000;
 const MAX_SHAPES: usize = 1000;
 /// A body within a ball of this radius is one in a wrong unit, mm.
 const SMALLEST_MM: f64 = 1.0;
-/// A mesh within a ball of this radius must name its unit, mm.
-const SMALLEST_WITHOUT_UNIT_MM: f64 = 10.0;
 /// And one that is in no ball of this radius.
 const LARGEST_MM: f64 = 1e6;
+/// A mesh within a ball of this radius must name its unit, mm.
+const SMALLEST_WITHOUT_UNIT_MM: f64 = 10.0;
+
 /// Returns the bytes of a file that a mesh names.
 pub type ReadMesh<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>>;
 
