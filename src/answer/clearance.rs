@@ -5,15 +5,12 @@ use kinetostat_budget::{Budget, Cause, Entry, Mark};
 use crate::{
     files::words::{capitalised, counted, join_text, millimetres},
     page::headline::{State, Verdict},
-    simulation::clearance::{ClearanceState, NearestBodies, PathClearance},
+    simulation::clearance::{ClearanceState, NearestBodies, PathClearance, TOUCHING_MM},
 };
 
 /// What to do next where bodies hit.
 pub const MOVE_AWAY: &str =
     "move workpiece, clamps or approach until nothing is hit, and compute again: do not run the path.";
-
-/// Distances of which the tenth of a millimetre that is printed is 0 are told as touching, mm.
-const TOUCHING_MM: f64 = 0.05;
 
 /// Returns `budget` with what is known of bodies, which it then asks about.
 #[must_use]
@@ -40,27 +37,6 @@ pub fn verdict(clearance: &PathClearance) -> Option<Verdict> {
     let [a, b] = &nearest.names;
     let hits = if nearest.distance_mm <= TOUCHING_MM { "hits" } else { "comes too near to" };
     Some(Verdict::new(State::Bad, format!("{a} {hits} {b}")))
-}
-
-/// Returns the first sentence where bodies hit; `place` describes a point of the path. `None` where none was found to.
-#[must_use]
-pub fn first_sentence(clearance: &PathClearance, place: impl Fn(usize) -> String) -> Option<String> {
-    let nearest = clearance.nearest.as_ref().filter(|_| clearance.state == ClearanceState::Hit)?;
-    let NearestBodies { names: [a, b], distance_mm, is_assumed, point, .. } = nearest;
-    let assumed = if *is_assumed { ", as far as their assumed shapes say" } else { "" };
-    let place = place(*point);
-    Some(match *distance_mm {
-        depth if depth < -TOUCHING_MM => {
-            format!("{a} and {b} overlap by up to {:.1} mm on the way to {place}{assumed}.", -depth)
-        }
-        depth if depth <= TOUCHING_MM && clearance.wanted_mm <= TOUCHING_MM => {
-            format!("{a} and {b} touch on the way to {place}{assumed}.")
-        }
-        distance => format!(
-            "{a} and {b} come within {distance:.1} mm of each other on the way to {place}, and {} mm are wanted{assumed}.",
-            clearance.wanted_mm
-        ),
-    })
 }
 
 /// Returns what is known of the distances of bodies where none hits, and what is not, in sentences.

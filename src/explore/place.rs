@@ -38,9 +38,9 @@ pub struct PlaceResult {
     pub failure: Option<Failure>,
     /// Where the path leaves the machine's workspace box, if it does.
     pub outside_workspace: Option<Failure>,
-    /// Metrics of the place, over the evaluated and feasible points only.
+    /// Metrics with the workpiece exactly there, over the evaluated and feasible points only.
     pub metrics: Vec<MetricShown>,
-    /// Objective over all points; `None` if points were left out or the place is infeasible.
+    /// Objective over all points, the worst of where the workpiece may be clamped; `None` if points were left out or the place is infeasible.
     pub objective: Option<f64>,
     /// The machine at one point; `None` if it has no equilibrium there.
     pub machine: Option<MachineAt>,
@@ -97,9 +97,10 @@ impl Explorer {
         let stride = request.most.map_or(1, |most| stride(&study.features, most));
         let PlaceResults { features, outcome, known } = evaluator.solve_points(&site, stride);
         let (failure, outside_workspace, metrics) = match &outcome {
-            Ok(evaluation) => (None, evaluation.outside_workspace.clone(), evaluation.metrics),
+            Ok(evaluation) => (None, evaluation.outside_workspace.clone(), evaluation.as_placed),
             Err(failure) => (Some(failure.clone()), None, known),
         };
+        let objective = outcome.as_ref().ok().map(|evaluation| study.objective.value(&evaluation.metrics));
         let is_complete = stride == 1 && failure.is_none();
         let errors = features.iter().enumerate().flat_map(|(f, points)| {
             points.iter().filter_map(move |point| Some(([f, point.index], point.before_mm?.norm_squared())))
@@ -122,7 +123,7 @@ impl Explorer {
             failure,
             outside_workspace,
             metrics: shown_metrics(&metrics, &study.machine),
-            objective: is_complete.then(|| study.objective.value(&metrics)).filter(|value| value.is_finite()),
+            objective: objective.filter(|value| is_complete && value.is_finite()),
             machine,
         })
     }

@@ -31,6 +31,14 @@ impl CutPath {
         self.map(|path| path.with_platforms(platforms))
     }
 
+    /// Returns a path of these points of it alone, indices in path order.
+    #[must_use]
+    pub(crate) fn at_points(&self, points: &[usize]) -> Self {
+        let engagements = points.iter().filter_map(|&k| self.engagements.get(k).copied()).collect();
+        let own = Toolpath::assemble(points.iter().map(|&k| self.path.points()[k]).collect());
+        Self { path: own.with_external_axes(self.path.external_axes()), engagements }
+    }
+
     /// Returns the same path with its points as `change` makes them of those there are.
     #[must_use]
     pub(crate) fn map(self, change: impl FnOnce(Toolpath) -> Toolpath) -> Self {

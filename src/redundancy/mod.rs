@@ -165,13 +165,25 @@ fn search_along(path: RotatablePath<'_>, work: &Work) -> Result<FoundGamma> {
     Ok(FoundGamma { as_programmed, best_constant, best, on_lattice, refused: path.refused, counted, leaves_box })
 }
 
-/// Values of γ on the lattice (rad) at which the machine, on each branch as in `machines`, reaches every point of the path, each on its own, least
-/// cost first; with γ = 0 if it is in range. The inner `Err` is the first point up to which none is left; `Err` if the machine cannot rotate its tool freely, or from `work`.
-pub fn gammas_by_cost(
+/// A constant γ with which the machine reaches every point of a path, each on its own.
+#[derive(Debug, Clone)]
+pub struct ReachedGamma {
+    /// The γ, rad.
+    pub gamma: f64,
+    /// Whether it does so on the branch of home, or has no branches.
+    pub is_at_home: bool,
+    /// Its cost at each point, mm.
+    pub costs_mm: Vec<f64>,
+}
+
+/// Values of γ on the lattice with which the machine, on a branch as in `machines`, reaches every point of the path, each on its own; on the
+/// branch of home where that reaches it; with γ = 0 if it is in range. The inner `Err` is the first point up to which none is left; `Err` if the
+/// machine cannot rotate its tool freely, or from `work`.
+pub fn reached_gammas(
     problem: GammaProblem<'_>,
     machines: &BranchMachines,
     work: &Work,
-) -> Result<std::result::Result<Vec<f64>, DeadEnd>> {
+) -> Result<std::result::Result<Vec<ReachedGamma>, DeadEnd>> {
     let path = RotatablePath::on(problem, machines)?;
     let [low, high] = problem.settings.range_deg;
     let mut gammas = path.gammas();
@@ -179,27 +191,36 @@ pub fn gammas_by_cost(
         gammas.push(0.0);
     }
     let mut solver = Solver::new(&path);
-    let mut costs = vec![Some(0.0f64); gammas.len() * path.on_branches.len()];
-    for k in 0..path.points().len() {
-        work.check()?;
-        let nodes = solver.layer(k, &gammas);
-        for (cost, node) in costs.iter_mut().zip(&nodes) {
-            let so_far = cost.zip(node.ok().map(|at| at.cost_mm));
-            *cost = so_far.map(|(so_far, here)| match problem.settings.objective {
-                _ if !path.is_counted(k) => so_far,
-                RedundancyObjective::Rms => so_far + here * here,
-                RedundancyObjective::Worst => so_far.max(here),
+    let home = path.home_branch();
+    let (mut found, mut farthest): (Vec<ReachedGamma>, usize) = (Vec::new(), 0);
+    // Paths stay on the branch of home where they can, and most γ need no other.
+    for branch in home.into_iter().chain((0..path.on_branches.len()).filter(|own| Some(*own) != home)) {
+        let is_at_home = Some(branch) == home;
+        let untried = gammas.iter().filter(|gamma| !found.iter().any(|known| known.gamma == **gamma));
+        let mut open: Vec<ReachedGamma> =
+            untried.map(|&gamma| ReachedGamma { gamma, is_at_home, costs_mm: Vec::new() }).collect();
+        for k in 0..path.points().len() {
+            if open.is_empty() {
+                break;
+            }
+            work.check()?;
+            farthest = farthest.max(k);
+            let tried: Vec<f64> = open.iter().map(|own| own.gamma).collect();
+            let mut nodes = solver.nodes_on_branch(k, branch, &tried).into_iter();
+            open.retain_mut(|own| match nodes.next() {
+                Some(Ok(node)) => {
+                    own.costs_mm.push(node.cost_mm);
+                    true
+                }
+                _ => false,
             });
         }
-        if costs.iter().all(Option::is_none) {
-            return Ok(Err(DeadEnd::at(k, &nodes)));
-        }
+        found.extend(open);
     }
-    let least = |costs: &[Option<f64>]| costs.iter().flatten().copied().reduce(f64::min);
-    let by_gamma = gammas.into_iter().zip(costs.chunks(path.on_branches.len()).map(least));
-    let mut found: Vec<(f64, f64)> = by_gamma.filter_map(|(gamma, cost)| Some((cost?, gamma))).collect();
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(Ok(found.into_iter().map(|(_, gamma)| gamma).collect()))
+    if found.is_empty() {
+        return Ok(Err(DeadEnd::at(farthest, &solver.layer(farthest, &gammas))));
+    }
+    Ok(Ok(found))
 }
 
 /// Why the machine cannot stand at the point `here` or cannot move there from the point `before`: margins to travel limits and singularities,

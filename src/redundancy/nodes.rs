@@ -94,7 +94,8 @@ pub(super) fn map_points<T: Send>(
 #[derive(Debug)]
 pub(super) struct Solver<'a> {
     path: &'a RotatablePath<'a>,
-    branches: Vec<SolvedBranch>,
+    /// `None` where nothing was solved so far.
+    branches: Vec<Option<SolvedBranch>>,
 }
 
 /// What a thread solves on a branch with.
@@ -108,20 +109,24 @@ struct SolvedBranch {
     calibrated: Option<Vec<i8>>,
 }
 
+impl SolvedBranch {
+    /// Makes the solvers of the machine on its branch.
+    fn new(BranchMachine { machine, machines, .. }: &BranchMachine) -> Self {
+        let source = crate::simulation::Source::All;
+        let rests = machine.zeroed == ZeroState::AtRest && machine.own_load_text().is_some();
+        let calibrated = || sides_as_calibrated(machine, machines.unloaded(), &machine.home);
+        Self {
+            batch: machines.batch(source),
+            unloaded: rests.then(|| Batch::new(machines.unloaded())),
+            calibrated: has_play(machines.actual(source)).then(calibrated),
+        }
+    }
+}
+
 impl<'a> Solver<'a> {
     /// Prepares a solver for the branches of `path`.
     pub fn new(path: &'a RotatablePath<'a>) -> Self {
-        let source = crate::simulation::Source::All;
-        let branches = path.on_branches.iter().map(|BranchMachine { machine, machines, .. }| {
-            let rests = machine.zeroed == ZeroState::AtRest && machine.own_load_text().is_some();
-            let calibrated = || sides_as_calibrated(machine, machines.unloaded(), &machine.home);
-            SolvedBranch {
-                batch: machines.batch(source),
-                unloaded: rests.then(|| Batch::new(machines.unloaded())),
-                calibrated: has_play(machines.actual(source)).then(calibrated),
-            }
-        });
-        Self { path, branches: branches.collect() }
+        Self { path, branches: path.on_branches.iter().map(|_| None).collect() }
     }
 
     /// Solves path point `k` at each of `gammas` (rad) on all branches: nodes γ by γ, the branches of each.
@@ -164,7 +169,8 @@ impl<'a> Solver<'a> {
         let found: Vec<_> = found.into_iter().zip(tasks).map(check).collect();
         let at: Vec<(&TaskPoint, &Configuration)> =
             tasks.iter().zip(&found).filter_map(|(task, at)| at.as_ref().ok().map(|at| (task, at))).collect();
-        let SolvedBranch { batch, unloaded, calibrated } = &mut self.branches[branch];
+        let SolvedBranch { batch, unloaded, calibrated } =
+            self.branches[branch].get_or_insert_with(|| SolvedBranch::new(on_branch));
         let commands: Vec<Vec<f64>> = at.iter().map(|(_, at)| at.drives.clone()).collect();
         let mut loaded =
             stable_equilibria(on_branch, batch, at.iter().map(|(task, at)| (task.load, *at)), commands.clone());

@@ -159,6 +159,12 @@ impl<'a> RotatablePath<'a> {
         })
     }
 
+    /// Returns the index of the branch of home, or of the machine that has none; `None` where home is on none that the machine may be on.
+    pub fn home_branch(&self) -> Option<usize> {
+        let home = self.problem.machine.branch_of(&self.problem.machine.home);
+        self.on_branches.iter().position(|own| own.branch == home)
+    }
+
     /// Points of the path as programmed.
     pub fn points(&self) -> &[PathPoint] {
         self.problem.path.points()

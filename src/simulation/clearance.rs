@@ -98,6 +98,25 @@ impl PathClearance {
         }
     }
 
+    /// Returns which bodies hit and by how much; `way` says on which way to a point of the path. `None` where none was found to.
+    #[must_use]
+    pub fn hit_text(&self, way: impl Fn(usize) -> String) -> Option<String> {
+        let nearest = self.nearest.as_ref().filter(|_| self.state == ClearanceState::Hit)?;
+        let NearestBodies { names: [a, b], distance_mm, is_assumed, point, .. } = nearest;
+        let assumed = if *is_assumed { ", as far as their assumed shapes say" } else { "" };
+        let way = way(*point);
+        Some(match *distance_mm {
+            depth if depth < -TOUCHING_MM => format!("{a} and {b} overlap by up to {:.1} mm {way}{assumed}", -depth),
+            depth if depth <= TOUCHING_MM && self.wanted_mm <= TOUCHING_MM => {
+                format!("{a} and {b} touch {way}{assumed}")
+            }
+            distance => format!(
+                "{a} and {b} come within {distance:.1} mm of each other {way}, and {} mm are wanted{assumed}",
+                self.wanted_mm
+            ),
+        })
+    }
+
     /// Whether a distance is less than wanted, mm.
     fn is_too_near(&self, distance_mm: f64) -> bool {
         distance_mm < self.wanted_mm || distance_mm <= 0.0
@@ -427,7 +446,7 @@ impl<'c> ClearanceAlong<'c> {
 }
 
 /// Bodies that stand on one another may overlap by so much, mm.
-const TOUCHING_MM: f64 = 0.05;
+pub(crate) const TOUCHING_MM: f64 = 0.05;
 /// A rapid move that turns the tool by less turns it about one axis, rad.
 const STEADY_RAD: f64 = 0.035;
 /// States at most that are looked at between two points of a path.

@@ -87,6 +87,7 @@ mod parts;
 mod path_study;
 mod placed;
 mod placement;
+mod placement_allowance;
 mod placement_command;
 mod placement_features;
 mod placement_search;

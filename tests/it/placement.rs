@@ -41,6 +41,9 @@ x_mm = [-48.65, 101.35]
 y_mm = [-48.65, 101.35]
 [placement.fixed]
 z_mm = 0.0
+[placement.allowance]
+position_mm = 0.0
+angle_deg = 0.0
 [placement.objective]
 weights = { worst_deflection = 1.0 }
 [placement.search]

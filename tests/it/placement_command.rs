@@ -14,7 +14,7 @@ fn a_placement_study_leaves_tables_figures_and_a_recommendation() {
     let out = tempfile::tempdir().unwrap();
     let study = format!("{STUDIES}/03_placement_circle");
     let folder = out.path().to_str().unwrap();
-    let output = kinetostat(&["run", "--verbose", &study, "--grid", "3,3,2", "--points", "25", "--out", folder]);
+    let output = kinetostat(&["run", "--verbose", &study, "--grid", "5,5,3", "--points", "25", "--out", folder]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let said = text(&output.stdout);
     assert!(said.contains("origin of the groove") && said.contains("\nBest place: "), "{said}");
@@ -26,7 +26,7 @@ fn a_placement_study_leaves_tables_figures_and_a_recommendation() {
         assert!(out.path().join(name).is_file(), "{name} is missing");
     }
     let summary: Value = serde_json::from_slice(&std::fs::read(out.path().join("summary.json")).unwrap()).unwrap();
-    assert_eq!(summary["sweep"]["places"], 18);
+    assert_eq!(summary["sweep"]["places"], 75);
     assert_eq!(summary["entries"][0]["objective"], summary["best"]["objective"]);
     assert_eq!(summary["flatness"].as_array().unwrap().len(), 6);
 }

@@ -39,6 +39,9 @@ x_mm = 640.0
 y_mm = 0.0
 z_mm = 400.0
 yaw_deg = 30.0
+[placement.allowance]
+position_mm = 0.0
+angle_deg = 0.0
 [placement.objective]
 weights = { worst_deflection = 1.0 }
 [placement.search]
@@ -170,6 +173,9 @@ x_mm = [-20.0, 70.0]
 y_mm = [-40.0, 80.0]
 [placement.fixed]
 z_mm = 0.0
+[placement.allowance]
+position_mm = 0.0
+angle_deg = 0.0
 [placement.objective]
 weights = { WEIGHT = 1.0 }
 [placement.search]

@@ -45,6 +45,9 @@ name = "line"
 process = "process.toml"
 file = "line.csv"
 tolerance_mm = 0.1
+[placement.allowance]
+position_mm = 0.0
+angle_deg = 0.0
 [placement.objective]
 weights = { worst_deflection = 1.0 }
 "#;

@@ -31,6 +31,9 @@ x_mm = [-40.0, 90.0]
 y_mm = [-40.0, 90.0]
 [placement.fixed]
 z_mm = 100.0
+[placement.allowance]
+position_mm = 0.0
+angle_deg = 0.0
 [placement.objective]
 weights = { worst_deflection = 1.0 }
 [placement.search]

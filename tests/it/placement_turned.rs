@@ -22,7 +22,7 @@ fn study(turn: &str, objective: &str, search: &str) -> Result<PlacementStudy, St
          [process.force.path_frame]\nradial_force_N = 180.0\ntangential_force_N = -300.0\naxial_force_N = -120.0\n\
          [process.redundancy]\ngamma = \"{turn}\"\nstep_deg = 30.0\n\
          [[placement.feature]]\nname = \"pocket\"\nfile = \"path.csv\"\n[placement.bounds]\nx_mm = [1950.0, 2250.0]\ny_mm = [-200.0, 200.0]\n\
-         [placement.fixed]\nz_mm = 550.0\n[placement.objective]\nweights = {{ {objective} = 1.0 }}\n[placement.search]\ngrid = {{ x = 2, y = 3 }}\n\
+         [placement.fixed]\nz_mm = 550.0\n[placement.allowance]\nposition_mm = 0.0\nangle_deg = 0.0\n[placement.objective]\nweights = {{ {objective} = 1.0 }}\n[placement.search]\ngrid = {{ x = 2, y = 3 }}\n\
          starts = 1\nmax_iterations = 6\n{search}\n"
     );
     let study =
@@ -335,7 +335,7 @@ fn a_place_that_only_a_turn_of_more_deflection_brings_into_the_box_can_be_cut() 
     let text = "schema = 3\nquestion = \"?\"\nmachine = \"fanuc_r2000ic\"\n[process]\ntolerance_mm = 0.5\n\
          [process.force.path_frame]\nradial_force_N = 180.0\ntangential_force_N = -300.0\naxial_force_N = -120.0\nlaw = \"rotated\"\n\
          [process.redundancy]\ngamma = \"best_constant\"\nstep_deg = 15.0\n\
-         [[placement.feature]]\nname = \"wave\"\nfile = \"path.csv\"\n[placement.objective]\nweights = { worst_deflection = 1.0 }\n\
+         [[placement.feature]]\nname = \"wave\"\nfile = \"path.csv\"\n[placement.allowance]\nposition_mm = 0.0\nangle_deg = 0.0\n[placement.objective]\nweights = { worst_deflection = 1.0 }\n\
          [placement.bounds]\nx_mm = [1500.0, 2100.0]\n[placement.fixed]\ny_mm = 0.0\nz_mm = 850.0\n[placement.search]\ngrid = { x = 2 }\n\
          [[placement.candidate]]\nname = \"0\"\norigin_mm = [1501.0649173215209, 371.40474472428207, 850.0]\n";
     let study = Study::from_toml(text, "study.toml", folder.path(), &Overrides::default()).unwrap();

@@ -144,7 +144,7 @@ fn placed_on_loose_slides(friction_n: f64) -> PlacementResults {
     );
     let text = "schema = 3\nquestion = \"?\"\nmachine = \"xyz.toml\"\n[process]\ntolerance_mm = 0.5\n[process.force.path_frame]\nradial_force_N = 50.0\n\
          tangential_force_N = -20.0\naxial_force_N = -10.0\n[[placement.feature]]\nname = \"edge\"\nfile = \"path.csv\"\n[placement.bounds]\nx_mm = [-50.0, 50.0]\n\
-         y_mm = [-50.0, 50.0]\n[placement.fixed]\nz_mm = -100.0\n[placement.objective]\nweights = { worst_deflection = 1.0 }\n[placement.search]\ngrid = { x = 2, y = 2 }\n\
+         y_mm = [-50.0, 50.0]\n[placement.fixed]\nz_mm = -100.0\n[placement.allowance]\nposition_mm = 0.0\nangle_deg = 0.0\n[placement.objective]\nweights = { worst_deflection = 1.0 }\n[placement.search]\ngrid = { x = 2, y = 2 }\n\
          starts = 1\nmax_iterations = 4\n";
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("xyz.toml"), machine).unwrap();

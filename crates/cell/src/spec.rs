@@ -2,27 +2,15 @@
 
 use std::path::Path;
 
-use kinetostat_input::{check::Check, error::Result};
+use kinetostat_input::{check::Check, error::Result, tables};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
 use crate::{Body, BodyFault, BodyGrade, Mesh, Shape, pieces_of_mesh, read_stl, shape::Piece};
 
-/// Tables of a file: keys that they do not have are refused, and editors are told of those that they have.
-macro_rules! tables {
-    ($($(#[$about:meta])* pub struct $table:ident { $($fields:tt)* })+) => {$(
-        $(#[$about])*
-        #[derive(Debug, Clone, PartialEq, Deserialize)]
-        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-        #[serde(deny_unknown_fields)]
-        pub struct $table {
-            $($fields)*
-        }
-    )+};
-}
-
 tables! {
     /// A body: shapes that move with a frame, for what must not touch what.
+    #[derive(PartialEq)]
     pub struct BodySpec {
         /// Its name in answers.
         pub name: String,
@@ -34,6 +22,7 @@ tables! {
     }
 
     /// A capsule or a cylinder, from one end of its axis to the other.
+    #[derive(PartialEq)]
     pub struct RoundShapeSpec {
         /// One end of its axis.
         pub from_mm: [f64; 3],
@@ -44,6 +33,7 @@ tables! {
     }
 
     /// A box.
+    #[derive(PartialEq)]
     pub struct BoxShapeSpec {
         /// Its lengths along its own axes.
         pub size_mm: [f64; 3],
@@ -56,12 +46,14 @@ tables! {
     }
 
     /// The convex hull of points.
+    #[derive(PartialEq)]
     pub struct HullSpec {
         /// The points, four or more that are not in a plane.
         pub points_mm: Vec<[f64; 3]>,
     }
 
     /// A closed surface in an STL file, of which convex pieces are made that enclose it.
+    #[derive(PartialEq)]
     pub struct MeshSpec {
         /// The file, from the folder of the file that names it.
         pub file: String,

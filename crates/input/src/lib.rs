@@ -26,6 +26,20 @@ pub mod file;
 pub mod names;
 pub mod toml_file;
 
+/// Tables of a file: keys that they do not have are refused, and editors are told of those that they have.
+#[macro_export]
+macro_rules! tables {
+    ($($(#[$about:meta])* pub struct $table:ident { $($fields:tt)* })+) => {$(
+        $(#[$about])*
+        #[derive(Debug, Clone, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[serde(deny_unknown_fields)]
+        pub struct $table {
+            $($fields)*
+        }
+    )+};
+}
+
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -5,11 +5,12 @@ use serde::Serialize;
 
 use super::{
     Best, Entry, PlacementStudy,
-    evaluate::{Evaluation, Evaluator, PartialEvaluation, at_path_point},
+    evaluate::{Evaluation, Evaluator, at_path_point},
     metric::Metrics,
     outcome::EntryEvaluators,
     site::Site,
     tally::Tally,
+    turned::Setup,
     walk::{Infeasibility, Solution},
 };
 use crate::{
@@ -63,10 +64,10 @@ impl Evaluator {
         let is_whole = stride <= 1;
         let started = self.begin_without_workspace_check(site);
         let mut failure = started.as_ref().err().cloned();
-        let mut partial = started.unwrap_or_else(|_| self.without_points(site));
+        let mut partial = started.unwrap_or_else(|_| self.without_points(self.setup(site)));
         let mut features = Vec::new();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            let tasks = self.tasks(site, f);
+            let tasks = self.tasks(&partial.setup, f);
             let mut walk = self.start_walk(f);
             let last = prepared.counted.len().saturating_sub(1);
             let visited =
@@ -74,8 +75,7 @@ impl Evaluator {
             let (mut points, mut refusals) = (Vec::new(), 0);
             for (_, &k) in visited {
                 let values = walk.visit(&tasks[k]);
-                let values =
-                    values.map(|values| self.with_across_parts(values, &partial.site, job, (k, &tasks[k]), &walk));
+                let values = values.map(|values| self.with_across_parts(values, site, job, (k, &tasks[k]), &walk));
                 let refusal = match &values {
                     Ok(values) => {
                         partial.tallies[f].add(values, prepared.shares[k], job.feature.tolerance_mm);
@@ -85,7 +85,7 @@ impl Evaluator {
                 };
                 if let (Some(refusal), None) = (&refusal, &failure) {
                     failure = Some(
-                        self.first_unreachable(&partial.site, f, k)
+                        self.first_unreachable(&partial.setup, f, k)
                             .unwrap_or_else(|| at_path_point(job, k, refusal.clone())),
                     );
                 }
@@ -100,13 +100,17 @@ impl Evaluator {
         let known = self.best_possible(&partial);
         let outcome = match failure {
             Some(failure) => Err(failure),
-            None if is_whole => self.conclude_all(&partial, site),
+            None if is_whole => {
+                let reached = self.check_reach(&partial.setup, |f, k| !self.features[f].is_counted[k]);
+                reached.and_then(|()| self.conclude_anywhere(&partial))
+            }
             None => Ok(Evaluation {
                 metrics: known,
+                as_placed: known,
                 features: Vec::new(),
                 open_backlash_mm: Tally::widest_open_mm(&partial.tallies),
                 not_corrected: None,
-                outside_workspace: self.check_workspace(site).err(),
+                outside_workspace: self.check_workspace(&partial.setup).err(),
             }),
         };
         PlaceResults { features, outcome, known }
@@ -115,19 +119,12 @@ impl Evaluator {
     /// Returns the machines of feature `f`, and what is asked of them at its point `k`; `None` where there is no such point.
     pub(crate) fn task_at(&self, site: &Site, f: usize, k: usize) -> Option<(&Machines, TaskPoint)> {
         let machines = &self.features.get(f)?.machines;
-        Some((machines, *self.tasks(site, f).get(k)?))
-    }
-
-    /// Returns the evaluation of a place whose points are all in `partial`, also outside the workspace box. `Err` if a point is not
-    /// reached.
-    fn conclude_all(&self, partial: &PartialEvaluation, site: &Site) -> Result<Evaluation, Failure> {
-        self.check_reach(site, |f, k| !self.features[f].is_counted[k])?;
-        Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(partial)? })
+        Some((machines, *self.tasks(&self.setup(site), f).get(k)?))
     }
 
     /// Returns the failure at the first point, up to point `k` of feature `f`, that the rigid machine does not reach; `None` if it reaches all.
-    fn first_unreachable(&self, site: &Site, f: usize, k: usize) -> Option<Failure> {
-        self.check_reach(site, |other, point| other < f || other == f && point <= k).err()
+    fn first_unreachable(&self, setup: &Setup, f: usize, k: usize) -> Option<Failure> {
+        self.check_reach(setup, |other, point| other < f || other == f && point <= k).err()
     }
 }
 
@@ -205,7 +202,7 @@ fn feature_trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, i
     let job = &study.features[index];
     let machine = job.machine();
     let feature = &job.feature;
-    let tasks = evaluator.tasks(&entry.site, index);
+    let tasks = evaluator.tasks(&evaluator.setup(&entry.site), index);
     let case = PathCase::new(&evaluator.features[index].machines, Source::All, &tasks);
     let errors = |method| {
         let results = run(&case, &Commands::Method(method), &|| {});

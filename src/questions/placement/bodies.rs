@@ -3,24 +3,19 @@
 use super::{
     Site,
     evaluate::{Evaluator, at_path_point, track_feature},
+    turned::Setup,
 };
 use crate::{
     compensation::TaskPoint,
-    simulation::{
-        Failure,
-        along_path::Arrival,
-        clearance::{ClearanceState, PathClearance},
-    },
+    simulation::{Failure, along_path::Arrival, clearance::PathClearance},
 };
 
 impl Evaluator {
-    /// Checks that nothing is hit at `site`: what moves with the workpiece stands free, and no bodies hit along paths whose γ is not sought. `Err` says what hits.
-    pub(super) fn check_bodies(&self, site: &Site) -> Result<(), Failure> {
+    /// Checks that nothing is hit at `setup`: what moves with the workpiece stands free, and no bodies hit along the paths. `Err` says what hits.
+    pub(super) fn check_bodies(&self, setup: &Setup) -> Result<(), Failure> {
         (0..self.features.len()).try_for_each(|f| {
-            self.check_standing(f, site)?;
-            // Where γ is sought, one was taken at which nothing is hit.
-            let is_sought = self.gamma_at(site, f).is_some();
-            if is_sought { Ok(()) } else { self.check_bodies_along(f, site, &self.tasks(site, f)) }
+            self.check_standing(f, &setup.site)?;
+            self.check_bodies_along(f, &setup.site, &self.tasks(setup, f))
         })
     }
 
@@ -34,27 +29,18 @@ impl Evaluator {
     /// Checks that no bodies hit along `tasks`, the path of feature `f` at `site`. `Err` says where which do.
     pub(super) fn check_bodies_along(&self, f: usize, site: &Site, tasks: &[TaskPoint]) -> Result<(), Failure> {
         let found = self.clearance_along(f, site, tasks, true)?;
-        let Some((found, nearest)) = found.as_ref().and_then(|own| Some((own, own.nearest.as_ref()?))) else {
-            return Ok(());
-        };
-        if found.state != ClearanceState::Hit {
-            return Ok(());
-        }
-        let [a, b] = &nearest.names;
-        let reason = match nearest.distance_mm {
-            depth if depth < -TOUCHING_MM => format!("{a} and {b} overlap by {:.1} mm on the way there", -depth),
-            depth if depth <= 0.0 => format!("{a} and {b} touch on the way there"),
-            distance => format!(
-                "{a} and {b} come within {distance:.1} mm of each other on the way there, and {} mm are wanted",
-                found.wanted_mm
-            ),
-        };
-        Err(at_path_point(&self.study.features[f], nearest.point, Failure { status: HIT.into(), reason }))
+        let hit = found
+            .as_ref()
+            .and_then(|found| Some((found.nearest.as_ref()?.point, found.hit_text(|_| "on the way there".into())?)));
+        hit.map_or(Ok(()), |(point, reason)| {
+            Err(at_path_point(&self.study.features[f], point, Failure { status: HIT.into(), reason }))
+        })
     }
 
     /// Returns how near bodies come along the path of each feature at `site`, where deflection moves the tool by up to `moved_mm`; `None` without bodies.
     pub(super) fn clearances(&self, site: &Site, moved_mm: f64) -> Vec<Option<PathClearance>> {
-        let along = |f: usize| match self.clearance_along(f, site, &self.tasks(site, f), false) {
+        let setup = self.setup(site);
+        let along = |f: usize| match self.clearance_along(f, site, &self.tasks(&setup, f), false) {
             Ok(Some(found)) => Some(found.moved_by(moved_mm)),
             Ok(None) => PathClearance::without_cell(&self.study.machine),
             Err(_) => None,
@@ -97,7 +83,5 @@ impl Evaluator {
     }
 }
 
-/// Smaller overlaps are told as touching, mm.
-const TOUCHING_MM: f64 = 0.05;
 /// Status of a place at which something is hit.
 const HIT: &str = "hits";

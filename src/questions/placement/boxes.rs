@@ -5,6 +5,7 @@ use nalgebra::{Rotation2, Vector2, Vector3};
 use super::{
     evaluate::{Evaluator, at_path_point},
     site::Site,
+    turned::Setup,
 };
 use crate::{compensation::TaskPoint, simulation::Failure, spatial::Pose};
 
@@ -27,9 +28,9 @@ impl Evaluator {
         Err(Failure { status: "forbidden".into(), reason })
     }
 
-    /// Checks that P stays within the machine's workspace box on all paths at `site`. `Err` names the first point outside.
-    pub(super) fn check_workspace(&self, site: &Site) -> Result<(), Failure> {
-        (0..self.features.len()).try_for_each(|f| self.check_feature_workspace(f, &self.tasks(site, f)))
+    /// Checks that P stays within the machine's workspace box on all paths at `setup`. `Err` names the first point outside.
+    pub(super) fn check_workspace(&self, setup: &Setup) -> Result<(), Failure> {
+        (0..self.features.len()).try_for_each(|f| self.check_feature_workspace(f, &self.tasks(setup, f)))
     }
 
     /// Checks that P stays within the machine's workspace box at `tasks`, the path of feature `f`. `Err` names the first point outside.
@@ -44,18 +45,18 @@ impl Evaluator {
     }
 
     /// Returns whether table, forbidden boxes and workspace box allow `site`.
-    pub(super) fn is_clear(&self, site: &Site) -> bool {
-        self.check_boxes(site).is_ok() && self.check_workspace(site).is_ok()
+    pub(super) fn is_clear(&self, setup: &Setup) -> bool {
+        self.check_boxes(&setup.site).is_ok() && self.check_workspace(setup).is_ok()
     }
 
-    /// Returns by how much table, forbidden boxes and workspace box are violated at `site`, mm; 0 where they are not.
-    pub(super) fn box_violation(&self, site: &Site) -> f64 {
+    /// Returns by how much table, forbidden boxes and workspace box are violated at `setup`, mm; 0 where they are not.
+    pub(super) fn box_violation(&self, setup: &Setup) -> f64 {
         let study = &self.study;
-        let workpiece = study.workpiece_pose(site);
+        let workpiece = study.workpiece_pose(&setup.site);
         let boxes = study.forbidden.iter().map(|b| b.extent.expanded(study.clearance_mm));
         let inside = boxes.filter(|b| study.extent.overlaps(&workpiece, b)).map(|b| -study.extent.gap(&workpiece, &b));
         let machine = &study.machine;
-        let outside = (0..study.features.len()).flat_map(|f| self.tasks(site, f)).filter_map(|task| {
+        let outside = (0..study.features.len()).flat_map(|f| self.tasks(setup, f)).filter_map(|task| {
             let outside = machine.outside_workspace(task.pose.translation)?;
             Some(f64::max(outside.ends[0] - outside.value, outside.value - outside.ends[1]))
         });
@@ -64,28 +65,28 @@ impl Evaluator {
     }
 
     /// Returns the positions of P on all paths, O, mm.
-    fn positions(&self, site: &Site) -> Vec<Vector3<f64>> {
-        let tasks = (0..self.features.len()).flat_map(|f| self.tasks(site, f));
+    fn positions(&self, setup: &Setup) -> Vec<Vector3<f64>> {
+        let tasks = (0..self.features.len()).flat_map(|f| self.tasks(setup, f));
         tasks.map(|task| task.pose.translation).collect()
     }
 
     /// Returns a lower bound of how far the workpiece can move before it meets a box or the edge of the table, mm; 0 where it touches one.
-    pub(super) fn clearance(&self, site: &Site) -> f64 {
+    pub(super) fn clearance(&self, setup: &Setup) -> f64 {
         let study = &self.study;
-        let workpiece = study.workpiece_pose(site);
+        let workpiece = study.workpiece_pose(&setup.site);
         let boxes =
             study.forbidden.iter().map(|b| study.extent.gap(&workpiece, &b.extent.expanded(study.clearance_mm)));
         let workspace = &study.machine.workspace;
         let inside = |p: &Vector3<f64>| (p - workspace.min).inf(&(workspace.max - p)).min();
         let on = study.table.as_ref().map(|table| -table.overhang(&workpiece).0);
-        let gap = boxes.chain(on).chain(self.positions(site).iter().map(inside)).fold(f64::INFINITY, f64::min);
+        let gap = boxes.chain(on).chain(self.positions(setup).iter().map(inside)).fold(f64::INFINITY, f64::min);
         gap.max(0.0)
     }
 
     /// Returns how far the workpiece can move along the unit `direction`, of O or of the carrier, before it meets a box or leaves table or workspace, mm.
-    pub(super) fn free_translation(&self, site: &Site, direction: &Vector3<f64>) -> f64 {
+    pub(super) fn free_translation(&self, setup: &Setup, direction: &Vector3<f64>) -> f64 {
         let study = &self.study;
-        let workpiece = study.workpiece_pose(site);
+        let workpiece = study.workpiece_pose(&setup.site);
         let boxes = study.forbidden.iter().map(|b| b.extent.expanded(study.clearance_mm));
         let direction =
             &study.machine.carrier.as_ref().map_or(*direction, |carrier| carrier.home.pose.rotation * direction);
@@ -100,7 +101,7 @@ impl Evaluator {
             along.fold(f64::INFINITY, f64::min).max(0.0)
         };
         let edge = study.table.as_ref().map(|table| table.distance_to_edge(&workpiece, direction));
-        boxes.chain(edge).chain(self.positions(site).iter().map(travel_of)).fold(f64::INFINITY, f64::min)
+        boxes.chain(edge).chain(self.positions(setup).iter().map(travel_of)).fold(f64::INFINITY, f64::min)
     }
 
     /// Returns the largest distance of a point of the workpiece or of its paths from the origin of W, mm.

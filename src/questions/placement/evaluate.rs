@@ -5,17 +5,20 @@
 
 #[cfg(not(target_family = "wasm"))]
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{
     PlacementStudy,
-    metric::{Metric, Metrics, Objective},
+    metric::{Metric, Metrics},
+    runs::SpareSolvers,
     site::Site,
     tally::{Needs, PointValues, ResidualTally, Tally},
+    turned::Setup,
     uncertain,
-    walk::{ExactMode, Infeasibility, PathWalk, UNMEASURED, excess},
+    walk::{ExactMode, PathWalk, UNMEASURED, excess},
 };
 #[cfg(not(target_family = "wasm"))]
 use crate::simulation::clearance::MachineCell;
@@ -27,9 +30,7 @@ use crate::{
     process::RedundancyCost,
     questions::placement::FeatureJob,
     redundancy::BranchMachines,
-    simulation::{
-        Failure, Machines, along_path::length_of_point, spread::DrawnMachines, tasks::tasks_under, within_limits,
-    },
+    simulation::{Failure, Machines, along_path::length_of_point, spread::DrawnMachines, within_limits},
     work::Work,
 };
 
@@ -39,11 +40,11 @@ pub struct Evaluator {
     pub(super) study: PlacementStudy,
     pub(super) needs: Needs,
     /// Whether an exact correction beyond the force limits makes a place infeasible.
-    check_forces: bool,
+    pub(super) check_forces: bool,
     /// Whether the objective asks for the correction within limits, so that one must exist.
     pub(super) asks_bounded: bool,
     /// Whether the exact correction is computed and required: by the objective, whatever metrics are asked for.
-    exact: ExactMode,
+    pub(super) exact: ExactMode,
     pub(super) features: Vec<PreparedFeature>,
     /// Machines of the draws, for each feature, or why there are none; `None` where the objective does not ask for them.
     pub(super) drawn: std::result::Result<Option<Vec<DrawnMachines>>, String>,
@@ -52,6 +53,8 @@ pub struct Evaluator {
     /// Number of levels of the feature with most of them.
     pub(super) levels: usize,
     pub(super) gammas: super::turned::GammaCache,
+    /// Corner of the allowance that told last that a place is no better, to be looked at first; no result depends on it.
+    pub(super) telling_corner: AtomicUsize,
     /// Bodies of each feature, `None` where its process names no cell.
     #[cfg(not(target_family = "wasm"))]
     cells: Vec<Option<Arc<MachineCell>>>,
@@ -72,7 +75,8 @@ pub(super) struct PreparedFeature {
     /// Indices of the points that each level adds, in path order.
     pub(super) levels: Vec<Vec<usize>>,
     /// Force limit of each drive, N or N·mm; infinite where there is none.
-    force_limits: Vec<f64>,
+    pub(super) force_limits: Vec<f64>,
+    pub(super) solvers: SpareSolvers,
     /// Its machine on each branch, where γ is sought; `Err` says why there are none.
     pub(super) branches: std::result::Result<BranchMachines, String>,
 }
@@ -80,7 +84,7 @@ pub(super) struct PreparedFeature {
 /// Evaluation of a placement up to some level.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct PartialEvaluation {
-    pub(super) site: Site,
+    pub(super) setup: Setup,
     pub(super) tallies: Vec<Tally>,
     level: usize,
 }
@@ -88,10 +92,12 @@ pub(super) struct PartialEvaluation {
 /// Metrics of a placement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
-    /// Metrics of all features together.
+    /// Metrics of all features together, the worst of where the workpiece may be clamped.
     pub metrics: Metrics,
-    /// Metrics of each feature.
+    /// Metrics of each feature, the worst of where the workpiece may be clamped.
     pub features: Vec<Metrics>,
+    /// Metrics of all features together with the workpiece exactly at the place.
+    pub as_placed: Metrics,
     /// Half the widest interval in which open backlash and friction leave the tool, mm, in no metric; `None` where it is not known.
     pub open_backlash_mm: Option<f64>,
     /// Why there is no correction within limits, if one was sought and not found.
@@ -139,6 +145,7 @@ impl Evaluator {
         let share = features.iter().map(|feature| feature.share).sum();
         Self {
             gammas: super::turned::GammaCache::default(),
+            telling_corner: AtomicUsize::default(),
             #[cfg(not(target_family = "wasm"))]
             cells: study.features.iter().map(|job| job.bodies.clone()).collect(),
             study: study.clone(),
@@ -155,24 +162,31 @@ impl Evaluator {
 
     /// Starts an evaluation at `site`, with no points added. `Err` says why the workpiece must not stand there.
     pub(super) fn begin_evaluation(&self, site: &Site) -> Result<PartialEvaluation, Failure> {
-        self.check_workspace(site)?;
+        self.check_workspace(&self.setup(site))?;
         self.begin_without_workspace_check(site)
     }
 
     /// Starts an evaluation at `site` also where the path leaves the workspace box. `Err` says why else the workpiece must not stand there.
     pub(super) fn begin_without_workspace_check(&self, site: &Site) -> Result<PartialEvaluation, Failure> {
         self.check_boxes(site)?;
-        for f in 0..self.features.len() {
-            self.gamma_at(site, f).transpose()?;
-        }
-        let partial = self.without_points(site);
+        self.begin_at(self.checked_setup(site)?)
+    }
+
+    /// Returns `site` with the best γ of each feature. `Err` says why one cannot be cut at any.
+    fn checked_setup(&self, site: &Site) -> Result<Setup, Failure> {
+        let gammas = (0..self.features.len()).map(|f| self.gamma_at(site, f).transpose()).collect::<Result<_, _>>()?;
+        Ok(Setup { site: *site, gammas })
+    }
+
+    /// Starts an evaluation at `setup`, where boxes are not in the way. `Err` where the rigid machine does not reach a point.
+    pub(super) fn begin_at(&self, setup: Setup) -> Result<PartialEvaluation, Failure> {
         // Only inverse kinematics says where a coordinate stands that the drives do not control.
         let machine = &self.study.machine;
         let is_tracked = machine.uncontrolled_axes().next().is_none() && !machine.has_parasitic_rotation;
         if !is_tracked {
-            self.check_reach(site, |_, _| true)?;
+            self.check_reach(&setup, |_, _| true)?;
         }
-        Ok(partial)
+        Ok(self.without_points(setup))
     }
 
     /// Returns the bodies of each feature.
@@ -183,7 +197,7 @@ impl Evaluator {
 
     /// Nothing: pages look at no bodies.
     #[cfg(target_family = "wasm")]
-    pub(super) fn check_bodies(&self, _: &Site) -> Result<(), Failure> {
+    pub(super) fn check_bodies(&self, _: &Setup) -> Result<(), Failure> {
         Ok(())
     }
 
@@ -193,38 +207,27 @@ impl Evaluator {
         Ok(())
     }
 
-    /// Returns an evaluation at `site` with no points added; does not check whether the workpiece fits there.
-    pub(super) fn without_points(&self, site: &Site) -> PartialEvaluation {
-        PartialEvaluation { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 }
-    }
-
-    /// Returns pose and load at each point of feature `f` with the workpiece at `site`; not kept, as a sweep has too many places.
-    pub(super) fn tasks(&self, site: &Site, f: usize) -> Vec<TaskPoint> {
-        if let Some(at_gamma) = self.tasks_at_best_gamma(site, f) {
-            return at_gamma;
-        }
-        let job = &self.study.features[f];
-        let feature = &job.feature;
-        let placement = site.placement(feature.reference);
-        tasks_under(job.machine(), &placement, job.target, &feature.path, &feature.loads)
+    /// Returns an evaluation at `setup` with no points added; does not check whether the workpiece fits there.
+    pub(super) fn without_points(&self, setup: Setup) -> PartialEvaluation {
+        PartialEvaluation { setup, tallies: vec![Tally::default(); self.features.len()], level: 0 }
     }
 
     /// Checks that the rigid machine reaches each point (feature, index) for which `asked` holds. `Err` names the first that it does not.
-    pub(super) fn check_reach(&self, site: &Site, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
-        self.track_features(site, asked, |_| ())
+    pub(super) fn check_reach(&self, setup: &Setup, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
+        self.track_features(setup, asked, |_| ())
     }
 
     /// Moves the rigid machine to the points (feature, index) for which `is_visited` holds; calls `visit` at each. `Err` as
     /// [`track_feature`].
     fn track_features(
         &self,
-        site: &Site,
+        setup: &Setup,
         is_visited: impl Fn(usize, usize) -> bool,
         mut visit: impl FnMut(&Configuration),
     ) -> Result<(), Failure> {
         self.study.features.iter().enumerate().try_for_each(|(f, job)| {
             let is_visited = |k| is_visited(f, k);
-            track_feature(job, &self.tasks(site, f), is_visited, |_, at| {
+            track_feature(job, &self.tasks(setup, f), is_visited, |_, at| {
                 visit(at);
                 Ok(())
             })
@@ -232,28 +235,32 @@ impl Evaluator {
     }
 
     /// Returns how far the workpiece at `site` is from what can be cut, for a search that minimises it: 0 where it can be cut; else by how
-    /// much limits are exceeded, mm or degrees, plus [`NOT_RIGID`] where boxes, workspace or limits of the rigid machine are.
+    /// much limits are exceeded within its allowance, mm or degrees, plus [`NOT_RIGID`] where boxes, workspace or limits of the rigid machine are.
     pub(super) fn violation(&self, work: &Work, site: &Site) -> f64 {
         if work.check().is_err() {
             return f64::INFINITY;
         }
-        let rigid = self.box_violation(site).max(self.limit_violation(site));
+        let setup = self.setup(site);
+        let mut setups = self.allowed_setups(&setup);
+        setups.insert(0, setup);
+        let largest = |violation: &dyn Fn(&Setup) -> f64| setups.iter().map(violation).fold(0.0, f64::max);
+        let rigid = largest(&|setup| self.box_violation(setup).max(self.limit_violation(setup)));
         if rigid > 0.0 {
             return NOT_RIGID + rigid;
         }
         match self.evaluate_in_work(work, site) {
             Ok(_) => 0.0,
-            Err(_) => self.loaded_violation(site).clamp(f64::MIN_POSITIVE, NOT_RIGID),
+            Err(_) => largest(&|setup| self.loaded_violation(setup)).clamp(f64::MIN_POSITIVE, NOT_RIGID),
         }
     }
 
     /// Returns by how much the rigid machine exceeds its limits on the path, mm or degrees.
-    fn limit_violation(&self, site: &Site) -> f64 {
+    fn limit_violation(&self, setup: &Setup) -> f64 {
         let mut largest: f64 = 0.0;
         for (f, job) in self.study.features.iter().enumerate() {
             let machine = job.machine();
             let mut near = machine.home.clone();
-            for task in self.tasks(site, f) {
+            for task in self.tasks(setup, f) {
                 let reached = machine.unlimited_inverse_kinematics_from(&near, &task.pose);
                 match reached.or_else(|_| machine.unlimited_inverse_kinematics_from(&machine.home, &task.pose)) {
                     Ok(at) => {
@@ -268,16 +275,16 @@ impl Evaluator {
     }
 
     /// Returns by how much the loaded or corrected machine exceeds its limits on the path: mm, degrees or share of a force limit.
-    fn loaded_violation(&self, site: &Site) -> f64 {
+    fn loaded_violation(&self, setup: &Setup) -> f64 {
         let mut largest: f64 = 0.0;
         for f in 0..self.features.len() {
-            let mut walk = self.start_walk(f);
-            let tasks = self.tasks(site, f);
-            for &k in &self.features[f].counted {
-                largest = walk.visit(&tasks[k]).map_or_else(|refusal| largest.max(refusal.excess), |_| largest);
-                if largest >= UNMEASURED {
-                    return largest;
-                }
+            let tasks = self.tasks(setup, f);
+            self.visit_runs(self.walk_settings(f), f, &tasks, &self.features[f].counted, &mut None, |_, _, found| {
+                largest = found.map_or_else(|refusal| largest.max(refusal.excess), |_| largest);
+                largest < UNMEASURED
+            });
+            if largest >= UNMEASURED {
+                return largest;
             }
         }
         largest
@@ -285,15 +292,13 @@ impl Evaluator {
 
     /// Returns a walk along the path of feature `f`, which starts at home.
     pub(super) fn start_walk(&self, f: usize) -> PathWalk<'_> {
-        let prepared = &self.features[f];
-        let limits = &prepared.force_limits;
-        PathWalk::new(&prepared.machines, self.needs, limits, self.check_forces, self.exact)
+        PathWalk::new(self.walk_settings(f))
     }
 
     /// Adds the points of the next level. `Err` names the first point of the path out of reach, or else what cannot be solved.
     pub(super) fn advance(&self, partial: &mut PartialEvaluation) -> Result<(), Failure> {
         let visited = self.add_level(partial);
-        visited.or_else(|failure| self.check_reach(&partial.site, |_, _| true).and(Err(failure)))
+        visited.or_else(|failure| self.check_reach(&partial.setup, |_, _| true).and(Err(failure)))
     }
 
     /// Adds the points of the next level, and stops at the first that cannot be solved.
@@ -311,28 +316,13 @@ impl Evaluator {
         shares: &mut Option<Vec<f64>>,
     ) -> Result<(), Failure> {
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            let mut walk = self.start_walk(f);
-            walk.shares = shares.take();
-            let tasks = self.tasks(&partial.site, f);
-            for &k in points(prepared) {
-                let values = self.solve_point(&partial.site, job, (k, &tasks[k]), &mut walk)?;
-                partial.tallies[f].add(&values, prepared.shares[k], job.feature.tolerance_mm);
+            let (tasks, points) = (self.tasks(&partial.setup, f), points(prepared));
+            let solved = self.solve_points_of((&partial.setup.site, f), &tasks, points, shares)?;
+            for (values, &k) in solved.iter().zip(points) {
+                partial.tallies[f].add(values, prepared.shares[k], job.feature.tolerance_mm);
             }
-            *shares = walk.shares.take();
         }
         Ok(())
-    }
-
-    /// Solves point `k` of the path of a feature with the workpiece at `site`, and returns its numbers. `Err` says why it cannot be cut.
-    pub(super) fn solve_point(
-        &self,
-        site: &Site,
-        job: &FeatureJob,
-        (k, task): (usize, &TaskPoint),
-        walk: &mut PathWalk<'_>,
-    ) -> Result<PointValues, Failure> {
-        let values = walk.visit(task).map_err(|Infeasibility { failure, .. }| at_path_point(job, k, failure))?;
-        Ok(self.with_across_parts(values, site, job, (k, task), walk))
     }
 
     /// Returns `values` of point `k`, with the parts of its deflection across the direction of motion if they are needed.
@@ -384,27 +374,48 @@ impl Evaluator {
         while partial.level < self.levels {
             self.advance(&mut partial)?;
         }
-        self.check_reach(&partial.site, |f, k| !self.features[f].is_counted[k])?;
+        self.check_reach(&partial.setup, |f, k| !self.features[f].is_counted[k])?;
         self.conclude(&partial)
     }
 
-    /// Returns the evaluation once all points are added. `Err` where something is hit, or the objective asks for a correction within limits and
-    /// there is none.
-    pub(super) fn conclude(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
+    /// Returns the evaluation once all points are added, of the place with its allowance. `Err` where something is hit, or the objective asks for a
+    /// correction within limits and there is none.
+    fn conclude(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
+        self.with_corners(&partial.setup, self.conclude_placed(partial)?, self.corners())
+    }
+
+    /// Returns the evaluation once all points are added, also where the path leaves the workspace box, there without allowance. `Err` as
+    /// [`Evaluator::conclude`].
+    pub(super) fn conclude_anywhere(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
+        match self.check_workspace(&partial.setup) {
+            Ok(()) => self.conclude(partial),
+            Err(outside) => Ok(Evaluation { outside_workspace: Some(outside), ..self.conclude_placed(partial)? }),
+        }
+    }
+
+    /// Returns the evaluation once all points are added, with the workpiece exactly at the place. `Err` as [`Evaluator::conclude`].
+    pub(super) fn conclude_placed(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
         // Last of what can refuse a place, as it takes the longest.
-        self.check_bodies(&partial.site)?;
+        self.check_bodies(&partial.setup)?;
         let metrics = self.best_possible(partial);
         let metrics_of = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
         let features = partial.tallies.iter().zip(&self.features).map(metrics_of).collect();
         let open_backlash_mm = Tally::widest_open_mm(&partial.tallies);
-        let mut evaluation =
-            Evaluation { metrics, features, open_backlash_mm, not_corrected: None, outside_workspace: None };
+        let mut evaluation = Evaluation {
+            metrics,
+            features,
+            as_placed: metrics,
+            open_backlash_mm,
+            not_corrected: None,
+            outside_workspace: None,
+        };
         if self.needs.bounded {
             self.correct_within_limits(partial, &mut evaluation);
         }
         if !FOR_PAGES && self.needs.uncertain {
-            uncertain::write_metrics(self, &partial.site, self.levels, &mut evaluation.metrics)?;
+            uncertain::write_metrics(self, &partial.setup, self.levels, &mut evaluation.metrics)?;
         }
+        evaluation.as_placed = evaluation.metrics;
         match evaluation.not_corrected {
             Some(reason) if self.asks_bounded => Err(Failure { status: "limits".into(), reason }),
             _ => Ok(evaluation),
@@ -413,49 +424,59 @@ impl Evaluator {
 
     /// Returns the metrics at `site`, from all points in path order; `Err` says why the workpiece cannot be cut there.
     pub fn evaluate(&self, site: &Site) -> Result<Evaluation, Failure> {
-        self.evaluate_into(site, &mut None)
+        self.conclude(&self.all_points(self.begin_evaluation(site)?, &mut None)?)
     }
 
-    /// Evaluates `site`; returns also where each limited drive, joint and force lies at each point, −1 and 1 at its limits.
-    pub(super) fn evaluate_with_shares(&self, site: &Site) -> Result<(Evaluation, Vec<f64>), Failure> {
+    /// Returns the metrics at `site` as [`Evaluator::evaluate`], the worst of the place and these `corners` of its allowance alone.
+    pub(super) fn evaluate_among(&self, site: &Site, corners: &[usize]) -> Result<Evaluation, Failure> {
+        let partial = self.all_points(self.begin_evaluation(site)?, &mut None)?;
+        self.with_corners(&partial.setup, self.conclude_placed(&partial)?, corners.iter().copied())
+    }
+
+    /// Evaluates `site` as [`Evaluator::evaluate_among`] does, as a piece of `work`; stopped work returns a failure.
+    pub(super) fn evaluate_among_in_work(
+        &self,
+        work: &Work,
+        site: &Site,
+        corners: &[usize],
+    ) -> Result<Evaluation, Failure> {
+        let compute = || Ok(self.evaluate_among(site, corners));
+        work.part("corners").piece(&(site.0, corners), |_| 0, compute).unwrap_or_else(stopped_failure)
+    }
+
+    /// Evaluates `setup` without allowance; returns also where each limited drive, joint and force lies at each point, −1 and 1 at its limits.
+    pub(super) fn evaluate_with_shares(&self, setup: &Setup) -> Result<(Evaluation, Vec<f64>), Failure> {
         let mut shares = Some(Vec::new());
-        let evaluation = self.evaluate_into(site, &mut shares)?;
-        Ok((evaluation, shares.unwrap_or_default()))
+        let partial = self.all_points(self.begin_setup(setup)?, &mut shares)?;
+        Ok((self.conclude_placed(&partial)?, shares.unwrap_or_default()))
     }
 
-    /// Evaluates `site`, and appends to `shares`, unless `None`, where drives, joints and forces lie within their limits, −1 to 1.
-    fn evaluate_into(&self, site: &Site, shares: &mut Option<Vec<f64>>) -> Result<Evaluation, Failure> {
-        let mut partial = self.begin_evaluation(site)?;
+    /// Adds all points to what was begun as `partial`, and appends to `shares`, unless `None`, where drives, joints and forces lie within their
+    /// limits, −1 to 1.
+    fn all_points(
+        &self,
+        mut partial: PartialEvaluation,
+        shares: &mut Option<Vec<f64>>,
+    ) -> Result<PartialEvaluation, Failure> {
         // Where the tool cuts, the loaded machine shows what it reaches.
         let is_not_cut = |f: usize, k: usize| !self.features[f].is_counted[k];
-        self.track_features(site, is_not_cut, |at| {
+        self.track_features(&partial.setup, is_not_cut, |at| {
             if let Some(shares) = shares {
                 self.study.machine.limit_fractions(at, shares);
             }
         })?;
         self.add_points(&mut partial, |prepared| &prepared.counted, shares)?;
-        self.conclude(&partial)
+        Ok(partial)
+    }
+
+    /// Adds the points at which the tool cuts.
+    pub(super) fn add_counted(&self, partial: &mut PartialEvaluation) -> Result<(), Failure> {
+        self.add_points(partial, |prepared| &prepared.counted, &mut None)
     }
 
     /// Evaluates `site` as [`Evaluator::evaluate`] does, as a piece of `work`; stopped work returns a failure.
     pub(super) fn evaluate_in_work(&self, work: &Work, site: &Site) -> Result<Evaluation, Failure> {
-        work.part("evaluate").piece(&site.0, |_| 0, || Ok(self.evaluate(site))).unwrap_or_else(stopped_failure)
-    }
-
-    /// Evaluates `site` as [`Evaluator::evaluate_below`] does for the `objective`, as a piece of `work`; `None` too if that is stopped.
-    pub(super) fn evaluate_better_in_work(
-        &self,
-        work: &Work,
-        site: &Site,
-        objective: &Objective,
-        below: f64,
-    ) -> Option<Evaluation> {
-        let value = |metrics: &Metrics| objective.value(metrics);
-        let compute = || match *objective != self.study.objective || self.may_be_below(site, below) {
-            true => Ok(self.evaluate_below(site, &value, below)),
-            false => Ok(None),
-        };
-        work.part("below").piece(&(site.0, below), |_| 0, compute).ok().flatten()
+        self.evaluate_among_in_work(work, site, &self.corners().collect::<Vec<_>>())
     }
 
     /// Evaluates `site` as [`Evaluator::evaluate_below`] does, as a piece of `work`; `None` too if that is stopped.
@@ -472,24 +493,34 @@ impl Evaluator {
 
     /// Evaluates `site` level by level; `None` where it cannot be cut, or once `value` of the best possible metrics reaches `below`.
     fn evaluate_below(&self, site: &Site, value: &dyn Fn(&Metrics) -> f64, below: f64) -> Option<Evaluation> {
-        let mut partial = self.begin_evaluation(site).ok()?;
+        self.evaluate_rest_below(self.begin_evaluation(site).ok()?, value, below)
+    }
+
+    /// Evaluates the levels of `partial`, with the workpiece exactly at its place; `None` where it cannot be cut, or once the best possible
+    /// metrics are no better than wanted, as `is_enough` says.
+    pub(super) fn evaluate_levels_below(
+        &self,
+        mut partial: PartialEvaluation,
+        is_enough: impl Fn(&Metrics) -> bool,
+    ) -> Option<Evaluation> {
         while partial.level < self.levels {
             self.add_level(&mut partial).ok()?;
             let best = self.best_possible(&partial);
-            if value(&best) >= below {
+            if is_enough(&best) {
                 return None;
             }
             // A few points tell most places apart, at a part of the price.
             if !FOR_PAGES && self.needs.uncertain && partial.level == 1 && self.levels > 1 {
                 let mut of_few = best;
-                uncertain::write_metrics(self, site, partial.level, &mut of_few).ok()?;
-                if value(&of_few) >= below {
+                uncertain::write_metrics(self, &partial.setup, partial.level, &mut of_few).ok()?;
+                if is_enough(&of_few) {
                     return None;
                 }
             }
         }
-        self.check_reach(site, |f, k| !self.features[f].is_counted[k]).ok()?;
-        self.conclude(&partial).ok()
+        self.check_reach(&partial.setup, |f, k| !self.features[f].is_counted[k]).ok()?;
+        let evaluation = self.conclude_placed(&partial).ok()?;
+        if is_enough(&evaluation.metrics) { None } else { Some(evaluation) }
     }
 
     /// Examines `site` as [`Evaluator::examine`] does, as a piece of `work`; stopped work returns a failure.
@@ -501,9 +532,9 @@ impl Evaluator {
     /// point.
     pub fn examine(&self, site: &Site) -> Result<Evaluation, Failure> {
         let mut partial = self.begin_without_workspace_check(site)?;
-        self.check_reach(site, |_, _| true)?;
-        self.add_points(&mut partial, |prepared| &prepared.counted, &mut None)?;
-        Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(&partial)? })
+        self.check_reach(&partial.setup, |_, _| true)?;
+        self.add_counted(&mut partial)?;
+        self.conclude_anywhere(&partial)
     }
 
     /// Returns the place nearest to `site` as it is printed at which the workpiece can be cut, with what [`Evaluator::examine`] says of it; `site`
@@ -520,7 +551,7 @@ impl Evaluator {
     fn correct_within_limits(&self, partial: &PartialEvaluation, evaluation: &mut Evaluation) {
         let mut total = ResidualTally::default();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            match prepared.limited_residuals(job, &self.tasks(&partial.site, f)) {
+            match prepared.limited_residuals(job, &self.tasks(&partial.setup, f)) {
                 Ok(corrected) => {
                     corrected.normalised(prepared.share).write_into(&mut evaluation.features[f]);
                     total = total.merged(&corrected);
@@ -534,11 +565,6 @@ impl Evaluator {
             None => total.normalised(self.share).write_into(&mut evaluation.metrics),
             Some(_) => ResidualTally::remove_from(&mut evaluation.metrics),
         }
-    }
-
-    /// Returns γ of each feature at `site`, rad; `None` where none is sought or possible.
-    pub(super) fn gammas_at(&self, site: &Site) -> Vec<Option<f64>> {
-        (0..self.features.len()).map(|f| self.gamma_at(site, f)?.ok()).collect()
     }
 
     /// Returns the actual machine of feature `f`, with its chain errors.
@@ -624,6 +650,7 @@ fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64
         is_counted,
         counted,
         force_limits: study.machine.drives().map(|(_, drive)| limit(drive)).collect(),
+        solvers: SpareSolvers::default(),
         branches: match &job.gamma_search {
             Some(own) if own.is_sought() => {
                 BranchMachines::new(job.machine(), &job.tracked.errors).map_err(|error| error.to_string())

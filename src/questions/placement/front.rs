@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::{
     PlacementStudy,
     evaluate::Evaluator,
+    few::Filter,
     metric::{Metric, Metrics, Objective},
     polish::{Steps, pattern_search},
     refine::{Refinement, Start, refine},
@@ -64,6 +65,7 @@ fn compromises(
     let mut known: Vec<(Site, Metrics)> =
         cells.iter().filter_map(|cell| Some((cell.site, *cell.complete()?))).collect();
     known.extend(refinements.iter().flat_map(|refinement| &refinement.visited));
+    add_glimpsed(evaluator, refinements.iter(), metrics, &mut known, &work.part("glimpsed by searches"))?;
     let seen = undominated(&known, metrics);
     let end = |(k, metric): (usize, &Metric)| {
         let work = work.part(&format!("end {k}")).shard(k);
@@ -73,6 +75,7 @@ fn compromises(
         work.summary("ends", || metrics.par_iter().enumerate().filter_map(end).collect::<Result<_>>())?;
     work.barrier()?;
     known.extend(ends.iter().flatten().flat_map(|end| &end.visited));
+    add_glimpsed(evaluator, ends.iter().flatten(), metrics, &mut known, &work.part("glimpsed by ends"))?;
     let rough = undominated(&known, metrics);
     let chosen = spread_selection(&rough, metrics);
     for _ in chosen.len()..POINTS.min(search_count(study)) {
@@ -95,6 +98,27 @@ fn compromises(
     let front = undominated(&known, metrics);
     let shown = ends.iter().map(|end| *front.iter().find(|other| dominates(&other.1, &end.1, metrics)).unwrap_or(end));
     Ok(undominated(&shown.collect::<Vec<_>>(), metrics))
+}
+
+/// Evaluates the places that `refinements` glimpsed and that may lie on the front, and adds them to `known`. `Err` only from `work`.
+fn add_glimpsed<'a>(
+    evaluator: &Evaluator,
+    refinements: impl Iterator<Item = &'a Refinement>,
+    metrics: &[Metric],
+    known: &mut Vec<(Site, Metrics)>,
+    work: &Work,
+) -> Result<()> {
+    let glimpsed: Vec<(Site, Metrics)> = refinements.flat_map(|refinement| &refinement.glimpsed).copied().collect();
+    let may_lie_there = undominated(&[&glimpsed[..], &known[..]].concat(), metrics);
+    let is_known = |site: &Site| known.iter().any(|(other, _)| other == site);
+    let unknown: Vec<Site> = may_lie_there.into_iter().map(|(site, _)| site).filter(|site| !is_known(site)).collect();
+    let exact = |(number, site): (usize, &Site)| {
+        Some((*site, evaluator.evaluate_in_work(&work.shard(number), site).ok()?.metrics))
+    };
+    let found: Vec<(Site, Metrics)> = unknown.par_iter().enumerate().filter_map(exact).collect();
+    work.barrier()?;
+    known.extend(found);
+    Ok(())
 }
 
 /// Refines places of `front` for one metric alone, the best of them first and no two neighbours: the best of all may lie in another region
@@ -185,8 +209,15 @@ fn polish_compromise(
         losses.iter().copied().fold(f64::NEG_INFINITY, f64::max) + SUM * losses.iter().sum::<f64>()
     };
     let mut places = vec![*start];
+    let mut filter = Filter::new(evaluator, &start.0, &loss);
     pattern_search(study, (start.0, 0.0), POLISH, f64::NEG_INFINITY, |site, below| {
-        let Some(evaluation) = evaluator.evaluate_below_in_work(work, site, &loss, below) else { return f64::INFINITY };
+        if !filter.may_be_below(work, site, &loss, below) {
+            return f64::INFINITY;
+        }
+        let Some(evaluation) = evaluator.evaluate_below_in_work(work, site, &loss, below) else {
+            filter.learn(site, &loss);
+            return f64::INFINITY;
+        };
         let value = loss(&evaluation.metrics);
         if value < below {
             places.push((*site, evaluation.metrics));

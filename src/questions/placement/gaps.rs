@@ -132,7 +132,10 @@ fn sites_in_intervals(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Ce
         }
     }
     let sites = evenly_thinned(sites, MIDDLES);
-    let fitting: Vec<Site> = sites.into_par_iter().filter(|site| evaluator.is_clear(site)).collect();
+    let fitting: Vec<Site> = sites
+        .into_par_iter()
+        .filter(|site| evaluator.check_boxes(site).is_ok() && evaluator.check_workspace(&evaluator.setup(site)).is_ok())
+        .collect();
     evenly_thinned(fitting, TRIED)
 }
 
@@ -164,9 +167,9 @@ fn midpoints(evaluator: &Evaluator, study: &PlacementStudy, orientation: &Site, 
         let (first, last) = along.into_iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
         ends.extend([first + table.margin_mm - own_low, last - table.margin_mm - own_high]);
     }
-    let workspace = &study.machine.workspace;
+    let (workspace, setup) = (&study.machine.workspace, evaluator.setup(orientation));
     for f in 0..study.features.len() {
-        let along = evaluator.tasks(orientation, f).into_iter().map(|task| task.pose.translation[axis]);
+        let along = evaluator.tasks(&setup, f).into_iter().map(|task| task.pose.translation[axis]);
         let (path_low, path_high) = along.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
         ends.extend([workspace.min[axis] - path_low, workspace.max[axis] - path_high]);
     }

@@ -16,6 +16,7 @@ use super::{
     PlacementStudy,
     evaluate::{Evaluation, Evaluator},
     site::{Site, is_angle},
+    turned::Setup,
 };
 use crate::{
     input::error,
@@ -67,6 +68,8 @@ pub(super) fn margins(
     work.tell(Event::Stage(Stage { of: "ways from the best place", items: directions.len() }));
     let Some((best, value)) = best else { return Ok(Vec::new()) };
     let limit = value + WORSE * value.abs();
+    // As it is clamped so is it cut: the program keeps its γ.
+    let placed = evaluator.setup(&best);
     let margin_of = |&(coordinate, direction): &(usize, f64)| {
         let is_full_turn = study.bounds.is_full_turn(coordinate);
         let reach = match (is_full_turn, direction > 0.0) {
@@ -75,12 +78,15 @@ pub(super) fn margins(
             _ => best.0[coordinate] - study.bounds.low[coordinate],
         };
         let step = study.bounds.range(coordinate) / STEPS;
-        let moved = |distance: f64| study.bounds.moved(&best, coordinate, direction * distance);
+        let moved = |distance: f64| Setup {
+            site: study.bounds.moved(&best, coordinate, direction * distance),
+            gammas: placed.gammas.clone(),
+        };
         let free = match is_angle(coordinate) {
             true => free_rotation(evaluator, reach, &moved),
             false => {
                 let axis = Vector3::from_fn(|i, _| if i == coordinate { direction } else { 0.0 });
-                evaluator.free_translation(&best, &axis).min(reach)
+                evaluator.free_translation(&placed, &axis).min(reach)
             }
         };
         let probe = |distance: f64| {
@@ -92,19 +98,21 @@ pub(super) fn margins(
         };
         let (distance, mut end) = margin_along(free, step, probe);
         if end == End::Bound && free < reach {
-            let beyond = evaluator.evaluate_in_work(work, &moved(free + PAST));
+            let beyond = evaluator.evaluate_with_shares(&moved(free + PAST));
             end = End::Infeasible(beyond.err().map_or_else(|| "a box is in the way".into(), |failure| failure.reason));
         } else if end == End::Bound && is_full_turn {
             end = End::Nowhere;
         }
-        let beyond = |by: f64| {
+        let shifted = |by: f64| {
             let mut site = best;
             site.0[coordinate] += direction * (reach + by);
-            evaluator.evaluate_in_work(work, &site)
+            site
         };
+        let beyond = |by: f64| evaluator.evaluate_in_work(work, &shifted(by));
         // A bound may be that of the machine; that of a search is in the way only where more is to be had behind it.
         if end == End::Bound
-            && let Err(failure) = beyond(PAST)
+            && let Err(failure) =
+                evaluator.evaluate_with_shares(&Setup { site: shifted(PAST), gammas: placed.gammas.clone() })
         {
             end = End::Infeasible(failure.reason);
         }
@@ -135,12 +143,12 @@ const BEYOND: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 const LOOKS: f64 = 4096.0;
 
 /// Returns by which angle up to `reach`, rad, the workpiece can rotate before it meets a box; `moved` returns its place after a rotation.
-fn free_rotation(evaluator: &Evaluator, reach: f64, moved: &impl Fn(f64) -> Site) -> f64 {
-    let mut free = 0.0;
+fn free_rotation(evaluator: &Evaluator, reach: f64, moved: &impl Fn(f64) -> Setup) -> f64 {
+    let (mut free, radius) = (0.0, evaluator.workpiece_radius());
     while free < reach {
         let gap = evaluator.clearance(&moved(free));
-        let next = (free + (gap / evaluator.workpiece_radius()).max(reach / LOOKS)).min(reach);
-        if gap <= CLOSED + evaluator.workpiece_radius() * reach / LOOKS && !evaluator.is_clear(&moved(next)) {
+        let next = (free + (gap / radius).max(reach / LOOKS)).min(reach);
+        if gap <= CLOSED + radius * reach / LOOKS && !evaluator.is_clear(&moved(next)) {
             return bisect(free, next, |angle| evaluator.is_clear(&moved(angle)));
         }
         free = next;

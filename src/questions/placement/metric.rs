@@ -210,6 +210,17 @@ impl Metrics {
         self.0[metric as usize] = Some(value);
     }
 
+    /// Returns the worse value of each metric, none where either has none.
+    pub(super) fn worse_of(&self, other: &Self) -> Self {
+        let mut worse = Self::default();
+        for metric in Metric::ALL {
+            if let (Some(a), Some(b)) = (self.get(metric), other.get(metric)) {
+                worse.set(metric, if metric.cost(a) >= metric.cost(b) { a } else { b });
+            }
+        }
+        worse
+    }
+
     /// Removes the value of `metric`.
     pub(super) fn clear(&mut self, metric: Metric) {
         self.0[metric as usize] = None;

@@ -9,13 +9,15 @@
 //! The workpiece can be cut at a place if it stays clear of the forbidden boxes and P within the machine's workspace box, the rigid machine
 //! reaches all points, and at those where the tool cuts there is a static equilibrium and an exact correction with drives within their
 //! travel and forces within their limits; whatever the objective is. An objective of the correction within limits asks for that correction
-//! instead.
+//! instead. All this holds wherever it is clamped within the [`Allowance`] of the place, and the objective is the worst there.
 
+mod allowance;
 mod along;
 #[cfg(not(target_family = "wasm"))]
 mod bodies;
 mod boxes;
 mod evaluate;
+mod few;
 mod front;
 mod gaps;
 mod margins;
@@ -26,6 +28,7 @@ mod refine;
 #[cfg(feature = "report")]
 pub mod report;
 mod resolve;
+mod runs;
 mod site;
 pub(crate) mod spec;
 mod sweep;
@@ -34,6 +37,7 @@ mod turned;
 mod uncertain;
 mod walk;
 
+pub use allowance::Allowance;
 pub(crate) use along::stride;
 pub use along::{PlacePoint, PlaceResults, Trace};
 pub use boxes::Table;
@@ -165,6 +169,8 @@ pub struct PlacementStudy {
     pub clearance_mm: f64,
     /// Bounds of the coordinates of the place.
     pub bounds: Bounds,
+    /// How far from a place the workpiece may stand once it is clamped.
+    pub allowance: Allowance,
     /// Grid of the sweep.
     pub grid: SiteGrid,
     /// The objective to be minimised.
@@ -313,6 +319,7 @@ impl PlacementStudy {
             clearance_mm: 0.0,
             grid: SiteGrid::new(&bounds, [1; 6]),
             bounds,
+            allowance: Allowance::default(),
             objective: Objective { weights: vec![(Metric::WorstDeflection, 1.0)], pareto: Vec::new() },
             search: Search { starts: 1, max_iterations: 1, tolerance: 1e-4, coarse_to_fine: true },
             candidates,

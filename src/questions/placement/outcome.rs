@@ -224,7 +224,7 @@ pub(super) fn evaluate_entries(
             _ => evaluator.examine_printed(&work, &site),
         };
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
-        let gammas = evaluator.gammas_at(&site);
+        let gammas = evaluator.setup(&site).gammas;
         Entry { name, found, site, gammas, outcome, value, spread: None }
     };
     let mut entries: Vec<Entry> = places.into_par_iter().enumerate().map(entry).collect();

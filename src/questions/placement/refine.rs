@@ -28,6 +28,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     PlacementStudy,
     evaluate::Evaluator,
+    few::{FewPoints, Filter, MOST_POINTS},
     metric::{Metrics, Objective},
     polish::{Steps, pattern_search},
     site::{Bounds, Site},
@@ -71,6 +72,8 @@ pub struct Refinement {
     pub history: Vec<f64>,
     /// Every place evaluated that can be cut.
     pub visited: Vec<(Site, Metrics)>,
+    /// Places at which only some points or corners were looked at, with bounds of their metrics, where a front may need them.
+    pub(super) glimpsed: Vec<(Site, Metrics)>,
 }
 
 /// Size of the first simplex, as a share of a step of the grid along each coordinate.
@@ -152,15 +155,34 @@ impl RefinementSearch<'_> {
         let settings = &self.study.search;
         let visited = Mutex::new(Vec::new());
         let history = Arc::new(Mutex::new(Vec::new()));
-        let cost = Cost { search: self, free: &free, fixed: start, visited: &visited };
+        let glimpsed = Mutex::new(Vec::new());
+        let mut cost = Cost {
+            search: self,
+            free: &free,
+            fixed: start,
+            corners: Vec::new(),
+            few: None,
+            visited: &visited,
+            glimpsed: &glimpsed,
+        };
         let mut best = (start, cost.record_value(&start));
+        cost.corners = self.corner_beyond(&start, &[]).into_iter().collect();
+        cost.few = FewPoints::new(self.evaluator, &start, &cost.corners);
         let tolerance = settings.tolerance * best.1.abs().max(SMALLEST);
         let (mut size, mut rounds, mut continued) = (FIRST_SIZE, 0, 0);
         let mut is_converged = free.is_empty();
         while !is_converged && best.1.is_finite() && rounds < ROUNDS && continued < CONTINUATIONS {
             let before = best.1;
-            let is_ended_by_count;
-            (best, is_ended_by_count) = cost.descend(best, size, tolerance, settings.max_iterations, &history)?;
+            let known = history.lock().map_or(0, |history| history.len());
+            let (end, is_ended_by_count) = cost.descend(best, size, tolerance, settings.max_iterations, &history)?;
+            let is_exact = cost.settle(end, &mut best, tolerance);
+            if let Ok(mut history) = history.lock() {
+                history[known..].iter_mut().for_each(|value| *value = value.max(best.1));
+            }
+            self.tell(Event::Best(best.1));
+            if !is_exact {
+                continue;
+            }
             if is_ended_by_count {
                 continued += 1;
                 continue;
@@ -176,16 +198,46 @@ impl RefinementSearch<'_> {
         let metrics = visited.iter().find(|(site, _): &&(Site, Metrics)| *site == best.0)?.1;
         let iterations = history.len();
         let (site, value) = best;
-        Some(Refinement { from, start, site, value, metrics, iterations, continued, is_converged, history, visited })
+        let glimpsed = glimpsed.into_inner().unwrap_or_default();
+        Some(Refinement {
+            from,
+            start,
+            site,
+            value,
+            metrics,
+            iterations,
+            continued,
+            is_converged,
+            history,
+            visited,
+            glimpsed,
+        })
+    }
+
+    /// Returns the corner of the allowance of `site`, other than `corners`, that makes the objective worst.
+    fn corner_beyond(&self, site: &Site, corners: &[usize]) -> Option<usize> {
+        self.evaluator.corner_beyond(site, corners, &|metrics| self.objective.value(metrics))
     }
 
     /// Improves the end of `refinement` by a pattern search, and records the better places that it visits.
     fn polish(&self, refinement: &mut Refinement) {
         let start = (refinement.site, refinement.value);
         let mut best = None;
+        let value_of = |metrics: &Metrics| self.objective.value(metrics);
+        let mut filter = Filter::new(self.evaluator, &start.0, &value_of);
         let (site, value) = pattern_search(self.study, start, POLISH, f64::NEG_INFINITY, |site, below| {
-            let evaluation = self.evaluator.evaluate_better_in_work(self.work, site, self.objective, below);
-            let Some(metrics) = evaluation.map(|evaluation| evaluation.metrics) else { return f64::INFINITY };
+            if !filter.may_be_below(self.work, site, &value_of, below) {
+                return f64::INFINITY;
+            }
+            let is_sought = *self.objective == self.study.objective;
+            let evaluation = match is_sought && !self.evaluator.may_be_below(site, below) {
+                true => None,
+                false => self.evaluator.evaluate_below_in_work(self.work, site, &value_of, below),
+            };
+            let Some(metrics) = evaluation.map(|evaluation| evaluation.metrics) else {
+                filter.learn(site, &value_of);
+                return f64::INFINITY;
+            };
             let value = self.objective.value(&metrics);
             if value < below {
                 best = Some(metrics);
@@ -211,7 +263,12 @@ struct Cost<'a> {
     search: &'a RefinementSearch<'a>,
     free: &'a [usize],
     fixed: Site,
+    /// Corners of the allowance that a descent looks at, to which those that its end asks for are added.
+    corners: Vec<usize>,
+    /// Points of the paths that a descent looks at, of which those that its end asks for are added; `None`: all.
+    few: Option<FewPoints>,
     visited: &'a Mutex<Vec<(Site, Metrics)>>,
+    glimpsed: &'a Mutex<Vec<(Site, Metrics)>>,
 }
 
 impl Cost<'_> {
@@ -245,7 +302,7 @@ impl Cost<'_> {
         self.free.iter().map(variable).collect()
     }
 
-    /// Returns the objective at a place, and records the place; infinite where it cannot be cut.
+    /// Returns the objective at a place within its whole allowance, and records the place; infinite where it cannot be cut.
     fn record_value(&self, site: &Site) -> f64 {
         match self.search.evaluator.evaluate_in_work(self.search.work, site) {
             Ok(evaluation) => {
@@ -256,6 +313,64 @@ impl Cost<'_> {
             }
             Err(_) => f64::INFINITY,
         }
+    }
+
+    /// Returns whether a descent looks at all points and corners.
+    fn looks_at_all(&self) -> bool {
+        self.few.is_none() && self.corners.len() == self.search.evaluator.corners().len()
+    }
+
+    /// Returns the objective at a place as far as the points and corners tell that are looked at; infinite where it cannot be cut.
+    fn descent_value(&self, site: &Site) -> f64 {
+        if self.looks_at_all() {
+            return self.record_value(site);
+        }
+        let evaluator = self.few.as_ref().map_or(self.search.evaluator, |few| &few.evaluator);
+        let work = match &self.few {
+            Some(few) => &self.search.work.part(&format!("{} points", few.count())),
+            None => self.search.work,
+        };
+        let Ok(evaluation) = evaluator.evaluate_among_in_work(work, site, &self.corners) else { return f64::INFINITY };
+        if !self.search.study.objective.pareto.is_empty()
+            && let Ok(mut glimpsed) = self.glimpsed.lock()
+        {
+            glimpsed.push((*site, evaluation.metrics));
+        }
+        self.search.objective.value(&evaluation.metrics)
+    }
+
+    /// Takes the end of a descent for `best` if it is better at all points within its whole allowance; returns whether the descent saw its
+    /// objective. Else what makes it worse is looked at from now on, too: each descent minimises a lower bound that becomes exact where it ends.
+    fn settle(&mut self, end: (Site, f64), best: &mut (Site, f64), tolerance: f64) -> bool {
+        if self.looks_at_all() {
+            *best = end;
+            return true;
+        }
+        let value = if end.0 == best.0 { best.1 } else { self.record_value(&end.0) };
+        if value < best.1 {
+            *best = (end.0, value);
+        }
+        if value <= end.1 + tolerance {
+            return true;
+        }
+        let all = self.search.evaluator;
+        let among = all
+            .evaluate_among(&end.0, &self.corners)
+            .map_or(f64::INFINITY, |own| self.search.objective.value(&own.metrics));
+        let mut is_exact = true;
+        if among > end.1 + tolerance && self.few.is_some() {
+            let next = self.few.as_ref().and_then(|few| few.with_worst(all, &end.0, &self.corners));
+            // That it cannot be cut may be due to what no point tells: bodies, ways between points.
+            self.few = next.filter(|few| few.count() <= MOST_POINTS);
+            is_exact = false;
+        }
+        if value > among + tolerance
+            && let Some(corner) = self.search.corner_beyond(&end.0, &self.corners)
+        {
+            self.corners.push(corner);
+            is_exact = false;
+        }
+        is_exact
     }
 
     /// Returns the start and, along each free coordinate, a place `size` steps of the grid away, inward at a bound, as variables u.
@@ -285,7 +400,8 @@ impl Cost<'_> {
         history: &Arc<Mutex<Vec<f64>>>,
     ) -> Option<((Site, f64), bool)> {
         let solver = NelderMead::new(self.simplex(&start.0, size)).with_sd_tolerance(tolerance);
-        let is_reported = *self.search.objective == self.search.study.objective;
+        // Only where all is looked at, else it is a bound.
+        let is_reported = self.looks_at_all() && *self.search.objective == self.search.study.objective;
         let observer =
             Progress { history: Arc::clone(history), best: start.1, work: self.search.work.clone(), is_reported };
         let result = Executor::new(self, solver.ok()?)
@@ -307,7 +423,7 @@ impl CostFunction for &Cost<'_> {
 
     /// Returns the objective at the variables `u`.
     fn cost(&self, u: &Self::Param) -> Result<f64, Error> {
-        Ok(self.record_value(&self.site_at(u)))
+        Ok(self.descent_value(&self.site_at(u)))
     }
 }
 

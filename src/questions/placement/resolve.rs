@@ -5,7 +5,8 @@ use std::sync::Arc;
 use nalgebra::{Vector2, Vector3};
 
 use super::{
-    Candidate, FeatureJob, PlacementStudy, Search,
+    Allowance, Candidate, FeatureJob, PlacementStudy, Search,
+    allowance::{ANGLE_DEG, POSITION_MM},
     boxes::Table,
     metric::{Metric, Objective},
     outcome::is_name_of_found,
@@ -30,8 +31,8 @@ use crate::{
         over_workspace::grid_input,
         path::resolve::{check_total, circle_points, named_point, on_carrier_problem, program_input, toolpath},
         placement::spec::{
-            CandidateSpec, FeatureSpec, ForbiddenSpec, ObjectiveSpec, OfCoordinates, PlacementStudySpec, SearchSpec,
-            TableSpec,
+            AllowanceSpec, CandidateSpec, FeatureSpec, ForbiddenSpec, ObjectiveSpec, OfCoordinates, PlacementStudySpec,
+            SearchSpec, TableSpec,
         },
     },
     simulation::{TrackedPath, with_drives_left, within_limits},
@@ -97,6 +98,7 @@ impl Question for PlacementStudy {
             search: resolve_search(&spec.search, &check.key("search"))?,
             objective: resolve_objective(&spec.objective, machine, &features, &check.key("objective"))?,
             candidates: Vec::new(),
+            allowance: resolve_allowance(&spec.allowance, &bounds, &check.key("allowance"))?,
             bounds,
             extent,
             machine: machine.clone(),
@@ -431,6 +433,25 @@ fn resolve_bounds(
         check.key(if is_sought { "bounds" } else { "fixed" }).key(name)
     })?;
     Ok(Bounds { low, high })
+}
+
+/// Largest allowance of positions, mm, and of angles, degrees: farther off, another place is meant.
+const MAX_ALLOWANCE: [f64; 2] = [100.0, 10.0];
+
+/// Returns the allowance of places, checked. What is not sought and not in the plane of the table has none.
+fn resolve_allowance(spec: &AllowanceSpec, bounds: &Bounds, check: &Check) -> Result<Allowance> {
+    let half = |key: &str, written: Option<f64>, default: f64, largest: f64| {
+        let check = check.key(key);
+        match check.not_negative(written.unwrap_or(default))? {
+            half if half <= largest => Ok(half),
+            half => check.fail(format!("must be at most {largest}, got {half}")),
+        }
+    };
+    let position = half("position_mm", spec.position_mm, POSITION_MM, MAX_ALLOWANCE[0])?;
+    let angle = half("angle_deg", spec.angle_deg, ANGLE_DEG, MAX_ALLOWANCE[1])?.to_radians();
+    let varies = |i: usize| matches!(COORDINATES[i], "x" | "y" | "yaw") || bounds.high[i] > bounds.low[i];
+    let of = |i: usize| if is_angle(i) { angle } else { position };
+    Ok(Allowance { half: std::array::from_fn(|i| if varies(i) { of(i) } else { 0.0 }) })
 }
 
 /// Makes the grid of the sweep, with the counts of the command line along x, y and z if it gives any.

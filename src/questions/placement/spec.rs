@@ -27,6 +27,9 @@ pub struct PlacementStudySpec {
     /// Value of each coordinate that is not searched.
     #[serde(default)]
     pub fixed: OfCoordinates<f64>,
+    /// How far from a place the workpiece may stand once it is clamped.
+    #[serde(default)]
+    pub allowance: AllowanceSpec,
     /// Objective to be minimised.
     pub objective: ObjectiveSpec,
     /// Settings of the search.
@@ -104,6 +107,16 @@ impl<T: Copy> OfCoordinates<T> {
     pub(super) fn in_order(&self) -> [Option<T>; 6] {
         [self.x_mm, self.y_mm, self.z_mm, self.yaw_deg, self.pitch_deg, self.roll_deg]
     }
+}
+
+/// How far from a place, on either side, the workpiece may stand once it is clamped; where it stands is probed, and the program compensated there.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AllowanceSpec {
+    /// Along x and y, and along z if that is sought; 1 mm if not given.
+    pub position_mm: Option<f64>,
+    /// Of yaw, and of pitch and roll if they are sought; 0.5° if not given.
+    pub angle_deg: Option<f64>,
 }
 
 /// Objective to be minimised.

@@ -1,28 +1,32 @@
 //! Search for the constant γ, the rotation about the tool axis, that is best for each feature at each place.
 //!
 //! That γ is the one of a lattice at which the feature can be cut (workspace box, travel of the corrected drives, force limits and all else
-//! that a place is judged by) and the objective of the placement is least. Values of γ are tried in the order of the residual errors at
-//! some points of the path; one whose best possible objective is no less than the best so far is pruned. The result depends on the place
-//! alone, so bounds from part of the points stay bounds.
+//! that a place is judged by) and the objective of the placement is least. What each γ deflects at some points of the path bounds its
+//! objective. The γ of the least bound is looked at on, level by level, until that of the least bound is known at all points: no other γ can be
+//! better. The result depends on the place alone, so bounds from part of the points stay bounds.
 
 use std::{
     borrow::Cow,
+    cmp::Ordering,
     collections::HashMap,
     sync::{Mutex, PoisonError},
 };
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     Evaluator, FeatureJob, Site,
     evaluate::{at_path_point, track_feature},
-    tally::{ResidualTally, Tally},
+    tally::{PointValues, ResidualTally, Tally},
 };
 use crate::{
     compensation::TaskPoint,
     input::error::Error,
     machine::Configuration,
-    process::{CutPath, Placement, RedundancySettings},
-    redundancy::{BranchMachines, GammaProblem, gammas_by_cost, infeasible_step, rotated_by},
-    simulation::{Failure, tasks::tasks_under},
+    process::{CutPath, Placement, RedundancyCost, RedundancySettings},
+    redundancy::{BranchMachines, GammaProblem, ReachedGamma, infeasible_step, reached_gammas, rotated_by},
+    simulation::{Failure, Source, tasks::tasks_under},
+    statics::has_play,
     toolpath::{PathPoint, Toolpath},
     work::Work,
 };
@@ -31,6 +35,17 @@ use crate::{
 const TRIED: usize = 24;
 /// Largest difference between objectives that count as the same: the γ nearest to the programmed one is taken.
 const SAME: f64 = 1e-9;
+/// Share by which a deflection at one of these points may be found smaller along the path.
+const ROUNDING: f64 = 1e-6;
+
+/// A place of the workpiece and how it is cut there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Setup {
+    /// The place.
+    pub site: Site,
+    /// γ of each feature, rad; `None` as programmed.
+    pub gammas: Vec<Option<f64>>,
+}
 
 /// Index of a feature, and the coordinates of its place.
 type Key = (usize, [u64; 6]);
@@ -60,37 +75,33 @@ impl FeatureJob {
         }
     }
 
-    /// Returns the values of γ, rad, feasible at [`TRIED`] points of the path, the smallest residual error first. `Err` if there are none.
-    fn feasible_gammas(
-        &self,
-        settings: &RedundancySettings,
-        machines: &BranchMachines,
-        site: &Site,
-    ) -> Result<Vec<f64>, Failure> {
-        let feature = &self.feature;
-        let points = feature.path.points();
+    /// Returns the points at which values of γ are compared first, indices in path order.
+    fn tried_points(&self) -> Vec<usize> {
+        let points = self.feature.path.points();
         let cuts = |point: &PathPoint| point.cutting;
         let counted: Vec<usize> = match points.iter().any(cuts) {
             true => (0..points.len()).filter(|k| cuts(&points[*k])).collect(),
             false => (0..points.len()).collect(),
         };
         let count = TRIED.min(counted.len());
-        let chosen: Vec<usize> =
-            (0..count).map(|k| counted[k * (counted.len() - 1) / count.saturating_sub(1).max(1)]).collect();
-        let path = Toolpath::assemble(chosen.iter().map(|k| points[*k]).collect()).into();
-        let loads: Vec<_> = chosen.iter().map(|k| feature.loads[*k]).collect();
+        (0..count).map(|k| counted[k * (counted.len() - 1) / count.saturating_sub(1).max(1)]).collect()
+    }
+
+    /// Returns the values of γ that are feasible at these `points` of the path. `Err` if there are none.
+    fn reached_gammas(
+        &self,
+        settings: &RedundancySettings,
+        machines: &BranchMachines,
+        site: &Site,
+        points: &[usize],
+    ) -> Result<Vec<ReachedGamma>, Failure> {
+        let feature = &self.feature;
+        let path = Toolpath::assemble(points.iter().map(|k| feature.path.points()[*k]).collect()).into();
+        let loads: Vec<_> = points.iter().map(|k| feature.loads[*k]).collect();
         let placement = site.placement(feature.reference);
         let problem = GammaProblem { path: &path, loads: &loads, ..self.gamma_problem(settings, &placement) };
-        match gammas_by_cost(problem, machines, &Work::default()) {
-            // As γ is printed.
-            Ok(Ok(gammas)) => Ok(gammas
-                .into_iter()
-                .map(|gamma| {
-                    let rounded = (10.0 * gamma.to_degrees()).round() / 10.0;
-                    let [low, high] = settings.range_deg;
-                    if (low..=high).contains(&rounded) { rounded.to_radians() } else { gamma }
-                })
-                .collect()),
+        match reached_gammas(problem, machines, &Work::default()) {
+            Ok(Ok(gammas)) => Ok(gammas),
             Ok(Err(dead_end)) => {
                 let infeasible = dead_end.infeasible.map_or("no γ before leads to one there", |h| h.text());
                 let [x, y, z]: [f64; 3] = path.points()[dead_end.point].position_mm.into();
@@ -116,22 +127,61 @@ impl FeatureJob {
     }
 }
 
+/// A γ at which a feature may be cut at a place, and what is known of it so far.
+#[derive(Debug)]
+struct Candidate {
+    /// The γ, rad.
+    gamma: f64,
+    /// Pose and load at each point, once they are asked for.
+    tasks: Vec<TaskPoint>,
+    /// Of the levels that are solved.
+    tally: Tally,
+    /// Their number.
+    levels: usize,
+    /// What the objective is at least.
+    bound: f64,
+}
+
+/// What a step of the search for γ found: a tighter bound, that it leads P out of the workspace box, or the objective, once all is checked.
+enum Step {
+    Bounded,
+    Outside,
+    Judged(f64),
+}
+
+/// Returns γ (rad) as it is printed, if that is within the range of `settings`.
+fn printed(gamma: f64, settings: &RedundancySettings) -> f64 {
+    let rounded = (10.0 * gamma.to_degrees()).round() / 10.0;
+    let [low, high] = settings.range_deg;
+    if (low..=high).contains(&rounded) { rounded.to_radians() } else { gamma }
+}
+
 /// Returns the failure that no γ is possible, for this `reason`.
 fn no_gamma(reason: String) -> Failure {
     Failure { status: "no_turn".into(), reason }
 }
 
 impl Evaluator {
-    /// Returns pose and load at each point of feature `f` at `site` at the best γ; `None` if none is sought or possible.
-    pub(super) fn tasks_at_best_gamma(&self, site: &Site, f: usize) -> Option<Vec<TaskPoint>> {
-        let gamma = self.gamma_at(site, f)?.ok()?;
-        self.study.features[f].tasks_at_gamma(site, gamma).ok()
+    /// Returns `site` with the best γ of each feature there; as programmed where none is sought or possible.
+    pub(super) fn setup(&self, site: &Site) -> Setup {
+        Setup { site: *site, gammas: (0..self.features.len()).map(|f| self.gamma_at(site, f)?.ok()).collect() }
     }
 
-    /// Returns the path of feature `f` at `site` at the best γ; as programmed if none is sought or possible.
-    pub(super) fn path_at_best_gamma(&self, site: &Site, f: usize) -> Cow<'_, CutPath> {
+    /// Returns pose and load at each point of feature `f` at `setup`; not kept, as a sweep has too many places.
+    pub(super) fn tasks(&self, setup: &Setup, f: usize) -> Vec<TaskPoint> {
         let job = &self.study.features[f];
-        let found = self.gamma_at(site, f).and_then(|gamma| job.path_at_gamma(site, gamma.ok()?).ok());
+        if let Some(at_gamma) = setup.gammas[f].and_then(|gamma| job.tasks_at_gamma(&setup.site, gamma).ok()) {
+            return at_gamma;
+        }
+        let feature = &job.feature;
+        let placement = setup.site.placement(feature.reference);
+        tasks_under(job.machine(), &placement, job.target, &feature.path, &feature.loads)
+    }
+
+    /// Returns the path of feature `f` at `setup`.
+    pub(super) fn path_at(&self, setup: &Setup, f: usize) -> Cow<'_, CutPath> {
+        let job = &self.study.features[f];
+        let found = setup.gammas[f].and_then(|gamma| job.path_at_gamma(&setup.site, gamma).ok());
         found.unwrap_or(Cow::Borrowed(&job.feature.path))
     }
 
@@ -145,16 +195,43 @@ impl Evaluator {
         if known.is_some() {
             return known;
         }
-        let gammas = self.feasible_gammas(settings, site, f);
-        let found = gammas.and_then(|gammas| self.best_gamma(&gammas, site, f));
+        let found = self.candidates(settings, site, f).and_then(|candidates| {
+            let best = self.best_gamma(candidates, site, f, f64::INFINITY)?;
+            best.ok_or_else(|| no_gamma("there is no γ".into()))
+        });
         self.gammas.0.lock().unwrap_or_else(PoisonError::into_inner).insert(key, found.clone());
         Some(found)
     }
 
-    /// Returns the values of γ of feature `f` at `site` to try, rad, as [`FeatureJob::feasible_gammas`].
-    fn feasible_gammas(&self, settings: &RedundancySettings, site: &Site, f: usize) -> Result<Vec<f64>, Failure> {
-        let machines = self.features[f].branches.as_ref().map_err(|problem| no_gamma(problem.clone()))?;
-        self.study.features[f].feasible_gammas(settings, machines, site)
+    /// Returns the values of γ of feature `f` to try at `site`. `Err` if there are none.
+    fn candidates(&self, settings: &RedundancySettings, site: &Site, f: usize) -> Result<Vec<Candidate>, Failure> {
+        let (prepared, job) = (&self.features[f], &self.study.features[f]);
+        let machines = prepared.branches.as_ref().map_err(|problem| no_gamma(problem.clone()))?;
+        let points = job.tried_points();
+        // With play, sides may be others along the path.
+        let tells = settings.cost == RedundancyCost::Deflection && !has_play(prepared.machines.actual(Source::All));
+        let candidate = |reached: ReachedGamma| {
+            let gamma = printed(reached.gamma, settings);
+            let mut tally = Tally::default();
+            for (&k, cost_mm) in points.iter().zip(&reached.costs_mm) {
+                let values = PointValues { deflection: cost_mm * (1.0 - ROUNDING), ..PointValues::default() };
+                tally.add(&values, prepared.shares[k], job.feature.tolerance_mm);
+            }
+            let is_known = tells && reached.is_at_home && gamma == reached.gamma;
+            let bound = if is_known { self.least_value(&tally, f) } else { f64::NEG_INFINITY };
+            Candidate { gamma, tasks: Vec::new(), tally: Tally::default(), levels: 0, bound }
+        };
+        let reached = job.reached_gammas(settings, machines, site, &points)?;
+        Ok(reached.into_iter().map(candidate).collect())
+    }
+
+    /// Returns what the objective of feature `f` alone is at least, as a `tally` of some of its points tells.
+    fn least_value(&self, tally: &Tally, f: usize) -> f64 {
+        let (objective, metrics) = (&self.study.objective, self.best_possible_of(tally, self.features[f].share));
+        match objective.metrics().iter().all(|metric| metrics.get(*metric).is_some()) {
+            true => objective.value(&metrics),
+            false => f64::NEG_INFINITY,
+        }
     }
 
     /// Returns whether the objective of the study may be less than `below` at `site`: false where it is not at any γ, with the workpiece exactly
@@ -163,61 +240,80 @@ impl Evaluator {
         // The objective of all features is not known from that of each.
         let ([job], true) = (&self.study.features[..], below.is_finite()) else { return true };
         let Some(settings) = job.gamma_search.as_ref().filter(|own| own.is_sought()) else { return true };
-        let Ok(gammas) = self.feasible_gammas(settings, site, 0) else { return false };
-        gammas.iter().any(|gamma| {
-            let Ok(tasks) = job.tasks_at_gamma(site, *gamma) else { return false };
-            let is_within = self.check_feature_workspace(0, &tasks).is_ok();
-            is_within && matches!(self.value_at_gamma(site, 0, &tasks, below), Ok(Some(_)))
-        })
+        let key = (0, site.0.map(f64::to_bits));
+        if self.gammas.0.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&key) {
+            return true;
+        }
+        let Ok(candidates) = self.candidates(settings, site, 0) else { return false };
+        let Ok(Some(gamma)) = self.best_gamma(candidates, site, 0, below) else { return false };
+        // One that is below is the best.
+        self.gammas.0.lock().unwrap_or_else(PoisonError::into_inner).insert(key, Ok(gamma));
+        true
     }
 
-    /// Returns which of `gammas`, rad, has the least objective, first of those that keep the workspace box. `Err` if it can be cut at none.
-    fn best_gamma(&self, gammas: &[f64], site: &Site, f: usize) -> Result<f64, Failure> {
-        let job = &self.study.features[f];
-        let tasks = |gamma: &f64| job.tasks_at_gamma(site, *gamma).map(|tasks| (*gamma, tasks));
-        let candidates: Vec<(f64, Vec<TaskPoint>)> = gammas.iter().map(tasks).collect::<Result<_, _>>()?;
-        let (within, outside): (Vec<_>, Vec<_>) =
-            candidates.into_iter().partition(|(_, tasks)| self.check_feature_workspace(f, tasks).is_ok());
+    /// Returns which of the `open` values of γ, rad, has the least objective, first of those that keep the workspace box; `None` if it is not less
+    /// than `below` at any of these. `Err` if it can be cut at none.
+    fn best_gamma(&self, mut open: Vec<Candidate>, site: &Site, f: usize, below: f64) -> Result<Option<f64>, Failure> {
+        let mut outside = Vec::new();
         let mut failed = None;
-        for gammas in [within, outside] {
+        for keeps_box in [true, false] {
             let mut best: Option<(f64, f64)> = None;
-            for (gamma, tasks) in gammas {
-                match self.value_at_gamma(site, f, &tasks, best.map_or(f64::INFINITY, |(value, _)| value + SAME)) {
-                    Ok(Some(value)) => {
-                        let is_better = best.is_none_or(|(least, least_gamma)| match (value - least).abs() <= SAME {
-                            true => gamma.abs() < least_gamma.abs(),
+            while let Some(next) = least_bound(&open) {
+                let limit = best.map_or(below, |(least, _)| least + SAME);
+                if open[next].bound >= limit && limit < f64::INFINITY {
+                    break;
+                }
+                let mut candidate = open.swap_remove(next);
+                match self.step_candidate(&mut candidate, site, f, keeps_box) {
+                    Ok(Step::Bounded) => open.push(candidate),
+                    Ok(Step::Outside) => outside.push(candidate),
+                    Ok(Step::Judged(value)) => {
+                        let is_better = best.is_none_or(|(least, gamma)| match (value - least).abs() <= SAME {
+                            true => candidate.gamma.abs() < gamma.abs(),
                             false => value < least,
                         });
-                        best = if is_better { Some((value, gamma)) } else { best };
+                        if is_better && (value < below || below == f64::INFINITY) {
+                            best = Some((value, candidate.gamma));
+                        }
                     }
-                    Ok(None) => {}
-                    Err(failure) => failed = failed.or(Some((gamma, failure))),
+                    Err(failure) => failed = failed.or(Some((candidate.gamma, failure))),
                 }
             }
-            if let Some((_, gamma)) = best {
-                return Ok(gamma);
+            if best.is_some() || below < f64::INFINITY {
+                return Ok(best.map(|(_, gamma)| gamma));
             }
+            open = std::mem::take(&mut outside);
         }
-        let (gamma, Failure { status, reason }) = failed.unwrap_or_else(|| (0.0, no_gamma("there is no γ".into())));
+        let Some((gamma, Failure { status, reason })) = failed else { return Ok(None) };
         let reason = format!("{reason} (at γ = {:.0}°; at no other γ can it be cut either)", gamma.to_degrees());
         Err(Failure { status, reason })
     }
 
-    /// Returns the objective of feature `f` alone at `site`; `None` if it is not less than `below`. `Err` says why it cannot be cut.
-    fn value_at_gamma(&self, site: &Site, f: usize, tasks: &[TaskPoint], below: f64) -> Result<Option<f64>, Failure> {
+    /// Solves the next level of a candidate, or judges it once all are solved. `Err` says why feature `f` cannot be cut so.
+    fn step_candidate(&self, own: &mut Candidate, site: &Site, f: usize, keeps_box: bool) -> Result<Step, Failure> {
         let (prepared, job) = (&self.features[f], &self.study.features[f]);
-        let (points, objective) = (job.feature.path.points(), &self.study.objective);
-        let mut tally = Tally::default();
-        for level in &prepared.levels {
-            let mut walk = self.start_walk(f);
-            for &k in level {
-                let values = self.solve_point(site, job, (k, &tasks[k]), &mut walk)?;
-                tally.add(&values, prepared.shares[k], job.feature.tolerance_mm);
-                if below.is_finite() && objective.value(&self.best_possible_of(&tally, prepared.share)) >= below {
-                    return Ok(None);
-                }
+        if own.tasks.is_empty() {
+            own.tasks = job.tasks_at_gamma(site, own.gamma)?;
+            if keeps_box && self.check_feature_workspace(f, &own.tasks).is_err() {
+                return Ok(Step::Outside);
             }
         }
+        let Some(level) = prepared.levels.get(own.levels) else {
+            return self.judged_value(site, f, &own.tasks).map(Step::Judged);
+        };
+        let solved = self.solve_plain_points_of((site, f), &own.tasks, level).map_err(|(_, failure)| failure)?;
+        for (values, &k) in solved.iter().zip(level) {
+            own.tally.add(values, prepared.shares[k], job.feature.tolerance_mm);
+        }
+        own.levels += 1;
+        own.bound = own.bound.max(self.least_value(&own.tally, f));
+        Ok(Step::Bounded)
+    }
+
+    /// Returns the objective of feature `f` alone at `site`, as a place is judged. `Err` says why it cannot be cut.
+    fn judged_value(&self, site: &Site, f: usize, tasks: &[TaskPoint]) -> Result<f64, Failure> {
+        let (prepared, job) = (&self.features[f], &self.study.features[f]);
+        let points = job.feature.path.points();
         let mut before: Option<(usize, Configuration)> = None;
         track_feature(
             job,
@@ -234,11 +330,11 @@ impl Evaluator {
             },
         )?;
         self.check_bodies_along(f, site, tasks)?;
-        // As a place is judged: in the order of the path.
-        let (mut walk, mut tally) = (self.start_walk(f), Tally::default());
-        for &k in &prepared.counted {
-            let values = self.solve_point(site, job, (k, &tasks[k]), &mut walk)?;
-            tally.add(&values, prepared.shares[k], job.feature.tolerance_mm);
+        // In the order of the path.
+        let mut tally = Tally::default();
+        let solved = self.solve_points_of((site, f), tasks, &prepared.counted, &mut None)?;
+        for (values, &k) in solved.iter().zip(&prepared.counted) {
+            tally.add(values, prepared.shares[k], job.feature.tolerance_mm);
         }
         let mut metrics = self.best_possible_of(&tally, prepared.share);
         if self.needs.bounded {
@@ -248,7 +344,12 @@ impl Evaluator {
                 Err(_) => ResidualTally::remove_from(&mut metrics),
             }
         }
-        let value = objective.value(&metrics);
-        Ok((below == f64::INFINITY || value < below).then_some(value))
+        Ok(self.study.objective.value(&metrics))
     }
+}
+
+/// Returns the index of the candidate of the least bound, of equal ones that of the smallest γ; `None` if there are none.
+fn least_bound(open: &[Candidate]) -> Option<usize> {
+    let key = |k: &usize| [open[*k].bound, open[*k].gamma.abs(), open[*k].gamma];
+    (0..open.len()).min_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal))
 }

@@ -9,6 +9,7 @@ use super::{
     metric::{Metric, Metrics},
     outcome::{Entry, EntryEvaluators},
     site::Site,
+    turned::Setup,
 };
 use crate::{
     FOR_PAGES,
@@ -86,11 +87,11 @@ pub(super) fn add_spread(
     Ok(())
 }
 
-/// Writes the metrics of the distribution without compensation at `site`, as estimated, over the points of the levels before `level`, into `metrics`. `Err`
+/// Writes the metrics of the distribution without compensation at `setup`, as estimated, over the points of the levels before `level`, into `metrics`. `Err`
 /// says why there is none.
 pub(super) fn write_metrics(
     evaluator: &Evaluator,
-    site: &Site,
+    setup: &Setup,
     level: usize,
     metrics: &mut Metrics,
 ) -> std::result::Result<(), Failure> {
@@ -101,12 +102,12 @@ pub(super) fn write_metrics(
     for (f, (job, drawn)) in jobs.iter().zip(drawn).enumerate() {
         let mut points: Vec<usize> = evaluator.features[f].levels.iter().take(level).flatten().copied().collect();
         points.sort_unstable();
-        let all = evaluator.tasks(site, f);
+        let all = evaluator.tasks(setup, f);
         let tasks: Vec<TaskPoint> = points.iter().map(|k| all[*k]).collect();
-        let of_all = drawn_forces(evaluator, drawn, site, f);
+        let of_all = drawn_forces(evaluator, drawn, setup, f);
         let forces: Vec<DrawnForceAt> = points.iter().filter_map(|k| of_all.get(*k)).copied().collect();
         let passes: Vec<u32> = points.iter().map(|k| all_passes[f][*k]).collect();
-        let path = SpreadPath { passes: &passes, compensates: false, ..job.spread(site, drawn) };
+        let path = SpreadPath { passes: &passes, compensates: false, ..job.spread(&setup.site, drawn) };
         let mut add = |part: &SpreadPart<'_>| path.solve_part(part, 1, &Work::default(), &mut largest).map(drop);
         parts_of(job.machine(), &tasks, &forces)(&mut add).map_err(|error| none(error.to_string()))?;
     }
@@ -128,11 +129,11 @@ fn passes(evaluator: &Evaluator) -> Vec<Vec<u32>> {
     evaluator.study.features.iter().map(of).collect()
 }
 
-/// Returns what draws change of the force at each point of feature `f` at `site`.
-fn drawn_forces(evaluator: &Evaluator, drawn: &DrawnMachines, site: &Site, f: usize) -> Vec<DrawnForceAt> {
+/// Returns what draws change of the force at each point of feature `f` at `setup`.
+fn drawn_forces(evaluator: &Evaluator, drawn: &DrawnMachines, setup: &Setup, f: usize) -> Vec<DrawnForceAt> {
     let job = &evaluator.study.features[f];
-    let placement = site.placement(job.feature.reference);
-    let path = evaluator.path_at_best_gamma(site, f);
+    let placement = setup.site.placement(job.feature.reference);
+    let path = evaluator.path_at(setup, f);
     drawn_forces_at(&drawn.uncertainty, job.machine(), &placement, &path, job.components.as_ref())
 }
 
@@ -143,13 +144,13 @@ fn spread_at(
     site: &Site,
     work: &Work,
 ) -> Result<Option<(PathSpread, LargestBoth)>> {
-    let jobs = &evaluator.study.features;
-    let tasks: Vec<Vec<TaskPoint>> = (0..jobs.len()).map(|f| evaluator.tasks(site, f)).collect();
+    let (jobs, setup) = (&evaluator.study.features, evaluator.setup(site));
+    let tasks: Vec<Vec<TaskPoint>> = (0..jobs.len()).map(|f| evaluator.tasks(&setup, f)).collect();
     let counts: Vec<_> = evaluator.features.iter().map(|own| |k: usize| own.is_counted[k]).collect();
     let all_passes = passes(evaluator);
     let path = |f: usize| SpreadPath { passes: &all_passes[f], counts: &counts[f], ..jobs[f].spread(site, &drawn[f]) };
     let paths: Vec<SpreadPath<'_>> = (0..jobs.len()).map(path).collect();
-    let forces: Vec<_> = drawn.iter().enumerate().map(|(f, drawn)| drawn_forces(evaluator, drawn, site, f)).collect();
+    let forces: Vec<_> = drawn.iter().enumerate().map(|(f, drawn)| drawn_forces(evaluator, drawn, &setup, f)).collect();
     let with_forces = jobs.iter().zip(tasks.iter().zip(&forces));
     let each_part: Vec<_> = with_forces.map(|(job, (tasks, forces))| parts_of(job.machine(), tasks, forces)).collect();
     let mut largest = LargestBoth::default();

@@ -12,8 +12,8 @@ use super::{
 };
 use crate::{
     machine::{BatchKinematics, Configuration, Machine},
-    spatial::Pose,
-    statics::{Batch, Case, Level, Outcome, TaskError},
+    spatial::{Pose, Wrench},
+    statics::{Batch, Case, Level, Outcome, State, Status, TaskError},
 };
 
 /// Compensates task `k` with session `k` as [`compensate`] does, with results identical to the last bit; returns them in this order.
@@ -27,6 +27,7 @@ pub fn compensate_batch(
     batch: &mut Batch,
 ) -> Vec<Compensation> {
     debug_assert_eq!(sessions.len(), tasks.len());
+    find_rests(sessions, tasks);
     let ready: Vec<_> = sessions.iter_mut().zip(tasks).map(|(session, task)| session.with_wanted_pose(task)).collect();
     let all = ready.iter().zip(tasks).map(|(ready, task)| *ready.as_ref().unwrap_or(task));
     let ready_tasks: &[TaskPoint] = &all.collect::<Vec<_>>();
@@ -89,6 +90,7 @@ pub fn simulate_batch(
 ) -> Vec<Compensation> {
     debug_assert!(sessions.len() == tasks.len() && sessions.len() == targets.len());
     let Some(settings) = sessions.first().map(|session| session.settings.equilibrium) else { return Vec::new() };
+    find_rests(sessions, tasks);
     let ready: Vec<_> = sessions.iter_mut().zip(tasks).map(|(session, task)| session.with_wanted_pose(task)).collect();
     seed_sessions(sessions, targets);
     let mut commanded = Vec::with_capacity(sessions.len());
@@ -330,6 +332,38 @@ fn seed_sessions(sessions: &mut [&mut Session], poses: &[Pose]) {
             sessions[k].seed_from_command(&poses[k], at);
         }
     }
+}
+
+/// Solves, side by side, where the nominal machine stands under its weight alone at the pose of `tasks[k]`, as [`Session::with_wanted_pose`] of session
+/// `k` would; it is then known.
+fn find_rests(sessions: &mut [&mut Session], tasks: &[TaskPoint]) {
+    let is_needed = sessions.iter().zip(tasks).any(|(session, task)| session.needs_rest(task));
+    // On external axes each stands on a machine of its own, to which it has not moved yet.
+    if sessions.len() < 2 || !is_needed || tasks.iter().any(|task| task.external.is_some()) {
+        return;
+    }
+    let poses: Vec<Pose> = tasks.iter().map(|task| task.pose).collect();
+    seed_sessions(sessions, &poses);
+    let stored = sessions[0].under_weight.take();
+    let mut batch = stored.unwrap_or_else(|| Box::new(Batch::new(sessions[0].unloaded())));
+    let settings = sessions[0].settings.equilibrium;
+    let pending = |(k, task): (usize, &TaskPoint)| {
+        let at = sessions[k].pending_rest(task)?;
+        Some((k, at.drives.clone(), State::rigid(&sessions[k].nominal, at)))
+    };
+    let mut pending: Vec<(usize, Vec<f64>, State)> = tasks.iter().enumerate().filter_map(pending).collect();
+    let mut cases: Vec<Case<'_>> = Vec::with_capacity(pending.len());
+    for (_, drives, state) in &mut pending {
+        cases.push(Case { drives, load: Wrench::zero(), state, task: None });
+    }
+    let outcomes = batch.equilibria(&mut cases, &settings);
+    for ((k, _, state), outcome) in pending.into_iter().zip(outcomes) {
+        // Where there is none the session says so itself.
+        if outcome.status == Status::Solved {
+            sessions[k].set_rest(poses[k], state.pose);
+        }
+    }
+    sessions[0].under_weight = Some(batch);
 }
 
 /// Solves, side by side, the forward kinematics that [`Session::target`] of each session would need; it is then known.

@@ -85,6 +85,8 @@ pub struct Session {
     pub(super) side_by_side: Option<Box<BatchKinematics>>,
     /// Storage for what is computed as in a batch, of this session alone.
     pub(super) alone: Option<Box<Batch>>,
+    /// Storage for equilibria under weight alone of several sessions at a time.
+    pub(super) under_weight: Option<Box<Batch>>,
 }
 
 /// Nominal inverse kinematics `at` for `pose`, searched from `from`.
@@ -122,6 +124,7 @@ impl Session {
             seeded: None,
             side_by_side: None,
             alone: None,
+            under_weight: None,
         }
     }
 
@@ -145,12 +148,18 @@ impl Session {
 
     /// Seeds the session with `at`, the nominal inverse kinematics of `pose` searched from the present command.
     pub(super) fn seed_from_command(&mut self, pose: &Pose, at: Configuration) {
-        self.seeded = Some(SeededInverse { from: self.command.clone(), pose: *pose, at });
+        match &mut self.seeded {
+            Some(seeded) => {
+                seeded.from.clone_from(&self.command);
+                (seeded.pose, seeded.at) = (*pose, at);
+            }
+            None => self.seeded = Some(SeededInverse { from: self.command.clone(), pose: *pose, at }),
+        }
     }
 
     /// Whether [`Session::command_pose`] would have to search for `pose`.
     pub(super) fn needs_search(&self, pose: &Pose) -> bool {
-        self.command.pose != *pose && !self.seeded.as_ref().is_some_and(|seeded| seeded.is_for(&self.command, pose))
+        self.command.pose != *pose && self.seeded_for(pose).is_none()
     }
 
     /// Moves the external axes to where `task` has them; `Err` where the other drives cannot meet the home pose there.
@@ -232,13 +241,48 @@ impl Session {
 
     /// Pose of P in O of the nominal machine under its weight alone, commanded to `pose`; `Err` if unreachable or not stable.
     fn pose_under_weight(&mut self, pose: &Pose) -> Result<Pose, CompensationStatus> {
-        let near = self.nominal.inverse_kinematics_from(&self.command, pose);
-        let at = near.or_else(|_| self.nominal.inverse_kinematics(pose)).map_err(CompensationStatus::Unreachable)?;
+        let at = match self.seeded_for(pose) {
+            Some(at) => at.clone(),
+            None => match self.nominal.inverse_kinematics_from(&self.command, pose) {
+                Ok(at) => {
+                    // The command that follows is sought from here, too.
+                    self.seed_from_command(pose, at.clone());
+                    at
+                }
+                Err(_) => self.nominal.inverse_kinematics(pose).map_err(CompensationStatus::Unreachable)?,
+            },
+        };
         let scratch = self.unloaded_scratch.get_or_insert_with(|| Scratch::new(&self.unloaded));
         let (mut state, settings) = (State::rigid(&self.nominal, &at), &self.settings.equilibrium);
         let outcome = equilibrium(&self.unloaded, &at.drives, &Wrench::zero(), &mut state, scratch, settings);
         Self::require_stable(outcome)?;
         Ok(state.pose)
+    }
+
+    /// Whether [`Session::with_wanted_pose`] would have to solve where the nominal machine stands under its weight at the pose of `task`.
+    pub(super) fn needs_rest(&self, task: &TaskPoint) -> bool {
+        let is_known = self.rest.is_some_and(|(pose, _)| pose == task.pose);
+        self.is_calibrated_under_weight && task.wanted.is_none() && !is_known
+    }
+
+    /// Configuration from which it would; `None` if it need not, or inverse kinematics is not seeded.
+    pub(super) fn pending_rest(&self, task: &TaskPoint) -> Option<&Configuration> {
+        if self.needs_rest(task) { self.seeded_for(&task.pose) } else { None }
+    }
+
+    /// The machine that stands under its weight alone where deflections are measured from.
+    pub(super) fn unloaded(&self) -> &Machine {
+        &self.unloaded
+    }
+
+    /// Tells where the nominal machine stands under its weight alone, commanded to `pose`.
+    pub(super) fn set_rest(&mut self, pose: Pose, rest: Pose) {
+        self.rest = Some((pose, rest));
+    }
+
+    /// The nominal inverse kinematics of `pose` searched from the present command, if it is seeded.
+    fn seeded_for(&self, pose: &Pose) -> Option<&Configuration> {
+        self.seeded.as_ref().filter(|seeded| seeded.is_for(&self.command, pose)).map(|seeded| &seeded.at)
     }
 
     /// Sets the nominal configuration and the state of the actual machine.
@@ -253,6 +297,12 @@ impl Session {
         self.command.clone_from(command);
         self.drives.clone_from(&command.drives);
         self.state.set_rigid(command);
+    }
+
+    /// Begins anew at the nominal configuration `command`, the actual machine undeflected: what comes does not depend on what was before.
+    pub fn restart(&mut self, command: &Configuration) {
+        self.set_rigid(command);
+        (self.rest, self.seeded) = (None, None);
     }
 
     /// The pose that commands the present drives: the modified target `t₀^(F)`, by nominal forward kinematics.
@@ -282,9 +332,8 @@ impl Session {
 
     /// Commands `pose` of P in O: sets command and drives by nominal inverse kinematics from the present command; `Err` if unreachable.
     pub(super) fn command_pose(&mut self, pose: &Pose) -> Result<(), CompensationStatus> {
-        let seeded = self.seeded.as_ref().filter(|seeded| seeded.is_for(&self.command, pose));
         if self.command.pose != *pose
-            && let Some(seeded) = seeded
+            && let Some(seeded) = self.seeded.as_ref().filter(|seeded| seeded.is_for(&self.command, pose))
         {
             self.command.clone_from(&seeded.at);
         } else if self.command.pose != *pose {

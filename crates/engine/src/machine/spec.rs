@@ -3,22 +3,10 @@
 use std::collections::BTreeMap;
 
 use kinetostat_cell::spec::BodySpec;
+use kinetostat_input::tables;
 use serde::Deserialize;
 
 use super::{accuracy::AccuracyFrame, provenance::Grade, unknown::StiffnessSpec};
-
-/// The tables of a machine file: keys that they do not have are refused, and editors are told of those that they have.
-macro_rules! tables {
-    ($($(#[$about:meta])* pub struct $table:ident { $($fields:tt)* })+) => {$(
-        $(#[$about])*
-        #[derive(Debug, Clone, Deserialize)]
-        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-        #[serde(deny_unknown_fields)]
-        pub struct $table {
-            $($fields)*
-        }
-    )+};
-}
 
 tables! {
     /// The whole file.

@@ -289,7 +289,8 @@ pub fn headline(report: &Report<'_>) -> Headline {
     let forces = report.verified.forces.as_ref().map_or_else(String::new, |own| format!(" {}", forces_sentence(own)));
     let of_tool = feed::verdict(report.job) + &verdict + &sure + &forces;
     let of_bodies = report.findings.clearance.as_ref();
-    let hit = of_bodies.and_then(|own| clearance::first_sentence(own, |k| report.job.place_text(k)));
+    let way = |k| format!("on the way to {}", report.job.place_text(k));
+    let hit = of_bodies.and_then(|own| Some(own.hit_text(way)? + "."));
     // What is cut is what will be measured; how the tool goes is behind it.
     let uncut = uncut_sentence(report);
     let short =

@@ -246,7 +246,7 @@ pub fn failures_text<'a>(passes: impl Iterator<Item = (String, &'a PathSummary)>
 pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let own = headline_of_tool(summary, text);
     let hit = summary.clearance.as_ref().and_then(|clearance| {
-        let sentence = clearance::first_sentence(clearance, |k| point_text(summary, k))?;
+        let sentence = clearance.hit_text(|k| format!("on the way to {}", point_text(summary, k)))? + ".";
         Some((sentence, clearance::verdict(clearance)?))
     });
     match hit {

@@ -16,8 +16,8 @@ use crate::{
     questions::{
         path::report::facts_text,
         placement::{
-            Candidate, End, Entry, Evaluation, FeatureJob, Margin, Metric, Metrics, Origin, PlacementResults,
-            PlacementStudy, evaluate, is_angle, site::printed_text,
+            COORDINATES, Candidate, End, Entry, Evaluation, FeatureJob, Margin, Metric, Metrics, Origin,
+            PlacementResults, PlacementStudy, evaluate, is_angle, site::printed_text,
         },
         spread_report::{self, Along},
     },
@@ -51,6 +51,9 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
             .with_cautions(&cautions_text(study));
     };
     let uncertainty = study.features[0].tracked.uncertainty.as_deref();
+    if !study.allowance.is_none() {
+        basis += &format!(", clamped within {}", study.allowance.text());
+    }
     basis += &format!(", {}", spread_report::basis(uncertainty));
     let clamp = clamp_sentence(results, entry, evaluation);
     let (sentence, details, numbers): (String, String, Vec<KeyNumber>) = match &entry.spread {
@@ -96,7 +99,8 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     });
     let (place, angles) = position_and_angles(&entry.site);
     let at = if angles.is_empty() { angles } else { format!(" at {angles}") };
-    let place = KeyNumber::new(&place, format!("{}{at}{}", origin_text(study), gamma_text(study, entry)), "");
+    let place =
+        KeyNumber::new(&place, format!("{}{at}{}", origin_text(study), gamma_text(study, entry)), room_text(results));
     let mut numbers: Vec<KeyNumber> = [place].into_iter().chain(numbers).chain(margin_number(results)).collect();
     let more: String = numbers.drain(MAX_NUMBERS.min(numbers.len())..).map(|own| number_sentence(&own)).collect();
     Headline::new(sentence, basis)
@@ -484,6 +488,27 @@ fn is_none(margin: &Margin) -> bool {
         true => margin.distance < NO_ROOM_DEG.to_radians(),
         false => margin.distance < NO_ROOM_MM,
     }
+}
+
+/// Returns how far from the best place the workpiece may be clamped along each coordinate that is sought, rounded down; empty where none is.
+fn room_text(results: &PlacementResults) -> String {
+    let way = |i: usize, sign: f64| results.flatness.iter().find(|own| own.coordinate == i && own.direction == sign);
+    // What is said can be done.
+    let down = |by: f64| (10.0 * by + 1e-9).floor() / 10.0;
+    let range = |i: usize| {
+        let (before, behind) = (way(i, -1.0)?, way(i, 1.0)?);
+        if before.end == End::Nowhere {
+            return Some(format!("any {}", COORDINATES[i]));
+        }
+        let [low, high] = [before, behind].map(|own| match is_angle(i) {
+            true => down(own.distance.to_degrees()),
+            false => down(own.distance),
+        });
+        let range = if low == high { format!("±{low}") } else { format!("−{low} … +{high}") };
+        Some(format!("{} {range}{}", COORDINATES[i], if is_angle(i) { "°" } else { " mm" }))
+    };
+    let ranges: Vec<String> = results.study.bounds.free().into_iter().filter_map(range).collect();
+    if ranges.is_empty() { String::new() } else { format!("room: {}", ranges.join(", ")) }
 }
 
 /// Returns the key number of the smallest margin of the best place along x, y or z, and of directions without any; `None` without such margins.

@@ -258,13 +258,25 @@ pub(super) fn best_entry(results: &PlacementResults) -> Option<(&Entry, &Evaluat
 /// Returns the sentences about deflections, corrections and residual errors at the recommended place.
 fn best_place_text(results: &PlacementResults, best: &Best) -> String {
     let machine = &results.study.machine;
-    let mut text = format!("At the recommended place, {}:", site_text(&best.site));
+    let allowance = &results.study.allowance;
+    let within = match allowance.is_none() {
+        true => String::new(),
+        false => format!(", wherever it is clamped within {}", allowance.text()),
+    };
+    let mut text = format!("At the recommended place, {}{within}:", site_text(&best.site));
     let Some((_, evaluation)) = best_entry(results) else { return text + "\n" };
     let value = |metric: Metric| Some(metric.value_text(machine, evaluation.metrics.get(metric)?));
     if let (Some(worst), Some(rms)) = (value(Metric::WorstDeflection), value(Metric::RmsDeflection)) {
         text += &format!(" without compensation the tool leaves its path by up to {worst} (rms {rms})");
         let within = value(Metric::ShareWithin).unwrap_or_default();
         text += &format!("; on {within} of the path that is within tolerance.");
+        let placed = evaluation
+            .as_placed
+            .get(Metric::WorstDeflection)
+            .map(|own| Metric::WorstDeflection.value_text(machine, own));
+        if let Some(placed) = placed.filter(|placed| *placed != worst) {
+            text += &format!(" With the workpiece exactly there it is {placed} at most.");
+        }
     }
     if let (Some(correction), Some(force)) = (value(Metric::WorstCorrection), value(Metric::WorstDriveForce)) {
         let revolute = value(Metric::WorstRotaryCorrection).zip(value(Metric::WorstRotaryTorque));

@@ -1,0 +1,162 @@
+//! Searches on few points of the paths: a largest or smallest value lies at one of them.
+//!
+//! A search looks at the first level of points and at those at which a value was largest so far. What it minimises is then a lower bound of the
+//! objective, which is exact where the largest value is at one of them. Where it ends all points are looked at; one that is worse is looked at
+//! from then on, and the search goes on.
+
+use std::collections::BTreeSet;
+
+use super::{Evaluator, FeatureJob, Metric, Metrics, PlacementStudy, Site, tally::PointValues, turned::Setup};
+use crate::{process::Feature, work::Work};
+
+/// Points of each feature that a search looks at, and what evaluates places by them.
+#[derive(Debug)]
+pub(super) struct FewPoints {
+    pub(super) evaluator: Evaluator,
+    /// Their indices in path order, for each feature.
+    points: Vec<BTreeSet<usize>>,
+}
+
+/// Fewest points of which it is worth while to look at few.
+const MANY: usize = 64;
+/// Most points of which few are looked at.
+pub(super) const MOST_POINTS: usize = 64;
+
+impl FewPoints {
+    /// Takes the first level of points of `all`, and those that are worst at `site` and at these `corners` of its allowance; `None` where the objective
+    /// is of no largest or smallest values, or points are few.
+    pub fn new(all: &Evaluator, site: &Site, corners: &[usize]) -> Option<Self> {
+        let objective = &all.study.objective;
+        let is_extreme = objective.metrics().iter().all(|metric| of_point(*metric).is_some());
+        let count: usize = all.features.iter().map(|feature| feature.counted.len()).sum();
+        if !is_extreme || count < MANY {
+            return None;
+        }
+        let first = |feature: &super::evaluate::PreparedFeature| feature.levels[0].iter().copied().collect();
+        let mut points: Vec<BTreeSet<usize>> = all.features.iter().map(first).collect();
+        add_worst(all, &all.setup(site), corners, &mut points);
+        Some(Self::of(all, points))
+    }
+
+    fn of(all: &Evaluator, points: Vec<BTreeSet<usize>>) -> Self {
+        let study = all.study.at_points(&points);
+        Self { evaluator: Evaluator::new(&study, &study.objective.metrics()), points }
+    }
+
+    /// Returns these points and those that are worst at `site` and at `corners` of its allowance, at its best γ and at that which these points take
+    /// for it; `None` if all of them are known.
+    pub fn with_worst(&self, all: &Evaluator, site: &Site, corners: &[usize]) -> Option<Self> {
+        let mut points = self.points.clone();
+        let (own, whole) = (self.evaluator.setup(site), all.setup(site));
+        add_worst(all, &own, corners, &mut points);
+        if whole != own {
+            add_worst(all, &whole, corners, &mut points);
+        }
+        if points == self.points { None } else { Some(Self::of(all, points)) }
+    }
+
+    /// Returns the number of points.
+    pub fn count(&self) -> usize {
+        self.points.iter().map(BTreeSet::len).sum()
+    }
+}
+
+/// The points and corners that tell that most places next to a good one are no better.
+#[derive(Debug)]
+pub(super) struct Filter<'a> {
+    all: &'a Evaluator,
+    few: Option<FewPoints>,
+    corners: Vec<usize>,
+}
+
+impl<'a> Filter<'a> {
+    /// Takes the points and the corner at which `value` of the metrics is worst at `site`.
+    pub fn new(all: &'a Evaluator, site: &Site, value: &dyn Fn(&Metrics) -> f64) -> Self {
+        let corners: Vec<usize> = all.corner_beyond(site, &[], value).into_iter().collect();
+        Self { all, few: FewPoints::new(all, site, &corners), corners }
+    }
+
+    /// Returns whether `value` may be less than `below` at `site`: false where these points and corners tell that it is not.
+    pub fn may_be_below(&self, work: &Work, site: &Site, value: &dyn Fn(&Metrics) -> f64, below: f64) -> bool {
+        let Some(few) = &self.few else { return true };
+        let work = work.part(&format!("{} points", few.count()));
+        let found = few.evaluator.evaluate_among_in_work(&work, site, &self.corners);
+        found.is_ok_and(|own| value(&own.metrics) < below)
+    }
+
+    /// Takes what tells that `site` is no better, which these points and corners did not: it tells so of the next place, too.
+    pub fn learn(&mut self, site: &Site, value: &dyn Fn(&Metrics) -> f64) {
+        let Some(few) = &self.few else { return };
+        match few.with_worst(self.all, site, &self.corners) {
+            Some(next) if next.count() <= MOST_POINTS => self.few = Some(next),
+            _ => self.corners.extend(self.all.corner_beyond(site, &self.corners, value)),
+        }
+    }
+}
+
+/// Adds the points that are worst at `setup` and at `corners` of its allowance to `points`.
+fn add_worst(all: &Evaluator, setup: &Setup, corners: &[usize], points: &mut [BTreeSet<usize>]) {
+    let at_corners = all.allowed_setups(setup);
+    for setup in std::iter::once(setup).chain(corners.iter().map(|&corner| &at_corners[corner])) {
+        for (f, points) in points.iter_mut().enumerate() {
+            points.extend(worst_points(all, setup, f));
+        }
+    }
+}
+
+/// Returns the point of feature `f` at which each metric of the objective is worst at `setup`, or the first at which the workpiece cannot be cut.
+fn worst_points(all: &Evaluator, setup: &Setup, f: usize) -> Vec<usize> {
+    let counted = &all.features[f].counted;
+    let values = match all.solve_plain_points_of((&setup.site, f), &all.tasks(setup, f), counted) {
+        Ok(values) => values,
+        Err((refused, _)) => return vec![refused],
+    };
+    let worst = |metric: Metric| {
+        let value = of_point(metric)?;
+        let largest = values.iter().zip(counted).max_by(|a, b| value(a.0).total_cmp(&value(b.0)));
+        largest.map(|(_, &k)| k)
+    };
+    all.study.objective.metrics().into_iter().filter_map(worst).collect()
+}
+
+/// Returns what of a point a metric is the largest of, negative where it is the smallest; `None` where it is no such value of single points.
+fn of_point(metric: Metric) -> Option<fn(&PointValues) -> f64> {
+    match metric {
+        Metric::WorstDeflection => Some(|own| own.deflection),
+        Metric::WorstAcrossPath => Some(|own| own.across[0]),
+        Metric::WorstAcrossSurface => Some(|own| own.across[1]),
+        Metric::WorstCorrection => Some(|own| own.correction),
+        Metric::WorstDriveForce => Some(|own| own.force),
+        Metric::WorstRotaryCorrection => Some(|own| own.revolute.map_or(0.0, |own| own[0])),
+        Metric::WorstRotaryTorque => Some(|own| own.revolute.map_or(0.0, |own| own[1])),
+        Metric::SuperpositionError => Some(|own| own.superposition_error),
+        Metric::ForceMargin => Some(|own| -own.margin.unwrap_or(f64::INFINITY)),
+        Metric::StabilityMargin => Some(|own| -own.stability.unwrap_or(f64::INFINITY)),
+        _ => None,
+    }
+}
+
+impl PlacementStudy {
+    /// Returns the study of these points of each feature (indices in path order) alone: of no ways between them.
+    fn at_points(&self, points: &[BTreeSet<usize>]) -> Self {
+        let features = self.features.iter().zip(points).map(|(job, points)| job.at_points(points));
+        Self { features: features.collect(), ..self.clone() }
+    }
+}
+
+impl FeatureJob {
+    /// Returns the feature with these points of its path alone.
+    fn at_points(&self, points: &BTreeSet<usize>) -> Self {
+        let indices: Vec<usize> = points.iter().copied().collect();
+        let of = |loads: &Vec<_>| indices.iter().map(|&k| loads[k]).collect();
+        let own = &self.feature;
+        let feature = Feature { path: own.path.at_points(&indices), loads: of(&own.loads), ..own.clone() };
+        Self {
+            feature,
+            components: None,
+            #[cfg(not(target_family = "wasm"))]
+            bodies: None,
+            ..self.clone()
+        }
+    }
+}
