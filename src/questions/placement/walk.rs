@@ -191,8 +191,8 @@ pub(super) fn visit_together(
 }
 
 /// Returns the walks whose point can be cut as far as is known, with their visits and tasks.
-fn open_visits<'v, 'w, 'a>(
-    walks: &'v mut [&'w mut PathWalk<'a>],
+fn open_visits<'v, 'a>(
+    walks: &'v mut [&mut PathWalk<'a>],
     visits: &'v mut [Visit],
     tasks: &'v [TaskPoint],
 ) -> Vec<(&'v mut PathWalk<'a>, &'v mut Visit, &'v TaskPoint)> {

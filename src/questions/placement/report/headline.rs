@@ -504,7 +504,9 @@ fn room_text(results: &PlacementResults) -> String {
             true => down(own.distance.to_degrees()),
             false => down(own.distance),
         });
-        let range = if low == high { format!("±{low}") } else { format!("−{low} … +{high}") };
+        let signed = |sign: &str, by: f64| if by == 0.0 { "0".into() } else { format!("{sign}{by}") };
+        let range =
+            if low == high { format!("±{low}") } else { format!("{} … {}", signed("−", low), signed("+", high)) };
         Some(format!("{} {range}{}", COORDINATES[i], if is_angle(i) { "°" } else { " mm" }))
     };
     let ranges: Vec<String> = results.study.bounds.free().into_iter().filter_map(range).collect();
