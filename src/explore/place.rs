@@ -40,7 +40,7 @@ pub struct PlaceResult {
     pub outside_workspace: Option<Failure>,
     /// Metrics with the workpiece exactly there, over the evaluated and feasible points only.
     pub metrics: Vec<MetricShown>,
-    /// Objective over all points, the worst of where the workpiece may be clamped; `None` if points were left out or the place is infeasible.
+    /// Objective with the workpiece exactly there, over all points; `None` if points were left out or the place is infeasible.
     pub objective: Option<f64>,
     /// The machine at one point; `None` if it has no equilibrium there.
     pub machine: Option<MachineAt>,
@@ -97,10 +97,9 @@ impl Explorer {
         let stride = request.most.map_or(1, |most| stride(&study.features, most));
         let PlaceResults { features, outcome, known } = evaluator.solve_points(&site, stride);
         let (failure, outside_workspace, metrics) = match &outcome {
-            Ok(evaluation) => (None, evaluation.outside_workspace.clone(), evaluation.as_placed),
+            Ok(evaluation) => (None, evaluation.outside_workspace.clone(), evaluation.metrics),
             Err(failure) => (Some(failure.clone()), None, known),
         };
-        let objective = outcome.as_ref().ok().map(|evaluation| study.objective.value(&evaluation.metrics));
         let is_complete = stride == 1 && failure.is_none();
         let errors = features.iter().enumerate().flat_map(|(f, points)| {
             points.iter().filter_map(move |point| Some(([f, point.index], point.before_mm?.norm_squared())))
@@ -123,7 +122,7 @@ impl Explorer {
             failure,
             outside_workspace,
             metrics: shown_metrics(&metrics, &study.machine),
-            objective: objective.filter(|value| is_complete && value.is_finite()),
+            objective: is_complete.then(|| study.objective.value(&metrics)).filter(|value| value.is_finite()),
             machine,
         })
     }

@@ -193,7 +193,7 @@ function explore(section) {
     const list = answer.metrics.map((m) => [escape(m.words), least + (m.unit ? Data.withUnit(m.value, m.unit) : number(100 * m.value) + " %")]);
     if (!live.exact) list.splice(0, 0, ["points looked at", `${points.length}, one of every ${answer.stride}: the rest follows when you let go`]);
     if (answer.objective !== null) {
-      list.push(["objective: " + escape(live.view.workpiece.objective), number(answer.objective)]);
+      list.push(["objective, clamped exactly there: " + escape(live.view.workpiece.objective), number(answer.objective)]);
       if (scene.best) {
         const share = 100 * (answer.objective / scene.best.objective - 1);
         const words = Math.abs(share) < 0.05 ? "the same as" : `${number(Math.abs(share))} % ${share > 0 ? "worse" : "better"} than`;

@@ -11,7 +11,7 @@ use super::{
     site::Site,
     tally::Tally,
     turned::Setup,
-    walk::{Infeasibility, Solution},
+    walk::{Infeasibility, PathWalk, Solution},
 };
 use crate::{
     compensation::{Compensation, Method, TaskPoint},
@@ -68,7 +68,7 @@ impl Evaluator {
         let mut features = Vec::new();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
             let tasks = self.tasks(&partial.setup, f);
-            let mut walk = self.start_walk(f);
+            let mut walk = PathWalk::new(self.walk_settings(f));
             let last = prepared.counted.len().saturating_sub(1);
             let visited =
                 prepared.counted.iter().enumerate().filter(|(i, _)| is_whole || i % stride == 0 || *i == last);
@@ -100,9 +100,11 @@ impl Evaluator {
         let known = self.best_possible(&partial);
         let outcome = match failure {
             Some(failure) => Err(failure),
+            // What is shown is shown exactly there.
             None if is_whole => {
                 let reached = self.check_reach(&partial.setup, |f, k| !self.features[f].is_counted[k]);
-                reached.and_then(|()| self.conclude_anywhere(&partial))
+                let outside_workspace = self.check_workspace(&partial.setup).err();
+                reached.and_then(|()| Ok(Evaluation { outside_workspace, ..self.conclude_placed(&partial)? }))
             }
             None => Ok(Evaluation {
                 metrics: known,

@@ -290,11 +290,6 @@ impl Evaluator {
         largest
     }
 
-    /// Returns a walk along the path of feature `f`, which starts at home.
-    pub(super) fn start_walk(&self, f: usize) -> PathWalk<'_> {
-        PathWalk::new(self.walk_settings(f))
-    }
-
     /// Adds the points of the next level. `Err` names the first point of the path out of reach, or else what cannot be solved.
     pub(super) fn advance(&self, partial: &mut PartialEvaluation) -> Result<(), Failure> {
         let visited = self.add_level(partial);
@@ -386,7 +381,7 @@ impl Evaluator {
 
     /// Returns the evaluation once all points are added, also where the path leaves the workspace box, there without allowance. `Err` as
     /// [`Evaluator::conclude`].
-    pub(super) fn conclude_anywhere(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
+    fn conclude_anywhere(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
         match self.check_workspace(&partial.setup) {
             Ok(()) => self.conclude(partial),
             Err(outside) => Ok(Evaluation { outside_workspace: Some(outside), ..self.conclude_placed(partial)? }),

@@ -89,9 +89,11 @@ impl Answered for PlacementStudy {
     }
 }
 
-/// Returns name, coordinates and objective of the best place as JSON.
+/// Returns name, coordinates and objective exactly at the best place as JSON.
 fn best_place(results: &PlacementResults, best: &Best) -> Value {
-    json!({ "name": results.entries[best.entry].name, "place": best.site.shown(), "objective": best.value })
+    let entry = &results.entries[best.entry];
+    let there = entry.feasible().map_or(best.value, |own| results.study.objective.value(&own.as_placed));
+    json!({ "name": entry.name, "place": best.site.shown(), "objective": there })
 }
 
 /// Returns the page without first screen, figures and question, which the run adds.
