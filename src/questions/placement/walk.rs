@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::tally::{Needs, PointValues};
 use crate::{
+    FOR_PAGES,
     compensation::{Compensation, CompensationStatus, Method, Session, TaskPoint, compensate, compensate_batch},
     machine::{Configuration, Machine, Motion, PostureChange, Unreachable},
     simulation::{Failure, Machines, Source, along_path::PathCase, play::PlayedPoint},
@@ -209,7 +210,7 @@ fn compensate_all(
 ) -> Vec<Compensation> {
     // With external axes each stands on a machine of its own.
     let is_one_machine = tasks.iter().all(|task| task.external.is_none());
-    match batch.filter(|_| sessions.len() > 1 && is_one_machine) {
+    match batch.filter(|_| !FOR_PAGES && sessions.len() > 1 && is_one_machine) {
         Some(batch) => compensate_batch(sessions, tasks, method, batch),
         None => sessions.iter_mut().zip(tasks).map(|(session, task)| compensate(session, task, method)).collect(),
     }

@@ -337,7 +337,8 @@ fn seed_sessions(sessions: &mut [&mut Session], poses: &[Pose]) {
 /// Solves, side by side, where the nominal machine stands under its weight alone at the pose of `tasks[k]`, as [`Session::with_wanted_pose`] of session
 /// `k` would; it is then known.
 fn find_rests(sessions: &mut [&mut Session], tasks: &[TaskPoint]) {
-    let is_needed = sessions.iter().zip(tasks).any(|(session, task)| session.needs_rest(task));
+    let has_lanes = !cfg!(target_family = "wasm");
+    let is_needed = has_lanes && sessions.iter().zip(tasks).any(|(session, task)| session.needs_rest(task));
     // On external axes each stands on a machine of its own, to which it has not moved yet.
     if sessions.len() < 2 || !is_needed || tasks.iter().any(|task| task.external.is_some()) {
         return;
