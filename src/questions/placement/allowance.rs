@@ -89,10 +89,8 @@ impl Allowance {
 
 /// Returns `names` as a list in a sentence.
 fn and_list(names: &[&str]) -> String {
-    match names {
-        [all @ .., last] if !all.is_empty() => format!("{} and {last}", all.join(", ")),
-        names => names.concat(),
-    }
+    let list = names.join(", ");
+    list.rsplit_once(", ").map_or(list.clone(), |(first, last)| format!("{first} and {last}"))
 }
 
 impl Evaluator {

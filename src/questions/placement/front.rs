@@ -108,16 +108,24 @@ fn add_glimpsed<'a>(
     known: &mut Vec<(Site, Metrics)>,
     work: &Work,
 ) -> Result<()> {
-    let glimpsed: Vec<(Site, Metrics)> = refinements.flat_map(|refinement| &refinement.glimpsed).copied().collect();
-    let may_lie_there = undominated(&[&glimpsed[..], &known[..]].concat(), metrics);
-    let is_known = |site: &Site| known.iter().any(|(other, _)| other == site);
-    let unknown: Vec<Site> = may_lie_there.into_iter().map(|(site, _)| site).filter(|site| !is_known(site)).collect();
-    let exact = |(number, site): (usize, &Site)| {
-        Some((*site, evaluator.evaluate_in_work(&work.shard(number), site).ok()?.metrics))
-    };
-    let found: Vec<(Site, Metrics)> = unknown.par_iter().enumerate().filter_map(exact).collect();
-    work.barrier()?;
-    known.extend(found);
+    let is_known = |(site, _): &(Site, Metrics)| known.iter().any(|(other, _)| other == site);
+    let glimpsed = refinements.flat_map(|refinement| &refinement.glimpsed).copied();
+    let mut glimpsed: Vec<(Site, Metrics)> = glimpsed.filter(|place| !is_known(place)).collect();
+    // A bound hides what it only seems to dominate: until none is left on the front.
+    for round in 0.. {
+        let mut unknown = undominated(&[&known[..], &glimpsed[..]].concat(), metrics);
+        unknown.retain(|place| glimpsed.contains(place));
+        if unknown.is_empty() {
+            break;
+        }
+        let work = work.part(&format!("round {round}"));
+        let exact = |(number, (site, _)): (usize, &(Site, Metrics))| {
+            Some((*site, evaluator.evaluate_in_work(&work.shard(number), site).ok()?.metrics))
+        };
+        known.extend(unknown.par_iter().enumerate().filter_map(exact).collect::<Vec<_>>());
+        work.barrier()?;
+        glimpsed.retain(|(site, _)| !unknown.iter().any(|(other, _)| other == site));
+    }
     Ok(())
 }
 

@@ -149,13 +149,6 @@ enum Step {
     Judged(f64),
 }
 
-/// Returns γ (rad) as it is printed, if that is within the range of `settings`.
-fn printed(gamma: f64, settings: &RedundancySettings) -> f64 {
-    let rounded = (10.0 * gamma.to_degrees()).round() / 10.0;
-    let [low, high] = settings.range_deg;
-    if (low..=high).contains(&rounded) { rounded.to_radians() } else { gamma }
-}
-
 /// Returns the failure that no γ is possible, for this `reason`.
 fn no_gamma(reason: String) -> Failure {
     Failure { status: "no_turn".into(), reason }
@@ -211,7 +204,10 @@ impl Evaluator {
         // With play, sides may be others along the path.
         let tells = settings.cost == RedundancyCost::Deflection && !has_play(prepared.machines.actual(Source::All));
         let candidate = |reached: ReachedGamma| {
-            let gamma = printed(reached.gamma, settings);
+            // As it is printed.
+            let rounded = (10.0 * reached.gamma.to_degrees()).round() / 10.0;
+            let [low, high] = settings.range_deg;
+            let gamma = if (low..=high).contains(&rounded) { rounded.to_radians() } else { reached.gamma };
             let mut tally = Tally::default();
             for (&k, cost_mm) in points.iter().zip(&reached.costs_mm) {
                 let values = PointValues { deflection: cost_mm * (1.0 - ROUNDING), ..PointValues::default() };
