@@ -64,8 +64,7 @@ impl Shape {
             && self.speeds.iter().enumerate().all(|(k, most)| distance(k) <= most * seconds)
     }
 
-    /// Cost (mm) of a node off the programmed γ or branch: less than a tie, and small beside [`Shape::step_penalty`], so that γ rather
-    /// stays.
+    /// Cost (mm) of a node off the programmed γ or branch: less than a tie, small beside [`Shape::step_penalty`], so that γ rather stays.
     fn tie_penalty(&self, node: usize) -> f64 {
         let Some((gamma, branch)) = self.programmed else { return 0.0 };
         let is_other_branch = node % self.branches != branch;

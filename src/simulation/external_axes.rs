@@ -142,8 +142,7 @@ fn commanded_along(machine: &Machine, path: &Toolpath, origin: &str) -> Result<M
     Ok(locked)
 }
 
-/// Returns a function from a point of a path to the positions of the machine's external axes, of which the path has the columns `names`; `None` if
-/// it has none.
+/// Returns a function from a point of a path to the positions of the machine's external axes, the columns `names` of the path; `None` if it has none.
 pub(crate) fn axes_along(machine: &Machine, names: &[String]) -> impl Fn(&PathPoint) -> Option<ExternalAxes> + use<> {
     let axis = |column: &String| {
         let label = machine.drive_label(drive_label_in(column)).ok()?;

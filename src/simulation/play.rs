@@ -22,8 +22,7 @@ use crate::{
 pub struct PointPlay {
     /// Side of its backlash to which each drive is pressed, machine order: 1 the way its joint grows, −1 the other way, 0 where it is open.
     pub sides: Vec<i8>,
-    /// Motion of the compensated point by the play of drives that are pressed to a side, O axes, mm; to first order where the command takes it
-    /// back.
+    /// Motion of the compensated point by the play of drives that are pressed to a side, O axes, mm; to first order where the command takes it back.
     pub seated_mm: Vector3<f64>,
     /// Half the interval in which open play and static friction leave the tool tip, O axes, mm; first order, part of no error.
     pub open_mm: Vector3<f64>,

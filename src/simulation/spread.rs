@@ -227,8 +227,7 @@ impl DrawnMachines {
         self.uncertainty.shares(&self.surrogate(responses, cut))
     }
 
-    /// Names of what spreads displacements without load and under `loads` most where this `cut` is made, with a share of the variance that is worth a
-    /// measurement.
+    /// Names of what spreads displacements without load and under `loads` most where this `cut` is made, with a share of variance worth a measurement.
     pub fn main_causes(&self, responses: &[Response], cut: Cut) -> Vec<&str> {
         let surrogate = self.surrogate(responses, cut);
         let variances = surrogate.variances(&self.uncertainty.draws, self.causes.iter().map(|(_, cause)| cause));
@@ -749,8 +748,7 @@ impl Estimate<'_> {
         nearest
     }
 
-    /// Difference in the first draw solved as a share of the 95 % quantile, infinite where that draw has no equilibrium; `None` where there is nothing to
-    /// check.
+    /// Difference in the first draw solved as a share of the 95 % quantile, infinite where that has no equilibrium; `None` where nothing is to check.
     fn first_share(&self) -> Option<f64> {
         let p95 = self.quantiles.p95;
         let share = self.spread.check_difference.map_or(f64::INFINITY, |share| share_of(share * p95, p95));

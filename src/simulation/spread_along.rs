@@ -52,8 +52,7 @@ pub struct PathSpread {
     pub plain: LargestSpread,
     /// At the compensated commands, which are computed with nominal numbers; `None` where no point could be compensated.
     pub compensated: Option<LargestSpread>,
-    /// Probability that the largest distance is larger at the compensated commands than at the nominal ones, by more than 0.5 %; `None` where they are not of the same
-    /// points.
+    /// Probability that the largest distance is larger at the compensated commands than at the nominal ones, by more than 0.5 %; `None` where points differ.
     pub worse: Option<f64>,
     /// For each drive, machine order, the probability that its correction makes the largest distance larger by more than 0.5 %, all others being corrected: by estimates of 1024
     /// draws. Empty where they are not known, or not asked for.
@@ -320,8 +319,7 @@ impl SpreadPath<'_> {
         Ok(AtWorst { if_measured: IfMeasured::worth_most(all), shares })
     }
 
-    /// Returns how far the tool is from the path at each of its points in the draw `index` with its `machines`, by the engine (O axes, mm); `None` where it has no
-    /// equilibrium.
+    /// Returns how far the tool is from the path at each of its points in the draw `index` with its `machines`, O axes, mm; `None` where it has no equilibrium.
     ///
     /// # Errors
     /// Of `work` and of the parts of the path.
@@ -811,8 +809,7 @@ impl<'a> Block<'a> {
         Ok(SpreadBlock { points, largest })
     }
 
-    /// Largest distance from the path in a draw, over the points at which the nominal machine is there under the same command, mm, or why
-    /// there is none.
+    /// Largest distance from the path in a draw, over the points that the nominal machine has under the same command, mm, or why there is none.
     fn largest(&self, draw: (usize, &Machines), command: Command) -> Result<std::result::Result<f64, Failure>> {
         let commanded = self.commanded(command)?;
         let commands = commanded.of(0..self.tasks.len());

@@ -130,8 +130,7 @@ pub(crate) fn drawn_forces_at(
     path.cutting_tools().into_iter().enumerate().map(at).collect()
 }
 
-/// Returns what draws change of the force at the point `k` of a path, where the tool with this index cuts and `components` have the loads of the components at each point, if
-/// any vary.
+/// Returns what draws change of the force at the point `k` of a path, where the tool with this index cuts and `components` have the loads of the components at each point, if any vary.
 pub(crate) fn drawn_force_at(tool: usize, components: &[Vec<TaskPoint>], k: usize) -> DrawnForceAt {
     let load = |own: usize| components.get(own).map_or_else(Wrench::zero, |own| own[k].load);
     DrawnForceAt { tool, components: std::array::from_fn(load) }

@@ -57,8 +57,7 @@ pub(crate) fn last_reached(track: &[TrackPoint]) -> Option<&Configuration> {
     track.iter().rev().find_map(TrackPoint::configuration)
 }
 
-/// Tracks each machine along its tasks, all by one point at a time. `take` gets each point with the machine's number and returns whether to
-/// go on.
+/// Tracks each machine along its tasks, all by one point at a time. `take` gets each point with the machine's number, and says whether to go on.
 fn step_by_step(
     track: &mut [MachineOnPath],
     tasks: &[&[TaskPoint]],

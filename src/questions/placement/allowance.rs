@@ -105,8 +105,7 @@ impl Evaluator {
         self.study.allowance.sites(&setup.site).into_iter().map(at).collect()
     }
 
-    /// Returns `evaluation` of `setup` with the worst metrics of these `corners` of its allowance. `Err` says at which the workpiece cannot be
-    /// cut.
+    /// Returns `evaluation` of `setup` with the worst metrics of these `corners` of its allowance. `Err` says at which it cannot be cut.
     pub(super) fn with_corners(
         &self,
         setup: &Setup,
@@ -154,10 +153,7 @@ impl Evaluator {
 
     /// Evaluates `setup` alone, without allowance.
     fn evaluate_setup(&self, setup: &Setup) -> Result<Evaluation, Failure> {
-        let mut partial = self.begin_setup(setup)?;
-        self.check_reach(&partial.setup, |f, k| !self.features[f].is_counted[k])?;
-        self.add_counted(&mut partial)?;
-        self.conclude_placed(&partial)
+        self.conclude_placed(&self.all_points(self.begin_setup(setup)?, &mut None)?)
     }
 
     /// Starts an evaluation at `setup`. `Err` says why the workpiece must not stand there.

@@ -182,8 +182,7 @@ pub struct Trace {
     pub arc_length_mm: Vec<f64>,
 }
 
-/// Returns the paths of every feature at the best place and at the poorest place that could be evaluated, by the evaluators of named and of
-/// found places.
+/// Returns the paths of every feature at the best and the poorest place evaluated, by the evaluators of named and of found places.
 pub(super) fn traces(
     evaluators: &EntryEvaluators,
     study: &PlacementStudy,

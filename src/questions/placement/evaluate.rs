@@ -1,7 +1,6 @@
 //! Evaluation of the metrics of a placement on the actual paths, with the loaded model and all sources of error.
 //!
-//! A sweep evaluates paths in levels, from few points to all; `Evaluator::best_possible` gives after each level the best values that the metrics
-//! can still have.
+//! A sweep evaluates paths in levels, from few points to all; `Evaluator::best_possible` gives after each level the best that metrics can still be.
 
 #[cfg(not(target_family = "wasm"))]
 use std::sync::Arc;
@@ -341,8 +340,7 @@ impl Evaluator {
         PointValues { across: [part(RedundancyCost::AcrossPath), part(RedundancyCost::AcrossSurface)], ..values }
     }
 
-    /// Returns the best that the metrics can be once all points are added; exact after the last level, but for the correction within
-    /// limits.
+    /// Returns the best that the metrics can be once all points are added; exact after the last, but for corrections within limits.
     pub(super) fn best_possible(&self, partial: &PartialEvaluation) -> Metrics {
         let all = partial.tallies.iter().fold(Tally::default(), |sum, tally| sum.merged(tally));
         self.best_possible_of(&all, self.share)
@@ -446,9 +444,8 @@ impl Evaluator {
         Ok((self.conclude_placed(&partial)?, shares.unwrap_or_default()))
     }
 
-    /// Adds all points to what was begun as `partial`, and appends to `shares`, unless `None`, where drives, joints and forces lie within their
-    /// limits, −1 to 1.
-    fn all_points(
+    /// Adds all points to what was begun as `partial`, and appends to `shares`, unless `None`, where drives, joints and forces lie, ±1 at limits.
+    pub(super) fn all_points(
         &self,
         mut partial: PartialEvaluation,
         shares: &mut Option<Vec<f64>>,
@@ -462,11 +459,6 @@ impl Evaluator {
         })?;
         self.add_points(&mut partial, |prepared| &prepared.counted, shares)?;
         Ok(partial)
-    }
-
-    /// Adds the points at which the tool cuts.
-    pub(super) fn add_counted(&self, partial: &mut PartialEvaluation) -> Result<(), Failure> {
-        self.add_points(partial, |prepared| &prepared.counted, &mut None)
     }
 
     /// Evaluates `site` as [`Evaluator::evaluate`] does, as a piece of `work`; stopped work returns a failure.
@@ -523,12 +515,11 @@ impl Evaluator {
         work.part("examine").piece(&site.0, |_| 0, || Ok(self.examine(site))).unwrap_or_else(stopped_failure)
     }
 
-    /// Evaluates `site` also where the path leaves the workspace box; checks the reach first, so that `Err` names the first unreachable
-    /// point.
+    /// Evaluates `site` also where the path leaves the workspace box; reach first, so that `Err` names the first point without.
     pub fn examine(&self, site: &Site) -> Result<Evaluation, Failure> {
         let mut partial = self.begin_without_workspace_check(site)?;
         self.check_reach(&partial.setup, |_, _| true)?;
-        self.add_counted(&mut partial)?;
+        self.add_points(&mut partial, |prepared| &prepared.counted, &mut None)?;
         self.conclude_anywhere(&partial)
     }
 

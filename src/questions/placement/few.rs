@@ -6,13 +6,16 @@
 
 use std::collections::BTreeSet;
 
-use super::{Evaluator, FeatureJob, Metric, Metrics, PlacementStudy, Site, tally::PointValues, turned::Setup};
+use super::{
+    Evaluator, FeatureJob, Metric, Metrics, PlacementStudy, Site, evaluate::Evaluation, tally::PointValues,
+    turned::Setup,
+};
 use crate::{process::Feature, work::Work};
 
 /// Points of each feature that a search looks at, and what evaluates places by them.
 #[derive(Debug)]
-pub(super) struct FewPoints {
-    pub(super) evaluator: Evaluator,
+struct FewPoints {
+    evaluator: Evaluator,
     /// Their indices in path order, for each feature.
     points: Vec<BTreeSet<usize>>,
 }
@@ -20,7 +23,7 @@ pub(super) struct FewPoints {
 /// Fewest points of which it is worth while to look at few.
 const MANY: usize = 64;
 /// Most points of which few are looked at.
-pub(super) const MOST_POINTS: usize = 64;
+const MOST_POINTS: usize = 64;
 
 impl FewPoints {
     /// Takes the first level of points of `all`, and those that are worst at `site` and at these `corners` of its allowance; `None` where the objective
@@ -61,36 +64,82 @@ impl FewPoints {
     }
 }
 
-/// The points and corners that tell that most places next to a good one are no better.
-#[derive(Debug)]
-pub(super) struct Filter<'a> {
+/// Points and corners that a search looks at instead of all: what they tell of a place is a lower bound.
+pub(super) struct Glimpse<'a> {
     all: &'a Evaluator,
+    value: &'a (dyn Fn(&Metrics) -> f64 + Sync),
+    /// Whether the value is the objective of the study, which every γ has bounds of.
+    pub is_objective: bool,
+    /// `None`: all points.
     few: Option<FewPoints>,
     corners: Vec<usize>,
 }
 
-impl<'a> Filter<'a> {
+impl<'a> Glimpse<'a> {
     /// Takes the points and the corner at which `value` of the metrics is worst at `site`.
-    pub fn new(all: &'a Evaluator, site: &Site, value: &dyn Fn(&Metrics) -> f64) -> Self {
+    pub fn new(all: &'a Evaluator, site: &Site, value: &'a (dyn Fn(&Metrics) -> f64 + Sync)) -> Self {
         let corners: Vec<usize> = all.corner_beyond(site, &[], value).into_iter().collect();
-        Self { all, few: FewPoints::new(all, site, &corners), corners }
+        Self { all, value, is_objective: false, few: FewPoints::new(all, site, &corners), corners }
     }
 
-    /// Returns whether `value` may be less than `below` at `site`: false where these points and corners tell that it is not.
-    pub fn may_be_below(&self, work: &Work, site: &Site, value: &dyn Fn(&Metrics) -> f64, below: f64) -> bool {
-        let Some(few) = &self.few else { return true };
-        let work = work.part(&format!("{} points", few.count()));
-        let found = few.evaluator.evaluate_among_in_work(&work, site, &self.corners);
-        found.is_ok_and(|own| value(&own.metrics) < below)
+    /// Returns whether it is of all points and corners.
+    pub fn is_whole(&self) -> bool {
+        self.few.is_none() && self.corners.len() == self.all.corners().len()
     }
 
-    /// Takes what tells that `site` is no better, which these points and corners did not: it tells so of the next place, too.
-    pub fn learn(&mut self, site: &Site, value: &dyn Fn(&Metrics) -> f64) {
-        let Some(few) = &self.few else { return };
-        match few.with_worst(self.all, site, &self.corners) {
-            Some(next) if next.count() <= MOST_POINTS => self.few = Some(next),
-            _ => self.corners.extend(self.all.corner_beyond(site, &self.corners, value)),
+    /// Returns bounds of the metrics at `site`; `None` if it cannot be cut.
+    pub fn metrics(&self, work: &Work, site: &Site) -> Option<Metrics> {
+        let found = match &self.few {
+            Some(few) => {
+                let work = work.part(&format!("{} points", few.count()));
+                few.evaluator.evaluate_among_in_work(&work, site, &self.corners)
+            }
+            None => self.all.evaluate_among_in_work(work, site, &self.corners),
+        };
+        found.ok().map(|own| own.metrics)
+    }
+
+    /// Evaluates `site`; `None` where the value is not less than `below`, as these points and corners tell, or what they then learn of it.
+    pub fn evaluate_below(&mut self, work: &Work, site: &Site, below: f64) -> Option<Evaluation> {
+        let may_be = |own: Metrics| (self.value)(&own) < below;
+        if self.few.is_some() && !self.metrics(work, site).is_some_and(may_be) {
+            return None;
         }
+        let at_no_gamma = self.is_objective && !self.all.may_be_below(site, below);
+        let evaluate = || self.all.evaluate_below_in_work(work, site, self.value, below);
+        let found = if at_no_gamma { None } else { evaluate() };
+        if found.is_none() {
+            // It tells so of the next place, too.
+            match self.few.as_ref().and_then(|few| few.with_worst(self.all, site, &self.corners)) {
+                Some(next) if next.count() <= MOST_POINTS => self.few = Some(next),
+                _ if self.few.is_some() => self.corners.extend(self.all.corner_beyond(site, &self.corners, self.value)),
+                _ => {}
+            }
+        }
+        found
+    }
+
+    /// Takes what makes `site` worse than these points and corners `told`, of value `whole`; returns whether nothing does by more than `tolerance`.
+    pub fn settle(&mut self, site: &Site, told: f64, whole: f64, tolerance: f64) -> bool {
+        if whole <= told + tolerance {
+            return true;
+        }
+        let among = self.all.evaluate_among(site, &self.corners);
+        let among = among.map_or(f64::INFINITY, |own| (self.value)(&own.metrics));
+        let mut is_exact = true;
+        if among > told + tolerance && self.few.is_some() {
+            let next = self.few.as_ref().and_then(|few| few.with_worst(self.all, site, &self.corners));
+            // That it cannot be cut may be due to what no point tells: bodies, ways between points.
+            self.few = next.filter(|few| few.count() <= MOST_POINTS);
+            is_exact = false;
+        }
+        if whole > among + tolerance
+            && let Some(corner) = self.all.corner_beyond(site, &self.corners, self.value)
+        {
+            self.corners.push(corner);
+            is_exact = false;
+        }
+        is_exact
     }
 }
 

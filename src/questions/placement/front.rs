@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::{
     PlacementStudy,
     evaluate::Evaluator,
-    few::Filter,
+    few::Glimpse,
     metric::{Metric, Metrics, Objective},
     polish::{Steps, pattern_search},
     refine::{Refinement, Start, refine},
@@ -217,15 +217,9 @@ fn polish_compromise(
         losses.iter().copied().fold(f64::NEG_INFINITY, f64::max) + SUM * losses.iter().sum::<f64>()
     };
     let mut places = vec![*start];
-    let mut filter = Filter::new(evaluator, &start.0, &loss);
+    let mut glimpse = Glimpse::new(evaluator, &start.0, &loss);
     pattern_search(study, (start.0, 0.0), POLISH, f64::NEG_INFINITY, |site, below| {
-        if !filter.may_be_below(work, site, &loss, below) {
-            return f64::INFINITY;
-        }
-        let Some(evaluation) = evaluator.evaluate_below_in_work(work, site, &loss, below) else {
-            filter.learn(site, &loss);
-            return f64::INFINITY;
-        };
+        let Some(evaluation) = glimpse.evaluate_below(work, site, below) else { return f64::INFINITY };
         let value = loss(&evaluation.metrics);
         if value < below {
             places.push((*site, evaluation.metrics));

@@ -27,8 +27,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     PlacementStudy,
-    evaluate::Evaluator,
-    few::{FewPoints, Filter, MOST_POINTS},
+    evaluate::{Evaluation, Evaluator},
+    few::Glimpse,
     metric::{Metrics, Objective},
     polish::{Steps, pattern_search},
     site::{Bounds, Site},
@@ -153,6 +153,7 @@ impl RefinementSearch<'_> {
     fn run(&self, from: Start, start: Site) -> Option<Refinement> {
         let free = self.study.bounds.free();
         let settings = &self.study.search;
+        let value_of = |metrics: &Metrics| self.objective.value(metrics);
         let visited = Mutex::new(Vec::new());
         let history = Arc::new(Mutex::new(Vec::new()));
         let glimpsed = Mutex::new(Vec::new());
@@ -160,14 +161,11 @@ impl RefinementSearch<'_> {
             search: self,
             free: &free,
             fixed: start,
-            corners: Vec::new(),
-            few: None,
+            glimpse: Glimpse::new(self.evaluator, &start, &value_of),
             visited: &visited,
             glimpsed: &glimpsed,
         };
         let mut best = (start, cost.record_value(&start));
-        cost.corners = self.corner_beyond(&start, &[]).into_iter().collect();
-        cost.few = FewPoints::new(self.evaluator, &start, &cost.corners);
         let tolerance = settings.tolerance * best.1.abs().max(SMALLEST);
         let (mut size, mut rounds, mut continued) = (FIRST_SIZE, 0, 0);
         let mut is_converged = free.is_empty();
@@ -214,28 +212,15 @@ impl RefinementSearch<'_> {
         })
     }
 
-    /// Returns the corner of the allowance of `site`, other than `corners`, that makes the objective worst.
-    fn corner_beyond(&self, site: &Site, corners: &[usize]) -> Option<usize> {
-        self.evaluator.corner_beyond(site, corners, &|metrics| self.objective.value(metrics))
-    }
-
     /// Improves the end of `refinement` by a pattern search, and records the better places that it visits.
     fn polish(&self, refinement: &mut Refinement) {
         let start = (refinement.site, refinement.value);
         let mut best = None;
         let value_of = |metrics: &Metrics| self.objective.value(metrics);
-        let mut filter = Filter::new(self.evaluator, &start.0, &value_of);
+        let mut glimpse = Glimpse::new(self.evaluator, &start.0, &value_of);
+        glimpse.is_objective = *self.objective == self.study.objective;
         let (site, value) = pattern_search(self.study, start, POLISH, f64::NEG_INFINITY, |site, below| {
-            if !filter.may_be_below(self.work, site, &value_of, below) {
-                return f64::INFINITY;
-            }
-            let is_sought = *self.objective == self.study.objective;
-            let evaluation = match is_sought && !self.evaluator.may_be_below(site, below) {
-                true => None,
-                false => self.evaluator.evaluate_below_in_work(self.work, site, &value_of, below),
-            };
-            let Some(metrics) = evaluation.map(|evaluation| evaluation.metrics) else {
-                filter.learn(site, &value_of);
+            let Some(Evaluation { metrics, .. }) = glimpse.evaluate_below(self.work, site, below) else {
                 return f64::INFINITY;
             };
             let value = self.objective.value(&metrics);
@@ -263,10 +248,8 @@ struct Cost<'a> {
     search: &'a RefinementSearch<'a>,
     free: &'a [usize],
     fixed: Site,
-    /// Corners of the allowance that a descent looks at, to which those that its end asks for are added.
-    corners: Vec<usize>,
-    /// Points of the paths that a descent looks at, of which those that its end asks for are added; `None`: all.
-    few: Option<FewPoints>,
+    /// What a descent looks at, to which what its end asks for is added.
+    glimpse: Glimpse<'a>,
     visited: &'a Mutex<Vec<(Site, Metrics)>>,
     glimpsed: &'a Mutex<Vec<(Site, Metrics)>>,
 }
@@ -315,34 +298,24 @@ impl Cost<'_> {
         }
     }
 
-    /// Returns whether a descent looks at all points and corners.
-    fn looks_at_all(&self) -> bool {
-        self.few.is_none() && self.corners.len() == self.search.evaluator.corners().len()
-    }
-
     /// Returns the objective at a place as far as the points and corners tell that are looked at; infinite where it cannot be cut.
     fn descent_value(&self, site: &Site) -> f64 {
-        if self.looks_at_all() {
+        if self.glimpse.is_whole() {
             return self.record_value(site);
         }
-        let evaluator = self.few.as_ref().map_or(self.search.evaluator, |few| &few.evaluator);
-        let work = match &self.few {
-            Some(few) => &self.search.work.part(&format!("{} points", few.count())),
-            None => self.search.work,
-        };
-        let Ok(evaluation) = evaluator.evaluate_among_in_work(work, site, &self.corners) else { return f64::INFINITY };
+        let Some(metrics) = self.glimpse.metrics(self.search.work, site) else { return f64::INFINITY };
         if !self.search.study.objective.pareto.is_empty()
             && let Ok(mut glimpsed) = self.glimpsed.lock()
         {
-            glimpsed.push((*site, evaluation.metrics));
+            glimpsed.push((*site, metrics));
         }
-        self.search.objective.value(&evaluation.metrics)
+        self.search.objective.value(&metrics)
     }
 
     /// Takes the end of a descent for `best` if it is better at all points within its whole allowance; returns whether the descent saw its
     /// objective. Else what makes it worse is looked at from now on, too: each descent minimises a lower bound that becomes exact where it ends.
     fn settle(&mut self, end: (Site, f64), best: &mut (Site, f64), tolerance: f64) -> bool {
-        if self.looks_at_all() {
+        if self.glimpse.is_whole() {
             *best = end;
             return true;
         }
@@ -350,27 +323,7 @@ impl Cost<'_> {
         if value < best.1 {
             *best = (end.0, value);
         }
-        if value <= end.1 + tolerance {
-            return true;
-        }
-        let all = self.search.evaluator;
-        let among = all
-            .evaluate_among(&end.0, &self.corners)
-            .map_or(f64::INFINITY, |own| self.search.objective.value(&own.metrics));
-        let mut is_exact = true;
-        if among > end.1 + tolerance && self.few.is_some() {
-            let next = self.few.as_ref().and_then(|few| few.with_worst(all, &end.0, &self.corners));
-            // That it cannot be cut may be due to what no point tells: bodies, ways between points.
-            self.few = next.filter(|few| few.count() <= MOST_POINTS);
-            is_exact = false;
-        }
-        if value > among + tolerance
-            && let Some(corner) = self.search.corner_beyond(&end.0, &self.corners)
-        {
-            self.corners.push(corner);
-            is_exact = false;
-        }
-        is_exact
+        self.glimpse.settle(&end.0, end.1, value, tolerance)
     }
 
     /// Returns the start and, along each free coordinate, a place `size` steps of the grid away, inward at a bound, as variables u.
@@ -389,8 +342,7 @@ impl Cost<'_> {
         simplex
     }
 
-    /// Runs one Nelder–Mead search; returns the better of its start and its end, and whether it used up its iterations; `None` if it fails or is
-    /// stopped.
+    /// Runs one Nelder–Mead search; returns the better of its start and its end, whether iterations were used up; `None` if it fails or is stopped.
     fn descend(
         &self,
         start: (Site, f64),
@@ -401,7 +353,7 @@ impl Cost<'_> {
     ) -> Option<((Site, f64), bool)> {
         let solver = NelderMead::new(self.simplex(&start.0, size)).with_sd_tolerance(tolerance);
         // Only where all is looked at, else it is a bound.
-        let is_reported = self.looks_at_all() && *self.search.objective == self.search.study.objective;
+        let is_reported = self.glimpse.is_whole() && *self.search.objective == self.search.study.objective;
         let observer =
             Progress { history: Arc::clone(history), best: start.1, work: self.search.work.clone(), is_reported };
         let result = Executor::new(self, solver.ok()?)

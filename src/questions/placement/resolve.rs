@@ -297,8 +297,7 @@ fn checked_box(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
     check.corners(min, max).map(|[min, max]| Extent { min, max })
 }
 
-/// Checks that the workpiece's box `extent` (W, mm) holds every point to which the tool cuts; beyond the side that the tool comes from, it
-/// cuts air.
+/// Checks that the workpiece's box `extent` (W, mm) holds every point to which the tool cuts; beyond the side that the tool comes from is air.
 fn check_holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Result<()> {
     for job in features {
         let machine = job.machine();

@@ -1,7 +1,6 @@
 //! Points of a path solved side by side: the path is cut into runs, each solved point after point, as many at a time as lanes hold.
 //!
-//! Where runs begin depends on the points alone, so the numbers of a place do, too, whatever thread computes them and whatever it computed
-//! before.
+//! Where runs begin depends on the points alone, so the numbers of a place do, too, whatever thread computes them after what.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -108,7 +107,7 @@ impl Evaluator {
         let found: Vec<&Configuration> = starts.iter().map(|start| start.as_ref().unwrap_or(&nominal.home)).collect();
         let solvers = || WalkSolvers::new(settings.machines, settings.needs);
         self.features[f].solvers.with(solvers, |solvers| {
-            solvers.with_walks(settings, &found, |walks, batches| {
+            solvers.with_walks(settings, &found, |walks, mut batches| {
                 for (number, walk) in walks.iter_mut().enumerate() {
                     walk.shares = shares.is_some().then(Vec::new);
                     walk.first = starts[0].clone().filter(|_| number > 0);
@@ -119,7 +118,7 @@ impl Evaluator {
                     let own: Vec<TaskPoint> = going.iter().map(|&run| tasks[runs[run][step]]).collect();
                     let moving = walks.iter_mut().enumerate().filter(|(run, _)| going.contains(run));
                     let mut moving: Vec<&mut PathWalk<'_>> = moving.map(|(_, walk)| walk).collect();
-                    let solved = visit_together(&mut moving, &own, Some(&mut *batches));
+                    let solved = visit_together(&mut moving, &own, batches.as_deref_mut());
                     for ((&run, walk), solved) in going.iter().zip(moving).zip(solved) {
                         let point = (run * length + step, runs[run][step]);
                         if run < open && !take(point, walk, solved) {

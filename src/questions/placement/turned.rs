@@ -9,7 +9,7 @@ use std::{
     borrow::Cow,
     cmp::Ordering,
     collections::HashMap,
-    sync::{Mutex, PoisonError},
+    sync::{Mutex, MutexGuard, PoisonError},
 };
 
 use serde::{Deserialize, Serialize};
@@ -54,6 +54,13 @@ type Key = (usize, [u64; 6]);
 #[derive(Debug, Default)]
 pub(super) struct GammaCache(Mutex<HashMap<Key, Result<f64, Failure>>>);
 
+impl GammaCache {
+    /// Returns the γ found so far, to read or write.
+    fn found(&self) -> MutexGuard<'_, HashMap<Key, Result<f64, Failure>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 impl FeatureJob {
     /// Checks that the machine can rotate its tool freely, if γ is sought. `Err` says why it cannot.
     pub(super) fn check_gamma_search(&self) -> Result<(), Error> {
@@ -96,7 +103,7 @@ impl FeatureJob {
         points: &[usize],
     ) -> Result<Vec<ReachedGamma>, Failure> {
         let feature = &self.feature;
-        let path = Toolpath::assemble(points.iter().map(|k| feature.path.points()[*k]).collect()).into();
+        let path = self.path_of(points);
         let loads: Vec<_> = points.iter().map(|k| feature.loads[*k]).collect();
         let placement = site.placement(feature.reference);
         let problem = GammaProblem { path: &path, loads: &loads, ..self.gamma_problem(settings, &placement) };
@@ -110,6 +117,23 @@ impl FeatureJob {
             }
             Err(error) => Err(no_gamma(error.to_string())),
         }
+    }
+
+    /// Returns these `points` of the path, in path order.
+    fn path_of(&self, points: &[usize]) -> CutPath {
+        Toolpath::assemble(points.iter().map(|k| self.feature.path.points()[*k]).collect()).into()
+    }
+
+    /// Returns whether the straight way from home leads to the path at `gamma`, rad: it is then cut on the branch of home. Around a limit or
+    /// singularity it may be on another.
+    fn begins_at_home(&self, settings: &RedundancySettings, site: &Site, gamma: f64) -> bool {
+        let (machine, placement) = (self.machine(), site.placement(self.feature.reference));
+        let (path, loads) = (self.path_of(&[0]), &self.feature.loads[..1]);
+        let problem = GammaProblem { path: &path, loads, ..self.gamma_problem(settings, &placement) };
+        rotated_by(problem, gamma).is_ok_and(|path| {
+            let tasks = tasks_under(machine, &placement, self.target, &path, loads);
+            tasks.iter().all(|task| machine.inverse_kinematics_from(&machine.home, &task.pose).is_ok())
+        })
     }
 
     /// Returns the path of the feature at `site`, with the platform rotated by `gamma` about the tool axis, rad.
@@ -184,7 +208,7 @@ impl Evaluator {
         let job = &self.study.features[f];
         let settings = job.gamma_search.as_ref().filter(|own| own.is_sought())?;
         let key = (f, site.0.map(f64::to_bits));
-        let known = self.gammas.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        let known = self.gammas.found().get(&key).cloned();
         if known.is_some() {
             return known;
         }
@@ -192,7 +216,7 @@ impl Evaluator {
             let best = self.best_gamma(candidates, site, f, f64::INFINITY)?;
             best.ok_or_else(|| no_gamma("there is no γ".into()))
         });
-        self.gammas.0.lock().unwrap_or_else(PoisonError::into_inner).insert(key, found.clone());
+        self.gammas.found().insert(key, found.clone());
         Some(found)
     }
 
@@ -213,7 +237,8 @@ impl Evaluator {
                 let values = PointValues { deflection: cost_mm * (1.0 - ROUNDING), ..PointValues::default() };
                 tally.add(&values, prepared.shares[k], job.feature.tolerance_mm);
             }
-            let is_known = tells && reached.is_at_home && gamma == reached.gamma;
+            let is_known =
+                tells && reached.is_at_home && gamma == reached.gamma && job.begins_at_home(settings, site, gamma);
             let bound = if is_known { self.least_value(&tally, f) } else { f64::NEG_INFINITY };
             Candidate { gamma, tasks: Vec::new(), tally: Tally::default(), levels: 0, bound }
         };
@@ -237,13 +262,13 @@ impl Evaluator {
         let ([job], true) = (&self.study.features[..], below.is_finite()) else { return true };
         let Some(settings) = job.gamma_search.as_ref().filter(|own| own.is_sought()) else { return true };
         let key = (0, site.0.map(f64::to_bits));
-        if self.gammas.0.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&key) {
+        if self.gammas.found().contains_key(&key) {
             return true;
         }
         let Ok(candidates) = self.candidates(settings, site, 0) else { return false };
         let Ok(Some(gamma)) = self.best_gamma(candidates, site, 0, below) else { return false };
         // One that is below is the best.
-        self.gammas.0.lock().unwrap_or_else(PoisonError::into_inner).insert(key, Ok(gamma));
+        self.gammas.found().insert(key, Ok(gamma));
         true
     }
 

@@ -81,7 +81,8 @@ impl WalkSessions {
 #[derive(Debug)]
 pub(super) struct WalkSolvers {
     sessions: Vec<WalkSessions>,
-    batches: WalkBatches,
+    /// `None` in pages, which have no lanes.
+    batches: Option<WalkBatches>,
 }
 
 /// Solvers of equilibria of [`Batch::WIDTH`] walks, in the order of the sessions of each.
@@ -95,8 +96,8 @@ impl WalkSolvers {
     /// Makes the solvers for the numbers of `needs`.
     pub fn new(machines: &Machines, needs: Needs) -> Self {
         let sessions = WalkSessions::new(machines, needs);
-        let single = sessions.single.iter().map(|(source, _)| machines.batch(*source)).collect();
-        let batches = WalkBatches { all: machines.batch(Source::All), single };
+        let single = || sessions.single.iter().map(|(source, _)| machines.batch(*source)).collect();
+        let batches = (!FOR_PAGES).then(|| WalkBatches { all: machines.batch(Source::All), single: single() });
         Self { sessions: vec![sessions; Batch::WIDTH], batches }
     }
 
@@ -105,14 +106,14 @@ impl WalkSolvers {
         &mut self,
         settings: WalkSettings<'a>,
         starts: &[&Configuration],
-        use_walks: impl FnOnce(&mut [PathWalk<'a>], &mut WalkBatches) -> T,
+        use_walks: impl FnOnce(&mut [PathWalk<'a>], Option<&mut WalkBatches>) -> T,
     ) -> T {
         let begin = |(mut sessions, at): (WalkSessions, &&Configuration)| {
             sessions.restart(at);
             PathWalk::with_sessions(sessions, settings)
         };
         let mut walks: Vec<PathWalk<'a>> = self.sessions.drain(..starts.len()).zip(starts).map(begin).collect();
-        let used = use_walks(&mut walks, &mut self.batches);
+        let used = use_walks(&mut walks, self.batches.as_mut());
         self.sessions.extend(walks.into_iter().map(|walk| walk.sessions));
         used
     }
@@ -334,8 +335,7 @@ impl<'a> PathWalk<'a> {
         self.last.exact = Some(exact);
     }
 
-    /// Adds drive corrections and forces of the correction `exact` to `values`. `Err` where it is required and missing, or exceeds a force
-    /// limit.
+    /// Adds drive corrections and forces of the correction `exact` to `values`. `Err` where it is required and missing, or beyond a force limit.
     fn add_exact(
         &mut self,
         uncompensated: &Compensation,

@@ -363,8 +363,7 @@ fn clamp_sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evalua
     text + "."
 }
 
-/// Returns the tool tip from P at home, O axes, mm, where paths give positions of P and not of the tip; `None` where they give the tip, or the tip is
-/// at P.
+/// Returns the tool tip from P at home, O axes, mm, where paths give positions of P and not of the tip; `None` where they do, or it is at P.
 pub(super) fn platform_offset(study: &PlacementStudy) -> Option<Vector3<f64>> {
     let is_of_platform = study.features[0].feature.reference == PathReference::PlatformPoint;
     Some(study.machine.home.pose.rotation * study.machine.tool_tip).filter(|tip| is_of_platform && tip.norm() > 0.0)

@@ -121,8 +121,7 @@ fn plane_title(results: &PlacementResults, plane: &[usize; 6]) -> String {
     typographic(&parts.join(", "))
 }
 
-/// Draws the map over the places of the sweep of what `value` reads from metrics (`None`: as impossible); `quantity` labels the colours, `words` name
-/// it.
+/// Draws the map over the places of the sweep of what `value` reads from metrics (`None`: as impossible); `words` name it, `quantity` labels the colours.
 fn map(
     results: &PlacementResults,
     quantity: &str,

@@ -162,8 +162,7 @@ fn unconfirmed_text(results: &PlacementResults) -> String {
 /// Probability of being worse than another place from which on the two are told apart.
 const TOLD_APART: f64 = 0.95;
 
-/// Returns the sentences about the place that is the best by its 95 % quantile, and those that cannot be told apart from it; empty where inputs are
-/// taken as exact.
+/// Returns the sentences about the place that is the best by its 95 % quantile, and those not told apart from it; empty where inputs are exact.
 pub(super) fn robust_text(results: &PlacementResults) -> String {
     let Some((recommended, _)) = best_entry(results) else { return String::new() };
     let with_spread = results.entries.iter().filter_map(|entry| Some((entry, entry.spread.as_ref()?)));
