@@ -3,6 +3,7 @@
 use kinetostat_budget::{Budget, Cause, Entry, Mark};
 use serde_json::{Value, json};
 
+use super::clearance::CLEARANCE;
 use crate::{
     figures::{BudgetBar, BudgetFigure, BudgetRow, Figure},
     files::{
@@ -150,7 +151,7 @@ impl OfVerdict<'_> {
             "What does the verdict rest on?",
             "what each cause of error takes of the tolerance, and which nobody knows",
         )
-        .figures(&[BUDGET])
+        .figures(&[BUDGET, CLEARANCE])
     }
 
     /// Returns the causes as JSON.

@@ -2,10 +2,13 @@
 
 use kinetostat_budget::{Budget, Cause, Entry, Mark};
 
+use super::machine::described;
 use crate::{
+    figures::{Figure, PoseFigure, Surroundings},
     files::words::{capitalised, counted, join_text, millimetres},
     page::headline::{State, Verdict},
-    simulation::clearance::{ClearanceState, NearestBodies, PathClearance, TOUCHING_MM},
+    process::Placement,
+    simulation::clearance::{ClearanceState, MachineCell, NearestBodies, PathClearance, TOUCHING_MM},
 };
 
 /// What to do next where bodies hit.
@@ -28,6 +31,48 @@ pub fn in_budget(mut budget: Budget, clearance: Option<&PathClearance>) -> Budge
         own
     });
     budget.within(scope)
+}
+
+/// File stem of the figure of where bodies come nearest.
+pub const CLEARANCE: &str = "clearance";
+
+/// Returns the words for two bodies that come nearest, such as "wrist and left clamp 12.3 mm apart".
+#[must_use]
+pub fn nearest_words(nearest: &NearestBodies) -> String {
+    let NearestBodies { names: [a, b], distance_mm, is_assumed, .. } = nearest;
+    match *distance_mm {
+        depth if depth < -TOUCHING_MM => format!("{a} and {b} overlap by {:.1}\u{a0}mm", -depth),
+        depth if depth <= TOUCHING_MM => format!("{a} and {b} touch"),
+        _ if *is_assumed => format!("{a} and {b} nearest"),
+        apart => format!("{a} and {b} {:.1}\u{a0}mm apart", (10.0 * apart).floor() / 10.0),
+    }
+}
+
+/// Draws the machine, its bodies and those around it where they come nearest with the workpiece at `placement`; `None` where nothing was looked at.
+#[must_use]
+pub fn figure(
+    cell: &MachineCell,
+    placement: &Placement,
+    clearance: Option<&PathClearance>,
+) -> Option<(String, Figure)> {
+    let nearest = clearance?.nearest.as_ref()?;
+    let words = nearest_words(nearest);
+    let described = described(cell.machine());
+    let figure = PoseFigure {
+        title: format!("Where bodies come nearest: {words}"),
+        subtitle: format!("{}, as programmed", described.name),
+        pose: cell.machine().rigid_skeleton(&nearest.at),
+        displaced: None,
+        rails: described.rails,
+        workspace: described.workspace_mm,
+        surroundings: Surroundings {
+            bodies: cell.outlines(&nearest.at, placement),
+            nearest: Some((nearest.points_mm, words)),
+            ..Surroundings::default()
+        },
+        note: nearest.is_assumed.then(|| "A shape of one of them is assumed.".into()),
+    };
+    Some((CLEARANCE.into(), Figure::Pose(Box::new(figure))))
 }
 
 /// Returns the verdict where bodies hit; `None` where none was found to.

@@ -31,6 +31,7 @@ const LEVELS: f64 = 32.0;
 pub(super) const PART: [Rgb; 2] = [[11, 79, 138], [219, 232, 245]];
 pub(super) const ROOM: [Rgb; 2] = [[184, 84, 0], [253, 226, 200]];
 pub(super) const OBSTACLE: Rgb = [192, 57, 43];
+pub(super) const NEAREST: Stroke = Stroke { colour: [108, 52, 131], width: 7.0, dash: &[] };
 
 /// Meaning of a shape of a plan, which decides how it is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +46,10 @@ pub enum Look {
     Place,
     /// An obstacle: a hatched area.
     Obstacle,
+    /// A body that stands: its border.
+    Body,
+    /// Where bodies come nearest: a strong line between points of both.
+    Nearest,
     /// The tool's path on the part: a line in the part's colour.
     Path,
     /// The target path that actual ones are compared with: a thin dark line.
@@ -60,10 +65,11 @@ impl Look {
     fn stroke(self) -> Option<Stroke> {
         match self {
             Look::Path => Some(Stroke { colour: PART[0], width: 3.5, dash: &[] }),
+            Look::Nearest => Some(NEAREST),
             Look::TargetPath => Some(Stroke { colour: INK, width: 3.5, dash: &[] }),
             Look::Before => Some(legend::BEFORE),
             Look::After => Some(legend::AFTER),
-            Look::Part | Look::Room | Look::Ghost | Look::Place | Look::Obstacle => None,
+            Look::Part | Look::Room | Look::Ghost | Look::Place | Look::Obstacle | Look::Body => None,
         }
     }
 }
@@ -273,7 +279,8 @@ fn draw_shape(drawing: &mut Drawing, plot: &Plot, shape: &PlanShape, occupied: &
             }
             drawing.outline(&points, line(OBSTACLE, 5.0, &[]));
         }
-        Look::Path | Look::TargetPath | Look::Before | Look::After => {
+        Look::Body => drawing.outline(&points, line(OBSTACLE, 3.5, &[])),
+        Look::Path | Look::TargetPath | Look::Before | Look::After | Look::Nearest => {
             shape.look.stroke().into_iter().for_each(|stroke| drawing.line(points.clone(), stroke));
         }
     }
@@ -336,7 +343,8 @@ fn draw_labels(drawing: &mut Drawing, plot: &Plot, figure: &PlanFigure, mut occu
         let colour = match shape.look {
             Look::Part | Look::Path => PART[0],
             Look::Room => ROOM[0],
-            Look::Obstacle => OBSTACLE,
+            Look::Obstacle | Look::Body => OBSTACLE,
+            Look::Nearest => NEAREST.colour,
             Look::Ghost | Look::Place => MUTED,
             Look::TargetPath | Look::Before | Look::After => INK,
         };

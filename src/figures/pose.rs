@@ -6,9 +6,10 @@ use super::labels::{Occupied, Spot, rect_around};
 use super::legend::{self, Sample, line_sample};
 use super::plan;
 use super::projection::Projection;
+use super::shapes::hull;
 use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, Sizes, WHITE};
 use super::text::{self, Weight};
-use crate::spatial::Skeleton;
+use crate::spatial::{BodyOutline, Skeleton};
 
 /// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
 const AZIMUTH: f64 = 32.0;
@@ -35,6 +36,8 @@ const TOOL: Stroke = Stroke { colour: CURVES[1], width: 9.0, dash: &[] };
 const PART: Stroke = Stroke { colour: plan::PART[0], width: 4.5, dash: &[] };
 const PATH: Stroke = Stroke { colour: INK, width: 3.5, dash: &[] };
 const OBSTACLE: Stroke = Stroke { colour: plan::OBSTACLE, width: 4.5, dash: &[] };
+const STANDING: Stroke = Stroke { colour: plan::OBSTACLE, width: 3.0, dash: &[] };
+const MOVING: Stroke = Stroke { colour: HATCH, width: 3.0, dash: &[] };
 const BENT: Stroke = Stroke { colour: CURVES[2], width: 6.0, dash: &[] };
 
 /// A machine as lines: chains, joints, springs, masses, guideways, frames, workspace box and named points; positions in frame O.
@@ -74,6 +77,10 @@ pub struct Surroundings {
     pub part: Option<Solid>,
     /// Boxes that the part must stay out of.
     pub obstacles: Vec<Solid>,
+    /// Bodies of the machine and around it.
+    pub bodies: Vec<BodyOutline>,
+    /// The line between bodies that come nearest, mm, and its words.
+    pub nearest: Option<([[f64; 3]; 2], String)>,
     /// Paths of the tool, mm.
     pub paths: Vec<Vec<[f64; 3]>>,
     /// Paths of the tool without compensation, mm; deviations are amplified already.
@@ -91,7 +98,11 @@ impl Surroundings {
     /// Yields all corners of boxes and points of paths, mm.
     fn points(&self) -> impl Iterator<Item = [f64; 3]> {
         let lines = [&self.paths, &self.before, &self.after];
-        self.solids().flat_map(|solid| solid.corners).chain(lines.into_iter().flatten().flatten().copied())
+        let bodies = self.bodies.iter().flat_map(|body| body.shapes_mm.iter().flatten().copied());
+        self.solids()
+            .flat_map(|solid| solid.corners)
+            .chain(bodies)
+            .chain(lines.into_iter().flatten().flatten().copied())
     }
 }
 
@@ -157,10 +168,21 @@ impl View {
         self.projection.project(point)
     }
 
+    /// Returns the border of a convex shape with these points in O (mm) on the page.
+    fn silhouette(&self, points: &[[f64; 3]]) -> Vec<Point> {
+        let projected = points.iter().map(|point| self.project(*point).into()).collect();
+        hull(projected).into_iter().map(Into::into).collect()
+    }
+
     /// Draws the projection of a polyline in O (mm).
     fn draw_line(&self, drawing: &mut Drawing, points: &[[f64; 3]], stroke: Stroke) {
         drawing.line(points.iter().map(|p| self.project(*p)).collect(), stroke);
     }
+}
+
+/// Returns the stroke of a body: one that moves with the machine or one that stands.
+fn body_stroke(body: &BodyOutline) -> Stroke {
+    if body.is_moving { MOVING } else { STANDING }
 }
 
 /// Returns the corners of the upright box between `low` and `high`, in the order of [`Solid::corners`].
@@ -185,6 +207,11 @@ pub(super) fn drawing(figure: &PoseFigure, sizes: Sizes) -> Result<Drawing, Figu
     for solid in figure.surroundings.solids() {
         box_edges(solid.corners).for_each(|edge| view.draw_line(&mut drawing, &edge, figure.solid_stroke(solid)));
     }
+    for body in &figure.surroundings.bodies {
+        for shape in &body.shapes_mm {
+            drawing.outline(&view.silhouette(shape), body_stroke(body));
+        }
+    }
     match &figure.displaced {
         None => draw_machine(&mut drawing, &view, &figure.pose, LINK, figure.largest_mass()),
         Some(displaced) => {
@@ -195,6 +222,9 @@ pub(super) fn drawing(figure: &PoseFigure, sizes: Sizes) -> Result<Drawing, Figu
     let Surroundings { paths, before, after, .. } = &figure.surroundings;
     for (lines, stroke) in [(paths, PATH), (before, legend::BEFORE), (after, legend::AFTER)] {
         lines.iter().for_each(|path| view.draw_line(&mut drawing, path, stroke));
+    }
+    if let Some((line, _)) = &figure.surroundings.nearest {
+        view.draw_line(&mut drawing, line, plan::NEAREST);
     }
     let mut occupied = occupied_areas(&view, figure);
     draw_frame(&mut drawing, &view, &mut occupied);
@@ -364,6 +394,15 @@ fn draw_labels(drawing: &mut Drawing, view: &View, figure: &PoseFigure, mut occu
         let top = corners.into_iter().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
         draw_label(drawing, view, &mut occupied, top, &solid.name, figure.solid_stroke(solid).colour);
     }
+    if let Some(([from, to], words)) = &figure.surroundings.nearest {
+        let middle = std::array::from_fn(|i| 0.5 * (from[i] + to[i]));
+        draw_label(drawing, view, &mut occupied, view.project(middle), words, plan::NEAREST.colour);
+    }
+    for body in figure.surroundings.bodies.iter().filter(|body| !body.is_moving) {
+        let corners = body.shapes_mm.iter().flatten().map(|corner| view.project(*corner));
+        let top = corners.reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
+        draw_label(drawing, view, &mut occupied, top, &body.name, STANDING.colour);
+    }
     for chain in &shown.chains {
         let Some(first) = chain.joints.first() else { continue };
         let at = view.project(first.position_mm);
@@ -420,6 +459,14 @@ fn legend_samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
     }
     if figure.surroundings.part.is_some() {
         samples.push((line_sample(PART), "space of the part"));
+    }
+    for (is_moving, words) in [(true, "body of machine or tool"), (false, "body that stands")] {
+        if let Some(body) = figure.surroundings.bodies.iter().find(|body| body.is_moving == is_moving) {
+            samples.push((line_sample(body_stroke(body)), words));
+        }
+    }
+    if figure.surroundings.nearest.is_some() {
+        samples.push((line_sample(plan::NEAREST), "least distance of bodies"));
     }
     if !figure.surroundings.paths.is_empty() {
         samples.push((line_sample(PATH), "path"));

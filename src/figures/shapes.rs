@@ -2,6 +2,30 @@
 
 use super::drawing::Point;
 
+/// Returns the corners, in order around it, of the smallest convex polygon around `points` (Andrew's monotone chain).
+pub fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    points.dedup();
+    let turn = |a: (f64, f64), b: (f64, f64), c: (f64, f64)| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
+    let half = |points: &mut dyn Iterator<Item = (f64, f64)>| {
+        let mut chain: Vec<(f64, f64)> = Vec::new();
+        for point in points {
+            while chain.len() > 1 && turn(chain[chain.len() - 2], chain[chain.len() - 1], point) <= 0.0 {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        chain.pop();
+        chain
+    };
+    if points.len() < 3 {
+        return points;
+    }
+    let (mut lower, upper) = (half(&mut points.iter().copied()), half(&mut points.iter().rev().copied()));
+    lower.extend(upper);
+    lower
+}
+
 /// Returns the parts within a convex polygon of hatching lines that rise to the right, `pitch` pixels apart; `corners` are in turn.
 pub fn hatching_lines(corners: &[Point], pitch: f64) -> Vec<[Point; 2]> {
     // Of a point on a line, x and y add up to the number of the line.

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use kinetostat_cell::{Ball, Cell, Motion, Separation, SweepEnd, SweepOptions};
+use kinetostat_cell::{Ball, Body, Cell, Motion, Separation, SweepEnd, SweepOptions};
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ use crate::{
         file::ProcessCell,
         file::tables::cell::{CellFrame, RapidMove},
     },
-    spatial::{Pose, rotation_log},
+    spatial::{BodyOutline, Pose, rotation_log},
     toolpath::Way,
 };
 
@@ -72,6 +72,8 @@ pub struct NearestBodies {
     pub point: usize,
     /// A point of each, O, mm.
     pub points_mm: [[f64; 3]; 2],
+    /// Where the machine stands then.
+    pub at: Configuration,
 }
 
 /// What is known of the clearance along a path.
@@ -195,6 +197,12 @@ impl MachineCell {
         Ok(found)
     }
 
+    /// The machine.
+    #[must_use]
+    pub fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
     /// Gathers the bodies as [`MachineCell::new`]; `None` where the process names no cell.
     ///
     /// # Errors
@@ -262,6 +270,26 @@ impl MachineCell {
             along.leave_out("what is on the tool against the stock, of which the cut says what it meets");
         }
         along
+    }
+
+    /// Returns all bodies but the stock in the configuration `at` with the workpiece at `placement`, for drawings.
+    #[must_use]
+    pub fn outlines(&self, at: &Configuration, placement: &Placement) -> Vec<BodyOutline> {
+        let mut poses = vec![Isometry3::identity(); self.frames + 2];
+        self.place(at, &isometry(&placement.pose()), &mut Vec::new(), &mut poses);
+        let tenths = |x: f64| (10.0 * x).round() / 10.0 + 0.0;
+        let outline = |body: &Body| BodyOutline {
+            name: body.name.clone(),
+            is_moving: ![O_FRAME, WORKPIECE_FRAME, self.frames].contains(&body.frame),
+            shapes_mm: body
+                .outlines(&poses[body.frame])
+                .iter()
+                .map(|shape| shape.iter().map(|point| point.coords.map(tenths).into()).collect())
+                .collect(),
+        };
+        let stock = self.own.stock.map(|index| self.of_machine + index);
+        let drawn = self.cell.bodies().iter().enumerate().filter(|(index, _)| Some(*index) != stock);
+        drawn.map(|(_, body)| outline(body)).collect()
     }
 
     /// Writes the poses of all frames in a configuration with the workpiece placed at `workpiece`; `own` is storage.
@@ -389,7 +417,7 @@ impl<'c> ClearanceAlong<'c> {
         let nearest = cell.cell.nearest(&poses).filter(|own| self.clearance.is_too_near(own.distance_mm));
         if let Some(nearest) = nearest {
             self.lower(nearest.distance_mm);
-            self.note(&nearest, k);
+            self.note(&nearest, k, at);
         }
     }
 
@@ -402,7 +430,7 @@ impl<'c> ClearanceAlong<'c> {
     }
 
     /// Notes a pair at point `k`, or on the way there, if none was nearer.
-    fn note(&mut self, found: &Separation, k: usize) {
+    fn note(&mut self, found: &Separation, k: usize, at: &Configuration) {
         let known = self.clearance.nearest.as_ref().map_or(f64::INFINITY, |own| own.distance_mm);
         if found.distance_mm < known {
             let pair = found.pair.map(|body| &self.cell.cell.bodies()[body]);
@@ -412,6 +440,7 @@ impl<'c> ClearanceAlong<'c> {
                 is_assumed: pair.iter().any(|body| !body.grade.clears()),
                 point: k,
                 points_mm: found.points_mm.map(|point| point.coords.into()),
+                at: at.clone(),
             });
         }
     }
@@ -429,8 +458,10 @@ impl<'c> ClearanceAlong<'c> {
         self.clearance.effort[1] += found.states;
         self.clearance.effort[2] += found.searches;
         let upper = found.at.map_or(f64::INFINITY, |(_, own)| own.distance_mm);
-        if let Some((_, own)) = &found.at {
-            self.note(own, k);
+        if let Some((s, own)) = &found.at
+            && let Ok(at) = motion.own.configuration(*s)
+        {
+            self.note(own, k, &at);
         }
         match found.end {
             SweepEnd::Whole if found.lower_mm.is_finite() => self.lower(found.lower_mm),

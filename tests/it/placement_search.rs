@@ -7,11 +7,10 @@ use crate::support::{
     cases::cases,
     placement::{searched, study_in},
 };
+use kinetostat::figures::shapes::hull;
 use kinetostat::questions::placement::{
     Bounds, End, Entry, Evaluator, Metric, Metrics, PlacementResults, PlacementStudy, Probe, Site, SiteGrid, basis,
-    compare, dominates, levels, margin_along,
-    report::{hull, summary_text},
-    undominated,
+    compare, dominates, levels, margin_along, report::summary_text, undominated,
 };
 use proptest::test_runner::RngSeed;
 use rayon::prelude::*;

@@ -1,7 +1,10 @@
 //! Bodies, and how far they are apart in one state.
 
 use nalgebra::{Isometry3, Point3};
-use parry3d_f64::math::{Pose, Rotation, Vector};
+use parry3d_f64::{
+    math::{Pose, Rotation, Vector},
+    shape::SupportMap,
+};
 
 use crate::{
     separation::Search,
@@ -55,6 +58,10 @@ pub enum BodyFault {
     Shape(usize, ShapeFault),
 }
 
+/// Directions of the points of an outline, from pole to pole and around.
+const HEIGHTS: usize = 8;
+const AZIMUTHS: usize = 24;
+
 impl Body {
     /// Creates a body of `shapes` in frame `frame`.
     ///
@@ -76,6 +83,25 @@ impl Body {
         let centre = 0.5 * (low + high);
         let radius = pieces.iter().fold(0.0, |most: f64, own| most.max((own.ball.0 - centre).length() + own.ball.1));
         Ok(Body { name: name.into(), frame, grade, pieces, ball: (centre, radius) })
+    }
+
+    /// Returns, for drawings, points of the surface of each of its shapes, with its frame at `at`: the farthest in evenly spread directions.
+    #[must_use]
+    pub fn outlines(&self, at: &Isometry3<f64>) -> Vec<Vec<Point3<f64>>> {
+        let turn = |k: usize, of: usize| (k as f64 + 0.5) / of as f64 * std::f64::consts::TAU;
+        let direction = |k: usize| {
+            let (height, azimuth) = (libm::cos(0.5 * turn(k / AZIMUTHS, HEIGHTS)), turn(k % AZIMUTHS, AZIMUTHS));
+            let across = (1.0 - height * height).sqrt();
+            Vector::new(across * libm::cos(azimuth), across * libm::sin(azimuth), height)
+        };
+        let farthest = |piece: &Piece| {
+            let point =
+                |k: usize| at * point(piece.core.local_support_point(direction(k)) + direction(k) * piece.radius);
+            let mut points: Vec<Point3<f64>> = (0..HEIGHTS * AZIMUTHS).map(point).collect();
+            points.dedup();
+            points
+        };
+        self.pieces.iter().map(farthest).collect()
     }
 
     /// Returns centre and radius of a ball around it, in its frame, mm.

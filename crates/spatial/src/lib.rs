@@ -22,7 +22,7 @@ pub use pose::{
 };
 pub use rank_revealing::{RankRevealing, rank};
 pub use screw::{Twist, Wrench, larger, skew};
-pub use skeleton::{ChainSkeleton, JointMark, MassMark, Polyline, Skeleton};
+pub use skeleton::{BodyOutline, ChainSkeleton, JointMark, MassMark, Polyline, Skeleton};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

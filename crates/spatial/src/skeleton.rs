@@ -34,6 +34,18 @@ impl Skeleton {
     }
 }
 
+/// A body in one configuration, as a drawing needs it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyOutline {
+    /// Its name.
+    pub name: String,
+    /// Whether it moves with the machine; otherwise it stands, or moves with the workpiece.
+    pub is_moving: bool,
+    /// For each of its convex shapes points in O, mm, whose hull it nearly is.
+    pub shapes_mm: Vec<Polyline>,
+}
+
 /// The lines of one chain, from base to platform.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

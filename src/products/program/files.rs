@@ -104,7 +104,8 @@ pub fn compensate_into(
         points.extend(part.vtp(files.file_named(PART_VTK)).map_err(fault)?);
     }
     let report = Report { job: &job, name, verified: &verified, findings: &findings };
-    let (headline, figures) = (report::headline(&report), report::figures(&report));
+    let (headline, mut figures) = (report::headline(&report), report::figures(&report));
+    figures.extend(cell.as_deref().and_then(|cell| findings.clearance_figure(&job, cell)));
     let table = report::budget_table(&report);
     let fault = |error| Error::Write {
         file: files.out.with_file_name(files.file_named(CAUSES)),

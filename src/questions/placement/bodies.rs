@@ -11,12 +11,18 @@ use crate::{
 };
 
 impl Evaluator {
-    /// Checks that nothing is hit at `setup`: what moves with the workpiece stands free, and no bodies hit along the paths. `Err` says what hits.
-    pub(super) fn check_bodies(&self, setup: &Setup) -> Result<(), Failure> {
-        (0..self.features.len()).try_for_each(|f| {
+    /// Checks that nothing is hit at `setup`: what moves with the workpiece stands free, and no bodies hit along the paths. Returns their least
+    /// distance, mm, where it is asked for and known. `Err` says what hits.
+    pub(super) fn check_bodies(&self, setup: &Setup) -> Result<Option<f64>, Failure> {
+        let mut least = Some(f64::INFINITY);
+        for f in 0..self.features.len() {
             self.check_standing(f, &setup.site)?;
-            self.check_bodies_along(f, &setup.site, &self.tasks(setup, f))
-        })
+            let found = self.clearance_along(f, &setup.site, &self.tasks(setup, f), !self.needs.clearance)?;
+            self.check_hit(f, found.as_ref())?;
+            let known = found.filter(|own| self.needs.clearance && own.assumed.is_empty());
+            least = least.zip(known.and_then(|own| own.at_least_mm)).map(|(a, b)| a.min(b));
+        }
+        Ok(least)
     }
 
     /// Checks that the workpiece of feature `f` and what moves with it stand free at `site`.
@@ -28,9 +34,12 @@ impl Evaluator {
 
     /// Checks that no bodies hit along `tasks`, the path of feature `f` at `site`. `Err` says where which do.
     pub(super) fn check_bodies_along(&self, f: usize, site: &Site, tasks: &[TaskPoint]) -> Result<(), Failure> {
-        let found = self.clearance_along(f, site, tasks, true)?;
+        self.check_hit(f, self.clearance_along(f, site, tasks, true)?.as_ref())
+    }
+
+    /// Checks that nothing was hit along the path of feature `f`. `Err` says what hits, and where.
+    fn check_hit(&self, f: usize, found: Option<&PathClearance>) -> Result<(), Failure> {
         let hit = found
-            .as_ref()
             .and_then(|found| Some((found.nearest.as_ref()?.point, found.hit_text(|_| "on the way there".into())?)));
         hit.map_or(Ok(()), |(point, reason)| {
             Err(at_path_point(&self.study.features[f], point, Failure { status: HIT.into(), reason }))

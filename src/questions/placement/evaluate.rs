@@ -111,6 +111,8 @@ const FIRST_LEVEL: usize = 8;
 const GRAIN: f64 = f64::EPSILON;
 /// Factor between the points of a level and of all levels before it.
 const REFINEMENT: usize = 4;
+/// Bodies of a place that is not looked at are at most as far apart, mm.
+const FARTHEST_MM: f64 = 1e6;
 /// Violation above that of any place which the rigid machine reaches.
 pub(super) const NOT_RIGID: f64 = 1e6;
 
@@ -132,6 +134,7 @@ impl Evaluator {
             (false, false) => ExactMode::NotAsked,
         };
         needs.bounded &= study.has_limits();
+        needs.clearance &= study.has_cell();
         needs.across &= study.objective.has(Metric::WorstAcrossPath);
         needs.uncertain &= study.objective.has(Metric::P95Deflection);
         // Pages compute with nominal numbers.
@@ -196,8 +199,8 @@ impl Evaluator {
 
     /// Nothing: pages look at no bodies.
     #[cfg(target_family = "wasm")]
-    pub(super) fn check_bodies(&self, _: &Setup) -> Result<(), Failure> {
-        Ok(())
+    pub(super) fn check_bodies(&self, _: &Setup) -> Result<Option<f64>, Failure> {
+        Ok(None)
     }
 
     /// Nothing: pages look at no bodies.
@@ -349,6 +352,9 @@ impl Evaluator {
     /// Returns the best values that the metrics of a `tally` can still have, of paths that make up `share` of the length of all.
     pub(super) fn best_possible_of(&self, tally: &Tally, share: f64) -> Metrics {
         let mut metrics = tally.metrics(&self.needs, share);
+        if self.needs.clearance {
+            metrics.set(Metric::LeastClearance, FARTHEST_MM);
+        }
         if self.needs.bounded {
             ResidualTally::perfect().write_into(&mut metrics);
         }
@@ -389,8 +395,10 @@ impl Evaluator {
     /// Returns the evaluation once all points are added, with the workpiece exactly at the place. `Err` as [`Evaluator::conclude`].
     pub(super) fn conclude_placed(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
         // Last of what can refuse a place, as it takes the longest.
-        self.check_bodies(&partial.setup)?;
-        let metrics = self.best_possible(partial);
+        let least_clearance = self.check_bodies(&partial.setup)?;
+        let mut metrics = self.best_possible(partial);
+        metrics.clear(Metric::LeastClearance);
+        least_clearance.into_iter().for_each(|least| metrics.set(Metric::LeastClearance, least));
         let metrics_of = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
         let features = partial.tallies.iter().zip(&self.features).map(metrics_of).collect();
         let open_backlash_mm = Tally::widest_open_mm(&partial.tallies);

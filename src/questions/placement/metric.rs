@@ -12,6 +12,8 @@ enum Measure {
     Force,
     Stiffness,
     Share,
+    /// What is free between bodies.
+    Clearance,
 }
 
 /// Declares the metrics, in table order, each with its word in study files, its name, a short name, and what it measures.
@@ -60,6 +62,8 @@ metrics! {
     SuperpositionError: "superposition_error", "superposition error", "superposition", Length;
     /// Smallest eigenvalue of the loaded stiffness, rotations at the machine's characteristic length. Larger is better.
     StabilityMargin: "stability_margin", "stability margin", "stability", Stiffness;
+    /// Least distance of bodies along the paths as programmed; none where a shape is assumed. Larger is better.
+    LeastClearance: "least_clearance", "least clearance of bodies", "clearance", Clearance;
     /// Share of the path's length within tolerance at the nominal command. Larger is better.
     ShareWithin: "share_within_tolerance", "share of the path within tolerance", "within", Share;
     /// Share of the path's length within tolerance after the correction within limits. Larger is better.
@@ -121,7 +125,7 @@ impl Metric {
     /// Returns the unit of the metric on `machine` as in column names, such as `N_per_mm`; empty for shares.
     pub fn unit(self, machine: &Machine) -> &'static str {
         match self.measure() {
-            Measure::Length => "mm",
+            Measure::Length | Measure::Clearance => "mm",
             Measure::Correction => self.drives(machine).position_unit(),
             Measure::Force => self.drives(machine).force_unit(),
             Measure::Stiffness => "N_per_mm",
@@ -156,6 +160,8 @@ impl Metric {
             Measure::Correction => self.drives(machine).position_text(value),
             Measure::Share => format!("{:.1} %", 100.0 * value),
             Measure::Length => format!("{value:.3} mm"),
+            // What is said is free.
+            Measure::Clearance => format!("{:.1} mm", (10.0 * value).floor() / 10.0),
             Measure::Force => self.drives(machine).force_text(value),
             Measure::Stiffness => format!("{value:.0} {}", self.shown_unit(machine)),
         }
@@ -168,7 +174,7 @@ impl Metric {
 
     /// Returns whether a larger value is better.
     pub fn larger_is_better(self) -> bool {
-        matches!(self.measure(), Measure::Stiffness | Measure::Share)
+        matches!(self.measure(), Measure::Stiffness | Measure::Share | Measure::Clearance)
     }
 
     /// Returns `value` with the sign that makes smaller better: negative for margins and shares.

@@ -302,6 +302,14 @@ impl PlacementStudy {
         self.features.iter().any(|job| job.limits.is_limited())
     }
 
+    /// Returns whether bodies are looked at along all features; pages look at none.
+    pub(crate) fn has_cell(&self) -> bool {
+        #[cfg(not(target_family = "wasm"))]
+        return self.features.iter().all(|job| job.bodies.is_some());
+        #[cfg(target_family = "wasm")]
+        return false;
+    }
+
     /// Returns the pose `X_OW` of the workpiece at `site`.
     pub(crate) fn workpiece_pose(&self, site: &Site) -> Pose {
         *site.placement(PathReference::default()).place(&self.machine).workpiece()

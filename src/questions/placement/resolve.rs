@@ -557,6 +557,10 @@ fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check:
     }
     let has_force_limit = features.iter().any(|job| job.limits.force_N.is_some())
         || machine.drives().any(|(_, drive)| drive.force_limit.is_some());
+    #[cfg(not(target_family = "wasm"))]
+    if metric == Metric::LeastClearance && features.iter().any(|job| job.bodies.is_none()) {
+        return check.fail("needs the table [cell] in the process of each feature".into());
+    }
     if metric == Metric::ForceMargin && !has_force_limit {
         check.misfit("neither the machine nor a process file has force limits".into(), ())?;
     }

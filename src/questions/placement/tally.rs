@@ -50,6 +50,8 @@ pub(super) struct Needs {
     pub across: bool,
     /// Metrics of a distribution.
     pub uncertain: bool,
+    /// The least distance of bodies.
+    pub clearance: bool,
 }
 
 impl Needs {
@@ -69,6 +71,7 @@ impl Needs {
             bounded: metrics.iter().any(|metric| metric.is_bounded()),
             across: metrics.iter().any(|metric| metric.is_across()),
             uncertain: metrics.iter().any(|metric| metric.is_uncertain()),
+            clearance: any(&[Metric::LeastClearance]),
         }
     }
 }

@@ -7,8 +7,9 @@ use super::{
     tables::{P95_AFTER, P95_BEFORE},
 };
 use crate::{
-    answer::{ShareWithin, cautions::OutsidePositions, drive_columns::largest_position, play::PlayCounts},
+    answer::{ShareWithin, cautions::OutsidePositions, clearance, drive_columns::largest_position, play::PlayCounts},
     compensation::TaskPoint,
+    figures::Figure,
     files::exchange::Surface,
     input::error::Result,
     machine::Machine,
@@ -148,6 +149,12 @@ impl Findings {
         let moved_mm = self.worst.as_ref().map_or(0.0, |worst| worst.size_mm);
         self.clearance = job.clearance(cell, work)?.map(|own| own.moved_by(moved_mm));
         Ok(())
+    }
+
+    /// Draws the machine where bodies come nearest; `None` where nothing was looked at.
+    #[must_use]
+    pub fn clearance_figure(&self, job: &ProgramJob, cell: &MachineCell) -> Option<(String, Figure)> {
+        clearance::figure(cell, &job.placement, self.clearance.as_ref())
     }
 
     /// Returns whether bodies hit along the program.

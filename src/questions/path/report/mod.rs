@@ -22,6 +22,7 @@ use crate::{
     answer::{
         Output, Quantity, ReportText, Run, Streams,
         budget::{self, BUDGET, OfVerdict},
+        clearance as of_bodies,
         deflected_pose::deflected_pose,
         facts_of, layers,
         machine::described,
@@ -103,6 +104,9 @@ impl Answered for PathStudy {
         output.is_answered = Some(false).filter(|_| summary.hits());
         output.tables.push((BUDGET.into(), of_verdict.table()));
         output.figures.extend(of_verdict.figure().filter(|_| run.figures).map(|own| (BUDGET.into(), own)));
+        if let Some(cell) = cell.as_deref().filter(|_| run.figures) {
+            output.figures.extend(of_bodies::figure(cell, &study.placement, summary.clearance.as_ref()));
+        }
         output.summary[BUDGET] = of_verdict.json();
         if let Some((found, how)) = found_gamma(study) {
             let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);

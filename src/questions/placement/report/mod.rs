@@ -9,7 +9,6 @@ mod text;
 pub use headline::{cautions_text, force_text, known_force};
 pub use pictures::figures;
 pub use quantities::{candidates_table, summary_json, sweep_table};
-pub use recommended::hull;
 pub use text::{entries_table, summary_text};
 
 use kinetostat_budget::Budget;

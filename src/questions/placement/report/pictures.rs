@@ -22,7 +22,8 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
     let study = &results.study;
     let answer = recommended::plan_figure(results).map(|figure| ("answer".to_string(), figure));
     let in_space = recommended::pose_figure(results).map(|figure| ("answer_3d".to_string(), figure));
-    let mut figures: Vec<(String, Figure)> = answer.into_iter().chain(in_space).collect();
+    let nearest = recommended::clearance_figure(results);
+    let mut figures: Vec<(String, Figure)> = answer.into_iter().chain(in_space).chain(nearest).collect();
     let counts = study.grid.counts();
     if counts[0] > 1 && counts[1] > 1 && !results.ranking.is_empty() {
         if study.objective.weights.len() > 1 {

@@ -42,7 +42,9 @@ pub(super) fn entry_metric(study: &PlacementStudy, metric: Metric) -> Quantity<E
 pub(super) fn available_metrics(study: &PlacementStudy) -> impl Iterator<Item = Metric> {
     let has_limits = study.has_limits();
     let exists = |metric: &Metric| metric.exists_on(&study.machine) && study.objective.has(*metric);
-    Metric::ALL.into_iter().filter(exists).filter(move |metric| has_limits || !metric.is_bounded())
+    let has_cell = study.has_cell();
+    let asked = Metric::ALL.into_iter().filter(exists).filter(move |metric| has_limits || !metric.is_bounded());
+    asked.filter(move |metric| has_cell || *metric != Metric::LeastClearance)
 }
 
 /// Makes the quantities of named and found places: objective and `metrics`.

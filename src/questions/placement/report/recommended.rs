@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 
 use crate::{
-    answer::{deflected_pose::deflected_pose, machine::described},
+    answer::{clearance, deflected_pose::deflected_pose, machine::described},
     figures::{
         Figure, Look, PlanField, PlanFigure, PlanShape, PoseFigure, Solid, Surroundings, amplification::amplification,
+        shapes::hull,
     },
     files::words::{position, typographic},
     process::Extent,
@@ -17,6 +18,7 @@ use crate::{
         },
         site::{printed_text, unit_suffix},
     },
+    simulation::clearance::{NearestBodies, PathClearance},
     spatial::Pose,
 };
 
@@ -41,6 +43,7 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
     }));
     let mut marks = Vec::new();
     if let Some(best) = best {
+        shapes.extend(standing_bodies(results, &best.site));
         shapes.push(part_outline(results, &best.site, Look::Part, String::new()));
         shapes.extend(margin_shape(results, &best.site));
         for (look, version) in [Look::Path, Look::Before, Look::After].into_iter().zip(PathVersion::ALL) {
@@ -50,6 +53,7 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
                 label: String::new(),
             }));
         }
+        shapes.extend(nearest_line(results));
         marks.push((best.site.0[0], best.site.0[1], String::new()));
     }
     let places = nearby_named_places(results).into_iter().map(|entry| {
@@ -128,28 +132,43 @@ fn workpiece_corners(extent: &Extent, workpiece: &Pose) -> [Vector3<f64>; 8] {
     extent.corners().map(|corner| workpiece.transform(corner))
 }
 
-/// Returns the corners, in order around it, of the smallest convex polygon around `points` (Andrew's monotone chain).
-pub fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
-    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    points.dedup();
-    let turn = |a: (f64, f64), b: (f64, f64), c: (f64, f64)| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
-    let half = |points: &mut dyn Iterator<Item = (f64, f64)>| {
-        let mut chain: Vec<(f64, f64)> = Vec::new();
-        for point in points {
-            while chain.len() > 1 && turn(chain[chain.len() - 2], chain[chain.len() - 1], point) <= 0.0 {
-                chain.pop();
-            }
-            chain.push(point);
-        }
-        chain.pop();
-        chain
+/// Returns the outlines of the bodies of the first cell that stand, or move with the part, seen along −z, with the part at `site`.
+fn standing_bodies(results: &PlacementResults, site: &Site) -> Vec<PlanShape> {
+    let jobs = &results.study.features;
+    let Some((job, cell)) = jobs.iter().find_map(|job| Some((job, job.bodies.as_ref()?))) else { return Vec::new() };
+    let placement = site.placement(job.feature.reference);
+    let bodies = cell.outlines(&cell.machine().home, &placement).into_iter().filter(|body| !body.is_moving);
+    let outline = |(number, points): (usize, &Vec<[f64; 3]>), name: &str| PlanShape {
+        look: Look::Body,
+        points: hull(points.iter().map(|p| (p[0], p[1])).collect()),
+        label: if number == 0 { name.into() } else { String::new() },
     };
-    if points.len() < 3 {
-        return points;
-    }
-    let (mut lower, upper) = (half(&mut points.iter().copied()), half(&mut points.iter().rev().copied()));
-    lower.extend(upper);
-    lower
+    bodies
+        .flat_map(|body| body.shapes_mm.iter().enumerate().map(|own| outline(own, &body.name)).collect::<Vec<_>>())
+        .collect()
+}
+
+/// Returns how near bodies come along the feature of the best place along which they come nearest, and its index; `None` where nothing was looked at.
+fn nearest_feature(results: &PlacementResults) -> Option<(usize, &PathClearance, &NearestBodies)> {
+    let of = |(f, own): (usize, &'_ Option<PathClearance>)| Some((f, own.as_ref()?.nearest.as_ref()?.distance_mm));
+    let least = results.clearance.iter().enumerate().filter_map(of).min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+    let clearance = results.clearance[least].as_ref()?;
+    Some((least, clearance, clearance.nearest.as_ref()?))
+}
+
+/// Draws the machine at the best place where bodies come nearest; `None` where nothing was looked at.
+pub(super) fn clearance_figure(results: &PlacementResults) -> Option<(String, Figure)> {
+    let (f, own, _) = nearest_feature(results)?;
+    let job = &results.study.features[f];
+    let placement = results.best.as_ref()?.site.placement(job.feature.reference);
+    clearance::figure(job.bodies.as_ref()?, &placement, Some(own))
+}
+
+/// Returns the line between the bodies that come nearest along the paths at the best place, with its length; `None` where it is not known.
+fn nearest_line(results: &PlacementResults) -> Option<PlanShape> {
+    let (_, _, nearest) = nearest_feature(results).filter(|own| !own.2.is_assumed)?;
+    let points = nearest.points_mm.map(|[x, y, _]| (x, y)).to_vec();
+    Some(PlanShape { look: Look::Nearest, points, label: clearance::nearest_words(nearest) })
 }
 
 /// Returns the traces at the best place, one for each feature; none without a best place.
@@ -290,6 +309,7 @@ pub(super) fn pose_figure(results: &PlacementResults) -> Option<Figure> {
             paths: lines(PathVersion::Wanted),
             before: lines(PathVersion::Before),
             after: lines(PathVersion::After),
+            ..Surroundings::default()
         },
         note: deviation_note(results),
     })))

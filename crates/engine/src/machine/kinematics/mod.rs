@@ -37,7 +37,7 @@ use super::{Branch, Chain, task_space::round_off};
 use crate::spatial::Pose;
 
 /// A rigid configuration of the machine.
-#[derive(Debug, PartialEq, Serialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct Configuration {
     /// Pose of P in O.
     pub pose: Pose,
