@@ -252,6 +252,12 @@ pub fn rotated_by(problem: GammaProblem<'_>, gamma: f64) -> Result<CutPath> {
     Ok(path.rotated(&vec![gamma; path.points().len()]))
 }
 
+/// Pose and load at the first point of the path of `problem`, rotated by each of `gammas` (rad) about the tool axis. `Err` if the machine cannot do so.
+pub(crate) fn first_tasks(problem: GammaProblem<'_>, gammas: &[f64]) -> Result<Vec<TaskPoint>> {
+    let path = RotatablePath::on(problem, &BranchMachines::default())?;
+    Ok(gammas.iter().map(|gamma| path.task(0, *gamma)).collect())
+}
+
 /// The best γ at each point: on the lattice, and refined, or the constant γ if that is as good. `Err` if `work` is stopped.
 fn best_gamma(
     path: &RotatablePath<'_>,

@@ -264,6 +264,7 @@ impl MachineCell {
             said: BTreeSet::new(),
             before: None,
             tool: None,
+            margins_mm: Vec::new(),
             count: 0,
         };
         if self.leaves_out_stock {
@@ -319,6 +320,8 @@ pub struct ClearanceAlong<'c> {
     before: Option<Configuration>,
     /// The tool at the first point.
     tool: Option<u32>,
+    /// Lower bounds of the distances of pairs at the last point, mm; empty where they are not known.
+    margins_mm: Vec<f64>,
     /// Number of points so far.
     count: usize,
 }
@@ -348,6 +351,7 @@ impl<'c> ClearanceAlong<'c> {
         let k = self.count;
         self.count += 1;
         let before = std::mem::replace(&mut self.before, at.cloned());
+        let margins_mm = std::mem::take(&mut self.margins_mm);
         let first = k == 0;
         self.tool = self.tool.or(to.tool);
         let Some(here) = at else { return self.leave_out("points that the machine does not reach") };
@@ -362,7 +366,7 @@ impl<'c> ClearanceAlong<'c> {
             (None, _) => Err("ways from points that the machine does not reach".into()),
         };
         match motion {
-            Ok(motion) => self.sweep(motion, k),
+            Ok(motion) => self.sweep(motion, k, margins_mm),
             Err(why) => {
                 self.leave_out(&why);
                 self.look_at(here, k);
@@ -446,15 +450,19 @@ impl<'c> ClearanceAlong<'c> {
     }
 
     /// Looks at a motion to point `k`.
-    fn sweep(&mut self, motion: MachineMotion<'_>, k: usize) {
+    fn sweep(&mut self, motion: MachineMotion<'_>, k: usize, mut margins_mm: Vec<f64>) {
         let cell = self.cell;
         let mut motion = CellMotion { cell, workpiece: self.workpiece, own: motion, poses: Vec::new() };
-        let beyond_mm = self.clearance.at_least_mm.unwrap_or(f64::INFINITY);
         let wanted_mm = cell.own.clearance_mm.max(f64::MIN_POSITIVE);
-        let enough_mm = if self.ends_at_hit { wanted_mm } else { f64::NEG_INFINITY };
+        let (enough_mm, beyond_mm) = match self.ends_at_hit {
+            // How near they come is not asked, if it is far enough.
+            true => (wanted_mm, wanted_mm),
+            false => (f64::NEG_INFINITY, self.clearance.at_least_mm.unwrap_or(f64::INFINITY)),
+        };
         let options =
             SweepOptions { wanted_mm, enough_mm, beyond_mm, max_states: MAX_STATES, ..SweepOptions::default() };
-        let found = cell.cell.sweep(&mut motion, cell.frames + 2, &options);
+        let found = cell.cell.sweep_on(&mut motion, cell.frames + 2, &options, &mut margins_mm);
+        self.margins_mm = margins_mm;
         self.clearance.effort[1] += found.states;
         self.clearance.effort[2] += found.searches;
         let upper = found.at.map_or(f64::INFINITY, |(_, own)| own.distance_mm);

@@ -118,6 +118,19 @@ impl Ord for Open {
 impl Cell {
     /// Returns how near the pairs of bodies come along `motion` of `frames` frames.
     pub fn sweep(&self, motion: &mut dyn Motion, frames: usize, options: &SweepOptions) -> Nearest {
+        self.sweep_on(motion, frames, options, &mut Vec::new())
+    }
+
+    /// Sweeps a motion that goes on from where another ended. `margins_mm` has a lower bound of the distance of each pair there, in the order of
+    /// [`pairs`](Self::pairs), or is empty, and gets those at its end. A pair that is too far apart to come near is not looked at.
+    pub fn sweep_on(
+        &self,
+        motion: &mut dyn Motion,
+        frames: usize,
+        options: &SweepOptions,
+        margins_mm: &mut Vec<f64>,
+    ) -> Nearest {
+        margins_mm.resize(self.pairs.len(), f64::NEG_INFINITY);
         let mut state = Sweep {
             cell: self,
             options,
@@ -126,8 +139,9 @@ impl Cell {
             search: Search::default(),
             found: Nearest { lower_mm: f64::INFINITY, end: SweepEnd::Whole, at: None, states: 0, searches: 0 },
         };
-        if let Err(why) = state.all(motion) {
+        if let Err(why) = state.all(motion, margins_mm) {
             state.found.end = SweepEnd::Broken(why);
+            margins_mm.clear();
         }
         state.found.lower_mm = state.found.lower_mm.min(state.upper());
         state.found.searches = state.search.count;
@@ -158,13 +172,27 @@ impl Sweep<'_> {
     }
 
     /// Looks at all of the motion, as far as is asked. `Err` with the reason of a state that it does not have.
-    fn all(&mut self, motion: &mut dyn Motion) -> Result<(), String> {
-        let mut open = BinaryHeap::new();
-        let all: Vec<u32> = (0..self.cell.pairs.len() as u32).collect();
-        for end in [0.0, 1.0] {
-            self.look(motion, end, &all)?;
+    fn all(&mut self, motion: &mut dyn Motion, margins_mm: &mut [f64]) -> Result<(), String> {
+        let mut near: Vec<u32> = Vec::new();
+        for (pair, margin_mm) in (0..).zip(&mut *margins_mm) {
+            let is_far = *margin_mm >= self.limit();
+            let left = if is_far { *margin_mm - self.speed_of(motion, pair, [0.0, 1.0]) } else { f64::NEG_INFINITY };
+            if left >= self.limit() {
+                *margin_mm = left;
+                self.found.lower_mm = self.found.lower_mm.min(left);
+            } else {
+                near.push(pair);
+            }
         }
-        open.push(Open { lower: f64::NEG_INFINITY, interval: [0.0, 1.0], pairs: all });
+        if near.is_empty() {
+            return Ok(());
+        }
+        self.look(motion, 0.0, &near)?;
+        for (&pair, distance) in near.iter().zip(self.look(motion, 1.0, &near)?) {
+            margins_mm[pair as usize] = distance;
+        }
+        let mut open = BinaryHeap::new();
+        open.push(Open { lower: f64::NEG_INFINITY, interval: [0.0, 1.0], pairs: near });
         while let Some(next) = open.pop() {
             if next.lower >= self.limit() {
                 self.found.lower_mm = self.found.lower_mm.min(next.lower);
@@ -205,8 +233,7 @@ impl Sweep<'_> {
             let mut left = Open { lower: f64::INFINITY, interval, pairs: Vec::new() };
             let limit = self.limit();
             for (&pair, distance) in own.pairs.iter().zip(&distances) {
-                let speed: f64 =
-                    self.cell.pairs[pair as usize].iter().map(|&body| self.speed(motion, body, interval)).sum();
+                let speed = self.speed_of(motion, pair, interval);
                 let lower = (distance - speed * (interval[1] - interval[0])).max(own.lower);
                 if lower < limit {
                     left.pairs.push(pair);
@@ -220,6 +247,11 @@ impl Sweep<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Returns a bound of how fast the distance of a pair changes in an interval, mm for each 1 of the parameter.
+    fn speed_of(&self, motion: &mut dyn Motion, pair: u32, interval: [f64; 2]) -> f64 {
+        self.cell.pairs[pair as usize].iter().map(|&body| self.speed(motion, body, interval)).sum()
     }
 
     fn speed(&self, motion: &mut dyn Motion, body: usize, interval: [f64; 2]) -> f64 {

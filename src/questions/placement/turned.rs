@@ -24,8 +24,14 @@ use crate::{
     input::error::Error,
     machine::Configuration,
     process::{CutPath, Placement, RedundancyCost, RedundancySettings},
-    redundancy::{BranchMachines, GammaProblem, ReachedGamma, infeasible_step, reached_gammas, rotated_by},
-    simulation::{Failure, Source, tasks::tasks_under},
+    redundancy::{
+        BranchMachines, GammaProblem, ReachedGamma, first_tasks, infeasible_step, reached_gammas, rotated_by,
+    },
+    simulation::{
+        Failure, Source,
+        tasks::tasks_under,
+        tracking::{TrackPoint, track_together},
+    },
     statics::has_play,
     toolpath::{PathPoint, Toolpath},
     work::Work,
@@ -50,13 +56,24 @@ pub(super) struct Setup {
 /// Index of a feature, and the coordinates of its place.
 type Key = (usize, [u64; 6]);
 
-/// Best γ of each feature and place found so far, rad.
+/// A γ with which a feature can be cut at a place.
+#[derive(Debug, Clone, Copy)]
+struct JudgedGamma {
+    /// The γ, rad.
+    gamma: f64,
+    /// Of all points at which the tool cuts.
+    tally: Tally,
+    /// Objective of the feature alone.
+    value: f64,
+}
+
+/// Best γ of each feature and place found so far.
 #[derive(Debug, Default)]
-pub(super) struct GammaCache(Mutex<HashMap<Key, Result<f64, Failure>>>);
+pub(super) struct GammaCache(Mutex<HashMap<Key, Result<JudgedGamma, Failure>>>);
 
 impl GammaCache {
     /// Returns the γ found so far, to read or write.
-    fn found(&self) -> MutexGuard<'_, HashMap<Key, Result<f64, Failure>>> {
+    fn found(&self) -> MutexGuard<'_, HashMap<Key, Result<JudgedGamma, Failure>>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -124,16 +141,26 @@ impl FeatureJob {
         Toolpath::assemble(points.iter().map(|k| self.feature.path.points()[*k]).collect()).into()
     }
 
-    /// Returns whether the straight way from home leads to the path at `gamma`, rad: it is then cut on the branch of home. Around a limit or
-    /// singularity it may be on another.
-    fn begins_at_home(&self, settings: &RedundancySettings, site: &Site, gamma: f64) -> bool {
+    /// Returns for each of `reached` whether the path begins on the branch of home there, on which it is then cut. Around a limit or singularity it may
+    /// begin on another. `Err` if the machine cannot rotate its tool freely.
+    fn begin_at_home(
+        &self,
+        settings: &RedundancySettings,
+        site: &Site,
+        reached: &[ReachedGamma],
+    ) -> Result<Vec<bool>, Failure> {
         let (machine, placement) = (self.machine(), site.placement(self.feature.reference));
         let (path, loads) = (self.path_of(&[0]), &self.feature.loads[..1]);
         let problem = GammaProblem { path: &path, loads, ..self.gamma_problem(settings, &placement) };
-        rotated_by(problem, gamma).is_ok_and(|path| {
-            let tasks = tasks_under(machine, &placement, self.target, &path, loads);
-            tasks.iter().all(|task| machine.inverse_kinematics_from(&machine.home, &task.pose).is_ok())
-        })
+        let gammas: Vec<f64> = reached.iter().map(|own| own.gamma).collect();
+        let tasks = first_tasks(problem, &gammas).map_err(|error| no_gamma(error.to_string()))?;
+        let blocks: Vec<&[TaskPoint]> = tasks.iter().map(std::slice::from_ref).collect();
+        let home = machine.branch_of(&machine.home);
+        let is_at_home = |track: Vec<TrackPoint>| {
+            let at = track.into_iter().next().and_then(|point| point.at);
+            at.is_some_and(|at| machine.branch_of(&at) == home)
+        };
+        Ok(track_together(machine, &blocks, |_, _| true).into_iter().map(is_at_home).collect())
     }
 
     /// Returns the path of the feature at `site`, with the platform rotated by `gamma` about the tool axis, rad.
@@ -166,11 +193,11 @@ struct Candidate {
     bound: f64,
 }
 
-/// What a step of the search for γ found: a tighter bound, that it leads P out of the workspace box, or the objective, once all is checked.
+/// What a step of the search for γ found: a tighter bound, that it leads P out of the workspace box, or what all points tell, once all is checked.
 enum Step {
     Bounded,
     Outside,
-    Judged(f64),
+    Judged(Box<JudgedGamma>),
 }
 
 /// Returns the failure that no γ is possible, for this `reason`.
@@ -209,15 +236,24 @@ impl Evaluator {
         let settings = job.gamma_search.as_ref().filter(|own| own.is_sought())?;
         let key = (f, site.0.map(f64::to_bits));
         let known = self.gammas.found().get(&key).cloned();
-        if known.is_some() {
-            return known;
+        if let Some(known) = known {
+            return Some(known.map(|own| own.gamma));
         }
         let found = self.candidates(settings, site, f).and_then(|candidates| {
             let best = self.best_gamma(candidates, site, f, f64::INFINITY)?;
             best.ok_or_else(|| no_gamma("there is no γ".into()))
         });
         self.gammas.found().insert(key, found.clone());
-        Some(found)
+        Some(found.map(|own| own.gamma))
+    }
+
+    /// Returns the tally of all points of feature `f` at `setup` at which the tool cuts, if the search for its γ computed it.
+    pub(super) fn judged_tally(&self, setup: &Setup, f: usize) -> Option<Tally> {
+        let gamma = setup.gammas[f]?;
+        match self.gammas.found().get(&(f, setup.site.0.map(f64::to_bits)))? {
+            Ok(judged) if judged.gamma == gamma => Some(judged.tally),
+            _ => None,
+        }
     }
 
     /// Returns the values of γ of feature `f` to try at `site`. `Err` if there are none.
@@ -227,7 +263,7 @@ impl Evaluator {
         let points = job.tried_points();
         // With play, sides may be others along the path.
         let tells = settings.cost == RedundancyCost::Deflection && !has_play(prepared.machines.actual(Source::All));
-        let candidate = |reached: ReachedGamma| {
+        let candidate = |(reached, begins_at_home): (ReachedGamma, bool)| {
             // As it is printed.
             let rounded = (10.0 * reached.gamma.to_degrees()).round() / 10.0;
             let [low, high] = settings.range_deg;
@@ -237,13 +273,14 @@ impl Evaluator {
                 let values = PointValues { deflection: cost_mm * (1.0 - ROUNDING), ..PointValues::default() };
                 tally.add(&values, prepared.shares[k], job.feature.tolerance_mm);
             }
-            let is_known =
-                tells && reached.is_at_home && gamma == reached.gamma && job.begins_at_home(settings, site, gamma);
+            let is_known = tells && reached.is_at_home && begins_at_home && gamma == reached.gamma;
             let bound = if is_known { self.least_value(&tally, f) } else { f64::NEG_INFINITY };
             Candidate { gamma, tasks: Vec::new(), tally: Tally::default(), levels: 0, bound }
         };
         let reached = job.reached_gammas(settings, machines, site, &points)?;
-        Ok(reached.into_iter().map(candidate).collect())
+        let begin_at_home =
+            if tells { job.begin_at_home(settings, site, &reached)? } else { vec![false; reached.len()] };
+        Ok(reached.into_iter().zip(begin_at_home).map(candidate).collect())
     }
 
     /// Returns what the objective of feature `f` alone is at least, as a `tally` of some of its points tells.
@@ -274,13 +311,19 @@ impl Evaluator {
 
     /// Returns which of the `open` values of γ, rad, has the least objective, first of those that keep the workspace box; `None` if it is not less
     /// than `below` at any of these. `Err` if it can be cut at none.
-    fn best_gamma(&self, mut open: Vec<Candidate>, site: &Site, f: usize, below: f64) -> Result<Option<f64>, Failure> {
+    fn best_gamma(
+        &self,
+        mut open: Vec<Candidate>,
+        site: &Site,
+        f: usize,
+        below: f64,
+    ) -> Result<Option<JudgedGamma>, Failure> {
         let mut outside = Vec::new();
         let mut failed = None;
         for keeps_box in [true, false] {
-            let mut best: Option<(f64, f64)> = None;
+            let mut best: Option<JudgedGamma> = None;
             while let Some(next) = least_bound(&open) {
-                let limit = best.map_or(below, |(least, _)| least + SAME);
+                let limit = best.map_or(below, |least| least.value + SAME);
                 if open[next].bound >= limit && limit < f64::INFINITY {
                     break;
                 }
@@ -288,20 +331,20 @@ impl Evaluator {
                 match self.step_candidate(&mut candidate, site, f, keeps_box) {
                     Ok(Step::Bounded) => open.push(candidate),
                     Ok(Step::Outside) => outside.push(candidate),
-                    Ok(Step::Judged(value)) => {
-                        let is_better = best.is_none_or(|(least, gamma)| match (value - least).abs() <= SAME {
-                            true => candidate.gamma.abs() < gamma.abs(),
-                            false => value < least,
+                    Ok(Step::Judged(own)) => {
+                        let is_better = best.is_none_or(|least| match (own.value - least.value).abs() <= SAME {
+                            true => own.gamma.abs() < least.gamma.abs(),
+                            false => own.value < least.value,
                         });
-                        if is_better && (value < below || below == f64::INFINITY) {
-                            best = Some((value, candidate.gamma));
+                        if is_better && (own.value < below || below == f64::INFINITY) {
+                            best = Some(*own);
                         }
                     }
                     Err(failure) => failed = failed.or(Some((candidate.gamma, failure))),
                 }
             }
             if best.is_some() || below < f64::INFINITY {
-                return Ok(best.map(|(_, gamma)| gamma));
+                return Ok(best);
             }
             open = std::mem::take(&mut outside);
         }
@@ -320,7 +363,8 @@ impl Evaluator {
             }
         }
         let Some(level) = prepared.levels.get(own.levels) else {
-            return self.judged_value(site, f, &own.tasks).map(Step::Judged);
+            let (tally, value) = self.judge(site, f, &own.tasks)?;
+            return Ok(Step::Judged(Box::new(JudgedGamma { gamma: own.gamma, tally, value })));
         };
         let solved = self.solve_plain_points_of((site, f), &own.tasks, level).map_err(|(_, failure)| failure)?;
         for (values, &k) in solved.iter().zip(level) {
@@ -331,8 +375,8 @@ impl Evaluator {
         Ok(Step::Bounded)
     }
 
-    /// Returns the objective of feature `f` alone at `site`, as a place is judged. `Err` says why it cannot be cut.
-    fn judged_value(&self, site: &Site, f: usize, tasks: &[TaskPoint]) -> Result<f64, Failure> {
+    /// Returns the tally of feature `f` at `site`, and the objective of it alone, as a place is judged. `Err` says why it cannot be cut.
+    fn judge(&self, site: &Site, f: usize, tasks: &[TaskPoint]) -> Result<(Tally, f64), Failure> {
         let (prepared, job) = (&self.features[f], &self.study.features[f]);
         let points = job.feature.path.points();
         let mut before: Option<(usize, Configuration)> = None;
@@ -365,7 +409,7 @@ impl Evaluator {
                 Err(_) => ResidualTally::remove_from(&mut metrics),
             }
         }
-        Ok(self.study.objective.value(&metrics))
+        Ok((tally, self.study.objective.value(&metrics)))
     }
 }
 
