@@ -19,7 +19,7 @@ kinetostat run studies/02_groove_50mm --points 73 --out "$out/groove"
 kinetostat compensate studies/02_groove_50mm/groove.nc --machine orthoglide \
     --process studies/02_groove_50mm/process_program.toml --out "$out/groove.nc"
 test -s "$out/groove.nc"
-kinetostat run studies/03_placement_circle --grid 3 --out "$out/circle"
+kinetostat run studies/03_placement_circle --grid 4 --out "$out/circle"
 if [ "$which" = brief ]; then
     check "$out/map/report.html" &
     failed=0
