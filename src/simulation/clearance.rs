@@ -273,7 +273,7 @@ impl MachineCell {
         along
     }
 
-    /// Returns all bodies but the stock in the configuration `at` with the workpiece at `placement`, for drawings.
+    /// Returns all bodies in the configuration `at` with the workpiece at `placement`, for drawings.
     #[must_use]
     pub fn outlines(&self, at: &Configuration, placement: &Placement) -> Vec<BodyOutline> {
         let mut poses = vec![Isometry3::identity(); self.frames + 2];
@@ -288,9 +288,7 @@ impl MachineCell {
                 .map(|shape| shape.iter().map(|point| point.coords.map(tenths).into()).collect())
                 .collect(),
         };
-        let stock = self.own.stock.map(|index| self.of_machine + index);
-        let drawn = self.cell.bodies().iter().enumerate().filter(|(index, _)| Some(*index) != stock);
-        drawn.map(|(_, body)| outline(body)).collect()
+        self.cell.bodies().iter().map(outline).collect()
     }
 
     /// Writes the poses of all frames in a configuration with the workpiece placed at `workpiece`; `own` is storage.

@@ -345,3 +345,50 @@ fn a_program_that_hits_something_says_so_first() {
         assert!(report.contains("\"clearance\""), "{report}");
     }
 }
+
+#[test]
+fn a_place_may_be_sought_where_bodies_stay_farthest_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let around = format!("[cell]\nrapid = \"joint\"\n{}", post("post", "base", [1700.0, 130.0, 0.0, 900.0, 25.0]));
+    let cell =
+        format!("[force.path_frame]\nradial_force_N = 50.0\ntangential_force_N = 50.0\naxial_force_N = 50.0\n{around}");
+    let program = "G21 G90\nG1 X-100 Y0 Z160 F1000\nG1 X100\nM30\n";
+    file("arm.toml", &arm());
+    file("process.toml", &process(&cell));
+    file("part.nc", program);
+    let study = |objective: &str| {
+        format!(
+            "schema = 3\nquestion = \"Where?\"\nmachine = \"arm.toml\"\nprocess = \"process.toml\"\n\
+             [[placement.feature]]\nname = \"part\"\nfile = \"part.nc\"\ntolerance_mm = 1.0\n\
+             [placement.bounds]\ny_mm = [-20.0, 20.0]\n[placement.fixed]\nx_mm = 1700.0\nz_mm = 500.0\n\
+             [placement.objective]\nweights = {{ {objective} = 1.0 }}\n\
+             [placement.search]\ngrid = {{ y = 3 }}\nstarts = 1\nmax_iterations = 10\n\
+             [[placement.candidate]]\nname = \"today\"\norigin_mm = [1700.0, 0.0, 500.0]\n"
+        )
+    };
+    file("study.toml", &study("least_clearance"));
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (ended, said, error) = told(&["run", &path("study.toml"), "--out", &path("out")]);
+    assert_eq!(ended, Some(0), "{said}{error}");
+    let table = fs::read_to_string(folder.path().join("out/candidates.csv")).unwrap();
+    let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let column = rows.next().unwrap().iter().position(|name| *name == "least_clearance_mm").unwrap();
+    let values: Vec<(String, f64)> = rows.map(|row| (row.concat(), row[column].parse().unwrap_or(f64::NAN))).collect();
+    let today = values.iter().find(|(row, _)| row.contains("today")).unwrap_or_else(|| panic!("{table}")).1;
+    let best = values.iter().map(|(_, value)| *value).fold(0.0, f64::max);
+    // Where it is clamped within its allowance: no nearer than by 1 mm along x and y, and by half a degree at the clamps.
+    let machine = Machine::from_toml(&arm(), "arm.toml").unwrap();
+    let exactly = clearance(&machine, &around, program).at_least_mm.unwrap();
+    assert!((exactly - 6.0..=exactly + 0.1).contains(&today), "{today} {exactly}");
+    assert!(best > today + 5.0, "{table}");
+    let figure = fs::read_to_string(folder.path().join("out/clearance.svg")).unwrap();
+    assert!(figure.contains("Where bodies come nearest"), "{figure}");
+    file(
+        "nocell.toml",
+        &process("[force.path_frame]\nradial_force_N = 50.0\ntangential_force_N = 50.0\naxial_force_N = 50.0\n"),
+    );
+    file("study.toml", &study("least_clearance").replace("process.toml", "nocell.toml"));
+    let (ended, _, error) = told(&["run", &path("study.toml"), "--out", &path("other")]);
+    assert!(ended == Some(2) && error.contains("needs the table [cell]"), "{error}");
+}

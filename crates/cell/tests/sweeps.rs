@@ -127,3 +127,61 @@ fn pieces_of_a_mesh_enclose_it_and_leave_its_corner_free() {
     assert_eq!(pieces_of_mesh(&turned, 4), Err(MeshFault::InsideOut));
     assert_eq!(pieces_of_mesh(&[], 4), Err(MeshFault::Count(0)));
 }
+
+/// A part of the motion of an arm.
+struct Part<'a> {
+    whole: &'a mut Arm,
+    ends: [f64; 2],
+}
+
+impl Part<'_> {
+    fn at(&self, s: f64) -> f64 {
+        self.ends[0] + (self.ends[1] - self.ends[0]) * s
+    }
+}
+
+impl Motion for Part<'_> {
+    fn poses(&mut self, s: f64, poses: &mut [Isometry3<f64>]) -> Result<(), String> {
+        self.whole.poses(self.at(s), poses)
+    }
+
+    fn speed(&mut self, frame: usize, ball: &Ball, interval: [f64; 2]) -> f64 {
+        let interval = interval.map(|s| self.at(s));
+        (self.ends[1] - self.ends[0]) * self.whole.speed(frame, ball, interval)
+    }
+}
+
+#[test]
+fn margins_led_on_from_part_to_part_hide_no_hit() {
+    const PARTS: usize = 40;
+    let (mut numbers, mut hits, mut spared) = (Numbers(11), 0, 0);
+    for _ in 0..80 {
+        let obstacle = numbers.vector(600.0);
+        let rod = capsule(obstacle, obstacle + numbers.vector(100.0), 3.0);
+        let post = Body::new("post", 0, BodyGrade::Given, &[rod]).unwrap();
+        let arm = capsule(Vector3::zeros(), Vector3::new(300.0, 0.0, 0.0), 20.0);
+        let tool = Body::new("tool", 2, BodyGrade::Given, &[arm]).unwrap();
+        let cell = Cell::new(vec![post, tool], |_, _| false);
+        let mut whole = Arm { turns: std::array::from_fn(|_| [2.0 * numbers.next(), numbers.next()]), slide: [0.0; 2] };
+        let mut poses = vec![Isometry3::identity(); 3];
+        let mut least = f64::INFINITY;
+        for k in 0..=4_000 {
+            whole.poses(f64::from(k) / 4_000.0, &mut poses).unwrap();
+            least = least.min(cell.nearest(&poses).unwrap().distance_mm);
+        }
+        let wanted_mm = 250.0;
+        let decided = SweepOptions { wanted_mm, enough_mm: wanted_mm, beyond_mm: wanted_mm, ..SweepOptions::default() };
+        let (mut margins, mut is_near, mut lower) = (Vec::new(), false, f64::INFINITY);
+        for k in 0..PARTS {
+            let ends = [k, k + 1].map(|k| k as f64 / PARTS as f64);
+            let found = cell.sweep_on(&mut Part { whole: &mut whole, ends }, 3, &decided, &mut margins);
+            spared += usize::from(found.states == 0);
+            is_near |= found.at.is_some_and(|(_, own)| own.distance_mm < wanted_mm);
+            lower = lower.min(found.lower_mm);
+        }
+        assert!(is_near || lower <= least + 1e-9, "{lower} {least}");
+        assert!(is_near == (least < wanted_mm) || (least - wanted_mm).abs() < 0.01, "{is_near} {least}");
+        hits += usize::from(is_near);
+    }
+    assert!((10..70).contains(&hits) && spared > 1_000, "{hits} {spared}");
+}

@@ -108,7 +108,7 @@ impl<'a> Glimpse<'a> {
         let at_no_gamma = self.is_objective && !self.all.may_be_below(site, below);
         let evaluate = || self.all.evaluate_below_in_work(work, site, self.value, below);
         let found = if at_no_gamma { None } else { evaluate() };
-        if found.is_none() {
+        if found.is_none() && work.check().is_ok() {
             // It tells so of the next place, too.
             match self.few.as_ref().and_then(|few| few.with_worst(self.all, site, &self.corners)) {
                 Some(next) if next.count() <= MOST_POINTS => self.few = Some(next),
@@ -120,8 +120,8 @@ impl<'a> Glimpse<'a> {
     }
 
     /// Takes what makes `site` worse than these points and corners `told`, of value `whole`; returns whether nothing does by more than `tolerance`.
-    pub fn settle(&mut self, site: &Site, told: f64, whole: f64, tolerance: f64) -> bool {
-        if whole <= told + tolerance {
+    pub fn settle(&mut self, work: &Work, site: &Site, told: f64, whole: f64, tolerance: f64) -> bool {
+        if whole <= told + tolerance || work.check().is_err() {
             return true;
         }
         let among = self.all.evaluate_among(site, &self.corners);

@@ -323,7 +323,7 @@ impl Cost<'_> {
         if value < best.1 {
             *best = (end.0, value);
         }
-        self.glimpse.settle(&end.0, end.1, value, tolerance)
+        self.glimpse.settle(self.search.work, &end.0, end.1, value, tolerance)
     }
 
     /// Returns the start and, along each free coordinate, a place `size` steps of the grid away, inward at a bound, as variables u.

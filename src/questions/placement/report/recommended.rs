@@ -9,7 +9,7 @@ use crate::{
         shapes::hull,
     },
     files::words::{position, typographic},
-    process::Extent,
+    process::{Extent, file::tables::cell::PART},
     questions::placement::{
         COORDINATES, End, Entry, Metric, Origin, PlacementResults, Site, Trace, is_angle,
         report::{
@@ -43,8 +43,8 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
     }));
     let mut marks = Vec::new();
     if let Some(best) = best {
-        shapes.extend(standing_bodies(results, &best.site));
         shapes.push(part_outline(results, &best.site, Look::Part, String::new()));
+        shapes.extend(standing_bodies(results, &best.site));
         shapes.extend(margin_shape(results, &best.site));
         for (look, version) in [Look::Path, Look::Before, Look::After].into_iter().zip(PathVersion::ALL) {
             shapes.extend(drawn_paths(results, version).into_iter().map(|points| PlanShape {
@@ -132,12 +132,15 @@ fn workpiece_corners(extent: &Extent, workpiece: &Pose) -> [Vector3<f64>; 8] {
     extent.corners().map(|corner| workpiece.transform(corner))
 }
 
-/// Returns the outlines of the bodies of the first cell that stand, or move with the part, seen along −z, with the part at `site`.
+/// Returns the outlines of what stands around the part or moves with it, seen along −z, with the part at `site`.
 fn standing_bodies(results: &PlacementResults, site: &Site) -> Vec<PlanShape> {
     let jobs = &results.study.features;
     let Some((job, cell)) = jobs.iter().find_map(|job| Some((job, job.bodies.as_ref()?))) else { return Vec::new() };
     let placement = site.placement(job.feature.reference);
     let bodies = cell.outlines(&cell.machine().home, &placement).into_iter().filter(|body| !body.is_moving);
+    // The machine's own foot may be far away, and the part is drawn.
+    let of_machine: Vec<&str> = cell.machine().listed_bodies().map(|(_, body)| body.name.as_str()).collect();
+    let bodies = bodies.filter(|body| body.name != PART && !of_machine.contains(&body.name.as_str()));
     let outline = |(number, points): (usize, &Vec<[f64; 3]>), name: &str| PlanShape {
         look: Look::Body,
         points: hull(points.iter().map(|p| (p[0], p[1])).collect()),
@@ -251,7 +254,8 @@ fn plane_text(results: &PlacementResults) -> String {
     let drawn =
         Site(std::array::from_fn(|i| results.study.grid.axes[i][pictures::best_grid_position(results)[i]])).shown();
     let others = (2..COORDINATES.len()).filter(|&i| (drawn[i] - best.site.shown()[i]).abs() > 1e-6);
-    others.map(|i| format!(", {} {}{}", COORDINATES[i], printed_text(drawn[i]), unit_suffix(i))).collect()
+    let text = |i: usize| typographic(&format!(", {} {}{}", COORDINATES[i], printed_text(drawn[i]), unit_suffix(i)));
+    others.map(text).collect()
 }
 
 /// Returns `metric` over x and y in the slice of the sweep nearest to the best place; `None` if the sweep has only one x or only one y.
