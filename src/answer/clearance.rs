@@ -36,16 +36,18 @@ pub fn in_budget(mut budget: Budget, clearance: Option<&PathClearance>) -> Budge
 /// File stem of the figure of where bodies come nearest.
 pub const CLEARANCE: &str = "clearance";
 
-/// Returns the words for two bodies that come nearest, such as "wrist and left clamp 12.3 mm apart".
+/// Returns the words for the two bodies that come nearest, such as "wrist and left clamp 12.3 mm apart"; `None` where nothing was looked at.
 #[must_use]
-pub fn nearest_words(nearest: &NearestBodies) -> String {
-    let NearestBodies { names: [a, b], distance_mm, is_assumed, .. } = nearest;
-    match *distance_mm {
+pub fn nearest_words(clearance: &PathClearance) -> Option<String> {
+    let NearestBodies { names: [a, b], distance_mm, is_assumed, .. } = clearance.nearest.as_ref()?;
+    // What is said is so: no more than its bound.
+    let known_mm = clearance.at_least_mm.map_or(*distance_mm, |least| least.min(*distance_mm));
+    Some(match known_mm {
         depth if depth < -TOUCHING_MM => format!("{a} and {b} overlap by {:.1}\u{a0}mm", -depth),
         depth if depth <= TOUCHING_MM => format!("{a} and {b} touch"),
         _ if *is_assumed => format!("{a} and {b} nearest"),
         apart => format!("{a} and {b} {:.1}\u{a0}mm apart", (10.0 * apart).floor() / 10.0),
-    }
+    })
 }
 
 /// Draws the machine, its bodies and those around it where they come nearest with the workpiece at `placement`; `None` where nothing was looked at.
@@ -55,8 +57,13 @@ pub fn figure(
     placement: &Placement,
     clearance: Option<&PathClearance>,
 ) -> Option<(String, Figure)> {
-    let nearest = clearance?.nearest.as_ref()?;
-    let words = nearest_words(nearest);
+    let clearance = clearance?;
+    let (nearest, words) = (clearance.nearest.as_ref()?, nearest_words(clearance)?);
+    let open = match (clearance.assumed.is_empty(), clearance.not_looked_at.is_empty()) {
+        (true, true) => None,
+        (false, _) => Some("shapes are assumed: that nothing comes nearer is not known"),
+        _ => Some("not all ways are looked at"),
+    };
     let described = described(cell.machine());
     let figure = PoseFigure {
         title: format!("Where bodies come nearest: {words}"),
@@ -70,7 +77,7 @@ pub fn figure(
             nearest: Some((nearest.points_mm, words)),
             ..Surroundings::default()
         },
-        note: nearest.is_assumed.then(|| "A shape of one of them is assumed.".into()),
+        note: open.map(Into::into),
     };
     Some((CLEARANCE.into(), Figure::Pose(Box::new(figure))))
 }

@@ -197,6 +197,23 @@ impl MachineCell {
         Ok(found)
     }
 
+    /// Says why no distance of bodies is known; `None` where one is.
+    #[must_use]
+    pub fn has_no_distance(&self) -> Option<String> {
+        match self.assumed().first() {
+            Some(name) => Some(format!("the shape of {name} is assumed, so that no distance from it is known")),
+            None if self.cell.pairs().is_empty() => Some("no two bodies are to be apart".into()),
+            None => None,
+        }
+    }
+
+    /// Returns the names of the bodies looked at whose shapes are only assumed.
+    fn assumed(&self) -> Vec<String> {
+        let looked_at: BTreeSet<usize> = self.cell.pairs().iter().flatten().copied().collect();
+        let bodies = looked_at.into_iter().map(|body| &self.cell.bodies()[body]);
+        bodies.filter(|body| !body.grade.clears()).map(|body| body.name.clone()).collect()
+    }
+
     /// The machine.
     #[must_use]
     pub fn machine(&self) -> &Machine {
@@ -246,12 +263,9 @@ impl MachineCell {
     /// Begins a path with the workpiece at `placement`.
     #[must_use]
     pub fn begin(&self, placement: &Placement) -> ClearanceAlong<'_> {
-        let bodies = self.cell.bodies();
-        let looked_at: BTreeSet<usize> = self.cell.pairs().iter().flatten().copied().collect();
-        let assumed = looked_at.into_iter().map(|body| &bodies[body]).filter(|body| !body.grade.clears());
         let clearance = PathClearance {
             wanted_mm: self.own.clearance_mm,
-            assumed: assumed.map(|body| body.name.clone()).collect(),
+            assumed: self.assumed(),
             effort: [self.cell.pairs().len(), 0, 0],
             ..PathClearance::default()
         };
@@ -426,7 +440,7 @@ impl<'c> ClearanceAlong<'c> {
     /// Notes that bodies may come as near as this, mm.
     fn lower(&mut self, distance_mm: f64) {
         let least = self.clearance.at_least_mm.unwrap_or(f64::INFINITY);
-        if distance_mm < least {
+        if distance_mm < least && distance_mm.is_finite() {
             self.clearance.at_least_mm = Some(distance_mm);
         }
     }
@@ -475,9 +489,13 @@ impl<'c> ClearanceAlong<'c> {
             // What was looked at hits, and no more is known.
             _ if self.clearance.is_too_near(upper) => self.lower(upper),
             SweepEnd::Enough | SweepEnd::Undecided => {
+                self.lower(upper);
                 self.leave_out("ways next to singular postures, of which bounds do not tell how near bodies come");
             }
-            SweepEnd::Broken(why) => self.leave_out(&format!("a way of which a state is not known: {why}")),
+            SweepEnd::Broken(why) => {
+                self.lower(upper);
+                self.leave_out(&format!("a way of which a state is not known: {why}"));
+            }
         }
     }
 }

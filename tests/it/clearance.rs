@@ -384,6 +384,13 @@ fn a_place_may_be_sought_where_bodies_stay_farthest_apart() {
     assert!(best > today + 5.0, "{table}");
     let figure = fs::read_to_string(folder.path().join("out/clearance.svg")).unwrap();
     assert!(figure.contains("Where bodies come nearest"), "{figure}");
+    // What is said of the best place is so wherever it is clamped.
+    let said_mm =
+        said.split("Bodies stay at least ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
+    assert!((best - 0.3..=best + 0.05).contains(&said_mm), "{said}{table}");
+    file("arm.toml", &arm().replace("grade = \"enclosing\"", "grade = \"assumed\""));
+    let (ended, _, error) = told(&["run", &path("study.toml"), "--out", &path("assumed")]);
+    assert!(ended == Some(2) && error.contains("the shape of wrist is assumed"), "{error}");
     file(
         "nocell.toml",
         &process("[force.path_frame]\nradial_force_N = 50.0\ntangential_force_N = 50.0\naxial_force_N = 50.0\n"),

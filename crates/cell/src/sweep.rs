@@ -185,7 +185,8 @@ impl Sweep<'_> {
             }
         }
         if near.is_empty() {
-            return Ok(());
+            // That the machine does not make the motion is told whatever is near.
+            return motion.poses(0.5, &mut self.poses);
         }
         self.look(motion, 0.0, &near)?;
         for (&pair, distance) in near.iter().zip(self.look(motion, 1.0, &near)?) {

@@ -46,15 +46,31 @@ impl Evaluator {
         })
     }
 
-    /// Returns how near bodies come along the path of each feature at `site`, where deflection moves the tool by up to `moved_mm`; `None` without bodies.
-    pub(super) fn clearances(&self, site: &Site, moved_mm: f64) -> Vec<Option<PathClearance>> {
-        let setup = self.setup(site);
-        let along = |f: usize| match self.clearance_along(f, site, &self.tasks(&setup, f), false) {
-            Ok(Some(found)) => Some(found.moved_by(moved_mm)),
-            Ok(None) => PathClearance::without_cell(&self.study.machine),
-            Err(_) => None,
+    /// Returns how near bodies come along the path of each feature at `setup`, and where the workpiece stands then: there or at the corner of its allowance
+    /// where they come nearest. Deflection moves the tool by up to `moved_mm`. `None` without bodies.
+    pub(super) fn clearances(&self, setup: &Setup, moved_mm: f64) -> Vec<Option<(Site, PathClearance)>> {
+        let mut setups = self.allowed_setups(setup);
+        setups.insert(0, setup.clone());
+        let least = |own: &(Site, PathClearance)| own.1.at_least_mm.unwrap_or(f64::INFINITY);
+        let nearest = |f: usize| {
+            let (mut open, mut all): (Vec<String>, Vec<(Site, PathClearance)>) = (Vec::new(), Vec::new());
+            for own in &setups {
+                match self.clearance_along(f, &own.site, &self.tasks(own, f), false) {
+                    Ok(Some(found)) => all.push((own.site, found)),
+                    Ok(None) => return PathClearance::without_cell(&self.study.machine).map(|found| (own.site, found)),
+                    Err(failure) => open.push(failure.reason),
+                }
+            }
+            open.extend(all.iter().flat_map(|own| own.1.not_looked_at.clone()));
+            let (site, mut found) = all.into_iter().reduce(|a, b| if least(&b) < least(&a) { b } else { a })?;
+            for what in open {
+                if !found.not_looked_at.contains(&what) {
+                    found.not_looked_at.push(what);
+                }
+            }
+            Some((site, found.moved_by(moved_mm)))
         };
-        (0..self.features.len()).map(along).collect()
+        (0..self.features.len()).map(nearest).collect()
     }
 
     /// Returns how near bodies come along `tasks`, the path of feature `f` at `site`, or only up to the first hit; `None` without bodies.

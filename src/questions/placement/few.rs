@@ -77,7 +77,10 @@ pub(super) struct Glimpse<'a> {
 
 impl<'a> Glimpse<'a> {
     /// Takes the points and the corner at which `value` of the metrics is worst at `site`.
-    pub fn new(all: &'a Evaluator, site: &Site, value: &'a (dyn Fn(&Metrics) -> f64 + Sync)) -> Self {
+    pub fn new(all: &'a Evaluator, work: &Work, site: &Site, value: &'a (dyn Fn(&Metrics) -> f64 + Sync)) -> Self {
+        if work.check().is_err() {
+            return Self { all, value, is_objective: false, few: None, corners: Vec::new() };
+        }
         let corners: Vec<usize> = all.corner_beyond(site, &[], value).into_iter().collect();
         Self { all, value, is_objective: false, few: FewPoints::new(all, site, &corners), corners }
     }

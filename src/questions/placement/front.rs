@@ -217,7 +217,7 @@ fn polish_compromise(
         losses.iter().copied().fold(f64::NEG_INFINITY, f64::max) + SUM * losses.iter().sum::<f64>()
     };
     let mut places = vec![*start];
-    let mut glimpse = Glimpse::new(evaluator, &start.0, &loss);
+    let mut glimpse = Glimpse::new(evaluator, work, &start.0, &loss);
     pattern_search(study, (start.0, 0.0), POLISH, f64::NEG_INFINITY, |site, below| {
         let Some(evaluation) = glimpse.evaluate_below(work, site, below) else { return f64::INFINITY };
         let value = loss(&evaluation.metrics);

@@ -62,7 +62,7 @@ metrics! {
     SuperpositionError: "superposition_error", "superposition error", "superposition", Length;
     /// Smallest eigenvalue of the loaded stiffness, rotations at the machine's characteristic length. Larger is better.
     StabilityMargin: "stability_margin", "stability margin", "stability", Stiffness;
-    /// Least distance of bodies along the paths as programmed; none where a shape is assumed. Larger is better.
+    /// Least distance of bodies along the ways of the paths that are looked at, as programmed; none where a shape is assumed. Larger is better.
     LeastClearance: "least_clearance", "least clearance of bodies", "clearance", Clearance;
     /// Share of the path's length within tolerance at the nominal command. Larger is better.
     ShareWithin: "share_within_tolerance", "share of the path within tolerance", "within", Share;

@@ -197,7 +197,8 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     #[cfg(not(target_family = "wasm"))]
     let clearance = best.as_ref().map_or_else(Vec::new, |best| {
         let at_best = entries[best.entry].feasible().and_then(|own| own.metrics.get(Metric::WorstDeflection));
-        evaluators.found.clearances(&best.site, at_best.unwrap_or(0.0))
+        let setup = turned::Setup { site: best.site, gammas: entries[best.entry].gammas.clone() };
+        evaluators.found.clearances(&setup, at_best.unwrap_or(0.0))
     });
     Ok(PlacementResults {
         #[cfg(not(target_family = "wasm"))]

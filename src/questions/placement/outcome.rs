@@ -44,7 +44,7 @@ pub struct PlacementResults {
     pub traces: Vec<Trace>,
     /// How near bodies come at the best place along the path of each feature; `None` without bodies.
     #[cfg(not(target_family = "wasm"))]
-    pub clearance: Vec<Option<crate::simulation::clearance::PathClearance>>,
+    pub clearance: Vec<Option<(Site, crate::simulation::clearance::PathClearance)>>,
 }
 
 /// The best place and how it was found. It is one of the entries.

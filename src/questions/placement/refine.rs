@@ -161,7 +161,7 @@ impl RefinementSearch<'_> {
             search: self,
             free: &free,
             fixed: start,
-            glimpse: Glimpse::new(self.evaluator, &start, &value_of),
+            glimpse: Glimpse::new(self.evaluator, self.work, &start, &value_of),
             visited: &visited,
             glimpsed: &glimpsed,
         };
@@ -217,7 +217,7 @@ impl RefinementSearch<'_> {
         let start = (refinement.site, refinement.value);
         let mut best = None;
         let value_of = |metrics: &Metrics| self.objective.value(metrics);
-        let mut glimpse = Glimpse::new(self.evaluator, &start.0, &value_of);
+        let mut glimpse = Glimpse::new(self.evaluator, self.work, &start.0, &value_of);
         glimpse.is_objective = *self.objective == self.study.objective;
         let (site, value) = pattern_search(self.study, start, POLISH, f64::NEG_INFINITY, |site, below| {
             let Some(Evaluation { metrics, .. }) = glimpse.evaluate_below(self.work, site, below) else {

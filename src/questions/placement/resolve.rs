@@ -561,6 +561,11 @@ fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check:
     if metric == Metric::LeastClearance && features.iter().any(|job| job.bodies.is_none()) {
         return check.fail("needs the table [cell] in the process of each feature".into());
     }
+    #[cfg(not(target_family = "wasm"))]
+    if metric == Metric::LeastClearance {
+        let cells = features.iter().filter_map(|job| job.bodies.as_ref());
+        cells.into_iter().find_map(|cell| cell.has_no_distance()).map_or(Ok(()), |problem| check.fail(problem))?;
+    }
     if metric == Metric::ForceMargin && !has_force_limit {
         check.misfit("neither the machine nor a process file has force limits".into(), ())?;
     }

@@ -150,7 +150,9 @@ impl FeatureJob {
         reached: &[ReachedGamma],
     ) -> Result<Vec<bool>, Failure> {
         let (machine, placement) = (self.machine(), site.placement(self.feature.reference));
-        let (path, loads) = (self.path_of(&[0]), &self.feature.loads[..1]);
+        // As walks along the path do.
+        let first = self.tried_points()[0];
+        let (path, loads) = (self.path_of(&[first]), &self.feature.loads[first..=first]);
         let problem = GammaProblem { path: &path, loads, ..self.gamma_problem(settings, &placement) };
         let gammas: Vec<f64> = reached.iter().map(|own| own.gamma).collect();
         let tasks = first_tasks(problem, &gammas).map_err(|error| no_gamma(error.to_string()))?;

@@ -17,7 +17,7 @@ use crate::{
         path::report::facts_text,
         placement::{
             COORDINATES, Candidate, End, Entry, Evaluation, FeatureJob, Margin, Metric, Metrics, Origin,
-            PlacementResults, PlacementStudy, evaluate, is_angle, site::printed_text,
+            PlacementResults, PlacementStudy, Site, evaluate, is_angle, site::printed_text,
         },
         spread_report::{self, Along},
     },
@@ -208,9 +208,9 @@ pub(super) fn distance_text(study: &PlacementStudy, entry: &Entry) -> Option<Str
 
 /// Returns how near bodies come at the best place, and what of them is not known, in sentences; empty without bodies.
 fn clearance_text(results: &PlacementResults) -> String {
-    let of = |(job, own): (&FeatureJob, &Option<PathClearance>)| {
+    let of = |(job, own): (&FeatureJob, &Option<(Site, PathClearance)>)| {
         let place = |k: usize| format!("point {k} of {}", job.feature.name);
-        own.as_ref().map_or_else(String::new, |own| clearance::sentences(own, place))
+        own.as_ref().map_or_else(String::new, |(_, own)| clearance::sentences(own, place))
     };
     let mut told: Vec<String> = results.study.features.iter().zip(&results.clearance).map(of).collect();
     told.dedup();
@@ -248,7 +248,9 @@ fn budget(results: &PlacementResults, entry: &Entry) -> Budget {
         Basis { machine, errors, uncertainty, force, open_backlash_mm, fastest_mm_per_s, is_written: false }
             .budget(&job.verdict)
     };
-    let of_bodies = |(budget, own): (Budget, &Option<PathClearance>)| clearance::in_budget(budget, own.as_ref());
+    let of_bodies = |(budget, own): (Budget, &Option<(Site, PathClearance)>)| {
+        clearance::in_budget(budget, own.as_ref().map(|own| &own.1))
+    };
     let all = study.features.iter().map(of).zip(clearance.iter().chain(std::iter::repeat(&None))).map(of_bodies);
     all.reduce(Budget::worse).unwrap_or_default()
 }

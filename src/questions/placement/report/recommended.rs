@@ -18,7 +18,7 @@ use crate::{
         },
         site::{printed_text, unit_suffix},
     },
-    simulation::clearance::{NearestBodies, PathClearance},
+    simulation::clearance::PathClearance,
     spatial::Pose,
 };
 
@@ -151,27 +151,29 @@ fn standing_bodies(results: &PlacementResults, site: &Site) -> Vec<PlanShape> {
         .collect()
 }
 
-/// Returns how near bodies come along the feature of the best place along which they come nearest, and its index; `None` where nothing was looked at.
-fn nearest_feature(results: &PlacementResults) -> Option<(usize, &PathClearance, &NearestBodies)> {
-    let of = |(f, own): (usize, &'_ Option<PathClearance>)| Some((f, own.as_ref()?.nearest.as_ref()?.distance_mm));
-    let least = results.clearance.iter().enumerate().filter_map(of).min_by(|a, b| a.1.total_cmp(&b.1))?.0;
-    let clearance = results.clearance[least].as_ref()?;
-    Some((least, clearance, clearance.nearest.as_ref()?))
+/// Returns how near bodies come along the feature of the best place along which they come nearest, its index, and where the part stands then; `None` where
+/// nothing was looked at.
+fn nearest_feature(results: &PlacementResults) -> Option<(usize, &Site, &PathClearance)> {
+    let least = |own: &PathClearance| Some(own.nearest.as_ref()?.distance_mm);
+    let known = results.clearance.iter().enumerate().filter_map(|(f, own)| own.as_ref().map(|own| (f, &own.0, &own.1)));
+    let near = known.filter_map(|own| Some((least(own.2)?, own)));
+    near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|own| own.1)
 }
 
 /// Draws the machine at the best place where bodies come nearest; `None` where nothing was looked at.
 pub(super) fn clearance_figure(results: &PlacementResults) -> Option<(String, Figure)> {
-    let (f, own, _) = nearest_feature(results)?;
+    let (f, site, own) = nearest_feature(results)?;
     let job = &results.study.features[f];
-    let placement = results.best.as_ref()?.site.placement(job.feature.reference);
+    let placement = site.placement(job.feature.reference);
     clearance::figure(job.bodies.as_ref()?, &placement, Some(own))
 }
 
 /// Returns the line between the bodies that come nearest along the paths at the best place, with its length; `None` where it is not known.
 fn nearest_line(results: &PlacementResults) -> Option<PlanShape> {
-    let (_, _, nearest) = nearest_feature(results).filter(|own| !own.2.is_assumed)?;
+    let (_, _, own) = nearest_feature(results)?;
+    let nearest = own.nearest.as_ref().filter(|nearest| !nearest.is_assumed)?;
     let points = nearest.points_mm.map(|[x, y, _]| (x, y)).to_vec();
-    Some(PlanShape { look: Look::Nearest, points, label: clearance::nearest_words(nearest) })
+    Some(PlanShape { look: Look::Nearest, points, label: clearance::nearest_words(own)? })
 }
 
 /// Returns the traces at the best place, one for each feature; none without a best place.
