@@ -22,7 +22,7 @@ PROCESS = {
 }
 GROOVE = {"name": "groove", "circle": {"centre_mm": [0.0, 0.0, 0.0], "diameter_mm": 50.0, "points": 13}}
 BOX = {"x_mm": [-48.65, 101.35], "y_mm": [-48.65, 101.35], "z_mm": [-73.65, 126.35]}
-SEARCH = {"grid": {"x": 2, "y": 2, "z": 2}, "starts": 1, "max_iterations": 5, "tolerance": 1e-2}
+SEARCH = {"grid": {"x": 3, "y": 3, "z": 3}, "starts": 1, "max_iterations": 5, "tolerance": 1e-2}
 
 
 @pytest.fixture(scope="module")
