@@ -10,7 +10,7 @@ use super::{
     Site,
     evaluate::{Evaluation, Evaluator, PartialEvaluation},
     is_angle,
-    metric::Metrics,
+    metric::{Metric, Metrics},
     site::COORDINATES,
     turned::Setup,
 };
@@ -99,10 +99,10 @@ impl Evaluator {
         0..self.study.allowance.corners().len()
     }
 
-    /// Returns `setup` at each corner of the allowance, with the same γ.
-    pub(super) fn allowed_setups(&self, setup: &Setup) -> Vec<Setup> {
+    /// Returns `setup` and, behind it, what it is at each corner of the allowance, with the same γ.
+    pub(super) fn clamped_setups(&self, setup: &Setup) -> Vec<Setup> {
         let at = |site| Setup { site, gammas: setup.gammas.clone() };
-        self.study.allowance.sites(&setup.site).into_iter().map(at).collect()
+        std::iter::once(setup.site).chain(self.study.allowance.sites(&setup.site)).map(at).collect()
     }
 
     /// Returns `evaluation` of `setup` with the worst metrics of these `corners` of its allowance. `Err` says at which it cannot be cut.
@@ -112,7 +112,7 @@ impl Evaluator {
         mut evaluation: Evaluation,
         corners: impl IntoIterator<Item = usize>,
     ) -> Result<Evaluation, Failure> {
-        let (allowance, setups) = (&self.study.allowance, self.allowed_setups(setup));
+        let (allowance, setups) = (&self.study.allowance, self.clamped_setups(setup));
         let directions = allowance.corners();
         for corner in corners {
             let located = |failure: Failure| Failure {
@@ -123,23 +123,28 @@ impl Evaluator {
                 ),
                 ..failure
             };
-            evaluation.worsen_by(&self.evaluate_setup(&setups[corner]).map_err(located)?);
+            let own = self.evaluate_setup(&setups[1 + corner]).map_err(located)?;
+            let deflection = |own: &Evaluation| own.metrics.get(Metric::WorstDeflection);
+            if deflection(&own) > deflection(&evaluation) {
+                evaluation.worst_corner = Some(corner);
+            }
+            evaluation.worsen_by(&own);
         }
         Ok(evaluation)
     }
 
-    /// Returns which corner of the allowance of `site`, other than `corners`, makes `value` of the metrics worst; `None` if there is no other.
+    /// Returns which corner of the allowance of `site`, other than `corners`, of which the metrics are `known`, makes `value` of the metrics worst;
+    /// `None` if there is no other.
     pub(super) fn corner_beyond(
         &self,
         site: &Site,
         corners: &[usize],
+        known: &Metrics,
         value: &dyn Fn(&Metrics) -> f64,
     ) -> Option<usize> {
-        let setup = self.setup(site);
-        let known = self.evaluate_among(site, corners).ok()?;
-        let setups = self.allowed_setups(&setup);
-        let worsened = |corner: usize| match self.evaluate_setup(&setups[corner]) {
-            Ok(own) => value(&known.metrics.worse_of(&own.metrics)),
+        let setups = self.clamped_setups(&self.setup(site));
+        let worsened = |corner: usize| match self.evaluate_setup(&setups[1 + corner]) {
+            Ok(own) => value(&known.worse_of(&own.metrics)),
             Err(_) => f64::INFINITY,
         };
         let others = self.corners().filter(|corner| !corners.contains(corner));
@@ -171,13 +176,13 @@ impl Evaluator {
         value: &dyn Fn(&Metrics) -> f64,
         below: f64,
     ) -> Option<Evaluation> {
-        let setups = self.allowed_setups(&partial.setup);
+        let setups = self.clamped_setups(&partial.setup);
         let mut evaluation = self.evaluate_levels_below(partial, |best| value(best) >= below)?;
         // Most places that are no better are so at the corner that told the last one.
         let first = self.telling_corner.load(Ordering::Relaxed);
-        for corner in self.corners().cycle().skip(first).take(setups.len()) {
+        for corner in self.corners().cycle().skip(first).take(self.corners().len()) {
             let is_enough = |best: &Metrics| value(&evaluation.metrics.worse_of(best)) >= below;
-            let begun = self.begin_setup(&setups[corner]).ok();
+            let begun = self.begin_setup(&setups[1 + corner]).ok();
             match begun.and_then(|partial| self.evaluate_levels_below(partial, is_enough)) {
                 Some(own) => evaluation.worsen_by(&own),
                 None => {

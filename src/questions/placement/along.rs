@@ -109,6 +109,7 @@ impl Evaluator {
             None => Ok(Evaluation {
                 metrics: known,
                 as_placed: known,
+                worst_corner: None,
                 features: Vec::new(),
                 open_backlash_mm: Tally::widest_open_mm(&partial.tallies),
                 not_corrected: None,

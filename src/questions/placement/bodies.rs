@@ -17,10 +17,8 @@ impl Evaluator {
         let mut least = Some(f64::INFINITY);
         for f in 0..self.features.len() {
             self.check_standing(f, &setup.site)?;
-            let found = self.clearance_along(f, &setup.site, &self.tasks(setup, f), !self.needs.clearance)?;
-            self.check_hit(f, found.as_ref())?;
-            let known = found.filter(|own| self.needs.clearance && own.assumed.is_empty());
-            least = least.zip(known.and_then(|own| own.at_least_mm)).map(|(a, b)| a.min(b));
+            let own = self.check_bodies_along(f, &setup.site, &self.tasks(setup, f))?;
+            least = least.zip(own).map(|(a, b)| a.min(b));
         }
         Ok(least)
     }
@@ -32,25 +30,24 @@ impl Evaluator {
         stands_in.map_or(Ok(()), |reason| Err(Failure { status: HIT.into(), reason }))
     }
 
-    /// Checks that no bodies hit along `tasks`, the path of feature `f` at `site`. `Err` says where which do.
-    pub(super) fn check_bodies_along(&self, f: usize, site: &Site, tasks: &[TaskPoint]) -> Result<(), Failure> {
-        self.check_hit(f, self.clearance_along(f, site, tasks, true)?.as_ref())
-    }
-
-    /// Checks that nothing was hit along the path of feature `f`. `Err` says what hits, and where.
-    fn check_hit(&self, f: usize, found: Option<&PathClearance>) -> Result<(), Failure> {
-        let hit = found
-            .and_then(|found| Some((found.nearest.as_ref()?.point, found.hit_text(|_| "on the way there".into())?)));
-        hit.map_or(Ok(()), |(point, reason)| {
-            Err(at_path_point(&self.study.features[f], point, Failure { status: HIT.into(), reason }))
-        })
+    /// Checks that no bodies hit along `tasks`, the path of feature `f` at `site`. Returns as [`Evaluator::check_bodies`]; `Err` says where which hit.
+    pub(super) fn check_bodies_along(
+        &self,
+        f: usize,
+        site: &Site,
+        tasks: &[TaskPoint],
+    ) -> Result<Option<f64>, Failure> {
+        let Some(found) = self.clearance_along(f, site, tasks, !self.needs.clearance)? else { return Ok(None) };
+        if let (Some(nearest), Some(reason)) = (&found.nearest, found.hit_text(|_| "on the way there".into())) {
+            return Err(at_path_point(&self.study.features[f], nearest.point, Failure { status: HIT.into(), reason }));
+        }
+        Ok(found.at_least_mm.filter(|_| self.needs.clearance && found.assumed.is_empty()))
     }
 
     /// Returns how near bodies come along the path of each feature at `setup`, and where the workpiece stands then: there or at the corner of its allowance
     /// where they come nearest. Deflection moves the tool by up to `moved_mm`. `None` without bodies.
     pub(super) fn clearances(&self, setup: &Setup, moved_mm: f64) -> Vec<Option<(Site, PathClearance)>> {
-        let mut setups = self.allowed_setups(setup);
-        setups.insert(0, setup.clone());
+        let setups = self.clamped_setups(setup);
         let least = |own: &(Site, PathClearance)| own.1.at_least_mm.unwrap_or(f64::INFINITY);
         let nearest = |f: usize| {
             let (mut open, mut all): (Vec<String>, Vec<(Site, PathClearance)>) = (Vec::new(), Vec::new());

@@ -97,6 +97,8 @@ pub struct Evaluation {
     pub features: Vec<Metrics>,
     /// Metrics of all features together with the workpiece exactly at the place.
     pub as_placed: Metrics,
+    /// The corner of the allowance at which the worst deflection is; `None`: exactly at the place.
+    pub worst_corner: Option<usize>,
     /// Half the widest interval in which open backlash and friction leave the tool, mm, in no metric; `None` where it is not known.
     pub open_backlash_mm: Option<f64>,
     /// Why there is no correction within limits, if one was sought and not found.
@@ -164,6 +166,10 @@ impl Evaluator {
 
     /// Starts an evaluation at `site`, with no points added. `Err` says why the workpiece must not stand there.
     pub(super) fn begin_evaluation(&self, site: &Site) -> Result<PartialEvaluation, Failure> {
+        if self.study.seeks_gamma() {
+            // Not after a search.
+            self.check_boxes(site)?;
+        }
         self.check_workspace(&self.setup(site))?;
         self.begin_without_workspace_check(site)
     }
@@ -205,8 +211,8 @@ impl Evaluator {
 
     /// Nothing: pages look at no bodies.
     #[cfg(target_family = "wasm")]
-    pub(super) fn check_bodies_along(&self, _: usize, _: &Site, _: &[TaskPoint]) -> Result<(), Failure> {
-        Ok(())
+    pub(super) fn check_bodies_along(&self, _: usize, _: &Site, _: &[TaskPoint]) -> Result<Option<f64>, Failure> {
+        Ok(None)
     }
 
     /// Returns an evaluation at `setup` with no points added; does not check whether the workpiece fits there.
@@ -242,9 +248,7 @@ impl Evaluator {
         if work.check().is_err() {
             return f64::INFINITY;
         }
-        let setup = self.setup(site);
-        let mut setups = self.allowed_setups(&setup);
-        setups.insert(0, setup);
+        let setups = self.clamped_setups(&self.setup(site));
         let largest = |violation: &dyn Fn(&Setup) -> f64| setups.iter().map(violation).fold(0.0, f64::max);
         let rigid = largest(&|setup| self.box_violation(setup).max(self.limit_violation(setup)));
         if rigid > 0.0 {
@@ -402,9 +406,7 @@ impl Evaluator {
     pub(super) fn conclude_placed(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
         // Last of what can refuse a place, as it takes the longest.
         let least_clearance = self.check_bodies(&partial.setup)?;
-        let mut metrics = self.best_possible(partial);
-        metrics.clear(Metric::LeastClearance);
-        least_clearance.into_iter().for_each(|least| metrics.set(Metric::LeastClearance, least));
+        let metrics = self.best_possible(partial).with_clearance(least_clearance);
         let metrics_of = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
         let features = partial.tallies.iter().zip(&self.features).map(metrics_of).collect();
         let open_backlash_mm = Tally::widest_open_mm(&partial.tallies);
@@ -412,6 +414,7 @@ impl Evaluator {
             metrics,
             features,
             as_placed: metrics,
+            worst_corner: None,
             open_backlash_mm,
             not_corrected: None,
             outside_workspace: None,

@@ -18,6 +18,8 @@ struct FewPoints {
     evaluator: Evaluator,
     /// Their indices in path order, for each feature.
     points: Vec<BTreeSet<usize>>,
+    /// Their indices in words, which tell pieces of work of these points from those of others.
+    name: String,
 }
 
 /// Fewest points of which it is worth while to look at few.
@@ -27,12 +29,13 @@ const MOST_POINTS: usize = 64;
 
 impl FewPoints {
     /// Takes the first level of points of `all`, and those that are worst at `site` and at these `corners` of its allowance; `None` where the objective
-    /// is of no largest or smallest values, or points are few.
+    /// is of no largest or smallest values, points are few, or they may take a γ for a front at which a metric is no bound.
     pub fn new(all: &Evaluator, site: &Site, corners: &[usize]) -> Option<Self> {
         let objective = &all.study.objective;
         let is_extreme = objective.metrics().iter().all(|metric| of_point(*metric).is_some());
         let count: usize = all.features.iter().map(|feature| feature.counted.len()).sum();
-        if !is_extreme || count < MANY {
+        let is_bound = objective.pareto.is_empty() || !all.study.seeks_gamma();
+        if !is_extreme || !is_bound || count < MANY {
             return None;
         }
         let first = |feature: &super::evaluate::PreparedFeature| feature.levels[0].iter().copied().collect();
@@ -43,24 +46,17 @@ impl FewPoints {
 
     fn of(all: &Evaluator, points: Vec<BTreeSet<usize>>) -> Self {
         let study = all.study.at_points(&points);
-        Self { evaluator: Evaluator::new(&study, &study.objective.metrics()), points }
+        let name = format!("points {points:?}").replace(' ', "");
+        Self { evaluator: Evaluator::new(&study, &study.objective.metrics()), points, name }
     }
 
-    /// Returns these points and those that are worst at `site` and at `corners` of its allowance, at its best γ and at that which these points take
-    /// for it; `None` if all of them are known.
-    pub fn with_worst(&self, all: &Evaluator, site: &Site, corners: &[usize]) -> Option<Self> {
+    /// Returns these points and those that are worst at each of `setups` and at `corners` of their allowances; `None` if all of them are known, or
+    /// these would be too many.
+    pub fn with_worst(&self, all: &Evaluator, setups: &[Setup], corners: &[usize]) -> Option<Self> {
         let mut points = self.points.clone();
-        let (own, whole) = (self.evaluator.setup(site), all.setup(site));
-        add_worst(all, &own, corners, &mut points);
-        if whole != own {
-            add_worst(all, &whole, corners, &mut points);
-        }
-        if points == self.points { None } else { Some(Self::of(all, points)) }
-    }
-
-    /// Returns the number of points.
-    pub fn count(&self) -> usize {
-        self.points.iter().map(BTreeSet::len).sum()
+        setups.iter().for_each(|setup| add_worst(all, setup, corners, &mut points));
+        let count: usize = points.iter().map(BTreeSet::len).sum();
+        if points == self.points || count > MOST_POINTS { None } else { Some(Self::of(all, points)) }
     }
 }
 
@@ -81,8 +77,16 @@ impl<'a> Glimpse<'a> {
         if work.check().is_err() {
             return Self { all, value, is_objective: false, few: None, corners: Vec::new() };
         }
-        let corners: Vec<usize> = all.corner_beyond(site, &[], value).into_iter().collect();
-        Self { all, value, is_objective: false, few: FewPoints::new(all, site, &corners), corners }
+        let mut own = Self { all, value, is_objective: false, few: None, corners: Vec::new() };
+        own.corners.extend(own.worst_corner(site));
+        own.few = FewPoints::new(all, site, &own.corners);
+        own
+    }
+
+    /// Returns the corner that makes `site` worst beside those that are looked at.
+    fn worst_corner(&self, site: &Site) -> Option<usize> {
+        let known = self.all.evaluate_among(site, &self.corners).ok()?;
+        self.all.corner_beyond(site, &self.corners, &known.metrics, self.value)
     }
 
     /// Returns whether it is of all points and corners.
@@ -93,10 +97,7 @@ impl<'a> Glimpse<'a> {
     /// Returns bounds of the metrics at `site`; `None` if it cannot be cut.
     pub fn metrics(&self, work: &Work, site: &Site) -> Option<Metrics> {
         let found = match &self.few {
-            Some(few) => {
-                let work = work.part(&format!("{} points", few.count()));
-                few.evaluator.evaluate_among_in_work(&work, site, &self.corners)
-            }
+            Some(few) => few.evaluator.evaluate_among_in_work(&work.part(&few.name), site, &self.corners),
             None => self.all.evaluate_among_in_work(work, site, &self.corners),
         };
         found.ok().map(|own| own.metrics)
@@ -111,12 +112,11 @@ impl<'a> Glimpse<'a> {
         let at_no_gamma = self.is_objective && !self.all.may_be_below(site, below);
         let evaluate = || self.all.evaluate_below_in_work(work, site, self.value, below);
         let found = if at_no_gamma { None } else { evaluate() };
-        if found.is_none() && work.check().is_ok() {
-            // It tells so of the next place, too.
-            match self.few.as_ref().and_then(|few| few.with_worst(self.all, site, &self.corners)) {
-                Some(next) if next.count() <= MOST_POINTS => self.few = Some(next),
-                _ if self.few.is_some() => self.corners.extend(self.all.corner_beyond(site, &self.corners, self.value)),
-                _ => {}
+        if let (None, Some(few), true) = (&found, &self.few, work.check().is_ok()) {
+            // What tells it of the next place, too.
+            match few.with_worst(self.all, &[few.evaluator.setup(site)], &self.corners) {
+                Some(next) => self.few = Some(next),
+                None => self.corners.extend(self.worst_corner(site)),
             }
         }
         found
@@ -127,17 +127,17 @@ impl<'a> Glimpse<'a> {
         if whole <= told + tolerance || work.check().is_err() {
             return true;
         }
-        let among = self.all.evaluate_among(site, &self.corners);
-        let among = among.map_or(f64::INFINITY, |own| (self.value)(&own.metrics));
+        let known = self.all.evaluate_among(site, &self.corners).ok();
+        let among = known.as_ref().map_or(f64::INFINITY, |own| (self.value)(&own.metrics));
         let mut is_exact = true;
-        if among > told + tolerance && self.few.is_some() {
-            let next = self.few.as_ref().and_then(|few| few.with_worst(self.all, site, &self.corners));
+        if let Some(few) = self.few.as_ref().filter(|_| among > told + tolerance) {
             // That it cannot be cut may be due to what no point tells: bodies, ways between points.
-            self.few = next.filter(|few| few.count() <= MOST_POINTS);
+            self.few = few.with_worst(self.all, &[few.evaluator.setup(site), self.all.setup(site)], &self.corners);
             is_exact = false;
         }
         if whole > among + tolerance
-            && let Some(corner) = self.all.corner_beyond(site, &self.corners, self.value)
+            && let Some(known) = &known
+            && let Some(corner) = self.all.corner_beyond(site, &self.corners, &known.metrics, self.value)
         {
             self.corners.push(corner);
             is_exact = false;
@@ -148,8 +148,8 @@ impl<'a> Glimpse<'a> {
 
 /// Adds the points that are worst at `setup` and at `corners` of its allowance to `points`.
 fn add_worst(all: &Evaluator, setup: &Setup, corners: &[usize], points: &mut [BTreeSet<usize>]) {
-    let at_corners = all.allowed_setups(setup);
-    for setup in std::iter::once(setup).chain(corners.iter().map(|&corner| &at_corners[corner])) {
+    let setups = all.clamped_setups(setup);
+    for setup in std::iter::once(0).chain(corners.iter().map(|corner| 1 + corner)).map(|clamped| &setups[clamped]) {
         for (f, points) in points.iter_mut().enumerate() {
             points.extend(worst_points(all, setup, f));
         }

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     input::error::Result,
-    work::{Event, Work, if_this_shard},
+    work::{Event, Stage, Work, if_this_shard},
 };
 
 /// Largest number of places that are polished.
@@ -43,6 +43,9 @@ pub(super) fn pareto_front(
     work: &Work,
 ) -> Result<Vec<(Site, Metrics)>> {
     let metrics = &study.objective.pareto;
+    if !metrics.is_empty() {
+        work.tell(Event::Stage(Stage { of: "searches along the front", items: search_count(study) }));
+    }
     let found = work.summary("compromises", || compromises(evaluator, study, cells, refinements, work))?;
     let printed = |(number, end): (usize, &(Site, Metrics))| {
         let (site, outcome) = evaluator.examine_printed(&work.part("printed").shard(number), &end.0);

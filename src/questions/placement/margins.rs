@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     PlacementStudy,
     evaluate::{Evaluation, Evaluator},
-    site::{Site, is_angle},
+    site::is_angle,
     turned::Setup,
 };
 use crate::{
@@ -57,19 +57,18 @@ pub struct Margin {
     pub is_better_beyond: bool,
 }
 
-/// Computes the margins of the place `best` with its objective, along each free coordinate in both directions; none without a place.
+/// Computes the margins of the place `best` with its objective, along each free coordinate in both directions, with the γ of the program; none
+/// without a place.
 pub(super) fn margins(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     work: &Work,
-    best: Option<(Site, f64)>,
+    best: Option<(Setup, f64)>,
 ) -> error::Result<Vec<Margin>> {
     let directions: Vec<(usize, f64)> = study.bounds.free().into_iter().flat_map(|i| [(i, -1.0), (i, 1.0)]).collect();
     work.tell(Event::Stage(Stage { of: "ways from the best place", items: directions.len() }));
-    let Some((best, value)) = best else { return Ok(Vec::new()) };
-    let limit = value + WORSE * value.abs();
-    // As it is clamped so is it cut: the program keeps its γ.
-    let placed = evaluator.setup(&best);
+    let Some((placed, value)) = best else { return Ok(Vec::new()) };
+    let (best, limit) = (placed.site, value + WORSE * value.abs());
     let margin_of = |&(coordinate, direction): &(usize, f64)| {
         let is_full_turn = study.bounds.is_full_turn(coordinate);
         let reach = match (is_full_turn, direction > 0.0) {

@@ -227,6 +227,12 @@ impl Metrics {
         worse
     }
 
+    /// Returns these with the least distance of bodies, mm; `None` where it is not known.
+    pub(super) fn with_clearance(mut self, least_mm: Option<f64>) -> Self {
+        self.0[Metric::LeastClearance as usize] = least_mm;
+        self
+    }
+
     /// Removes the value of `metric`.
     pub(super) fn clear(&mut self, metric: Metric) {
         self.0[metric as usize] = None;

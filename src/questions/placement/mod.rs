@@ -68,6 +68,7 @@ use crate::{
     spatial::Pose,
     work::{Event, Stage, Work},
 };
+use turned::Setup;
 
 /// A feature of the workpiece with everything needed to simulate its cutting.
 #[derive(Debug, Clone)]
@@ -192,12 +193,12 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     work.barrier()?;
     uncertain::add_spread(&evaluators, study, &mut entries, work)?;
     let best = outcome::choose_best(study, &entries, &refinements);
-    let flatness = margins::margins(&evaluator, study, work, best.as_ref().map(|best| (best.site, best.value)))?;
+    let flatness = margins::margins(&evaluator, study, work, outcome::best_setup(study, &entries))?;
     let traces = along::traces(&evaluators, study, &entries, best.as_ref());
     #[cfg(not(target_family = "wasm"))]
     let clearance = best.as_ref().map_or_else(Vec::new, |best| {
         let at_best = entries[best.entry].feasible().and_then(|own| own.metrics.get(Metric::WorstDeflection));
-        let setup = turned::Setup { site: best.site, gammas: entries[best.entry].gammas.clone() };
+        let setup = Setup { site: best.site, gammas: entries[best.entry].gammas.clone() };
         evaluators.found.clearances(&setup, at_best.unwrap_or(0.0))
     });
     Ok(PlacementResults {
@@ -228,7 +229,7 @@ fn compute(study: &PlacementStudy, work: &Work) -> Result<()> {
         let mut entries = outcome::evaluate_entries(&evaluators, study, work, places);
         work.barrier()?;
         uncertain::add_spread(&evaluators, study, &mut entries, work)?;
-        Ok(outcome::best_entry(study, &entries).map(|(index, site)| (site, entries[index].value)))
+        Ok(outcome::best_setup(study, &entries))
     })?;
     margins::margins(&evaluator, study, work, best).map(drop)
 }
@@ -248,7 +249,7 @@ fn search(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) -> Result<
     let ranking = sweep::ranking(study, &cells);
     let gaps = work.summary("gaps", || gaps::find_gaps(evaluator, study, &cells, work))?;
     let starts = refinement_starts(study, &cells, &ranking, &gaps);
-    work.tell(Event::Stage(Stage { of: "searches", items: starts.len() + front::search_count(study) }));
+    work.tell(Event::Stage(Stage { of: "searches", items: starts.len() }));
     let refinements = refine::refine(evaluator, study, &study.objective, &starts, work)?;
     let front = work.summary("front", || front::pareto_front(evaluator, study, &cells, &refinements, work))?;
     Ok(Found { cells, ranking, gaps, refinements, front })

@@ -14,9 +14,13 @@ use super::{
     refine::Refinement,
     site::Site,
     sweep::Cell,
+    turned::Setup,
     uncertain::PlaceSpread,
 };
-use crate::{simulation::Failure, work::Work};
+use crate::{
+    simulation::Failure,
+    work::{Event, Stage, Work},
+};
 
 /// Results of a placement study.
 #[derive(Debug, Clone, Serialize)]
@@ -150,9 +154,15 @@ impl Entry {
 }
 
 /// Returns the index of the best of `entries` that can be cut and lies within the bounds, and its place; `None` if there is none.
-pub(super) fn best_entry(study: &PlacementStudy, entries: &[Entry]) -> Option<(usize, Site)> {
+fn best_entry(study: &PlacementStudy, entries: &[Entry]) -> Option<(usize, Site)> {
     let mut can_be_cut = entries.iter().enumerate().filter(|(_, entry)| entry.feasible().is_some());
     can_be_cut.find_map(|(index, entry)| Some((index, study.bounds.inside(&entry.site)?)))
+}
+
+/// Returns the place of [`best_entry`] as it is cut, with its objective.
+pub(super) fn best_setup(study: &PlacementStudy, entries: &[Entry]) -> Option<(Setup, f64)> {
+    let (index, site) = best_entry(study, entries)?;
+    Some((Setup { site, gammas: entries[index].gammas.clone() }, entries[index].value))
 }
 
 /// Returns the best of `entries` that can be cut and lies within the bounds, with how each refinement agrees; `None` if there is none.
@@ -214,6 +224,7 @@ pub(super) fn evaluate_entries(
     work: &Work,
     places: Vec<(String, Origin, Site)>,
 ) -> Vec<Entry> {
+    work.tell(Event::Stage(Stage { of: "places compared", items: places.len() }));
     let entry = |(number, (name, found, site)): (usize, (String, Origin, Site))| {
         let evaluator = evaluators.of(&name, found);
         let is_found = std::ptr::eq(evaluator, &evaluators.found);
@@ -225,6 +236,7 @@ pub(super) fn evaluate_entries(
         };
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
         let gammas = evaluator.setup(&site).gammas;
+        work.tell(Event::Computed(1));
         Entry { name, found, site, gammas, outcome, value, spread: None }
     };
     let mut entries: Vec<Entry> = places.into_par_iter().enumerate().map(entry).collect();

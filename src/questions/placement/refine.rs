@@ -35,7 +35,7 @@ use super::{
 };
 use crate::{
     input::error,
-    work::{Event, Work},
+    work::{Event, Stage, Work},
 };
 
 /// Kind of place that a refinement starts from.
@@ -114,9 +114,13 @@ pub(super) fn refine(
         // The ends of a front are polished with the rest of it.
         let is_sought = *objective == study.objective;
         let contenders = if is_sought { contenders(study, &refinements) } else { Vec::new() };
+        if is_sought {
+            work.tell(Event::Stage(Stage { of: "best ends polished", items: contenders.len() }));
+        }
         refinements.par_iter_mut().enumerate().for_each(|(index, found)| {
             if let Some(rank) = contenders.iter().position(|contender| *contender == index) {
                 RefinementSearch { evaluator, study, objective, work: &work.shard(rank) }.polish(found);
+                work.tell(Event::Computed(1));
             }
         });
         work.barrier()?;

@@ -396,14 +396,14 @@ impl Evaluator {
                 infeasible.map_or(Ok(()), |why| Err(at_path_point(job, k, no_gamma(why.into()))))
             },
         )?;
-        self.check_bodies_along(f, site, tasks)?;
+        let least_clearance = self.check_bodies_along(f, site, tasks)?;
         // In the order of the path.
         let mut tally = Tally::default();
         let solved = self.solve_points_of((site, f), tasks, &prepared.counted, &mut None)?;
         for (values, &k) in solved.iter().zip(&prepared.counted) {
             tally.add(values, prepared.shares[k], job.feature.tolerance_mm);
         }
-        let mut metrics = self.best_possible_of(&tally, prepared.share);
+        let mut metrics = self.best_possible_of(&tally, prepared.share).with_clearance(least_clearance);
         if self.needs.bounded {
             match prepared.limited_residuals(job, tasks) {
                 Ok(corrected) => corrected.normalised(prepared.share).write_into(&mut metrics),

@@ -8,7 +8,6 @@ use super::{
     evaluate::Evaluator,
     metric::{Metric, Metrics},
     outcome::{Entry, EntryEvaluators},
-    site::Site,
     turned::Setup,
 };
 use crate::{
@@ -28,7 +27,7 @@ use crate::{
     work::{Event, Stage, Work, if_this_shard},
 };
 
-/// How sure the numbers of a place are, and its rank among all that can be cut.
+/// How sure the numbers of a place are, at the corner of its allowance where the worst deflection is, and its rank among all that can be cut.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlaceSpread {
     /// Distributions of the largest distance from the paths of all features, without and with compensation.
@@ -61,7 +60,10 @@ pub(super) fn add_spread(
     let found = can_be_cut.par_iter().enumerate().filter_map(|(number, own)| {
         let work = work.shard(number).part("uncertain").part(&number.to_string());
         let Entry { name, found, site, .. } = &entries[*own];
-        if_this_shard(spread_at(evaluators.of(name, *found), &drawn, site, &work)).transpose()
+        let evaluator = evaluators.of(name, *found);
+        let worst = entries[*own].feasible().and_then(|own| own.worst_corner);
+        let setup = evaluator.clamped_setups(&evaluator.setup(site)).swap_remove(worst.map_or(0, |corner| 1 + corner));
+        if_this_shard(spread_at(evaluator, &drawn, &setup, &work)).transpose()
     });
     let found: Vec<Option<(PathSpread, LargestBoth)>> = found.collect::<Result<_>>()?;
     work.barrier()?;
@@ -137,20 +139,21 @@ fn drawn_forces(evaluator: &Evaluator, drawn: &DrawnMachines, setup: &Setup, f: 
     drawn_forces_at(&drawn.uncertainty, job.machine(), &placement, &path, job.components.as_ref())
 }
 
-/// Returns the distributions at a place, and the largest distances in the draws; `None` where they are of no point.
+/// Returns the distributions at `setup`, and the largest distances in the draws; `None` where they are of no point.
 fn spread_at(
     evaluator: &Evaluator,
     drawn: &[DrawnMachines],
-    site: &Site,
+    setup: &Setup,
     work: &Work,
 ) -> Result<Option<(PathSpread, LargestBoth)>> {
-    let (jobs, setup) = (&evaluator.study.features, evaluator.setup(site));
-    let tasks: Vec<Vec<TaskPoint>> = (0..jobs.len()).map(|f| evaluator.tasks(&setup, f)).collect();
+    let jobs = &evaluator.study.features;
+    let tasks: Vec<Vec<TaskPoint>> = (0..jobs.len()).map(|f| evaluator.tasks(setup, f)).collect();
     let counts: Vec<_> = evaluator.features.iter().map(|own| |k: usize| own.is_counted[k]).collect();
     let all_passes = passes(evaluator);
-    let path = |f: usize| SpreadPath { passes: &all_passes[f], counts: &counts[f], ..jobs[f].spread(site, &drawn[f]) };
+    let path =
+        |f: usize| SpreadPath { passes: &all_passes[f], counts: &counts[f], ..jobs[f].spread(&setup.site, &drawn[f]) };
     let paths: Vec<SpreadPath<'_>> = (0..jobs.len()).map(path).collect();
-    let forces: Vec<_> = drawn.iter().enumerate().map(|(f, drawn)| drawn_forces(evaluator, drawn, &setup, f)).collect();
+    let forces: Vec<_> = drawn.iter().enumerate().map(|(f, drawn)| drawn_forces(evaluator, drawn, setup, f)).collect();
     let with_forces = jobs.iter().zip(tasks.iter().zip(&forces));
     let each_part: Vec<_> = with_forces.map(|(job, (tasks, forces))| parts_of(job.machine(), tasks, forces)).collect();
     let mut largest = LargestBoth::default();

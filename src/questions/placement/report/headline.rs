@@ -52,7 +52,8 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
     };
     let uncertainty = study.features[0].tracked.uncertainty.as_deref();
     if !study.allowance.is_none() {
-        basis += &format!(", clamped within {}", study.allowance.text());
+        let drawn = if entry.spread.is_some() { ", draws at the worst corner of that" } else { "" };
+        basis += &format!(", clamped within {}{drawn}", study.allowance.text());
     }
     basis += &format!(", {}", spread_report::basis(uncertainty));
     let clamp = clamp_sentence(results, entry, evaluation);
@@ -511,7 +512,7 @@ fn room_text(results: &PlacementResults) -> String {
         Some(format!("{} {range}{}", COORDINATES[i], if is_angle(i) { "°" } else { " mm" }))
     };
     let ranges: Vec<String> = results.study.bounds.free().into_iter().filter_map(range).collect();
-    if ranges.is_empty() { String::new() } else { format!("room: {}", ranges.join(", ")) }
+    if ranges.is_empty() { String::new() } else { format!("room, each alone: {}", ranges.join(", ")) }
 }
 
 /// Returns the key number of the smallest margin of the best place along x, y or z, and of directions without any; `None` without such margins.
