@@ -54,13 +54,20 @@ struct State {
     unsolved: usize,
     /// Whether the warning that hardly any point is solved was given.
     is_warned: bool,
-    /// Time and number of computed items from which the rate is measured.
+    /// Time from which the rate is measured, and the number of items done then.
     rate_from: (Instant, usize),
     best: Option<f64>,
     /// Stage after the first, and the number of its items done.
     stage: Option<(Stage, usize)>,
     json_at: Instant,
     logged_at: Instant,
+}
+
+impl State {
+    /// Returns the number of items done, of the current stage.
+    fn done(&self) -> usize {
+        self.stage.map_or(self.computed + self.kept, |(_, done)| done)
+    }
 }
 
 impl Progress {
@@ -119,6 +126,7 @@ impl Progress {
                 // What was sought before leads back to what was to be computed.
                 let is_first = stage.of == self.of && stage.items == self.total;
                 state.stage = (!is_first).then_some((stage, 0));
+                state.rate_from = (Instant::now(), state.done());
                 if let Some(style) = bar_style(stage.of, true) {
                     self.bar.set_style(style);
                 }
@@ -140,11 +148,14 @@ impl Progress {
                 }
             }
             Event::Kept(items) => {
-                state.kept += items;
+                match &mut state.stage {
+                    Some((_, done)) => *done += items,
+                    None => state.kept += items,
+                }
                 self.bar.inc(items as u64);
                 // What is taken over says nothing of the time that is left.
                 self.bar.reset_eta();
-                state.rate_from = (Instant::now(), state.computed);
+                state.rate_from = (Instant::now(), state.done());
             }
             // Told of parts by whoever watches them.
             Event::Shard { .. } => {}
@@ -166,7 +177,8 @@ impl Progress {
             }
         }
         let now = Instant::now();
-        if self.form == Form::Json && now - state.json_at >= JSON_INTERVAL {
+        let begins = matches!(event, Event::Stage(_));
+        if self.form == Form::Json && (begins || now - state.json_at >= JSON_INTERVAL) {
             state.json_at = now;
             self.line(self.progress_json(&state));
         }
@@ -205,20 +217,18 @@ impl Progress {
 
     /// Returns items done, their total and their name in the current stage.
     fn done_of_total(&self, state: &State) -> (usize, usize, &str) {
-        match state.stage {
-            Some((stage, done)) => (done, stage.items, stage.of),
-            None => (state.computed + state.kept, self.total, &self.of),
-        }
+        let (total, of) = state.stage.map_or((self.total, &*self.of), |(stage, _)| (stage.items, stage.of));
+        (state.done(), total, of)
     }
 
     /// Returns the progress as JSON.
     fn progress_json(&self, state: &State) -> Value {
         let (done, total, of) = self.done_of_total(state);
         let (since, before) = state.rate_from;
-        let (seconds, computed) = (since.elapsed().as_secs_f64(), state.computed - before);
+        let (seconds, computed) = (since.elapsed().as_secs_f64(), done.saturating_sub(before));
         let rate = (computed > 0 && seconds > 0.0).then(|| computed as f64 / seconds);
-        // How long a search takes is not known before.
-        let is_counted = state.best.is_none() && state.stage.is_none();
+        // How long a search that has no items takes is not known before.
+        let is_counted = state.best.is_none() || state.stage.is_some();
         let left = rate.filter(|_| is_counted && total > 0).map(|rate| total.saturating_sub(done) as f64 / rate);
         let mut report = json!({
             "event": "progress",

@@ -2,9 +2,7 @@
 //!
 //! A sweep evaluates paths in levels, from few points to all; `Evaluator::best_possible` gives after each level the best that metrics can still be.
 
-#[cfg(not(target_family = "wasm"))]
-use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
+use std::sync::{Arc, atomic::AtomicUsize};
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -52,6 +50,8 @@ pub struct Evaluator {
     /// Number of levels of the feature with most of them.
     pub(super) levels: usize,
     pub(super) gammas: super::turned::GammaCache,
+    /// Evaluator of the objective alone, which seeks γ for this one.
+    pub(super) seeker: Option<Arc<Self>>,
     /// Corner of the allowance that told last that a place is no better, to be looked at first; no result depends on it.
     pub(super) telling_corner: AtomicUsize,
     /// Bodies of each feature, `None` where its process names no cell.
@@ -149,6 +149,7 @@ impl Evaluator {
         let share = features.iter().map(|feature| feature.share).sum();
         Self {
             gammas: super::turned::GammaCache::default(),
+            seeker: None,
             telling_corner: AtomicUsize::default(),
             #[cfg(not(target_family = "wasm"))]
             cells: study.features.iter().map(|job| job.bodies.clone()).collect(),
@@ -162,6 +163,11 @@ impl Evaluator {
             share,
             levels,
         }
+    }
+
+    /// Makes an evaluator of all metrics that takes the γ which `seeker`, of the objective alone, finds: no other metric changes it.
+    pub(super) fn of_all(seeker: &Arc<Self>) -> Self {
+        Self { seeker: Some(seeker.clone()), ..Self::new(&seeker.study, &Metric::ALL) }
     }
 
     /// Starts an evaluation at `site`, with no points added. `Err` says why the workpiece must not stand there.

@@ -17,6 +17,7 @@ use super::{
     polish::{Steps, pattern_search},
     site::Site,
     sweep::{Cell, PlaceOutcome},
+    turned::Setup,
     walk::UNMEASURED,
 };
 use crate::{
@@ -62,8 +63,13 @@ pub(super) fn find_gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[
             distinct.push(site);
         }
     }
+    if !distinct.is_empty() {
+        work.tell(Event::Stage(Stage { of: "places between grid points", items: distinct.len() }));
+    }
     let value = |(number, site): (usize, Site)| {
-        Some((study.objective.value(&evaluator.evaluate_in_work(&work.shard(number), &site).ok()?.metrics), site))
+        let found = evaluator.evaluate_in_work(&work.shard(number), &site);
+        work.tell(Event::Computed(1));
+        Some((study.objective.value(&found.ok()?.metrics), site))
     };
     let mut ranked: Vec<(f64, Site)> = distinct.into_par_iter().enumerate().filter_map(value).collect();
     work.barrier()?;
@@ -132,10 +138,11 @@ fn sites_in_intervals(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Ce
         }
     }
     let sites = evenly_thinned(sites, MIDDLES);
-    let fitting: Vec<Site> = sites
-        .into_par_iter()
-        .filter(|site| evaluator.check_boxes(site).is_ok() && evaluator.check_workspace(&evaluator.setup(site)).is_ok())
-        .collect();
+    // Where γ is sought, only an evaluation says whether the workspace holds the path.
+    let keeps_workspace =
+        |site: &Site| study.seeks_gamma() || evaluator.check_workspace(&evaluator.setup(site)).is_ok();
+    let fits = |site: &Site| evaluator.check_boxes(site).is_ok() && keeps_workspace(site);
+    let fitting: Vec<Site> = sites.into_par_iter().filter(fits).collect();
     evenly_thinned(fitting, TRIED)
 }
 
@@ -167,7 +174,8 @@ fn midpoints(evaluator: &Evaluator, study: &PlacementStudy, orientation: &Site, 
         let (first, last) = along.into_iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
         ends.extend([first + table.margin_mm - own_low, last - table.margin_mm - own_high]);
     }
-    let (workspace, setup) = (&study.machine.workspace, evaluator.setup(orientation));
+    let workspace = &study.machine.workspace;
+    let setup = Setup { site: *orientation, gammas: vec![None; study.features.len()] };
     for f in 0..study.features.len() {
         let along = evaluator.tasks(&setup, f).into_iter().map(|task| task.pose.translation[axis]);
         let (path_low, path_high) = along.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));

@@ -56,6 +56,8 @@ pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
 pub use sweep::{Cell, PlaceOutcome};
 pub use uncertain::PlaceSpread;
 
+use std::sync::Arc;
+
 use crate::{
     compensation::Target,
     input::error::Result,
@@ -95,7 +97,7 @@ pub struct FeatureJob {
     pub gamma_search: Option<crate::process::RedundancySettings>,
     /// Bodies of its machine and of what surrounds it; `None` where its process names no cell.
     #[cfg(not(target_family = "wasm"))]
-    pub bodies: Option<std::sync::Arc<crate::simulation::clearance::MachineCell>>,
+    pub bodies: Option<Arc<crate::simulation::clearance::MachineCell>>,
 }
 
 impl FeatureJob {
@@ -185,9 +187,9 @@ pub struct PlacementStudy {
 /// Runs the study on the current rayon pool; the items of `work` are the grid points of the sweep, then the searches. `Err` if it was
 /// stopped, its pieces could not be kept, or another shard computes them.
 pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
-    let evaluator = Evaluator::new(study, &study.objective.metrics());
+    let evaluator = Arc::new(Evaluator::new(study, &study.objective.metrics()));
     let Found { cells, ranking, gaps, refinements, front } = search(&evaluator, study, work)?;
-    let evaluators = study.entry_evaluators();
+    let evaluators = study.entry_evaluators(&evaluator);
     let places = outcome::entry_places(study, &cells, &ranking, &refinements);
     let mut entries = outcome::evaluate_entries(&evaluators, study, work, places);
     work.barrier()?;
@@ -219,13 +221,13 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
 
 /// Computes the pieces of [`run`], with summaries of finished stages, so that the last pieces need little of the first. `Err` as [`run`].
 fn compute(study: &PlacementStudy, work: &Work) -> Result<()> {
-    let evaluator = Evaluator::new(study, &study.objective.metrics());
+    let evaluator = Arc::new(Evaluator::new(study, &study.objective.metrics()));
     let best = work.summary("best", || {
         let places = work.summary("entries", || {
             let Found { cells, ranking, refinements, .. } = search(&evaluator, study, work)?;
             Ok(outcome::entry_places(study, &cells, &ranking, &refinements))
         })?;
-        let evaluators = study.entry_evaluators();
+        let evaluators = study.entry_evaluators(&evaluator);
         let mut entries = outcome::evaluate_entries(&evaluators, study, work, places);
         work.barrier()?;
         uncertain::add_spread(&evaluators, study, &mut entries, work)?;
@@ -267,7 +269,8 @@ fn refinement_starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize], 
 /// Evaluates only the named places of `study`, with all metrics, each at its best γ if one is sought, best first.
 pub fn compare(study: &PlacementStudy) -> Vec<Entry> {
     let places = outcome::entry_places(study, &[], &[], &[]);
-    let evaluators = EntryEvaluators { found: Evaluator::new(study, &Metric::ALL), programmed: None };
+    let seeker = Arc::new(Evaluator::new(study, &study.objective.metrics()));
+    let evaluators = EntryEvaluators { found: Evaluator::of_all(&seeker), programmed: None };
     outcome::evaluate_entries(&evaluators, study, &Work::default(), places)
 }
 
@@ -291,10 +294,10 @@ impl PlacementStudy {
         Self { features: self.features.iter().map(FeatureJob::as_programmed).collect(), ..self.clone() }
     }
 
-    /// Returns the evaluators of named places, most of which stay as programmed, and of found places, with all metrics.
-    fn entry_evaluators(&self) -> EntryEvaluators {
+    /// Returns the evaluators of named places, most of which stay as programmed, and of found places, with all metrics; `seeker` has found γ so far.
+    fn entry_evaluators(&self, seeker: &Arc<Evaluator>) -> EntryEvaluators {
         EntryEvaluators {
-            found: Evaluator::new(self, &Metric::ALL),
+            found: Evaluator::of_all(seeker),
             programmed: self.seeks_gamma().then(|| Evaluator::new(&self.as_programmed(), &Metric::ALL)),
         }
     }

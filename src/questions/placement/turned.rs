@@ -234,6 +234,9 @@ impl Evaluator {
     /// Returns the best constant γ of feature `f` at `site`, rad, within the workspace box if possible; `None` if none is sought. The inner
     /// `Err` says why it can be cut at no γ.
     pub fn gamma_at(&self, site: &Site, f: usize) -> Option<Result<f64, Failure>> {
+        if let Some(seeker) = &self.seeker {
+            return seeker.gamma_at(site, f);
+        }
         let job = &self.study.features[f];
         let settings = job.gamma_search.as_ref().filter(|own| own.is_sought())?;
         let key = (f, site.0.map(f64::to_bits));
