@@ -29,8 +29,19 @@ pub(crate) fn track_together(
     blocks: &[&[TaskPoint]],
     goes_on: impl Fn(usize, &[TrackPoint]) -> bool,
 ) -> Vec<Vec<TrackPoint>> {
+    track_together_from(&nominal.home, nominal, blocks, goes_on)
+}
+
+/// Tracks `nominal` as [`track_together`], each block from `start`, or from home where no straight way leads on from there.
+pub(crate) fn track_together_from(
+    start: &Configuration,
+    nominal: &Machine,
+    blocks: &[&[TaskPoint]],
+    goes_on: impl Fn(usize, &[TrackPoint]) -> bool,
+) -> Vec<Vec<TrackPoint>> {
     let mut storage = BatchKinematics::new(nominal);
-    let mut track: Vec<MachineOnPath> = blocks.iter().map(|_| MachineOnPath::new(nominal)).collect();
+    let begin = |_| MachineOnPath { near: start.clone(), ..MachineOnPath::new(nominal) };
+    let mut track: Vec<MachineOnPath> = blocks.iter().map(begin).collect();
     let mut points: Vec<Vec<TrackPoint>> = blocks.iter().map(|tasks| Vec::with_capacity(tasks.len())).collect();
     step_by_step(&mut track, blocks, &mut storage, |k, point| {
         points[k].push(point);

@@ -70,7 +70,14 @@ impl Search {
                 break;
             }
         }
-        best.unwrap_or_else(|| sampled(a, b, pos12))
+        let best = best.unwrap_or_else(|| sampled(a, b, pos12));
+        // Where faces are aligned but for rounding, a search may end at a side that is not the nearest.
+        let is_sure = best.lower >= 0.0 && best.upper - best.lower < DOUBTFUL_MM;
+        let along_side = (!is_sure).then(|| best_of(a, b, pos12, sides(a, b, pos12)));
+        match along_side.flatten().map(|own| gap_along(a, b, improved(a, b, pos12, own))) {
+            Some(own) if own.lower > best.lower => Gap { upper: best.upper.max(own.lower), ..own },
+            _ => best,
+        }
     }
 
     /// Returns the overlap of two cores that touch: minus the depth, twice, the points and the normal; `None` where the search fails.
@@ -88,6 +95,21 @@ fn along(a: &Piece, b: &Piece, pos12: &Pose, normal: Vector) -> f64 {
     b.core.support_point(pos12, -normal).dot(normal) - a.core.local_support_point(normal).dot(normal)
 }
 
+/// Returns the largest of the bounds [`along`] these `directions`, and its direction; `None` if there are none.
+fn best_of(a: &Piece, b: &Piece, pos12: &Pose, directions: impl IntoIterator<Item = Vector>) -> Option<(f64, Vector)> {
+    let bounds = directions.into_iter().map(|own| (along(a, b, pos12, own), own));
+    bounds.max_by(|one, other| one.0.total_cmp(&other.0))
+}
+
+/// Returns the directions across the faces of both cores and along their axes, and across two of their axes, both ways.
+fn sides(a: &Piece, b: &Piece, pos12: &Pose) -> Vec<Vector> {
+    let turned = |own: Vec<Vector>| own.into_iter().map(|own| pos12.rotation * own).collect::<Vec<_>>();
+    let (axes, beside) = (a.core.axes(), turned(b.core.axes()));
+    let across = axes.iter().flat_map(|axis| beside.iter().map(|other| axis.cross(*other)));
+    let all = a.core.sides().into_iter().chain(turned(b.core.sides())).chain(across);
+    all.filter_map(|own| own.try_normalize()).flat_map(|own| [own, -own]).collect()
+}
+
 /// Directions that are tried where a search fails.
 const DIRECTIONS: usize = 400;
 /// Turn from one of them to the next, which spreads them evenly, rad.
@@ -97,28 +119,32 @@ const SMALLEST_STEP: f64 = 1e-7;
 
 /// Returns a gap of which only the lower bound is known: the largest of those along directions spread over the sphere.
 fn sampled(a: &Piece, b: &Piece, pos12: &Pose) -> Gap {
-    let mut best = (f64::NEG_INFINITY, Vector::X);
-    for k in 0..DIRECTIONS {
+    let direction = |k: usize| {
         let z = 1.0 - (2 * k + 1) as f64 / DIRECTIONS as f64;
         let turn = k as f64 * GOLDEN_ANGLE;
         let across = (1.0 - z * z).sqrt();
-        let normal = Vector::new(across * libm::cos(turn), across * libm::sin(turn), z);
-        let lower = along(a, b, pos12, normal);
-        if lower > best.0 {
-            best = (lower, normal);
-        }
-    }
-    let (mut lower, mut normal) = best;
+        Vector::new(across * libm::cos(turn), across * libm::sin(turn), z)
+    };
+    let best = best_of(a, b, pos12, (0..DIRECTIONS).map(direction)).unwrap_or((f64::NEG_INFINITY, Vector::X));
+    gap_along(a, b, improved(a, b, pos12, best))
+}
+
+/// Returns a bound and its direction that no direction next to it betters, from one such.
+fn improved(a: &Piece, b: &Piece, pos12: &Pose, (mut lower, mut normal): (f64, Vector)) -> (f64, Vector) {
     let mut step = 0.1;
     while step > SMALLEST_STEP {
         let (u, v) = normal.any_orthonormal_pair();
         let tried = [u, -u, v, -v].map(|side| (normal + side * step).normalize());
-        let next = tried.map(|own| (along(a, b, pos12, own), own));
-        match next.into_iter().max_by(|one, other| one.0.total_cmp(&other.0)) {
+        match best_of(a, b, pos12, tried) {
             Some((higher, own)) if higher > lower => (lower, normal) = (higher, own),
             _ => step *= 0.5,
         }
     }
+    (lower, normal)
+}
+
+/// Returns the gap of which the bound along a direction is known.
+fn gap_along(a: &Piece, b: &Piece, (lower, normal): (f64, Vector)) -> Gap {
     let on_a = a.core.local_support_point(normal);
     let rounding = a.radius + b.radius;
     let points = [on_a + normal * a.radius, on_a + normal * (lower - b.radius)];

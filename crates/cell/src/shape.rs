@@ -55,9 +55,18 @@ const FLAT: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub(crate) enum Core {
     Segment([Vector; 2]),
-    Cuboid { centre: Vector, half_axes: [Vector; 3] },
-    Cylinder { centre: Vector, half_axis: Vector, direction: Vector, radius: f64 },
-    Hull(Vec<Vector>),
+    Cuboid {
+        centre: Vector,
+        half_axes: [Vector; 3],
+    },
+    Cylinder {
+        centre: Vector,
+        half_axis: Vector,
+        direction: Vector,
+        radius: f64,
+    },
+    /// Corners, and directions across faces.
+    Hull(Vec<Vector>, Vec<Vector>),
 }
 
 /// A shape as it is computed with.
@@ -72,6 +81,26 @@ pub(crate) struct Piece {
 
 pub(crate) fn vector(own: &Vector3<f64>) -> Vector {
     Vector::new(own.x, own.y, own.z)
+}
+
+impl Core {
+    /// Directions of its edges or its axis; none of a hull, which has too many.
+    pub(crate) fn axes(&self) -> Vec<Vector> {
+        match self {
+            Core::Segment([a, b]) => vec![*b - *a],
+            Core::Cuboid { half_axes, .. } => half_axes.to_vec(),
+            Core::Cylinder { direction, .. } => vec![*direction],
+            Core::Hull(..) => Vec::new(),
+        }
+    }
+
+    /// Directions across its flat faces, or along its axis.
+    pub(crate) fn sides(&self) -> Vec<Vector> {
+        match self {
+            Core::Hull(_, across) => across.clone(),
+            _ => self.axes(),
+        }
+    }
 }
 
 impl SupportMap for Core {
@@ -93,7 +122,7 @@ impl SupportMap for Core {
                 let length = across.length();
                 if length > 0.0 { end + across * (radius / length) } else { end }
             }
-            Core::Hull(points) => {
+            Core::Hull(points, _) => {
                 let mut best = (f64::NEG_INFINITY, points[0]);
                 for point in points {
                     let along = point.dot(direction);
@@ -172,6 +201,11 @@ impl Piece {
         }
         let centre = 0.5 * (low + high);
         let radius = hull.iter().fold(0.0, |most: f64, own| most.max((*own - centre).length()));
-        Ok(Piece { core: Core::Hull(hull), radius: 0.0, ball: (centre, radius) })
+        let across = faces.iter().map(|face| {
+            let [a, b, c] = face.map(|k| hull[k as usize]);
+            (b - a).cross(c - a)
+        });
+        let across = across.collect();
+        Ok(Piece { core: Core::Hull(hull, across), radius: 0.0, ball: (centre, radius) })
     }
 }

@@ -15,7 +15,7 @@ use crate::{
     machine::{Configuration, Machine},
     simulation::{
         Failure,
-        tracking::{TrackPoint, join_blocks, track_together},
+        tracking::{TrackPoint, join_blocks, track_together_from},
     },
     statics::Batch,
 };
@@ -157,7 +157,11 @@ fn run_starts(nominal: &Machine, tasks: &[TaskPoint], runs: &[&[usize]]) -> Vec<
     };
     let blocks: Vec<Vec<TaskPoint>> = runs.iter().map(tracked).collect();
     let blocks: Vec<&[TaskPoint]> = blocks.iter().map(Vec::as_slice).collect();
-    let mut track: Vec<Vec<TrackPoint>> = track_together(nominal, &blocks, |_, _| true);
+    let first = tasks.get(runs.first().map_or(0, |run| run[0])).filter(|task| needs_way && task.external.is_none());
+    // The way from home may lead around, which one run is enough to find.
+    let first = first.and_then(|task| nominal.inverse_kinematics(&task.pose).ok());
+    let begin = first.as_ref().unwrap_or(&nominal.home);
+    let mut track: Vec<Vec<TrackPoint>> = track_together_from(begin, nominal, &blocks, |_, _| true);
     join_blocks(nominal, None, blocks.iter().copied().zip(&mut track));
     let start = |(points, tasks): (Vec<TrackPoint>, &&[TaskPoint])| {
         points.into_iter().next()?.at.filter(|_| tasks[0].external.is_none())
