@@ -21,7 +21,7 @@ import tempfile
 import tomllib
 from pathlib import Path
 
-# By what share a metric of a path may differ from the one told, beside the last digit of its table: both solve the same points, from other ones.
+# By what share a metric of a path may differ from the one told: both solve the same points, from other ones.
 ROUNDING = 1e-6
 # What a path may read beside its process.
 READ = (".csv", ".stl", ".nc", ".mpf", ".h", ".src", ".mod", ".ls", ".toml")
@@ -75,17 +75,17 @@ def follow(program, folder, study, feature, place):
         (own / "process.toml").write_text(placed(process.read_text(), place))
         head = ["schema = 3", 'question = "?"', f"machine = {json.dumps(study['machine'])}", 'process = "process.toml"']
         head += [f"branch = {json.dumps(study['branch'])}"] if "branch" in study else []
-        (own / "study.toml").write_text("\n".join([*head, "[path]", *path_of(feature), ""]))
+        (own / "study.toml").write_text("\n".join([*head, "[path]", *path_of(feature), 'methods = ["none"]', ""]))
         ran = subprocess.run([program, "run", own, "--no-figures", "--points", "all", "--out", own / "out"], capture_output=True, text=True)
         if ran.returncode != 0:
             raise SystemExit(f"{place}: {ran.stdout}{ran.stderr}")
         with open(own / "out/points.csv") as table:
             rows = list(csv.DictReader(table))
-        return metrics(rows, json.loads((own / "out/summary.json").read_text()))
+        return metrics(rows)
 
 
-def metrics(rows, summary):
-    """The metrics of a path: of its points where they have one, of its summary otherwise."""
+def metrics(rows):
+    """The metrics of a path, of its table of points."""
     unsolved = [row for row in rows if row["status"] != "converged"]
     if unsolved or not rows:
         raise SystemExit(f"not solved: {unsolved[:1]}")
@@ -98,15 +98,23 @@ def metrics(rows, summary):
         "superposition_error_mm": max(math.dist(both, map(sum, zip(one, other))) for both, one, other in parts),
     }
     columns = rows[0].keys()
+    # A table of points does not say where a tool cuts that bears no force, as when it plunges.
+    if all(any(float(row[f"cutting_force_{axis}_N"]) for axis in "xyz") for row in by_source["all"]):
+        found["rms_deflection_mm"] = rms(by_source["all"])
     # Machines whose drives are of both kinds have these apart.
     if all(key.endswith("_mm") for key in columns if key.startswith("delta_rho_")):
         found |= {"worst_correction_mm": largest("delta_rho_"), "worst_drive_force_N": largest("drive_force_")}
-    methods = {own["method"]: own for own in summary["methods"] if own["failed"] == 0}
-    if "none" in methods:
-        found["rms_deflection_mm"] = methods["none"]["error_rms_mm"]
-    if "bounded" in methods:
-        found |= {f"{key}_residual_mm": methods["bounded"][name] for key, name in [("worst", "error_max_mm"), ("rms", "error_rms_mm")]}
     return found
+
+
+def rms(rows):
+    """The root mean square over the length of a path: half of each way counts to either end."""
+    lengths, squares = 0.0, 0.0
+    for here, there in zip(rows, rows[1:]):
+        length = float(there["arc_length_mm"]) - float(here["arc_length_mm"])
+        lengths += length
+        squares += 0.5 * length * sum(float(row["displacement_mm"]) ** 2 for row in (here, there))
+    return math.sqrt(squares / lengths)
 
 
 def vector(row):
