@@ -36,6 +36,16 @@ def roll_pitch_yaw(degrees):
     return turn(2, yaw) @ turn(1, pitch) @ turn(0, roll)
 
 
+def angles(rotation):
+    """Roll, pitch and yaw of a rotation."""
+    across = np.hypot(rotation[0, 0], rotation[1, 0])
+    pitch = np.arctan2(-rotation[2, 0], across)
+    if across < 1e-9:
+        # Roll and yaw turn about one axis.
+        return np.array([0.0, pitch, np.arctan2(-rotation[0, 1], rotation[1, 1])])
+    return np.array([np.arctan2(rotation[2, 1], rotation[2, 2]), pitch, np.arctan2(rotation[1, 0], rotation[0, 0])])
+
+
 def pose(rotation=None, at=(0.0, 0.0, 0.0)):
     matrix = np.eye(4)
     if rotation is not None:

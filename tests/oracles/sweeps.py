@@ -340,9 +340,8 @@ def toml(shape, at):
     """A shape as files have it, at a pose."""
     kind, *sizes = shape
     if kind == "box":
-        r = at[:3, :3]
-        angles = np.degrees([math.atan2(r[2, 1], r[2, 2]), -math.asin(max(-1.0, min(1.0, r[2, 0]))), math.atan2(r[1, 0], r[0, 0])])
-        return f"{{ box = {{ size_mm = {numbers(sizes)}, at_mm = {numbers(at[:3, 3])}, rotation_deg = {numbers(angles)} }} }}"
+        angles = numbers(np.degrees(arms.angles(at[:3, :3])))
+        return f"{{ box = {{ size_mm = {numbers(sizes)}, at_mm = {numbers(at[:3, 3])}, rotation_deg = {angles} }} }}"
     if kind == "hull":
         points = [numbers(at[:3, :3] @ point + at[:3, 3]) for point in sizes[0]]
         return f"{{ hull = {{ points_mm = [{', '.join(points)}] }} }}"
