@@ -38,8 +38,8 @@ ROD_MM, MISS_MM = 3.0, 1.0
 CLEAR_MM = 0.5
 # Of positions and joints of the two kinematics, mm and degrees.
 SAME_MM, SAME_DEG = 1e-6, 1e-6
-# Shares of the programs that must hit between points alone, and pass a rod by.
-BETWEEN, PASSED = 0.3, 0.1
+# Shares of the programs that must hit between points alone, do so on joint ways, and pass a rod by.
+BETWEEN, JOINT, PASSED = 0.3, 0.05, 0.1
 # Parallel machines whose platform keeps its direction on a straight way.
 PARALLEL = ("orthoglide", "delta_3puu", "delta_3prpar", "tripteron", "rotary_delta", "hexapod")
 
@@ -171,7 +171,7 @@ class Program:
     def __init__(self, machines, seed):
         self.rng = rng = np.random.default_rng(seed)
         self.machine = machine = machines[seed % len(machines)]
-        self.rapid = str(rng.choice(["linear", "joint"], p=[0.5, 0.5] if machine.arm else [0.85, 0.15]))
+        self.rapid = str(rng.choice(["linear", "joint"], p=[0.25, 0.75] if machine.arm else [0.85, 0.15]))
         self.wanted = str(rng.choice(["hit", "near", "any"], p=[0.7, 0.25, 0.05]))
         self.rod_on = str(rng.choice(["base", "part"]))
         self.points()
@@ -258,6 +258,7 @@ class Program:
         for _ in range(80 if self.ways else 0):
             way = self.ways[int(rng.integers(len(self.ways)))]
             body = self.bodies[int(rng.integers(len(self.bodies)))]
+            self.where = f"{way.kind} ways{' of links' if isinstance(body.on, int) else ''}"
             s = float(rng.uniform(0.2, 0.8))
             here, there = way.body(body, s), way.body(body, s + 0.01)
             direction = (there - here)[:2, 3]
@@ -413,7 +414,7 @@ def main():
     asked = parser.parse_args()
     named = {name: own for name, own in arms.catalogue(asked.kinetostat).items() if arms.is_arm(own) or name in PARALLEL}
     machines = [Machine(name, arms.machine_file(asked.kinetostat, name)) for name in named]
-    kinds, ways, wrong, without = collections.Counter(), collections.Counter(), [], 0
+    kinds, ways, hits, wrong, without = collections.Counter(), collections.Counter(), collections.Counter(), [], 0
     seed, count = asked.first, 0
     while count < asked.count:
         program = Program(machines, seed)
@@ -428,14 +429,18 @@ def main():
         kind, faults = judge(asked.kinetostat, program, rod, folder)
         kinds[kind] += 1
         ways.update(way.kind for way in program.ways)
+        hits[program.where] += kind == "hits between points"
         wrong += [f"seed {seed}, {program.machine.name}: {fault}" for fault in faults]
         if faults and asked.keep:
             shutil.copytree(folder, asked.keep / f"seed_{seed}", dirs_exist_ok=True)
         shutil.rmtree(folder)
         seed, count = seed + 1, count + 1
     told = ", ".join(f"{number} {kind}" for kind, number in kinds.most_common())
-    print(f"{count} programs ({without} others without a place for a rod), {ways['linear']} straight ways, {ways['joint']} joint ways: {told}")
-    wrong += [f"only {kinds[kind]} that {kind}" for kind, share in [("hits between points", BETWEEN), ("passes", PASSED)] if kinds[kind] < share * count]
+    print(f"{count} programs ({without} others without a place for a rod), {ways['linear']} linear ways, {ways['joint']} joint ways: {told}")
+    print(f"hits between points: {', '.join(f'{number} on {where}' for where, number in hits.most_common())}")
+    joint = sum(number for where, number in hits.items() if where.startswith("joint"))
+    asked_for = [("hits between points", kinds["hits between points"], BETWEEN), ("hits on joint ways", joint, JOINT), ("passes", kinds["passes"], PASSED)]
+    wrong += [f"only {number} of {count}: {kind}" for kind, number, share in asked_for if number < share * count]
     for fault in wrong[:20]:
         print(" ", fault)
     return 1 if wrong else 0
