@@ -23,6 +23,8 @@ NEAR_MM = 20.0
 REACH_MM = 2900.0
 # Shares of the postures in which the part overlaps, and in which it overlaps or is near; of the overlapping ones those where one encloses the other.
 OVERLAPS, NEARS, ENCLOSES = 0.30, 0.74, 0.2
+# Share in which the part has its faces and axes along those of a body, and its middle on one of its axes or in its middle, as clamps and fixtures do.
+ALIGNED = 0.25
 CLASSES = ("encloses", "overlaps", "near", "apart")
 
 
@@ -95,19 +97,23 @@ class Postures:
         rng, share = self.rng, self.rng.random()
         k = int(rng.integers(len(poses)))
         rotation, middle = self.turned(), poses[k][:3, 3]
+        is_aligned = rng.random() < ALIGNED
+        if is_aligned:
+            rotation = poses[k][:3, :3] @ arms.roll_pitch_yaw(90.0 * rng.integers(0, 4, 3))
+        jitter = 0.0 if is_aligned else 0.1 * self.balls[k]
         if share < OVERLAPS * ENCLOSES:
             if rng.random() < 0.5:
                 small = a_part(rng, self.balls[k], 0.02, 0.06)
-                return small, arms.pose(rotation, middle + rng.uniform(-0.1, 0.1, 3) * self.balls[k])
+                return small, arms.pose(rotation, middle + jitter * rng.uniform(-1.0, 1.0, 3))
             large = ("box", *(2.0 * self.balls[k] * rng.uniform(1.2, 2.0, 3)))
-            return large, arms.pose(rotation, middle + rng.uniform(-0.1, 0.1, 3) * self.balls[k])
+            return large, arms.pose(rotation, middle + jitter * rng.uniform(-1.0, 1.0, 3))
         shape = a_part(rng, self.size, 10.0, 250.0)
         if share > NEARS:
             return shape, arms.pose(rotation, self.rng.uniform(-1.0, 1.0, 3) * self.arm.reach)
         wanted = -60.0 * self.size * rng.random() if share < OVERLAPS else NEAR_MM * rng.random()
         # Along a line away from the body, to where the distance is what is wanted.
         away = rng.normal(size=3)
-        away /= np.linalg.norm(away)
+        away = rotation[:, rng.integers(3)] if is_aligned else away / np.linalg.norm(away)
         solid, near, far = arms.geometry(shape), 0.0, self.balls[k] + arms.ball(shape) + NEAR_MM
         for _ in range(14):
             at = arms.pose(rotation, middle + 0.5 * (near + far) * away)
