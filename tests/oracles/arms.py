@@ -233,6 +233,40 @@ def distance(one, at, other, beside):
     return coal.distance(one, at, other, beside, REQUEST, coal.DistanceResult())
 
 
+def extent(shape, directions):
+    """How far a shape reaches from its centre along directions, in closed form."""
+    kind, *sizes = shape
+    if kind == "box":
+        return abs(directions) @ (0.5 * np.array(sizes))
+    if kind == "hull":
+        return (directions @ np.transpose(sizes[0])).max(axis=1)
+    length, radius = sizes
+    across = np.hypot(directions[:, 0], directions[:, 1]) if kind == "cylinder" else 1.0
+    return 0.5 * length * abs(directions[:, 2]) + radius * across
+
+
+def by_directions(one, at, other, beside, seed=1):
+    """The distance of two shapes as the most that lies between them along a direction: all over the sphere, then closer around the best one.
+
+    It needs no search of another's for a nearest point, and is never more than the distance.
+    """
+    rng = np.random.default_rng(seed)
+    apart = lambda own: own @ (beside[:3, 3] - at[:3, 3]) - extent(one, own @ at[:3, :3]) - extent(other, -own @ beside[:3, :3])
+    unit = lambda own: own / np.linalg.norm(own, axis=1, keepdims=True)
+    axes = np.vstack([at[:3, :3].T, beside[:3, :3].T])
+    directions = unit(np.vstack([axes, -axes, rng.normal(size=(100_000, 3))]))
+    found, size = apart(directions), 0.05
+    best, most = directions[found.argmax()], found.max()
+    while size > 1e-12:
+        around = unit(best + size * rng.normal(size=(1000, 3)))
+        found = apart(around)
+        if found.max() > most:
+            best, most = around[found.argmax()], found.max()
+        else:
+            size *= 0.6
+    return float(most)
+
+
 def quaternion(rotation):
     """w, x, y, z of a rotation."""
     trace = np.array([1 + rotation.trace(), *(1 + 2 * np.diag(rotation) - rotation.trace())])
