@@ -207,6 +207,17 @@ FULL = [
         "$OUT/geometry/bin/python" tests/oracles/check_engagement.py "$PROGRAM" --from 1 --count 2 --shape bull_nose
         "$OUT/geometry/bin/python" tests/oracles/check_engagement.py "$PROGRAM" --from 1 --count 1 --shape ball
     """, ("program",)),
+    Stage("bodies", "Distances of bodies against another library, sweeps against samples by kinematics of another hand, recommended places against paths: thousands of poses and hundreds of studies.", """
+        pairs="$TARGET/debug/examples/pairs"
+        python3 -m venv "$OUT/coal"
+        "$OUT/coal/bin/pip" install --quiet --requirement tests/oracles/requirements.txt
+        "$pairs" 1 20000 | "$OUT/coal/bin/python" crates/cell/tests/against_coal.py
+        "$OUT/coal/bin/python" tests/oracles/bodies.py "$PROGRAM" "$pairs"
+        "$OUT/coal/bin/python" tests/oracles/sweeps.py "$PROGRAM"
+        for study in 03_placement_circle 04_placement_pocket; do
+            python3 tests/oracles/allowance.py "$PROGRAM" studies/$study results/$study
+        done
+    """, ("program",)),
     Stage("exchange", "Parquet and VTK files, read by other programs: these are large to install.", """
         python3 -m venv "$OUT/readers"
         "$OUT/readers/bin/pip" install --quiet --no-deps --requirement tests/exchange/requirements.txt

@@ -1,6 +1,7 @@
 //! Random pairs of shapes with their distance, a line each, for `tests/against_coal.py`: `cargo run --release -p kinetostat-cell --example pairs -- SEED COUNT`.
+//! With `-` instead, the distance alone of each pair given on standard input, in the same words: `shape|shape|pose|pose`.
 
-use std::env;
+use std::{env, io};
 
 use kinetostat_cell::{Body, BodyGrade, Cell, Shape};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
@@ -61,7 +62,47 @@ fn words(pose: &Isometry3<f64>) -> String {
     format!("{} {} {} {} {} {} {}", at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k)
 }
 
+fn numbers(words: &str) -> Vec<f64> {
+    words.split_whitespace().map(|word| word.parse().expect("a number")).collect()
+}
+
+/// Returns the shape of its words.
+fn shape_of(text: &str) -> Shape {
+    let (kind, sizes) = text.split_once(' ').expect("kind and sizes");
+    let sizes = numbers(sizes);
+    let ends_mm = [-0.5, 0.5].map(|end| Point3::new(0.0, 0.0, end * sizes[0]));
+    match kind {
+        "box" => Shape::Cuboid { pose: Isometry3::identity(), size_mm: Vector3::new(sizes[0], sizes[1], sizes[2]) },
+        "hull" => Shape::Hull { points_mm: sizes.chunks_exact(3).map(Point3::from_slice).collect() },
+        "capsule" => Shape::Capsule { ends_mm, radius_mm: sizes[1] },
+        "cylinder" => Shape::Cylinder { ends_mm, radius_mm: sizes[1] },
+        _ => panic!("{kind}: expected box, hull, capsule or cylinder"),
+    }
+}
+
+/// Returns the pose of its words.
+fn pose_of(text: &str) -> Isometry3<f64> {
+    let own = numbers(text);
+    let turn = UnitQuaternion::from_quaternion(Quaternion::new(own[3], own[4], own[5], own[6]));
+    Isometry3::from_parts(Translation3::new(own[0], own[1], own[2]), turn)
+}
+
+/// Returns the distance of two shapes at their poses, mm.
+fn distance(shapes: [Shape; 2], poses: [Isometry3<f64>; 2]) -> f64 {
+    let body = |index: usize| Body::new("", index, BodyGrade::Given, &shapes[index..=index]).expect("a volume");
+    Cell::new(vec![body(0), body(1)], |_, _| false).separations(&poses)[0].distance_mm
+}
+
 fn main() {
+    if env::args().nth(1).as_deref() == Some("-") {
+        for line in io::stdin().lines() {
+            let line = line.expect("text");
+            let words: Vec<&str> = line.split('|').collect();
+            let &[one, other, at, beside] = &words[..] else { panic!("{line}: expected shape|shape|pose|pose") };
+            println!("{}", distance([one, other].map(shape_of), [at, beside].map(pose_of)));
+        }
+        return;
+    }
     let argument = |index: usize, otherwise: u64| {
         env::args().nth(index).map_or(otherwise, |text| text.parse().expect("SEED and COUNT are whole numbers"))
     };
