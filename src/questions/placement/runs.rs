@@ -161,7 +161,9 @@ fn run_starts(nominal: &Machine, tasks: &[TaskPoint], runs: &[&[usize]]) -> Vec<
     // The way from home may lead around, which one run is enough to find.
     let first = first.and_then(|task| nominal.inverse_kinematics(&task.pose).ok());
     let begin = first.as_ref().unwrap_or(&nominal.home);
-    let mut track: Vec<Vec<TrackPoint>> = track_together_from(begin, nominal, &blocks, |_, _| true);
+    // Nothing leads on from a point out of reach, which refuses the path.
+    let is_reached = |_: usize, points: &[TrackPoint]| points.last().is_some_and(|point| point.at.is_some());
+    let mut track: Vec<Vec<TrackPoint>> = track_together_from(begin, nominal, &blocks, is_reached);
     join_blocks(nominal, None, blocks.iter().copied().zip(&mut track));
     let start = |(points, tasks): (Vec<TrackPoint>, &&[TaskPoint])| {
         points.into_iter().next()?.at.filter(|_| tasks[0].external.is_none())
