@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector3;
 
 use super::{
+    bodies::{LinkBodies, LinkBody},
     home::drives,
     masses::Mass,
     notes::ImportNotes,
@@ -33,6 +34,7 @@ pub(super) enum Element {
         kg: f64,
         at_mm: [f64; 3],
     },
+    Body(LinkBody),
 }
 
 /// A drive of the chain: travel in mm or degrees, largest force in N or torque in N·mm.
@@ -56,7 +58,7 @@ impl Element {
 }
 
 /// Creates a pose from a translation (mm) and roll, pitch, yaw (rad) about fixed axes.
-fn pose(translation: [f64; 3], angles: [f64; 3]) -> Pose {
+pub(super) fn pose(translation: [f64; 3], angles: [f64; 3]) -> Pose {
     Pose { translation: translation.into(), ..Pose::from_roll_pitch_yaw(angles.into()) }
 }
 
@@ -81,7 +83,7 @@ fn in_deg(angle: f64) -> f64 {
 }
 
 /// Converts a position from m to mm, without negative zero.
-fn in_mm(xyz: [f64; 3]) -> [f64; 3] {
+pub(super) fn in_mm(xyz: [f64; 3]) -> [f64; 3] {
     xyz.map(|v| times_thousand(v) + 0.0)
 }
 
@@ -103,7 +105,7 @@ pub(super) fn reach_bound(robot: &Robot, joints: &[usize]) -> f64 {
 /// Most drives of a chain: many times those of any robot.
 const MAX_DRIVES: usize = 100;
 
-/// Builds the elements of the chain from the root along `joints_to_tip`, with link masses; fails if a moving joint cannot be a drive.
+/// Builds the elements of the chain from the root along `joints_to_tip`, with masses and bodies of links; fails if a moving joint cannot be a drive.
 pub(super) fn chain_elements(
     robot: &Robot,
     tree: &Tree,
@@ -119,13 +121,15 @@ pub(super) fn chain_elements(
     }
     let mut on_way = vec![false; robot.joints.len()];
     joints_to_tip.iter().for_each(|&joint| on_way[joint] = true);
-    let mut builder = Builder { robot, tree, on_way, masses, source, notes, elements: Vec::new(), beside: Vec::new() };
+    let (elements, beside, bodies) = (Vec::new(), Vec::new(), LinkBodies::new(source.origin));
+    let mut builder = Builder { robot, tree, on_way, masses, source, notes, elements, beside, bodies };
     builder.add_link(tree.root);
     for &joint in joints_to_tip {
         builder.add_joint(&robot.joints[joint])?;
         builder.add_link(tree.child_link[joint]);
     }
-    let Builder { elements, beside, notes, .. } = builder;
+    let Builder { elements, beside, bodies, notes, .. } = builder;
+    bodies.note(notes);
     notes.add_names("movable joints beside the chain, held at zero", beside.iter().map(String::as_str));
     note_limits(robot, joints_to_tip, &elements, notes);
     note_angles(robot, joints_to_tip, notes);
@@ -144,6 +148,7 @@ struct Builder<'a> {
     elements: Vec<Element>,
     /// Names of movable joints beside the chain.
     beside: Vec<String>,
+    bodies: LinkBodies,
 }
 
 impl Builder<'_> {
@@ -210,7 +215,7 @@ impl Builder<'_> {
         name
     }
 
-    /// Appends the masses of `link` (index) and of all links that it carries beside the chain, their movable joints at zero.
+    /// Appends masses and bodies of `link` (index) and of all links that it carries beside the chain, their movable joints at zero.
     fn add_link(&mut self, link: usize) {
         let mut pending = vec![(link, Pose::identity())];
         while let Some((here, pose_here)) = pending.pop() {
@@ -221,6 +226,7 @@ impl Builder<'_> {
                 let at: Vector3<f64> = pose_here.transform(in_mm(mass.centre).into());
                 self.elements.push(Element::Mass { kg: mass.kg, at_mm: at.into() });
             }
+            self.elements.extend(self.bodies.of(&self.robot.links[here], &pose_here));
             for &joint in self.tree.carries[here].iter().rev().filter(|&&joint| !self.on_way[joint]) {
                 let Joint { name, origin, .. } = &self.robot.joints[joint];
                 if is_movable(&self.robot.joints[joint]) {

@@ -23,9 +23,24 @@ pub(super) struct Robot {
 pub(super) struct Link {
     pub name: String,
     pub inertial: Option<Inertial>,
-    /// Whether the link has a visual or collision element.
-    pub has_shape: bool,
+    /// Shapes of its collision elements, or of the visual ones if it has no other.
+    pub shapes: Vec<LinkShape>,
 }
+
+/// A shape of a link with the pose of its frame; `Err` with the text of one that is not known.
+pub(super) type LinkShape = std::result::Result<(Origin, ShapeKind), String>;
+
+/// A shape about the origin of its frame, m: lengths of a box, radius and length along z of a cylinder, radius of a sphere, file and unit of a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum ShapeKind {
+    Box([f64; 3]),
+    Cylinder(f64, f64),
+    Sphere(f64),
+    Mesh(String, &'static str),
+}
+
+/// Scales of meshes, and the units of their numbers.
+const UNITS: [(f64, &str); 3] = [(1.0, "m"), (0.001, "mm"), (0.0254, "inch")];
 
 /// The inertial element of a link.
 #[derive(Debug)]
@@ -255,13 +270,35 @@ impl Reader<'_> {
                 Some(Inertial { mass, centre: centre.transpose()? })
             }
         };
-        for other in children_of(node).filter(|child| !is_element(*child, "inertial")) {
-            *unread.entry(other.tag_name().name().into()).or_default() += 1;
-            let meshes = other.descendants().filter(|child| is_element(*child, "mesh"));
-            meshes.for_each(|_| *unread.entry("mesh".into()).or_default() += 1);
+        for other in children_of(node).map(|child| child.tag_name().name()) {
+            if !["inertial", "visual", "collision"].contains(&other) {
+                *unread.entry(other.into()).or_default() += 1;
+            }
         }
-        let has_shape = children_of(node).any(|child| is_element(child, "visual") || is_element(child, "collision"));
-        Ok(Link { name: name.into(), inertial, has_shape })
+        let of = |kind| children_of(node).filter(move |child| is_element(*child, kind)).collect::<Vec<_>>();
+        let shapes = [of("collision"), of("visual")].into_iter().find(|own| !own.is_empty()).unwrap_or_default();
+        let read = |own| self.read_shape(own).ok_or_else(|| quoted(&self.source.text[own.range()]));
+        let shapes = shapes.into_iter().map(read).collect();
+        Ok(Link { name: name.into(), inertial, shapes })
+    }
+
+    /// Reads a collision or visual element; `None` if it is no known shape.
+    fn read_shape(&self, node: Element<'_>) -> Option<(Origin, ShapeKind)> {
+        let own = self.only_child(node, "geometry", "").ok()?.and_then(|own| children_of(own).next())?;
+        let number = |name| self.read_number(own, name, "").ok()?;
+        let vector = |name| self.read_vector(own, name, "").ok()?;
+        let kind = match own.tag_name().name() {
+            "box" => ShapeKind::Box(vector("size")?),
+            "cylinder" => ShapeKind::Cylinder(number("radius")?, number("length")?),
+            "sphere" => ShapeKind::Sphere(number("radius")?),
+            "mesh" => {
+                let scale = if own.has_attribute("scale") { vector("scale")? } else { [1.0; 3] };
+                let unit = UNITS.iter().find(|unit| scale.iter().all(|own| (own - unit.0).abs() < 1e-9))?.1;
+                ShapeKind::Mesh(own.attribute("filename")?.into(), unit)
+            }
+            _ => return None,
+        };
+        Some((self.read_origin(node, "").ok()?, kind))
     }
 
     /// Reads a joint, whose name must not be in `names`, and counts in `unread` its elements of each kind that is not read.
