@@ -5,8 +5,9 @@ use std::{
     sync::Arc,
 };
 
+use kinetostat_cell::{Body, BodyGrade, Shape};
 use kinetostat_removal::{Cutter, Engagement, Field, Milling, RemovalError, Slicing, Spindle, Stock};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::part::FinishedPart;
 use crate::{
@@ -196,10 +197,49 @@ impl StockRemoval {
         Self { earlier: earlier.into(), ..self }
     }
 
+    /// Returns the names of the bodies of tools with shank or holder.
+    pub(super) fn tool_names(&self) -> impl Iterator<Item = String> {
+        let shown = self.tools.iter().filter(|own| !own.1.bodies.is_empty());
+        shown.flat_map(|(number, _)| ["", "shank of ", "holder of "].map(|of| format!("{of}tool {number}")))
+    }
+
+    /// Returns the cutter, the shank and the holder of the first tool of `path` as bodies in its frame, each up to where the next begins, the last up to
+    /// `height_mm`, where P is; nothing of a tool without shank and holder, of which no end is known, and of one that cannot cut.
+    pub(super) fn tool_bodies(&self, path: &Toolpath, height_mm: f64) -> Vec<Body> {
+        let number = path.points().iter().find_map(|point| point.tool).or_else(|| self.only_tool());
+        let tool = number.and_then(|number| Some((number, self.tool(Some(number), path.tools()).ok()?)));
+        let Some((number, tool)) = tool.filter(|own| !own.1.bodies.is_empty()) else { return Vec::new() };
+        let own = tool.bodies.iter().map(|(name, cutter, from)| (format!("{name} of tool {number}"), cutter, *from));
+        let parts: Vec<(String, &Cutter, f64)> =
+            std::iter::once((format!("tool {number}"), &tool.cutter, 0.0)).chain(own).collect();
+        let ends = (1..=parts.len()).map(|k| parts[k..].iter().fold(height_mm, |end, next| end.min(next.2)));
+        let body = |((name, cutter, from), end): (&(String, &Cutter, f64), f64)| {
+            let (radius_mm, nose) = (cutter.radius_mm(), cutter.nose_height_mm());
+            let at = |height: f64| Point3::new(0.0, 0.0, -height);
+            let is_ball = Cutter::ball(2.0 * radius_mm).is_ok_and(|ball| ball == **cutter);
+            let from = if is_ball { nose } else { *from };
+            let mut shapes = Vec::new();
+            if is_ball {
+                shapes.push(Shape::Capsule { ends_mm: [at(nose); 2], radius_mm });
+            }
+            if end > from {
+                shapes.push(Shape::Cylinder { ends_mm: [at(from), at(end)], radius_mm });
+            }
+            // A cylinder encloses other noses.
+            let grade = if is_ball || nose == 0.0 { BodyGrade::Given } else { BodyGrade::Enclosing };
+            Body::new(name.clone(), 0, grade, &shapes).ok()
+        };
+        parts.iter().zip(ends).filter_map(body).collect()
+    }
+
     /// Returns the tolerance of the surface that the tool with this number makes, the only one where no number is given, mm; `None` if it has none of its own.
     pub fn tolerance_mm(&self, number: Option<u32>) -> Option<f64> {
-        let only = || self.tools.keys().next().copied().filter(|_| self.tools.len() == 1);
-        self.tools.get(&number.or_else(only)?)?.tolerance_mm
+        self.tools.get(&number.or_else(|| self.only_tool())?)?.tolerance_mm
+    }
+
+    /// Returns the number of its tool, if it has one alone.
+    fn only_tool(&self) -> Option<u32> {
+        self.tools.keys().next().copied().filter(|_| self.tools.len() == 1)
     }
 
     /// Returns the least and largest frequency at which teeth pass on `path`, which cuts the stock, Hz; `None` where the spindle speed is not known.

@@ -12,7 +12,8 @@ use serde::Deserialize;
 use crate::{
     input::{Folder, Inputs, check::Check, error::Result},
     machine::Machine,
-    process::{file::spec::ProcessSpec, stock::StockRemoval, stock::StockShape},
+    process::{Process, file::spec::ProcessSpec, stock::StockRemoval, stock::StockShape},
+    toolpath::Toolpath,
 };
 
 /// The table `cell`.
@@ -83,6 +84,8 @@ pub struct ProcessCell {
     pub rapid: Option<RapidMove>,
     /// Bodies besides those of the machine; their frames are not set.
     pub bodies: Vec<(CellFrame, Body)>,
+    /// Number of them before those of the first tool of a path, which the cut holds against the stock.
+    pub before_tool: usize,
     /// Index of the stock among them.
     pub stock: Option<usize>,
     /// Pairs of bodies that may touch or overlap.
@@ -121,16 +124,17 @@ pub(crate) fn cell(
         let others = inputs.take();
         *inputs.borrow_mut() = others.and(Inputs::of_bytes(&name, &bytes));
     }
-    if let Some(shape) = stock.map(StockRemoval::shape) {
-        if names.iter().any(|name| name == PART) {
-            let problem = format!(
-                "machine {} has a body \"{PART}\", the name of the stock: expected another name there",
-                machine.name
-            );
+    let mut of_stock = Vec::new();
+    if let Some(stock) = stock {
+        of_stock.push((PART.to_owned(), "the stock"));
+        of_stock.extend(stock.tool_names().map(|name| (name, "a tool")));
+        if let Some((name, what)) = of_stock.iter().find(|own| names.contains(&own.0)) {
+            let problem =
+                format!("machine {} has a body \"{name}\", the name of {what}: expected another", machine.name);
             return check.fail(problem);
         }
-        names.push(PART.into());
-        let body = part(shape).or_else(|problem| check.root().key("stock").fail(problem))?;
+        names.extend(of_stock.iter().map(|own| own.0.clone()));
+        let body = part(stock.shape()).or_else(|problem| check.root().key("stock").fail(problem))?;
         bodies.push((CellFrame::Part, body));
     }
     if spec.body.len() > MAX_BODIES {
@@ -139,8 +143,8 @@ pub(crate) fn cell(
     for (index, own) in spec.body.iter().enumerate() {
         let check = check.key("body").item(index);
         check.key("name").readable(&own.name)?;
-        if stock.is_some() && own.name == PART {
-            return check.key("name").fail(format!("\"{PART}\" is the name of the stock: expected another name"));
+        if let Some((name, what)) = of_stock.iter().find(|of| of.0 == own.name) {
+            return check.key("name").fail(format!("\"{name}\" is the name of {what}: expected another name"));
         }
         check.key("name").unique(&own.name, names.iter().map(String::as_str))?;
         names.push(own.name.clone());
@@ -161,11 +165,25 @@ pub(crate) fn cell(
         clearance_mm: check.key("clearance_mm").not_negative(spec.clearance_mm.unwrap_or(0.0))?,
         rapid: spec.rapid,
         stock: bodies.iter().position(|(_, body)| body.name == PART).filter(|_| stock.is_some()),
+        before_tool: bodies.len(),
         bodies,
         may_touch: spec.may_touch.clone(),
         check,
     };
     Ok((Some(Arc::new(cell)), inputs.into_inner()))
+}
+
+impl ProcessCell {
+    /// Returns the cell of `process` with the first tool of `path` among its bodies; `None` without a cell.
+    pub(crate) fn along(process: &Process, path: &Toolpath) -> Option<Arc<Self>> {
+        let mut cell = Self::clone(process.cell.as_ref()?);
+        cell.bodies.truncate(cell.before_tool);
+        // How high P is above the tip.
+        let height_mm = process.machine.tool_tip.dot(&process.machine.tool_axes.column(2));
+        let bodies = process.stock.iter().flat_map(|stock| stock.tool_bodies(path, height_mm));
+        cell.bodies.extend(bodies.map(|body| (CellFrame::Tool, body)));
+        Some(Arc::new(cell))
+    }
 }
 
 /// Makes a body of the stock, which encloses the part at any time.
