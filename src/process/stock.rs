@@ -203,33 +203,28 @@ impl StockRemoval {
         shown.flat_map(|(number, _)| ["", "shank of ", "holder of "].map(|of| format!("{of}tool {number}")))
     }
 
-    /// Returns the cutter, the shank and the holder of the first tool of `path` as bodies in its frame, each up to where the next begins, the last up to
-    /// `height_mm`, where P is; nothing of a tool without shank and holder, of which no end is known, and of one that cannot cut.
+    /// Returns cutter, shank and holder of the first tool of `path` as bodies in its frame, each up to where the next begins, the last up to `height_mm`, where P is;
+    /// nothing of a tool without shank and holder, of which no end is known, and of one that cannot cut.
     pub(super) fn tool_bodies(&self, path: &Toolpath, height_mm: f64) -> Vec<Body> {
         let number = path.points().iter().find_map(|point| point.tool).or_else(|| self.only_tool());
-        let tool = number.and_then(|number| Some((number, self.tool(Some(number), path.tools()).ok()?)));
-        let Some((number, tool)) = tool.filter(|own| !own.1.bodies.is_empty()) else { return Vec::new() };
-        let own = tool.bodies.iter().map(|(name, cutter, from)| (format!("{name} of tool {number}"), cutter, *from));
-        let parts: Vec<(String, &Cutter, f64)> =
-            std::iter::once((format!("tool {number}"), &tool.cutter, 0.0)).chain(own).collect();
-        let ends = (1..=parts.len()).map(|k| parts[k..].iter().fold(height_mm, |end, next| end.min(next.2)));
-        let body = |((name, cutter, from), end): (&(String, &Cutter, f64), f64)| {
+        let found = number.and_then(|number| Some((number, self.tool(Some(number), path.tools()).ok()?)));
+        let Some((number, tool)) = found.filter(|own| !own.1.bodies.is_empty()) else { return Vec::new() };
+        let mut parts = vec![(format!("tool {number}"), tool.cutter, 0.0)];
+        parts.extend(tool.bodies.into_iter().map(|(name, own, from)| (format!("{name} of tool {number}"), own, from)));
+        let body = |k: usize| {
+            let (name, cutter, from) = &parts[k];
+            let end = parts[k + 1..].iter().fold(height_mm, |end, next| end.min(next.2));
             let (radius_mm, nose) = (cutter.radius_mm(), cutter.nose_height_mm());
-            let at = |height: f64| Point3::new(0.0, 0.0, -height);
-            let is_ball = Cutter::ball(2.0 * radius_mm).is_ok_and(|ball| ball == **cutter);
-            let from = if is_ball { nose } else { *from };
-            let mut shapes = Vec::new();
-            if is_ball {
-                shapes.push(Shape::Capsule { ends_mm: [at(nose); 2], radius_mm });
-            }
-            if end > from {
-                shapes.push(Shape::Cylinder { ends_mm: [at(from), at(end)], radius_mm });
-            }
+            let is_ball = Cutter::ball(2.0 * radius_mm).is_ok_and(|ball| ball == *cutter);
+            let ends = if is_ball { [nose, end.max(nose)] } else { [*from, end] };
+            let ends_mm = ends.map(|height| Point3::new(0.0, 0.0, -height));
+            let round =
+                if is_ball { Shape::Capsule { ends_mm, radius_mm } } else { Shape::Cylinder { ends_mm, radius_mm } };
             // A cylinder encloses other noses.
             let grade = if is_ball || nose == 0.0 { BodyGrade::Given } else { BodyGrade::Enclosing };
-            Body::new(name.clone(), 0, grade, &shapes).ok()
+            Body::new(name.clone(), 0, grade, &[round]).ok().filter(|_| end > *from)
         };
-        parts.iter().zip(ends).filter_map(body).collect()
+        (0..parts.len()).filter_map(body).collect()
     }
 
     /// Returns the tolerance of the surface that the tool with this number makes, the only one where no number is given, mm; `None` if it has none of its own.

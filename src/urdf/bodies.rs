@@ -2,94 +2,92 @@
 
 use std::path::{Path, PathBuf};
 
-use kinetostat_cell::spec::BodySpec;
-use nalgebra::Vector3;
+use kinetostat_cell::{
+    BodyGrade,
+    spec::{BodySpec, BoxShapeSpec, MeshSpec, ShapeSpec},
+};
 
 use super::{
-    chain::{Element, in_mm, pose, times_thousand},
+    chain::{Element, in_mm, pose},
     notes::ImportNotes,
-    read::{Link, LinkShape, ShapeKind},
+    read::Link,
     source::quoted,
-    write::vector_text,
 };
 use crate::{
-    input::{
-        check::Check,
-        error::{Error, Result},
-        file, toml_file,
-    },
+    input::{check::Check, error::Result, file},
     machine::Machine,
     spatial::Pose,
 };
 
-/// A link's body in a frame of the machine: shapes with their poses, mm.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct LinkBody {
-    name: String,
-    shapes: Vec<(Pose, ShapeKind)>,
-}
-
-/// Shapes at most: a machine may have as many bodies.
-const MAX_SHAPES: usize = 500;
+/// What a shape may be.
+const EXPECTED: &str = "expected a box, a cylinder, a sphere, or a mesh of scale 1 or 0.001";
 
 /// Makes the bodies of links.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct LinkBodies {
-    /// The folder of the URDF.
-    folder: PathBuf,
+    /// The whole path of the URDF.
+    pub urdf: PathBuf,
+    /// Bodies in O and in P, a line each.
+    pub ends: [String; 2],
     /// Number of shapes that are used, and of all.
-    count: [usize; 2],
+    pub count: [usize; 2],
     /// Which were left out, and why.
-    left_out: Vec<String>,
+    pub left_out: Vec<String>,
 }
 
 impl LinkBodies {
-    /// Begins with the URDF called `origin`.
-    pub fn new(origin: &str) -> Self {
-        let file = std::path::absolute(origin).unwrap_or_default();
-        Self { folder: file.parent().unwrap_or(Path::new("")).into(), count: [0; 2], left_out: Vec::new() }
-    }
-
-    /// Returns the body of `link` in the frame in which the link is at `pose_here`; `None` if it has no shape that can be used.
-    pub fn of(&mut self, link: &Link, pose_here: &Pose) -> Option<Element> {
-        let (mut shapes, at_most) = (Vec::new(), MAX_SHAPES - self.count[0]);
-        for shape in link.shapes.iter().take(at_most) {
-            match self.found(link, shape, pose_here) {
-                Ok(found) => shapes.push(found),
-                Err(error) => self.left_out.push(error.to_string()),
-            }
+    /// Adds the body of `link`, whose frame is at `at` in O or P, which `end` says, or in the chain: then it is returned. A link without usable shapes has none.
+    pub fn add(&mut self, link: &Link, at: &Pose, end: Option<usize>) -> Option<Element> {
+        let check = Check::new(&format!("link {}", quoted(&link.name)));
+        let body = |shapes| BodySpec { name: link.name.clone(), grade: BodyGrade::Assumed, shapes };
+        let (mut shapes, before) = (Vec::new(), self.count[0]);
+        // A machine may have as many bodies.
+        for shape in link.shapes.iter().take(500 - before) {
+            let own = shape.clone().or_else(|text| check.key("shapes").fail(format!("{text}: {EXPECTED}")));
+            let own = own.and_then(|(origin, shape)| {
+                let shape = self.placed(shape, &at.compose(&pose(in_mm(origin.xyz), origin.rpy)), &check)?;
+                check.key("name").readable(&link.name)?;
+                let read = |name: &str| file::read(Path::new(name));
+                body(vec![shape.clone()]).resolve(&link.name, 0, Some(&read), &check).map(|_| shape)
+            });
+            own.map_or_else(|error| self.left_out.push(error.to_string()), |shape| shapes.push(shape));
         }
-        self.count = [self.count[0] + shapes.len(), self.count[1] + link.shapes.len()];
-        (!shapes.is_empty()).then(|| Element::Body(LinkBody { name: link.name.clone(), shapes }))
+        self.count = [before + shapes.len(), self.count[1] + link.shapes.len()];
+        let text = toml::Value::try_from(body(shapes)).ok().filter(|_| self.count[0] > before)?.to_string();
+        let Some(end) = end else { return Some(Element::Body(text)) };
+        self.ends[end] += &format!("  {text},\n");
+        None
     }
 
-    /// Returns a shape with the whole path of its mesh. Fails if no machine file could have it, or its mesh is not found.
-    fn found(&self, link: &Link, shape: &LinkShape, pose_here: &Pose) -> Result<(Pose, ShapeKind)> {
-        let place = format!("link {}", quoted(&link.name));
-        let (origin, mut kind) = shape.clone().map_err(|text| {
-            let expected = "expected a box, a cylinder, a sphere, or a mesh of scale 1 or 0.001";
-            Error::argument(&place, format!("{text}: {expected}"))
-        })?;
-        if let ShapeKind::Mesh(name, _) = &mut kind {
-            let (scheme, path) = name.split_once("://").unwrap_or(("", name));
+    /// Returns a shape whose own frame is at `at`, with the whole path of its mesh, which must be there.
+    fn placed(&self, mut shape: ShapeSpec, at: &Pose, check: &Check) -> Result<ShapeSpec> {
+        // What is less than a millionth is rounding of turns.
+        let rounded = |own: [f64; 3]| own.map(|x| (x * 1e6).round() / 1e6 + 0.0);
+        match &mut shape {
+            ShapeSpec::Capsule(own) | ShapeSpec::Cylinder(own) => {
+                let moved = |end: [f64; 3]| rounded(at.transform(end.into()).into());
+                (own.from_mm, own.to_mm) = (moved(own.from_mm), moved(own.to_mm));
+            }
+            ShapeSpec::Box(BoxShapeSpec { at_mm, rotation_deg, .. })
+            | ShapeSpec::Mesh(MeshSpec { at_mm, rotation_deg, .. }) => {
+                (*at_mm, *rotation_deg) = (rounded(at.translation.into()), rounded(at.roll_pitch_yaw_deg()));
+            }
+            ShapeSpec::Hull(_) => {}
+        }
+        if let ShapeSpec::Mesh(MeshSpec { file, .. }) = &mut shape {
+            let (scheme, path) = file.split_once("://").unwrap_or(("", file));
             // A package is a folder above, or beside one of these, and may be called otherwise.
             let within = path.split_once('/').map_or(path, |own| own.1);
-            let places = self.folder.ancestors().flat_map(|above| [above.join(path), above.join(within)]);
+            let places = self.urdf.ancestors().skip(1).flat_map(|above| [above.join(path), above.join(within)]);
             let count = if ["", "file"].contains(&scheme) { 1 } else { usize::MAX };
-            let file = places.take(count).find(|file| file.is_file()).and_then(|own| own.to_str().map(String::from));
-            *name = file.ok_or_else(|| Error::argument(&place, format!("{} is not found", quoted(name))))?;
+            let found = places.take(count).find(|file| file.is_file()).and_then(|own| own.to_str().map(String::from));
+            *file = found.map_or_else(|| check.key("mesh").fail(format!("{} is not found", quoted(file))), Ok)?;
         }
-        let shape = (pose_here.compose(&pose(in_mm(origin.xyz), origin.rpy)), kind);
-        let body = LinkBody { name: link.name.clone(), shapes: vec![shape.clone()] };
-        let spec: BodySpec = toml_file::parse(&body.keys().join("\n"), &place)?;
-        let check = Check::new(&place);
-        check.key("name").readable(&spec.name)?;
-        spec.resolve("", 0, Some(&|name| file::read(Path::new(name))), &check)?;
         Ok(shape)
     }
 
-    /// Notes what bodies there are, and what was left out.
-    pub fn note(self, notes: &mut ImportNotes) {
+    /// Notes what bodies there are and what was left out, and returns the keys of those in O and in P.
+    pub fn finish(self, notes: &mut ImportNotes) -> [String; 2] {
         let [used, all] = self.count;
         if all > 0 {
             notes.add(format!(
@@ -99,61 +97,10 @@ impl LinkBodies {
         }
         if !self.left_out.is_empty() {
             let left_out = self.left_out.join("; ").replace(char::is_control, " ");
-            let how = "FreeCAD, MeshLab or Blender make a closed STL file of another mesh";
-            notes.add(format!("shapes left out, against which nothing is held: {left_out}; {how}"));
+            notes.add(format!("shapes left out, against which nothing is held: {left_out}; FreeCAD, MeshLab or Blender make closed STL files of other meshes"));
         }
+        self.ends.map(|list| if list.is_empty() { list } else { format!("body = [\n{list}]\n") })
     }
-}
-
-impl LinkBody {
-    /// Returns the keys of its table.
-    pub fn keys(&self) -> [String; 3] {
-        let shapes = self.shapes.iter().map(|(at, kind)| shape_text(at, kind)).collect::<Vec<_>>().join(", ");
-        let name = toml::Value::from(self.name.as_str());
-        [format!("name = {name}"), "grade = \"assumed\"".into(), format!("shapes = [{shapes}]")]
-    }
-}
-
-/// Returns a shape as machine files have it.
-fn shape_text(at: &Pose, kind: &ShapeKind) -> String {
-    // What is less than a millionth is rounding of turns.
-    let rounded = |v: [f64; 3]| vector_text(v.map(|x| (x * 1e6).round() / 1e6));
-    let along = |z: f64| rounded(at.transform(Vector3::z() * z).into());
-    let placed = || format!("at_mm = {}, rotation_deg = {}", along(0.0), rounded(at.roll_pitch_yaw_deg()));
-    let round = |kind: &str, half: f64, radius: f64| {
-        let (from, to, radius) = (along(-half), along(half), times_thousand(radius));
-        format!("{{ {kind} = {{ from_mm = {from}, to_mm = {to}, radius_mm = {radius:?} }} }}")
-    };
-    match kind {
-        ShapeKind::Box(size) => format!("{{ box = {{ size_mm = {}, {} }} }}", vector_text(in_mm(*size)), placed()),
-        ShapeKind::Cylinder(radius, length) => round("cylinder", 0.5 * times_thousand(*length), *radius),
-        ShapeKind::Sphere(radius) => round("capsule", 0.0, *radius),
-        ShapeKind::Mesh(file, unit) => {
-            let file = toml::Value::from(file.as_str());
-            format!("{{ mesh = {{ file = {file}, unit = \"{unit}\", {} }} }}", placed())
-        }
-    }
-}
-
-/// Takes the bodies before the first drive and behind the last one out of the chain `elements`, and returns them as tables: in O and in P.
-pub(super) fn taken_out(elements: Vec<Element>) -> (Vec<Element>, String) {
-    let is_drive = |element: &Element| matches!(element, Element::Drive(_));
-    let first = elements.iter().position(is_drive).unwrap_or(elements.len());
-    let last = elements.iter().rposition(is_drive).unwrap_or_default();
-    let behind = elements[last..].iter().fold(Pose::identity(), |all, element| all.compose(&element.pose()));
-    let (mut kept, mut tables, mut here) = (Vec::new(), String::new(), Pose::identity());
-    for (index, element) in elements.into_iter().enumerate() {
-        here = if index == last { behind.inverse() } else { here.compose(&element.pose()) };
-        match element {
-            Element::Body(LinkBody { name, shapes }) if index < first || index > last => {
-                let shapes = shapes.into_iter().map(|(at, kind)| (here.compose(&at), kind)).collect();
-                let table = if index < first { "body" } else { "platform.body" };
-                tables += &format!("\n[[{table}]]\n{}\n", LinkBody { name, shapes }.keys().join("\n"));
-            }
-            other => kept.push(other),
-        }
-    }
-    (kept, tables)
 }
 
 /// Returns the pairs of bodies of `machine` that overlap at home and are not joined, as `may_touch` has them.

@@ -86,10 +86,9 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
     let mut notes = ImportNotes::default();
     note_ends(&robot, &tree, tip, &mut notes);
     let masses = masses::plausible_masses(&robot, &tree, reach, &mut notes);
-    let elements = chain::chain_elements(&robot, &tree, &joints_to_tip, &masses, &source, &mut notes)?;
+    let (elements, bodies) = chain::chain_elements(&robot, &tree, &joints_to_tip, &masses, &source, &mut notes)?;
     note_weight(&elements, &mut notes);
     note_unread(&robot, &mut notes);
-    let (elements, bodies) = bodies::taken_out(elements);
     let drives: Vec<_> = home::drives(&elements).collect();
     let stiffness = options.stiffness.for_drives(&drives)?;
     if stiffness.contains(&None) {
@@ -121,13 +120,11 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
         stiffness,
         elements,
         bodies,
-        may_touch: String::new(),
     };
     complete_file(file, origin, reach_mm)
 }
 
-/// Completes the file by its own kinematics: the coordinates that the drives control, a reachable workspace box (mm), and
-/// bodies that may touch.
+/// Completes the file by its own kinematics: coordinates that the drives control, a reachable workspace box (mm), bodies that overlap.
 fn complete_file(mut file: MachineFile, origin: &str, reach_mm: f64) -> Result<ImportedMachine> {
     let model = Geometry::from_toml(&file.text(), origin)?;
     let model = model.kinematics();
@@ -137,7 +134,7 @@ fn complete_file(mut file: MachineFile, origin: &str, reach_mm: f64) -> Result<I
     let mut notes = file.notes.clone();
     let touching = bodies::overlapping(controlled.kinematics()).join(", ");
     if !touching.is_empty() {
-        file.may_touch = format!("may_touch = [{touching}]\n");
+        file.bodies[0] += &format!("may_touch = [{touching}]\n");
         notes.push(format!("may_touch: bodies that overlap at home and are not held against each other: {touching}"));
     }
     if file.workspace.min == file.workspace.max {

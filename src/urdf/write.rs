@@ -32,10 +32,8 @@ pub(super) struct MachineFile {
     pub elements: Vec<Element>,
     /// Stiffness of each drive in N/mm or N·mm/rad, `None` if it is unknown.
     pub stiffness: Vec<Option<f64>>,
-    /// Tables of the bodies in O and in P.
-    pub bodies: String,
-    /// The line that says which bodies may touch, or nothing.
-    pub may_touch: String,
+    /// Keys of the bodies in O, with those that may touch, and in P.
+    pub bodies: [String; 2],
 }
 
 /// Longest line of a comment.
@@ -61,7 +59,7 @@ impl MachineFile {
         let _ = write!(
             text,
             "schema = 1\nname = {}\ntitle = {}\nsource = {}\n{}\n{provenance}\
-             [platform]\n# P is the origin of link {}.\ntool_tip_mm = {}\n# {}\ntool_axis = {}\ncontrols = [{controls}]\n\n\
+             [platform]\n# P is the origin of link {}.\ntool_tip_mm = {}\n# {}\ntool_axis = {}\ncontrols = [{controls}]\n{}\n\
              [home]\n# Of {} postures tried, one in which the drives move P evenly in all directions; set your own.\nposition_mm = {}\n\
              rotation_deg = {}\n\n\
              [workspace]\n# A box about home that is reached with the platform as at home; set your own.\nmin_mm = {}\n\
@@ -70,11 +68,12 @@ impl MachineFile {
             quoted(&self.name),
             quoted(&self.title),
             quoted(&self.source),
-            self.may_touch,
+            self.bodies[0],
             self.tip,
             vector_text(self.tool_tip),
             self.tool_axis_from,
             vector_text(self.tool_axis.into()),
+            self.bodies[1],
             self.home.chosen_from,
             vector_text(self.home.pose.translation.into()),
             vector_text(self.home.pose.roll_pitch_yaw_deg()),
@@ -91,12 +90,12 @@ impl MachineFile {
                 other => element_line(other),
             };
         }
-        text + "]\n\n[[mount]]\nname = \"robot\"\nchain = \"arm\"\n" + &self.bodies
+        text + "]\n\n[[mount]]\nname = \"robot\"\nchain = \"arm\"\n"
     }
 }
 
 /// Formats a vector as TOML.
-pub(super) fn vector_text(components: [f64; 3]) -> String {
+fn vector_text(components: [f64; 3]) -> String {
     format!("[{}]", components.map(|v| format!("{:?}", v + 0.0)).join(", "))
 }
 
@@ -116,7 +115,7 @@ fn element_line(element: &Element) -> String {
         }
         Element::Mass { kg, at_mm } => format!("  {{ mass = {{ kg = {kg:?}, at_mm = {} }} }},\n", vector_text(*at_mm)),
         Element::Drive(drive) => drive_line(drive, None, 0.0),
-        Element::Body(body) => format!("  {{ body = {{ {} }} }},\n", body.keys().join(", ")),
+        Element::Body(body) => format!("  {{ body = {body} }},\n"),
     }
 }
 

@@ -311,7 +311,7 @@ fn bodies_of_the_tool_table_are_named_as_they_are_told() {
     let allowed = process(cut(HOLDER, beside).replace("[cell]", listed)).unwrap();
     assert_eq!(follow(&allowed, CUT).0.state, ClearanceState::Clear);
     let taken = process(cut(HOLDER, beside).replace("\"clamp\"", "\"holder of tool 1\"")).unwrap_err().to_string();
-    assert!(taken.contains("\"holder of tool 1\" is the name of a tool: expected another name"), "{taken}");
+    assert!(taken.contains("\"holder of tool 1\" is used twice"), "{taken}");
 }
 
 #[test]

@@ -394,7 +394,7 @@ fn shapes_that_cannot_be_used_are_left_out_with_a_note() {
         "link \"camera\": \"nothing.stl\" is not found",
         "open.stl is open at the edge",
         "link \"tool0\": \"<collision><origin /><geometry><sphere radius='none'/>",
-        "FreeCAD, MeshLab or Blender make a closed STL file of another mesh",
+        "FreeCAD, MeshLab or Blender make closed STL files of other meshes",
     ] {
         assert!(left_out.contains(expected), "{expected}\n{left_out}");
     }

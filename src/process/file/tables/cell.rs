@@ -124,16 +124,15 @@ pub(crate) fn cell(
         let others = inputs.take();
         *inputs.borrow_mut() = others.and(Inputs::of_bytes(&name, &bytes));
     }
-    let mut of_stock = Vec::new();
     if let Some(stock) = stock {
-        of_stock.push((PART.to_owned(), "the stock"));
-        of_stock.extend(stock.tool_names().map(|name| (name, "a tool")));
-        if let Some((name, what)) = of_stock.iter().find(|own| names.contains(&own.0)) {
-            let problem =
-                format!("machine {} has a body \"{name}\", the name of {what}: expected another", machine.name);
+        if names.iter().any(|name| name == PART) {
+            let problem = format!(
+                "machine {} has a body \"{PART}\", the name of the stock: expected another name there",
+                machine.name
+            );
             return check.fail(problem);
         }
-        names.extend(of_stock.iter().map(|own| own.0.clone()));
+        names.extend(stock.tool_names().chain([PART.into()]));
         let body = part(stock.shape()).or_else(|problem| check.root().key("stock").fail(problem))?;
         bodies.push((CellFrame::Part, body));
     }
@@ -143,8 +142,8 @@ pub(crate) fn cell(
     for (index, own) in spec.body.iter().enumerate() {
         let check = check.key("body").item(index);
         check.key("name").readable(&own.name)?;
-        if let Some((name, what)) = of_stock.iter().find(|of| of.0 == own.name) {
-            return check.key("name").fail(format!("\"{name}\" is the name of {what}: expected another name"));
+        if stock.is_some() && own.name == PART {
+            return check.key("name").fail(format!("\"{PART}\" is the name of the stock: expected another name"));
         }
         check.key("name").unique(&own.name, names.iter().map(String::as_str))?;
         names.push(own.name.clone());
