@@ -344,11 +344,11 @@ fn arm_options() -> ImportOptions {
 #[test]
 fn bodies_stand_where_the_urdf_has_them() {
     let folder = tempfile::tempdir().unwrap();
-    let text = arm_with_bodies(folder.path());
+    let text = arm_with_bodies(folder.path()).replace("radius='none'", "radius='1'");
     let imported = import_file(&folder.path().join("urdf/arm.urdf"), &arm_options()).unwrap();
     compare("arm", &text, &imported);
     let machine = Machine::from_toml(&imported.toml, "elsewhere/arm.toml").unwrap();
-    let robot = readable(&text.replace("radius='none'", "radius='1'"));
+    let robot = readable(&text);
     let bodies = machine.bodies().unwrap();
     // In its link: the centre of a ball around it, m.
     let expected = [
@@ -375,9 +375,10 @@ fn bodies_stand_where_the_urdf_has_them() {
     }
     let fixed: Vec<(&str, usize)> = bodies.iter().map(|own| (own.name.as_str(), own.frame)).collect();
     assert_eq!(&fixed[..3], [("base", 0), ("foot", 0), ("hand", 1)], "{}", imported.toml);
-    assert!(
-        imported.toml.contains("[[platform.body]]\nname = \"hand\"\ngrade = \"assumed\"\nshapes = [{ mesh = { file = ")
-    );
+    let file: toml::Table = imported.toml.parse().unwrap();
+    let hand = &file["platform"]["body"][0];
+    assert_eq!([&hand["name"], &hand["grade"]].map(|own| own.as_str().unwrap()), ["hand", "assumed"]);
+    assert_eq!(hand["shapes"][0]["mesh"]["unit"].as_str().unwrap(), "mm");
 }
 
 #[test]
@@ -391,9 +392,9 @@ fn shapes_that_cannot_be_used_are_left_out_with_a_note() {
     for expected in [
         "link \"camera\": shapes[0].mesh.file: expected an STL file, got ",
         "camera.dae",
-        "link \"camera\": \"nothing.stl\" is not found",
+        "link \"camera\": mesh: \"nothing.stl\" is not found",
         "open.stl is open at the edge",
-        "link \"tool0\": \"<collision><origin /><geometry><sphere radius='none'/>",
+        "link \"tool0\": shapes: \"<collision><origin /><geometry><sphere radius='none'/>",
         "FreeCAD, MeshLab or Blender make closed STL files of other meshes",
     ] {
         assert!(left_out.contains(expected), "{expected}\n{left_out}");
