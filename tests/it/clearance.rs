@@ -230,6 +230,11 @@ fn a_holder_hits_what_clamps_the_part() {
     assert_eq!(found.nearest.unwrap().names, ["clamp", "holder"]);
 }
 
+/// The arm with its tool along z of P, which points down at home.
+fn upright() -> String {
+    arm().replace("tool_tip_mm = [90.0, 0.0, 320.0]", "tool_tip_mm = [90.0, 0.0, 320.0]\ntool_axis = [0.0, 0.0, 1.0]")
+}
+
 /// A process that cuts a stock of 120 x 40 x 20 mm with tool 1, and a clamp.
 fn cut(tool: &str, clamp: [f64; 5]) -> String {
     let stock = "[force.end_milling]\nmaterial = \"Al 7075-T6\"\n[stock]\nbox = { min_mm = [-60.0, -20.0, -20.0], max_mm = [60.0, 20.0, 0.0] }";
@@ -244,7 +249,7 @@ const SHANK: &str = "shank = { diameter_mm = 12.0, from_mm = 25.0 }\n";
 const HOLDER: &str = "holder = { diameter_mm = 60.0, from_mm = 40.0 }\n";
 
 fn clearance_of_cut(tool: &str, clamp: [f64; 5], program: &str) -> PathClearance {
-    let machine = Machine::from_toml(&arm(), "arm").unwrap();
+    let machine = Machine::from_toml(&upright(), "arm").unwrap();
     let process = Process::from_toml(&cut(tool, clamp), "process", Folder::in_memory([]), &machine);
     follow(&process.unwrap_or_else(|e| panic!("{e}")), program).0
 }
@@ -282,7 +287,7 @@ fn shank_and_holder_of_the_tool_table_are_bodies_on_the_tool() {
 
 #[test]
 fn noses_of_cutters_are_balls_or_enclosed() {
-    let machine = Machine::from_toml(&arm(), "arm").unwrap();
+    let machine = Machine::from_toml(&upright(), "arm").unwrap();
     let grades = |shape: &str| {
         let text = cut(&format!("shape = {shape}\n{HOLDER}"), [0.0, 40.0, 0.0, 20.0, 15.0]);
         let process = Process::from_toml(&text, "process", Folder::in_memory([]), &machine).unwrap();
@@ -304,7 +309,7 @@ fn noses_of_cutters_are_balls_or_enclosed() {
 
 #[test]
 fn bodies_of_the_tool_table_are_named_as_they_are_told() {
-    let machine = Machine::from_toml(&arm(), "arm").unwrap();
+    let machine = Machine::from_toml(&upright(), "arm").unwrap();
     let beside = [0.0, 40.0, 0.0, 60.0, 15.0];
     let listed = "[cell]\nmay_touch = [[\"clamp\", \"holder of tool 1\"]]";
     let process = |text: String| Process::from_toml(&text, "process", Folder::in_memory([]), &machine);
@@ -322,7 +327,7 @@ fn a_holder_that_hits_a_clamp_is_told_first() {
         fs::write(&path, text).unwrap();
         path.to_str().unwrap().to_owned()
     };
-    let (machine, program) = (file("arm.toml", &arm()), file("part.nc", CUT));
+    let (machine, program) = (file("arm.toml", &upright()), file("part.nc", CUT));
     let out = folder.path().join("out.nc").to_str().unwrap().to_owned();
     for (tool, hits) in [(format!("{SHANK}{HOLDER}"), true), (SHANK.to_owned(), false)] {
         let process = file("process.toml", &cut(&tool, [0.0, 40.0, 0.0, 60.0, 15.0]));
