@@ -1,5 +1,5 @@
-//! Makes machine files from URDFs: the chain from the base to the link that carries the tool, with its limits, bodies and
-//! plausible masses.
+//! Makes machine files from URDFs: the chain from the base to the link that carries the tool, with its limits, masses
+//! and bodies.
 //!
 //! What a URDF cannot say, the stiffness of the drives, is written as "unknown" unless it is given. Nothing is dropped without a note.
 
