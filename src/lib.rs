@@ -87,6 +87,7 @@ pub mod redundancy;
 #[cfg(feature = "report")]
 pub mod run;
 pub mod simulation;
+#[cfg(not(target_family = "wasm"))]
 pub mod urdf;
 pub mod work;
 

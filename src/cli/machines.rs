@@ -20,9 +20,9 @@ use super::{Ending, any_numbers, numbers, print, print_json, say};
 /// List the built-in machines, print the file of one as a start for your own, write a new one, or make one from a URDF.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-A URDF gives geometry, travel, largest torques and, where they are plausible, masses. The machine file goes to standard output or
-to --out; what was not used and what was assumed is said on standard error and in comments at the top of the file. Stiffness,
-which a URDF cannot say, is written as \"unknown\": `check` shows such a machine's geometry, everything else needs numbers.
+A URDF gives geometry, travel, largest torques, bodies and, where they are plausible, masses. The machine file goes to standard
+output or to --out; what was not used and what was assumed is said on standard error and in comments at the top of the file.
+Stiffness, which a URDF cannot say, is written as \"unknown\": `check` shows such a machine's geometry, everything else needs numbers.
 
 Examples:
   kinetostat machines

@@ -5,8 +5,9 @@ use std::{
     sync::Arc,
 };
 
+use kinetostat_cell::{Body, BodyGrade, Shape};
 use kinetostat_removal::{Cutter, Engagement, Field, Milling, RemovalError, Slicing, Spindle, Stock};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::part::FinishedPart;
 use crate::{
@@ -196,10 +197,44 @@ impl StockRemoval {
         Self { earlier: earlier.into(), ..self }
     }
 
+    /// Returns the names of the bodies of tools with shank or holder.
+    pub(super) fn tool_names(&self) -> impl Iterator<Item = String> {
+        let shown = self.tools.iter().filter(|own| !own.1.bodies.is_empty());
+        shown.flat_map(|(number, _)| ["", "shank of ", "holder of "].map(|of| format!("{of}tool {number}")))
+    }
+
+    /// Returns cutter, shank and holder of the first tool of `path` as bodies in its frame, each up to where the next begins, the last up to `height_mm`, where P is;
+    /// nothing of a tool without shank and holder, of which no end is known, and of one that cannot cut.
+    pub(super) fn tool_bodies(&self, path: &Toolpath, height_mm: f64) -> Vec<Body> {
+        let number = path.points().iter().find_map(|point| point.tool).or_else(|| self.only_tool());
+        let found = number.and_then(|number| Some((number, self.tool(Some(number), path.tools()).ok()?)));
+        let Some((number, tool)) = found.filter(|own| !own.1.bodies.is_empty()) else { return Vec::new() };
+        let mut parts = vec![(format!("tool {number}"), tool.cutter, 0.0)];
+        parts.extend(tool.bodies.into_iter().map(|(name, own, from)| (format!("{name} of tool {number}"), own, from)));
+        let body = |k: usize| {
+            let (name, cutter, from) = &parts[k];
+            let end = parts[k + 1..].iter().fold(height_mm, |end, next| end.min(next.2));
+            let (radius_mm, nose) = (cutter.radius_mm(), cutter.nose_height_mm());
+            let is_ball = Cutter::ball(2.0 * radius_mm).is_ok_and(|ball| ball == *cutter);
+            let ends = if is_ball { [nose, end.max(nose)] } else { [*from, end] };
+            let ends_mm = ends.map(|height| Point3::new(0.0, 0.0, -height));
+            let round =
+                if is_ball { Shape::Capsule { ends_mm, radius_mm } } else { Shape::Cylinder { ends_mm, radius_mm } };
+            // A cylinder encloses other noses.
+            let grade = if is_ball || nose == 0.0 { BodyGrade::Given } else { BodyGrade::Enclosing };
+            Body::new(name.clone(), 0, grade, &[round]).ok().filter(|_| end > *from)
+        };
+        (0..parts.len()).filter_map(body).collect()
+    }
+
     /// Returns the tolerance of the surface that the tool with this number makes, the only one where no number is given, mm; `None` if it has none of its own.
     pub fn tolerance_mm(&self, number: Option<u32>) -> Option<f64> {
-        let only = || self.tools.keys().next().copied().filter(|_| self.tools.len() == 1);
-        self.tools.get(&number.or_else(only)?)?.tolerance_mm
+        self.tools.get(&number.or_else(|| self.only_tool())?)?.tolerance_mm
+    }
+
+    /// Returns the number of its tool, if it has one alone.
+    fn only_tool(&self) -> Option<u32> {
+        self.tools.keys().next().copied().filter(|_| self.tools.len() == 1)
     }
 
     /// Returns the least and largest frequency at which teeth pass on `path`, which cuts the stock, Hz; `None` where the spindle speed is not known.

@@ -177,11 +177,13 @@ impl MachineCell {
         // The cut says what the tool meets of the stock.
         let is_cut =
             |a: usize, b: usize| [[a, b], [b, a]].iter().any(|&[a, b]| Some(a) == stock && at[b] == frames + 1);
-        let leaves_out_stock = stock.is_some() && at.contains(&(frames + 1));
+        // And what its own shank and holder meet, but not what else is on the tool.
+        let of_tool = of_machine + own.before_tool;
+        let leaves_out_stock = stock.is_some() && at[..of_tool].contains(&(frames + 1));
         let may_touch = |a: usize, b: usize| {
             let on = [at[a], at[b]].map(|frame| if frame == frames + 1 { PLATFORM_FRAME } else { frame });
-            // Links meet in their joint; what is put beside them does not.
-            let are_links = a < of_machine && b < of_machine;
+            // Links meet in their joint, and the tool its last one; what is put beside them does not.
+            let are_links = [a, b].into_iter().all(|own| own < of_machine || own >= of_tool);
             let is_joined = are_links && joined.contains(&[on[0].min(on[1]), on[0].max(on[1])]);
             on[0] == on[1] || is_joined || on.into_iter().all(is_at_rest) || is_cut(a, b) || is_listed(a, b)
         };

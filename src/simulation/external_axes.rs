@@ -6,7 +6,7 @@ use crate::{
     compensation::Target,
     input::error::{Error, Result},
     machine::{ExternalAxes, Machine},
-    process::file::Process,
+    process::file::{Process, ProcessCell},
     toolpath::{PathPoint, ProgramFile, Toolpath},
 };
 
@@ -39,7 +39,8 @@ pub(crate) fn locked_along(
     Ok(machine)
 }
 
-/// Returns `process` with drives locked that `path` of `program`, called `origin` in errors, commands beside the tool, and those that nothing commands at home.
+/// Returns `process` with drives locked that `path` of `program`, called `origin` in errors, commands beside the tool, and those that nothing commands at home;
+/// its cell has the first tool of `path` among its bodies.
 ///
 /// # Errors
 /// A column that names no drive that may be locked so; drives of which nothing says which the path moves.
@@ -49,7 +50,10 @@ pub fn with_drives_left(
     program: Option<&ProgramFile>,
     origin: &str,
 ) -> Result<Process> {
-    Ok(Process { machine: locked_along(&process, path, program, origin)?, ..process })
+    let process = Process { machine: locked_along(&process, path, program, origin)?, ..process };
+    #[cfg(not(target_family = "wasm"))]
+    let process = Process { cell: ProcessCell::along(&process, path), ..process };
+    Ok(process)
 }
 
 /// Checks that axes of a robot program without a name stand where the drives do that nothing commands. An axis at 0 may be none.

@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector3;
 
 use super::{
+    bodies::LinkBodies,
     home::drives,
     masses::Mass,
     notes::ImportNotes,
@@ -33,6 +34,8 @@ pub(super) enum Element {
         kg: f64,
         at_mm: [f64; 3],
     },
+    /// A body, as an inline table.
+    Body(String),
 }
 
 /// A drive of the chain: travel in mm or degrees, largest force in N or torque in N·mm.
@@ -56,7 +59,7 @@ impl Element {
 }
 
 /// Creates a pose from a translation (mm) and roll, pitch, yaw (rad) about fixed axes.
-fn pose(translation: [f64; 3], angles: [f64; 3]) -> Pose {
+pub(super) fn pose(translation: [f64; 3], angles: [f64; 3]) -> Pose {
     Pose { translation: translation.into(), ..Pose::from_roll_pitch_yaw(angles.into()) }
 }
 
@@ -81,7 +84,7 @@ fn in_deg(angle: f64) -> f64 {
 }
 
 /// Converts a position from m to mm, without negative zero.
-fn in_mm(xyz: [f64; 3]) -> [f64; 3] {
+pub(super) fn in_mm(xyz: [f64; 3]) -> [f64; 3] {
     xyz.map(|v| times_thousand(v) + 0.0)
 }
 
@@ -103,7 +106,7 @@ pub(super) fn reach_bound(robot: &Robot, joints: &[usize]) -> f64 {
 /// Most drives of a chain: many times those of any robot.
 const MAX_DRIVES: usize = 100;
 
-/// Builds the elements of the chain from the root along `joints_to_tip`, with link masses; fails if a moving joint cannot be a drive.
+/// Builds the elements of the chain from the root along `joints_to_tip` and the keys of bodies in O and P; fails if a moving joint cannot be a drive.
 pub(super) fn chain_elements(
     robot: &Robot,
     tree: &Tree,
@@ -111,7 +114,7 @@ pub(super) fn chain_elements(
     masses: &[Option<Mass>],
     source: &Source<'_>,
     notes: &mut ImportNotes,
-) -> Result<Vec<Element>> {
+) -> Result<(Vec<Element>, [String; 2])> {
     let count = joints_to_tip.iter().filter(|&&joint| is_movable(&robot.joints[joint])).count();
     if count > MAX_DRIVES {
         return source
@@ -119,17 +122,20 @@ pub(super) fn chain_elements(
     }
     let mut on_way = vec![false; robot.joints.len()];
     joints_to_tip.iter().for_each(|&joint| on_way[joint] = true);
-    let mut builder = Builder { robot, tree, on_way, masses, source, notes, elements: Vec::new(), beside: Vec::new() };
-    builder.add_link(tree.root);
-    for &joint in joints_to_tip {
+    let bodies = LinkBodies { urdf: std::path::absolute(source.origin).unwrap_or_default(), ..LinkBodies::default() };
+    let (elements, beside) = (Vec::new(), Vec::new());
+    let mut builder = Builder { robot, tree, on_way, masses, source, notes, elements, beside, bodies };
+    builder.add_link(tree.root, joints_to_tip);
+    for (index, &joint) in joints_to_tip.iter().enumerate() {
         builder.add_joint(&robot.joints[joint])?;
-        builder.add_link(tree.child_link[joint]);
+        builder.add_link(tree.child_link[joint], &joints_to_tip[index + 1..]);
     }
-    let Builder { elements, beside, notes, .. } = builder;
+    let Builder { elements, beside, bodies, notes, .. } = builder;
+    let bodies = bodies.finish(notes);
     notes.add_names("movable joints beside the chain, held at zero", beside.iter().map(String::as_str));
     note_limits(robot, joints_to_tip, &elements, notes);
     note_angles(robot, joints_to_tip, notes);
-    Ok(elements)
+    Ok((elements, bodies))
 }
 
 /// The state while the elements of a chain are built.
@@ -144,6 +150,7 @@ struct Builder<'a> {
     elements: Vec<Element>,
     /// Names of movable joints beside the chain.
     beside: Vec<String>,
+    bodies: LinkBodies,
 }
 
 impl Builder<'_> {
@@ -210,8 +217,18 @@ impl Builder<'_> {
         name
     }
 
-    /// Appends the masses of `link` (index) and of all links that it carries beside the chain, their movable joints at zero.
-    fn add_link(&mut self, link: usize) {
+    /// Appends masses and bodies of `link` (index), from which `rest` leads to the tip, and of all links that it carries beside the chain, movable joints at zero.
+    fn add_link(&mut self, link: usize, rest: &[usize]) {
+        let joints = &self.robot.joints;
+        let origin = |joint: &usize| pose(in_mm(joints[*joint].origin.xyz), joints[*joint].origin.rpy);
+        // Before the first drive it stands in O, behind the last one it moves with P.
+        let (end, frame) = if !self.elements.iter().any(|own| matches!(own, Element::Drive(_))) {
+            (Some(0), self.elements.iter().fold(Pose::identity(), |all, own| all.compose(&own.pose())))
+        } else if rest.iter().all(|&joint| !is_movable(&joints[joint])) {
+            (Some(1), rest.iter().fold(Pose::identity(), |all, joint| all.compose(&origin(joint))).inverse())
+        } else {
+            (None, Pose::identity())
+        };
         let mut pending = vec![(link, Pose::identity())];
         while let Some((here, pose_here)) = pending.pop() {
             if let Some(mass) = self.masses[here] {
@@ -221,12 +238,13 @@ impl Builder<'_> {
                 let at: Vector3<f64> = pose_here.transform(in_mm(mass.centre).into());
                 self.elements.push(Element::Mass { kg: mass.kg, at_mm: at.into() });
             }
+            self.elements.extend(self.bodies.add(&self.robot.links[here], &frame.compose(&pose_here), end));
             for &joint in self.tree.carries[here].iter().rev().filter(|&&joint| !self.on_way[joint]) {
-                let Joint { name, origin, .. } = &self.robot.joints[joint];
+                let Joint { name, .. } = &self.robot.joints[joint];
                 if is_movable(&self.robot.joints[joint]) {
                     self.beside.push(name.clone());
                 }
-                pending.push((self.tree.child_link[joint], pose_here.compose(&pose(in_mm(origin.xyz), origin.rpy))));
+                pending.push((self.tree.child_link[joint], pose_here.compose(&origin(&joint))));
             }
         }
     }

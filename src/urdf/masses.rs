@@ -74,8 +74,8 @@ fn norm([x, y, z]: [f64; 3]) -> f64 {
 
 /// Notes links without an inertial element, separately those with a shape and those that are only frames.
 fn note_missing(robot: &Robot, notes: &mut ImportNotes) {
-    let without = |has_shape: bool| {
-        let links = robot.links.iter().filter(move |link| link.inertial.is_none() && link.has_shape == has_shape);
+    let without = |shaped: bool| {
+        let links = robot.links.iter().filter(move |link| link.inertial.is_none() && link.shapes.is_empty() != shaped);
         links.map(|link| link.name.as_str())
     };
     notes.add_names("links without mass though they have a shape", without(true));

@@ -1,8 +1,9 @@
-//! Makes machine files from URDFs: the chain from the base to the link that carries the tool, with its limits and plausible
-//! masses.
+//! Makes machine files from URDFs: the chain from the base to the link that carries the tool, with its limits, masses
+//! and bodies.
 //!
 //! What a URDF cannot say, the stiffness of the drives, is written as "unknown" unless it is given. Nothing is dropped without a note.
 
+mod bodies;
 mod chain;
 mod home;
 mod masses;
@@ -85,7 +86,7 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
     let mut notes = ImportNotes::default();
     note_ends(&robot, &tree, tip, &mut notes);
     let masses = masses::plausible_masses(&robot, &tree, reach, &mut notes);
-    let elements = chain::chain_elements(&robot, &tree, &joints_to_tip, &masses, &source, &mut notes)?;
+    let (elements, bodies) = chain::chain_elements(&robot, &tree, &joints_to_tip, &masses, &source, &mut notes)?;
     note_weight(&elements, &mut notes);
     note_unread(&robot, &mut notes);
     let drives: Vec<_> = home::drives(&elements).collect();
@@ -118,11 +119,12 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
         home,
         stiffness,
         elements,
+        bodies,
     };
     complete_file(file, origin, reach_mm)
 }
 
-/// Completes the file by its own kinematics: the coordinates that the drives control, and a reachable workspace box (mm).
+/// Completes the file by its own kinematics: coordinates that the drives control, a reachable workspace box (mm), bodies that overlap.
 fn complete_file(mut file: MachineFile, origin: &str, reach_mm: f64) -> Result<ImportedMachine> {
     let model = Geometry::from_toml(&file.text(), origin)?;
     let model = model.kinematics();
@@ -130,6 +132,11 @@ fn complete_file(mut file: MachineFile, origin: &str, reach_mm: f64) -> Result<I
     let controlled = Geometry::from_toml(&file.text(), origin)?;
     file.workspace = workspace::box_about_home(controlled.kinematics(), reach_mm);
     let mut notes = file.notes.clone();
+    let touching = bodies::overlapping(controlled.kinematics()).join(", ");
+    if !touching.is_empty() {
+        file.bodies[0] += &format!("may_touch = [{touching}]\n");
+        notes.push(format!("may_touch: bodies that overlap at home and are not held against each other: {touching}"));
+    }
     if file.workspace.min == file.workspace.max {
         notes.push("workspace: no box about home was found that is reached, set one".into());
     }

@@ -2,9 +2,13 @@
 
 use std::collections::{BTreeMap, HashSet};
 
+use kinetostat_cell::spec::{BoxShapeSpec, MeshSpec, MeshUnit, RoundShapeSpec, ShapeSpec};
 use roxmltree::{Document, Error as XmlError, Node, ParsingOptions};
 
-use super::source::{Source, quoted};
+use super::{
+    chain::{in_mm, times_thousand},
+    source::{Source, quoted},
+};
 use crate::input::error::Result;
 
 /// A robot as its URDF writes it: m, rad, kg, N, N·m.
@@ -23,8 +27,9 @@ pub(super) struct Robot {
 pub(super) struct Link {
     pub name: String,
     pub inertial: Option<Inertial>,
-    /// Whether the link has a visual or collision element.
-    pub has_shape: bool,
+    /// Shapes of its collision elements, or of the visual ones if it has no other, and the frames about whose origin they are; `Err` has the text of one
+    /// that is not known.
+    pub shapes: Vec<std::result::Result<(Origin, ShapeSpec), String>>,
 }
 
 /// The inertial element of a link.
@@ -255,13 +260,41 @@ impl Reader<'_> {
                 Some(Inertial { mass, centre: centre.transpose()? })
             }
         };
-        for other in children_of(node).filter(|child| !is_element(*child, "inertial")) {
-            *unread.entry(other.tag_name().name().into()).or_default() += 1;
-            let meshes = other.descendants().filter(|child| is_element(*child, "mesh"));
-            meshes.for_each(|_| *unread.entry("mesh".into()).or_default() += 1);
+        let kinds = children_of(node).map(|child| child.tag_name().name());
+        for other in kinds.filter(|own| !["inertial", "visual", "collision"].contains(own)) {
+            *unread.entry(other.into()).or_default() += 1;
         }
-        let has_shape = children_of(node).any(|child| is_element(child, "visual") || is_element(child, "collision"));
-        Ok(Link { name: name.into(), inertial, has_shape })
+        let of = |kind| children_of(node).filter(move |child| is_element(*child, kind)).collect::<Vec<_>>();
+        let shapes = [of("collision"), of("visual")].into_iter().find(|own| !own.is_empty()).unwrap_or_default();
+        let read = |own| self.read_shape(own).ok_or_else(|| quoted(&self.source.text[own.range()]));
+        let shapes = shapes.into_iter().map(read).collect();
+        Ok(Link { name: name.into(), inertial, shapes })
+    }
+
+    /// Reads a collision or visual element; `None` if it is no known shape.
+    fn read_shape(&self, node: Element<'_>) -> Option<(Origin, ShapeSpec)> {
+        let own = self.only_child(node, "geometry", "").ok()?.and_then(|own| children_of(own).next())?;
+        let number = |name| self.read_number(own, name, "").ok()?;
+        let vector = |name| self.read_vector(own, name, "").ok()?;
+        let (at_mm, rotation_deg) = ([0.0; 3], [0.0; 3]);
+        let round = |length: f64| {
+            let [from_mm, to_mm] = [-0.5, 0.5].map(|share| [0.0, 0.0, share * times_thousand(length)]);
+            Some(RoundShapeSpec { from_mm, to_mm, radius_mm: times_thousand(number("radius")?) })
+        };
+        let shape = match own.tag_name().name() {
+            "box" => ShapeSpec::Box(BoxShapeSpec { size_mm: in_mm(vector("size")?), at_mm, rotation_deg }),
+            "cylinder" => ShapeSpec::Cylinder(round(number("length")?)?),
+            "sphere" => ShapeSpec::Capsule(round(0.0)?),
+            "mesh" => {
+                let scale = if own.has_attribute("scale") { vector("scale")? } else { [1.0; 3] };
+                let is_of = |unit: &(f64, MeshUnit)| scale.iter().all(|own| (own - unit.0).abs() < 1e-9);
+                let unit = [(1.0, MeshUnit::M), (0.001, MeshUnit::Mm)].into_iter().find(is_of)?.1;
+                let file = own.attribute("filename")?.into();
+                ShapeSpec::Mesh(MeshSpec { file, unit: Some(unit), at_mm, rotation_deg, pieces: None })
+            }
+            _ => return None,
+        };
+        Some((self.read_origin(node, "").ok()?, shape))
     }
 
     /// Reads a joint, whose name must not be in `names`, and counts in `unread` its elements of each kind that is not read.

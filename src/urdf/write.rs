@@ -32,6 +32,8 @@ pub(super) struct MachineFile {
     pub elements: Vec<Element>,
     /// Stiffness of each drive in N/mm or N·mm/rad, `None` if it is unknown.
     pub stiffness: Vec<Option<f64>>,
+    /// Keys of the bodies in O, with those that may touch, and in P.
+    pub bodies: [String; 2],
 }
 
 /// Longest line of a comment.
@@ -56,8 +58,8 @@ impl MachineFile {
             .collect();
         let _ = write!(
             text,
-            "schema = 1\nname = {}\ntitle = {}\nsource = {}\n\n{provenance}\
-             [platform]\n# P is the origin of link {}.\ntool_tip_mm = {}\n# {}\ntool_axis = {}\ncontrols = [{controls}]\n\n\
+            "schema = 1\nname = {}\ntitle = {}\nsource = {}\n{}\n{provenance}\
+             [platform]\n# P is the origin of link {}.\ntool_tip_mm = {}\n# {}\ntool_axis = {}\ncontrols = [{controls}]\n{}\n\
              [home]\n# Of {} postures tried, one in which the drives move P evenly in all directions; set your own.\nposition_mm = {}\n\
              rotation_deg = {}\n\n\
              [workspace]\n# A box about home that is reached with the platform as at home; set your own.\nmin_mm = {}\n\
@@ -66,13 +68,15 @@ impl MachineFile {
             quoted(&self.name),
             quoted(&self.title),
             quoted(&self.source),
+            self.bodies[0],
             self.tip,
             vector_text(self.tool_tip),
             self.tool_axis_from,
             vector_text(self.tool_axis.into()),
+            self.bodies[1],
             self.home.chosen_from,
             vector_text(self.home.pose.translation.into()),
-            vector_text(angles_deg(&self.home)),
+            vector_text(self.home.pose.roll_pitch_yaw_deg()),
             vector_text(self.workspace.min.into()),
             vector_text(self.workspace.max.into()),
         );
@@ -88,12 +92,6 @@ impl MachineFile {
         }
         text + "]\n\n[[mount]]\nname = \"robot\"\nchain = \"arm\"\n"
     }
-}
-
-/// Returns roll, pitch, yaw of the home pose about fixed axes, degrees.
-fn angles_deg(home: &Home) -> [f64; 3] {
-    let rotation = nalgebra::Rotation3::from_matrix_unchecked(home.pose.rotation);
-    <[f64; 3]>::from(rotation.euler_angles()).map(f64::to_degrees)
 }
 
 /// Formats a vector as TOML.
@@ -117,6 +115,7 @@ fn element_line(element: &Element) -> String {
         }
         Element::Mass { kg, at_mm } => format!("  {{ mass = {{ kg = {kg:?}, at_mm = {} }} }},\n", vector_text(*at_mm)),
         Element::Drive(drive) => drive_line(drive, None, 0.0),
+        Element::Body(body) => format!("  {{ body = {body} }},\n"),
     }
 }
 

@@ -9,6 +9,7 @@ use kinetostat::{
     simulation::{
         clearance::{ClearanceState, MachineCell, PathClearance},
         tasks::tasks,
+        with_drives_left,
     },
     spatial::Pose,
 };
@@ -83,6 +84,7 @@ shapes = [{ capsule = { from_mm = [1500.0, 350.0, 0.0], to_mm = [1500.0, 350.0, 
 fn follow(process: &Process, program: &str) -> (PathClearance, Vec<Configuration>) {
     let file = process.parse_program(program.as_bytes().to_vec(), Path::new("part.nc")).unwrap();
     let path = process.mark_cutting(file.toolpath(process.sampling).unwrap(), "part.nc").unwrap();
+    let process = &with_drives_left(process.clone(), &path, Some(&file), "part.nc").unwrap();
     let tasks = tasks(process, &path, "part.nc").unwrap();
     let cell = MachineCell::new(&process.machine, process.cell.as_ref().unwrap()).unwrap();
     let (mut along, mut at) = (cell.begin(&process.placement), vec![process.machine.home.clone()]);
@@ -228,6 +230,116 @@ fn a_holder_hits_what_clamps_the_part() {
     assert_eq!(found.nearest.unwrap().names, ["clamp", "holder"]);
 }
 
+/// The arm with its tool along z of P, which points down at home.
+fn upright() -> String {
+    arm().replace("tool_tip_mm = [90.0, 0.0, 320.0]", "tool_tip_mm = [90.0, 0.0, 320.0]\ntool_axis = [0.0, 0.0, 1.0]")
+}
+
+/// A process that cuts a stock of 120 x 40 x 20 mm with tool 1, and a clamp.
+fn cut(tool: &str, clamp: [f64; 5]) -> String {
+    let stock = "[force.end_milling]\nmaterial = \"Al 7075-T6\"\n[stock]\nbox = { min_mm = [-60.0, -20.0, -20.0], max_mm = [60.0, 20.0, 0.0] }";
+    let tool = format!("[tools.1]\ndiameter_mm = 10.0\nteeth = 2\n{tool}\n[tools.2]\ndiameter_mm = 12.0\nteeth = 2\n");
+    let cell = format!("[cell]\nrapid = \"joint\"\n{}", post("clamp", "part", clamp));
+    process(&format!("{stock}\n{tool}{cell}")).replace("max_segment_mm = 400.0", "max_segment_mm = 5.0")
+}
+
+/// A line through the stock, 2 mm deep.
+const CUT: &str = "G21 G90\nT1 M6\nS8000 M3\nG1 X-90 Y0 Z-2 F1000\nG1 X90\nM30\n";
+const SHANK: &str = "shank = { diameter_mm = 12.0, from_mm = 25.0 }\n";
+const HOLDER: &str = "holder = { diameter_mm = 60.0, from_mm = 40.0 }\n";
+
+fn clearance_of_cut(tool: &str, clamp: [f64; 5], program: &str) -> PathClearance {
+    let machine = Machine::from_toml(&upright(), "arm").unwrap();
+    let process = Process::from_toml(&cut(tool, clamp), "process", Folder::in_memory([]), &machine);
+    follow(&process.unwrap_or_else(|e| panic!("{e}")), program).0
+}
+
+#[test]
+fn shank_and_holder_of_the_tool_table_are_bodies_on_the_tool() {
+    // Beside the stock: as high as the holder, as high as the shank, and in the way of the cutter.
+    let [beside, near, ahead] =
+        [[0.0, 40.0, 0.0, 60.0, 15.0], [0.0, 40.0, 0.0, 20.0, 15.0], [85.0, 0.0, -20.0, 0.0, 5.0]];
+    let both = format!("{SHANK}{HOLDER}");
+    let hit = clearance_of_cut(&both, beside, CUT);
+    assert_eq!(hit.state, ClearanceState::Hit, "{hit:?}");
+    assert_eq!(hit.nearest.unwrap().names, ["clamp", "holder of tool 1"]);
+    for clear in [clearance_of_cut(SHANK, beside, CUT), clearance_of_cut(&both, near, CUT)] {
+        // What is wide and enclosing is the wrist alone; the cut holds the tool against the stock, so that nothing is left out.
+        assert_eq!((clear.state, clear.not_looked_at), (ClearanceState::Clear, vec![]));
+    }
+    let cutter = clearance_of_cut(SHANK, ahead, CUT);
+    assert_eq!(
+        (cutter.state, cutter.nearest.unwrap().names),
+        (ClearanceState::Hit, ["clamp", "tool 1"].map(String::from))
+    );
+    // Without shank and holder no end of the cutter is known.
+    assert_eq!(clearance_of_cut("", ahead, CUT).state, ClearanceState::Clear);
+    // A holder that begins beyond P is none, and the shank ends there.
+    let beyond = "holder = { diameter_mm = 600.0, from_mm = 330.0 }\n";
+    assert_eq!(clearance_of_cut(&format!("{SHANK}{beyond}"), beside, CUT).state, ClearanceState::Clear);
+    // The first tool is looked at alone.
+    let second = clearance_of_cut(&both, near, &CUT.replace("M30", "T2 M6\nG1 X-90"));
+    assert_eq!(second.state, ClearanceState::Unknown);
+    assert!(second.not_looked_at[0].starts_with("ways of other tools than the first"), "{second:?}");
+    let other = clearance_of_cut(&both, beside, &CUT.replace("T1", "T2"));
+    assert_eq!(other.state, ClearanceState::Clear, "{other:?}");
+}
+
+#[test]
+fn noses_of_cutters_are_balls_or_enclosed() {
+    let machine = Machine::from_toml(&upright(), "arm").unwrap();
+    let grades = |shape: &str| {
+        let text = cut(&format!("shape = {shape}\n{HOLDER}"), [0.0, 40.0, 0.0, 20.0, 15.0]);
+        let process = Process::from_toml(&text, "process", Folder::in_memory([]), &machine).unwrap();
+        let file = process.parse_program(CUT.as_bytes().to_vec(), Path::new("part.nc")).unwrap();
+        let path = process.mark_cutting(file.toolpath(process.sampling).unwrap(), "part.nc").unwrap();
+        let process = with_drives_left(process, &path, Some(&file), "part.nc").unwrap();
+        let own = process.cell.unwrap();
+        let bodies = own.bodies[own.before_tool..].iter().map(|(_, body)| (body.name.clone(), body.grade, body.ball()));
+        bodies.collect::<Vec<_>>()
+    };
+    let [flat, ball] = ["\"flat\"", "\"ball\""].map(grades);
+    assert_eq!(flat.iter().map(|own| own.0.as_str()).collect::<Vec<_>>(), ["tool 1", "holder of tool 1"]);
+    assert!(flat.iter().chain(&ball).all(|own| own.1 == kinetostat_cell::BodyGrade::Given));
+    // From the holder's begin to P, 320 mm above the tip.
+    assert!((flat[1].2.0.z + 180.0).abs() < 1e-9, "{flat:?}");
+    let bull = grades("\"bull_nose\"\ncorner_radius_mm = 2.0");
+    assert_eq!(bull[0].1, kinetostat_cell::BodyGrade::Enclosing);
+}
+
+#[test]
+fn bodies_of_the_tool_table_are_named_as_they_are_told() {
+    let machine = Machine::from_toml(&upright(), "arm").unwrap();
+    let beside = [0.0, 40.0, 0.0, 60.0, 15.0];
+    let listed = "[cell]\nmay_touch = [[\"clamp\", \"holder of tool 1\"]]";
+    let process = |text: String| Process::from_toml(&text, "process", Folder::in_memory([]), &machine);
+    let allowed = process(cut(HOLDER, beside).replace("[cell]", listed)).unwrap();
+    assert_eq!(follow(&allowed, CUT).0.state, ClearanceState::Clear);
+    let taken = process(cut(HOLDER, beside).replace("\"clamp\"", "\"holder of tool 1\"")).unwrap_err().to_string();
+    assert!(taken.contains("\"holder of tool 1\" is used twice"), "{taken}");
+}
+
+#[test]
+fn a_holder_that_hits_a_clamp_is_told_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let (machine, program) = (file("arm.toml", &upright()), file("part.nc", CUT));
+    let out = folder.path().join("out.nc").to_str().unwrap().to_owned();
+    for (tool, hits) in [(format!("{SHANK}{HOLDER}"), true), (SHANK.to_owned(), false)] {
+        let process = file("process.toml", &cut(&tool, [0.0, 40.0, 0.0, 60.0, 15.0]));
+        let arguments =
+            ["compensate", &program, "--machine", &machine, "--process", &process, "--out", &out, "--force"];
+        let (ended, said, error) = told(&arguments);
+        assert_eq!(ended == Some(1), hits, "{said}{error}");
+        let first = said.lines().next().unwrap_or_default();
+        assert_eq!(first.contains("clamp hits holder of tool 1"), hits, "{said}{error}");
+    }
+}
+
 #[test]
 fn what_stands_on_the_base_is_held_against_the_first_link() {
     let line = arm().lines().find(|line| line.contains("name = \"A2\"")).unwrap().to_owned();
@@ -291,7 +403,7 @@ fn a_mesh_of_the_machine_is_among_what_was_read() {
 }
 
 /// A cube with a corner at the origin, as an ASCII STL file.
-fn cube(size: f64) -> String {
+pub(crate) fn cube(size: f64) -> String {
     let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2].map(|bit| bit as f64 * size);
     let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangle = |[a, b, c]: [usize; 3]| {

@@ -164,6 +164,7 @@ fn product(elements: &[toml::Value], values: &[f64]) -> (Vec<(f64, Point3<f64>)>
                 let place = at * Point3::from(vector(keys.get("at_mm")));
                 masses.push((keys["kg"].as_float().unwrap(), place));
             }
+            "body" => {}
             drive => {
                 let axis = ["x", "y", "z"].map(|name| f64::from(u8::from(keys["axis"].as_str() == Some(name))));
                 let is_slide = drive == "prismatic_drive";
@@ -275,6 +276,164 @@ fn elements_are_in_the_order_in_which_frames_are_reached() {
         [(200, "[0.0, 0.0, 200.0]"), (150, "[0.0, 0.0, 0.0]"), (120, "[200.0, 0.0, 0.0]"), (5, "[0.0, 0.0, -50.0]")];
     let expected = expected.map(|(kg, at)| format!("  {{ mass = {{ kg = {kg}.0, at_mm = {at} }} }},"));
     assert_eq!(masses, expected);
+}
+
+/// An arm of three axes in `folder`/urdf, in a package whose folder has another name, with the meshes that it names.
+fn arm_with_bodies(folder: &Path) -> String {
+    let shape =
+        |kind: &str, at: &str, inner: &str| format!("<{kind}><origin {at}/><geometry>{inner}</geometry></{kind}>");
+    let mesh = |name: &str, more: &str| format!("<mesh filename='{name}' {more}/>");
+    let link = |name: &str, shapes: &[String]| format!("<link name='{name}'>{}</link>\n", shapes.concat());
+    let joint = |name: &str, kind: &str, [parent, child]: [&str; 2], origin: &str, axis: &str| {
+        let limit = "<limit lower='-2' upper='2' effort='100' velocity='1'/>";
+        format!(
+            "<joint name='{name}' type='{kind}'><parent link='{parent}'/><child link='{child}'/><origin {origin}/><axis xyz='{axis}'/>{limit}</joint>\n"
+        )
+    };
+    let a_box = "<box size='0.3 0.2 0.1'/>";
+    let text = [
+        "<robot name='arm'>\n".to_owned(),
+        link("base", &[shape("collision", "xyz='0 0 0.05'", a_box), shape("visual", "", "<sphere radius='5'/>")]),
+        link("foot", &[shape("collision", "xyz='0 0 0.1'", "<sphere radius='0.05'/>")]),
+        link(
+            "upper",
+            &[shape(
+                "collision",
+                "xyz='0.2 0 0' rpy='0 1.5707963267948966 0'",
+                "<cylinder radius='0.05' length='0.2'/>",
+            )],
+        ),
+        link("fore", &[shape("visual", "xyz='0.25 0 0' rpy='0.1 0.2 0.3'", a_box)]),
+        link(
+            "hand",
+            &[shape("collision", "xyz='0.1 0 0'", &mesh("package://arm/meshes/hand.stl", "scale='0.001 0.001 0.001'"))],
+        ),
+        link("camera", &["camera.dae", "nothing.stl", "open.stl"].map(|name| shape("collision", "", &mesh(name, "")))),
+        link(
+            "tool0",
+            &[shape("collision", "", "<sphere radius='0.02'/>"), shape("collision", "", "<sphere radius='none'/>")],
+        ),
+        joint("f", "fixed", ["base", "foot"], "xyz='0.5 0 0' rpy='0.5 0 0'", "0 0 1"),
+        joint("a1", "revolute", ["base", "upper"], "xyz='0 0 0.4' rpy='0 0 0.3'", "0 0 1"),
+        joint("a2", "revolute", ["upper", "fore"], "xyz='0.5 0 0'", "0 1 0"),
+        joint("a3", "revolute", ["fore", "hand"], "xyz='0.5 0 0'", "1 1 0"),
+        joint("t", "fixed", ["hand", "tool0"], "xyz='0.3 0 0' rpy='0 0.4 0'", "0 0 1"),
+        joint("c", "fixed", ["hand", "camera"], "xyz='0.2 0 0'", "0 0 1"),
+        "</robot>\n".to_owned(),
+    ]
+    .concat();
+    for (name, text) in [
+        ("meshes/hand.stl", crate::clearance::cube(80.0)),
+        ("urdf/camera.dae", "<COLLADA/>".into()),
+        ("urdf/open.stl", crate::clearance::cube(0.1).replacen("vertex 0.1 0.1 0.1", "vertex 0.1 0.1 0.2", 1)),
+        ("urdf/arm.urdf", text.clone()),
+    ] {
+        let file = folder.join(name);
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        fs::write(file, text).unwrap();
+    }
+    text
+}
+
+/// Import of the arm, whose stiffnesses are given.
+fn arm_options() -> ImportOptions {
+    let stiffness = DriveStiffness::Given(vec![1e6; 3]);
+    ImportOptions { tip: Some("tool0".into()), tool_tip: [100.0, 0.0, 0.0], stiffness, ..ImportOptions::default() }
+}
+
+#[test]
+fn bodies_stand_where_the_urdf_has_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = arm_with_bodies(folder.path()).replace("radius='none'", "radius='1'");
+    let imported = import_file(&folder.path().join("urdf/arm.urdf"), &arm_options()).unwrap();
+    compare("arm", &text, &imported);
+    let machine = Machine::from_toml(&imported.toml, "elsewhere/arm.toml").unwrap();
+    let robot = readable(&text);
+    let bodies = machine.bodies().unwrap();
+    // In its link: the centre of a ball around it, m.
+    let expected = [
+        ("base", [0.0, 0.0, 0.05]),
+        ("foot", [0.0, 0.0, 0.1]),
+        ("tool0", [0.0; 3]),
+        ("hand", [0.14, 0.04, 0.04]),
+        ("upper", [0.2, 0.0, 0.0]),
+        ("fore", [0.25, 0.0, 0.0]),
+    ];
+    let names = |own: &mut dyn Iterator<Item = &str>| own.map(String::from).collect::<std::collections::BTreeSet<_>>();
+    assert_eq!(names(&mut bodies.iter().map(|own| own.name.as_str())), names(&mut expected.iter().map(|own| own.0)));
+    let mut frames = Vec::new();
+    for place in [machine.workspace.min, machine.workspace.max] {
+        let at = machine.inverse_kinematics_at(place).unwrap();
+        machine.frame_poses(&at, &mut frames);
+        let links = poses(&robot, "tool0", &at.drives);
+        for (name, centre) in expected {
+            let body = bodies.iter().find(|own| own.name == name).unwrap();
+            let found = frames[body.frame] * body.ball().0;
+            let away = (found - links[name] * Point3::from(centre.map(|v| v * 1000.0))).norm();
+            assert!(away < 1e-4, "{name}: {away} mm away");
+        }
+    }
+    let fixed: Vec<(&str, usize)> = bodies.iter().map(|own| (own.name.as_str(), own.frame)).collect();
+    assert_eq!(&fixed[..3], [("base", 0), ("foot", 0), ("hand", 1)], "{}", imported.toml);
+    let file: toml::Table = imported.toml.parse().unwrap();
+    let hand = &file["platform"]["body"][0];
+    assert_eq!([&hand["name"], &hand["grade"]].map(|own| own.as_str().unwrap()), ["hand", "assumed"]);
+    assert_eq!(hand["shapes"][0]["mesh"]["unit"].as_str().unwrap(), "mm");
+}
+
+#[test]
+fn shapes_that_cannot_be_used_are_left_out_with_a_note() {
+    let folder = tempfile::tempdir().unwrap();
+    arm_with_bodies(folder.path());
+    let imported = import_file(&folder.path().join("urdf/arm.urdf"), &arm_options()).unwrap();
+    let note = |start: &str| imported.notes.iter().find(|note| note.starts_with(start)).unwrap();
+    assert!(note("bodies: ").starts_with("bodies: 6 of 10 shapes of <collision>"), "{}", note("bodies: "));
+    let left_out = note("shapes left out");
+    for expected in [
+        "link \"camera\": shapes[0].mesh.file: expected an STL file, got ",
+        "camera.dae",
+        "link \"camera\": mesh: \"nothing.stl\" is not found",
+        "open.stl is open at the edge",
+        "link \"tool0\": shapes: \"<collision><origin /><geometry><sphere radius='none'/>",
+        "FreeCAD, MeshLab or Blender make closed STL files of other meshes",
+    ] {
+        assert!(left_out.contains(expected), "{expected}\n{left_out}");
+    }
+    assert!(!imported.notes.iter().any(|note| note.starts_with("not read") && note.contains("visual")));
+}
+
+/// A dome over the whole arm overlaps with all that is not joined to it.
+#[test]
+fn a_file_whose_bodies_overlap_at_home_works_and_says_which() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = arm_with_bodies(folder.path());
+    let urdf = folder.path().join("urdf/dome.urdf");
+    fs::write(&urdf, text.replace("<sphere radius='0.05'/>", "<sphere radius='3'/>")).unwrap();
+    let file = folder.path().join("dome.toml");
+    let [urdf, file] = [&urdf, &file].map(|own| own.to_str().unwrap());
+    let import = [
+        "machines",
+        "--import",
+        urdf,
+        "--tool",
+        "100,0,0",
+        "--tip",
+        "tool0",
+        "--stiffness",
+        "1e6,1e6,1e6",
+        "--out",
+        file,
+    ];
+    let (code, _, notes) = told(&import);
+    assert!(code == Some(0) && notes.contains("note: may_touch: bodies that overlap at home"), "{notes}");
+    let machine = Machine::from_file(Path::new(file)).unwrap();
+    for other in ["fore", "hand", "tool0"] {
+        let is_it = |pair: &[String; 2]| pair.contains(&"foot".into()) && pair.contains(&other.into());
+        assert!(machine.may_touch().iter().any(is_it), "{other}: {:?}", machine.may_touch());
+    }
+    let (code, found, error) = told(&["check", file]);
+    assert!(code == Some(0) && !found.contains("overlap"), "{found}{error}");
+    assert!(found.contains("bodies"), "{found}");
 }
 
 #[test]

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use kinetostat_input::{check::Check, error::Result, tables};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{Body, BodyFault, BodyGrade, Mesh, Shape, pieces_of_mesh, read_stl, shape::Piece};
 
 tables! {
     /// A body: shapes that move with a frame, for what must not touch what.
-    #[derive(PartialEq)]
+    #[derive(PartialEq, Serialize)]
     pub struct BodySpec {
         /// Its name in answers.
         pub name: String,
@@ -22,7 +22,7 @@ tables! {
     }
 
     /// A capsule or a cylinder, from one end of its axis to the other.
-    #[derive(PartialEq)]
+    #[derive(PartialEq, Serialize)]
     pub struct RoundShapeSpec {
         /// One end of its axis.
         pub from_mm: [f64; 3],
@@ -33,7 +33,7 @@ tables! {
     }
 
     /// A box.
-    #[derive(PartialEq)]
+    #[derive(PartialEq, Serialize)]
     pub struct BoxShapeSpec {
         /// Its lengths along its own axes.
         pub size_mm: [f64; 3],
@@ -46,14 +46,14 @@ tables! {
     }
 
     /// The convex hull of points.
-    #[derive(PartialEq)]
+    #[derive(PartialEq, Serialize)]
     pub struct HullSpec {
         /// The points, four or more that are not in a plane.
         pub points_mm: Vec<[f64; 3]>,
     }
 
     /// A closed surface in an STL file, of which convex pieces are made that enclose it.
-    #[derive(PartialEq)]
+    #[derive(PartialEq, Serialize)]
     pub struct MeshSpec {
         /// The file, from the folder of the file that names it.
         pub file: String,
@@ -71,7 +71,7 @@ tables! {
 }
 
 /// A shape: a table with exactly one of these keys.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ShapeSpec {
@@ -88,7 +88,7 @@ pub enum ShapeSpec {
 }
 
 /// Unit of a mesh.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum MeshUnit {

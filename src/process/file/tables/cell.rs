@@ -12,7 +12,8 @@ use serde::Deserialize;
 use crate::{
     input::{Folder, Inputs, check::Check, error::Result},
     machine::Machine,
-    process::{file::spec::ProcessSpec, stock::StockRemoval, stock::StockShape},
+    process::{Process, file::spec::ProcessSpec, stock::StockRemoval, stock::StockShape},
+    toolpath::Toolpath,
 };
 
 /// The table `cell`.
@@ -83,6 +84,8 @@ pub struct ProcessCell {
     pub rapid: Option<RapidMove>,
     /// Bodies besides those of the machine; their frames are not set.
     pub bodies: Vec<(CellFrame, Body)>,
+    /// Number of them before those of the first tool of a path, which the cut holds against the stock.
+    pub before_tool: usize,
     /// Index of the stock among them.
     pub stock: Option<usize>,
     /// Pairs of bodies that may touch or overlap.
@@ -121,7 +124,7 @@ pub(crate) fn cell(
         let others = inputs.take();
         *inputs.borrow_mut() = others.and(Inputs::of_bytes(&name, &bytes));
     }
-    if let Some(shape) = stock.map(StockRemoval::shape) {
+    if let Some(stock) = stock {
         if names.iter().any(|name| name == PART) {
             let problem = format!(
                 "machine {} has a body \"{PART}\", the name of the stock: expected another name there",
@@ -129,8 +132,8 @@ pub(crate) fn cell(
             );
             return check.fail(problem);
         }
-        names.push(PART.into());
-        let body = part(shape).or_else(|problem| check.root().key("stock").fail(problem))?;
+        names.extend(stock.tool_names().chain([PART.into()]));
+        let body = part(stock.shape()).or_else(|problem| check.root().key("stock").fail(problem))?;
         bodies.push((CellFrame::Part, body));
     }
     if spec.body.len() > MAX_BODIES {
@@ -161,11 +164,25 @@ pub(crate) fn cell(
         clearance_mm: check.key("clearance_mm").not_negative(spec.clearance_mm.unwrap_or(0.0))?,
         rapid: spec.rapid,
         stock: bodies.iter().position(|(_, body)| body.name == PART).filter(|_| stock.is_some()),
+        before_tool: bodies.len(),
         bodies,
         may_touch: spec.may_touch.clone(),
         check,
     };
     Ok((Some(Arc::new(cell)), inputs.into_inner()))
+}
+
+impl ProcessCell {
+    /// Returns the cell of `process` with the first tool of `path` among its bodies; `None` without a cell.
+    pub(crate) fn along(process: &Process, path: &Toolpath) -> Option<Arc<Self>> {
+        let mut cell = Self::clone(process.cell.as_ref()?);
+        cell.bodies.truncate(cell.before_tool);
+        // How high P is above the tip.
+        let height_mm = process.machine.tool_tip.dot(&process.machine.tool_axes.column(2));
+        let bodies = process.stock.iter().flat_map(|stock| stock.tool_bodies(path, height_mm));
+        cell.bodies.extend(bodies.map(|body| (CellFrame::Tool, body)));
+        Some(Arc::new(cell))
+    }
 }
 
 /// Makes a body of the stock, which encloses the part at any time.
