@@ -285,7 +285,7 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// crate, or says what it takes out.
 const MAX_LINES: [(&str, usize); 8] = [
     ("crates/budget/src", 300),
-    ("crates/cell/src", 1_390),
+    ("crates/cell/src", 1_470),
     ("crates/engine/src", 22_450),
     ("crates/input/src", 1_260),
     ("crates/programs/src", 32_300),
@@ -293,7 +293,7 @@ const MAX_LINES: [(&str, usize); 8] = [
     ("crates/spatial/src", 810),
     ("src", 81_450),
 ];
-const MAX_LINES_OF_ALL: usize = 140_800;
+const MAX_LINES_OF_ALL: usize = 140_880;
 
 #[test]
 fn no_crate_outgrows_its_lines() {

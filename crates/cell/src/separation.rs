@@ -22,6 +22,13 @@ pub(crate) struct Gap {
     pub points: [Vector; 2],
 }
 
+impl Gap {
+    /// Returns whether both bounds tell the distance.
+    fn is_told(&self) -> bool {
+        self.upper - self.lower < DOUBTFUL_MM
+    }
+}
+
 /// Storage for searches.
 #[derive(Default)]
 pub(crate) struct Search {
@@ -35,6 +42,10 @@ pub(crate) struct Search {
 const TOUCHING_MM: f64 = 1e-9;
 /// Difference of bounds from which a search is done again from another direction, mm.
 const DOUBTFUL_MM: f64 = 1e-4;
+/// A bound that is better by less is left, mm.
+const FINER_MM: f64 = 1e-6;
+/// Directions across sides of which those next to them are tried.
+const IMPROVED: usize = 6;
 
 impl Search {
     /// Returns the gap between `a` and `b`, whose frame is `pos12` in that of `a`.
@@ -43,7 +54,7 @@ impl Search {
         let rounding = a.radius + b.radius;
         let between = *pos12 * b.ball.0 - a.ball.0;
         let starts = [between, Vector::X, Vector::Y, Vector::Z];
-        let mut best: Option<Gap> = None;
+        let mut best: Option<(Gap, Vector)> = None;
         for start in starts {
             let Some(direction) = start.try_normalize() else { continue };
             self.simplex.reset(CsoPoint::from_shapes(pos12, &a.core, &b.core, direction));
@@ -63,20 +74,23 @@ impl Search {
                 upper: upper - rounding,
                 points: [on_a + normal * a.radius, on_b - normal * b.radius],
             };
-            if best.is_none_or(|known| gap.lower > known.lower) {
-                best = Some(gap);
+            if best.is_none_or(|known| gap.lower > known.0.lower) {
+                best = Some((gap, normal));
             }
-            if gap.upper - gap.lower < DOUBTFUL_MM {
+            if gap.is_told() {
                 break;
             }
         }
-        let best = best.unwrap_or_else(|| sampled(a, b, pos12));
-        // Where faces are aligned but for rounding, a search may end at a side that is not the nearest.
-        let is_sure = best.lower >= 0.0 && best.upper - best.lower < DOUBTFUL_MM;
-        let along_side = (!is_sure).then(|| best_of(a, b, pos12, sides(a, b, pos12)));
-        match along_side.flatten().map(|own| gap_along(a, b, improved(a, b, pos12, own))) {
-            Some(own) if own.lower > best.lower => Gap { upper: best.upper.max(own.lower), ..own },
-            _ => best,
+        if let Some((best, _)) = best.filter(|(own, _)| own.lower + rounding >= 0.0 && own.is_told()) {
+            return best;
+        }
+        // Where faces are aligned but for rounding, a search may end at a side that is not the nearest, or fail.
+        let spread = (0..DIRECTIONS).filter(|_| best.is_none()).map(spread_direction);
+        let found = climbed(a, b, pos12, sides(a, b, pos12).into_iter().chain(spread), best.map(|own| own.1));
+        match best {
+            Some((best, _)) if found.lower <= best.lower + FINER_MM => best,
+            Some((best, _)) => Gap { upper: best.upper.max(found.lower), ..found },
+            None => found,
         }
     }
 
@@ -95,17 +109,13 @@ fn along(a: &Piece, b: &Piece, pos12: &Pose, normal: Vector) -> f64 {
     b.core.support_point(pos12, -normal).dot(normal) - a.core.local_support_point(normal).dot(normal)
 }
 
-/// Returns the largest of the bounds [`along`] these `directions`, and its direction; `None` if there are none.
-fn best_of(a: &Piece, b: &Piece, pos12: &Pose, directions: impl IntoIterator<Item = Vector>) -> Option<(f64, Vector)> {
-    let bounds = directions.into_iter().map(|own| (along(a, b, pos12, own), own));
-    bounds.max_by(|one, other| one.0.total_cmp(&other.0))
-}
-
 /// Returns the directions across the faces of both cores and along their axes, and across two of their axes, both ways.
 fn sides(a: &Piece, b: &Piece, pos12: &Pose) -> Vec<Vector> {
     let turned = |own: Vec<Vector>| own.into_iter().map(|own| pos12.rotation * own).collect::<Vec<_>>();
     let (axes, beside) = (a.core.axes(), turned(b.core.axes()));
-    let across = axes.iter().flat_map(|axis| beside.iter().map(|other| axis.cross(*other)));
+    // Of two hulls there are too many.
+    let is_few = axes.len().min(beside.len()) <= 3;
+    let across = axes.iter().filter(|_| is_few).flat_map(|axis| beside.iter().map(|other| axis.cross(*other)));
     let all = a.core.sides().into_iter().chain(turned(b.core.sides())).chain(across);
     all.filter_map(|own| own.try_normalize()).flat_map(|own| [own, -own]).collect()
 }
@@ -117,16 +127,27 @@ const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 /// Smallest step of a direction, rad.
 const SMALLEST_STEP: f64 = 1e-7;
 
-/// Returns a gap of which only the lower bound is known: the largest of those along directions spread over the sphere.
-fn sampled(a: &Piece, b: &Piece, pos12: &Pose) -> Gap {
-    let direction = |k: usize| {
-        let z = 1.0 - (2 * k + 1) as f64 / DIRECTIONS as f64;
-        let turn = k as f64 * GOLDEN_ANGLE;
-        let across = (1.0 - z * z).sqrt();
-        Vector::new(across * libm::cos(turn), across * libm::sin(turn), z)
-    };
-    let best = best_of(a, b, pos12, (0..DIRECTIONS).map(direction)).unwrap_or((f64::NEG_INFINITY, Vector::X));
-    gap_along(a, b, improved(a, b, pos12, best))
+/// Returns one of [`DIRECTIONS`] that are spread over the sphere.
+fn spread_direction(k: usize) -> Vector {
+    let z = 1.0 - (2 * k + 1) as f64 / DIRECTIONS as f64;
+    let turn = k as f64 * GOLDEN_ANGLE;
+    let across = (1.0 - z * z).sqrt();
+    Vector::new(across * libm::cos(turn), across * libm::sin(turn), z)
+}
+
+/// Returns a gap of which only the lower bound is known: the largest along the best of `directions` and `other`, and those next to them.
+fn climbed(a: &Piece, b: &Piece, pos12: &Pose, directions: impl Iterator<Item = Vector>, other: Option<Vector>) -> Gap {
+    let bound = |own: Vector| (along(a, b, pos12, own), own);
+    let mut best: Vec<(f64, Vector)> = directions.map(bound).collect();
+    best.sort_by(|one, other| other.0.total_cmp(&one.0));
+    best.truncate(IMPROVED);
+    best.extend(other.map(bound));
+    let improved = best.into_iter().map(|own| improved(a, b, pos12, own));
+    let (lower, normal) = improved.max_by(|one, other| one.0.total_cmp(&other.0)).unwrap_or(bound(Vector::X));
+    let on_a = a.core.local_support_point(normal);
+    let rounding = a.radius + b.radius;
+    let points = [on_a + normal * a.radius, on_a + normal * (lower - b.radius)];
+    Gap { lower: lower - rounding, upper: f64::INFINITY, points }
 }
 
 /// Returns a bound and its direction that no direction next to it betters, from one such.
@@ -135,18 +156,11 @@ fn improved(a: &Piece, b: &Piece, pos12: &Pose, (mut lower, mut normal): (f64, V
     while step > SMALLEST_STEP {
         let (u, v) = normal.any_orthonormal_pair();
         let tried = [u, -u, v, -v].map(|side| (normal + side * step).normalize());
-        match best_of(a, b, pos12, tried) {
+        let next = tried.map(|own| (along(a, b, pos12, own), own));
+        match next.into_iter().max_by(|one, other| one.0.total_cmp(&other.0)) {
             Some((higher, own)) if higher > lower => (lower, normal) = (higher, own),
             _ => step *= 0.5,
         }
     }
     (lower, normal)
-}
-
-/// Returns the gap of which the bound along a direction is known.
-fn gap_along(a: &Piece, b: &Piece, (lower, normal): (f64, Vector)) -> Gap {
-    let on_a = a.core.local_support_point(normal);
-    let rounding = a.radius + b.radius;
-    let points = [on_a + normal * a.radius, on_a + normal * (lower - b.radius)];
-    Gap { lower: lower - rounding, upper: f64::INFINITY, points }
 }

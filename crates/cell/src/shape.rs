@@ -65,8 +65,8 @@ pub(crate) enum Core {
         direction: Vector,
         radius: f64,
     },
-    /// Corners, and directions across faces.
-    Hull(Vec<Vector>, Vec<Vector>),
+    /// Corners, directions across faces, and edges.
+    Hull(Vec<Vector>, [Vec<Vector>; 2]),
 }
 
 /// A shape as it is computed with.
@@ -84,20 +84,20 @@ pub(crate) fn vector(own: &Vector3<f64>) -> Vector {
 }
 
 impl Core {
-    /// Directions of its edges or its axis; none of a hull, which has too many.
+    /// Directions of its edges or its axis.
     pub(crate) fn axes(&self) -> Vec<Vector> {
         match self {
             Core::Segment([a, b]) => vec![*b - *a],
             Core::Cuboid { half_axes, .. } => half_axes.to_vec(),
             Core::Cylinder { direction, .. } => vec![*direction],
-            Core::Hull(..) => Vec::new(),
+            Core::Hull(_, [_, edges]) => edges.clone(),
         }
     }
 
     /// Directions across its flat faces, or along its axis.
     pub(crate) fn sides(&self) -> Vec<Vector> {
         match self {
-            Core::Hull(_, across) => across.clone(),
+            Core::Hull(_, [across, _]) => across.clone(),
             _ => self.axes(),
         }
     }
@@ -205,7 +205,10 @@ impl Piece {
             let [a, b, c] = face.map(|k| hull[k as usize]);
             (b - a).cross(c - a)
         });
-        let across = across.collect();
-        Ok(Piece { core: Core::Hull(hull, across), radius: 0.0, ball: (centre, radius) })
+        let sides = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        // Each is that of two faces, once either way.
+        let edges = sides.filter(|[from, to]| from < to).map(|[from, to]| hull[to as usize] - hull[from as usize]);
+        let sides = [across.collect(), edges.collect()];
+        Ok(Piece { core: Core::Hull(hull, sides), radius: 0.0, ball: (centre, radius) })
     }
 }

@@ -38,6 +38,37 @@ fn boxes_rods_and_cylinders() {
     near(distance(cylinder(), cuboid([10.0; 3]), [0.0, 0.0, 104.0]), -1.0);
 }
 
+#[test]
+fn faces_that_are_aligned_but_for_rounding() {
+    let pose = |at: [f64; 3], [w, i, j, k]: [f64; 4]| {
+        let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
+        Isometry3::from_parts(Translation3::from(Vector3::from(at)), turn)
+    };
+    let gap = |a: Shape, b: Shape, poses: &[Isometry3<f64>; 2]| two(a, b).nearest(poses).unwrap().distance_mm;
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    // Each lies along the middle of the other.
+    let along = Shape::Capsule { ends_mm: [-30.0, 30.0].map(|end| Point3::new(0.0, 0.0, end)), radius_mm: 10.0 };
+    let found =
+        gap(along, cuboid([100.0, 80.0, 60.0]), &[Isometry3::identity(), pose([0.0; 3], [half, half, 0.0, 0.0])]);
+    assert!((found + 40.0).abs() < 1e-6, "{found}");
+    let turned = [
+        pose([0.0, 0.0, 81.25], [0.9998965964968352, 0.0, 0.0, -0.01438041425150814]),
+        pose(
+            [-1.8869909861331178, -65.58940405078162, 81.25],
+            [0.4927580911226636, 0.5071385053741718, 0.49275809112266356, -0.5071385053741717],
+        ),
+    ];
+    let [large, small] =
+        [[181.00689655172414, 144.8055172413793, 162.5], [20.34602364351444, 133.69322205035536, 26.569883954770784]];
+    let found = gap(cuboid(large), cuboid(small), &turned);
+    assert!((found + 20.0711580).abs() < 1e-6, "{found}");
+    // A clamp flush with the side of a part, both turned.
+    let turn = [0.9366721892483976, 0.0, 0.0, -0.35020738125946743];
+    let flush = [[21.0, 75.0, -28.0], [43.64128740668316, 55.31822913028478, -28.0]].map(|at| pose(at, turn));
+    let found = gap(cuboid([30.0, 170.0, 40.0]), cuboid([30.0, 40.0, 40.0]), &flush);
+    assert!(found.abs() < 1e-9, "{found}");
+}
+
 struct Straight {
     from: Vector3<f64>,
     to: Vector3<f64>,
