@@ -29,6 +29,8 @@ const TOLERANCE: f64 = 0.45;
 const TWO_TOOLS: &str =
     "G21 G90\nT1 M6\nG0 X25 Y25 Z0\nG1 X-25 F600\nY-25\nG0 Z-5\nT2 M6\nG0 X-25 Y-25 Z0\nG1 X25\nY25\n";
 
+const EXACTLY: &str = "[placement.allowance]\nposition_mm = 0.0\nangle_deg = 0.0\n";
+
 fn uncertain() -> String {
     format!("[uncertainty]\n[[uncertainty.parameter]]\nname = \"leg.*.stiffness\"\nrelative_std = 0.3\n{TOLERANCES}")
 }
@@ -41,6 +43,7 @@ fn placement_text(uncertainty: &str) -> String {
          [placement.bounds]\nx_mm = [-40.0, 60.0]\ny_mm = [-40.0, 60.0]\n[placement.fixed]\nz_mm = 0.0\n\
          [placement.objective]\nweights = {{ worst_deflection = 1.0 }}\n\
          [placement.search]\ngrid = {{ x = 3, y = 3 }}\nstarts = 1\nmax_iterations = 30\n\
+         {EXACTLY}\
          [[placement.candidate]]\nname = \"near\"\norigin_mm = [20.0, 0.0, 0.0]\n\
          [[placement.candidate]]\nname = \"alike\"\norigin_mm = [0.0, 20.0, 0.0]\n\
          [[placement.candidate]]\nname = \"far\"\norigin_mm = [60.0, 60.0, 0.0]\n"
@@ -213,6 +216,31 @@ fn a_place_is_as_sure_as_its_path() {
 }
 
 /// A workpiece is turned about its origin wherever it stands: what is left of a compensation, all else being exact, is the same at all places, and that of the arms from its origin.
+#[test]
+fn draws_are_at_the_worst_corner_of_the_allowance() {
+    let near = |text: &str| {
+        let study = placement(text);
+        let found = placement::run(&study, &Work::default()).unwrap();
+        let entry = found.entries.into_iter().find(|entry| entry.name == "near").unwrap();
+        let p95 = entry.spread.as_ref().unwrap().largest.plain.spread.p95_mm.unwrap();
+        (study, entry, p95)
+    };
+    let text = placement_text(&uncertain()).replace("x = 3, y = 3", "x = 1, y = 1");
+    let (study, entry, p95) = near(&text.replace(EXACTLY, ""));
+    let corner = entry.outcome.as_ref().unwrap().worst_corner.expect("one is worse than the place");
+    let site = study.allowance.sites(&entry.site)[corner];
+    let [x, y, z]: [f64; 3] = site.position_mm().into();
+    let there = text.replace(
+        "name = \"near\"\norigin_mm = [20.0, 0.0, 0.0]",
+        &format!("name = \"near\"\norigin_mm = [{x:?}, {y:?}, {z:?}]\nyaw_deg = {:?}", site.0[3].to_degrees()),
+    );
+    let (_, at_corner, alone) = near(&there);
+    assert_eq!(at_corner.outcome.unwrap().worst_corner, None);
+    assert!((p95 - alone).abs() <= 1e-9 * alone, "{p95} {alone}");
+    let (_, _, exactly) = near(&text);
+    assert!(p95 > exactly, "{p95} {exactly}");
+}
+
 #[test]
 fn a_workpiece_is_turned_about_its_origin_at_every_place() {
     let std = 0.02f64;
