@@ -45,7 +45,7 @@ pub enum End {
 /// Margin along one coordinate in one direction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
-    /// Index of the coordinate of the [`Site`].
+    /// Index of the coordinate of the [`Site`](super::Site).
     pub coordinate: usize,
     /// +1 or −1.
     pub direction: f64,
