@@ -151,6 +151,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
         cuts: process.cutting_rule,
         force_text,
         verdict: process.verdict,
+        worst: None,
         components: None,
         gamma_search: None,
     };

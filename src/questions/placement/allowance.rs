@@ -4,7 +4,7 @@
 //! clamping is none of the tool's; but the path must be within reach wherever that is, and what is left must be no worse than told. A place
 //! is therefore judged at the corners of its allowance, too: it can be cut where it can at all of them, and its metrics are the worst.
 
-use std::{ops::Range, sync::atomic::Ordering};
+use std::ops::Range;
 
 use super::{
     Site,
@@ -14,7 +14,7 @@ use super::{
     site::COORDINATES,
     turned::Setup,
 };
-use crate::simulation::Failure;
+use crate::{simulation::Failure, work::Work};
 
 /// How far from a place the workpiece may stand, on either side.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -105,14 +105,15 @@ impl Evaluator {
         std::iter::once(setup.site).chain(self.study.allowance.sites(&setup.site)).map(at).collect()
     }
 
-    /// Returns `evaluation` of `setup` with the worst metrics of these `corners` of its allowance. `Err` says at which it cannot be cut.
+    /// Returns `evaluation` of a place with the worst metrics of these `corners` of its allowance, each as `evaluate` finds it. `Err` says at which it
+    /// cannot be cut.
     pub(super) fn with_corners(
         &self,
-        setup: &Setup,
         mut evaluation: Evaluation,
         corners: impl IntoIterator<Item = usize>,
+        mut evaluate: impl FnMut(usize) -> Result<Evaluation, Failure>,
     ) -> Result<Evaluation, Failure> {
-        let (allowance, setups) = (&self.study.allowance, self.clamped_setups(setup));
+        let allowance = &self.study.allowance;
         let directions = allowance.corners();
         for corner in corners {
             let located = |failure: Failure| Failure {
@@ -123,7 +124,7 @@ impl Evaluator {
                 ),
                 ..failure
             };
-            let own = self.evaluate_setup(&setups[1 + corner]).map_err(located)?;
+            let own = evaluate(corner).map_err(located)?;
             let deflection = |own: &Evaluation| own.metrics.get(Metric::WorstDeflection);
             if deflection(&own) > deflection(&evaluation) {
                 evaluation.worst_corner = Some(corner);
@@ -133,32 +134,10 @@ impl Evaluator {
         Ok(evaluation)
     }
 
-    /// Returns which corner of the allowance of `site`, other than `corners`, of which the metrics are `known`, makes `value` of the metrics worst;
-    /// `None` if there is no other.
-    pub(super) fn corner_beyond(
-        &self,
-        site: &Site,
-        corners: &[usize],
-        known: &Metrics,
-        value: &dyn Fn(&Metrics) -> f64,
-    ) -> Option<usize> {
-        let setups = self.clamped_setups(&self.setup(site));
-        let worsened = |corner: usize| match self.evaluate_setup(&setups[1 + corner]) {
-            Ok(own) => value(&known.worse_of(&own.metrics)),
-            Err(_) => f64::INFINITY,
-        };
-        let others = self.corners().filter(|corner| !corners.contains(corner));
-        // The first of equal ones.
-        others
-            .map(|corner| (worsened(corner), corner))
-            .rev()
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, corner)| corner)
-    }
-
-    /// Evaluates `setup` alone, without allowance.
-    fn evaluate_setup(&self, setup: &Setup) -> Result<Evaluation, Failure> {
-        self.conclude_placed(&self.all_points(self.begin_setup(setup)?, &mut None)?)
+    /// Evaluates `setup` exactly there, or clamped at this `corner` of its allowance alone.
+    pub(super) fn evaluate_clamped(&self, setup: &Setup, corner: Option<usize>) -> Result<Evaluation, Failure> {
+        let clamped = corner.map(|corner| self.clamped_setups(setup).swap_remove(1 + corner));
+        self.conclude_placed(&self.all_points(self.begin_setup(clamped.as_ref().unwrap_or(setup))?, &mut None)?)
     }
 
     /// Starts an evaluation at `setup`. `Err` says why the workpiece must not stand there.
@@ -168,30 +147,27 @@ impl Evaluator {
         self.begin_at(setup.clone())
     }
 
-    /// Evaluates a place from `partial` level by level, first exactly there, then at the corners of its allowance; `None` where it cannot be cut,
-    /// or once `value` of the best possible metrics reaches `below`.
-    pub(super) fn evaluate_rest_below(
+    /// Evaluates `site` level by level, first exactly there, then at these `corners` of its allowance, as a piece of `work`; `None` where it cannot be
+    /// cut, or once `value` of the best possible metrics reaches `below`, or if that is stopped.
+    pub(super) fn evaluate_below_in_work(
         &self,
-        partial: PartialEvaluation,
+        work: &Work,
+        (site, corners): (&Site, &[usize]),
         value: &dyn Fn(&Metrics) -> f64,
         below: f64,
     ) -> Option<Evaluation> {
-        let setups = self.clamped_setups(&partial.setup);
-        let mut evaluation = self.evaluate_levels_below(partial, |best| value(best) >= below)?;
-        // Most places that are no better are so at the corner that told the last one.
-        let first = self.telling_corner.load(Ordering::Relaxed);
-        for corner in self.corners().cycle().skip(first).take(self.corners().len()) {
-            let is_enough = |best: &Metrics| value(&evaluation.metrics.worse_of(best)) >= below;
-            let begun = self.begin_setup(&setups[1 + corner]).ok();
-            match begun.and_then(|partial| self.evaluate_levels_below(partial, is_enough)) {
-                Some(own) => evaluation.worsen_by(&own),
-                None => {
-                    self.telling_corner.store(corner, Ordering::Relaxed);
-                    return None;
-                }
+        let evaluate = || {
+            let partial = self.begin_evaluation(site).ok()?;
+            let setups = self.clamped_setups(&partial.setup);
+            let mut evaluation = self.evaluate_levels_below(partial, |best| value(best) >= below)?;
+            for corner in corners {
+                let is_enough = |best: &Metrics| value(&evaluation.metrics.worse_of(best)) >= below;
+                let begun = self.begin_setup(&setups[1 + corner]).ok()?;
+                evaluation.worsen_by(&self.evaluate_levels_below(begun, is_enough)?);
             }
-        }
-        Some(evaluation)
+            Some(evaluation)
+        };
+        work.part("below").piece(&(site.0, corners, below), |_| 0, || Ok(evaluate())).ok().flatten()
     }
 }
 

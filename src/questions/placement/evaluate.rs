@@ -2,7 +2,7 @@
 //!
 //! A sweep evaluates paths in levels, from few points to all; `Evaluator::best_possible` gives after each level the best that metrics can still be.
 
-use std::sync::{Arc, atomic::AtomicUsize};
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -52,8 +52,6 @@ pub struct Evaluator {
     pub(super) gammas: super::turned::GammaCache,
     /// Evaluator of the objective alone, which seeks γ for this one.
     pub(super) seeker: Option<Arc<Self>>,
-    /// Corner of the allowance that told last that a place is no better, to be looked at first; no result depends on it.
-    pub(super) telling_corner: AtomicUsize,
     /// Bodies of each feature, `None` where its process names no cell.
     #[cfg(not(target_family = "wasm"))]
     cells: Vec<Option<Arc<MachineCell>>>,
@@ -150,7 +148,6 @@ impl Evaluator {
         Self {
             gammas: super::turned::GammaCache::default(),
             seeker: None,
-            telling_corner: AtomicUsize::default(),
             #[cfg(not(target_family = "wasm"))]
             cells: study.features.iter().map(|job| job.bodies.clone()).collect(),
             study: study.clone(),
@@ -249,20 +246,25 @@ impl Evaluator {
     }
 
     /// Returns how far the workpiece at `site` is from what can be cut, for a search that minimises it: 0 where it can be cut; else by how
-    /// much limits are exceeded within its allowance, mm or degrees, plus [`NOT_RIGID`] where boxes, workspace or limits of the rigid machine are.
+    /// much limits are exceeded within its allowance, mm or degrees, plus [`NOT_RIGID`] where boxes, workspace or limits of the rigid machine are,
+    /// and twice that where they are exactly there.
     pub(super) fn violation(&self, work: &Work, site: &Site) -> f64 {
         if work.check().is_err() {
             return f64::INFINITY;
         }
         let setups = self.clamped_setups(&self.setup(site));
-        let largest = |violation: &dyn Fn(&Setup) -> f64| setups.iter().map(violation).fold(0.0, f64::max);
-        let rigid = largest(&|setup| self.box_violation(setup).max(self.limit_violation(setup)));
-        if rigid > 0.0 {
-            return NOT_RIGID + rigid;
+        let largest =
+            |setups: &[Setup], violation: &dyn Fn(&Setup) -> f64| setups.iter().map(violation).fold(0.0, f64::max);
+        // What is not reached exactly there needs no look at its corners.
+        for (offset, setups) in [(2.0 * NOT_RIGID, &setups[..1]), (NOT_RIGID, &setups[1..])] {
+            let rigid = largest(setups, &|setup| self.box_violation(setup).max(self.limit_violation(setup)));
+            if rigid > 0.0 {
+                return offset + rigid.min(NOT_RIGID);
+            }
         }
         match self.evaluate_in_work(work, site) {
             Ok(_) => 0.0,
-            Err(_) => largest(&|setup| self.loaded_violation(setup)).clamp(f64::MIN_POSITIVE, NOT_RIGID),
+            Err(_) => largest(&setups, &|setup| self.loaded_violation(setup)).clamp(f64::MIN_POSITIVE, NOT_RIGID),
         }
     }
 
@@ -330,7 +332,8 @@ impl Evaluator {
                 continue;
             }
             let tasks = self.tasks(&partial.setup, f);
-            let solved = self.solve_points_of((&partial.setup.site, f), &tasks, points, shares)?;
+            let solved = self.solve_points_of((&partial.setup.site, f), &tasks, points, shares);
+            let solved = solved.map_err(|(_, failure)| failure)?;
             for (values, &k) in solved.iter().zip(points) {
                 partial.tallies[f].add(values, prepared.shares[k], job.feature.tolerance_mm);
             }
@@ -396,7 +399,8 @@ impl Evaluator {
     /// Returns the evaluation once all points are added, of the place with its allowance. `Err` where something is hit, or the objective asks for a
     /// correction within limits and there is none.
     fn conclude(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
-        self.with_corners(&partial.setup, self.conclude_placed(partial)?, self.corners())
+        let at_corner = |corner| self.evaluate_clamped(&partial.setup, Some(corner));
+        self.with_corners(self.conclude_placed(partial)?, self.corners(), at_corner)
     }
 
     /// Returns the evaluation once all points are added, also where the path leaves the workspace box, there without allowance. `Err` as
@@ -443,21 +447,21 @@ impl Evaluator {
         self.conclude(&self.all_points(self.begin_evaluation(site)?, &mut None)?)
     }
 
-    /// Returns the metrics at `site` as [`Evaluator::evaluate`], the worst of the place and these `corners` of its allowance alone.
-    pub(super) fn evaluate_among(&self, site: &Site, corners: &[usize]) -> Result<Evaluation, Failure> {
-        let partial = self.all_points(self.begin_evaluation(site)?, &mut None)?;
-        self.with_corners(&partial.setup, self.conclude_placed(&partial)?, corners.iter().copied())
-    }
-
-    /// Evaluates `site` as [`Evaluator::evaluate_among`] does, as a piece of `work`; stopped work returns a failure.
+    /// Evaluates `site` as [`Evaluator::evaluate`] does, the worst of the place and these `corners` of its allowance alone, as a piece of `work`, each
+    /// as `evaluate` finds it: exactly there, or at a corner. Stopped work returns a failure.
     pub(super) fn evaluate_among_in_work(
         &self,
         work: &Work,
         site: &Site,
         corners: &[usize],
+        evaluate: impl Fn(&Setup, Option<usize>) -> Result<Evaluation, Failure>,
     ) -> Result<Evaluation, Failure> {
-        let compute = || Ok(self.evaluate_among(site, corners));
-        work.part("corners").piece(&(site.0, corners), |_| 0, compute).unwrap_or_else(stopped_failure)
+        let among = || {
+            let setup = self.begin_evaluation(site)?.setup;
+            let evaluate = |corner| evaluate(&setup, corner);
+            self.with_corners(evaluate(None)?, corners.iter().copied(), |corner| evaluate(Some(corner)))
+        };
+        work.part("corners").piece(&(site.0, corners), |_| 0, || Ok(among())).unwrap_or_else(stopped_failure)
     }
 
     /// Evaluates `setup` without allowance; returns also where each limited drive, joint and force lies at each point, −1 and 1 at its limits.
@@ -486,24 +490,8 @@ impl Evaluator {
 
     /// Evaluates `site` as [`Evaluator::evaluate`] does, as a piece of `work`; stopped work returns a failure.
     pub(super) fn evaluate_in_work(&self, work: &Work, site: &Site) -> Result<Evaluation, Failure> {
-        self.evaluate_among_in_work(work, site, &self.corners().collect::<Vec<_>>())
-    }
-
-    /// Evaluates `site` as [`Evaluator::evaluate_below`] does, as a piece of `work`; `None` too if that is stopped.
-    pub(super) fn evaluate_below_in_work(
-        &self,
-        work: &Work,
-        site: &Site,
-        value: &dyn Fn(&Metrics) -> f64,
-        below: f64,
-    ) -> Option<Evaluation> {
-        let compute = || Ok(self.evaluate_below(site, value, below));
-        work.part("below").piece(&(site.0, below), |_| 0, compute).ok().flatten()
-    }
-
-    /// Evaluates `site` level by level; `None` where it cannot be cut, or once `value` of the best possible metrics reaches `below`.
-    fn evaluate_below(&self, site: &Site, value: &dyn Fn(&Metrics) -> f64, below: f64) -> Option<Evaluation> {
-        self.evaluate_rest_below(self.begin_evaluation(site).ok()?, value, below)
+        let corners: Vec<usize> = self.corners().collect();
+        self.evaluate_among_in_work(work, site, &corners, |setup, corner| self.evaluate_clamped(setup, corner))
     }
 
     /// Evaluates the levels of `partial`, with the workpiece exactly at its place; `None` where it cannot be cut, or once the best possible

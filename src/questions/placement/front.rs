@@ -11,7 +11,7 @@ use super::{
     evaluate::Evaluator,
     few::Glimpse,
     metric::{Metric, Metrics, Objective},
-    polish::{Steps, pattern_search},
+    polish::Steps,
     refine::{Refinement, Start, refine},
     site::Site,
     sweep::{Cell, is_neighbour},
@@ -221,13 +221,8 @@ fn polish_compromise(
     };
     let mut places = vec![*start];
     let mut glimpse = Glimpse::new(evaluator, work, &start.0, &loss);
-    pattern_search(study, (start.0, 0.0), POLISH, f64::NEG_INFINITY, |site, below| {
-        let Some(evaluation) = glimpse.evaluate_below(work, site, below) else { return f64::INFINITY };
-        let value = loss(&evaluation.metrics);
-        if value < below {
-            places.push((*site, evaluation.metrics));
-        }
-        value
+    glimpse.polish((study, work), (start.0, 0.0), (POLISH, study.search.tolerance), |site, _, metrics| {
+        places.push((site, metrics));
     });
     places
 }

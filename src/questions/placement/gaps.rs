@@ -29,7 +29,7 @@ use crate::{
 /// Places found between the grid points of the sweep.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Gaps {
-    /// Places where the workpiece can be cut, best first.
+    /// The best places where the workpiece can be cut, best first: as many as may be starts of searches, or all.
     pub sites: Vec<Site>,
     /// Coordinates along which some free region is narrower than a step of the sweep.
     pub coarse: Vec<usize>,
@@ -66,16 +66,35 @@ pub(super) fn find_gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[
     if !distinct.is_empty() {
         work.tell(Event::Stage(Stage { of: "places between grid points", items: distinct.len() }));
     }
-    let value = |(number, site): (usize, Site)| {
-        let found = evaluator.evaluate_in_work(&work.shard(number), &site);
-        work.tell(Event::Computed(1));
-        Some((study.objective.value(&found.ok()?.metrics), site))
+    let value = |(number, site): (usize, &Site), is_whole: bool| {
+        let corners: Vec<usize> = if is_whole { evaluator.corners().collect() } else { Vec::new() };
+        let evaluate = |setup: &Setup, corner| evaluator.evaluate_clamped(setup, corner);
+        let found = evaluator.evaluate_among_in_work(&work.shard(number), site, &corners, evaluate);
+        Some((study.objective.value(&found.ok()?.metrics), *site))
     };
-    let mut ranked: Vec<(f64, Site)> = distinct.into_par_iter().enumerate().filter_map(value).collect();
+    let placed = |(number, site): (usize, &Site)| {
+        let found = value((number, site), false);
+        work.tell(Event::Computed(1));
+        found
+    };
+    let by_value = |a: &(f64, Site), b: &(f64, Site)| a.0.total_cmp(&b.0);
+    let mut placed: Vec<(f64, Site)> = distinct.par_iter().enumerate().filter_map(placed).collect();
     work.barrier()?;
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    placed.sort_by(by_value);
+    // Those of which some are starts: within its allowance a place is no better than exactly there.
+    let (starts, mut ranked) = (study.search.starts, Vec::<(f64, Site)>::new());
+    for (piece, some) in placed.chunks(starts.max(1)).enumerate() {
+        if ranked.len() >= starts && ranked[starts - 1].0 <= some[0].0 {
+            break;
+        }
+        let whole = |(number, (_, site)): (usize, &(f64, Site))| value((piece * starts + number, site), true);
+        ranked.extend(some.par_iter().enumerate().filter_map(whole).collect::<Vec<_>>());
+        work.barrier()?;
+        ranked.sort_by(by_value);
+    }
     let sites: Vec<Site> = ranked.into_iter().map(|(_, site)| site).collect();
-    let coarse = study.bounds.free().into_iter().filter(|&i| is_coarse(study, cells, &sites, i)).collect();
+    let all: Vec<Site> = placed.into_iter().map(|(_, site)| site).collect();
+    let coarse = study.bounds.free().into_iter().filter(|&i| is_coarse(study, cells, &all, i)).collect();
     Ok(Gaps { sites, coarse })
 }
 

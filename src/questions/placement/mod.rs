@@ -95,6 +95,8 @@ pub struct FeatureJob {
     pub components: Option<[Vec<PathLoad>; ForceSpread::COMPONENTS.len()]>,
     /// Settings of the search for γ, the rotation about the tool axis, at each place, if there is one.
     pub gamma_search: Option<crate::process::RedundancySettings>,
+    /// Points that were worst at other places, indices in path order, if all these points are chosen ones.
+    pub worst: Option<Vec<usize>>,
     /// Bodies of its machine and of what surrounds it; `None` where its process names no cell.
     #[cfg(not(target_family = "wasm"))]
     pub bodies: Option<Arc<crate::simulation::clearance::MachineCell>>,
@@ -263,7 +265,15 @@ fn refinement_starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize], 
     let between = gaps.sites.iter().take(study.search.starts).map(|site| (Start::Between, *site));
     let named = study.candidates.iter().enumerate();
     let named = named.filter_map(|(k, candidate)| Some((Start::Named(k), study.bounds.inside(&candidate.site)?)));
-    swept.chain(between).chain(named).collect()
+    let mut starts: Vec<(Start, Site)> = swept.collect();
+    for (from, site) in between.chain(named) {
+        // A search from the same place ends at the same place.
+        let is_new = !starts.iter().any(|(_, other)| *other == site);
+        if is_new || matches!(from, Start::Named(_)) {
+            starts.push((from, site));
+        }
+    }
+    starts
 }
 
 /// Evaluates only the named places of `study`, with all metrics, each at its best γ if one is sought, best first.

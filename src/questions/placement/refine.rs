@@ -27,10 +27,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     PlacementStudy,
-    evaluate::{Evaluation, Evaluator},
+    evaluate::Evaluator,
     few::Glimpse,
     metric::{Metrics, Objective},
-    polish::{Steps, pattern_search},
+    polish::Steps,
     site::{Bounds, Site},
 };
 use crate::{
@@ -216,27 +216,17 @@ impl RefinementSearch<'_> {
         })
     }
 
-    /// Improves the end of `refinement` by a pattern search, and records the better places that it visits.
+    /// Improves the end of `refinement` by pattern searches, and records the better places at which they end.
     fn polish(&self, refinement: &mut Refinement) {
-        let start = (refinement.site, refinement.value);
-        let mut best = None;
         let value_of = |metrics: &Metrics| self.objective.value(metrics);
+        let tolerance = self.study.search.tolerance * refinement.value.abs().max(SMALLEST);
+        let start = (refinement.site, refinement.value);
         let mut glimpse = Glimpse::new(self.evaluator, self.work, &start.0, &value_of);
-        glimpse.is_objective = *self.objective == self.study.objective;
-        let (site, value) = pattern_search(self.study, start, POLISH, f64::NEG_INFINITY, |site, below| {
-            let Some(Evaluation { metrics, .. }) = glimpse.evaluate_below(self.work, site, below) else {
-                return f64::INFINITY;
-            };
-            let value = self.objective.value(&metrics);
-            if value < below {
-                best = Some(metrics);
-                refinement.visited.push((*site, metrics));
-                self.tell(Event::Best(value));
-            }
-            value
+        glimpse.polish((self.study, self.work), start, (POLISH, tolerance), |site, value, metrics| {
+            (refinement.site, refinement.value, refinement.metrics) = (site, value, metrics);
+            refinement.visited.push((site, metrics));
+            self.tell(Event::Best(value));
         });
-        (refinement.site, refinement.value) = (site, value);
-        refinement.metrics = best.unwrap_or(refinement.metrics);
     }
 
     /// Reports `event` to `work`; best values only if they are of the study's own objective.
@@ -291,7 +281,7 @@ impl Cost<'_> {
 
     /// Returns the objective at a place within its whole allowance, and records the place; infinite where it cannot be cut.
     fn record_value(&self, site: &Site) -> f64 {
-        match self.search.evaluator.evaluate_in_work(self.search.work, site) {
+        match self.glimpse.evaluate(self.search.work, site) {
             Ok(evaluation) => {
                 if let Ok(mut visited) = self.visited.lock() {
                     visited.push((*site, evaluation.metrics));

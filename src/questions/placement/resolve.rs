@@ -260,6 +260,7 @@ fn resolve_feature(
         cuts,
         force_text,
         verdict: process.verdict.clone(),
+        worst: None,
         components: None,
         gamma_search: Some(process.redundancy.clone()).filter(crate::process::RedundancySettings::is_sought),
     };

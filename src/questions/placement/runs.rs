@@ -38,16 +38,15 @@ impl SpareSolvers {
 
 impl Evaluator {
     /// Returns the numbers at `points` (indices in path order) of the path of feature `f`, whose poses and loads at `site` are `tasks`; appends
-    /// positions within limits to `shares`. `Err` names the first point that cannot be cut.
+    /// positions within limits to `shares`. `Err` has the first point that cannot be cut.
     pub(super) fn solve_points_of(
         &self,
         place: (&Site, usize),
         tasks: &[TaskPoint],
         points: &[usize],
         shares: &mut Option<Vec<f64>>,
-    ) -> Result<Vec<PointValues>, Failure> {
-        let found = self.solve_points_with(self.walk_settings(place.1), place, tasks, points, shares);
-        found.map_err(|(_, failure)| failure)
+    ) -> Result<Vec<PointValues>, (usize, Failure)> {
+        self.solve_points_with(self.walk_settings(place.1), place, tasks, points, shares)
     }
 
     /// Returns the numbers at `points` as [`Evaluator::solve_points_of`], without corrections where no metric needs them: a point that only they
@@ -101,7 +100,7 @@ impl Evaluator {
         mut take: impl FnMut((usize, usize), &PathWalk<'_>, Result<PointValues, Infeasibility>) -> bool,
     ) {
         let nominal = self.study.features[f].machine();
-        let length = points.len().div_ceil(Batch::WIDTH).max(1);
+        let length = run_length(points.len());
         let runs: Vec<&[usize]> = points.chunks(length).collect();
         let starts = run_starts(nominal, tasks, &runs);
         let found: Vec<&Configuration> = starts.iter().map(|start| start.as_ref().unwrap_or(&nominal.home)).collect();
@@ -144,6 +143,11 @@ impl Evaluator {
             exact: self.exact,
         }
     }
+}
+
+/// Returns the number of points in each run of so many.
+fn run_length(points: usize) -> usize {
+    points.div_ceil(Batch::WIDTH).max(1)
 }
 
 /// Returns the configuration of `nominal` at the first point of each of `runs` of `tasks`, led along the path from home; `None` where it is not reached, or

@@ -8,7 +8,7 @@
 use std::{
     borrow::Cow,
     cmp::Ordering,
-    collections::HashMap,
+    collections::{BTreeSet, HashMap},
     sync::{Mutex, MutexGuard, PoisonError},
 };
 
@@ -18,6 +18,7 @@ use super::{
     Evaluator, FeatureJob, Site,
     evaluate::{at_path_point, track_feature},
     tally::{PointValues, ResidualTally, Tally},
+    walk::ExactMode,
 };
 use crate::{
     compensation::TaskPoint,
@@ -39,6 +40,8 @@ use crate::{
 
 /// Number of points at which values of γ are compared first.
 const TRIED: usize = 24;
+/// Number of those beside points that were worst at other places.
+const TRIED_BESIDE: usize = 4;
 /// Largest difference between objectives that count as the same: the γ nearest to the programmed one is taken.
 const SAME: f64 = 1e-9;
 /// Share by which a deflection at one of these points may be found smaller along the path.
@@ -99,7 +102,7 @@ impl FeatureJob {
         }
     }
 
-    /// Returns the points at which values of γ are compared first, indices in path order.
+    /// Returns the points at which values of γ are compared first, indices in path order: fewer where the worst are known.
     fn tried_points(&self) -> Vec<usize> {
         let points = self.feature.path.points();
         let cuts = |point: &PathPoint| point.cutting;
@@ -107,8 +110,10 @@ impl FeatureJob {
             true => (0..points.len()).filter(|k| cuts(&points[*k])).collect(),
             false => (0..points.len()).collect(),
         };
-        let count = TRIED.min(counted.len());
-        (0..count).map(|k| counted[k * (counted.len() - 1) / count.saturating_sub(1).max(1)]).collect()
+        let worst = self.worst.iter().flatten().copied();
+        let count = if self.worst.is_some() { TRIED_BESIDE } else { TRIED }.min(counted.len());
+        let even = (0..count).map(|k| counted[k * (counted.len() - 1) / count.saturating_sub(1).max(1)]);
+        even.chain(worst).collect::<BTreeSet<usize>>().into_iter().collect()
     }
 
     /// Returns the values of γ that are feasible at these `points` of the path. `Err` if there are none.
@@ -244,10 +249,7 @@ impl Evaluator {
         if let Some(known) = known {
             return Some(known.map(|own| own.gamma));
         }
-        let found = self.candidates(settings, site, f).and_then(|candidates| {
-            let best = self.best_gamma(candidates, site, f, f64::INFINITY)?;
-            best.ok_or_else(|| no_gamma("there is no γ".into()))
-        });
+        let found = self.candidates(settings, site, f).and_then(|candidates| self.best_gamma(candidates, site, f));
         self.gammas.found().insert(key, found.clone());
         Some(found.map(|own| own.gamma))
     }
@@ -297,39 +299,15 @@ impl Evaluator {
         }
     }
 
-    /// Returns whether the objective of the study may be less than `below` at `site`: false where it is not at any γ, with the workpiece exactly
-    /// there, which only bounds find faster than the best γ.
-    pub(super) fn may_be_below(&self, site: &Site, below: f64) -> bool {
-        // The objective of all features is not known from that of each.
-        let ([job], true) = (&self.study.features[..], below.is_finite()) else { return true };
-        let Some(settings) = job.gamma_search.as_ref().filter(|own| own.is_sought()) else { return true };
-        let key = (0, site.0.map(f64::to_bits));
-        if self.gammas.found().contains_key(&key) {
-            return true;
-        }
-        let Ok(candidates) = self.candidates(settings, site, 0) else { return false };
-        let Ok(Some(gamma)) = self.best_gamma(candidates, site, 0, below) else { return false };
-        // One that is below is the best.
-        self.gammas.found().insert(key, Ok(gamma));
-        true
-    }
-
-    /// Returns which of the `open` values of γ, rad, has the least objective, first of those that keep the workspace box; `None` if it is not less
-    /// than `below` at any of these. `Err` if it can be cut at none.
-    fn best_gamma(
-        &self,
-        mut open: Vec<Candidate>,
-        site: &Site,
-        f: usize,
-        below: f64,
-    ) -> Result<Option<JudgedGamma>, Failure> {
+    /// Returns which of the `open` values of γ, rad, has the least objective, first of those that keep the workspace box. `Err` if it can be cut at
+    /// none.
+    fn best_gamma(&self, mut open: Vec<Candidate>, site: &Site, f: usize) -> Result<JudgedGamma, Failure> {
         let mut outside = Vec::new();
         let mut failed = None;
         for keeps_box in [true, false] {
             let mut best: Option<JudgedGamma> = None;
             while let Some(next) = least_bound(&open) {
-                let limit = best.map_or(below, |least| least.value + SAME);
-                if open[next].bound >= limit && limit < f64::INFINITY {
+                if best.is_some_and(|least| open[next].bound >= least.value + SAME) {
                     break;
                 }
                 let mut candidate = open.swap_remove(next);
@@ -341,19 +319,19 @@ impl Evaluator {
                             true => own.gamma.abs() < least.gamma.abs(),
                             false => own.value < least.value,
                         });
-                        if is_better && (own.value < below || below == f64::INFINITY) {
+                        if is_better {
                             best = Some(*own);
                         }
                     }
                     Err(failure) => failed = failed.or(Some((candidate.gamma, failure))),
                 }
             }
-            if best.is_some() || below < f64::INFINITY {
+            if let Some(best) = best {
                 return Ok(best);
             }
             open = std::mem::take(&mut outside);
         }
-        let Some((gamma, Failure { status, reason })) = failed else { return Ok(None) };
+        let Some((gamma, Failure { status, reason })) = failed else { return Err(no_gamma("there is no γ".into())) };
         let reason = format!("{reason} (at γ = {:.0}°; at no other γ can it be cut either)", gamma.to_degrees());
         Err(Failure { status, reason })
     }
@@ -368,7 +346,9 @@ impl Evaluator {
             }
         }
         let Some(level) = prepared.levels.get(own.levels) else {
-            let (tally, value) = self.judge(site, f, &own.tasks)?;
+            // The only level is all points in the order of the path.
+            let is_known = prepared.levels.len() == 1 && self.exact == ExactMode::NotAsked;
+            let (tally, value) = self.judge((site, f), &own.tasks, is_known.then_some(own.tally))?;
             return Ok(Step::Judged(Box::new(JudgedGamma { gamma: own.gamma, tally, value })));
         };
         let solved = self.solve_plain_points_of((site, f), &own.tasks, level).map_err(|(_, failure)| failure)?;
@@ -380,8 +360,13 @@ impl Evaluator {
         Ok(Step::Bounded)
     }
 
-    /// Returns the tally of feature `f` at `site`, and the objective of it alone, as a place is judged. `Err` says why it cannot be cut.
-    fn judge(&self, site: &Site, f: usize, tasks: &[TaskPoint]) -> Result<(Tally, f64), Failure> {
+    /// Returns the tally of feature `f` at `site`, unless it is `known`, and the objective of it alone, as a place is judged. `Err` says why it cannot be cut.
+    fn judge(
+        &self,
+        (site, f): (&Site, usize),
+        tasks: &[TaskPoint],
+        known: Option<Tally>,
+    ) -> Result<(Tally, f64), Failure> {
         let (prepared, job) = (&self.features[f], &self.study.features[f]);
         let points = job.feature.path.points();
         let mut before: Option<(usize, Configuration)> = None;
@@ -400,12 +385,15 @@ impl Evaluator {
             },
         )?;
         let least_clearance = self.check_bodies_along(f, site, tasks)?;
-        // In the order of the path.
-        let mut tally = Tally::default();
-        let solved = self.solve_points_of((site, f), tasks, &prepared.counted, &mut None)?;
-        for (values, &k) in solved.iter().zip(&prepared.counted) {
-            tally.add(values, prepared.shares[k], job.feature.tolerance_mm);
-        }
+        let in_path_order = || {
+            let solved = self.solve_points_of((site, f), tasks, &prepared.counted, &mut None);
+            let mut tally = Tally::default();
+            for (values, &k) in solved.map_err(|(_, failure)| failure)?.iter().zip(&prepared.counted) {
+                tally.add(values, prepared.shares[k], job.feature.tolerance_mm);
+            }
+            Ok::<Tally, Failure>(tally)
+        };
+        let tally = known.map_or_else(in_path_order, Ok)?;
         let mut metrics = self.best_possible_of(&tally, prepared.share).with_clearance(least_clearance);
         if self.needs.bounded {
             match prepared.limited_residuals(job, tasks) {
