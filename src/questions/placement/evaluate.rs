@@ -253,8 +253,7 @@ impl Evaluator {
             return f64::INFINITY;
         }
         let setups = self.clamped_setups(&self.setup(site));
-        let largest =
-            |setups: &[Setup], violation: &dyn Fn(&Setup) -> f64| setups.iter().map(violation).fold(0.0, f64::max);
+        let largest = |own: &[Setup], violation: &dyn Fn(&Setup) -> f64| own.iter().map(violation).fold(0.0, f64::max);
         // What is not reached exactly there needs no look at its corners.
         for (offset, setups) in [(2.0 * NOT_RIGID, &setups[..1]), (NOT_RIGID, &setups[1..])] {
             let rigid = largest(setups, &|setup| self.box_violation(setup).max(self.limit_violation(setup)));

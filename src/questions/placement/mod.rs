@@ -265,15 +265,10 @@ fn refinement_starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize], 
     let between = gaps.sites.iter().take(study.search.starts).map(|site| (Start::Between, *site));
     let named = study.candidates.iter().enumerate();
     let named = named.filter_map(|(k, candidate)| Some((Start::Named(k), study.bounds.inside(&candidate.site)?)));
-    let mut starts: Vec<(Start, Site)> = swept.collect();
-    for (from, site) in between.chain(named) {
-        // A search from the same place ends at the same place.
-        let is_new = !starts.iter().any(|(_, other)| *other == site);
-        if is_new || matches!(from, Start::Named(_)) {
-            starts.push((from, site));
-        }
-    }
-    starts
+    let swept: Vec<(Start, Site)> = swept.collect();
+    // A search from the same place ends at the same place.
+    let between: Vec<_> = between.filter(|(_, site)| !swept.iter().any(|(_, other)| other == site)).collect();
+    swept.into_iter().chain(between).chain(named).collect()
 }
 
 /// Evaluates only the named places of `study`, with all metrics, each at its best γ if one is sought, best first.

@@ -360,14 +360,9 @@ impl Evaluator {
         Ok(Step::Bounded)
     }
 
-    /// Returns the tally of feature `f` at `site`, unless it is `known`, and the objective of it alone, as a place is judged. `Err` says why it cannot be cut.
-    fn judge(
-        &self,
-        (site, f): (&Site, usize),
-        tasks: &[TaskPoint],
-        known: Option<Tally>,
-    ) -> Result<(Tally, f64), Failure> {
-        let (prepared, job) = (&self.features[f], &self.study.features[f]);
+    /// Returns the tally of a feature `at` a place, unless it is `known`, and the objective of it alone, as a place is judged. `Err` says why it cannot be cut.
+    fn judge(&self, at: (&Site, usize), tasks: &[TaskPoint], known: Option<Tally>) -> Result<(Tally, f64), Failure> {
+        let ((site, f), prepared, job) = (at, &self.features[at.1], &self.study.features[at.1]);
         let points = job.feature.path.points();
         let mut before: Option<(usize, Configuration)> = None;
         track_feature(

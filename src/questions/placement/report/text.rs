@@ -107,10 +107,7 @@ fn coarseness_text(results: &PlacementResults) -> String {
     let gaps = &results.gaps;
     let mut text = String::new();
     if !gaps.sites.is_empty() {
-        text += &format!(
-            "Between its places the workpiece fits at {} more, the best of those looked for.\n",
-            gaps.sites.len()
-        );
+        text += &format!("Between its places the workpiece fits at {} more, the best looked for.\n", gaps.sites.len());
     }
     if !gaps.coarse.is_empty() {
         let study = &results.study;
