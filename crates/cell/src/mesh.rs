@@ -36,7 +36,7 @@ pub const MAX_TRIANGLES: usize = 2_000_000;
 type Triangles = Vec<[Vector; 3]>;
 
 /// Returns at most `max_pieces` convex hulls that together enclose the closed mesh of `triangles` (corners, mm): halves by planes across
-/// the axes are parted from one another as long as that takes volume off, at least one part in fifty.
+/// the axes are parted from one another until the hulls have at most a fiftieth more volume than the mesh.
 ///
 /// # Errors
 /// The mesh is not closed, inside out, flat, too large, or not finite.
@@ -49,19 +49,22 @@ pub fn pieces_of_mesh(triangles: &[[Point3<f64>; 3]], max_pieces: usize) -> Resu
     }
     check_closed(triangles)?;
     let own: Triangles = triangles.iter().map(|corners| corners.map(|own| vector(&own.coords))).collect();
-    if volume_of(&own) < 0.0 {
+    let enclosed = volume_of(&own);
+    if enclosed < 0.0 {
         return Err(MeshFault::InsideOut);
     }
     let first = Part::new(own).ok_or(MeshFault::Flat)?;
-    let least = first.volume / 50.0;
+    let whole = first.volume;
     let with_halves = |part: Part| (part.halved(), part);
     let gain = |(halves, part): &(Option<[Part; 2]>, Part)| {
         halves.as_ref().map_or(f64::NEG_INFINITY, |halves| part.volume - halves[0].volume - halves[1].volume)
     };
     let mut parts = if max_pieces > 1 { vec![with_halves(first)] } else { vec![(None, first)] };
-    while parts.len() < max_pieces {
-        let most = (0..parts.len()).max_by(|&a, &b| gain(&parts[a]).total_cmp(&gain(&parts[b])));
-        let Some(most) = most.filter(|&most| gain(&parts[most]) > least) else { break };
+    // Halves of a ring take no volume off, and theirs do: where nothing is gained, the largest is halved.
+    let gained = |own: &_| if gain(own) > whole / 50.0 { whole + gain(own) } else { own.1.volume };
+    while parts.len() < max_pieces && parts.iter().map(|own| own.1.volume).sum::<f64>() > 1.02 * enclosed {
+        let open = (0..parts.len()).filter(|&k| parts[k].0.is_some());
+        let Some(most) = open.max_by(|&a, &b| gained(&parts[a]).total_cmp(&gained(&parts[b]))) else { break };
         if let Some(halves) = parts[most].0.take() {
             parts.splice(most..=most, halves.map(with_halves));
         }
@@ -78,30 +81,59 @@ struct Part {
     volume: f64,
 }
 
-/// Planes across each axis at which a part is halved on trial.
-const PLANES: usize = 7;
+/// Slabs across each axis between which a part is halved on trial.
+const SLABS: usize = 8;
+/// Triangles by which a cut is tried, but for the large ones.
+const TRIED: usize = 1000;
+/// Share of the volume that a cut at an end must take off more than one in the middle.
+const EVEN: f64 = 0.01;
 
 impl Part {
     /// Returns the part of `triangles`; `None` if they lie in a plane.
     fn new(triangles: Triangles) -> Option<Part> {
-        let mut corners: Vec<Vector> = triangles.iter().flatten().copied().collect();
-        corners.sort_unstable_by(|a, b| a.to_array().map(f64::to_bits).cmp(&b.to_array().map(f64::to_bits)));
-        corners.dedup();
-        let (hull, faces) = try_convex_hull(&corners).ok()?;
-        let volume = volume_of(&faces.iter().map(|face| face.map(|k| hull[k as usize])).collect::<Triangles>());
-        (volume > 0.0).then_some(Part { triangles, hull, volume })
+        let (hull, volume) = hull_of(triangles.iter().flatten().copied().collect())?;
+        Some(Part { triangles, hull, volume })
     }
 
-    /// Returns the halves, cut across an axis, whose hulls have least volume together; `None` if no cut leaves two.
+    /// Returns the halves, cut across an axis, whose hulls have least volume together, of like ones those of like size; `None` if no cut leaves two.
     fn halved(&self) -> Option<[Part; 2]> {
-        let (low, high) =
-            self.hull.iter().fold((self.hull[0], self.hull[0]), |(low, high), own| (low.min(*own), high.max(*own)));
-        let cuts = (0..3).flat_map(|axis| (1..=PLANES).map(move |k| (axis, k as f64 / (PLANES + 1) as f64)));
-        let halves = cuts.filter_map(|(axis, share)| {
-            let at = low[axis] + share * (high[axis] - low[axis]);
-            Some([Part::new(self.clipped(axis, at, 1.0))?, Part::new(self.clipped(axis, at, -1.0))?])
-        });
-        halves.min_by(|a, b| (a[0].volume + a[1].volume).total_cmp(&(b[0].volume + b[1].volume)))
+        let cuts = (0..3).flat_map(|axis| self.cuts(axis));
+        let (_, axis, at) = cuts.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some([Part::new(self.clipped(axis, at, 1.0))?, Part::new(self.clipped(axis, at, -1.0))?])
+    }
+
+    /// Returns the planes across `axis` on trial: the volume of the hulls of both halves, more away from the middle, the axis, and where.
+    fn cuts(&self, axis: usize) -> Vec<(f64, usize, f64)> {
+        let ends = self.hull.iter().map(|own| own[axis]);
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let plane = |k: usize| low + k as f64 / SLABS as f64 * (high - low);
+        let slab = |own: Vector| (((own[axis] - low) / (high - low) * SLABS as f64) as usize).min(SLABS - 1);
+        let mut slabs: Vec<Vec<Vector>> = vec![Vec::new(); SLABS];
+        // Of many, the large ones and some of the others: a trial need not be exact.
+        let area = |[a, b, c]: &[Vector; 3]| (*b - *a).cross(*c - *a).length();
+        let large = self.triangles.iter().map(area).sum::<f64>() / TRIED as f64;
+        let stride = self.triangles.len() / TRIED + 1;
+        let tried = self.triangles.iter().enumerate();
+        for (_, corners) in tried.filter(|(k, own)| k % stride == 0 || area(own) >= large) {
+            for (a, b) in (0..3).map(|k| (corners[k], corners[(k + 1) % 3])) {
+                let (from, to) = (slab(a), slab(b));
+                slabs[from].push(a);
+                for k in from.min(to)..from.max(to) {
+                    let crossing = a + (b - a) * ((plane(k + 1) - a[axis]) / (b[axis] - a[axis]));
+                    slabs[k].push(crossing);
+                    slabs[k + 1].push(crossing);
+                }
+            }
+        }
+        // The hull of hulls is that of their points, of which there are few.
+        let hulls: Vec<Vec<Vector>> =
+            slabs.into_iter().map(|own| hull_of(own.clone()).map_or(own, |own| own.0)).collect();
+        let cut = |k: usize| {
+            let volume = hull_of(hulls[..k].concat())?.1 + hull_of(hulls[k..].concat())?.1;
+            let uneven = EVEN * self.volume * (k as f64 / SLABS as f64 - 0.5).abs();
+            Some((volume + uneven, axis, plane(k)))
+        };
+        (1..SLABS).filter_map(cut).collect()
     }
 
     /// Returns what of the triangles lies on the side `sign` of the plane. With the mesh closed, what closes it there lies in the hull of that.
@@ -128,6 +160,15 @@ impl Part {
         }
         kept
     }
+}
+
+/// Returns the corners of the hull of points and its volume, mm³; `None` if they lie in a plane.
+fn hull_of(mut points: Vec<Vector>) -> Option<(Vec<Vector>, f64)> {
+    points.sort_unstable_by(|a, b| a.to_array().map(f64::to_bits).cmp(&b.to_array().map(f64::to_bits)));
+    points.dedup();
+    let (hull, faces) = try_convex_hull(&points).ok()?;
+    let volume = volume_of(&faces.iter().map(|face| face.map(|k| hull[k as usize])).collect::<Triangles>());
+    (volume > 0.0).then_some((hull, volume))
 }
 
 /// Returns the volume that triangles enclose, mm³; negative where they point inwards.

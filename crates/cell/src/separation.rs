@@ -142,7 +142,10 @@ fn climbed(a: &Piece, b: &Piece, pos12: &Pose, directions: impl Iterator<Item = 
     best.sort_by(|one, other| other.0.total_cmp(&one.0));
     best.truncate(IMPROVED);
     best.extend(other.map(bound));
-    let improved = best.into_iter().map(|own| improved(a, b, pos12, own));
+    // Across the axis of a round core the bound has a ridge, along which no fixed pair of directions leads.
+    let axes = [a.core.axes(), b.core.axes().into_iter().map(|own| pos12.rotation * own).collect()];
+    let ridges: Vec<Vector> = axes.into_iter().filter(|own| own.len() == 1).flatten().collect();
+    let improved = best.into_iter().map(|own| improved(a, b, pos12, &ridges, own));
     let (lower, normal) = improved.max_by(|one, other| one.0.total_cmp(&other.0)).unwrap_or(bound(Vector::X));
     let on_a = a.core.local_support_point(normal);
     let rounding = a.radius + b.radius;
@@ -150,15 +153,22 @@ fn climbed(a: &Piece, b: &Piece, pos12: &Pose, directions: impl Iterator<Item = 
     Gap { lower: lower - rounding, upper: f64::INFINITY, points }
 }
 
-/// Returns a bound and its direction that no direction next to it betters, from one such.
-fn improved(a: &Piece, b: &Piece, pos12: &Pose, (mut lower, mut normal): (f64, Vector)) -> (f64, Vector) {
+/// Returns a bound and its direction that no direction next to it betters by more than [`FINER_MM`], from one such.
+fn improved(
+    a: &Piece,
+    b: &Piece,
+    pos12: &Pose,
+    ridges: &[Vector],
+    (mut lower, mut normal): (f64, Vector),
+) -> (f64, Vector) {
     let mut step = 0.1;
     while step > SMALLEST_STEP {
         let (u, v) = normal.any_orthonormal_pair();
-        let tried = [u, -u, v, -v].map(|side| (normal + side * step).normalize());
-        let next = tried.map(|own| (along(a, b, pos12, own), own));
-        match next.into_iter().max_by(|one, other| one.0.total_cmp(&other.0)) {
-            Some((higher, own)) if higher > lower => (lower, normal) = (higher, own),
+        let along_ridges = ridges.iter().filter_map(|axis| axis.cross(normal).try_normalize());
+        let sides = [u, v].into_iter().chain(along_ridges).flat_map(|side| [side, -side]);
+        let tried = sides.map(|side| (normal + side * step).normalize());
+        match tried.map(|own| (along(a, b, pos12, own), own)).max_by(|one, other| one.0.total_cmp(&other.0)) {
+            Some((higher, own)) if higher > lower + FINER_MM => (lower, normal) = (higher, own),
             _ => step *= 0.5,
         }
     }

@@ -1,6 +1,6 @@
 //! Distances that are known, and motions between two samples.
 
-use kinetostat_cell::{Ball, Body, BodyGrade, Cell, Motion, Shape, SweepOptions};
+use kinetostat_cell::{Ball, Body, BodyGrade, Cell, Motion, Shape, SweepOptions, pieces_of_mesh};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 fn cuboid(size: [f64; 3]) -> Shape {
@@ -102,4 +102,32 @@ fn a_thin_rod_between_two_samples_is_found() {
     let found = cell.sweep(&mut past, 2, &SweepOptions::default());
     assert!(found.lower_mm <= 1.0 && found.lower_mm >= 0.9, "{found:?}");
     println!("{found:?}");
+}
+
+/// A ring is no disc: what stands in it, or goes through it, is apart.
+#[test]
+fn a_ring_of_a_mesh_is_hollow() {
+    const SIDES: usize = 64;
+    let corner = |k: usize, radius: f64, z: f64| {
+        let angle = k as f64 / SIDES as f64 * std::f64::consts::TAU;
+        Point3::new(radius * angle.cos(), radius * angle.sin(), z)
+    };
+    let mut triangles = Vec::new();
+    for k in 0..SIDES {
+        let profile = [(100.0, 0.0), (100.0, 20.0), (80.0, 20.0), (80.0, 0.0)];
+        for side in 0..4 {
+            let [(r, z), (s, w)] = [profile[side], profile[(side + 1) % 4]];
+            let [a, b, c, d] = [corner(k, r, z), corner(k + 1, r, z), corner(k + 1, s, w), corner(k, s, w)];
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    // The last side ends where the first begins, to the bit.
+    for own in triangles.iter_mut().flatten() {
+        *own = own.map(|x| (x * 1e6).round() / 1e6 + 0.0);
+    }
+    let ring = Body::new("ring", 0, BodyGrade::Given, &pieces_of_mesh(&triangles, 12).unwrap()).unwrap();
+    let ball = Shape::Capsule { ends_mm: [Point3::origin(); 2], radius_mm: 30.0 };
+    let ball = Body::new("ball", 1, BodyGrade::Given, &[ball]).unwrap();
+    let found = Cell::new(vec![ring, ball], |_, _| false).nearest(&[Isometry3::identity(); 2]).unwrap();
+    assert!((0.0..=50.0).contains(&found.distance_mm), "{found:?}");
 }
