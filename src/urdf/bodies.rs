@@ -22,6 +22,11 @@ use crate::{
 /// What a shape may be.
 const EXPECTED: &str = "expected a box, a cylinder, a sphere, or a mesh of scale 1 or 0.001";
 
+/// Shapes of all links at most.
+const MAX_SHAPES: usize = 500;
+/// Radius of a ball around the largest shape of a link, mm: beyond any robot.
+const LARGEST_MM: f64 = 10_000.0;
+
 /// Makes the bodies of links.
 #[derive(Debug, Default)]
 pub(super) struct LinkBodies {
@@ -41,14 +46,26 @@ impl LinkBodies {
         let check = Check::new(&format!("link {}", quoted(&link.name)));
         let body = |shapes| BodySpec { name: link.name.clone(), grade: BodyGrade::Assumed, shapes };
         let (mut shapes, before) = (Vec::new(), self.count[0]);
-        // A machine may have as many bodies.
-        for shape in link.shapes.iter().take(500 - before) {
+        let room = MAX_SHAPES - before;
+        if link.shapes.len() > room {
+            let problem =
+                format!("link {}: {} shapes beyond {MAX_SHAPES} in all", quoted(&link.name), link.shapes.len() - room);
+            self.left_out.push(problem);
+        }
+        for shape in link.shapes.iter().take(room) {
             let own = shape.clone().or_else(|text| check.key("shapes").fail(format!("{text}: {EXPECTED}")));
             let own = own.and_then(|(origin, shape)| {
                 let shape = self.placed(shape, &at.compose(&pose(in_mm(origin.xyz), origin.rpy)), &check)?;
                 check.key("name").readable(&link.name)?;
                 let read = |name: &str| file::read(Path::new(name));
-                body(vec![shape.clone()]).resolve(&link.name, 0, Some(&read), &check).map(|_| shape)
+                let ball = body(vec![shape.clone()]).resolve(&link.name, 0, Some(&read), &check)?.map(|own| own.ball());
+                match ball {
+                    Some((_, radius)) if radius > LARGEST_MM => {
+                        let problem = format!("{:.0} m across: are the numbers of its file millimetres? scale=\"0.001 0.001 0.001\" says so", 2e-3 * radius);
+                        check.key("shapes").fail(problem)
+                    }
+                    _ => Ok(shape),
+                }
             });
             own.map_or_else(|error| self.left_out.push(error.to_string()), |shape| shapes.push(shape));
         }
@@ -78,7 +95,8 @@ impl LinkBodies {
             let (scheme, path) = file.split_once("://").unwrap_or(("", file));
             // A package is a folder above, or beside one of these, and may be called otherwise.
             let within = path.split_once('/').map_or(path, |own| own.1);
-            let places = self.urdf.ancestors().skip(1).flat_map(|above| [above.join(path), above.join(within)]);
+            let above = || self.urdf.ancestors().skip(1);
+            let places = above().map(|above| above.join(path)).chain(above().map(|above| above.join(within)));
             let count = if ["", "file"].contains(&scheme) { 1 } else { usize::MAX };
             let found = places.take(count).find(|file| file.is_file()).and_then(|own| own.to_str().map(String::from));
             *file = found.map_or_else(|| check.key("mesh").fail(format!("{} is not found", quoted(file))), Ok)?;

@@ -273,7 +273,8 @@ impl Reader<'_> {
 
     /// Reads a collision or visual element; `None` if it is no known shape.
     fn read_shape(&self, node: Element<'_>) -> Option<(Origin, ShapeSpec)> {
-        let own = self.only_child(node, "geometry", "").ok()?.and_then(|own| children_of(own).next())?;
+        let mut all = children_of(self.only_child(node, "geometry", "").ok()??);
+        let own = all.next().filter(|_| all.next().is_none())?;
         let number = |name| self.read_number(own, name, "").ok()?;
         let vector = |name| self.read_vector(own, name, "").ok()?;
         let (at_mm, rotation_deg) = ([0.0; 3], [0.0; 3]);
@@ -283,7 +284,7 @@ impl Reader<'_> {
         };
         let shape = match own.tag_name().name() {
             "box" => ShapeSpec::Box(BoxShapeSpec { size_mm: in_mm(vector("size")?), at_mm, rotation_deg }),
-            "cylinder" => ShapeSpec::Cylinder(round(number("length")?)?),
+            "cylinder" => ShapeSpec::Cylinder(round(number("length").filter(|own| *own > 0.0)?)?),
             "sphere" => ShapeSpec::Capsule(round(0.0)?),
             "mesh" => {
                 let scale = if own.has_attribute("scale") { vector("scale")? } else { [1.0; 3] };

@@ -402,6 +402,25 @@ fn shapes_that_cannot_be_used_are_left_out_with_a_note() {
     assert!(!imported.notes.iter().any(|note| note.starts_with("not read") && note.contains("visual")));
 }
 
+#[test]
+fn a_mesh_is_that_of_its_package_and_in_its_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    let within = folder.path().join("cell");
+    let text = arm_with_bodies(&within);
+    // Beside the package that the file is in, another with a mesh of the same name.
+    fs::create_dir_all(folder.path().join("other/meshes")).unwrap();
+    fs::write(folder.path().join("other/meshes/hand.stl"), crate::clearance::cube(90.0)).unwrap();
+    let urdf = within.join("urdf/arm.urdf");
+    fs::write(&urdf, text.replace("package://arm/", "package://other/")).unwrap();
+    let imported = import_file(&urdf, &arm_options()).unwrap();
+    assert!(imported.toml.contains("other/meshes/hand.stl"), "{}", imported.toml);
+    // 80 mm taken for 80 m.
+    fs::write(&urdf, text.replace("scale='0.001 0.001 0.001'", "")).unwrap();
+    let imported = import_file(&urdf, &arm_options()).unwrap();
+    let left_out = imported.notes.iter().find(|note| note.starts_with("shapes left out")).unwrap();
+    assert!(left_out.contains("are the numbers of its file millimetres?"), "{left_out}");
+}
+
 /// A dome over the whole arm overlaps with all that is not joined to it.
 #[test]
 fn a_file_whose_bodies_overlap_at_home_works_and_says_which() {
