@@ -106,11 +106,15 @@ impl Field {
     /// normal, in eight directions; where no surface is found, `reach_mm`.
     #[must_use]
     pub fn deviation(&self, position: &Vector3<f64>, normal: &Vector3<f64>, reach_mm: f64) -> Deviation {
-        let mut spans = Vec::new();
-        let is_left = self.is_material(position, &mut spans);
+        let (mut spans, mut guess) = (Vec::new(), NONE);
+        let is_left = self.is_material(position, &mut guess, &mut spans);
         let sign = if is_left { 1.0 } else { -1.0 };
         let mut distance = |from: &Vector3<f64>, direction: &Vector3<f64>| {
-            let mut differs = |along: f64| self.is_material(&(from + along * direction), &mut spans) != is_left;
+            if direction.xy() == Vector2::zeros() && sign * direction.z > 0.0 {
+                return Some(self.to_surface(from, is_left, &mut spans)?.abs()).filter(|own| *own <= reach_mm);
+            }
+            let mut differs =
+                |along: f64| self.is_material(&(from + along * direction), &mut guess, &mut spans) != is_left;
             let at = |step: u32| reach_mm * f64::from(step) / f64::from(STEPS);
             let step = (1..=STEPS).find(|step| differs(at(*step)))?;
             let (mut near, mut far) = (at(step - 1), at(step));
@@ -154,10 +158,25 @@ impl Field {
         (floor.number != NONE && floor.height <= cut.z).then(|| self.moves[floor.number as usize].tag)
     }
 
-    fn is_material(&self, p: &Vector3<f64>, spans: &mut Vec<[f64; 2]>) -> bool {
+    /// Whether there is material at `p`; `guess`, a move that may have cut there, becomes the one that did.
+    fn is_material(&self, p: &Vector3<f64>, guess: &mut u32, spans: &mut Vec<[f64; 2]>) -> bool {
         spans.clear();
         self.stock.spans(p.xy(), spans);
-        spans.iter().any(|span| span[0] < p.z && p.z < span[1]) && p.z < self.floor(p.xy()).height
+        if !spans.iter().any(|span| span[0] < p.z && p.z < span[1]) {
+            return false;
+        }
+        let floor = self.floor_from(p.xy(), *guess, p.z);
+        *guess = floor.number;
+        p.z < floor.height
+    }
+
+    /// Returns how far the end of the material at `p` is above it where it `is_left`, or the next below it; `None` without one.
+    fn to_surface(&self, p: &Vector3<f64>, is_left: bool, spans: &mut Vec<[f64; 2]>) -> Option<f64> {
+        spans.clear();
+        self.stock.spans(p.xy(), spans);
+        let floor = self.floor(p.xy()).height;
+        let begun = spans.iter().filter(|span| span[0] < floor.min(p.z)).map(|span| span[1].min(floor) - p.z);
+        begun.filter(|above| (*above > 0.0) == is_left).max_by(f64::total_cmp)
     }
 
     /// Returns the top of what is left over `p`.
