@@ -52,7 +52,9 @@ impl Machine {
 
     /// Whether all postures of an arm that meet `target` are found, and all are beyond travel.
     fn is_beyond_travel(&self, target: &Pose) -> bool {
-        let count = if self.redundancy == 0 { self.postures_in_closed_form(target).len() } else { 0 };
+        // Drives that are coupled may turn together by what is no turn of one.
+        let is_known = self.redundancy == 0 && self.full_turns().all(|turn| turn.is_some());
+        let count = if is_known { self.postures_in_closed_form(target).len() } else { 0 };
         let postures = if count > 0 { self.postures_at(target) } else { Vec::new() };
         count > 0 && postures.len() == count && postures.iter().all(|posture| posture.limits.is_err())
     }
