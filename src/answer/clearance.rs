@@ -95,7 +95,7 @@ pub fn verdict(clearance: &PathClearance) -> Option<Verdict> {
 #[must_use]
 pub fn sentences(clearance: &PathClearance, place: impl Fn(usize) -> String) -> String {
     let mut text = distance_sentence(clearance, place);
-    if !clearance.assumed.is_empty() {
+    if !clearance.assumed.is_empty() && clearance.state != ClearanceState::Hit {
         let names: Vec<&str> = clearance.assumed.iter().map(String::as_str).collect();
         let (shape, is) = if names.len() == 1 { ("shape", "is") } else { ("shapes", "are") };
         text += &format!("That nothing is hit is not known: the {shape} of {} {is} assumed.\n", join_text(&names));
@@ -122,7 +122,7 @@ fn distance_sentence(clearance: &PathClearance, place: impl Fn(usize) -> String)
         return String::new();
     }
     let NearestBodies { names: [a, b], is_assumed, point, .. } = nearest;
-    let (pairs, place) = (counted(*pairs, "pair"), place(*point));
+    let (pairs, place) = (counted(*pairs, "pair"), point.map_or_else(String::new, place));
     let told = match is_assumed {
         true => format!("of {pairs} of bodies none hits"),
         // What is said is so.

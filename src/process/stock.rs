@@ -166,6 +166,8 @@ const LIPS: u32 = 2;
 const SOLID: f64 = 1.0 - 1e-3;
 /// A mesh so small is in metres where a path is so long, mm.
 const METRES_MM: [f64; 2] = [1.0, 50.0];
+/// Length of what of a tool is there for certain where its end is not known, mm.
+const END_MM: f64 = 1.0;
 
 /// Axes of a field of removal in W, its rows: z to the spindle.
 type Axes = Matrix3<f64>;
@@ -197,32 +199,39 @@ impl StockRemoval {
         Self { earlier: earlier.into(), ..self }
     }
 
-    /// Returns the names of the bodies of tools with shank or holder.
+    /// Returns the names of the bodies of its tools.
     pub(super) fn tool_names(&self) -> impl Iterator<Item = String> {
-        let shown = self.tools.iter().filter(|own| !own.1.bodies.is_empty());
-        shown.flat_map(|(number, _)| ["", "shank of ", "holder of "].map(|of| format!("{of}tool {number}")))
+        self.tools.keys().flat_map(|number| ["", "shank of ", "holder of "].map(|of| format!("{of}tool {number}")))
     }
 
-    /// Returns cutter, shank and holder of the first tool of `path` as bodies in its frame, each up to where the next begins, the last up to `height_mm`, where P is;
-    /// nothing of a tool without shank and holder, of which no end is known, and of one that cannot cut.
+    /// Returns cutter, shank and holder of the first tool of `path` as bodies in its frame, each up to where the next begins, the last up to `height_mm`, where P is.
+    /// One whose end is not known, as of a cutter alone or what begins beyond P, is its lower end, assumed.
     pub(super) fn tool_bodies(&self, path: &Toolpath, height_mm: f64) -> Vec<Body> {
         let number = path.points().iter().find_map(|point| point.tool).or_else(|| self.only_tool());
         let found = number.and_then(|number| Some((number, self.tool(Some(number), path.tools()).ok()?)));
-        let Some((number, tool)) = found.filter(|own| !own.1.bodies.is_empty()) else { return Vec::new() };
+        let Some((number, tool)) = found else { return Vec::new() };
+        let is_alone = tool.bodies.is_empty();
+        let certain_mm = tool.stub.filter(|_| is_alone).map_or(END_MM, |own| own.stick_out_mm);
         let mut parts = vec![(format!("tool {number}"), tool.cutter, 0.0)];
         parts.extend(tool.bodies.into_iter().map(|(name, own, from)| (format!("{name} of tool {number}"), own, from)));
         let body = |k: usize| {
             let (name, cutter, from) = &parts[k];
-            let end = parts[k + 1..].iter().fold(height_mm, |end, next| end.min(next.2));
+            let end = parts.get(k + 1).map_or(height_mm, |next| next.2);
+            let is_known = !is_alone && end > *from;
+            let end = if is_known { end } else { from + certain_mm };
             let (radius_mm, nose) = (cutter.radius_mm(), cutter.nose_height_mm());
             let is_ball = Cutter::ball(2.0 * radius_mm).is_ok_and(|ball| ball == *cutter);
             let ends = if is_ball { [nose, end.max(nose)] } else { [*from, end] };
             let ends_mm = ends.map(|height| Point3::new(0.0, 0.0, -height));
             let round =
                 if is_ball { Shape::Capsule { ends_mm, radius_mm } } else { Shape::Cylinder { ends_mm, radius_mm } };
-            // A cylinder encloses other noses.
-            let grade = if is_ball || nose == 0.0 { BodyGrade::Given } else { BodyGrade::Enclosing };
-            Body::new(name.clone(), 0, grade, &[round]).ok().filter(|_| end > *from)
+            let grade = match nose {
+                _ if !is_known => BodyGrade::Assumed,
+                _ if is_ball || nose == 0.0 => BodyGrade::Given,
+                // A cylinder encloses other noses.
+                _ => BodyGrade::Enclosing,
+            };
+            Body::new(name.clone(), 0, grade, &[round]).ok()
         };
         (0..parts.len()).filter_map(body).collect()
     }

@@ -2,8 +2,8 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use kinetostat_cell::{Ball, Body, Cell, Motion, Separation, SweepEnd, SweepOptions};
-use nalgebra::Isometry3;
+use kinetostat_cell::{Ball, Body, BodyGrade, Cell, Motion, Separation, Shape, SweepEnd, SweepOptions};
+use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
 use super::along_path::Arrival;
@@ -30,8 +30,8 @@ pub struct MachineCell {
     standing: Cell,
     /// Number of the machine's bodies, which come first.
     of_machine: usize,
-    /// Whether pairs of the stock and what is on the tool are left out.
-    leaves_out_stock: bool,
+    /// What is not among the bodies, and why.
+    left_out: Vec<&'static str>,
     /// Number of the machine's frames; those of the workpiece and of the tool follow.
     frames: usize,
     /// The tool in platform axes.
@@ -45,7 +45,7 @@ pub struct PathClearance {
     pub state: ClearanceState,
     /// Least distance that is wanted, mm.
     pub wanted_mm: f64,
-    /// No distance is less, mm, along what could be looked at; `None` where nothing could.
+    /// No distance is less, mm, along what could be looked at, but where bodies overlap by more than 5 mm; `None` where nothing could.
     pub at_least_mm: Option<f64>,
     /// How far deflection may move what is on the tool from where bodies are looked at, mm; 0 where it is not known.
     pub moved_mm: f64,
@@ -68,8 +68,8 @@ pub struct NearestBodies {
     pub distance_mm: f64,
     /// Whether a shape of one is only assumed.
     pub is_assumed: bool,
-    /// Index of the point of the path behind which it is.
-    pub point: usize,
+    /// Index of the point of the path on the way to which it is; `None` where the workpiece stands in what it is put on.
+    pub point: Option<usize>,
     /// A point of each, O, mm.
     pub points_mm: [[f64; 3]; 2],
     /// Where the machine stands then.
@@ -106,9 +106,12 @@ impl PathClearance {
         let nearest = self.nearest.as_ref().filter(|_| self.state == ClearanceState::Hit)?;
         let NearestBodies { names: [a, b], distance_mm, is_assumed, point, .. } = nearest;
         let assumed = if *is_assumed { ", as far as their assumed shapes say" } else { "" };
-        let way = way(*point);
+        let way = point.map_or_else(|| "where the workpiece is put".into(), way);
         Some(match *distance_mm {
-            depth if depth < -TOUCHING_MM => format!("{a} and {b} overlap by up to {:.1} mm {way}{assumed}", -depth),
+            depth if depth < -TOUCHING_MM => {
+                let more = if depth < -DEEP_MM { " or more" } else { "" };
+                format!("{a} and {b} overlap by {:.1} mm{more} {way}{assumed}", -depth)
+            }
             depth if depth <= TOUCHING_MM && self.wanted_mm <= TOUCHING_MM => {
                 format!("{a} and {b} touch {way}{assumed}")
             }
@@ -179,7 +182,10 @@ impl MachineCell {
             |a: usize, b: usize| [[a, b], [b, a]].iter().any(|&[a, b]| Some(a) == stock && at[b] == frames + 1);
         // And what its own shank and holder meet, but not what else is on the tool.
         let of_tool = of_machine + own.before_tool;
-        let leaves_out_stock = stock.is_some() && at[..of_tool].contains(&(frames + 1));
+        let mut left_out = Vec::new();
+        if stock.is_some() && at[..of_tool].contains(&(frames + 1)) {
+            left_out.push("what is on the tool against the stock, of which the cut says what it meets");
+        }
         let may_touch = |a: usize, b: usize| {
             let on = [at[a], at[b]].map(|frame| if frame == frames + 1 { PLATFORM_FRAME } else { frame });
             // Links meet in their joint, and the tool its last one; what is put beside them does not.
@@ -194,7 +200,12 @@ impl MachineCell {
         });
         let cell = Cell::new(bodies, may_touch);
         let (machine, own, tool) = (machine.clone(), own.clone(), isometry(&machine.tool()));
-        let found = Self { machine, own, cell, standing, of_machine, leaves_out_stock, frames, tool };
+        let mut found = Self { machine, own, cell, standing, of_machine, left_out, frames, tool };
+        if !found.holds_tip() {
+            found
+                .left_out
+                .push("the cutter: no body reaches the tool tip ([tools.N] of a [stock], or on = \"tool\", gives it)");
+        }
         found.check_home()?;
         Ok(found)
     }
@@ -230,14 +241,15 @@ impl MachineCell {
         own.map(|own| Self::new(machine, own).map(Arc::new)).transpose()
     }
 
-    /// Says what the workpiece at `placement`, or what moves with it, would stand in; `None` where it stands free.
-    #[must_use]
-    pub fn stands_in(&self, placement: &Placement) -> Option<String> {
-        let mut poses = vec![Isometry3::identity(); self.frames + 2];
-        self.place(&self.machine.home, &isometry(&placement.pose()), &mut Vec::new(), &mut poses);
-        let found = self.standing.nearest(&poses).filter(|found| found.distance_mm < -TOUCHING_MM)?;
-        let [a, b] = found.pair.map(|body| &self.standing.bodies()[body].name);
-        Some(format!("{a} and {b} would overlap by {:.1} mm", -found.distance_mm))
+    /// Whether a body on the platform or the tool reaches the tool tip.
+    fn holds_tip(&self) -> bool {
+        let tip = Shape::Capsule { ends_mm: [Point3::origin(); 2], radius_mm: TIP_MM };
+        let tip = Body::new("tip", O_FRAME, BodyGrade::Given, &[tip]);
+        let moving = self.cell.bodies().iter().filter(|own| [PLATFORM_FRAME, self.frames + 1].contains(&own.frame));
+        let all = Cell::new(tip.into_iter().chain(moving.cloned()).collect(), |a, _| a != 0);
+        let mut poses = vec![self.tool; self.frames + 2];
+        poses[PLATFORM_FRAME] = Isometry3::identity();
+        all.nearest(&poses).is_some_and(|own| own.distance_mm <= 0.0)
     }
 
     /// Checks that no bodies of machine and tool overlap at home.
@@ -283,8 +295,12 @@ impl MachineCell {
             margins_mm: Vec::new(),
             count: 0,
         };
-        if self.leaves_out_stock {
-            along.leave_out("what is on the tool against the stock, of which the cut says what it meets");
+        self.left_out.iter().for_each(|what| along.leave_out(what));
+        let mut poses = vec![Isometry3::identity(); self.frames + 2];
+        self.place(&self.machine.home, &along.workpiece, &mut Vec::new(), &mut poses);
+        if let Some(found) = self.standing.nearest(&poses).filter(|own| own.distance_mm < -TOUCHING_MM) {
+            along.lower(found.distance_mm);
+            along.note(&found, None, &self.machine.home);
         }
         along
     }
@@ -435,7 +451,7 @@ impl<'c> ClearanceAlong<'c> {
         let nearest = cell.cell.nearest(&poses).filter(|own| self.clearance.is_too_near(own.distance_mm));
         if let Some(nearest) = nearest {
             self.lower(nearest.distance_mm);
-            self.note(&nearest, k, at);
+            self.note(&nearest, Some(k), at);
         }
     }
 
@@ -447,8 +463,8 @@ impl<'c> ClearanceAlong<'c> {
         }
     }
 
-    /// Notes a pair at point `k`, or on the way there, if none was nearer.
-    fn note(&mut self, found: &Separation, k: usize, at: &Configuration) {
+    /// Notes a pair at point `k`, or on the way there, or where the workpiece is put, if none was nearer.
+    fn note(&mut self, found: &Separation, k: Option<usize>, at: &Configuration) {
         let known = self.clearance.nearest.as_ref().map_or(f64::INFINITY, |own| own.distance_mm);
         if found.distance_mm < known {
             let pair = found.pair.map(|body| &self.cell.cell.bodies()[body]);
@@ -471,7 +487,7 @@ impl<'c> ClearanceAlong<'c> {
         let (enough_mm, beyond_mm) = match self.ends_at_hit {
             // How near they come is not asked, if it is far enough.
             true => (wanted_mm, wanted_mm),
-            false => (f64::NEG_INFINITY, self.clearance.at_least_mm.unwrap_or(f64::INFINITY)),
+            false => (-DEEP_MM, self.clearance.at_least_mm.unwrap_or(f64::INFINITY)),
         };
         let options =
             SweepOptions { wanted_mm, enough_mm, beyond_mm, max_states: MAX_STATES, ..SweepOptions::default() };
@@ -483,7 +499,7 @@ impl<'c> ClearanceAlong<'c> {
         if let Some((s, own)) = &found.at
             && let Ok(at) = motion.own.configuration(*s)
         {
-            self.note(own, k, &at);
+            self.note(own, Some(k), &at);
         }
         match found.end {
             SweepEnd::Whole if found.lower_mm.is_finite() => self.lower(found.lower_mm),
@@ -504,6 +520,10 @@ impl<'c> ClearanceAlong<'c> {
 
 /// Bodies that stand on one another may overlap by so much, mm.
 pub(crate) const TOUCHING_MM: f64 = 0.05;
+/// How much more bodies overlap is not looked for, mm.
+const DEEP_MM: f64 = 5.0;
+/// A body that comes so near to the tool tip reaches it, mm.
+const TIP_MM: f64 = 1.0;
 /// A rapid move that turns the tool by less turns it about one axis, rad.
 const STEADY_RAD: f64 = 0.035;
 /// States at most that are looked at between two points of a path.

@@ -22,8 +22,20 @@ use proptest::{
 
 use crate::support::command::told;
 
-/// A six-axis arm with a pedestal, a forearm, a wrist and a spindle that points down.
+/// The end of a cutter at the tool tip.
+const CUTTER: &str = r#"
+[[platform.body]]
+name = "cutter"
+grade = "given"
+shapes = [{ capsule = { from_mm = [90.0, 0.0, 316.0], to_mm = [90.0, 0.0, 319.0], radius_mm = 1.0 } }]
+"#;
+
+/// A six-axis arm with a pedestal, a forearm, a wrist, a spindle that points down, and a cutter.
 fn arm() -> String {
+    without_cutter().replacen("\n[home]", &format!("{CUTTER}\n[home]"), 1)
+}
+
+fn without_cutter() -> String {
     let text = include_str!("../machines/kr270.toml");
     let joint = |name: &str, body: &str| {
         let line = text.lines().find(|line| line.contains(&format!("name = \"{name}\""))).unwrap();
@@ -159,7 +171,8 @@ fn no_state_between_two_points_is_nearer_than_the_bound() {
         let (found, at) = follow(&process, &program);
         assert!(found.not_looked_at.is_empty(), "{:?}", found.not_looked_at);
         let (least, sampled) = (found.at_least_mm.unwrap(), sampled(&process, &at, 300));
-        assert!(least <= sampled + 1e-6, "{program}{least} > {sampled}");
+        // How much deeper bodies go than 5 mm is not looked for.
+        assert!(least <= sampled + 1e-6 || least < -5.0, "{program}{least} > {sampled}");
         assert!(least > sampled - 2.0, "{program}{least} < {sampled}");
         hits += usize::from(least < 0.0);
         assert_eq!(found.state == ClearanceState::Hit, least <= 0.0);
@@ -204,6 +217,9 @@ fn what_is_assumed_or_not_looked_at_clears_nothing() {
         assert_eq!(found.state, ClearanceState::Unknown, "{found:?}");
         assert!(found.not_looked_at[0].starts_with("rapid moves"), "{found:?}");
     }
+    let alone = clearance(&Machine::from_toml(&without_cutter(), "arm").unwrap(), CLAMPS, straight);
+    assert_eq!(alone.state, ClearanceState::Unknown, "{alone:?}");
+    assert!(alone.not_looked_at[0].starts_with("the cutter: no body reaches the tool tip"), "{alone:?}");
     // More room is wanted than there is.
     let least = clear.at_least_mm.unwrap();
     let wanted = CLAMPS.replace("[cell]", &format!("[cell]\nclearance_mm = {:?}", least + 5.0));
@@ -230,9 +246,10 @@ fn a_holder_hits_what_clamps_the_part() {
     assert_eq!(found.nearest.unwrap().names, ["clamp", "holder"]);
 }
 
-/// The arm with its tool along z of P, which points down at home.
+/// The arm with its tool, which the process describes, along z of P, which points down at home.
 fn upright() -> String {
-    arm().replace("tool_tip_mm = [90.0, 0.0, 320.0]", "tool_tip_mm = [90.0, 0.0, 320.0]\ntool_axis = [0.0, 0.0, 1.0]")
+    without_cutter()
+        .replace("tool_tip_mm = [90.0, 0.0, 320.0]", "tool_tip_mm = [90.0, 0.0, 320.0]\ntool_axis = [0.0, 0.0, 1.0]")
 }
 
 /// A process that cuts a stock of 120 x 40 x 20 mm with tool 1, and a clamp.
@@ -272,17 +289,34 @@ fn shank_and_holder_of_the_tool_table_are_bodies_on_the_tool() {
         (cutter.state, cutter.nearest.unwrap().names),
         (ClearanceState::Hit, ["clamp", "tool 1"].map(String::from))
     );
-    // Without shank and holder no end of the cutter is known.
-    assert_eq!(clearance_of_cut("", ahead, CUT).state, ClearanceState::Clear);
-    // A holder that begins beyond P is none, and the shank ends there.
+    // Without shank and holder no end of the cutter is known: it may hit, and clears nothing.
+    let alone = |clamp| clearance_of_cut("", clamp, CUT);
+    assert_eq!(alone(ahead).state, ClearanceState::Hit);
+    assert_eq!((alone(near).state, alone(near).assumed), (ClearanceState::Unknown, vec!["tool 1".to_owned()]));
+    // As is a holder that begins beyond P, up to which the shank goes.
     let beyond = "holder = { diameter_mm = 600.0, from_mm = 330.0 }\n";
-    assert_eq!(clearance_of_cut(&format!("{SHANK}{beyond}"), beside, CUT).state, ClearanceState::Clear);
+    let found = clearance_of_cut(&format!("{SHANK}{beyond}"), beside, CUT);
+    assert_eq!((found.state, found.assumed), (ClearanceState::Unknown, vec!["holder of tool 1".to_owned()]));
     // The first tool is looked at alone.
     let second = clearance_of_cut(&both, near, &CUT.replace("M30", "T2 M6\nG1 X-90"));
     assert_eq!(second.state, ClearanceState::Unknown);
     assert!(second.not_looked_at[0].starts_with("ways of other tools than the first"), "{second:?}");
     let other = clearance_of_cut(&both, beside, &CUT.replace("T1", "T2"));
-    assert_eq!(other.state, ClearanceState::Clear, "{other:?}");
+    assert_eq!((other.state, other.assumed), (ClearanceState::Unknown, vec!["tool 2".to_owned()]));
+}
+
+#[test]
+fn a_part_that_stands_in_its_table_is_told() {
+    let table = |top: f64| post("table", "table", [1700.0, 0.0, 0.0, top - 20.0, 20.0]);
+    let told = |top: f64| {
+        let cell = format!("[cell]\n{}{}", table(top), post("vice", "part", [0.0, 0.0, 20.0, 40.0, 20.0]));
+        clearance(&Machine::from_toml(&arm(), "arm").unwrap(), &cell, "G21 G90\nG1 X-50 Y0 Z120 F1000\nG1 X50\n")
+    };
+    let (free, stands) = (told(499.0), told(508.0));
+    assert_eq!((free.state, free.nearest.as_ref().unwrap().point.is_some()), (ClearanceState::Clear, true), "{free:?}");
+    assert_eq!((stands.state, stands.nearest.as_ref().unwrap().point), (ClearanceState::Hit, None));
+    let text = stands.hit_text(|_| "on the way".into()).unwrap();
+    assert_eq!(text, "table and vice overlap by 8.0 mm or more where the workpiece is put");
 }
 
 #[test]
@@ -317,6 +351,9 @@ fn bodies_of_the_tool_table_are_named_as_they_are_told() {
     assert_eq!(follow(&allowed, CUT).0.state, ClearanceState::Clear);
     let taken = process(cut(HOLDER, beside).replace("\"clamp\"", "\"holder of tool 1\"")).unwrap_err().to_string();
     assert!(taken.contains("\"holder of tool 1\" is used twice"), "{taken}");
+    let machine = Machine::from_toml(&upright().replace("\"spindle\"", "\"tool 1\""), "arm").unwrap();
+    let taken = Process::from_toml(&cut(HOLDER, beside), "process", Folder::in_memory([]), &machine).unwrap_err();
+    assert!(taken.to_string().contains("has a body \"tool 1\", the name of the stock or its tool"), "{taken}");
 }
 
 #[test]
@@ -443,9 +480,7 @@ fn a_program_that_hits_something_says_so_first() {
     let machine = file("arm.toml", &arm());
     let process = file("process.toml", &process(CLAMPS));
     let out = folder.path().join("out.nc").to_str().unwrap().to_owned();
-    for (z, code, expected) in
-        [(60.0, Some(1), "left clamp and spindle overlap by up to"), (160.0, Some(0), "Bodies stay at least")]
-    {
+    for (z, code, expected) in [(60.0, Some(1), "hits left clamp"), (200.0, Some(0), "Bodies stay at least")] {
         let program = file("part.nc", &format!("G21 G90\nG1 X-250 Y0 Z{z} F1000\nG1 X100\nM30\n"));
         let arguments =
             ["compensate", &program, "--machine", &machine, "--process", &process, "--out", &out, "--force"];

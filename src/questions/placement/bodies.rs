@@ -16,18 +16,10 @@ impl Evaluator {
     pub(super) fn check_bodies(&self, setup: &Setup) -> Result<Option<f64>, Failure> {
         let mut least = Some(f64::INFINITY);
         for f in 0..self.features.len() {
-            self.check_standing(f, &setup.site)?;
             let own = self.check_bodies_along(f, &setup.site, &self.tasks(setup, f))?;
             least = least.zip(own).map(|(a, b)| a.min(b));
         }
         Ok(least)
-    }
-
-    /// Checks that the workpiece of feature `f` and what moves with it stand free at `site`.
-    fn check_standing(&self, f: usize, site: &Site) -> Result<(), Failure> {
-        let placement = site.placement(self.study.features[f].feature.reference);
-        let stands_in = self.cells()[f].as_ref().and_then(|cell| cell.stands_in(&placement));
-        stands_in.map_or(Ok(()), |reason| Err(Failure { status: HIT.into(), reason }))
     }
 
     /// Checks that no bodies hit along `tasks`, the path of feature `f` at `site`. Returns as [`Evaluator::check_bodies`]; `Err` says where which hit.
@@ -39,7 +31,11 @@ impl Evaluator {
     ) -> Result<Option<f64>, Failure> {
         let Some(found) = self.clearance_along(f, site, tasks, !self.needs.clearance)? else { return Ok(None) };
         if let (Some(nearest), Some(reason)) = (&found.nearest, found.hit_text(|_| "on the way there".into())) {
-            return Err(at_path_point(&self.study.features[f], nearest.point, Failure { status: HIT.into(), reason }));
+            let failure = Failure { status: HIT.into(), reason };
+            return Err(match nearest.point {
+                Some(point) => at_path_point(&self.study.features[f], point, failure),
+                None => failure,
+            });
         }
         Ok(found.at_least_mm.filter(|_| self.needs.clearance && found.assumed.is_empty()))
     }
@@ -88,7 +84,10 @@ impl Evaluator {
         if tasks.iter().any(|task| task.asked.is_some()) {
             along.leave_out("postures that the program asks for: those nearest to one another were looked at");
         }
-        let mut has_hit = false;
+        let mut has_hit = along.hits();
+        if to_first_hit && has_hit {
+            return Ok(Some(along.finish()));
+        }
         track_feature(
             job,
             tasks,

@@ -125,14 +125,15 @@ pub(crate) fn cell(
         *inputs.borrow_mut() = others.and(Inputs::of_bytes(&name, &bytes));
     }
     if let Some(stock) = stock {
-        if names.iter().any(|name| name == PART) {
+        let own: Vec<String> = stock.tool_names().chain([PART.into()]).collect();
+        if let Some(name) = own.iter().find(|name| names.contains(name)) {
             let problem = format!(
-                "machine {} has a body \"{PART}\", the name of the stock: expected another name there",
+                "machine {} has a body \"{name}\", the name of the stock or its tool: expected another name there",
                 machine.name
             );
             return check.fail(problem);
         }
-        names.extend(stock.tool_names().chain([PART.into()]));
+        names.extend(own);
         let body = part(stock.shape()).or_else(|problem| check.root().key("stock").fail(problem))?;
         bodies.push((CellFrame::Part, body));
     }

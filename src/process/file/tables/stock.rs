@@ -173,11 +173,24 @@ pub(crate) fn stock(
         let body = |(name, body): (&'static str, Option<ToolBodySpec>)| {
             let ToolBodySpec { diameter_mm, from_mm } = body?;
             let check = check.key(name);
-            let size = check.key("diameter_mm").positive(diameter_mm);
-            Some(size.and_then(|diameter_mm| Ok((name, diameter_mm, check.key("from_mm").positive(from_mm)?))))
+            let size = check.key("diameter_mm").length(diameter_mm);
+            Some(size.and_then(|diameter_mm| Ok((name, diameter_mm, check.key("from_mm").length(from_mm)?))))
         };
         let bodies = [("shank", spec.shank), ("holder", spec.holder)].into_iter().filter_map(body);
-        let bodies = bodies.collect::<Result<_>>()?;
+        let bodies: Vec<(&str, f64, f64)> = bodies.collect::<Result<_>>()?;
+        if let [(_, _, shank_mm), (_, _, holder_mm)] = bodies[..]
+            && holder_mm <= shank_mm
+        {
+            let problem = format!("is {holder_mm}, and the shank begins at {shank_mm}: expected more");
+            return check.key("holder").key("from_mm").fail(problem);
+        }
+        if let (Some(&(_, _, holder_mm)), Some(own)) = (bodies.iter().find(|own| own.0 == "holder"), stick_out)
+            && holder_mm < own.length_mm
+        {
+            let problem =
+                format!("is {holder_mm}, and stick_out_mm, up to the holder, {}: expected no less", own.length_mm);
+            return check.key("holder").key("from_mm").fail(problem);
+        }
         let own = StockToolSpec { shape: tool(number, spec, &check)?, bodies, stick_out, tolerance_mm };
         if by_number.insert(number, own).is_some() {
             return check.fail(format!("is tool {number} again"));
