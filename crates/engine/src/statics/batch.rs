@@ -1,5 +1,7 @@
 //! Equilibria of many independent cases, as many at a time as the processor's vector registers hold.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use super::{
     equilibrium::equilibrium,
     lane_solver::{CommandedPoses, LaneSolver},
@@ -33,6 +35,14 @@ pub struct Batch {
     machine: Machine,
     solvers: Solvers,
     scalar: Scratch,
+}
+
+/// Cases that this process has given to batches.
+static GIVEN: AtomicU64 = AtomicU64::new(0);
+
+/// Number of equilibria that this process has sought in batches, for benches.
+pub fn sought_in_batches() -> u64 {
+    GIVEN.load(Ordering::Relaxed)
 }
 
 /// Lane solvers with the registers in use: one, four or eight cases each.
@@ -110,6 +120,7 @@ impl Batch {
         commands: Option<CommandedPoses<'_>>,
         settings: &Settings,
     ) -> Vec<Option<Outcome>> {
+        GIVEN.fetch_add(cases.len() as u64, Ordering::Relaxed);
         match &mut self.solvers {
             Solvers::One(solvers) => solve_in_rows(solvers, &self.machine, cases, commands, settings),
             #[cfg(target_arch = "x86_64")]

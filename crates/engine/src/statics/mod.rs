@@ -43,7 +43,7 @@ mod weight;
 
 pub use crate::lanes::Level;
 pub use aggregation::aggregate_errors;
-pub use batch::{Batch, Case};
+pub use batch::{Batch, Case, sought_in_batches};
 pub use drive_force::{drive_force_sensitivity, drive_forces};
 pub use energy::{deformation_energies, elastic_energy, spring_energies, weight_energy};
 pub(crate) use equilibrium::is_singular_place;
