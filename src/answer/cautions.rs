@@ -18,12 +18,8 @@ pub fn machine_cautions(
     noun: &str,
     positions: impl Iterator<Item = Vector3<f64>>,
 ) -> String {
-    zeroing(machine) + &carrier(machine) + &large_errors(machine, errors) + &outside_workspace(machine, noun, positions)
-}
-
-/// Returns a sentence if some of `positions` of P (O, mm), each called a `noun`, are outside the machine's workspace box; else empty.
-pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator<Item = Vector3<f64>>) -> String {
-    OutsidePositions::of(machine, positions).text(noun)
+    let outside = OutsidePositions::of(machine, positions);
+    zeroing(machine) + &carrier(machine) + &large_errors(machine, errors) + &outside.text(noun)
 }
 
 /// Counts positions, and those of them that are outside a machine's workspace box.

@@ -232,7 +232,7 @@ fn nearest_planes(grid: &Grid, slices_z: &[f64]) -> Vec<usize> {
 }
 
 /// Returns the indices of at most `most` of `count` nodes, evenly spread, both ends included.
-fn thinned_indices(count: usize, most: usize) -> Vec<usize> {
+pub(crate) fn thinned_indices(count: usize, most: usize) -> Vec<usize> {
     if count <= most {
         return (0..count).collect();
     }

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::{
     files::words::{tidy_degrees, typographic},
-    machine::{Chain, ChainError, Drive, Machine, Motion, Provenance},
+    machine::{Chain, ChainError, Drive, Machine, Motion, NamedPoint, Provenance},
     page::{Fact, MachineDescription, Mark},
 };
 
@@ -32,13 +32,15 @@ pub fn described(machine: &Machine) -> MachineDescription {
         home,
         rails,
         workspace_mm: [machine.workspace.min.into(), machine.workspace.max.into()],
-        points: machine
-            .points
-            .iter()
-            .map(|point| Mark { label: point.name.clone(), position: point.position.iter().copied().collect() })
-            .collect(),
+        points: marks(machine),
         limits: limit_facts(machine),
     }
+}
+
+/// Returns the named points of `machine` as pages mark them.
+pub(super) fn marks(machine: &Machine) -> Vec<Mark> {
+    let mark = |own: &NamedPoint| Mark { label: own.name.clone(), position: own.position.iter().copied().collect() };
+    machine.points.iter().map(mark).collect()
 }
 
 /// Returns what a group of parameters is based on: grade, confidence interval and source.

@@ -27,7 +27,7 @@ mod tolerance;
 
 pub(crate) use drives::DriveQuantities;
 pub(crate) use extremes::{Extremes, QuantityExtremes, ValueAt};
-pub(crate) use grid_map::{GridMap, MapLayer};
+pub(crate) use grid_map::{GridMap, MapLayer, thinned_indices};
 pub(crate) use of_sources::{acting_text, force_text, source_group};
 pub use output::{Output, Run};
 pub(crate) use quantity::{FoundOr, Quantity, layers};

@@ -5,11 +5,11 @@ use nalgebra::Vector3;
 use crate::{
     answer::{
         cautions,
-        machine::{described, error_facts},
+        machine::{described, error_facts, marks},
     },
     files::words::{counted, typographic, with_minus_signs},
-    machine::{ChainError, Machine, NamedPoint, ToolAxisSource},
-    page::{Column, Description, Explorer, Fact, Group, Mark, Quantity, Shape},
+    machine::{ChainError, Machine, ToolAxisSource},
+    page::{Column, Description, Explorer, Fact, Group, Quantity, Shape},
     process::MillingForce,
     simulation::LoadCase,
     spatial::Grid,
@@ -89,8 +89,6 @@ pub(crate) fn grid_view(
     group: Option<Group>,
     quantities: Vec<Quantity>,
 ) -> Explorer {
-    let mark =
-        |point: &NamedPoint| Mark { label: point.name.clone(), position: point.position.iter().copied().collect() };
     Explorer {
         title: title.into(),
         table: table.into(),
@@ -98,7 +96,7 @@ pub(crate) fn grid_view(
         coordinates: ["x", "y", "z"].map(|axis| Column::new(format!("{axis}_mm"), axis, "mm")).into(),
         group,
         quantities,
-        marks: machine.points.iter().map(mark).collect(),
+        marks: marks(machine),
     }
 }
 

@@ -32,7 +32,8 @@ pub struct PathCost {
     pub first_failure: Option<(usize, String)>,
 }
 
-/// Tracks `tasks`, one for each point of `path`, uncompensated, with all sources of error; returns the cost at each point and statistics.
+/// Tracks `tasks`, one for each point of `path`, uncompensated, with all sources of error; returns the cost at each point, and
+/// statistics over those that count.
 pub(super) fn path_cost(path: &RotatablePath<'_>, machines: &Machines, tasks: &[TaskPoint]) -> PathCost {
     let case = PathCase::new(machines, Source::All, tasks);
     let results = run(&case, &Commands::Method(Method::None), &|| ());
@@ -40,11 +41,6 @@ pub(super) fn path_cost(path: &RotatablePath<'_>, machines: &Machines, tasks: &[
     let failure = results.iter().position(|result| !result.is_settled);
     let first_failure = failure.map(|k| (k, results[k].status.reason(&machines.nominal)));
     let cost_mm: Vec<Option<f64>> = results.iter().map(PathPointResult::solved_error).enumerate().map(cost).collect();
-    summarize(path, cost_mm, first_failure)
-}
-
-/// Statistics (mm) of `cost_mm`, one for each point and `None` where unsolved, over the points of `path` that count.
-fn summarize(path: &RotatablePath<'_>, cost_mm: Vec<Option<f64>>, first_failure: Option<(usize, String)>) -> PathCost {
     let counted: Vec<Option<f64>> =
         cost_mm.iter().enumerate().filter(|(k, _)| path.is_counted(*k)).map(|(_, cost)| *cost).collect();
     let solved: Vec<f64> = counted.iter().copied().flatten().collect();

@@ -4,7 +4,7 @@ use crate::toolpath::PathPoint;
 
 /// A path point at which the lattice has nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Knot {
+pub struct Knot {
     /// Index of the path point.
     pub point: usize,
     /// Number of counted points nearest to it.

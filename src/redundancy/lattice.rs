@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{
+    knots::Knot,
     nodes::{Infeasible, Node, NodeState},
     turnable::MAX_DRIVES,
 };
@@ -10,19 +11,6 @@ use crate::{
     machine::Machine,
     process::{RedundancyObjective, RedundancySettings},
 };
-
-/// Nodes of one knot.
-#[derive(Debug, Clone)]
-pub struct Layer {
-    /// Number of counted points that the knot stands for.
-    pub weight: f64,
-    /// Most steps of γ from the knot before.
-    pub band: usize,
-    /// Time from the knot before, s.
-    pub seconds: f64,
-    /// The nodes γ by γ, the branches of each.
-    pub nodes: Vec<Node>,
-}
 
 /// Size of the lattice and limits of its steps.
 #[derive(Debug, Clone, Default)]
@@ -184,9 +172,9 @@ impl Walk {
         Self { shape, objective, ceiling_mm, value, last_nodes, back, costs, dead_end: None }
     }
 
-    /// Adds the knot at path point `point`: extends the cheapest paths and constant costs to the nodes of `layer`; may set `dead_end`.
-    pub fn step(&mut self, point: usize, layer: Layer) {
-        let Layer { weight, band, seconds, nodes } = layer;
+    /// Adds `knot`: extends the cheapest paths and constant costs to its `nodes`, γ by γ, the branches of each; may set `dead_end`.
+    pub fn step(&mut self, knot: &Knot, nodes: Vec<Node>) {
+        let Knot { point, weight, band, seconds } = *knot;
         let counted = |state: &NodeState| if weight > 0.0 { state.cost_mm } else { 0.0 };
         let is_first = self.last_nodes.is_empty();
         let within_ceiling: Vec<Option<&NodeState>> =

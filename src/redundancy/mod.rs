@@ -31,7 +31,7 @@ pub use turnable::{BranchMachine, BranchMachines, GammaProblem};
 
 use self::{
     knots::{Knot, find_knots},
-    lattice::{Layer, Shape, TIE_MM, Walk},
+    lattice::{Shape, TIE_MM, Walk},
     nodes::Solver,
     refine::Refinement,
     turnable::RotatablePath,
@@ -50,7 +50,8 @@ use crate::{
 #[doc(hidden)]
 pub mod internals {
     pub use super::{
-        lattice::{Layer, Shape, Walk},
+        knots::Knot,
+        lattice::{Shape, Walk},
         nodes::NodeState,
         turnable::MAX_DRIVES,
     };
@@ -366,18 +367,10 @@ impl<'a> Lattice<'a> {
         work.tell(Event::Stage(Stage { of: "points at all γ", items: self.knots.len() }));
         for knots in self.knots.chunks(STRIPE) {
             work.check()?;
-            let layers = knots.par_iter().map_init(
-                || Solver::new(self.path),
-                |solver, knot| Layer {
-                    weight: knot.weight,
-                    band: knot.band,
-                    seconds: knot.seconds,
-                    nodes: solver.layer(knot.point, &self.gammas),
-                },
-            );
-            let layers: Vec<Layer> = layers.collect();
-            for (knot, layer) in knots.iter().zip(layers) {
-                walk.step(knot.point, layer);
+            let find = |solver: &mut Solver<'_>, knot: &Knot| solver.layer(knot.point, &self.gammas);
+            let nodes: Vec<Vec<Node>> = knots.par_iter().map_init(|| Solver::new(self.path), find).collect();
+            for (knot, nodes) in knots.iter().zip(nodes) {
+                walk.step(knot, nodes);
             }
             work.tell(Event::Computed(knots.len()));
         }

@@ -236,11 +236,6 @@ impl DrawnMachines {
         causes.map(|((name, _), _)| name.as_str()).collect()
     }
 
-    /// Words as [`Uncertainty::end_text`].
-    pub fn end_text(&self, parameter: usize, end: usize) -> String {
-        self.uncertainty.end_text(parameter, end)
-    }
-
     /// Whether the model leaves something out, so that displacements without cutting force are needed as well.
     pub fn has_model_error(&self) -> bool {
         !self.uncertainty.draws.model.is_empty()
@@ -259,17 +254,6 @@ impl DrawnMachines {
             Some(kept) => kept.get_or_init(make).as_ref().map(on).map_err(Failure::clone),
             None => make().as_ref().map(on).map_err(Failure::clone),
         }
-    }
-
-    /// Distribution over the draws of the first scramble, all solved: of the size, mm, that `size` finds on the machines of a draw and with its factor of the
-    /// cutting force. `Err` if the work is stopped.
-    pub fn spread_in_first_scramble(
-        &self,
-        tolerance_mm: f64,
-        size: impl Fn(&Machines, f64) -> error::Result<Result<f64, Failure>> + Sync,
-    ) -> error::Result<DeflectionSpread> {
-        let found = self.in_first_scramble(|(_, machines, factor)| size(machines, factor.all))?;
-        Ok(DeflectionSpread::of_solved(&found, Some(tolerance_mm)))
     }
 
     /// What `solve` finds in each draw of the first scramble, or why there are no such machines. `Err` if the work is stopped.

@@ -635,7 +635,9 @@ impl<'a> Block<'a> {
                                 let error = error + seated[k] + self.more_bend(k, factors.all);
                                 responses[load].ends[own][end] = Some(error);
                             }
-                            (None, Ok(_)) => *responses = Err(self.failure(&answer, &drawn.end_text(own, end))),
+                            (None, Ok(_)) => {
+                                *responses = Err(self.failure(&answer, &drawn.uncertainty.end_text(own, end)))
+                            }
                             (_, Err(_)) => {}
                         }
                     }

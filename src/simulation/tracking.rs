@@ -91,8 +91,7 @@ fn step_by_step(
         let mut found = plain.iter().zip(storage.inverse_kinematics(&starts)).peekable();
         going.retain(|&k| {
             let straight = found.next_if(|(own, _)| **own == k).and_then(|(_, at)| at);
-            let (at, tracked) = track[k].step(&tasks[k][point], straight);
-            take(k, TrackPoint { at, tracked })
+            take(k, track[k].step(&tasks[k][point], straight))
         });
     }
 }
@@ -158,29 +157,25 @@ impl MachineOnPath {
             None => with_turns(self.nominal.original().home.clone(), &turns),
         };
         for (task, point) in tasks.iter().zip(points) {
-            let (at, tracked) = self.step(task, None);
-            *point = TrackPoint { at, tracked };
+            *point = self.step(task, None);
         }
     }
 
     /// Returns the configuration at the next point, if reached, and why the machine cannot be tracked there, if so, such as a change of
     /// posture. `straight` is the configuration at the end of the straight line, if already found.
-    fn step(
-        &mut self,
-        task: &TaskPoint,
-        straight: Option<Configuration>,
-    ) -> (Option<Configuration>, Result<(), CompensationStatus>) {
+    fn step(&mut self, task: &TaskPoint, straight: Option<Configuration>) -> TrackPoint {
+        let unreached = |why| TrackPoint { at: None, tracked: Err(CompensationStatus::Unreachable(why)) };
         if let Err(unreachable) = self.nominal.move_to(task.external) {
-            return (None, Err(CompensationStatus::Unreachable(unreachable)));
+            return unreached(unreachable);
         }
         if let Some(led) = task.led {
             return match self.led_configuration(led, task) {
                 Ok(at) => {
                     let tracked = self.nominal.check_tracked(&task.pose, &at).map_err(CompensationStatus::Unreachable);
                     (self.near, self.before) = (at.clone(), Some(at.clone()));
-                    (Some(at), tracked)
+                    TrackPoint { at: Some(at), tracked }
                 }
-                Err(unreachable) => (None, Err(CompensationStatus::Unreachable(unreachable))),
+                Err(unreachable) => unreached(unreachable),
             };
         }
         let asked = task.asked.filter(|_| self.nominal.may_change_posture());
@@ -199,15 +194,15 @@ impl MachineOnPath {
         let is_tracked = straight.is_ok();
         let at = match straight.or_else(|_| self.nominal.inverse_kinematics(&task.pose)) {
             Ok(at) => at,
-            Err(unreachable) => return (None, Err(CompensationStatus::Unreachable(unreachable))),
+            Err(unreachable) => return unreached(unreachable),
         };
         self.near.clone_from(&at);
-        let kept = match self.nominal.check_tracked(&task.pose, &at) {
+        let tracked = match self.nominal.check_tracked(&task.pose, &at) {
             Ok(()) if self.nominal.may_change_posture() => self.check_posture(&at, is_tracked && is_from_before, task),
             Ok(()) => Ok(()),
             Err(unreachable) => Err(CompensationStatus::Unreachable(unreachable)),
         };
-        (Some(at), kept)
+        TrackPoint { at: Some(at), tracked }
     }
 
     /// Returns the configuration that meets `task` with the head where the program leads it.

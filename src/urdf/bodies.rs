@@ -9,7 +9,6 @@ use kinetostat_cell::{
 
 use super::{
     chain::{Element, in_mm, pose},
-    notes::ImportNotes,
     read::Link,
     source::quoted,
 };
@@ -105,17 +104,17 @@ impl LinkBodies {
     }
 
     /// Notes what bodies there are and what was left out, and returns the keys of those in O and in P.
-    pub fn finish(self, notes: &mut ImportNotes) -> [String; 2] {
+    pub fn finish(self, notes: &mut Vec<String>) -> [String; 2] {
         let [used, all] = self.count;
         if all > 0 {
-            notes.add(format!(
+            notes.push(format!(
                 "bodies: {used} of {all} shapes of <collision>, or of <visual> of links without, graded \"assumed\": cables and hoses are not among \
                  them, so they may reject a place and never clear one; set grade = \"given\" where you have measured"
             ));
         }
         if !self.left_out.is_empty() {
             let left_out = self.left_out.join("; ").replace(char::is_control, " ");
-            notes.add(format!("shapes left out, against which nothing is held: {left_out}; FreeCAD, MeshLab or Blender make closed STL files of other meshes"));
+            notes.push(format!("shapes left out, against which nothing is held: {left_out}; FreeCAD, MeshLab or Blender make closed STL files of other meshes"));
         }
         self.ends.map(|list| if list.is_empty() { list } else { format!("body = [\n{list}]\n") })
     }

@@ -8,9 +8,8 @@ use super::{
     bodies::LinkBodies,
     home::drives,
     masses::Mass,
-    notes::ImportNotes,
     read::{Joint, JointKind, Origin, Robot},
-    source::{Source, identifier, quoted},
+    source::{Source, identifier, note_names, quoted},
     tree::{Tree, is_movable},
 };
 use crate::{
@@ -73,11 +72,6 @@ pub(super) fn times_thousand(value: f64) -> f64 {
     shifted.unwrap_or(value * 1000.0)
 }
 
-/// Creates an element that is a fixed transform.
-fn fixed(translation_mm: [f64; 3], rotation_deg: [f64; 3]) -> Element {
-    Element::Fixed { translation_mm, rotation_deg }
-}
-
 /// Converts an angle from rad to degrees, without negative zero.
 fn in_deg(angle: f64) -> f64 {
     angle.to_degrees() + 0.0
@@ -113,7 +107,7 @@ pub(super) fn chain_elements(
     joints_to_tip: &[usize],
     masses: &[Option<Mass>],
     source: &Source<'_>,
-    notes: &mut ImportNotes,
+    notes: &mut Vec<String>,
 ) -> Result<(Vec<Element>, [String; 2])> {
     let count = joints_to_tip.iter().filter(|&&joint| is_movable(&robot.joints[joint])).count();
     if count > MAX_DRIVES {
@@ -132,7 +126,7 @@ pub(super) fn chain_elements(
     }
     let Builder { elements, beside, bodies, notes, .. } = builder;
     let bodies = bodies.finish(notes);
-    notes.add_names("movable joints beside the chain, held at zero", beside.iter().map(String::as_str));
+    note_names(notes, "movable joints beside the chain, held at zero", beside.iter().map(String::as_str));
     note_limits(robot, joints_to_tip, &elements, notes);
     note_angles(robot, joints_to_tip, notes);
     Ok((elements, bodies))
@@ -146,7 +140,7 @@ struct Builder<'a> {
     on_way: Vec<bool>,
     masses: &'a [Option<Mass>],
     source: &'a Source<'a>,
-    notes: &'a mut ImportNotes,
+    notes: &'a mut Vec<String>,
     elements: Vec<Element>,
     /// Names of movable joints beside the chain.
     beside: Vec<String>,
@@ -159,7 +153,7 @@ impl Builder<'_> {
         self.elements.push(Element::Comment(format!("joint {}", quoted(&joint.name))));
         let Origin { xyz, rpy } = joint.origin;
         if joint.origin != Origin::default() {
-            self.elements.push(fixed(in_mm(xyz), rpy.map(in_deg)));
+            self.elements.push(Element::Fixed { translation_mm: in_mm(xyz), rotation_deg: rpy.map(in_deg) });
         }
         if !is_movable(joint) {
             return Ok(());
@@ -212,7 +206,7 @@ impl Builder<'_> {
         let numbered = (2..).map(|number| format!("{plain}_{number}"));
         let name = std::iter::once(plain.clone()).chain(numbered).find(|name| !is_used(name)).unwrap_or_default();
         if name != joint {
-            self.notes.add(format!("joint {}: its drive is called {name}", quoted(joint)));
+            self.notes.push(format!("joint {}: its drive is called {name}", quoted(joint)));
         }
         name
     }
@@ -252,7 +246,7 @@ impl Builder<'_> {
 
 /// Returns the coordinate axis for a drive along `direction` (joint frame), and the rotations before and after it that align the axis.
 fn local_drive_axis(direction: [f64; 3]) -> (Axis, Vec<Element>, Vec<Element>) {
-    let turn = |angles: [f64; 3]| vec![fixed([0.0; 3], angles.map(in_deg))];
+    let turn = |angles: [f64; 3]| vec![Element::Fixed { translation_mm: [0.0; 3], rotation_deg: angles.map(in_deg) }];
     let half = std::f64::consts::PI;
     let [x, y, z]: [f64; 3] = Vector3::from(direction).normalize().into();
     match (x == 0.0, y == 0.0, z == 0.0) {
@@ -284,12 +278,13 @@ fn travel(joint: &Joint, motion: Motion) -> Option<[f64; 2]> {
 }
 
 /// Adds notes that name the joints whose travel, effort or axis is missing.
-fn note_limits(robot: &Robot, joints_to_tip: &[usize], elements: &[Element], notes: &mut ImportNotes) {
+fn note_limits(robot: &Robot, joints_to_tip: &[usize], elements: &[Element], notes: &mut Vec<String>) {
     let joints: Vec<&Joint> =
         joints_to_tip.iter().map(|&joint| &robot.joints[joint]).filter(|joint| is_movable(joint)).collect();
     let pairs: Vec<(&Joint, &Drive)> = joints.into_iter().zip(drives(elements)).collect();
     let mut named = |what: &str, is_it: &dyn Fn(&Joint, &Drive) -> bool| {
-        notes.add_names(
+        note_names(
+            notes,
             what,
             pairs.iter().filter(|(joint, drive)| is_it(joint, drive)).map(|(joint, _)| joint.name.as_str()),
         );
@@ -307,14 +302,15 @@ const MEANT: f64 = 2e-3;
 const EXACT: f64 = 2e-5;
 
 /// Adds a note that names joints whose angles are almost right angles, as if written with few digits.
-fn note_angles(robot: &Robot, joints_to_tip: &[usize], notes: &mut ImportNotes) {
+fn note_angles(robot: &Robot, joints_to_tip: &[usize], notes: &mut Vec<String>) {
     let is_rounded = |angle: f64| {
         let right_angles = (angle / FRAC_PI_2).round();
         right_angles != 0.0 && (EXACT..MEANT).contains(&(angle - right_angles * FRAC_PI_2).abs())
     };
     let joints = joints_to_tip.iter().map(|&joint| &robot.joints[joint]);
     let rounded = joints.filter(|joint| joint.origin.rpy.into_iter().any(is_rounded));
-    notes.add_names(
+    note_names(
+        notes,
         "joints whose rpy is almost a right angle, such as 1.57, taken as written",
         rounded.map(|joint| joint.name.as_str()),
     );

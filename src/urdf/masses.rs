@@ -1,9 +1,8 @@
 //! Plausible masses of a URDF: missing ones, placeholders and absurd ones are left out and noted.
 
 use super::{
-    notes::ImportNotes,
     read::{Inertial, Robot},
-    source::quoted,
+    source::{note_names, quoted},
     tree::Tree,
 };
 
@@ -26,38 +25,38 @@ pub(super) fn plausible_masses(
     robot: &Robot,
     tree: &Tree,
     reach_bound_m: f64,
-    notes: &mut ImportNotes,
+    notes: &mut Vec<String>,
 ) -> Vec<Option<Mass>> {
     let mut masses: Vec<Option<Mass>> =
         (0..robot.links.len()).map(|link| link_mass(robot, tree, link, reach_bound_m, notes)).collect();
     note_missing(robot, notes);
     if let Some(problem) = all_implausible(&masses, reach_bound_m) {
-        notes.add(problem);
+        notes.push(problem);
         masses.fill(None);
     }
     masses
 }
 
 /// Returns the mass of the link with index `link` if it is plausible for a chain of `length` (m); notes what is wrong with it otherwise.
-fn link_mass(robot: &Robot, tree: &Tree, link: usize, length: f64, notes: &mut ImportNotes) -> Option<Mass> {
+fn link_mass(robot: &Robot, tree: &Tree, link: usize, length: f64, notes: &mut Vec<String>) -> Option<Mass> {
     let Inertial { mass, centre } = robot.links[link].inertial.as_ref()?;
     let name = quoted(&robot.links[link].name);
     let Some(kg) = *mass else {
-        notes.add(format!("mass of link {name}: not used, its inertial has no mass"));
+        notes.push(format!("mass of link {name}: not used, its inertial has no mass"));
         return None;
     };
     if kg <= 0.0 {
-        notes.add(format!("mass of link {name}: not used, {kg:?} kg is none"));
+        notes.push(format!("mass of link {name}: not used, {kg:?} kg is none"));
         return None;
     }
     if centre.is_none() {
-        notes.add(format!("mass of link {name}: its centre is not given, taken at the origin of the link's frame"));
+        notes.push(format!("mass of link {name}: its centre is not given, taken at the origin of the link's frame"));
     }
     let centre = centre.unwrap_or_default();
     let link_length = tree.carries[link].iter().map(|&joint| norm(robot.joints[joint].origin.xyz)).fold(0.0, f64::max);
     let farthest = link_length + 0.5 * length;
     if length > 0.0 && norm(centre) > farthest {
-        notes.add(format!(
+        notes.push(format!(
             "mass of link {name}: not used, its centre is {:.3} m from the link's frame, expected at most {farthest:.3} m (the \
              link's length and half of the chain's)",
             norm(centre)
@@ -73,13 +72,13 @@ fn norm([x, y, z]: [f64; 3]) -> f64 {
 }
 
 /// Notes links without an inertial element, separately those with a shape and those that are only frames.
-fn note_missing(robot: &Robot, notes: &mut ImportNotes) {
+fn note_missing(robot: &Robot, notes: &mut Vec<String>) {
     let without = |shaped: bool| {
         let links = robot.links.iter().filter(move |link| link.inertial.is_none() && link.shapes.is_empty() != shaped);
         links.map(|link| link.name.as_str())
     };
-    notes.add_names("links without mass though they have a shape", without(true));
-    notes.add_names("links without mass and shape, taken as frames", without(false));
+    note_names(notes, "links without mass though they have a shape", without(true));
+    note_names(notes, "links without mass and shape, taken as frames", without(false));
 }
 
 /// Returns why none of the masses is plausible for a chain of `length` (m): all equal, or an absurd total; `None` if they are plausible.

@@ -7,7 +7,6 @@ mod bodies;
 mod chain;
 mod home;
 mod masses;
-mod notes;
 mod read;
 mod source;
 mod stiffness;
@@ -27,9 +26,8 @@ use crate::{
     spatial::Pose,
 };
 use chain::Element;
-use notes::ImportNotes;
 use read::Robot;
-use source::{Source, identifier, quoted};
+use source::{Source, identifier, note_names, quoted};
 use tree::Tree;
 use write::MachineFile;
 
@@ -83,7 +81,7 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
     let tip = tree.tip(options.tip.as_deref(), &robot, &source)?;
     let joints_to_tip = tree.joints_to(tip);
     let reach = chain::reach_bound(&robot, &joints_to_tip);
-    let mut notes = ImportNotes::default();
+    let mut notes: Vec<String> = Vec::new();
     note_ends(&robot, &tree, tip, &mut notes);
     let masses = masses::plausible_masses(&robot, &tree, reach, &mut notes);
     let (elements, bodies) = chain::chain_elements(&robot, &tree, &joints_to_tip, &masses, &source, &mut notes)?;
@@ -93,13 +91,17 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
     let stiffness = options.stiffness.for_drives(&drives)?;
     if stiffness.contains(&None) {
         let names = drives.iter().map(|drive| drive.name.as_str());
-        notes.add_names("stiffness unknown, to be written below or given with --stiffness or --like, of drives", names);
+        note_names(
+            &mut notes,
+            "stiffness unknown, to be written below or given with --stiffness or --like, of drives",
+            names,
+        );
     }
     let name = if robot.name.is_empty() { "robot".into() } else { identifier(&robot.name) };
     let reach_mm = (1000.0 * reach).max(1.0);
     let home = home::choose_home(&elements, reach_mm);
     let (tool_axis, tool_axis_from) = tool_axis(options);
-    notes.add_first(tool_at_home(&(home.pose.rotation * tool_axis)));
+    notes.insert(0, tool_at_home(&(home.pose.rotation * tool_axis)));
     let file = MachineFile {
         title: format!(
             "{name}, {} drives to {}, imported from a URDF",
@@ -109,7 +111,7 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
         name,
         source: format!("{}; {}", file_name(origin), options.stiffness.text()),
         assumed: assumptions(options),
-        notes: notes.into_vec(),
+        notes,
         tip: quoted(&robot.links[tip].name),
         tool_tip: options.tool_tip,
         tool_axis,
@@ -205,18 +207,18 @@ fn assumptions(options: &ImportOptions) -> Vec<(&'static str, String)> {
 }
 
 /// Notes the links at which the chain begins and ends; `tip` is an index.
-fn note_ends(robot: &Robot, tree: &Tree, tip: usize, notes: &mut ImportNotes) {
+fn note_ends(robot: &Robot, tree: &Tree, tip: usize, notes: &mut Vec<String>) {
     let name = |link: usize| quoted(&robot.links[link].name);
-    notes.add(format!("chain: from link {}, whose frame is O, to link {}", name(tree.root), name(tip)));
+    notes.push(format!("chain: from link {}, whose frame is O, to link {}", name(tree.root), name(tip)));
 }
 
 /// Notes the total weight of the links used, and that spindle and tool are not in it.
-fn note_weight(elements: &[Element], notes: &mut ImportNotes) {
+fn note_weight(elements: &[Element], notes: &mut Vec<String>) {
     let masses =
         elements.iter().filter_map(|element| if let Element::Mass { kg, .. } = element { Some(kg) } else { None });
     let total: f64 = masses.sum();
     if total > 0.0 {
-        notes.add(format!(
+        notes.push(format!(
             "weight: {total:.3} kg of links, along -z of O (gravity_m_per_s2 says otherwise); that of spindle and tool is \
              platform.mass"
         ));
@@ -224,10 +226,10 @@ fn note_weight(elements: &[Element], notes: &mut ImportNotes) {
 }
 
 /// Notes the kinds of elements that were not read, as machine files have no place for them.
-fn note_unread(robot: &Robot, notes: &mut ImportNotes) {
+fn note_unread(robot: &Robot, notes: &mut Vec<String>) {
     let kinds =
         robot.unread.iter().map(|(kind, count)| format!("{count} <{}>", kind.escape_debug())).collect::<Vec<_>>();
     if !kinds.is_empty() {
-        notes.add(format!("not read, as machine files have no place for it: {}", kinds.join(", ")));
+        notes.push(format!("not read, as machine files have no place for it: {}", kinds.join(", ")));
     }
 }

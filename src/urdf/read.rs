@@ -139,9 +139,8 @@ pub(super) fn robot(source: &Source<'_>) -> Result<Robot> {
         }
         Err(error) => return xml_error(source, &error),
     };
-    let reader = Reader { source };
-    reader.check_expanded(&document)?;
-    reader.read_robot(document.root_element())
+    source.check_expanded(&document)?;
+    source.read_robot(document.root_element())
 }
 
 const XACRO: &str = "<xacro:";
@@ -165,11 +164,6 @@ fn xml_error<T>(source: &Source<'_>, error: &XmlError) -> Result<T> {
     source.fail(start, String::new(), format!("is no XML: {text}, column {}", place.col))
 }
 
-/// The reader of a parsed URDF, which knows the text for errors.
-struct Reader<'a> {
-    source: &'a Source<'a>,
-}
-
 type Element<'a> = Node<'a, 'a>;
 
 /// Whether `node` is an element called `name`.
@@ -182,21 +176,21 @@ fn children_of<'a>(node: Element<'a>) -> impl Iterator<Item = Element<'a>> {
     node.children().filter(Node::is_element)
 }
 
-impl Reader<'_> {
+impl Source<'_> {
     /// Returns an error at `node`, about the link or joint `place`.
-    fn fail<T>(&self, node: Element<'_>, place: &str, problem: String) -> Result<T> {
-        self.source.fail(node.range().start, place.into(), problem)
+    fn fail_at<T>(&self, node: Element<'_>, place: &str, problem: String) -> Result<T> {
+        self.fail(node.range().start, place.into(), problem)
     }
 
     /// Checks that nothing is left for xacro to replace; a leftover `xmlns:xacro` alone is nothing to replace.
     fn check_expanded(&self, document: &Document<'_>) -> Result<()> {
         for node in document.descendants().filter(Node::is_element) {
-            if self.source.text[node.range().start..].starts_with(XACRO) {
-                return xacro_error(self.source, node.range().start, XACRO);
+            if self.text[node.range().start..].starts_with(XACRO) {
+                return xacro_error(self, node.range().start, XACRO);
             }
             let is_template = |value: &str| value.contains("${") || value.contains("$(");
             if let Some(attribute) = node.attributes().find(|attribute| is_template(attribute.value())) {
-                return xacro_error(self.source, node.range().start, &quoted(attribute.value()));
+                return xacro_error(self, node.range().start, &quoted(attribute.value()));
             }
         }
         Ok(())
@@ -207,7 +201,7 @@ impl Reader<'_> {
         if !is_element(root, "robot") {
             let hint = if is_element(root, "sdf") { "; this is SDF, the format of Gazebo" } else { "" };
             let problem = format!("begins with <{}>, expected <robot>, a URDF{hint}", root.tag_name().name());
-            return self.fail(root, "", problem);
+            return self.fail_at(root, "", problem);
         }
         let name = root.attribute("name").unwrap_or_default().to_string();
         let mut robot = Robot { name, links: Vec::new(), joints: Vec::new(), unread: BTreeMap::new() };
@@ -220,7 +214,7 @@ impl Reader<'_> {
             }
         }
         if robot.links.is_empty() {
-            return self.fail(root, "", "has no <link>, expected a URDF".into());
+            return self.fail_at(root, "", "has no <link>, expected a URDF".into());
         }
         Ok(robot)
     }
@@ -230,11 +224,11 @@ impl Reader<'_> {
         let kind = if is_element(node, "link") { "link" } else { "joint" };
         let name = node.attribute("name").unwrap_or_default();
         if name.is_empty() {
-            return self.fail(node, kind, "has no name".into());
+            return self.fail_at(node, kind, "has no name".into());
         }
         let place = format!("{kind} {}", quoted(name));
         if !names.insert(name) {
-            return self.fail(node, &place, format!("is there twice, expected each {kind} once"));
+            return self.fail_at(node, &place, format!("is there twice, expected each {kind} once"));
         }
         Ok((name, place))
     }
@@ -266,7 +260,7 @@ impl Reader<'_> {
         }
         let of = |kind| children_of(node).filter(move |child| is_element(*child, kind)).collect::<Vec<_>>();
         let shapes = [of("collision"), of("visual")].into_iter().find(|own| !own.is_empty()).unwrap_or_default();
-        let read = |own| self.read_shape(own).ok_or_else(|| quoted(&self.source.text[own.range()]));
+        let read = |own| self.read_shape(own).ok_or_else(|| quoted(&self.text[own.range()]));
         let shapes = shapes.into_iter().map(read).collect();
         Ok(Link { name: name.into(), inertial, shapes })
     }
@@ -309,11 +303,11 @@ impl Reader<'_> {
         let word = node.attribute("type").unwrap_or_default();
         let Some((_, kind)) = JointKind::ALL.iter().find(|(known, _)| *known == word) else {
             let known = JointKind::ALL.map(|(known, _)| known).join(", ");
-            return self.fail(node, &place, format!("type={}, expected one of {known}", quoted(word)));
+            return self.fail_at(node, &place, format!("type={}, expected one of {known}", quoted(word)));
         };
         let end = |which: &str| match self.only_child(node, which, &place)?.and_then(|end| end.attribute("link")) {
             Some(link) => Ok(link.to_string()),
-            None => self.fail(node, &place, format!("has no <{which} link=…>")),
+            None => self.fail_at(node, &place, format!("has no <{which} link=…>")),
         };
         for child in children_of(node).map(|child| child.tag_name().name()) {
             if !["origin", "parent", "child", "axis", "limit", "mimic"].contains(&child) {
@@ -341,7 +335,7 @@ impl Reader<'_> {
         let Some(node) = self.only_child(joint, "origin", place)? else { return Ok(Origin::default()) };
         if node.attribute("quat_xyzw").is_some() {
             let problem = "quat_xyzw of <origin> is not read: expected rpy, roll, pitch and yaw in rad".into();
-            return self.fail(node, place, problem);
+            return self.fail_at(node, place, problem);
         }
         let vector = |name| self.read_vector(node, name, place).map(Option::unwrap_or_default);
         Ok(Origin { xyz: vector("xyz")?, rpy: vector("rpy")? })
@@ -352,7 +346,7 @@ impl Reader<'_> {
         let Some(node) = self.only_child(joint, "axis", place)? else { return Ok(None) };
         let axis = self.read_vector(node, "xyz", place)?;
         if axis.is_some_and(|axis| axis.iter().all(|component| component.abs() < SHORTEST_AXIS)) {
-            return self.fail(node, place, "the <axis> is zero, expected a direction".into());
+            return self.fail_at(node, place, "the <axis> is zero, expected a direction".into());
         }
         Ok(axis)
     }
@@ -367,7 +361,7 @@ impl Reader<'_> {
             && lower > upper
         {
             let problem = format!("lower={lower:?} of <limit> is above upper={upper:?}");
-            return self.fail(node, place, problem);
+            return self.fail_at(node, place, problem);
         }
         // Writers that know no limit give one of 1e16 or so.
         if lower.into_iter().chain(upper).any(|end| end.abs() > LARGEST_PLACE) {
@@ -380,7 +374,7 @@ impl Reader<'_> {
     fn read_mimic(&self, joint: Element<'_>, place: &str) -> Result<Option<Mimic>> {
         let Some(node) = self.only_child(joint, "mimic", place)? else { return Ok(None) };
         let Some(other) = node.attribute("joint") else {
-            return self.fail(node, place, "has no <mimic joint=…>".into());
+            return self.fail_at(node, place, "has no <mimic joint=…>".into());
         };
         Ok(Some(Mimic {
             joint: other.into(),
@@ -395,7 +389,7 @@ impl Reader<'_> {
         let first = found.next();
         match found.next() {
             None => Ok(first),
-            Some(second) => self.fail(second, place, format!("has <{name}> twice, expected it once")),
+            Some(second) => self.fail_at(second, place, format!("has <{name}> twice, expected it once")),
         }
     }
 
@@ -428,7 +422,7 @@ impl Reader<'_> {
         let range =
             if largest.is_finite() { format!(" between {:e} and {largest:e}", -largest) } else { String::new() };
         let problem = format!("{name}={} of <{tag}>, expected {expected}{range}", quoted(text));
-        self.fail(node, place, problem)
+        self.fail_at(node, place, problem)
     }
 }
 

@@ -1,4 +1,4 @@
-//! The URDF's text and the errors that quote it: file, line, joint or link, and what is written there.
+//! The URDF's text, the errors that quote it (file, line, joint or link, and what is written there), and notes that name its things.
 
 use crate::input::error::{Error, Result};
 
@@ -37,6 +37,14 @@ pub(super) fn quoted(text: &str) -> String {
 /// Joins names, each in quotation marks, by commas.
 pub(super) fn quoted_list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     names.into_iter().map(quoted).collect::<Vec<_>>().join(", ")
+}
+
+/// Adds a note that says `what` about the things called `names`, if there are any.
+pub(super) fn note_names<'a>(notes: &mut Vec<String>, what: &str, names: impl IntoIterator<Item = &'a str>) {
+    let names = quoted_list(names);
+    if !names.is_empty() {
+        notes.push(format!("{what}: {names}"));
+    }
 }
 
 /// Converts a name to the characters that machine files permit, others to underscores, at most 60.

@@ -82,13 +82,7 @@ impl MachineFile {
         );
         let mut drives = self.stiffness.iter().zip(&self.home.drives);
         for element in &self.elements {
-            text += &match element {
-                Element::Drive(drive) => {
-                    let (stiffness, home) = drives.next().unwrap_or((&None, &0.0));
-                    drive_line(drive, *stiffness, *home)
-                }
-                other => element_line(other),
-            };
+            text += &element_line(element, || drives.next().unwrap_or((&None, &0.0)));
         }
         text + "]\n\n[[mount]]\nname = \"robot\"\nchain = \"arm\"\n"
     }
@@ -99,8 +93,8 @@ fn vector_text(components: [f64; 3]) -> String {
     format!("[{}]", components.map(|v| format!("{:?}", v + 0.0)).join(", "))
 }
 
-/// Formats an element as a line of the chain's list.
-fn element_line(element: &Element) -> String {
+/// Formats an element as a line of the chain's list; `next` yields stiffness and home of the next drive.
+fn element_line<'a>(element: &Element, next: impl FnOnce() -> (&'a Option<f64>, &'a f64)) -> String {
     match element {
         Element::Comment(text) => format!("  # {text}\n"),
         Element::Fixed { translation_mm, rotation_deg } => {
@@ -114,7 +108,10 @@ fn element_line(element: &Element) -> String {
             format!("  {{ fixed = {{ {} }} }},\n", parts.join(", "))
         }
         Element::Mass { kg, at_mm } => format!("  {{ mass = {{ kg = {kg:?}, at_mm = {} }} }},\n", vector_text(*at_mm)),
-        Element::Drive(drive) => drive_line(drive, None, 0.0),
+        Element::Drive(drive) => {
+            let (stiffness, home) = next();
+            drive_line(drive, *stiffness, *home)
+        }
         Element::Body(body) => format!("  {{ body = {body} }},\n"),
     }
 }

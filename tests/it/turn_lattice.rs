@@ -4,7 +4,7 @@ use kinetostat::{
     process::RedundancyObjective,
     redundancy::{
         Infeasible,
-        internals::{Layer, MAX_DRIVES, NodeState, Shape, Walk},
+        internals::{Knot, MAX_DRIVES, NodeState, Shape, Walk},
     },
 };
 use proptest::prelude::*;
@@ -12,6 +12,15 @@ use proptest::prelude::*;
 use crate::support::cases::cases;
 
 const BRANCHES: usize = 2;
+
+/// A knot and its nodes, turn by turn, the branches of each.
+#[derive(Debug, Clone)]
+struct Layer {
+    weight: f64,
+    band: usize,
+    seconds: f64,
+    nodes: Vec<Result<NodeState, Infeasible>>,
+}
 
 fn layer(gammas: usize) -> impl Strategy<Value = Layer> {
     let node = prop_oneof![
@@ -63,7 +72,8 @@ fn all_ways(layers: &[Layer], shape: &Shape) -> Option<(f64, (f64, f64))> {
 fn walked(layers: &[Layer], shape: &Shape, objective: RedundancyObjective, ceiling_mm: f64) -> Walk {
     let mut walk = Walk::new(shape.clone(), objective, ceiling_mm);
     for (k, layer) in layers.iter().enumerate() {
-        walk.step(k, layer.clone());
+        let Layer { weight, band, seconds, ref nodes } = *layer;
+        walk.step(&Knot { point: k, weight, band, seconds }, nodes.clone());
     }
     walk
 }

@@ -1,7 +1,7 @@
 //! Convex shapes, each a core and a distance around it.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use parry3d_f64::{math::Vector, shape::SupportMap, transformation::try_convex_hull};
+use parry3d_f64::{math::Vector, shape::SupportMap, transformation::try_convex_hull, utils::point_cloud_support_point};
 
 /// A convex shape in the frame of its body, mm.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,13 +106,7 @@ impl Core {
 impl SupportMap for Core {
     fn local_support_point(&self, direction: Vector) -> Vector {
         match self {
-            Core::Segment([a, b]) => {
-                if a.dot(direction) >= b.dot(direction) {
-                    *a
-                } else {
-                    *b
-                }
-            }
+            Core::Segment(ends) => point_cloud_support_point(direction, ends),
             Core::Cuboid { centre, half_axes } => {
                 half_axes.iter().fold(*centre, |at, half| at + *half * 1f64.copysign(half.dot(direction)))
             }
@@ -122,16 +116,7 @@ impl SupportMap for Core {
                 let length = across.length();
                 if length > 0.0 { end + across * (radius / length) } else { end }
             }
-            Core::Hull(points, _) => {
-                let mut best = (f64::NEG_INFINITY, points[0]);
-                for point in points {
-                    let along = point.dot(direction);
-                    if along > best.0 {
-                        best = (along, *point);
-                    }
-                }
-                best.1
-            }
+            Core::Hull(points, _) => point_cloud_support_point(direction, points),
         }
     }
 }

@@ -252,12 +252,11 @@ impl Sweep<'_> {
 
     /// Returns a bound of how fast the distance of a pair changes in an interval, mm for each 1 of the parameter.
     fn speed_of(&self, motion: &mut dyn Motion, pair: u32, interval: [f64; 2]) -> f64 {
-        self.cell.pairs[pair as usize].iter().map(|&body| self.speed(motion, body, interval)).sum()
-    }
-
-    fn speed(&self, motion: &mut dyn Motion, body: usize, interval: [f64; 2]) -> f64 {
-        let body = &self.cell.bodies[body];
-        let (centre_mm, radius_mm) = body.ball();
-        motion.speed(body.frame, &Ball { centre_mm, radius_mm }, interval)
+        let speed = |&body: &usize| {
+            let body = &self.cell.bodies[body];
+            let (centre_mm, radius_mm) = body.ball();
+            motion.speed(body.frame, &Ball { centre_mm, radius_mm }, interval)
+        };
+        self.cell.pairs[pair as usize].iter().map(speed).sum()
     }
 }

@@ -126,7 +126,7 @@ impl<'a> SpreadSolver<'a> {
         for (own, ends) in ends.iter_mut().enumerate() {
             for (end, group) in ends.iter_mut().enumerate() {
                 let Some(group) = group else { continue };
-                let (text, put) = (drawn.end_text(own, end), |response: &mut Response, found| {
+                let (text, put) = (drawn.uncertainty.end_text(own, end), |response: &mut Response, found| {
                     response.ends[own][end] = Some(found);
                 });
                 group.set_rigid(configurations);

@@ -10,7 +10,6 @@ use super::{
     outcome::EntryEvaluators,
     site::Site,
     tally::Tally,
-    turned::Setup,
     walk::{Infeasibility, PathWalk, Solution},
 };
 use crate::{
@@ -84,10 +83,9 @@ impl Evaluator {
                     Err(Infeasibility { failure, .. }) => Some(failure.clone()),
                 };
                 if let (Some(refusal), None) = (&refusal, &failure) {
-                    failure = Some(
-                        self.first_unreachable(&partial.setup, f, k)
-                            .unwrap_or_else(|| at_path_point(job, k, refusal.clone())),
-                    );
+                    // What the rigid machine does not reach up to here is told first.
+                    let unreachable = self.check_reach(&partial.setup, |g, point| g < f || g == f && point <= k).err();
+                    failure = unreachable.or_else(|| Some(at_path_point(job, k, refusal.clone())));
                 }
                 refusals += usize::from(refusal.is_some());
                 points.push(place_point(k, &tasks[k], job.machine(), &walk.last, refusal));
@@ -109,11 +107,9 @@ impl Evaluator {
             None => Ok(Evaluation {
                 metrics: known,
                 as_placed: known,
-                worst_corner: None,
-                features: Vec::new(),
                 open_backlash_mm: Tally::widest_open_mm(&partial.tallies),
-                not_corrected: None,
                 outside_workspace: self.check_workspace(&partial.setup).err(),
+                ..Evaluation::default()
             }),
         };
         PlaceResults { features, outcome, known }
@@ -123,11 +119,6 @@ impl Evaluator {
     pub(crate) fn task_at(&self, site: &Site, f: usize, k: usize) -> Option<(&Machines, TaskPoint)> {
         let machines = &self.features.get(f)?.machines;
         Some((machines, *self.tasks(&self.setup(site), f).get(k)?))
-    }
-
-    /// Returns the failure at the first point, up to point `k` of feature `f`, that the rigid machine does not reach; `None` if it reaches all.
-    fn first_unreachable(&self, setup: &Setup, f: usize, k: usize) -> Option<Failure> {
-        self.check_reach(setup, |other, point| other < f || other == f && point <= k).err()
     }
 }
 

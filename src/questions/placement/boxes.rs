@@ -40,7 +40,11 @@ impl Evaluator {
         let Some((k, outside)) = tasks.iter().enumerate().find_map(|(k, task)| Some((k, outside(task)?))) else {
             return Ok(());
         };
-        let reason = format!("P at {outside}{}", job.gamma_note());
+        let note = match job.gamma_search.is_some() {
+            true => "; no rotation about the tool axis keeps the path within the box and the machine within its limits",
+            false => "",
+        };
+        let reason = format!("P at {outside}{note}");
         Err(at_path_point(job, k, Failure { status: "outside_workspace".into(), reason }))
     }
 

@@ -87,7 +87,7 @@ pub(super) struct PartialEvaluation {
 }
 
 /// Metrics of a placement.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// Metrics of all features together, the worst of where the workpiece may be clamped.
     pub metrics: Metrics,
@@ -180,13 +180,8 @@ impl Evaluator {
     /// Starts an evaluation at `site` also where the path leaves the workspace box. `Err` says why else the workpiece must not stand there.
     pub(super) fn begin_without_workspace_check(&self, site: &Site) -> Result<PartialEvaluation, Failure> {
         self.check_boxes(site)?;
-        self.begin_at(self.checked_setup(site)?)
-    }
-
-    /// Returns `site` with the best γ of each feature. `Err` says why one cannot be cut at any.
-    fn checked_setup(&self, site: &Site) -> Result<Setup, Failure> {
         let gammas = (0..self.features.len()).map(|f| self.gamma_at(site, f).transpose()).collect::<Result<_, _>>()?;
-        Ok(Setup { site: *site, gammas })
+        self.begin_at(Setup { site: *site, gammas })
     }
 
     /// Starts an evaluation at `setup`, where boxes are not in the way. `Err` where the rigid machine does not reach a point.
@@ -402,31 +397,16 @@ impl Evaluator {
         self.with_corners(self.conclude_placed(partial)?, self.corners(), at_corner)
     }
 
-    /// Returns the evaluation once all points are added, also where the path leaves the workspace box, there without allowance. `Err` as
-    /// [`Evaluator::conclude`].
-    fn conclude_anywhere(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
-        match self.check_workspace(&partial.setup) {
-            Ok(()) => self.conclude(partial),
-            Err(outside) => Ok(Evaluation { outside_workspace: Some(outside), ..self.conclude_placed(partial)? }),
-        }
-    }
-
     /// Returns the evaluation once all points are added, with the workpiece exactly at the place. `Err` as [`Evaluator::conclude`].
     pub(super) fn conclude_placed(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
         // Last of what can refuse a place, as it takes the longest.
         let least_clearance = self.check_bodies(&partial.setup)?;
-        let metrics = self.best_possible(partial).with_clearance(least_clearance);
         let metrics_of = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
-        let features = partial.tallies.iter().zip(&self.features).map(metrics_of).collect();
-        let open_backlash_mm = Tally::widest_open_mm(&partial.tallies);
         let mut evaluation = Evaluation {
-            metrics,
-            features,
-            as_placed: metrics,
-            worst_corner: None,
-            open_backlash_mm,
-            not_corrected: None,
-            outside_workspace: None,
+            metrics: self.best_possible(partial).with_clearance(least_clearance),
+            features: partial.tallies.iter().zip(&self.features).map(metrics_of).collect(),
+            open_backlash_mm: Tally::widest_open_mm(&partial.tallies),
+            ..Evaluation::default()
         };
         if self.needs.bounded {
             self.correct_within_limits(partial, &mut evaluation);
@@ -525,12 +505,16 @@ impl Evaluator {
         work.part("examine").piece(&site.0, |_| 0, || Ok(self.examine(site))).unwrap_or_else(stopped_failure)
     }
 
-    /// Evaluates `site` also where the path leaves the workspace box; reach first, so that `Err` names the first point without.
+    /// Evaluates `site` also where the path leaves the workspace box, there without allowance; reach first, so that `Err` names the first point
+    /// without.
     pub fn examine(&self, site: &Site) -> Result<Evaluation, Failure> {
         let mut partial = self.begin_without_workspace_check(site)?;
         self.check_reach(&partial.setup, |_, _| true)?;
         self.add_points(&mut partial, |prepared| &prepared.counted, &mut None)?;
-        self.conclude_anywhere(&partial)
+        match self.check_workspace(&partial.setup) {
+            Ok(()) => self.conclude(&partial),
+            Err(outside) => Ok(Evaluation { outside_workspace: Some(outside), ..self.conclude_placed(&partial)? }),
+        }
     }
 
     /// Returns the place nearest to `site` as it is printed at which the workpiece can be cut, with what [`Evaluator::examine`] says of it; `site`
@@ -636,8 +620,6 @@ fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64
     let shares: Vec<f64> = lengths.iter().map(|length| (length / total / GRAIN).round() * GRAIN).collect();
     let is_counted = counted_flags(job);
     let counted: Vec<usize> = (0..shares.len()).filter(|&k| is_counted[k]).collect();
-    let own_limit = job.limits.force_N.unwrap_or(f64::INFINITY);
-    let limit = |drive: &crate::machine::Drive| drive.force_limit.unwrap_or(f64::INFINITY).min(own_limit);
     PreparedFeature {
         machines: job.machines.clone(),
         share: shares.iter().sum(),
@@ -645,7 +627,7 @@ fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64
         levels: levels(&counted),
         is_counted,
         counted,
-        force_limits: study.machine.drives().map(|(_, drive)| limit(drive)).collect(),
+        force_limits: within_limits::force_limits(&study.machine, &job.limits),
         solvers: SpareSolvers::default(),
         branches: match &job.gamma_search {
             Some(own) if own.is_sought() => {

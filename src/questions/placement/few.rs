@@ -56,8 +56,10 @@ impl FewPoints {
     }
 
     fn of(all: &Evaluator, points: Vec<BTreeSet<usize>>, corrects: bool) -> Self {
-        let first = all.features.iter().map(|feature| feature.levels[0].iter().copied().collect());
-        let study = all.study.at_points(&points, &first.collect::<Vec<_>>());
+        let features = all.study.features.iter().zip(&points).zip(&all.features);
+        let features = features.map(|((job, points), prepared)| job.at_points(points, &prepared.levels[0]));
+        // Of no ways between these points.
+        let study = PlacementStudy { features: features.collect(), ..all.study.clone() };
         let mut evaluator = Evaluator::new(&study, &study.objective.metrics());
         if !corrects && !evaluator.needs.correction {
             evaluator.exact = ExactMode::NotAsked;
@@ -72,7 +74,7 @@ impl FewPoints {
         let mut points = self.points.clone();
         setups.iter().for_each(|setup| add_worst(all, setup, corners, is_refused, &mut points));
         let count: usize = points.iter().map(BTreeSet::len).sum();
-        let corrects = self.corrects || is_refused;
+        let corrects = self.corrects || is_refused && !all.needs.correction;
         let is_new = points != self.points || corrects != self.corrects;
         if is_new && count <= MOST_POINTS { Some(Self::of(all, points, corrects)) } else { None }
     }
@@ -288,18 +290,9 @@ fn of_point(metric: Metric) -> Option<fn(&PointValues) -> f64> {
     }
 }
 
-impl PlacementStudy {
-    /// Returns the study of these points of each feature (indices in path order) alone: of no ways between them. Others than `first` were the worst.
-    fn at_points(&self, points: &[BTreeSet<usize>], first: &[BTreeSet<usize>]) -> Self {
-        let features = self.features.iter().zip(points).zip(first);
-        let features = features.map(|((job, points), first)| job.at_points(points, first));
-        Self { features: features.collect(), ..self.clone() }
-    }
-}
-
 impl FeatureJob {
-    /// Returns the feature with these points of its path alone, of which others than `first` were the worst somewhere.
-    fn at_points(&self, points: &BTreeSet<usize>, first: &BTreeSet<usize>) -> Self {
+    /// Returns the feature with these points of its path (indices in path order) alone, of which others than `first` were the worst somewhere.
+    fn at_points(&self, points: &BTreeSet<usize>, first: &[usize]) -> Self {
         let worst = points.iter().enumerate().filter(|(_, point)| !first.contains(point));
         let worst = Some(worst.map(|(own, _)| own).collect());
         let indices: Vec<usize> = points.iter().copied().collect();

@@ -10,6 +10,7 @@ use super::{
     PlacementStudy,
     evaluate::Evaluator,
     few::Glimpse,
+    first_distinct,
     metric::{Metric, Metrics, Objective},
     polish::Steps,
     refine::{Refinement, Start, refine},
@@ -144,12 +145,8 @@ fn refine_metric(
     let objective = Objective { weights: vec![(metric, 1.0)], pareto: Vec::new() };
     let mut sorted: Vec<(f64, Site)> = front.iter().map(|(site, metrics)| (objective.value(metrics), *site)).collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut starts: Vec<(Start, Site)> = Vec::new();
-    for (_, site) in sorted {
-        if starts.len() < study.search.starts && !starts.iter().any(|(_, other)| is_neighbour(study, other, &site)) {
-            starts.push((Start::Sweep, site));
-        }
-    }
+    let sorted = sorted.into_iter().map(|(_, site)| (Start::Sweep, site));
+    let starts = first_distinct(sorted, study.search.starts, |(_, a), (_, b)| is_neighbour(study, a, b));
     work.tell(Event::Computed(study.search.starts - starts.len()));
     refine(evaluator, study, &objective, &starts, work)
 }

@@ -14,9 +14,10 @@ use serde::{Deserialize, Serialize};
 use super::{
     PlacementStudy,
     evaluate::{Evaluator, NOT_RIGID},
+    first_distinct,
     polish::{Steps, pattern_search},
     site::Site,
-    sweep::{Cell, PlaceOutcome},
+    sweep::{Cell, PlaceOutcome, is_neighbour},
     turned::Setup,
     walk::UNMEASURED,
 };
@@ -57,12 +58,7 @@ pub(super) fn find_gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[
     if feasible * FEW < cells.len() {
         found.extend(search_within_limits(evaluator, study, cells, work)?);
     }
-    let mut distinct: Vec<Site> = Vec::new();
-    for site in found {
-        if !distinct.iter().any(|other| study.is_same_place(other, &site)) {
-            distinct.push(site);
-        }
-    }
+    let distinct = first_distinct(found, usize::MAX, |a, b| study.is_same_place(a, b));
     if !distinct.is_empty() {
         work.tell(Event::Stage(Stage { of: "places between grid points", items: distinct.len() }));
     }
@@ -221,12 +217,7 @@ fn search_within_limits(
     // Nothing leads away from where the loaded machine has no equilibrium.
     ranked.retain(|(violation, _)| violation.is_finite() && !(UNMEASURED..NOT_RIGID).contains(violation));
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut starts: Vec<(f64, Site)> = Vec::new();
-    for (violation, site) in ranked {
-        if starts.len() < SEARCHES && !starts.iter().any(|(_, other)| super::sweep::is_neighbour(study, other, &site)) {
-            starts.push((violation, site));
-        }
-    }
+    let starts = first_distinct(ranked, SEARCHES, |a, b| is_neighbour(study, &a.1, &b.1));
     if !starts.is_empty() {
         work.tell(Event::Stage(Stage { of: "searches for room", items: starts.len() }));
     }

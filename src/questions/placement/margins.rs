@@ -174,7 +174,7 @@ const ROUNDING: f64 = 1e-12;
 const TOO_NEAR: &str = "a drive or joint comes nearer to its limit than the steps of the search for the way can tell";
 
 /// Limited quantities at a distance at which the workpiece can be cut.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Probe {
     /// Its distance, mm or rad.
     pub at: f64,
@@ -255,10 +255,7 @@ impl<F: Fn(f64) -> Result<Probe, End>> MarginSearch<F> {
                 self.verify_interval(before, a, &middle, Some(b))?;
                 self.verify_interval(Some(a), &middle, b, after)
             }
-            Err(end) => {
-                let copy = |probe: &Probe| Probe { at: probe.at, shares: probe.shares.clone() };
-                Err(self.end_beyond(before.map(copy), copy(a), Some((middle, end))))
-            }
+            Err(end) => Err(self.end_beyond(before.cloned(), a.clone(), Some((middle, end)))),
         }
     }
 }

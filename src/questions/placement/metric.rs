@@ -211,9 +211,9 @@ impl Metrics {
         self.0[metric as usize]
     }
 
-    /// Sets the value of `metric`, in its [`Metric::unit`].
-    pub fn set(&mut self, metric: Metric, value: f64) {
-        self.0[metric as usize] = Some(value);
+    /// Sets the value of `metric`, in its [`Metric::unit`]; `None` removes it.
+    pub fn set(&mut self, metric: Metric, value: impl Into<Option<f64>>) {
+        self.0[metric as usize] = value.into();
     }
 
     /// Returns the worse value of each metric, none where either has none.
@@ -229,13 +229,8 @@ impl Metrics {
 
     /// Returns these with the least distance of bodies, mm; `None` where it is not known.
     pub(super) fn with_clearance(mut self, least_mm: Option<f64>) -> Self {
-        self.0[Metric::LeastClearance as usize] = least_mm;
+        self.set(Metric::LeastClearance, least_mm);
         self
-    }
-
-    /// Removes the value of `metric`.
-    pub(super) fn clear(&mut self, metric: Metric) {
-        self.0[metric as usize] = None;
     }
 }
 

@@ -118,19 +118,6 @@ impl FeatureJob {
         let placement = site.placement(self.feature.reference);
         SpreadPath { placement, audits: 0, by_drive: false, ..self.tracked.spread(drawn) }
     }
-
-    /// Returns the feature without a search for γ: the tool keeps its programmed rotation about its axis.
-    fn as_programmed(&self) -> Self {
-        Self { gamma_search: None, ..self.clone() }
-    }
-
-    /// Returns the words added to the reason of a place outside the workspace box where γ is searched for; else an empty string.
-    fn gamma_note(&self) -> &'static str {
-        if self.gamma_search.is_some() {
-            return "; no rotation about the tool axis keeps the path within the box and the machine within its limits";
-        }
-        ""
-    }
 }
 
 /// A named place of the workpiece.
@@ -279,6 +266,17 @@ pub fn compare(study: &PlacementStudy) -> Vec<Entry> {
     outcome::evaluate_entries(&evaluators, study, &Work::default(), places)
 }
 
+/// Returns the first `most` of `all`, none of which is alike another as `are_alike` says.
+fn first_distinct<T>(all: impl IntoIterator<Item = T>, most: usize, are_alike: impl Fn(&T, &T) -> bool) -> Vec<T> {
+    let mut distinct: Vec<T> = Vec::new();
+    for own in all {
+        if distinct.len() < most && !distinct.iter().any(|other| are_alike(other, &own)) {
+            distinct.push(own);
+        }
+    }
+    distinct
+}
+
 /// Largest difference of each coordinate between places that count as the same, as a share of its range.
 const SAME_PLACE: f64 = 0.02;
 
@@ -296,7 +294,8 @@ impl PlacementStudy {
 
     /// Returns the study without searches for γ: tools keep their programmed rotation about their axes.
     fn as_programmed(&self) -> Self {
-        Self { features: self.features.iter().map(FeatureJob::as_programmed).collect(), ..self.clone() }
+        let as_programmed = |job: &FeatureJob| FeatureJob { gamma_search: None, ..job.clone() };
+        Self { features: self.features.iter().map(as_programmed).collect(), ..self.clone() }
     }
 
     /// Returns the evaluators of named places, most of which stay as programmed, and of found places, with all metrics; `seeker` has found γ so far.

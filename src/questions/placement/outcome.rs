@@ -8,6 +8,7 @@ use super::{
     PlacementStudy,
     along::Trace,
     evaluate::{Evaluation, Evaluator},
+    first_distinct,
     gaps::Gaps,
     margins::Margin,
     metric::Metrics,
@@ -252,11 +253,5 @@ pub(super) fn evaluate_entries(
 fn distinct_refinements<'a>(study: &PlacementStudy, refinements: &'a [Refinement]) -> Vec<(usize, &'a Refinement)> {
     let mut sorted: Vec<(usize, &Refinement)> = refinements.iter().enumerate().collect();
     sorted.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-    let mut distinct: Vec<(usize, &Refinement)> = Vec::new();
-    for (index, refinement) in sorted {
-        if !distinct.iter().any(|(_, other)| study.is_same_place(&other.site, &refinement.site)) {
-            distinct.push((index, refinement));
-        }
-    }
-    distinct
+    first_distinct(sorted, usize::MAX, |(_, a), (_, b)| study.is_same_place(&a.site, &b.site))
 }

@@ -29,6 +29,7 @@ use super::{
     PlacementStudy,
     evaluate::Evaluator,
     few::Glimpse,
+    first_distinct,
     metric::{Metrics, Objective},
     polish::Steps,
     site::{Bounds, Site},
@@ -133,15 +134,8 @@ fn contenders(study: &PlacementStudy, refinements: &[Refinement]) -> Vec<usize> 
     let mut sorted: Vec<usize> = (0..refinements.len()).collect();
     sorted.sort_by(|&a, &b| refinements[a].value.total_cmp(&refinements[b].value).then(a.cmp(&b)));
     let Some(best) = sorted.first().map(|&index| refinements[index].value) else { return sorted };
-    let mut contenders: Vec<usize> = Vec::new();
-    for index in sorted {
-        let is_near = refinements[index].value - best <= CONTENDS * best.abs();
-        let is_same = |&other: &usize| study.is_same_place(&refinements[other].site, &refinements[index].site);
-        if is_near && contenders.len() < POLISHED && !contenders.iter().any(is_same) {
-            contenders.push(index);
-        }
-    }
-    contenders
+    sorted.retain(|&index| refinements[index].value - best <= CONTENDS * best.abs());
+    first_distinct(sorted, POLISHED, |&a, &b| study.is_same_place(&refinements[a].site, &refinements[b].site))
 }
 
 /// One search, for one objective.

@@ -100,7 +100,7 @@ impl Evaluator {
         mut take: impl FnMut((usize, usize), &PathWalk<'_>, Result<PointValues, Infeasibility>) -> bool,
     ) {
         let nominal = self.study.features[f].machine();
-        let length = run_length(points.len());
+        let length = points.len().div_ceil(Batch::WIDTH).max(1);
         let runs: Vec<&[usize]> = points.chunks(length).collect();
         let starts = run_starts(nominal, tasks, &runs);
         let found: Vec<&Configuration> = starts.iter().map(|start| start.as_ref().unwrap_or(&nominal.home)).collect();
@@ -143,11 +143,6 @@ impl Evaluator {
             exact: self.exact,
         }
     }
-}
-
-/// Returns the number of points in each run of so many.
-fn run_length(points: usize) -> usize {
-    points.div_ceil(Batch::WIDTH).max(1)
 }
 
 /// Returns the configuration of `nominal` at the first point of each of `runs` of `tasks`, led along the path from home; `None` where it is not reached, or

@@ -88,20 +88,9 @@ pub(super) struct Tally {
     across_squares: [f64; 2],
 }
 
-/// Returns the smaller of two values; the other one where one is `None`.
-fn smaller_of(a: Option<f64>, b: Option<f64>) -> Option<f64> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(a.min(b)),
-        (a, b) => a.or(b),
-    }
-}
-
-/// Returns the larger value of each component; the other pair where one is `None`.
-fn larger_of(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some([a[0].max(b[0]), a[1].max(b[1])]),
-        (a, b) => a.or(b),
-    }
+/// Returns the `worse` of two values; the other one where one is `None`.
+fn of_known<T>(a: Option<T>, b: Option<T>, worse: impl Fn(T, T) -> T) -> Option<T> {
+    a.into_iter().chain(b).reduce(worse)
 }
 
 impl PointValues {
@@ -119,11 +108,11 @@ impl PointValues {
             is_open_unknown: self.is_open_unknown || other.is_open_unknown,
             correction: self.correction.max(other.correction),
             force: self.force.max(other.force),
-            revolute: larger_of(self.revolute, other.revolute),
-            margin: smaller_of(self.margin, other.margin),
+            revolute: of_known(self.revolute, other.revolute, |a, b| [0, 1].map(|k| f64::max(a[k], b[k]))),
+            margin: of_known(self.margin, other.margin, f64::min),
             superposition_error: self.superposition_error.max(other.superposition_error),
             across: [0, 1].map(|k| self.across[k].max(other.across[k])),
-            stability: smaller_of(self.stability, other.stability),
+            stability: of_known(self.stability, other.stability, f64::min),
             // What a correction that one of them lacks shows says nothing of both.
             is_uncorrected: self.is_uncorrected || other.is_uncorrected,
         }
@@ -171,9 +160,7 @@ impl Tally {
                 metrics.set(Metric::WorstRotaryCorrection, correction);
                 metrics.set(Metric::WorstRotaryTorque, torque);
             }
-            if let Some(margin) = self.worst.margin {
-                metrics.set(Metric::ForceMargin, margin);
-            }
+            metrics.set(Metric::ForceMargin, self.worst.margin);
         }
         if needs.across {
             let squares = self.across_squares.map(|squares| (squares / share).sqrt());
@@ -185,9 +172,7 @@ impl Tally {
         if needs.superposition_error {
             metrics.set(Metric::SuperpositionError, self.worst.superposition_error);
         }
-        if let Some(stability) = self.worst.stability.filter(|_| needs.stability) {
-            metrics.set(Metric::StabilityMargin, stability);
-        }
+        metrics.set(Metric::StabilityMargin, self.worst.stability.filter(|_| needs.stability));
         metrics
     }
 }
@@ -239,7 +224,7 @@ impl ResidualTally {
     /// Removes the metrics of the correction within limits from `metrics`.
     pub fn remove_from(metrics: &mut Metrics) {
         for metric in Metric::ALL.into_iter().filter(|metric| metric.is_bounded()) {
-            metrics.clear(metric);
+            metrics.set(metric, None);
         }
     }
 }

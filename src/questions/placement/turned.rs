@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Evaluator, FeatureJob, Site,
-    evaluate::{at_path_point, track_feature},
+    evaluate::{at_path_point, counted_flags, track_feature},
     tally::{PointValues, ResidualTally, Tally},
     walk::ExactMode,
 };
@@ -34,7 +34,7 @@ use crate::{
         tracking::{TrackPoint, track_together},
     },
     statics::has_play,
-    toolpath::{PathPoint, Toolpath},
+    toolpath::Toolpath,
     work::Work,
 };
 
@@ -104,13 +104,9 @@ impl FeatureJob {
 
     /// Returns the points at which values of γ are compared first, indices in path order: fewer where the worst are known.
     fn tried_points(&self) -> Vec<usize> {
-        let points = self.feature.path.points();
-        let cuts = |point: &PathPoint| point.cutting;
-        let counted: Vec<usize> = match points.iter().any(cuts) {
-            true => (0..points.len()).filter(|k| cuts(&points[*k])).collect(),
-            false => (0..points.len()).collect(),
-        };
-        let worst = self.worst.iter().flatten().copied();
+        let is_counted = counted_flags(self);
+        let counted: Vec<usize> = (0..is_counted.len()).filter(|&k| is_counted[k]).collect();
+        let worst = self.worst.iter().flatten().copied().filter(|&k| is_counted[k]);
         let count = if self.worst.is_some() { TRIED_BESIDE } else { TRIED }.min(counted.len());
         let even = (0..count).map(|k| counted[k * (counted.len() - 1) / count.saturating_sub(1).max(1)]);
         even.chain(worst).collect::<BTreeSet<usize>>().into_iter().collect()
@@ -179,7 +175,10 @@ impl FeatureJob {
     }
 
     /// Returns pose and load at each point of the feature at `site`, with the platform rotated by `gamma` about the tool axis, rad.
-    pub(super) fn tasks_at_gamma(&self, site: &Site, gamma: f64) -> Result<Vec<TaskPoint>, Failure> {
+    ///
+    /// # Errors
+    /// The machine cannot rotate its tool freely.
+    pub fn tasks_at_gamma(&self, site: &Site, gamma: f64) -> Result<Vec<TaskPoint>, Failure> {
         let (path, placement) = (self.path_at_gamma(site, gamma)?, site.placement(self.feature.reference));
         Ok(tasks_under(self.machine(), &placement, self.target, &path, &self.feature.loads))
     }
@@ -221,12 +220,8 @@ impl Evaluator {
     /// Returns pose and load at each point of feature `f` at `setup`; not kept, as a sweep has too many places.
     pub(super) fn tasks(&self, setup: &Setup, f: usize) -> Vec<TaskPoint> {
         let job = &self.study.features[f];
-        if let Some(at_gamma) = setup.gammas[f].and_then(|gamma| job.tasks_at_gamma(&setup.site, gamma).ok()) {
-            return at_gamma;
-        }
-        let feature = &job.feature;
-        let placement = setup.site.placement(feature.reference);
-        tasks_under(job.machine(), &placement, job.target, &feature.path, &feature.loads)
+        let placement = setup.site.placement(job.feature.reference);
+        tasks_under(job.machine(), &placement, job.target, &self.path_at(setup, f), &job.feature.loads)
     }
 
     /// Returns the path of feature `f` at `setup`.
@@ -375,7 +370,8 @@ impl Evaluator {
                     .gamma_search
                     .as_ref()
                     .and_then(|settings| infeasible_step(settings, job.machine(), from, (&points[k], at)));
-                before = Some((k, at.clone()));
+                // Between few points there are others.
+                before = job.worst.is_none().then(|| (k, at.clone()));
                 infeasible.map_or(Ok(()), |why| Err(at_path_point(job, k, no_gamma(why.into()))))
             },
         )?;

@@ -179,7 +179,7 @@ pub(super) fn visit_together(
         let mut sessions: Vec<&mut Session> =
             open.iter_mut().map(|(walk, ..)| &mut walk.sessions.single[source].1).collect();
         let found = compensate_all(&mut sessions, &alone, Method::None, batch);
-        open.into_iter().zip(found).for_each(|((walk, visit, _), found)| visit.add_single(walk.nominal, found));
+        open.into_iter().zip(found).for_each(|((walk, visit, _), found)| visit.add_single(walk.nominal, &found));
     }
     visits.iter_mut().filter(|_| sources > 0).for_each(Visit::add_superposition_error);
     if walks.first().is_some_and(|walk| walk.settings.exact != ExactMode::NotAsked) {
@@ -219,10 +219,10 @@ fn compensate_all(
 
 impl Visit {
     /// Adds the displacement by a source alone.
-    fn add_single(&mut self, nominal: &Machine, found: Compensation) {
-        match success_or_refusal(nominal, found) {
-            Ok(single) => self.excess += single.position_error,
-            Err(refusal) => self.values = Err(refusal),
+    fn add_single(&mut self, nominal: &Machine, found: &Compensation) {
+        match found.status.is_success() {
+            true => self.excess += found.position_error,
+            false => self.values = Err(refusal(nominal, &found.status)),
         }
     }
 
@@ -289,7 +289,7 @@ impl<'a> PathWalk<'a> {
     /// Returns the numbers of a point from its result `uncompensated` at the nominal command.
     fn plain_values(&mut self, uncompensated: &Compensation) -> Result<PointValues, Infeasibility> {
         if !uncompensated.status.is_success() {
-            return Err(refusal(&uncompensated.status, uncompensated.status.reason(self.nominal)));
+            return Err(refusal(self.nominal, &uncompensated.status));
         }
         self.check_branch()?;
         self.record_limit_shares();
@@ -317,7 +317,7 @@ impl<'a> PathWalk<'a> {
             Some(change @ PostureChange::Branch { .. }) => {
                 let (before_mm, here_mm) = (first.pose.translation, current.pose.translation);
                 let status = CompensationStatus::ChangesPosture { change, before_mm, here_mm };
-                Err(refusal(&status, status.reason(self.nominal)))
+                Err(refusal(self.nominal, &status))
             }
             _ => Ok(()),
         }
@@ -396,29 +396,22 @@ impl<'a> PathWalk<'a> {
     }
 }
 
-/// Returns the result of a solve if it succeeded; else why the point is refused.
-fn success_or_refusal(machine: &Machine, result: Compensation) -> Result<Compensation, Infeasibility> {
-    if result.status.is_success() {
-        return Ok(result);
-    }
-    Err(refusal(&result.status, result.status.reason(machine)))
-}
-
-/// Returns the refusal of a point for a status and its reason, with the excess beyond limits.
-fn refusal(status: &CompensationStatus, reason: String) -> Infeasibility {
+/// Returns the refusal of a point for a status of `machine`, with the excess beyond limits.
+fn refusal(machine: &Machine, status: &CompensationStatus) -> Infeasibility {
     let excess =
         if let CompensationStatus::Unreachable(unreachable) = status { excess(unreachable) } else { UNMEASURED };
-    Infeasibility { failure: Failure { status: status.label().into(), reason }, excess }
+    Infeasibility { failure: Failure::of(status, machine), excess }
 }
 
 /// Returns the refusal of a point that the loaded machine reaches but cannot correct.
 fn uncorrected(machine: &Machine, status: &CompensationStatus) -> Infeasibility {
-    let reason = match status {
+    let mut refused = refusal(machine, status);
+    refused.failure.reason = match status {
         CompensationStatus::Unreachable(Unreachable::Travel { chain, drive, value, low, high, unit }) => format!(
             "the corrected drive {drive} of chain {chain} would stand at {value:.3} {unit}, beyond its travel of \
              {low:.3} to {high:.3} {unit}"
         ),
-        status => format!("there is no correction: {}", status.reason(machine)),
+        _ => format!("there is no correction: {}", refused.failure.reason),
     };
-    refusal(status, reason)
+    refused
 }

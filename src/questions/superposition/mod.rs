@@ -230,12 +230,12 @@ pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<V
         let compute = || {
             let mut result = location_result(study, &machines, location);
             if let Some(drawn) = drawn.as_ref().filter(|_| result.superposition_errors.is_ok()) {
-                let in_draw = |machines: &Machines, factor: f64| {
+                let found = drawn.in_first_scramble(|(_, machines, factors)| {
                     work.check()?;
                     let case = Case::new(study, machines, location.position);
-                    Ok(case.and_then(|case| case.superposed_tool_mm(machines, factor)))
-                };
-                result.spread = Some(drawn.spread_in_first_scramble(study.tolerance, in_draw)?);
+                    Ok(case.and_then(|case| case.superposed_tool_mm(machines, factors.all)))
+                })?;
+                result.spread = Some(DeflectionSpread::of_solved(&found, Some(study.tolerance)));
             }
             named.tell(Event::Computed(1));
             Ok(result)

@@ -12,9 +12,9 @@ use super::{
 };
 use crate::{
     answer::{
+        DriveQuantities,
         budget::{self, BUDGET, OfVerdict},
-        drive_columns::{drive_quantities, largest_drive_quantities},
-        facts_of,
+        facts_of, layers,
         machine::described,
     },
     figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
@@ -176,8 +176,10 @@ fn along_explorer(job: &ProgramJob, points: &str) -> Explorer {
     let mut quantities = vec![before(&Source::All), after];
     quantities.extend(spread_quantities(job).iter().map(crate::answer::Quantity::layer));
     quantities.extend(Source::of(&job.machine).iter().filter(|source| **source != Source::All).map(before));
-    quantities.extend(largest_drive_quantities(&job.machine));
-    quantities.extend(drive_quantities(&job.machine, Better::Neither));
+    // What they are called; their values are in the table.
+    let drives = DriveQuantities::<()>::new(&job.machine, Better::Neither, |(), _| None, |(), _| None);
+    quantities.extend(layers(drives.largest()));
+    quantities.extend(layers(&drives.each));
     quantities.extend(cutting_force::quantities());
     quantities.push(Quantity::new([ANGLE[0]], ANGLE[1], "°", Better::Neither));
     Explorer::curve(ALONG, points, along_columns(), None, quantities)

@@ -416,7 +416,7 @@ fn gain_text(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation)
         _ if at_named <= NO_DEFLECTION => String::new(),
         gain if gain >= 0.005 => format!(", {:.0} % less than {name}", 100.0 * gain),
         gain if gain <= -0.005 => format!(", {:.0} % more than {name}", -100.0 * gain),
-        _ => format!(", as {name}"),
+        _ => format!(", no less than {name}"),
     }
 }
 

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::{
+    answer::thinned_indices,
     figures::{
         CurvePanel, Figure, LineFigure, LineSeries, PanelCurve, PanelFigure, PlaneMark, Shading, SliceFigure,
         SlicePanel, amplification::amplification,
@@ -60,12 +61,11 @@ pub(super) fn with_unit(results: &PlacementResults, metric: Metric) -> String {
 
 /// Returns at most [`PANELS`] positions along a coordinate of the grid, evenly spread, both ends and `included` included.
 fn panel_positions(count: usize, included: usize) -> Vec<usize> {
-    if count <= PANELS {
-        return (0..count).collect();
-    }
-    let mut positions: Vec<usize> = (0..PANELS).map(|k| (k * (count - 1) + (PANELS - 1) / 2) / (PANELS - 1)).collect();
-    let between = positions[1..PANELS - 1].iter_mut().min_by_key(|k| k.abs_diff(included));
-    if let Some(nearest) = between.filter(|_| included > 0 && included + 1 < count) {
+    let mut positions = thinned_indices(count, PANELS);
+    if let [_, between @ .., _] = &mut positions[..]
+        && let Some(nearest) = between.iter_mut().min_by_key(|k| k.abs_diff(included))
+        && (1..count - 1).contains(&included)
+    {
         *nearest = included;
     }
     positions

@@ -43,7 +43,9 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
     }));
     let mut marks = Vec::new();
     if let Some(best) = best {
-        shapes.push(part_outline(results, &best.site, Look::Part, String::new()));
+        let corners = workpiece_corners(&study.extent, &study.workpiece_pose(&best.site));
+        let points = hull(corners.map(|p| (p.x, p.y)).to_vec());
+        shapes.push(PlanShape { look: Look::Part, points, label: String::new() });
         shapes.extend(standing_bodies(results, &best.site));
         shapes.extend(margin_shape(results, &best.site));
         for (look, version) in [Look::Path, Look::Before, Look::After].into_iter().zip(PathVersion::ALL) {
@@ -119,12 +121,6 @@ fn nearby_named_places(results: &PlacementResults) -> Vec<&Entry> {
     let best = results.best.as_ref().map(|best| best.entry);
     let named = results.entries.iter().enumerate().filter(|(index, _)| Some(*index) != best).map(|(_, entry)| entry);
     named.filter(|entry| entry.found == Origin::Named && pictures::is_near(results, &entry.site)).take(OTHERS).collect()
-}
-
-/// Returns the outline of the part at a place, seen along −z.
-fn part_outline(results: &PlacementResults, site: &Site, look: Look, label: String) -> PlanShape {
-    let corners = workpiece_corners(&results.study.extent, &results.study.workpiece_pose(site));
-    PlanShape { look, points: hull(corners.map(|p| (p.x, p.y)).to_vec()), label }
 }
 
 /// Returns the corners of the workpiece's box `extent` (W, mm) at the pose `X_OW` `workpiece`; O, mm.

@@ -462,12 +462,8 @@ pub(super) fn compromises_table(results: &PlacementResults) -> Option<SmallTable
             _ => true,
         })
     };
-    let mut shown: Vec<&(Site, Metrics)> = Vec::new();
-    for place in &results.front {
-        if shown.last().is_none_or(|last| differs(&last.1, &place.1)) {
-            shown.push(place);
-        }
-    }
+    let mut shown: Vec<&(Site, Metrics)> = results.front.iter().collect();
+    shown.dedup_by(|next, last| !differs(&last.1, &next.1));
     if shown.len() < 2 {
         return None;
     }
