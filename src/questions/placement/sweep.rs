@@ -110,7 +110,9 @@ fn states_before_level(
         Ok(partial) => State::Open(partial),
         Err(failure) => closed_state(PlaceOutcome::Infeasible(failure), work),
     };
-    let Some(last) = level.checked_sub(1) else { return Ok(sites.par_iter().map(open).collect()) };
+    let Some(last) = level.checked_sub(1) else {
+        return sites.par_iter().map(|site| work.check().map(|()| open(site))).collect();
+    };
     let advanced = || {
         let mut states = states_before_level(evaluator, study, sites, last, work)?;
         step_open_states(&mut states, &work.part(&format!("level {last}")), |state| advance(evaluator, state, work))?;
