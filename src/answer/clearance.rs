@@ -39,11 +39,12 @@ pub const CLEARANCE: &str = "clearance";
 /// Returns the words for the two bodies that come nearest, such as "wrist and left clamp 12.3 mm apart"; `None` where nothing was looked at.
 #[must_use]
 pub fn nearest_words(clearance: &PathClearance) -> Option<String> {
-    let NearestBodies { names: [a, b], distance_mm, is_assumed, .. } = clearance.nearest.as_ref()?;
+    let nearest = clearance.nearest.as_ref()?;
+    let NearestBodies { names: [a, b], distance_mm, is_assumed, .. } = nearest;
     // What is said is so: no more than its bound.
     let known_mm = clearance.at_least_mm.map_or(*distance_mm, |least| least.min(*distance_mm));
     Some(match known_mm {
-        depth if depth < -TOUCHING_MM => format!("{a} and {b} overlap by {:.1}\u{a0}mm", -depth),
+        depth if depth < -TOUCHING_MM => nearest.overlap_text(depth),
         depth if depth <= TOUCHING_MM => format!("{a} and {b} touch"),
         _ if *is_assumed => format!("{a} and {b} nearest"),
         apart => format!("{a} and {b} {:.1}\u{a0}mm apart", (10.0 * apart).floor() / 10.0),
@@ -67,7 +68,10 @@ pub fn figure(
     let described = described(cell.machine());
     let figure = PoseFigure {
         title: format!("Where bodies come nearest: {words}"),
-        subtitle: format!("{}, as programmed", described.name),
+        subtitle: match nearest.point {
+            Some(_) => format!("{}, as programmed", described.name),
+            None => format!("{} at home: the workpiece stands in what it is put on", described.name),
+        },
         pose: cell.machine().rigid_skeleton(&nearest.at),
         displaced: None,
         rails: described.rails,

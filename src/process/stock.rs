@@ -169,6 +169,17 @@ const METRES_MM: [f64; 2] = [1.0, 50.0];
 /// Length of what of a tool is there for certain where its end is not known, mm.
 const END_MM: f64 = 1.0;
 
+/// Returns the name of a body of a tool: `part` is "", "shank of " or "holder of ".
+fn tool_name(part: &str, number: u32) -> String {
+    format!("{part}tool {number}")
+}
+
+/// Whether a body of that name is a tool's.
+pub(super) fn is_tool(name: &str) -> bool {
+    let number = name.rsplit(' ').next().and_then(|own| own.parse().ok());
+    number.is_some_and(|number| ["", "shank of ", "holder of "].iter().any(|part| tool_name(part, number) == name))
+}
+
 /// Axes of a field of removal in W, its rows: z to the spindle.
 type Axes = Matrix3<f64>;
 /// The tools of a path, by number, or what is wrong with one, which is said where it is needed.
@@ -199,30 +210,36 @@ impl StockRemoval {
         Self { earlier: earlier.into(), ..self }
     }
 
-    /// Returns the names of the bodies of its tools.
-    pub(super) fn tool_names(&self) -> impl Iterator<Item = String> {
-        self.tools.keys().flat_map(|number| ["", "shank of ", "holder of "].map(|of| format!("{of}tool {number}")))
-    }
-
     /// Returns cutter, shank and holder of the first tool of `path` as bodies in its frame, each up to where the next begins, the last up to `height_mm`, where P is.
-    /// One whose end is not known, as of a cutter alone or what begins beyond P, is its lower end, assumed.
+    /// One whose end is not known, as of a cutter alone, what begins beyond P or a holder that is not given, is its lower end, assumed: such a holder from
+    /// where the tool sticks out to, or at P.
     pub(super) fn tool_bodies(&self, path: &Toolpath, height_mm: f64) -> Vec<Body> {
         let number = path.points().iter().find_map(|point| point.tool).or_else(|| self.only_tool());
         let found = number.and_then(|number| Some((number, self.tool(Some(number), path.tools()).ok()?)));
         let Some((number, tool)) = found else { return Vec::new() };
         let is_alone = tool.bodies.is_empty();
-        let certain_mm = tool.stub.filter(|_| is_alone).map_or(END_MM, |own| own.stick_out_mm);
-        let mut parts = vec![(format!("tool {number}"), tool.cutter, 0.0)];
-        parts.extend(tool.bodies.into_iter().map(|(name, own, from)| (format!("{name} of tool {number}"), own, from)));
+        let mut parts = vec![(tool_name("", number), tool.cutter, 0.0)];
+        parts.extend(
+            tool.bodies.iter().map(|(name, own, from)| (tool_name(&format!("{name} of "), number), *own, *from)),
+        );
+        let is_held = tool.bodies.iter().any(|own| own.0 == "holder");
+        let stick_out_mm = tool.stub.map(|own| own.stick_out_mm);
+        if !is_held && (stick_out_mm.is_some() || !is_alone) {
+            let (_, within, above_mm) = parts[parts.len() - 1];
+            let from_mm = stick_out_mm.unwrap_or(height_mm - END_MM).max(above_mm);
+            parts.push((tool_name("holder of ", number), within, from_mm));
+        }
         let body = |k: usize| {
             let (name, cutter, from) = &parts[k];
-            let end = parts.get(k + 1).map_or(height_mm, |next| next.2);
-            let is_known = !is_alone && end > *from;
-            let end = if is_known { end } else { from + certain_mm };
-            let (radius_mm, nose) = (cutter.radius_mm(), cutter.nose_height_mm());
-            let is_ball = Cutter::ball(2.0 * radius_mm).is_ok_and(|ball| ball == *cutter);
-            let ends = if is_ball { [nose, end.max(nose)] } else { [*from, end] };
-            let ends_mm = ends.map(|height| Point3::new(0.0, 0.0, -height));
+            let next = parts.get(k + 1).map(|next| next.2);
+            let is_known = !is_alone && (is_held || next.is_some()) && next.unwrap_or(height_mm) > *from;
+            let (radius_mm, nose) = (cutter.radius_mm(), if k == 0 { cutter.nose_height_mm() } else { 0.0 });
+            let is_ball = k == 0 && Cutter::ball(2.0 * radius_mm).is_ok_and(|ball| ball == *cutter);
+            // Only above its nose a cutter is certain to be as wide as it is.
+            let from = if is_known { *from } else { from + nose };
+            let end = if is_known { next.unwrap_or(height_mm) } else { next.unwrap_or(0.0).max(from + END_MM) };
+            let ends_mm = if is_ball { [nose, end.max(nose)] } else { [from, end] };
+            let ends_mm = ends_mm.map(|height| Point3::new(0.0, 0.0, -height));
             let round =
                 if is_ball { Shape::Capsule { ends_mm, radius_mm } } else { Shape::Cylinder { ends_mm, radius_mm } };
             let grade = match nose {

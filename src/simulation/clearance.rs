@@ -2,7 +2,9 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use kinetostat_cell::{Ball, Body, BodyGrade, Cell, Motion, Separation, Shape, SweepEnd, SweepOptions};
+use kinetostat_cell::{
+    Ball, Body, BodyGrade, Cell, Motion, Separation, Shape, SweepEnd, SweepOptions, spec::may_touch,
+};
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +27,8 @@ use crate::{
 pub struct MachineCell {
     machine: Machine,
     own: Arc<ProcessCell>,
-    cell: Cell,
+    /// The bodies, with the pairs whose shapes are known, and with those of which one is only assumed: neither may hide what the other hits.
+    cells: [Cell; 2],
     /// What moves with the workpiece, and what stands where it is put.
     standing: Cell,
     /// Number of the machine's bodies, which come first.
@@ -49,8 +52,10 @@ pub struct PathClearance {
     pub at_least_mm: Option<f64>,
     /// How far deflection may move what is on the tool from where bodies are looked at, mm; 0 where it is not known.
     pub moved_mm: f64,
-    /// Where bodies come nearest.
+    /// Where bodies come nearest; of hits first an overlap, and of like ones first what is certain.
     pub nearest: Option<NearestBodies>,
+    /// What else hits: the worst where the workpiece is put and along the path, of known and of assumed shapes.
+    pub also: Vec<NearestBodies>,
     /// Bodies whose shapes are only assumed, so that nothing is known to be clear of them.
     pub assumed: Vec<String>,
     /// What could not be looked at, and why, each once.
@@ -104,22 +109,8 @@ impl PathClearance {
     #[must_use]
     pub fn hit_text(&self, way: impl Fn(usize) -> String) -> Option<String> {
         let nearest = self.nearest.as_ref().filter(|_| self.state == ClearanceState::Hit)?;
-        let NearestBodies { names: [a, b], distance_mm, is_assumed, point, .. } = nearest;
-        let assumed = if *is_assumed { ", as far as their assumed shapes say" } else { "" };
-        let way = point.map_or_else(|| "where the workpiece is put".into(), way);
-        Some(match *distance_mm {
-            depth if depth < -TOUCHING_MM => {
-                let more = if depth < -DEEP_MM { " or more" } else { "" };
-                format!("{a} and {b} overlap by {:.1} mm{more} {way}{assumed}", -depth)
-            }
-            depth if depth <= TOUCHING_MM && self.wanted_mm <= TOUCHING_MM => {
-                format!("{a} and {b} touch {way}{assumed}")
-            }
-            distance => format!(
-                "{a} and {b} come within {distance:.1} mm of each other {way}, and {} mm are wanted{assumed}",
-                self.wanted_mm
-            ),
-        })
+        let all = std::iter::once(nearest).chain(&self.also);
+        Some(all.map(|own| own.hit_text(self.wanted_mm, &way)).collect::<Vec<_>>().join(". Also "))
     }
 
     /// Whether a distance is less than wanted, mm.
@@ -140,6 +131,34 @@ impl PathClearance {
         self.moved_mm = moved_mm;
         self.state = self.known();
         self
+    }
+}
+
+impl NearestBodies {
+    /// Returns that they hit and by how much, where `wanted_mm` are wanted; `way` as [`PathClearance::hit_text`].
+    fn hit_text(&self, wanted_mm: f64, way: impl Fn(usize) -> String) -> String {
+        let Self { names: [a, b], distance_mm, is_assumed, point, .. } = self;
+        let assumed = if *is_assumed { ", as far as their assumed shapes say" } else { "" };
+        let place = point.map_or_else(|| "where the workpiece is put".into(), way);
+        match *distance_mm {
+            depth if depth < -TOUCHING_MM => {
+                let way_out = format!("; if they may, may_touch = [[\"{a}\", \"{b}\"]] of [cell] says so");
+                let way_out = if point.is_none() { way_out } else { String::new() };
+                format!("{} {place}{assumed}{way_out}", self.overlap_text(depth))
+            }
+            depth if depth <= TOUCHING_MM && wanted_mm <= TOUCHING_MM => format!("{a} and {b} touch {place}{assumed}"),
+            distance => format!(
+                "{a} and {b} come within {distance:.1} mm of each other {place}, and {wanted_mm} mm are wanted{assumed}"
+            ),
+        }
+    }
+
+    /// Returns by how much they overlap, with their distance or its bound known to be `distance_mm`.
+    #[must_use]
+    pub fn overlap_text(&self, distance_mm: f64) -> String {
+        let [a, b] = &self.names;
+        let more = if self.point.is_some() && distance_mm < -DEEP_MM { " or more" } else { "" };
+        format!("{a} and {b} overlap by {:.1} mm{more}", -distance_mm)
     }
 }
 
@@ -169,12 +188,9 @@ impl MachineCell {
         let rest = machine.resting_frames();
         let is_at_rest = |frame: usize| frame == frames || rest.contains(&frame);
         let joined = machine.joined_frames();
-        let listed: Vec<&[String; 2]> = machine.may_touch().iter().chain(&own.may_touch).collect();
         let is_listed = |a: usize, b: usize| {
-            let is = |pair: &&[String; 2]| {
-                [[a, b], [b, a]].iter().any(|own| own.map(|body| &names[body]) == [&pair[0], &pair[1]])
-            };
-            listed.iter().any(is)
+            let pair = [names[a].as_str(), &names[b]];
+            may_touch(machine.may_touch(), pair) || may_touch(&own.may_touch, pair)
         };
         let stock = own.stock.map(|index| of_machine + index);
         // The cut says what the tool meets of the stock.
@@ -186,7 +202,7 @@ impl MachineCell {
         if stock.is_some() && at[..of_tool].contains(&(frames + 1)) {
             left_out.push("what is on the tool against the stock, of which the cut says what it meets");
         }
-        let may_touch = |a: usize, b: usize| {
+        let is_allowed = |a: usize, b: usize| {
             let on = [at[a], at[b]].map(|frame| if frame == frames + 1 { PLATFORM_FRAME } else { frame });
             // Links meet in their joint, and the tool its last one; what is put beside them does not.
             let are_links = [a, b].into_iter().all(|own| own < of_machine || own >= of_tool);
@@ -198,33 +214,43 @@ impl MachineCell {
             let stands = [at[a], at[b]].into_iter().all(is_at_rest);
             !is_put || !stands || is_listed(a, b)
         });
-        let cell = Cell::new(bodies, may_touch);
+        let is_assumed: Vec<bool> = bodies.iter().map(|body| !body.grade.clears()).collect();
+        let of_grade =
+            |assumed| Cell::new(bodies.clone(), |a, b| (is_assumed[a] || is_assumed[b]) != assumed || is_allowed(a, b));
+        let cells = [false, true].map(of_grade);
         let (machine, own, tool) = (machine.clone(), own.clone(), isometry(&machine.tool()));
-        let mut found = Self { machine, own, cell, standing, of_machine, left_out, frames, tool };
-        if !found.holds_tip() {
-            found
-                .left_out
-                .push("the cutter: no body reaches the tool tip ([tools.N] of a [stock], or on = \"tool\", gives it)");
-        }
+        let mut found = Self { machine, own, cells, standing, of_machine, left_out, frames, tool };
         found.check_home()?;
+        if !found.holds_tip() {
+            found.left_out.push(NO_CUTTER);
+        }
         Ok(found)
     }
 
     /// Says why no distance of bodies is known; `None` where one is.
     #[must_use]
     pub fn has_no_distance(&self) -> Option<String> {
-        match self.assumed().first() {
-            Some(name) => Some(format!("the shape of {name} is assumed, so that no distance from it is known")),
-            None if self.cell.pairs().is_empty() => Some("no two bodies are to be apart".into()),
-            None => None,
+        match self.assumed().next() {
+            Some(body) => {
+                let is_of_table = body >= self.of_machine + self.own.before_tool;
+                let expected = if is_of_table { ": expected shank and holder, below P, in [tools.N]" } else { "" };
+                let name = &self.bodies()[body].name;
+                Some(format!("the shape of {name} is assumed, so that no distance from it is known{expected}"))
+            }
+            None if self.cells[0].pairs().is_empty() => Some("no two bodies are to be apart".into()),
+            None => self.left_out.iter().find(|own| **own == NO_CUTTER).map(|own| format!("not looked at is {own}")),
         }
     }
 
-    /// Returns the names of the bodies looked at whose shapes are only assumed.
-    fn assumed(&self) -> Vec<String> {
-        let looked_at: BTreeSet<usize> = self.cell.pairs().iter().flatten().copied().collect();
-        let bodies = looked_at.into_iter().map(|body| &self.cell.bodies()[body]);
-        bodies.filter(|body| !body.grade.clears()).map(|body| body.name.clone()).collect()
+    /// The bodies.
+    fn bodies(&self) -> &[Body] {
+        self.cells[0].bodies()
+    }
+
+    /// Returns the indices of the bodies looked at whose shapes are only assumed.
+    fn assumed(&self) -> impl Iterator<Item = usize> {
+        let looked_at: BTreeSet<usize> = self.cells[1].pairs().iter().flatten().copied().collect();
+        looked_at.into_iter().filter(|&body| !self.bodies()[body].grade.clears())
     }
 
     /// The machine.
@@ -241,28 +267,37 @@ impl MachineCell {
         own.map(|own| Self::new(machine, own).map(Arc::new)).transpose()
     }
 
-    /// Whether a body on the platform or the tool reaches the tool tip.
+    /// Whether a body that the machine moves reaches the tool tip, at home, or the tool is known.
     fn holds_tip(&self) -> bool {
-        let tip = Shape::Capsule { ends_mm: [Point3::origin(); 2], radius_mm: TIP_MM };
+        let poses = self.at_home(&Isometry3::identity());
+        let tip = Shape::Capsule { ends_mm: [poses[self.frames + 1] * Point3::origin(); 2], radius_mm: TIP_MM };
         let tip = Body::new("tip", O_FRAME, BodyGrade::Given, &[tip]);
-        let moving = self.cell.bodies().iter().filter(|own| [PLATFORM_FRAME, self.frames + 1].contains(&own.frame));
+        let rest = self.machine.resting_frames();
+        let moving = self.bodies().iter().filter(|own| own.frame != self.frames && !rest.contains(&own.frame));
         let all = Cell::new(tip.into_iter().chain(moving.cloned()).collect(), |a, _| a != 0);
-        let mut poses = vec![self.tool; self.frames + 2];
-        poses[PLATFORM_FRAME] = Isometry3::identity();
-        all.nearest(&poses).is_some_and(|own| own.distance_mm <= 0.0)
+        let of_tool = self.bodies().len() > self.of_machine + self.own.before_tool;
+        of_tool || all.nearest(&poses).is_some_and(|own| own.distance_mm <= 0.0)
+    }
+
+    /// Returns the poses of all frames at home, with the workpiece placed at `workpiece`.
+    fn at_home(&self, workpiece: &Isometry3<f64>) -> Vec<Isometry3<f64>> {
+        let mut poses = vec![Isometry3::identity(); self.frames + 2];
+        self.place(&self.machine.home, workpiece, &mut Vec::new(), &mut poses);
+        poses
     }
 
     /// Checks that no bodies of machine and tool overlap at home.
     fn check_home(&self) -> Result<()> {
-        let mut poses = vec![Isometry3::identity(); self.frames + 2];
-        self.place(&self.machine.home, &Isometry3::identity(), &mut Vec::new(), &mut poses);
-        // What surrounds the machine is asked of the path.
-        let is_of_part = |body: usize| {
-            body >= self.of_machine && [O_FRAME, WORKPIECE_FRAME, self.frames].contains(&self.cell.bodies()[body].frame)
+        // What surrounds the machine is asked of the path, and a tool that is not known may be anything.
+        let is_elsewhere = |index: usize| {
+            let (body, at) = (&self.bodies()[index], [O_FRAME, WORKPIECE_FRAME, self.frames]);
+            let is_open = index >= self.of_machine + self.own.before_tool && !body.grade.clears();
+            index >= self.of_machine && at.contains(&body.frame) || is_open
         };
-        for found in self.cell.separations(&poses) {
-            if found.distance_mm < 0.0 && !found.pair.into_iter().any(is_of_part) {
-                let [a, b] = found.pair.map(|body| &self.cell.bodies()[body].name);
+        let poses = self.at_home(&Isometry3::identity());
+        for found in self.cells.iter().flat_map(|cell| cell.separations(&poses)) {
+            if found.distance_mm < 0.0 && !found.pair.into_iter().any(is_elsewhere) {
+                let [a, b] = found.pair.map(|body| &self.bodies()[body].name);
                 let problem = format!(
                     "{a} and {b} overlap by {:.1} mm with the machine at home: is a shape too large or in a wrong place? If they may touch, \
                      may_touch = [[\"{a}\", \"{b}\"]] says so",
@@ -279,30 +314,44 @@ impl MachineCell {
     pub fn begin(&self, placement: &Placement) -> ClearanceAlong<'_> {
         let clearance = PathClearance {
             wanted_mm: self.own.clearance_mm,
-            assumed: self.assumed(),
-            effort: [self.cell.pairs().len(), 0, 0],
+            assumed: self.assumed().map(|body| self.bodies()[body].name.clone()).collect(),
+            effort: [self.cells.iter().map(|cell| cell.pairs().len()).sum(), 0, 0],
             ..PathClearance::default()
         };
         let workpiece = isometry(&placement.pose());
         let mut along = ClearanceAlong {
             cell: self,
+            found: Default::default(),
+            standing: Vec::new(),
             workpiece,
             ends_at_hit: false,
             clearance,
             said: BTreeSet::new(),
             before: None,
             tool: None,
-            margins_mm: Vec::new(),
             count: 0,
         };
         self.left_out.iter().for_each(|what| along.leave_out(what));
-        let mut poses = vec![Isometry3::identity(); self.frames + 2];
-        self.place(&self.machine.home, &along.workpiece, &mut Vec::new(), &mut poses);
-        if let Some(found) = self.standing.nearest(&poses).filter(|own| own.distance_mm < -TOUCHING_MM) {
-            along.lower(found.distance_mm);
-            along.note(&found, None, &self.machine.home);
+        let poses = self.at_home(&along.workpiece);
+        for of_assumed in [false, true] {
+            let is_asked = |pair: [usize; 2]| pair.iter().any(|&own| !self.bodies()[own].grade.clears()) == of_assumed;
+            let found = self.standing.nearest_of(&poses, is_asked).filter(|own| own.distance_mm < -TOUCHING_MM);
+            along.standing.extend(found.map(|own| self.named(&own, None, &self.machine.home)));
         }
         along
+    }
+
+    /// Returns a pair with its names, which is met at point `k` or on the way there, or where the workpiece is put.
+    fn named(&self, found: &Separation, k: Option<usize>, at: &Configuration) -> NearestBodies {
+        let pair = found.pair.map(|body| &self.bodies()[body]);
+        NearestBodies {
+            names: pair.map(|body| body.name.clone()),
+            distance_mm: found.distance_mm,
+            is_assumed: pair.iter().any(|body| !body.grade.clears()),
+            point: k,
+            points_mm: found.points_mm.map(|point| point.coords.into()),
+            at: at.clone(),
+        }
     }
 
     /// Returns all bodies in the configuration `at` with the workpiece at `placement`, for drawings.
@@ -320,7 +369,7 @@ impl MachineCell {
                 .map(|shape| shape.iter().map(|point| point.coords.map(tenths).into()).collect())
                 .collect(),
         };
-        self.cell.bodies().iter().map(outline).collect()
+        self.bodies().iter().map(outline).collect()
     }
 
     /// Writes the poses of all frames in a configuration with the workpiece placed at `workpiece`; `own` is storage.
@@ -338,9 +387,39 @@ impl MachineCell {
     }
 }
 
+/// What is found so far of some pairs.
+#[derive(Debug, Default)]
+struct Found {
+    /// No distance is less, mm; `None` where nothing was looked at.
+    least_mm: Option<f64>,
+    nearest: Option<NearestBodies>,
+    /// Lower bounds of the distances at the last point, mm; empty where they are not known.
+    margins_mm: Vec<f64>,
+}
+
+impl Found {
+    /// Notes that bodies may come as near as this, mm.
+    fn lower(&mut self, distance_mm: f64) {
+        if distance_mm < self.least_mm.unwrap_or(f64::INFINITY) {
+            self.least_mm = Some(distance_mm);
+        }
+    }
+
+    /// Notes a pair, if none was nearer.
+    fn note(&mut self, found: NearestBodies) {
+        if self.nearest.as_ref().is_none_or(|known| found.distance_mm < known.distance_mm) {
+            self.nearest = Some(found);
+        }
+    }
+}
+
 /// What is known so far along a path.
 pub struct ClearanceAlong<'c> {
     cell: &'c MachineCell,
+    /// What is found of the pairs of each of [`MachineCell::cells`].
+    found: [Found; 2],
+    /// What the workpiece stands in.
+    standing: Vec<NearestBodies>,
     workpiece: Isometry3<f64>,
     /// Whether the first hit is enough.
     ends_at_hit: bool,
@@ -350,8 +429,6 @@ pub struct ClearanceAlong<'c> {
     before: Option<Configuration>,
     /// The tool at the first point.
     tool: Option<u32>,
-    /// Lower bounds of the distances of pairs at the last point, mm; empty where they are not known.
-    margins_mm: Vec<f64>,
     /// Number of points so far.
     count: usize,
 }
@@ -360,8 +437,29 @@ impl<'c> ClearanceAlong<'c> {
     /// Returns how near bodies come along the points added.
     #[must_use]
     pub fn finish(mut self) -> PathClearance {
+        self.clearance.at_least_mm = self.least_mm();
+        let mut all = self.standing;
+        all.extend(self.found.into_iter().filter_map(|own| own.nearest));
+        let known = &self.clearance;
+        let rank = |own: &NearestBodies| match own.distance_mm {
+            overlap if overlap <= TOUCHING_MM && known.is_too_near(overlap) => (0, own.is_assumed),
+            near if known.is_too_near(near) => (1, own.is_assumed),
+            _ => (2, false),
+        };
+        all.sort_by(|a, b| rank(a).cmp(&rank(b)).then(a.distance_mm.total_cmp(&b.distance_mm)));
+        let hits = all.iter().filter(|own| known.is_too_near(own.distance_mm)).count();
+        all.truncate(hits.max(1));
+        let mut all = all.into_iter();
+        self.clearance.nearest = all.next();
+        self.clearance.also = all.collect();
         self.clearance.state = self.clearance.known();
         self.clearance
+    }
+
+    /// No distance so far is less, mm; `None` where nothing was looked at.
+    fn least_mm(&self) -> Option<f64> {
+        let standing = self.standing.iter().map(|own| own.distance_mm);
+        standing.chain(self.found.iter().filter_map(|own| own.least_mm)).reduce(f64::min)
     }
 
     /// Looks no further than to the first hit.
@@ -373,7 +471,7 @@ impl<'c> ClearanceAlong<'c> {
     /// Returns whether bodies hit along the points added so far.
     #[must_use]
     pub fn hits(&self) -> bool {
-        self.clearance.known() == ClearanceState::Hit
+        self.least_mm().is_some_and(|least| self.clearance.is_too_near(least))
     }
 
     /// Adds the way to the next point of the path, and that point: its task, and the configuration `at` it, if the machine reaches it.
@@ -381,7 +479,7 @@ impl<'c> ClearanceAlong<'c> {
         let k = self.count;
         self.count += 1;
         let before = std::mem::replace(&mut self.before, at.cloned());
-        let margins_mm = std::mem::take(&mut self.margins_mm);
+        let margins_mm = [0, 1].map(|own| std::mem::take(&mut self.found[own].margins_mm));
         let first = k == 0;
         self.tool = self.tool.or(to.tool);
         let Some(here) = at else { return self.leave_out("points that the machine does not reach") };
@@ -396,10 +494,15 @@ impl<'c> ClearanceAlong<'c> {
             (None, _) => Err("ways from points that the machine does not reach".into()),
         };
         match motion {
-            Ok(motion) => self.sweep(motion, k, margins_mm),
+            Ok(own) => {
+                let mut motion = CellMotion { cell: self.cell, workpiece: self.workpiece, own, poses: Vec::new() };
+                for (own, margins_mm) in margins_mm.into_iter().enumerate() {
+                    self.sweep(&mut motion, k, own, margins_mm);
+                }
+            }
             Err(why) => {
                 self.leave_out(&why);
-                self.look_at(here, k);
+                self.look_at(here, k, is_other);
             }
         }
     }
@@ -442,76 +545,59 @@ impl<'c> ClearanceAlong<'c> {
         }
     }
 
-    /// Looks at the configuration at point `k` alone, to which the way is not known: it may hit, and clears nothing.
-    fn look_at(&mut self, at: &Configuration, k: usize) {
+    /// Looks at the configuration at point `k` alone, to which the way is not known: it may hit, and clears nothing. What is on the tool is left out
+    /// where it `is_other` than the first.
+    fn look_at(&mut self, at: &Configuration, k: usize, is_other: bool) {
         let cell = self.cell;
         let mut poses = vec![Isometry3::identity(); cell.frames + 2];
         cell.place(at, &self.workpiece, &mut Vec::new(), &mut poses);
-        self.clearance.effort[1] += 1;
-        let nearest = cell.cell.nearest(&poses).filter(|own| self.clearance.is_too_near(own.distance_mm));
-        if let Some(nearest) = nearest {
-            self.lower(nearest.distance_mm);
-            self.note(&nearest, Some(k), at);
+        let on_tool = |body: usize| cell.bodies()[body].frame == cell.frames + 1;
+        for (own, found) in cell.cells.iter().zip(&mut self.found) {
+            self.clearance.effort[1] += 1;
+            let nearest = own.nearest_of(&poses, |pair| !is_other || !pair.into_iter().any(on_tool));
+            if let Some(nearest) = nearest.filter(|own| self.clearance.is_too_near(own.distance_mm)) {
+                found.lower(nearest.distance_mm);
+                found.note(cell.named(&nearest, Some(k), at));
+            }
         }
     }
 
-    /// Notes that bodies may come as near as this, mm.
-    fn lower(&mut self, distance_mm: f64) {
-        let least = self.clearance.at_least_mm.unwrap_or(f64::INFINITY);
-        if distance_mm < least && distance_mm.is_finite() {
-            self.clearance.at_least_mm = Some(distance_mm);
+    /// Looks at a motion to point `k`, at the pairs number `own`.
+    fn sweep(&mut self, motion: &mut CellMotion<'_>, k: usize, own: usize, mut margins_mm: Vec<f64>) {
+        let (cell, pairs) = (self.cell, &self.cell.cells[own]);
+        if pairs.pairs().is_empty() || self.ends_at_hit && self.hits() {
+            return;
         }
-    }
-
-    /// Notes a pair at point `k`, or on the way there, or where the workpiece is put, if none was nearer.
-    fn note(&mut self, found: &Separation, k: Option<usize>, at: &Configuration) {
-        let known = self.clearance.nearest.as_ref().map_or(f64::INFINITY, |own| own.distance_mm);
-        if found.distance_mm < known {
-            let pair = found.pair.map(|body| &self.cell.cell.bodies()[body]);
-            self.clearance.nearest = Some(NearestBodies {
-                names: pair.map(|body| body.name.clone()),
-                distance_mm: found.distance_mm,
-                is_assumed: pair.iter().any(|body| !body.grade.clears()),
-                point: k,
-                points_mm: found.points_mm.map(|point| point.coords.into()),
-                at: at.clone(),
-            });
-        }
-    }
-
-    /// Looks at a motion to point `k`.
-    fn sweep(&mut self, motion: MachineMotion<'_>, k: usize, mut margins_mm: Vec<f64>) {
-        let cell = self.cell;
-        let mut motion = CellMotion { cell, workpiece: self.workpiece, own: motion, poses: Vec::new() };
         let wanted_mm = cell.own.clearance_mm.max(f64::MIN_POSITIVE);
         let (enough_mm, beyond_mm) = match self.ends_at_hit {
             // How near they come is not asked, if it is far enough.
             true => (wanted_mm, wanted_mm),
-            false => (-DEEP_MM, self.clearance.at_least_mm.unwrap_or(f64::INFINITY)),
+            false => (-DEEP_MM, self.found[own].least_mm.unwrap_or(f64::INFINITY)),
         };
         let options =
             SweepOptions { wanted_mm, enough_mm, beyond_mm, max_states: MAX_STATES, ..SweepOptions::default() };
-        let found = cell.cell.sweep_on(&mut motion, cell.frames + 2, &options, &mut margins_mm);
-        self.margins_mm = margins_mm;
-        self.clearance.effort[1] += found.states;
-        self.clearance.effort[2] += found.searches;
-        let upper = found.at.map_or(f64::INFINITY, |(_, own)| own.distance_mm);
-        if let Some((s, own)) = &found.at
+        let nearest = pairs.sweep_on(motion, cell.frames + 2, &options, &mut margins_mm);
+        self.clearance.effort[1] += nearest.states;
+        self.clearance.effort[2] += nearest.searches;
+        let found = &mut self.found[own];
+        found.margins_mm = margins_mm;
+        let upper = nearest.at.map_or(f64::INFINITY, |(_, own)| own.distance_mm);
+        if let Some((s, own)) = &nearest.at
             && let Ok(at) = motion.own.configuration(*s)
         {
-            self.note(own, Some(k), &at);
+            found.note(cell.named(own, Some(k), &at));
         }
-        match found.end {
-            SweepEnd::Whole if found.lower_mm.is_finite() => self.lower(found.lower_mm),
+        match nearest.end {
+            SweepEnd::Whole if nearest.lower_mm.is_finite() => found.lower(nearest.lower_mm),
             SweepEnd::Whole => {}
             // What was looked at hits, and no more is known.
-            _ if self.clearance.is_too_near(upper) => self.lower(upper),
+            _ if self.clearance.is_too_near(upper) => found.lower(upper),
             SweepEnd::Enough | SweepEnd::Undecided => {
-                self.lower(upper);
+                found.lower(upper);
                 self.leave_out("ways next to singular postures, of which bounds do not tell how near bodies come");
             }
             SweepEnd::Broken(why) => {
-                self.lower(upper);
+                found.lower(upper);
                 self.leave_out(&format!("a way of which a state is not known: {why}"));
             }
         }
@@ -522,6 +608,8 @@ impl<'c> ClearanceAlong<'c> {
 pub(crate) const TOUCHING_MM: f64 = 0.05;
 /// How much more bodies overlap is not looked for, mm.
 const DEEP_MM: f64 = 5.0;
+/// Said where no body is the cutter.
+const NO_CUTTER: &str = "the cutter: no body reaches the tool tip ([tools.N] of a [stock], or on = \"tool\", gives it)";
 /// A body that comes so near to the tool tip reaches it, mm.
 const TIP_MM: f64 = 1.0;
 /// A rapid move that turns the tool by less turns it about one axis, rad.

@@ -293,7 +293,7 @@ const MAX_LINES: [(&str, usize); 8] = [
     ("crates/spatial/src", 810),
     ("src", 81_450),
 ];
-const MAX_LINES_OF_ALL: usize = 141_020;
+const MAX_LINES_OF_ALL: usize = 140_920;
 
 #[test]
 fn no_crate_outgrows_its_lines() {

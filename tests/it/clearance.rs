@@ -2,6 +2,7 @@
 
 use std::{fs, path::Path};
 
+use base64::{Engine, engine::general_purpose::STANDARD};
 use kinetostat::{
     Folder,
     machine::{Configuration, Machine},
@@ -14,7 +15,7 @@ use kinetostat::{
     spatial::Pose,
 };
 use kinetostat_cell::{Body, Cell};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 use proptest::{
     strategy::{Strategy, ValueTree},
     test_runner::TestRunner,
@@ -220,6 +221,19 @@ fn what_is_assumed_or_not_looked_at_clears_nothing() {
     let alone = clearance(&Machine::from_toml(&without_cutter(), "arm").unwrap(), CLAMPS, straight);
     assert_eq!(alone.state, ClearanceState::Unknown, "{alone:?}");
     assert!(alone.not_looked_at[0].starts_with("the cutter: no body reaches the tool tip"), "{alone:?}");
+    // What is on the tool, or on the last link, may be the cutter.
+    let on_tool = format!("{CLAMPS}{}", post("cutter", "tool", [0.0, 0.0, -60.0, 0.0, 2.0]));
+    let told = clearance(&Machine::from_toml(&without_cutter(), "arm").unwrap(), &on_tool, straight);
+    assert_eq!((told.state, told.not_looked_at), (ClearanceState::Clear, vec![]));
+    let (machine, mut poses) = (Machine::from_toml(&without_cutter(), "arm").unwrap(), Vec::new());
+    machine.frame_poses(&machine.home, &mut poses);
+    let wrist = machine.bodies().unwrap().into_iter().find(|own| own.name == "wrist").unwrap();
+    let tip: [f64; 3] = poses[wrist.frame].inverse_transform_point(&(poses[1] * Point3::from(machine.tool_tip))).into();
+    let shape = "radius_mm = 140.0 } }";
+    let tip = format!("{shape}, {{ capsule = {{ from_mm = {tip:?}, to_mm = {tip:?}, radius_mm = 2.0 }} }}");
+    let on_link = without_cutter().replace(shape, &tip);
+    let told = clearance(&Machine::from_toml(&on_link, "arm").unwrap(), CLAMPS, straight);
+    assert!(told.not_looked_at.is_empty(), "{told:?}");
     // More room is wanted than there is.
     let least = clear.at_least_mm.unwrap();
     let wanted = CLAMPS.replace("[cell]", &format!("[cell]\nclearance_mm = {:?}", least + 5.0));
@@ -280,9 +294,17 @@ fn shank_and_holder_of_the_tool_table_are_bodies_on_the_tool() {
     let hit = clearance_of_cut(&both, beside, CUT);
     assert_eq!(hit.state, ClearanceState::Hit, "{hit:?}");
     assert_eq!(hit.nearest.unwrap().names, ["clamp", "holder of tool 1"]);
-    for clear in [clearance_of_cut(SHANK, beside, CUT), clearance_of_cut(&both, near, CUT)] {
-        // What is wide and enclosing is the wrist alone; the cut holds the tool against the stock, so that nothing is left out.
-        assert_eq!((clear.state, clear.not_looked_at), (ClearanceState::Clear, vec![]));
+    // What is wide and enclosing is the wrist alone; the cut holds the tool against the stock, so that nothing is left out.
+    let clear = clearance_of_cut(&both, near, CUT);
+    assert_eq!((clear.state, clear.not_looked_at), (ClearanceState::Clear, vec![]));
+    // What holds the shank is not known, whether it is said how far it sticks out or not.
+    for bends in ["", "stick_out_mm = 30.0\nhelix_deg = 30.0\nyoungs_modulus_N_per_mm2 = 600000.0\n"] {
+        let open = clearance_of_cut(&format!("{bends}{SHANK}"), near, CUT);
+        assert_eq!(
+            (open.state, open.assumed),
+            (ClearanceState::Unknown, vec!["holder of tool 1".to_owned()]),
+            "{bends}"
+        );
     }
     let cutter = clearance_of_cut(SHANK, ahead, CUT);
     assert_eq!(
@@ -301,6 +323,10 @@ fn shank_and_holder_of_the_tool_table_are_bodies_on_the_tool() {
     let second = clearance_of_cut(&both, near, &CUT.replace("M30", "T2 M6\nG1 X-90"));
     assert_eq!(second.state, ClearanceState::Unknown);
     assert!(second.not_looked_at[0].starts_with("ways of other tools than the first"), "{second:?}");
+    // Whose way is not looked at, nor its ends with the first tool, which would hit.
+    let narrow = CUT.replace("T1 M6", "T1 M6\nG1 X-90 Y-80 Z80 F1000\nT2 M6");
+    let narrow = clearance_of_cut(&both, [-90.0, 30.0, 0.0, 60.0, 15.0], &narrow);
+    assert_eq!(narrow.state, ClearanceState::Unknown, "{narrow:?}");
     let other = clearance_of_cut(&both, beside, &CUT.replace("T1", "T2"));
     assert_eq!((other.state, other.assumed), (ClearanceState::Unknown, vec!["tool 2".to_owned()]));
 }
@@ -316,7 +342,63 @@ fn a_part_that_stands_in_its_table_is_told() {
     assert_eq!((free.state, free.nearest.as_ref().unwrap().point.is_some()), (ClearanceState::Clear, true), "{free:?}");
     assert_eq!((stands.state, stands.nearest.as_ref().unwrap().point), (ClearanceState::Hit, None));
     let text = stands.hit_text(|_| "on the way".into()).unwrap();
-    assert_eq!(text, "table and vice overlap by 8.0 mm or more where the workpiece is put");
+    let way_out = "if they may, may_touch = [[\"table\", \"vice\"]] of [cell] says so";
+    assert_eq!(text, format!("table and vice overlap by 8.0 mm where the workpiece is put; {way_out}"));
+}
+
+#[test]
+fn a_hit_of_assumed_shapes_hides_no_certain_one() {
+    let machine = Machine::from_toml(&arm(), "arm").unwrap();
+    let program = "G21 G90\nG1 X-200 Y0 Z120 F1000\nG1 X200\n";
+    let deep = post("deep", "part", [-60.0, 0.0, 0.0, 180.0, 30.0]).replace("\"given\"", "\"assumed\"");
+    let less = |x: f64| post("less", "part", [x, 0.0, 0.0, 121.0, 5.0]);
+    for x in [60.0, -60.0, -120.0] {
+        let found = clearance(&machine, &format!("[cell]\n{deep}{}", less(x)), program);
+        let nearest = found.nearest.unwrap();
+        assert_eq!((found.state, nearest.is_assumed), (ClearanceState::Hit, false), "{x} {:?}", nearest.names);
+        assert!(nearest.names.contains(&"less".to_owned()));
+    }
+    let found = clearance(&machine, &format!("[cell]\n{deep}"), program);
+    assert_eq!((found.state, found.nearest.unwrap().is_assumed), (ClearanceState::Hit, true));
+    // Nor does one that is only too near hide one that overlaps, whichever is certain; the least distance is of both.
+    let wanted = "[cell]\nclearance_mm = 60.0\n";
+    let beside = |name: &str, x: f64| post(name, "part", [x, 95.0, 0.0, 180.0, 5.0]);
+    let assumed = |body: String| body.replace("\"given\"", "\"assumed\"");
+    for (near, hit) in [
+        (beside("near", -60.0), deep.clone()),
+        (assumed(beside("near", -60.0)), deep.replace("\"assumed\"", "\"given\"")),
+        (assumed(beside("near", -60.0)), deep.clone()),
+    ] {
+        let found = clearance(&machine, &format!("{wanted}{near}{hit}"), program);
+        let nearest = found.nearest.as_ref().unwrap();
+        assert!(nearest.names.contains(&"deep".to_owned()) && found.at_least_mm.unwrap() < -1.0, "{:?}", nearest.names);
+    }
+    // And a part that stands in its table does not hide what is hit on the path.
+    let table = |depth: f64| post("table", "table", [1700.0, 0.0, 0.0, 480.0 + depth, 20.0]);
+    let vice = post("vice", "part", [0.0, 0.0, 20.0, 40.0, 20.0]);
+    let found = clearance(&machine, &format!("[cell]\n{}{vice}{}", table(0.2), less(60.0)), program);
+    let text = found.hit_text(|_| "on the way".into()).unwrap();
+    assert!(text.contains("table and vice overlap") && text.contains("less overlap by"), "{text}");
+    assert_eq!((found.also.len(), found.also.iter().filter(|own| own.point.is_none()).count()), (1, 1), "{text}");
+}
+
+#[test]
+fn a_tool_of_a_comment_is_a_name() {
+    let machine = Machine::from_toml(&upright(), "arm").unwrap();
+    let beside = [0.0, 40.0, 0.0, 60.0, 15.0];
+    let process = |text: &str| Process::from_toml(text, "process", Folder::in_memory([]), &machine);
+    let listed =
+        |name: &str| cut(HOLDER, beside).replace("[cell]", &format!("[cell]\nmay_touch = [[\"clamp\", \"{name}\"]]"));
+    assert!(process(&listed("tool 7")).is_ok() && process(&listed("shank of tool 7")).is_ok());
+    for other in ["tool seven", "tool 07", "tool +7", "neck of tool 7"] {
+        let said = process(&listed(other)).unwrap_err().to_string();
+        assert!(
+            said.contains(&format!("no body is called \"{other}\"")) && said.contains("holder of tool N"),
+            "{said}"
+        );
+    }
+    let taken = process(&cut(HOLDER, beside).replace("\"clamp\"", "\"tool 7\"")).unwrap_err().to_string();
+    assert!(taken.contains("\"tool 7\" is the name of the stock or of a tool"), "{taken}");
 }
 
 #[test]
@@ -350,7 +432,7 @@ fn bodies_of_the_tool_table_are_named_as_they_are_told() {
     let allowed = process(cut(HOLDER, beside).replace("[cell]", listed)).unwrap();
     assert_eq!(follow(&allowed, CUT).0.state, ClearanceState::Clear);
     let taken = process(cut(HOLDER, beside).replace("\"clamp\"", "\"holder of tool 1\"")).unwrap_err().to_string();
-    assert!(taken.contains("\"holder of tool 1\" is used twice"), "{taken}");
+    assert!(taken.contains("\"holder of tool 1\" is the name of the stock or of a tool"), "{taken}");
     let machine = Machine::from_toml(&upright().replace("\"spindle\"", "\"tool 1\""), "arm").unwrap();
     let taken = Process::from_toml(&cut(HOLDER, beside), "process", Folder::in_memory([]), &machine).unwrap_err();
     assert!(taken.to_string().contains("has a body \"tool 1\", the name of the stock or its tool"), "{taken}");
@@ -490,6 +572,11 @@ fn a_program_that_hits_something_says_so_first() {
         assert!(names_first.is_some(), "{said}");
         let report = fs::read_to_string(format!("{out}.report.json")).unwrap();
         assert!(report.contains("\"clearance\""), "{report}");
+        // What is hit is seen first.
+        let page = fs::read_to_string(format!("{out}.html")).unwrap();
+        let first = page.split("data:image/svg+xml;base64,").nth(1).unwrap().split('"').next().unwrap();
+        let first = String::from_utf8(STANDARD.decode(first).unwrap()).unwrap();
+        assert_eq!(first.contains("least distance of bodies"), code == Some(1));
     }
 }
 

@@ -162,10 +162,16 @@ impl Cell {
     /// Returns the pair that is nearest, or overlaps most, with the frames at `poses`; `None` without pairs.
     #[must_use]
     pub fn nearest(&self, poses: &[Isometry3<f64>]) -> Option<Separation> {
+        self.nearest_of(poses, |_| true)
+    }
+
+    /// Returns as [`nearest`](Self::nearest), of the pairs that `is_asked` for.
+    #[must_use]
+    pub fn nearest_of(&self, poses: &[Isometry3<f64>], is_asked: impl Fn([usize; 2]) -> bool) -> Option<Separation> {
         let poses: Vec<Pose> = poses.iter().map(pose).collect();
         let mut search = Search::default();
         let mut best: Option<Separation> = None;
-        for pair in &self.pairs {
+        for pair in self.pairs.iter().filter(|pair| is_asked(**pair)) {
             let below = best.map_or(f64::INFINITY, |known| known.distance_mm);
             let own = self.separation(*pair, &poses, below, &mut search);
             if own.distance_mm < below {

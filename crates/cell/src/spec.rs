@@ -213,6 +213,29 @@ fn pose_of(at_mm: [f64; 3], rotation_deg: [f64; 3], check: &Check) -> Result<Iso
     Ok(Isometry3::from_parts(at.into(), UnitQuaternion::from_euler_angles(roll, pitch, yaw)))
 }
 
+/// Returns whether `pairs` name two bodies, in whichever order.
+#[must_use]
+pub fn may_touch(pairs: &[[String; 2]], [a, b]: [&str; 2]) -> bool {
+    pairs.iter().any(|[one, other]| [one.as_str(), other] == [a, b] || [one.as_str(), other] == [b, a])
+}
+
+/// Checks that each pair names two bodies, which `is_name` knows; `names` lists them.
+///
+/// # Errors
+/// A pair that does not, by its place.
+pub fn check_pairs(pairs: &[[String; 2]], names: &str, is_name: impl Fn(&String) -> bool, check: &Check) -> Result<()> {
+    for (index, pair) in pairs.iter().enumerate() {
+        let check = check.key("may_touch").item(index);
+        if pair[0] == pair[1] {
+            return check.fail(format!("is \"{}\" twice: expected two bodies", pair[0]));
+        }
+        if let Some(name) = pair.iter().find(|name| !is_name(name)) {
+            return check.fail(format!("no body is called \"{name}\"; there are: {names}"));
+        }
+    }
+    Ok(())
+}
+
 /// Checks that what has a ball of `radius` mm around it is not given in another unit; `how` says how to name the unit.
 fn check_size(radius: f64, how: &str, check: &Check) -> Result<()> {
     match radius {

@@ -15,6 +15,7 @@ use super::{
     report::{self, Findings, PROGRAM_RANKS, Report, program_columns, program_json, program_table, use_text},
 };
 use crate::{
+    answer::clearance::CLEARANCE,
     compensation::BoundedPath,
     figures::Figure,
     files::{
@@ -106,6 +107,14 @@ pub fn compensate_into(
     let report = Report { job: &job, name, verified: &verified, findings: &findings };
     let (headline, mut figures) = (report::headline(&report), report::figures(&report));
     figures.extend(cell.as_deref().and_then(|cell| findings.clearance_figure(&job, cell)));
+    // What is hit is seen first.
+    for (name, _) in figures.iter_mut().filter(|_| findings.hits()) {
+        match name.as_str() {
+            CLEARANCE => *name = "answer".into(),
+            "answer" => *name = "paths_seen".into(),
+            _ => {}
+        }
+    }
     let table = report::budget_table(&report);
     let fault = |error| Error::Write {
         file: files.out.with_file_name(files.file_named(CAUSES)),

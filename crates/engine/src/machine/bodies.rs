@@ -2,7 +2,10 @@
 
 use std::{path::Path, sync::Arc};
 
-use kinetostat_cell::{Body, Cell, spec::BodySpec};
+use kinetostat_cell::{
+    Body, Cell,
+    spec::{BodySpec, check_pairs, may_touch},
+};
 use nalgebra::{Isometry3, Rotation3, UnitQuaternion};
 
 use super::{Chain, Configuration, Machine, Motion, MoveScrew, Route, Step};
@@ -188,11 +191,9 @@ impl Machine {
         let near = self.joined_frames();
         let frames: Vec<usize> = bodies.iter().map(|body| body.frame).collect();
         let names: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
-        let may_touch = &self.definition.spec().may_touch;
         Ok(Cell::new(bodies, |a, b| {
-            let is_listed =
-                |pair: &[String; 2]| [[a, b], [b, a]].iter().any(|&[a, b]| *pair == [names[a].as_str(), &names[b]]);
-            near.contains(&[frames[a].min(frames[b]), frames[a].max(frames[b])]) || may_touch.iter().any(is_listed)
+            near.contains(&[frames[a].min(frames[b]), frames[a].max(frames[b])])
+                || may_touch(self.may_touch(), [&names[a], &names[b]])
         }))
     }
 
@@ -246,19 +247,8 @@ impl Machine {
             let before = bodies[..index].iter().map(|body| body.name.as_str());
             check.key(&body.key).key("name").unique(&body.name, before)?;
         }
-        for (index, pair) in self.definition.spec().may_touch.iter().enumerate() {
-            if pair[0] == pair[1] {
-                let problem = format!("is \"{}\" twice: expected two bodies", pair[0]);
-                return check.key("may_touch").item(index).fail(problem);
-            }
-            let unknown = pair.iter().find(|name| bodies.iter().all(|body| body.name != **name));
-            if let Some(name) = unknown {
-                let known = listed(bodies.iter().map(|body| &body.name));
-                let problem = format!("no body is called \"{name}\"; there are: {known}");
-                return check.key("may_touch").item(index).fail(problem);
-            }
-        }
-        Ok(())
+        let names = listed(bodies.iter().map(|body| &body.name));
+        check_pairs(self.may_touch(), &names, |name| bodies.iter().any(|body| body.name == *name), &check)
     }
 }
 

@@ -4,7 +4,7 @@ use std::{cell::RefCell, sync::Arc};
 
 use kinetostat_cell::{
     Body, BodyGrade, Mesh, Shape, pieces_of_mesh,
-    spec::{BodySpec, ShapeSpec},
+    spec::{BodySpec, ShapeSpec, check_pairs},
 };
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::Deserialize;
@@ -12,7 +12,7 @@ use serde::Deserialize;
 use crate::{
     input::{Folder, Inputs, check::Check, error::Result},
     machine::Machine,
-    process::{Process, file::spec::ProcessSpec, stock::StockRemoval, stock::StockShape},
+    process::{Process, file::spec::ProcessSpec, stock::StockRemoval, stock::StockShape, stock::is_tool},
     toolpath::Toolpath,
 };
 
@@ -125,15 +125,15 @@ pub(crate) fn cell(
         *inputs.borrow_mut() = others.and(Inputs::of_bytes(&name, &bytes));
     }
     if let Some(stock) = stock {
-        let own: Vec<String> = stock.tool_names().chain([PART.into()]).collect();
-        if let Some(name) = own.iter().find(|name| names.contains(name)) {
+        let is_taken = |name: &&String| **name == PART || is_tool(name);
+        if let Some(name) = names.iter().find(is_taken) {
             let problem = format!(
                 "machine {} has a body \"{name}\", the name of the stock or its tool: expected another name there",
                 machine.name
             );
             return check.fail(problem);
         }
-        names.extend(own);
+        names.push(PART.into());
         let body = part(stock.shape()).or_else(|problem| check.root().key("stock").fail(problem))?;
         bodies.push((CellFrame::Part, body));
     }
@@ -143,24 +143,18 @@ pub(crate) fn cell(
     for (index, own) in spec.body.iter().enumerate() {
         let check = check.key("body").item(index);
         check.key("name").readable(&own.name)?;
-        if stock.is_some() && own.name == PART {
-            return check.key("name").fail(format!("\"{PART}\" is the name of the stock: expected another name"));
+        if stock.is_some() && (own.name == PART || is_tool(&own.name)) {
+            let problem = format!("\"{}\" is the name of the stock or of a tool: expected another name", own.name);
+            return check.key("name").fail(problem);
         }
         check.key("name").unique(&own.name, names.iter().map(String::as_str))?;
         names.push(own.name.clone());
         let spec = BodySpec { name: own.name.clone(), grade: own.grade, shapes: own.shapes.clone() };
         bodies.extend(spec.resolve(&own.name, 0, Some(&read), &check)?.map(|body| (own.on, body)));
     }
-    for (index, pair) in spec.may_touch.iter().enumerate() {
-        if pair[0] == pair[1] {
-            let problem = format!("is \"{}\" twice: expected two bodies", pair[0]);
-            return check.key("may_touch").item(index).fail(problem);
-        }
-        if let Some(name) = pair.iter().find(|name| !names.contains(name)) {
-            let problem = format!("no body is called \"{name}\"; there are: {}", names.join(", "));
-            return check.key("may_touch").item(index).fail(problem);
-        }
-    }
+    let of_tools = if stock.is_some() { ", tool N, shank of tool N, holder of tool N" } else { "" };
+    let is_name = |name: &String| names.contains(name) || stock.is_some() && is_tool(name);
+    check_pairs(&spec.may_touch, &(names.join(", ") + of_tools), is_name, &check)?;
     let cell = ProcessCell {
         clearance_mm: check.key("clearance_mm").not_negative(spec.clearance_mm.unwrap_or(0.0))?,
         rapid: spec.rapid,

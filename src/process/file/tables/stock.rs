@@ -185,10 +185,10 @@ pub(crate) fn stock(
             return check.key("holder").key("from_mm").fail(problem);
         }
         if let (Some(&(_, _, holder_mm)), Some(own)) = (bodies.iter().find(|own| own.0 == "holder"), stick_out)
-            && holder_mm < own.length_mm
+            && holder_mm != own.length_mm
         {
             let problem =
-                format!("is {holder_mm}, and stick_out_mm, up to the holder, {}: expected no less", own.length_mm);
+                format!("is {holder_mm}, and stick_out_mm, up to the holder, {}: expected the same", own.length_mm);
             return check.key("holder").key("from_mm").fail(problem);
         }
         let own = StockToolSpec { shape: tool(number, spec, &check)?, bodies, stick_out, tolerance_mm };
