@@ -38,6 +38,7 @@ fn rate_of_batch(study: &PlacementStudy, site: &Site, gamma: f64) -> f64 {
     let mut sessions: Vec<Session> = (0..Batch::WIDTH).map(|_| job.machines.session(Source::All)).collect();
     let mut batch = Batch::new(job.machines.actual(Source::All));
     let lane = tasks.len() / Batch::WIDTH;
+    assert!(lane > 0, "the path has fewer points than a batch");
     let (started, mut solved) = (Instant::now(), 0);
     while started.elapsed().as_secs_f64() < SECONDS {
         for k in 0..lane {
@@ -68,7 +69,7 @@ fn print_effort(study: &PlacementStudy) {
         .sum::<f64>()
         * (study.grid.len() * corners) as f64;
     println!("  needed {needed:>12.0} displacements: {} places, each at {corners} of its allowance", study.grid.len());
-    println!("  pruned {:>12.0}", (needed - solved).max(0.0));
+    println!("  pruned {:>12.0} of them at least", (needed - solved).max(0.0));
     println!("  sought {solved:>12.0} equilibria, of corrections, searches and comparison, too");
     let threads = std::thread::available_parallelism().map_or(1, usize::from) as f64;
     let gamma = results.entries[best.entry].gammas[0].unwrap_or(0.0);

@@ -41,8 +41,9 @@ pub const CLEARANCE: &str = "clearance";
 pub fn nearest_words(clearance: &PathClearance) -> Option<String> {
     let nearest = clearance.nearest.as_ref()?;
     let NearestBodies { names: [a, b], distance_mm, is_assumed, .. } = nearest;
-    // What is said is so: no more than its bound.
-    let known_mm = clearance.at_least_mm.map_or(*distance_mm, |least| least.min(*distance_mm));
+    // What is said is so: no more than its bound, which of hits may be that of others.
+    let least_mm = clearance.at_least_mm.filter(|_| clearance.state != ClearanceState::Hit);
+    let known_mm = least_mm.map_or(*distance_mm, |least| least.min(*distance_mm));
     Some(match known_mm {
         depth if depth < -TOUCHING_MM => nearest.overlap_text(depth),
         depth if depth <= TOUCHING_MM => format!("{a} and {b} touch"),

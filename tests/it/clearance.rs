@@ -5,6 +5,7 @@ use std::{fs, path::Path};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use kinetostat::{
     Folder,
+    answer::clearance::nearest_words,
     machine::{Configuration, Machine},
     process::{Process, file::CellFrame},
     simulation::{
@@ -380,6 +381,14 @@ fn a_hit_of_assumed_shapes_hides_no_certain_one() {
     let text = found.hit_text(|_| "on the way".into()).unwrap();
     assert!(text.contains("table and vice overlap") && text.contains("less overlap by"), "{text}");
     assert_eq!((found.also.len(), found.also.iter().filter(|own| own.point.is_none()).count()), (1, 1), "{text}");
+    // Each is told by its own depth, also where another is deeper.
+    let ghost = assumed(post("ghost", "base", [1700.0, 0.0, 0.0, 500.0, 20.0]));
+    let found = clearance(&machine, &format!("[cell]\n{}{ghost}{vice}", table(0.2)), program);
+    let words = nearest_words(&found).unwrap();
+    assert!(
+        words.contains("table and vice overlap by 0.2 mm") && found.at_least_mm.unwrap() < -1.0,
+        "{words} {found:?}"
+    );
 }
 
 #[test]
