@@ -492,19 +492,22 @@ fn is_none(margin: &Margin) -> bool {
     }
 }
 
+/// Returns a margin, mm or degrees, in tenths, as what is said can be done.
+pub(super) fn rounded_down(margin: f64) -> f64 {
+    (10.0 * margin + 1e-9).floor() / 10.0
+}
+
 /// Returns how far from the best place the workpiece may be clamped along each coordinate that is sought, rounded down; empty where none is.
 fn room_text(results: &PlacementResults) -> String {
     let way = |i: usize, sign: f64| results.flatness.iter().find(|own| own.coordinate == i && own.direction == sign);
-    // What is said can be done.
-    let down = |by: f64| (10.0 * by + 1e-9).floor() / 10.0;
     let range = |i: usize| {
         let (before, behind) = (way(i, -1.0)?, way(i, 1.0)?);
         if before.end == End::Nowhere {
             return Some(format!("any {}", COORDINATES[i]));
         }
         let [low, high] = [before, behind].map(|own| match is_angle(i) {
-            true => down(own.distance.to_degrees()),
-            false => down(own.distance),
+            true => rounded_down(own.distance.to_degrees()),
+            false => rounded_down(own.distance),
         });
         let signed = |sign: &str, by: f64| if by == 0.0 { "0".into() } else { format!("{sign}{by}") };
         let range =

@@ -13,7 +13,7 @@ use crate::{
     questions::placement::{
         COORDINATES, End, Entry, Metric, Origin, PlacementResults, Site, Trace, is_angle,
         report::{
-            headline::distance_text,
+            headline::{distance_text, rounded_down},
             pictures::{self, PathVersion, cutting_pieces},
         },
         site::{printed_text, unit_suffix},
@@ -227,8 +227,7 @@ fn margin_note(results: &PlacementResults) -> Option<String> {
             let mut margins = results.flatness.iter();
             let margin = margins.find(|margin| margin.coordinate == i && margin.direction == direction)?;
             let sign = if direction < 0.0 { '−' } else { '+' };
-            // What is said can be done.
-            Some(match format!("{:.1}", (10.0 * margin.distance * scale).floor() / 10.0).as_str() {
+            Some(match format!("{:.1}", rounded_down(margin.distance * scale)).as_str() {
                 "0.0" => "0".to_string(),
                 length => format!("{sign}{length}"),
             })
