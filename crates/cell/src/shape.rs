@@ -112,9 +112,11 @@ impl SupportMap for Core {
             }
             Core::Cylinder { centre, half_axis, direction: axis, radius } => {
                 let end = *centre + *half_axis * 1f64.copysign(half_axis.dot(direction));
-                let across = direction - *axis * axis.dot(direction);
+                let off_axis = |own: Vector| own - *axis * axis.dot(own);
+                // Of a direction along the axis only rounding is left, which may point along it, too.
+                let across = off_axis(off_axis(direction));
                 let length = across.length();
-                if length > 0.0 { end + across * (radius / length) } else { end }
+                if length > 1e-12 * direction.length() { end + across * (radius / length) } else { end }
             }
             Core::Hull(points, _) => point_cloud_support_point(direction, points),
         }

@@ -93,6 +93,39 @@ impl Motion for Straight {
 }
 
 #[test]
+fn cylinders_in_any_direction_end_at_their_caps() {
+    // A thin one on the axis of a wide one, or beside it, ahead of its cap or in it: the cap is nearest.
+    for k in 0..2000 {
+        let turns = [0.37, 0.71, 0.13].map(|by: f64| std::f64::consts::TAU * (by * f64::from(k)).fract());
+        let turn = UnitQuaternion::from_euler_angles(turns[0], turns[1], turns[2]);
+        let ends = |low: f64, high: f64, beside: f64| {
+            [low, high].map(|end| turn * Point3::new(beside, 0.0, end) + Vector3::new(100.0, -20.0, 7.0))
+        };
+        for (gap, beside) in [(5.0, 0.0), (5.0, 12.0), (-5.0, 0.0), (-5.0, 12.0)] {
+            let wide = Shape::Cylinder { ends_mm: ends(-70.0, 0.0, 0.0), radius_mm: 60.0 };
+            let thin = Shape::Cylinder { ends_mm: ends(gap, gap + 57.0, beside), radius_mm: 3.0 };
+            let found = distance(wide, thin, [0.0; 3]);
+            assert!((found - gap).abs() < 1e-5, "{k}: {found} {gap} {beside}");
+        }
+    }
+    // Known from an interpreter of another hand: a rod within a body beside its axis.
+    let cylinder = |ends: [[f64; 3]; 2], radius_mm: f64| Shape::Cylinder { ends_mm: ends.map(Point3::from), radius_mm };
+    let body = cylinder(
+        [
+            [-2.9396672925231684, -7.550102599639952, -70.6315428171738],
+            [2.9396672925231684, 7.550102599639952, -4.386465524850074],
+        ],
+        58.0099219217857,
+    );
+    let rod = cylinder([[122.1258, -1.8042, 70.7568], [122.1258, -1.8042, 128.042]], 3.0);
+    let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(0.0, 0.0, 1.0, 0.0));
+    let at = Translation3::new(1842.966092782747, -16.17571407066499, 565.6047251623661);
+    let poses = [Isometry3::from_parts(at, turn), Isometry3::translation(1691.463, 8.823, 511.616)];
+    let found = two(body, rod).nearest(&poses).unwrap().distance_mm;
+    assert!((-28.6..-28.2).contains(&found), "{found}");
+}
+
+#[test]
 fn a_thin_rod_between_two_samples_is_found() {
     let cell = two(rod(3.0), rod(3.0));
     let mut motion = Straight { from: Vector3::new(-500.0, 1.0, 0.0), to: Vector3::new(723.0, 1.0, 0.0), turn: 0.0 };
