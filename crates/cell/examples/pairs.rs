@@ -1,5 +1,6 @@
 //! Random pairs of shapes with their distance, a line each, for `tests/against_coal.py`: `cargo run --release -p kinetostat-cell --example pairs -- SEED COUNT`.
-//! With `-` instead, the distance alone of each pair given on standard input, in the same words: `shape|shape|pose|pose`.
+//! Every other pair is put where it is within the frames of its bodies, slanted there, not by the poses of these. With `-` instead, the distance alone of
+//! each pair given on standard input, in the same words: `shape|shape|pose|pose`.
 
 use std::{env, io};
 
@@ -87,6 +88,20 @@ fn pose_of(text: &str) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(own[0], own[1], own[2]), turn)
 }
 
+/// Returns a shape where `by` moves it within its frame.
+fn moved(shape: &Shape, by: &Isometry3<f64>) -> Shape {
+    match shape {
+        Shape::Cuboid { pose, size_mm } => Shape::Cuboid { pose: by * pose, size_mm: *size_mm },
+        Shape::Capsule { ends_mm, radius_mm } => {
+            Shape::Capsule { ends_mm: ends_mm.map(|end| by * end), radius_mm: *radius_mm }
+        }
+        Shape::Cylinder { ends_mm, radius_mm } => {
+            Shape::Cylinder { ends_mm: ends_mm.map(|end| by * end), radius_mm: *radius_mm }
+        }
+        Shape::Hull { points_mm } => Shape::Hull { points_mm: points_mm.iter().map(|own| by * own).collect() },
+    }
+}
+
 /// Returns the distance of two shapes at their poses, mm.
 fn distance(shapes: [Shape; 2], poses: [Isometry3<f64>; 2]) -> f64 {
     let body = |index: usize| Body::new("", index, BodyGrade::Given, &shapes[index..=index]).expect("a volume");
@@ -107,7 +122,7 @@ fn main() {
         env::args().nth(index).map_or(otherwise, |text| text.parse().expect("SEED and COUNT are whole numbers"))
     };
     let mut numbers = Numbers(argument(1, 1));
-    for _ in 0..argument(2, 1000) {
+    for pair in 0..argument(2, 1000) {
         let shapes = [numbers.shape(), numbers.shape()];
         let body = |index: usize| Body::new("", index, BodyGrade::Given, &[shapes[index].0.clone()]).expect("a volume");
         let bodies = vec![body(0), body(1)];
@@ -115,7 +130,10 @@ fn main() {
         let first = Vector3::from([0; 3].map(|_| numbers.between(-2000.0, 2000.0)));
         let second = first + numbers.rotation() * Vector3::x() * numbers.between(0.0, 1.2) * reach;
         let poses = [first, second].map(|at| Isometry3::from_parts(Translation3::from(at), numbers.rotation()));
-        let distance_mm = Cell::new(bodies, |_, _| false).separations(&poses)[0].distance_mm;
+        let distance_mm = match pair % 2 {
+            0 => Cell::new(bodies, |_, _| false).separations(&poses)[0].distance_mm,
+            _ => distance([0, 1].map(|index| moved(&shapes[index].0, &poses[index])), [Isometry3::identity(); 2]),
+        };
         println!("{}|{}|{}|{}|{distance_mm}", shapes[0].1, shapes[1].1, words(&poses[0]), words(&poses[1]));
     }
 }
