@@ -125,15 +125,13 @@ fn main() {
     for pair in 0..argument(2, 1000) {
         let shapes = [numbers.shape(), numbers.shape()];
         let body = |index: usize| Body::new("", index, BodyGrade::Given, &[shapes[index].0.clone()]).expect("a volume");
-        let bodies = vec![body(0), body(1)];
-        let reach: f64 = bodies.iter().map(|own| own.ball().1).sum();
+        let reach = body(0).ball().1 + body(1).ball().1;
         let first = Vector3::from([0; 3].map(|_| numbers.between(-2000.0, 2000.0)));
         let second = first + numbers.rotation() * Vector3::x() * numbers.between(0.0, 1.2) * reach;
         let poses = [first, second].map(|at| Isometry3::from_parts(Translation3::from(at), numbers.rotation()));
-        let distance_mm = match pair % 2 {
-            0 => Cell::new(bodies, |_, _| false).separations(&poses)[0].distance_mm,
-            _ => distance([0, 1].map(|index| moved(&shapes[index].0, &poses[index])), [Isometry3::identity(); 2]),
-        };
+        let unmoved = [Isometry3::identity(); 2];
+        let (within, of_frames) = if pair % 2 == 0 { (unmoved, poses) } else { (poses, unmoved) };
+        let distance_mm = distance([0, 1].map(|index| moved(&shapes[index].0, &within[index])), of_frames);
         println!("{}|{}|{}|{}|{distance_mm}", shapes[0].1, shapes[1].1, words(&poses[0]), words(&poses[1]));
     }
 }

@@ -108,7 +108,7 @@ fn cylinders_in_any_direction_end_at_their_caps() {
             assert!((found - gap).abs() < 1e-5, "{k}: {found} {gap} {beside}");
         }
     }
-    // Known from an interpreter of another hand: a rod within a body beside its axis.
+    // Known from Coal: a rod within a body, beside its axis.
     let cylinder = |ends: [[f64; 3]; 2], radius_mm: f64| Shape::Cylinder { ends_mm: ends.map(Point3::from), radius_mm };
     let body = cylinder(
         [
