@@ -14,16 +14,10 @@ pub struct CuttingRule {
 }
 
 impl CuttingRule {
-    /// Whether any condition is given.
-    #[must_use]
-    pub fn has_conditions(&self) -> bool {
-        *self != Self::default()
-    }
-
     /// Returns `path`, in which cutting points that the conditions exclude no longer cut.
     #[must_use]
     pub fn apply(&self, path: Toolpath) -> Toolpath {
-        if self.has_conditions() { path.cutting_where(|point| self.meets_conditions(point)) } else { path }
+        if *self == Self::default() { path } else { path.cutting_where(|point| self.meets_conditions(point)) }
     }
 
     /// Whether a cutting point meets all conditions.

@@ -98,7 +98,8 @@ impl Extent {
     pub fn gap(&self, workpiece: &Pose, other: &Extent) -> f64 {
         let (corners, other_corners) = (self.corners().map(|corner| workpiece.transform(corner)), other.corners());
         separating_axes(&workpiece.rotation)
-            .map(|axis| interval_gap(projection(&corners, &axis), projection(&other_corners, &axis)))
+            .map(|axis| [projection(&corners, &axis), projection(&other_corners, &axis)])
+            .map(|[own, other]| f64::max(other.0 - own.1, own.0 - other.1))
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
@@ -122,9 +123,4 @@ fn separating_axes(a: &Matrix3<f64>) -> impl Iterator<Item = Vector3<f64>> + use
 /// Returns the smallest and largest coordinate of `points` along `axis`, mm.
 fn projection(points: &[Vector3<f64>], axis: &Vector3<f64>) -> (f64, f64) {
     points.iter().map(|p| p.dot(axis)).fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)))
-}
-
-/// Returns the gap between two intervals; negative where they overlap.
-fn interval_gap(a: (f64, f64), b: (f64, f64)) -> f64 {
-    f64::max(b.0 - a.1, a.0 - b.1)
 }

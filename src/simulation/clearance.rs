@@ -19,7 +19,7 @@ use crate::{
         file::tables::cell::{CellFrame, RapidMove},
     },
     spatial::{BodyOutline, Pose, rotation_log},
-    toolpath::Way,
+    toolpath::{PathPoint, Way},
 };
 
 /// Bodies of a machine and of what surrounds it, and the pairs of them that are to be apart along a path.
@@ -247,6 +247,11 @@ impl MachineCell {
         self.cells[0].bodies()
     }
 
+    /// Returns the frame of a body.
+    fn frame_of(&self, body: usize) -> usize {
+        self.bodies()[body].frame
+    }
+
     /// Returns the indices of the bodies looked at whose shapes are only assumed.
     fn assumed(&self) -> impl Iterator<Item = usize> {
         let looked_at: BTreeSet<usize> = self.cells[1].pairs().iter().flatten().copied().collect();
@@ -339,6 +344,31 @@ impl MachineCell {
             along.standing.extend(found.map(|own| self.named(&own, None, &self.machine.home)));
         }
         along
+    }
+
+    /// Returns at which of `tasks`, with the workpiece at `placement`, shank or holder of the tool hits most what moves with the workpiece: no
+    /// place and no rotation about the tool axis mends that.
+    #[must_use]
+    pub fn hit_everywhere(
+        &self,
+        placement: &Placement,
+        tasks: &[TaskPoint],
+        points: &[PathPoint],
+    ) -> Option<PathClearance> {
+        let mut along = self.begin(placement);
+        along.standing.clear();
+        let mut poses = self.at_home(&along.workpiece);
+        let of_tool = |body: usize| body >= self.of_machine + self.own.before_tool;
+        let with_part = |body: usize| self.frame_of(body) == self.frames;
+        let tool = points.iter().find_map(|point| point.tool);
+        let is_known = |k: &usize| points[*k].tool.is_none_or(|own| tool == Some(own));
+        let is_placed = |k: &usize| tasks[*k].external.is_none() && tasks[*k].led.is_none();
+        (0..tasks.len()).filter(is_known).filter(is_placed).for_each(|k| {
+            poses[self.frames + 1] = isometry(&tasks[k].pose) * self.tool;
+            let is_asked = |[a, b]: [usize; 2]| of_tool(a) && with_part(b) || of_tool(b) && with_part(a);
+            along.look_at(&self.machine.home, &poses, k, is_asked);
+        });
+        Some(along.finish()).filter(|found| found.state == ClearanceState::Hit)
     }
 
     /// Returns a pair with its names, which is met at point `k` or on the way there, or where the workpiece is put.
@@ -502,7 +532,12 @@ impl<'c> ClearanceAlong<'c> {
             }
             Err(why) => {
                 self.leave_out(&why);
-                self.look_at(here, k, is_other);
+                let (cell, on_tool) = (self.cell, self.cell.frames + 1);
+                let mut poses = vec![Isometry3::identity(); on_tool + 1];
+                cell.place(here, &self.workpiece, &mut Vec::new(), &mut poses);
+                self.look_at(here, &poses, k, |pair| {
+                    !is_other || pair.iter().all(|&own| cell.frame_of(own) != on_tool)
+                });
             }
         }
     }
@@ -545,16 +580,19 @@ impl<'c> ClearanceAlong<'c> {
         }
     }
 
-    /// Looks at the configuration at point `k` alone, to which the way is not known: it may hit, and clears nothing. What is on the tool is left out
-    /// where it `is_other` than the first.
-    fn look_at(&mut self, at: &Configuration, k: usize, is_other: bool) {
+    /// Looks at the configuration at point `k` alone, to which the way is not known, with its `poses`, at the pairs that are asked for: it may hit, and
+    /// clears nothing.
+    fn look_at(
+        &mut self,
+        at: &Configuration,
+        poses: &[Isometry3<f64>],
+        k: usize,
+        is_asked: impl Fn([usize; 2]) -> bool,
+    ) {
         let cell = self.cell;
-        let mut poses = vec![Isometry3::identity(); cell.frames + 2];
-        cell.place(at, &self.workpiece, &mut Vec::new(), &mut poses);
-        let on_tool = |body: usize| cell.bodies()[body].frame == cell.frames + 1;
         for (own, found) in cell.cells.iter().zip(&mut self.found) {
             self.clearance.effort[1] += 1;
-            let nearest = own.nearest_of(&poses, |pair| !is_other || !pair.into_iter().any(on_tool));
+            let nearest = own.nearest_of(poses, &is_asked);
             if let Some(nearest) = nearest.filter(|own| self.clearance.is_too_near(own.distance_mm)) {
                 found.lower(nearest.distance_mm);
                 found.note(cell.named(&nearest, Some(k), at));

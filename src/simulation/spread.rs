@@ -501,7 +501,11 @@ impl WantedSpread<'_> {
             let nearest = estimate.next_to(&few, value, most);
             match self.differences_next_to(&nearest, true, nearby, is_known, estimate)? {
                 // What has just been seen to differ does not agree after all.
-                None if estimate.foresees_failures() => {
+                None if estimate
+                    .solved
+                    .iter()
+                    .all(|(own, size)| size.is_some() || estimate.sizes[*own].is_infinite()) =>
+                {
                     let all = all.get_or_init(|| estimate.in_order(count));
                     let nearest = estimate.next_to(all, value, most_of_all);
                     self.differences_next_to(&nearest, false, None, is_known, estimate)
@@ -703,11 +707,6 @@ impl Estimate<'_> {
     /// Whether there is something to check.
     fn is_checked(&self) -> bool {
         self.quantiles.p95 > ROUNDING_MM && self.quantiles.p95.is_finite()
-    }
-
-    /// Whether no draw that has a size turned out to have no equilibrium.
-    fn foresees_failures(&self) -> bool {
-        self.solved.iter().all(|(index, size)| size.is_some() || self.sizes[*index].is_infinite())
     }
 
     /// The first of `draws` draws by ascending size.

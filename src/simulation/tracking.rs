@@ -185,7 +185,9 @@ impl MachineOnPath {
             self.near.clone_from(&from);
             self.before = Some(from);
         }
-        let taken = asked.and_then(|asked| self.take_posture(&asked, task));
+        // Behind a motion from point to point, or where nothing says how it stood before.
+        let is_taken = |asked: &AskedPosture| asked.is_chosen() || self.before.is_none() && asked.says_something();
+        let taken = asked.filter(is_taken).and_then(|own| self.nominal.posture_asked(&task.pose, &own, &self.near));
         let is_from_before = self.before.as_ref() == Some(&self.near);
         let straight = match (taken, straight.filter(|_| !begins_anew)) {
             (Some(at), _) | (None, Some(at)) => Ok(at),
@@ -214,13 +216,6 @@ impl MachineOnPath {
         head.move_to(Some(led))?;
         let near = head.inverse_kinematics(&task.pose)?;
         self.nominal.inverse_kinematics_from(&near, &task.pose)
-    }
-
-    /// Returns the configuration at `task` in the posture that `asked` says, where the arm takes it: behind a motion from point to point, or
-    /// where nothing says how it stood before. `None` where it does not, or there is none.
-    fn take_posture(&self, asked: &AskedPosture, task: &TaskPoint) -> Option<Configuration> {
-        let is_taken = asked.is_chosen() || self.before.is_none() && asked.says_something();
-        is_taken.then(|| self.nominal.posture_asked(&task.pose, asked, &self.near)).flatten()
     }
 
     /// Checks that the machine at `at`, which meets `task`, keeps its posture. `is_tracked`: the straight line is known to lead there.

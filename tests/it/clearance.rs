@@ -590,6 +590,36 @@ fn a_program_that_hits_something_says_so_first() {
 }
 
 #[test]
+fn what_no_place_mends_is_told_of_all_places() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    file("arm.toml", &upright());
+    file("part.nc", CUT);
+    // The box of the workspace, too, bars places; but what the clamp is in the way of comes first, as nothing else helps there.
+    file(
+        "study.toml",
+        "schema = 3\nquestion = \"Where?\"\nmachine = \"arm.toml\"\nprocess = \"process.toml\"\n\
+         [[placement.feature]]\nname = \"part\"\nfile = \"part.nc\"\ntolerance_mm = 1.0\n\
+         [placement.bounds]\nx_mm = [1700.0, 9700.0]\n[placement.fixed]\ny_mm = 0.0\nz_mm = 500.0\n\
+         [placement.objective]\nweights = { worst_deflection = 1.0 }\n\
+         [placement.search]\ngrid = { x = 5 }\nstarts = 1\nmax_iterations = 10\n",
+    );
+    let both = format!("{SHANK}{HOLDER}");
+    let answer = |y_mm: f64| {
+        file("process.toml", &cut(&both, [0.0, y_mm, 0.0, 60.0, 15.0]));
+        told(&["run", &path("study.toml"), "--out", &path(&format!("out{y_mm}"))])
+    };
+    let (ended, said, error) = answer(40.0);
+    assert!(ended == Some(1) && said.contains("No place can be cut"), "{ended:?} {said}{error}");
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("At 5 of 5") && said.contains("clamp and holder of tool 1 overlap by 5.0 mm"), "{said}");
+    // 40 mm from the line, the clamp of 15 mm radius is 5 mm into the holder of 30, and 5 mm out of it at 50.
+    let (ended, said, error) = answer(50.0);
+    assert!(ended == Some(0), "{ended:?} {said}{error}");
+}
+
+#[test]
 fn a_place_may_be_sought_where_bodies_stay_farthest_apart() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();

@@ -1,28 +1,18 @@
 //! Bodies at a place: what the workpiece would stand in, and what hits along its paths.
 
 use super::{
-    Site,
+    FeatureJob, Site,
     evaluate::{Evaluator, at_path_point, track_feature},
     turned::Setup,
 };
 use crate::{
     compensation::TaskPoint,
-    simulation::{Failure, along_path::Arrival, clearance::PathClearance},
+    simulation::{Failure, along_path::Arrival, clearance::PathClearance, tasks::tasks_under},
 };
 
 impl Evaluator {
-    /// Checks that nothing is hit at `setup`: what moves with the workpiece stands free, and no bodies hit along the paths. Returns their least
-    /// distance, mm, where it is asked for and known. `Err` says what hits.
-    pub(super) fn check_bodies(&self, setup: &Setup) -> Result<Option<f64>, Failure> {
-        let mut least = Some(f64::INFINITY);
-        for f in 0..self.features.len() {
-            let own = self.check_bodies_along(f, &setup.site, &self.tasks(setup, f))?;
-            least = least.zip(own).map(|(a, b)| a.min(b));
-        }
-        Ok(least)
-    }
-
-    /// Checks that no bodies hit along `tasks`, the path of feature `f` at `site`. Returns as [`Evaluator::check_bodies`]; `Err` says where which hit.
+    /// Checks that no bodies hit along `tasks`, the path of feature `f` at `site`. Returns their least
+    /// distance, mm, where it is asked for and known. `Err` says where which hit.
     pub(super) fn check_bodies_along(
         &self,
         f: usize,
@@ -74,7 +64,7 @@ impl Evaluator {
         tasks: &[TaskPoint],
         to_first_hit: bool,
     ) -> Result<Option<PathClearance>, Failure> {
-        let Some(cell) = &self.cells()[f] else { return Ok(None) };
+        let Some(cell) = &self.cells[f] else { return Ok(None) };
         let job = &self.study.features[f];
         let points = job.feature.path.points();
         let mut along = cell.begin(&site.placement(job.feature.reference));
@@ -102,6 +92,19 @@ impl Evaluator {
         )?;
         Ok(Some(along.finish()))
     }
+}
+
+/// Returns where what moves with the workpiece is in the way of the tool of `job`, as at every place; `None` where it is not, or that is not known.
+pub(super) fn hit_everywhere(job: &FeatureJob) -> Option<Failure> {
+    let (machine, feature, cell) = (job.machine(), &job.feature, job.bodies.as_ref()?);
+    if machine.uncontrolled_axes().next().is_some() || machine.has_parasitic_rotation {
+        return None;
+    }
+    let placement = Site([0.0; 6]).placement(feature.reference);
+    let tasks = tasks_under(machine, &placement, job.target, &feature.path, &feature.loads);
+    let found = cell.hit_everywhere(&placement, &tasks, feature.path.points())?;
+    let reason = found.hit_text(|_| "there, wherever the workpiece is put".into())?;
+    Some(at_path_point(job, found.nearest?.point?, Failure { status: HIT.into(), reason }))
 }
 
 /// Status of a place at which something is hit.

@@ -10,8 +10,9 @@ use super::{
 use crate::{compensation::TaskPoint, simulation::Failure, spatial::Pose};
 
 impl Evaluator {
-    /// Checks that the workpiece at `site` is on the table and clear of the forbidden boxes. `Err` says which it is not.
+    /// Checks that nothing refuses every place, and that the workpiece at `site` is on the table and clear of the forbidden boxes. `Err` says what is wrong.
     pub(super) fn check_boxes(&self, site: &Site) -> Result<(), Failure> {
+        self.refused_everywhere.clone().map_or(Ok(()), Err)?;
         let study = &self.study;
         let workpiece = study.workpiece_pose(site);
         study.table.as_ref().map_or(Ok(()), |table| table.check(&workpiece))?;

@@ -23,7 +23,7 @@ use crate::{
     FOR_PAGES,
     compensation::TaskPoint,
     input::error::Error,
-    machine::{Configuration, Machine},
+    machine::Configuration,
     process::RedundancyCost,
     questions::placement::FeatureJob,
     redundancy::BranchMachines,
@@ -54,7 +54,9 @@ pub struct Evaluator {
     pub(super) seeker: Option<Arc<Self>>,
     /// Bodies of each feature, `None` where its process names no cell.
     #[cfg(not(target_family = "wasm"))]
-    cells: Vec<Option<Arc<MachineCell>>>,
+    pub(super) cells: Vec<Option<Arc<MachineCell>>>,
+    /// What refuses every place, if anything does.
+    pub(super) refused_everywhere: Option<Failure>,
 }
 
 /// Data of a feature that do not depend on its place.
@@ -150,6 +152,10 @@ impl Evaluator {
             seeker: None,
             #[cfg(not(target_family = "wasm"))]
             cells: study.features.iter().map(|job| job.bodies.clone()).collect(),
+            #[cfg(not(target_family = "wasm"))]
+            refused_everywhere: study.features.iter().find_map(super::bodies::hit_everywhere),
+            #[cfg(target_family = "wasm")]
+            refused_everywhere: None,
             study: study.clone(),
             needs,
             check_forces,
@@ -169,10 +175,8 @@ impl Evaluator {
 
     /// Starts an evaluation at `site`, with no points added. `Err` says why the workpiece must not stand there.
     pub(super) fn begin_evaluation(&self, site: &Site) -> Result<PartialEvaluation, Failure> {
-        if self.study.seeks_gamma() {
-            // Not after a search.
-            self.check_boxes(site)?;
-        }
+        // Before γ is sought.
+        self.check_boxes(site)?;
         self.check_workspace(&self.setup(site))?;
         self.begin_without_workspace_check(site)
     }
@@ -193,18 +197,6 @@ impl Evaluator {
             self.check_reach(&setup, |_, _| true)?;
         }
         Ok(self.without_points(setup))
-    }
-
-    /// Returns the bodies of each feature.
-    #[cfg(not(target_family = "wasm"))]
-    pub(super) fn cells(&self) -> &[Option<Arc<MachineCell>>] {
-        &self.cells
-    }
-
-    /// Nothing: pages look at no bodies.
-    #[cfg(target_family = "wasm")]
-    pub(super) fn check_bodies(&self, _: &Setup) -> Result<Option<f64>, Failure> {
-        Ok(None)
     }
 
     /// Nothing: pages look at no bodies.
@@ -244,7 +236,7 @@ impl Evaluator {
     /// much limits are exceeded within its allowance, mm or degrees, plus [`NOT_RIGID`] where boxes, workspace or limits of the rigid machine are,
     /// and twice that where they are exactly there.
     pub(super) fn violation(&self, work: &Work, site: &Site) -> f64 {
-        if work.check().is_err() {
+        if work.check().is_err() || self.refused_everywhere.is_some() {
             return f64::INFINITY;
         }
         let setups = self.clamped_setups(&self.setup(site));
@@ -400,7 +392,10 @@ impl Evaluator {
     /// Returns the evaluation once all points are added, with the workpiece exactly at the place. `Err` as [`Evaluator::conclude`].
     pub(super) fn conclude_placed(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
         // Last of what can refuse a place, as it takes the longest.
-        let least_clearance = self.check_bodies(&partial.setup)?;
+        let setup = &partial.setup;
+        let of_feature = |f: usize| self.check_bodies_along(f, &setup.site, &self.tasks(setup, f));
+        let clearances = (0..self.features.len()).map(of_feature).collect::<Result<Vec<Option<f64>>, Failure>>()?;
+        let least_clearance = clearances.into_iter().try_fold(f64::INFINITY, |least, own| Some(least.min(own?)));
         let metrics_of = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
         let mut evaluation = Evaluation {
             metrics: self.best_possible(partial).with_clearance(least_clearance),
@@ -545,11 +540,6 @@ impl Evaluator {
             None => total.normalised(self.share).write_into(&mut evaluation.metrics),
             Some(_) => ResidualTally::remove_from(&mut evaluation.metrics),
         }
-    }
-
-    /// Returns the actual machine of feature `f`, with its chain errors.
-    pub fn actual(&self, f: usize) -> &Machine {
-        &self.features[f].machines.actual
     }
 }
 

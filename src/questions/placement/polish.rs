@@ -43,8 +43,8 @@ pub(super) fn pattern_search(
         if size < steps.last || best.1 <= goal || tries >= MOST || free.is_empty() {
             break;
         }
-        let directions =
-            last_direction.take().into_iter().chain(basis(free.len(), round).into_iter().flat_map(both_directions));
+        let both = |own: Vec<f64>| [own.clone(), own.iter().map(|part| -part).collect()];
+        let directions = last_direction.take().into_iter().chain(basis(free.len(), round).into_iter().flat_map(both));
         let mut is_better = false;
         for direction in directions {
             let site = moved(&study.bounds, &best.0, &free, &units, &direction, size);
@@ -78,12 +78,6 @@ const GAIN: f64 = 1e-7;
 fn moved(bounds: &Bounds, from: &Site, free: &[usize], units: &[f64], direction: &[f64], size: f64) -> Site {
     let parts = free.iter().zip(units).zip(direction);
     parts.fold(*from, |site, ((&i, unit), part)| bounds.moved(&site, i, part * unit * size))
-}
-
-/// Returns a direction and its opposite.
-fn both_directions(direction: Vec<f64>) -> [Vec<f64>; 2] {
-    let opposite = direction.iter().map(|part| -part).collect();
-    [direction, opposite]
 }
 
 /// Returns an orthonormal basis of `n` dimensions: the axes in `round` 0, else their reflection along a low-discrepancy direction. In two

@@ -80,7 +80,10 @@ impl Question for PlacementStudy {
                 check_holds_paths(&extent, &features, &check)?;
                 extent
             }
-            None => box_around_paths(&features),
+            None => {
+                let points = features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm);
+                Extent::around(points).unwrap_or(Extent { min: Vector3::zeros(), max: Vector3::zeros() })
+            }
         };
         let clearance_mm = check.key("clearance_mm").not_negative(spec.clearance_mm.unwrap_or(CLEARANCE_MM))?;
         let footprint = || match &spec.workpiece {
@@ -285,12 +288,6 @@ fn with_constant_gamma(process: Process, context: &StudyContext<'_>, spec: &Feat
             Ok(Process { machine, ..process })
         }
     }
-}
-
-/// Returns the box around the paths of all features, W, mm.
-fn box_around_paths(features: &[FeatureJob]) -> Extent {
-    let points = features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm);
-    Extent::around(points).unwrap_or(Extent { min: Vector3::zeros(), max: Vector3::zeros() })
 }
 
 /// Returns the box between two corners, mm.

@@ -301,7 +301,10 @@ impl Evaluator {
         let mut failed = None;
         for keeps_box in [true, false] {
             let mut best: Option<JudgedGamma> = None;
-            while let Some(next) = least_bound(&open) {
+            // Of equal bounds the smallest γ.
+            let key = |own: &Candidate| [own.bound, own.gamma.abs(), own.gamma];
+            let by_key = |a: &Candidate, b: &Candidate| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal);
+            while let Some(next) = (0..open.len()).min_by(|&a, &b| by_key(&open[a], &open[b])) {
                 if best.is_some_and(|least| open[next].bound >= least.value + SAME) {
                     break;
                 }
@@ -395,10 +398,4 @@ impl Evaluator {
         }
         Ok((tally, self.study.objective.value(&metrics)))
     }
-}
-
-/// Returns the index of the candidate of the least bound, of equal ones that of the smallest γ; `None` if there are none.
-fn least_bound(open: &[Candidate]) -> Option<usize> {
-    let key = |k: &usize| [open[*k].bound, open[*k].gamma.abs(), open[*k].gamma];
-    (0..open.len()).min_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal))
 }

@@ -18,7 +18,7 @@ use crate::{
         },
         spread_report,
     },
-    simulation::spread_along::ALIKE,
+    simulation::{Failure, spread_along::ALIKE},
 };
 
 /// Describes a place: position, and angles that are not zero.
@@ -227,18 +227,27 @@ pub(super) fn robust_text(results: &PlacementResults) -> String {
     text
 }
 
-/// Returns the sentences that the workpiece can be cut at no place, with the first reason.
+/// Returns the sentences that the workpiece can be cut at no place, with a reason of the kind that most places have.
 pub(super) fn infeasible_text(results: &PlacementResults) -> String {
-    let cell = results.cells.iter().find_map(|cell| match &cell.verdict {
-        PlaceOutcome::Infeasible(failure) => Some((site_text(&cell.site), &failure.reason)),
-        _ => None,
-    });
+    let all: Vec<(&Site, &Failure)> = results
+        .cells
+        .iter()
+        .filter_map(|cell| match &cell.verdict {
+            PlaceOutcome::Infeasible(failure) => Some((&cell.site, failure)),
+            _ => None,
+        })
+        .collect();
+    let count = |kind: &str| all.iter().filter(|(_, own)| own.status == kind).count();
+    let most = all.iter().rev().max_by_key(|(_, own)| count(&own.status));
     let elsewhere: Vec<&str> =
         results.entries.iter().filter(|entry| entry.feasible().is_some()).map(|entry| entry.name.as_str()).collect();
-    let mut text = match cell {
-        Some((place, reason)) => format!(
-            "The workpiece can be cut at none of the places within the bounds that were tried. The first, {place}: \
-             {reason}.\n"
+    let mut text = match most {
+        Some((site, Failure { status, reason })) => format!(
+            "The workpiece can be cut at none of the places within the bounds that were tried. At {} of {} the reason is like that at \
+             {}: {reason}.\n",
+            count(status),
+            all.len(),
+            site_text(site),
         ),
         None => "There is no place to judge.\n".into(),
     };
