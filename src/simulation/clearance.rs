@@ -247,11 +247,6 @@ impl MachineCell {
         self.cells[0].bodies()
     }
 
-    /// Returns the frame of a body.
-    fn frame_of(&self, body: usize) -> usize {
-        self.bodies()[body].frame
-    }
-
     /// Returns the indices of the bodies looked at whose shapes are only assumed.
     fn assumed(&self) -> impl Iterator<Item = usize> {
         let looked_at: BTreeSet<usize> = self.cells[1].pairs().iter().flatten().copied().collect();
@@ -359,7 +354,7 @@ impl MachineCell {
         along.standing.clear();
         let mut poses = self.at_home(&along.workpiece);
         let of_tool = |body: usize| body >= self.of_machine + self.own.before_tool;
-        let with_part = |body: usize| self.frame_of(body) == self.frames;
+        let with_part = |body: usize| self.bodies()[body].frame == self.frames;
         let tool = points.iter().find_map(|point| point.tool);
         let is_known = |k: &usize| points[*k].tool.is_none_or(|own| tool == Some(own));
         let is_placed = |k: &usize| tasks[*k].external.is_none() && tasks[*k].led.is_none();
@@ -536,7 +531,7 @@ impl<'c> ClearanceAlong<'c> {
                 let mut poses = vec![Isometry3::identity(); on_tool + 1];
                 cell.place(here, &self.workpiece, &mut Vec::new(), &mut poses);
                 self.look_at(here, &poses, k, |pair| {
-                    !is_other || pair.iter().all(|&own| cell.frame_of(own) != on_tool)
+                    !is_other || pair.iter().all(|&own| cell.bodies()[own].frame != on_tool)
                 });
             }
         }

@@ -500,7 +500,7 @@ impl WantedSpread<'_> {
             let [most, most_of_all] = MAX_NEXT.map(|most| most.min(most_next));
             let nearest = estimate.next_to(&few, value, most);
             match self.differences_next_to(&nearest, true, nearby, is_known, estimate)? {
-                // What has just been seen to differ does not agree after all.
+                // What has just been seen to differ does not agree after all, and no draw that has a size turned out to have no equilibrium.
                 None if estimate
                     .solved
                     .iter()

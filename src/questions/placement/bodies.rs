@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     compensation::TaskPoint,
+    process::PathReference,
     simulation::{Failure, along_path::Arrival, clearance::PathClearance, tasks::tasks_under},
 };
 
@@ -97,7 +98,9 @@ impl Evaluator {
 /// Returns where what moves with the workpiece is in the way of the tool of `job`, as at every place; `None` where it is not, or that is not known.
 pub(super) fn hit_everywhere(job: &FeatureJob) -> Option<Failure> {
     let (machine, feature, cell) = (job.machine(), &job.feature, job.bodies.as_ref()?);
-    if machine.uncontrolled_axes().next().is_some() || machine.has_parasitic_rotation {
+    // A stock asks for a tool along z of W, about which yaw turns: only the tip stays where it is then.
+    let is_tip = feature.reference == PathReference::ToolTip;
+    if !is_tip || machine.uncontrolled_axes().next().is_some() || machine.has_parasitic_rotation {
         return None;
     }
     let placement = Site([0.0; 6]).placement(feature.reference);

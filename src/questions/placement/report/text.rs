@@ -1,5 +1,7 @@
 //! Sentences and small tables of a placement report: the search, the best place and its margins, the comparison with other places.
 
+use std::collections::BTreeMap;
+
 use super::{
     headline,
     quantities::{available_metrics, verdict_counts},
@@ -237,15 +239,16 @@ pub(super) fn infeasible_text(results: &PlacementResults) -> String {
             _ => None,
         })
         .collect();
-    let count = |kind: &str| all.iter().filter(|(_, own)| own.status == kind).count();
-    let most = all.iter().rev().max_by_key(|(_, own)| count(&own.status));
+    let mut counts = BTreeMap::<&str, usize>::new();
+    all.iter().for_each(|(_, own)| *counts.entry(&own.status).or_default() += 1);
+    let most = all.iter().rev().max_by_key(|(_, own)| counts[&*own.status]);
     let elsewhere: Vec<&str> =
         results.entries.iter().filter(|entry| entry.feasible().is_some()).map(|entry| entry.name.as_str()).collect();
     let mut text = match most {
         Some((site, Failure { status, reason })) => format!(
             "The workpiece can be cut at none of the places within the bounds that were tried. At {} of {} the reason is like that at \
              {}: {reason}.\n",
-            count(status),
+            counts[&**status],
             all.len(),
             site_text(site),
         ),
