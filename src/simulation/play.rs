@@ -126,7 +126,9 @@ impl PlayedPoint<'_> {
         offsets: &[f64],
     ) -> Result<(), Unreachable> {
         let PlayedPoint { case, task, .. } = *self;
-        if is_command_of_drives(case.nominal, task) {
+        // Any motion of the drives can be commanded where all coordinates that they control are compensated, one for each drive.
+        let counts = [case.nominal.controls.len(), case.nominal.drive_count()];
+        if case.nominal.locked.is_empty() && counts == [task.coordinates(case.nominal).count(); 2] {
             let drives = sums(&found.drives, offsets, -1.0);
             let at = case.nominal.forward_kinematics_from(session.command(), &drives)?;
             case.nominal.check_limits(&at)?;
@@ -181,12 +183,6 @@ pub(crate) fn flank_offsets(machine: &Machine, sides: &[i8], calibrated: &[i8]) 
 
 /// Most shifts of a target, each of which leaves about a hundredth of the error.
 const MAX_SHIFTS: usize = 10;
-
-/// Whether any motion of the drives of `nominal` can be commanded for `task`: all coordinates that they control are compensated, one for each drive.
-fn is_command_of_drives(nominal: &Machine, task: &TaskPoint) -> bool {
-    let compensated = task.coordinates(nominal).count();
-    nominal.locked.is_empty() && [nominal.controls.len(), nominal.drive_count()] == [compensated; 2]
-}
 
 /// Returns `drives` with `factor` times `offsets` added.
 fn sums(drives: &[f64], offsets: &[f64], factor: f64) -> Vec<f64> {

@@ -501,11 +501,7 @@ impl WantedSpread<'_> {
             let nearest = estimate.next_to(&few, value, most);
             match self.differences_next_to(&nearest, true, nearby, is_known, estimate)? {
                 // What has just been seen to differ does not agree after all, and no draw that has a size turned out to have no equilibrium.
-                None if estimate
-                    .solved
-                    .iter()
-                    .all(|(own, size)| size.is_some() || estimate.sizes[*own].is_infinite()) =>
-                {
+                None if estimate.solved.iter().all(|own| own.1.is_some() || estimate.sizes[*own.0].is_infinite()) => {
                     let all = all.get_or_init(|| estimate.in_order(count));
                     let nearest = estimate.next_to(all, value, most_of_all);
                     self.differences_next_to(&nearest, false, None, is_known, estimate)

@@ -360,6 +360,16 @@ impl Uncertainty {
         self.values(self.draws.normal.iter().map(|own| own[index]).enumerate())
     }
 
+    /// Values given one after another in the order of the parameters: those that do not say where parts are, and those that do.
+    pub fn values_of_row(&self, row: &[f64]) -> [Values<'_>; 2] {
+        let mut values = [Vec::new(), Vec::new()];
+        let named = self.parameters.iter().flat_map(|own| own.values.iter().map(|(name, _)| (name.as_str(), own.role)));
+        for ((name, role), value) in named.zip(row) {
+            values[usize::from(role != Role::Elasticity)].push((name, *value));
+        }
+        values
+    }
+
     /// Parameter values with only `parameter` off its median, by the standard normal number `z`.
     pub fn values_at(&self, parameter: usize, z: f64) -> [Values<'_>; 2] {
         self.values(std::iter::once((parameter, z)))

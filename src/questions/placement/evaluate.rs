@@ -392,8 +392,7 @@ impl Evaluator {
     /// Returns the evaluation once all points are added, with the workpiece exactly at the place. `Err` as [`Evaluator::conclude`].
     pub(super) fn conclude_placed(&self, partial: &PartialEvaluation) -> Result<Evaluation, Failure> {
         // Last of what can refuse a place, as it takes the longest.
-        let setup = &partial.setup;
-        let of_feature = |f: usize| self.check_bodies_along(f, &setup.site, &self.tasks(setup, f));
+        let of_feature = |f: usize| self.check_bodies_along(f, &partial.setup.site, &self.tasks(&partial.setup, f));
         let clearances = (0..self.features.len()).map(of_feature).collect::<Result<Vec<Option<f64>>, Failure>>()?;
         let least_clearance = clearances.into_iter().try_fold(f64::INFINITY, |least, own| Some(least.min(own?)));
         let metrics_of = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
