@@ -20,9 +20,9 @@ kinetostat compensate studies/02_groove_50mm/groove.nc --machine orthoglide \
     --process studies/02_groove_50mm/process_program.toml --out "$out/groove.nc"
 test -s "$out/groove.nc"
 # Exactly placed: of few places more can be cut.
-cp -r studies/03_placement_circle "$out/placed"
-printf '[placement.allowance]\nposition_mm = 0.0\nangle_deg = 0.0\n' >> "$out/placed/study.toml"
-kinetostat run "$out/placed" --grid 3 --out "$out/circle"
+cp -r studies/03_placement_circle "$out/exactly_placed"
+printf '[placement.allowance]\nposition_mm = 0.0\nangle_deg = 0.0\n' >> "$out/exactly_placed/study.toml"
+kinetostat run "$out/exactly_placed" --grid 3 --out "$out/circle"
 if [ "$which" = brief ]; then
     check "$out/map/report.html" &
     failed=0

@@ -2,7 +2,7 @@
 
 use super::{
     FeatureJob, Site,
-    evaluate::{Evaluator, at_path_point, track_feature},
+    evaluate::{Evaluator, HIT, at_path_point, track_feature},
     turned::Setup,
 };
 use crate::{
@@ -109,6 +109,3 @@ pub(super) fn hit_everywhere(job: &FeatureJob) -> Option<Failure> {
     let reason = found.hit_text(|_| "there, wherever the workpiece is put".into())?;
     Some(at_path_point(job, found.nearest?.point?, Failure { status: HIT.into(), reason }))
 }
-
-/// Status of a place at which something is hit.
-const HIT: &str = "hits";

@@ -107,6 +107,9 @@ pub struct Evaluation {
     pub outside_workspace: Option<Failure>,
 }
 
+/// Status of a place at which something is hit.
+pub(super) const HIT: &str = "hits";
+
 /// Approximate number of points of the first level.
 const FIRST_LEVEL: usize = 8;
 /// Unit of which shares are multiples, so that their sums have no rounding in whatever order they are taken.
@@ -250,6 +253,7 @@ impl Evaluator {
         }
         match self.evaluate_in_work(work, site) {
             Ok(_) => 0.0,
+            Err(failure) if failure.status == HIT => f64::MIN_POSITIVE,
             Err(_) => largest(&setups, &|setup| self.loaded_violation(setup)).clamp(f64::MIN_POSITIVE, NOT_RIGID),
         }
     }
