@@ -237,7 +237,7 @@ impl Evaluator {
 
     /// Returns how far the workpiece at `site` is from what can be cut, for a search that minimises it: 0 where it can be cut; else by how
     /// much limits are exceeded within its allowance, mm or degrees, plus [`NOT_RIGID`] where boxes, workspace or limits of the rigid machine are,
-    /// and twice that where they are exactly there.
+    /// and twice that where they are exactly there; the least number where what refuses it is a hit, as no load mends that.
     pub(super) fn violation(&self, work: &Work, site: &Site) -> f64 {
         if work.check().is_err() || self.refused_everywhere.is_some() {
             return f64::INFINITY;
