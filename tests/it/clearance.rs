@@ -613,7 +613,7 @@ fn what_no_place_mends_is_told_of_all_places() {
     let (ended, said, error) = answer(40.0);
     assert!(ended == Some(1) && said.contains("No place can be cut"), "{ended:?} {said}{error}");
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(said.contains("At 5 of 5") && said.contains("clamp and holder of tool 1 overlap by 5.0 mm"), "{said}");
+    assert!(said.contains("At 5 of them") && said.contains("clamp and holder of tool 1 overlap by 5.0 mm"), "{said}");
     // 40 mm from the line, the clamp of 15 mm radius is 5 mm into the holder of 30, and 5 mm out of it at 50.
     let (ended, said, error) = answer(50.0);
     assert!(ended == Some(0), "{ended:?} {said}{error}");

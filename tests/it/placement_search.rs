@@ -154,13 +154,29 @@ fn window(room: f64) -> String {
 }
 
 #[test]
+fn where_no_place_can_be_cut_every_kind_of_reason_is_told_with_its_count() {
+    // At 45, 91.7 and 138.3 mm the line of 30 mm is in the wall; at 185 mm the drive, which goes to 160 mm, is beyond its travel.
+    let rest = ALONG_X.replace("[40.0, 180.0]", "[45.0, 185.0]").replace("x = 15", "x = 4");
+    let wall = "[[placement.forbidden]]\nname = \"wall\"\nmin_mm = [0.0, -50.0, -50.0]\nmax_mm = [140.0, 50.0, 50.0]\n";
+    let said = summary_text(&searched(&line(30.0, 100.0, &format!("{rest}{wall}"))));
+    for expected in [
+        "can be cut at none of the 4 places",
+        "At 3 of them, such as (45.0, 0.0, 0.0) mm: ",
+        "At 1 of them, such as (185.0, 0.0, 0.0) mm: ",
+    ] {
+        assert!(said.contains(expected), "{expected}: {said}");
+    }
+    assert!(said.contains("wall") && said.contains("travel"), "{said}");
+}
+
+#[test]
 fn a_window_between_boxes_is_found_however_narrow() {
     for room in [2.0, 1.0, 0.01] {
         let results = searched(&line(30.0, 100.0, &format!("{ALONG_X}{}", window(room))));
         assert!(results.ranking.is_empty());
         check_recommendation(&results);
         assert!((results.best.as_ref().unwrap().site.0[0] - 97.0).abs() <= 0.5 * room + 1e-9);
-        assert!(!summary_text(&results).contains("none of the places"));
+        assert!(!summary_text(&results).contains("can be cut at none"));
     }
 }
 

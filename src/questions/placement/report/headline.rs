@@ -98,7 +98,7 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
                 spread_report::next_along(Some(&spread.largest)).as_deref(),
             )
     });
-    let (place, angles) = position_and_angles(&entry.site);
+    let (place, angles) = position_and_angles(entry.site.shown());
     let at = if angles.is_empty() { angles } else { format!(" at {angles}") };
     let place =
         KeyNumber::new(&place, format!("{}{at}{}", origin_text(study), gamma_text(study, entry)), room_text(results));

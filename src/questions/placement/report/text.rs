@@ -1,7 +1,5 @@
 //! Sentences and small tables of a placement report: the search, the best place and its margins, the comparison with other places.
 
-use std::collections::BTreeMap;
-
 use super::{
     headline,
     quantities::{available_metrics, verdict_counts},
@@ -25,13 +23,17 @@ use crate::{
 
 /// Describes a place: position, and angles that are not zero.
 pub(super) fn site_text(site: &Site) -> String {
-    let (position, angles) = position_and_angles(site);
+    shown_text(site.shown())
+}
+
+/// Describes a place of these coordinates in mm and degrees.
+fn shown_text(shown: [f64; 6]) -> String {
+    let (position, angles) = position_and_angles(shown);
     if angles.is_empty() { position } else { format!("{position} at {angles}") }
 }
 
-/// Describes the position and the angles of a place; the latter are empty where all are zero.
-pub(super) fn position_and_angles(site: &Site) -> (String, String) {
-    let [x, y, z, angles @ ..] = site.shown();
+/// Describes the position and the angles of a place of these coordinates in mm and degrees; the latter are empty where all are zero.
+pub(super) fn position_and_angles([x, y, z, angles @ ..]: [f64; 6]) -> (String, String) {
     let nonzero = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
     let nonzero = nonzero.map(|(name, angle)| typographic(&format!("{name} {}°", printed_text(angle))));
     let position = [x, y, z].map(printed_text).join(", ");
@@ -229,31 +231,28 @@ pub(super) fn robust_text(results: &PlacementResults) -> String {
     text
 }
 
-/// Returns the sentences that the workpiece can be cut at no place, with a reason of the kind that most places have.
+/// Returns the sentences that the workpiece can be cut at no place, with a reason of each kind and of how many places it is.
 pub(super) fn infeasible_text(results: &PlacementResults) -> String {
-    let all: Vec<(&Site, &Failure)> = results
-        .cells
-        .iter()
-        .filter_map(|cell| match &cell.verdict {
-            PlaceOutcome::Infeasible(failure) => Some((&cell.site, failure)),
-            _ => None,
-        })
-        .collect();
-    let mut counts = BTreeMap::<&str, usize>::new();
-    all.iter().for_each(|(_, own)| *counts.entry(&own.status).or_default() += 1);
-    let most = all.iter().rev().max_by_key(|(_, own)| counts[&*own.status]);
+    let mut kinds: Vec<(&Site, &Failure, usize)> = Vec::new();
+    for cell in &results.cells {
+        let PlaceOutcome::Infeasible(failure) = &cell.verdict else { continue };
+        match kinds.iter_mut().find(|(_, own, _)| own.status == failure.status) {
+            Some((_, _, count)) => *count += 1,
+            None => kinds.push((&cell.site, failure, 1)),
+        }
+    }
+    kinds.sort_by_key(|(_, _, count)| std::cmp::Reverse(*count));
     let elsewhere: Vec<&str> =
         results.entries.iter().filter(|entry| entry.feasible().is_some()).map(|entry| entry.name.as_str()).collect();
-    let mut text = match most {
-        Some((site, Failure { status, reason })) => format!(
-            "The workpiece can be cut at none of the places within the bounds that were tried. At {} of {} the reason is like that at \
-             {}: {reason}.\n",
-            counts[&**status],
-            all.len(),
-            site_text(site),
-        ),
-        None => "There is no place to judge.\n".into(),
+    let mut text = match kinds.iter().map(|(_, _, count)| count).sum::<usize>() {
+        0 => "There is no place to judge.\n".into(),
+        all => format!("The workpiece can be cut at none of the {all} places within the bounds that were tried.\n"),
     };
+    for (site, Failure { reason, .. }, count) in kinds {
+        // Which of them is told is an example; the tables have it in full.
+        let near = shown_text(site.shown().map(|value| (10.0 * value).round() / 10.0));
+        text += &format!("At {count} of them, such as {near}: {reason}.\n");
+    }
     if !elsewhere.is_empty() {
         text += &format!("Outside the bounds the workpiece can be cut: {}.\n", elsewhere.join(", "));
     }
