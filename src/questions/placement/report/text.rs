@@ -244,9 +244,9 @@ pub(super) fn infeasible_text(results: &PlacementResults) -> String {
     kinds.sort_by_key(|(_, _, count)| std::cmp::Reverse(*count));
     let elsewhere: Vec<&str> =
         results.entries.iter().filter(|entry| entry.feasible().is_some()).map(|entry| entry.name.as_str()).collect();
-    let mut text = match kinds.iter().map(|(_, _, count)| count).sum::<usize>() {
-        0 => "There is no place to judge.\n".into(),
-        all => format!("The workpiece can be cut at none of the {all} places within the bounds that were tried.\n"),
+    let mut text = match verdict_counts(results) {
+        [.., 0] => "There is no place to judge.\n".into(),
+        [.., n] => format!("The workpiece can be cut at none of the {n} places within the bounds that were tried.\n"),
     };
     for (site, Failure { reason, .. }, count) in kinds {
         // Which of them is told is an example; the tables have it in full.
